@@ -1,8 +1,8 @@
 """The size and the shape of the sources: `python tests/figures.py`, from any folder; `tests/figures.yaml` bounds them.
 
-Code lines have no blank lines, comments and docstrings; tokens are names, operators and literals of these. String-key
-reads are those of a compiled world's parameters as a tree. Import cycles count imports within functions and for type
-checking too. Lines of other files are those that are not blank.
+Code lines have no blank lines, comments, docstrings and `__all__`; tokens are names, operators and literals of these.
+String-key reads are those of a compiled world's parameters as a tree. Import cycles count imports within functions and
+for type checking too. Lines of other files are those that are not blank.
 """
 
 import ast
@@ -23,14 +23,14 @@ OTHERS: Mapping[str, tuple[str, ...]] = {
 FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
 LAYOUT = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER}
 """Tokens that make no code line."""
-LIMIT = re.compile(r"\b_?(?:MOST|LARGEST|LONGEST)_[A-Z_]+")
+LIMIT = re.compile(r"\b_?((?:MOST|LARGEST|LONGEST)_[A-Z_]+)")
 """Names of constants that bound what comes from outside."""
 TREE_READ = re.compile(r"(?i)world\.(parameters(\[|\.get\()|tree\b)")
 
 
 def code(text: str) -> tuple[int, int]:
     """How many lines hold code, and how many tokens: of a string with expressions in it one, in any Python."""
-    docs, lines, tokens, depth = set(_docstring_lines(ast.parse(text))), set(), 0, 0
+    docs, lines, tokens, depth = set(_uncounted_lines(ast.parse(text))), set(), 0, 0
     for token in tokenize.generate_tokens(io.StringIO(text).readline):
         if token.type not in LAYOUT and token.start[0] not in docs:
             lines.update(range(token.start[0], token.end[0] + 1))
@@ -45,8 +45,11 @@ def code_lines(text: str) -> int:
     return code(text)[0]
 
 
-def _docstring_lines(tree: ast.AST) -> Iterator[int]:
+def _uncounted_lines(tree: ast.AST) -> Iterator[int]:
+    """Lines of docstrings and of `__all__`."""
     for node in ast.walk(tree):
+        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__":
+            yield from range(node.lineno, (node.end_lineno or node.lineno) + 1)
         body = getattr(node, "body", None)
         for part in body if isinstance(body, list) else ():
             if (

@@ -62,7 +62,7 @@ def test_a_signature_with_any_somewhere_in_it_counts():
 
 def test_limits_count_once_by_name_wherever_they_are_used():
     texts = ["MOST_ROWS = 3", "x = min(x, MOST_ROWS) if _LONGEST_NAME else LARGEST"]
-    assert limits(texts) == {"MOST_ROWS", "_LONGEST_NAME"}
+    assert limits(texts) == {"MOST_ROWS", "LONGEST_NAME"}
 
 
 def test_cycles_are_found_through_deferred_imports_too():

@@ -13,11 +13,6 @@ from typing import Any
 
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError, shown
 
-__all__ = [
-    "as_flag", "as_number", "as_path", "as_seed", "as_text", "check_kind", "check_name", "several",
-    "whole",
-]  # fmt: skip
-
 
 def check_kind(taker: str, given: object, kind: type, wanted: str, error: type[VrxError] = CommandError) -> None:
     """Check that an argument is of a kind; `wanted` describes how to get one.

@@ -3,8 +3,6 @@
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["BoolArray", "ByteArray", "FloatArray", "IntArray"]
-
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.integer]
 """Integers of any width: the width is the table's."""

@@ -9,16 +9,14 @@ import time
 from collections.abc import Iterator
 from typing import ClassVar, Self, TextIO
 
-__all__ = ["Bar", "colored", "waiting"]
-
 LINE_PERIOD = 10.0
 """Wall time between two lines where the stream is not a terminal [s]."""
-DRAW_PERIOD = 0.1
+_DRAW_PERIOD = 0.1
 """Wall time between two drawings of the bar [s], at least."""
-WIDTH = 24
+_WIDTH = 24
 """Width of the bar, in characters."""
-COLORS = {"yellow": 33, "red": 31}
-CLEAR = "\r\x1b[K"
+_COLORS = {"yellow": 33, "red": 31}
+_CLEAR = "\r\x1b[K"
 
 
 class Bar:
@@ -47,7 +45,7 @@ class Bar:
     def __exit__(self, *_: object) -> None:
         self._open.remove(self)
         if self.watched:
-            self._write(CLEAR)
+            self._write(_CLEAR)
 
     def update(self, done: float, note: str = "", *, total: float | None = None) -> None:
         """Show that so much is done, and a note beside it; of a new total where that was not known before."""
@@ -56,7 +54,7 @@ class Bar:
         if self._open[-1:] != [self]:
             return
         now = time.monotonic()
-        if now - self._shown >= (DRAW_PERIOD if self.watched else LINE_PERIOD):
+        if now - self._shown >= (_DRAW_PERIOD if self.watched else LINE_PERIOD):
             self._shown = now
             self._draw()
 
@@ -65,7 +63,7 @@ class Bar:
         if not self.watched:
             self._write(f"{line}\n")
             return
-        self._write(f"{CLEAR}{colored(line, color)}\n")
+        self._write(f"{_CLEAR}{colored(line, color)}\n")
         self._draw()
 
     def _draw(self) -> None:
@@ -77,10 +75,10 @@ class Bar:
             parts = [how_far, *([f"{left} left"] if left else []), *([self._note] if self._note else [])]
             self._write(f"{self._what}: {', '.join(parts)}\n")
             return
-        filled = round(WIDTH * share)
-        text = f"{self._what} [{'#' * filled}{'.' * (WIDTH - filled)}] {how_far}"
+        filled = round(_WIDTH * share)
+        text = f"{self._what} [{'#' * filled}{'.' * (_WIDTH - filled)}] {how_far}"
         text += f"  {left} left" * bool(left) + f"  {self._note}" * bool(self._note)
-        self._write(f"{CLEAR}{text[: max(20, shutil.get_terminal_size().columns - 1)]}")
+        self._write(f"{_CLEAR}{text[: max(20, shutil.get_terminal_size().columns - 1)]}")
 
     def _left(self, total: float) -> str:
         """The time left, as m:ss, if the rest takes as long as what is done; nothing is known at the beginning."""
@@ -98,7 +96,7 @@ class Bar:
 
 def colored(text: str, color: str | None) -> str:
     """Text in a color of a terminal, `yellow` or `red`; NO_COLOR turns colors off."""
-    return f"\x1b[{COLORS[color]}m{text}\x1b[0m" if color and "NO_COLOR" not in os.environ else text
+    return f"\x1b[{_COLORS[color]}m{text}\x1b[0m" if color and "NO_COLOR" not in os.environ else text
 
 
 @contextlib.contextmanager
@@ -114,7 +112,7 @@ def waiting(what: str, stream: TextIO | None = None) -> Iterator[None]:
 
     speaker = threading.Thread(target=write_line, daemon=True)
     if watched:
-        out.write(f"{CLEAR}{what} ...")
+        out.write(f"{_CLEAR}{what} ...")
         out.flush()
     else:
         speaker.start()
@@ -123,7 +121,7 @@ def waiting(what: str, stream: TextIO | None = None) -> Iterator[None]:
     finally:
         done.set()
         if watched:
-            out.write(CLEAR)
+            out.write(_CLEAR)
             out.flush()
         else:
             speaker.join()

@@ -10,10 +10,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-__all__ = ["Choice", "chosen_folder", "insecure"]
-
-LOOSE = stat.S_IWGRP | stat.S_IWOTH
-LINKS = 40
+_LOOSE = stat.S_IWGRP | stat.S_IWOTH
+_LINKS = 40
 """Symbolic links on one path, as many as Linux follows."""
 
 
@@ -72,7 +70,7 @@ def insecure(folder: Path) -> str | None:
             if owner not in trusted:
                 return f"{step} belongs to another user"
             apart = mode & stat.S_ISVTX and step != last  # in /tmp each keeps what it made
-            if mode & LOOSE and not (stat.S_ISLNK(mode) or apart):
+            if mode & _LOOSE and not (stat.S_ISLNK(mode) or apart):
                 return f"others can write to {step}"
     except OSError:  # from here on there is nothing yet
         return None
@@ -88,7 +86,7 @@ def _steps(path: Path) -> Iterator[Path]:
         yield step
         if step.name == "..":
             here = here.parent
-        elif step.is_symlink() and links < LINKS:
+        elif step.is_symlink() and links < _LINKS:
             target, links = step.readlink(), links + 1
             left += target.parts[:0:-1] if target.is_absolute() else target.parts[::-1]
             here = Path(target.anchor) if target.is_absolute() else here
@@ -132,8 +130,8 @@ def _make_private(path: Path, name: str) -> None:
     getuid = getattr(os, "getuid", None)
     with contextlib.suppress(OSError):
         status = path.lstat()
-        if getuid and stat.S_ISDIR(status.st_mode) and status.st_uid == getuid() and status.st_mode & LOOSE:
-            path.chmod(stat.S_IMODE(status.st_mode) & ~LOOSE)
+        if getuid and stat.S_ISDIR(status.st_mode) and status.st_uid == getuid() and status.st_mode & _LOOSE:
+            path.chmod(stat.S_IMODE(status.st_mode) & ~_LOOSE)
             shutil.rmtree(path / name, ignore_errors=True)
 
 

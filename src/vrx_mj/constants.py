@@ -1,17 +1,5 @@
 """Constants of time, and of VRX's physics. Its four values of g differ, and each is kept where VRX uses it."""
 
-__all__ = [
-    "DOCK_CELL",
-    "EARLY",
-    "GRAVITY",
-    "HULL_GRAVITY",
-    "SEA_WATER_DENSITY",
-    "SPECTRUM_GRAVITY",
-    "STANDARD_GRAVITY",
-    "WATER_DENSITY",
-    "WAVE_GRAVITY",
-]
-
 GRAVITY = 9.8
 """Of the world: weights, and the buoyancy of objects [m/s2]. Gazebo's default, |(0, 0, -9.8)|."""
 

@@ -4,27 +4,6 @@ import difflib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-__all__ = [
-    "ChoiceError",
-    "CommandError",
-    "CompileError",
-    "ConfigError",
-    "DivergedError",
-    "NetworkError",
-    "Problem",
-    "RecordError",
-    "RenderError",
-    "SensorError",
-    "StateError",
-    "UnknownNameError",
-    "VideoError",
-    "VrxError",
-    "VrxWarning",
-    "nearest",
-    "shortened",
-    "shown",
-]
-
 LONGEST_NAME = 80
 """Characters of a name in a message."""
 LONGEST_LINE = 1500

@@ -9,9 +9,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-__all__ = ["BUSY", "awaited", "check_exit"]
-
-EXIT_WAIT = 30.0
+_EXIT_WAIT = 30.0
 """The longest time [s] for which an exit waits for other threads' calls."""
 _exiting: list[int] = []
 """The thread in which the interpreter exits; empty before."""
@@ -46,6 +44,6 @@ def _end_other_threads() -> None:
     """Wait until no other thread is in a call: each ends at its next `check_exit`."""
     own = threading.get_ident()
     _exiting.append(own)
-    deadline = time.monotonic() + EXIT_WAIT
+    deadline = time.monotonic() + _EXIT_WAIT
     while any(busy(own) for busy in BUSY) and time.monotonic() < deadline:
         time.sleep(0.001)

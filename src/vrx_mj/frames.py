@@ -14,34 +14,9 @@ import numpy.typing as npt
 
 from vrx_mj.arrays import FloatArray
 
-__all__ = [
-    "FLATTENING",
-    "SEMI_MAJOR",
-    "Geodetic",
-    "Matrix",
-    "Pose",
-    "Quaternion",
-    "angles",
-    "apply",
-    "compass",
-    "compose",
-    "conjugate",
-    "enu_to_geodetic",
-    "facing",
-    "geodetic_to_enu",
-    "in_world_axes",
-    "inverse",
-    "matrix_quaternion",
-    "quaternion",
-    "quaternion_product",
-    "rotation",
-    "rotation_matrix",
-    "rotation_vector",
-]
-
 SEMI_MAJOR, FLATTENING = 6378137.0, 1.0 / 298.257223563
 """Semi-major axis [m] and flattening of the Earth's ellipsoid."""
-SEMI_MINOR = 6356752.31424518
+_SEMI_MINOR = 6356752.31424518
 """Semi-minor axis [m], as published."""
 _MINOR = SEMI_MAJOR * (1.0 - FLATTENING)
 """The same, not rounded: differs in the last digit."""
@@ -222,9 +197,9 @@ def geodetic_to_enu(
 def _earth_centred(latitude: float, longitude: float, altitude: float) -> tuple[float, float, float]:
     """x, y, z [m] of a place; x points to where equator and prime meridian meet, z to the north pole."""
     phi, lam = np.radians(latitude), np.radians(longitude)
-    radius = SEMI_MAJOR**2 / np.hypot(SEMI_MAJOR * np.cos(phi), SEMI_MINOR * np.sin(phi))
+    radius = SEMI_MAJOR**2 / np.hypot(SEMI_MAJOR * np.cos(phi), _SEMI_MINOR * np.sin(phi))
     x, y = (radius + altitude) * np.cos(phi) * np.cos(lam), (radius + altitude) * np.cos(phi) * np.sin(lam)
-    return x, y, (radius * (SEMI_MINOR / SEMI_MAJOR) ** 2 + altitude) * np.sin(phi)
+    return x, y, (radius * (_SEMI_MINOR / SEMI_MAJOR) ** 2 + altitude) * np.sin(phi)
 
 
 def enu_to_geodetic(

@@ -16,8 +16,6 @@ import llvmlite.binding
 import mujoco
 from numba import types
 
-__all__ = ["c_function", "library", "untimed"]
-
 _LIBRARY = {"win32": "mujoco.dll", "darwin": "libmujoco*.dylib"}.get(sys.platform, "libmujoco.so*")
 
 

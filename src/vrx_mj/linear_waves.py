@@ -3,11 +3,9 @@
 import math
 from typing import NamedTuple
 
-__all__ = ["DEEP", "SEA_STATES", "Site", "breaking_height", "developed_period", "steepest_sea", "wavenumber"]
-
 SEA_STATES = (0.0, 0.05, 0.3, 0.875, 1.875, 3.25, 5.0)
 """Significant height [m] of sea states 0 to 6: middles of the heights in WMO's code table 3700."""
-STEEPEST = 0.142
+_STEEPEST = 0.142
 """Height over length of the steepest wave in deep water (Michell, 1893; Miche's factor in any depth, 1944)."""
 DEEP = 20.0
 """Wavenumber times depth beyond which water is infinitely deep: tanh is 1 there to the last bit."""
@@ -54,7 +52,7 @@ def developed_period(height: float, gravity: float = 9.81) -> float:
 def breaking_height(period: float, site: Site = Site()) -> float:  # noqa: B008
     """Return the height [m] at which a wave of a period [s] breaks: 0.142 L tanh(k h) (Miche, 1944)."""
     k = wavenumber(2.0 * math.pi / period, site)
-    return STEEPEST * 2.0 * math.pi / k * math.tanh(min(k * site.depth, DEEP))
+    return _STEEPEST * 2.0 * math.pi / k * math.tanh(min(k * site.depth, DEEP))
 
 
 def steepest_sea(period: float, site: Site = Site()) -> float:  # noqa: B008

@@ -8,8 +8,6 @@ from pathlib import Path
 
 from vrx_mj.errors import VrxError
 
-__all__ = ["Content", "begins", "check_inside", "write_file", "write_files", "writing", "written"]
-
 Content = str | bytes | Path
 """Of a file: a text, bytes, or the file of which it is a copy."""
 

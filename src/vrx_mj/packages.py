@@ -9,17 +9,7 @@ import shlex
 import sys
 from collections.abc import Iterator
 
-__all__ = [
-    "MissingPackageError",
-    "importing",
-    "install_command",
-    "install_extra",
-    "load_triton",
-    "needs_extra",
-    "shell_word",
-]
-
-PLAIN = re.compile(r"[\w.:/\\-]+")
+_PLAIN = re.compile(r"[\w.:/\\-]+")
 """Words that Windows' shells take without quotes."""
 
 
@@ -84,4 +74,4 @@ def shell_word(word: str) -> str:
     """A word of a command, as the shell of this system takes it."""
     if os.name != "nt":
         return shlex.quote(word) if word.isprintable() else f"$'{''.join(map(_ansi_c, word))}'"
-    return word if PLAIN.fullmatch(word) else f'"{word}"'
+    return word if _PLAIN.fullmatch(word) else f'"{word}"'

@@ -3,8 +3,6 @@
 from functools import cache
 from pathlib import Path
 
-__all__ = ["root"]
-
 
 @cache
 def root() -> Path:

@@ -9,9 +9,7 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from types import FrameType
 
-__all__ = ["ended_by_signals", "handled"]
-
-ENDING = ("SIGTERM", "SIGHUP")
+_ENDING = ("SIGTERM", "SIGHUP")
 
 
 @contextlib.contextmanager
@@ -23,7 +21,7 @@ def ended_by_signals() -> Iterator[list[int]]:
         came.append(number)
         raise KeyboardInterrupt
 
-    with handled(ENDING, interrupt):
+    with handled(_ENDING, interrupt):
         yield came
 
 

@@ -6,8 +6,6 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-__all__ = ["release_memory", "resource", "termios", "tty"]
-
 
 def _module(name: str) -> Any:
     try:
@@ -19,7 +17,7 @@ def _module(name: str) -> Any:
 resource, termios, tty = map(_module, ("resource", "termios", "tty"))
 
 
-DONTNEED = 4
+_DONTNEED = 4
 """The advice of madvise by which a page of a file is given back until it is needed again; what was changed is lost."""
 _CODE = re.compile(r"^(\w+)-(\w+) r-xp \S+ \S+ [1-9]\d* .*\n(?:\w+: .*\n)*?Anonymous: +0 kB$", re.MULTILINE)
 """Code of a file of which nothing was changed in memory, in Linux' list of what a process has mapped."""
@@ -30,7 +28,7 @@ def release_memory() -> None:
     if resource is not None and hasattr(library := ctypes.CDLL(None), "malloc_trim"):
         library.malloc_trim(0)
         for begin, end in _untouched_code():
-            library.madvise(ctypes.c_void_p(begin), ctypes.c_size_t(end - begin), DONTNEED)
+            library.madvise(ctypes.c_void_p(begin), ctypes.c_size_t(end - begin), _DONTNEED)
 
 
 def _untouched_code() -> list[tuple[int, int]]:

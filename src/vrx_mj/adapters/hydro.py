@@ -14,20 +14,18 @@ from vrx_mj.config.hydro import FORMAT
 from vrx_mj.errors import CommandError, VrxError
 from vrx_mj.packages import importing
 
-__all__ = ["FREQUENCIES", "PANELS", "hydro_of_hull", "panelled"]
-
 FREQUENCIES = 10, 500
 """Fewest frequencies, which the ten poles of a memory need, and most."""
 PANELS = 400
 """Panels into which the wet hull is cut at least."""
-MOST_PANELS = 3000
+_MOST_PANELS = 3000
 """Time and memory grow with the square: 3000 panels take half an hour and 1 GB."""
-ANGLES = 36
+_ANGLES = 36
 """Directions of waves, over the circle."""
-SHORTEST = 5.0
+_SHORTEST = 5.0
 """Shortest wave, in mean edges of wet panels."""
-MOTIONS = ("Surge", "Sway", "Heave", "Roll", "Pitch", "Yaw")
-WET = 1e-9
+_MOTIONS = ("Surge", "Sway", "Heave", "Roll", "Pitch", "Yaw")
+_WET = 1e-9
 
 
 @contextlib.contextmanager
@@ -55,7 +53,7 @@ def hydro_of_hull(
     frequencies: int = 40,
     highest: float | None = None,
     panels: int = PANELS,
-    angles: int = ANGLES,
+    angles: int = _ANGLES,
     progress: Callable[[int, int], None] = lambda done, whole: None,
 ) -> dict[str, Any]:
     """The content of a file for `hull: {hydro: ...}`.
@@ -82,7 +80,7 @@ def hydro_of_hull(
         import capytaine
 
     mesh, edge = _wet_mesh(capytaine, corners - (0.0, 0.0, waterline), panels)
-    highest = highest or math.sqrt(gravity * 2.0 * math.pi / (SHORTEST * edge))
+    highest = highest or math.sqrt(gravity * 2.0 * math.pi / (_SHORTEST * edge))
     omegas = np.linspace(0.0, highest, frequencies + 1)[1:]
     solver = _Solver(capytaine, mesh, np.subtract(point, (0.0, 0.0, waterline)), density, gravity)
     zero, infinite = (_symmetric(solver.radiation(omega)[0]) for omega in (0.0, math.inf))
@@ -125,8 +123,8 @@ def _wet_mesh(package: Any, corners: FloatArray, panels: int) -> tuple[Any, floa
     """Capytaine's mesh of what is under z = 0, and the mean edge of its panels [m]."""
     vertices, faces, edge = panelled(corners, panels)
     mesh = package.Mesh(vertices=vertices, faces=faces).immersed_part()
-    if mesh.nb_faces > MOST_PANELS:
-        raise VrxError(f"{mesh.nb_faces:,} wet panels, more than {MOST_PANELS:,}: simplify the mesh")
+    if mesh.nb_faces > _MOST_PANELS:
+        raise VrxError(f"{mesh.nb_faces:,} wet panels, more than {_MOST_PANELS:,}: simplify the mesh")
     return mesh, edge
 
 
@@ -162,7 +160,7 @@ def panelled(corners: FloatArray, panels: int) -> tuple[FloatArray, IntArray, fl
     """
     import trimesh
 
-    wet = corners[corners[:, :, 2].min(axis=1) < -WET]
+    wet = corners[corners[:, :, 2].min(axis=1) < -_WET]
     if not len(wet):
         raise VrxError("no part of the hull is under water; check --mass, and the mesh's unit (m)")
     area = float(np.linalg.norm(np.cross(wet[:, 1] - wet[:, 0], wet[:, 2] - wet[:, 0]), axis=1).sum()) / 2.0
@@ -170,7 +168,7 @@ def panelled(corners: FloatArray, panels: int) -> tuple[FloatArray, IntArray, fl
     points, index = np.unique(np.round(corners.reshape(-1, 3), 9), axis=0, return_inverse=True)
     vertices, faces = trimesh.remesh.subdivide_to_size(points, index.reshape(-1, 3), longest, max_iter=20)
     found = np.asarray(vertices, np.float64)[faces]
-    wet = found[found[:, :, 2].min(axis=1) < -WET]
+    wet = found[found[:, :, 2].min(axis=1) < -_WET]
     edge = float(np.linalg.norm(wet - np.roll(wet, 1, axis=1), axis=2).mean())
     return np.asarray(vertices, np.float64), np.asarray(faces, np.int64), edge
 
@@ -189,10 +187,10 @@ class _Solver:
     def radiation(self, omega: float) -> tuple[FloatArray, FloatArray]:
         """Added mass and damping (6, 6) at a frequency [rad/s]."""
         added, damping = np.zeros((6, 6)), np.zeros((6, 6))
-        for j, motion in enumerate(MOTIONS):
+        for j, motion in enumerate(_MOTIONS):
             problem = self._package.RadiationProblem(omega=omega, radiating_dof=motion, **self._common)
             found = self._solver.solve(problem)
-            for i, other in enumerate(MOTIONS):
+            for i, other in enumerate(_MOTIONS):
                 added[i, j], damping[i, j] = found.added_masses[other], found.radiation_dampings[other]
         return added, damping
 
@@ -203,5 +201,5 @@ class _Solver:
             angle = 2.0 * math.pi * index / angles
             problem = self._package.DiffractionProblem(omega=omega, wave_direction=angle, **self._common)
             forces = self._solver.solve(problem).forces
-            found[index] = [forces[motion] for motion in MOTIONS]
+            found[index] = [forces[motion] for motion in _MOTIONS]
         return found

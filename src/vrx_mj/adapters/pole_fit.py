@@ -17,22 +17,20 @@ import numpy.typing as npt
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import VrxError
 
-__all__ = ["Memory", "fitted_memory", "kernel_of"]
-
-ComplexArray = npt.NDArray[np.complex128]
-ROUNDS = 30
+_ComplexArray = npt.NDArray[np.complex128]
+_ROUNDS = 30
 """Iterations of vector fitting."""
-NEGLIGIBLE = 1e-3
+_NEGLIGIBLE = 1e-3
 """Entries less than this share of the geometric mean of their diagonals' peaks are left out."""
-LITTLE = 0.01
+_LITTLE = 0.01
 """Share of the largest diagonal's peak that all are taken to have at least [SI]."""
-ORDERS = (4, 6, 8, 10)
+_ORDERS = (4, 6, 8, 10)
 """Numbers of poles, tried in this order."""
-GOOD = 0.005
+_GOOD = 0.005
 """Error with which a fit is taken."""
-CUTS = 40
+_CUTS = 40
 """Rounds in which the fit is bound to damp."""
-SLACK = 1e-6
+_SLACK = 1e-6
 """Negative damping that is left, normalised."""
 
 
@@ -40,9 +38,9 @@ SLACK = 1e-6
 class Memory:
     """Poles and residues of a hull's retardation kernel."""
 
-    poles: ComplexArray
+    poles: _ComplexArray
     """(n,) poles [1/s], of each conjugate pair the one above the real axis."""
-    residues: ComplexArray
+    residues: _ComplexArray
     """(n, 6, 6) residues: force i per memory of motion j."""
     error: float
     """Root mean square of the misfit over that of K(i omega), of normalised entries."""
@@ -50,15 +48,15 @@ class Memory:
     """Least eigenvalue of the fitted damping over all frequencies, normalised: below 0 the fit gains energy."""
 
 
-def kernel_of(poles: ComplexArray, residues: ComplexArray, frequencies: FloatArray) -> ComplexArray:
+def kernel_of(poles: _ComplexArray, residues: _ComplexArray, frequencies: FloatArray) -> _ComplexArray:
     """K(i omega) (m, ...) of poles (n,) and residues (n, ...) at frequencies (m,) [rad/s]."""
     at = 1j * frequencies[:, None]
     above, below = 1.0 / (at - poles), 1.0 / (at - poles.conj())
-    total: ComplexArray = 0.5 * (np.tensordot(above, residues, 1) + np.tensordot(below, residues.conj(), 1))
+    total: _ComplexArray = 0.5 * (np.tensordot(above, residues, 1) + np.tensordot(below, residues.conj(), 1))
     return total
 
 
-def _basis(poles: ComplexArray, frequencies: FloatArray) -> ComplexArray:
+def _basis(poles: _ComplexArray, frequencies: FloatArray) -> _ComplexArray:
     """Columns (m, 2 n) that real and imaginary parts of the residues are multiplied by; real poles have one each."""
     at = 1j * frequencies[:, None]
     above, below = 0.5 / (at - poles), 0.5 / (at - poles.conj())
@@ -66,11 +64,11 @@ def _basis(poles: ComplexArray, frequencies: FloatArray) -> ComplexArray:
     return np.concatenate(columns, axis=1)
 
 
-def _stacked(columns: ComplexArray) -> FloatArray:
+def _stacked(columns: _ComplexArray) -> FloatArray:
     return np.concatenate((columns.real, columns.imag))
 
 
-def _relocated(poles: ComplexArray, samples: ComplexArray, frequencies: FloatArray) -> ComplexArray:
+def _relocated(poles: _ComplexArray, samples: _ComplexArray, frequencies: FloatArray) -> _ComplexArray:
     """Poles after one round of vector fitting to samples (m, entries): zeros of the fitted weight 1 + basis c."""
     basis = _basis(poles, frequencies)
     n, blocks, sides = basis.shape[1], [], []
@@ -84,11 +82,11 @@ def _relocated(poles: ComplexArray, samples: ComplexArray, frequencies: FloatArr
     size = np.abs(zeros)
     # on the imaginary axis a memory would last for ever, and slower ones than the frequencies show are not known
     real = -np.maximum(np.maximum(np.abs(zeros.real), 0.01 * size), 0.5 * frequencies[0])
-    moved: ComplexArray = real + 1j * np.where(np.abs(zeros.imag) < 1e-9 * size, 0.0, zeros.imag)
+    moved: _ComplexArray = real + 1j * np.where(np.abs(zeros.imag) < 1e-9 * size, 0.0, zeros.imag)
     return moved[moved.imag >= 0.0]
 
 
-def _realised(poles: ComplexArray) -> tuple[FloatArray, FloatArray]:
+def _realised(poles: _ComplexArray) -> tuple[FloatArray, FloatArray]:
     """State matrix and input vector, real, whose transfer functions to the states are the columns of `_basis`."""
     pairs = np.flatnonzero(poles.imag > 0.0)
     count, size = len(poles), len(poles) + len(pairs)
@@ -112,13 +110,13 @@ def fitted_memory(frequencies: FloatArray, added: FloatArray, damping: FloatArra
     Raises:
         VrxError: the matrices are not symmetric, or the hull gains energy from its waves.
     """
-    kernels: ComplexArray = damping + 1j * frequencies[:, None, None] * (added - infinite)
+    kernels: _ComplexArray = damping + 1j * frequencies[:, None, None] * (added - infinite)
     peaks = np.abs(kernels).max(axis=0)
     if not np.diag(peaks).max() > 0.0:
         return Memory(np.zeros(0, complex), np.zeros((0, 6, 6), complex), 0.0, 0.0)
     # of a motion that makes next to no waves, as the roll of a sphere, the little that there is is no matter
-    scale = np.sqrt(np.maximum(np.diag(peaks), LITTLE * np.diag(peaks).max()))
-    normal: ComplexArray = kernels / np.outer(scale, scale)
+    scale = np.sqrt(np.maximum(np.diag(peaks), _LITTLE * np.diag(peaks).max()))
+    normal: _ComplexArray = kernels / np.outer(scale, scale)
     _check(normal, frequencies)
     normal = np.asarray(0.5 * (normal + normal.transpose(0, 2, 1)), np.complex128)
     fits = [_best_fit(normal, frequencies, entries) for entries in _coupled(np.abs(normal).max(axis=0))]
@@ -134,17 +132,17 @@ def _coupled(peaks: FloatArray) -> list[list[tuple[int, int]]]:
     """The entries (i, j), j <= i, that are not negligible, by groups of motions that have some in common."""
     groups: list[set[int]] = []
     for i in range(6):
-        here = {j for j in range(6) if peaks[i, j] > NEGLIGIBLE}
+        here = {j for j in range(6) if peaks[i, j] > _NEGLIGIBLE}
         if here:
             met = [group for group in groups if group & here]
             groups = [group for group in groups if group not in met] + [here.union(*met)]
     return [
-        [(i, j) for i in sorted(group) for j in sorted(group) if j <= i and peaks[i, j] > NEGLIGIBLE]
+        [(i, j) for i in sorted(group) for j in sorted(group) if j <= i and peaks[i, j] > _NEGLIGIBLE]
         for group in groups
     ]
 
 
-def _check(normal: ComplexArray, frequencies: FloatArray) -> None:
+def _check(normal: _ComplexArray, frequencies: FloatArray) -> None:
     """Radiation is symmetric, and damps at every frequency."""
     odd = np.abs(normal - normal.transpose(0, 2, 1)).max(axis=(1, 2))
     if odd.max() > 0.1:
@@ -161,28 +159,30 @@ def _check(normal: ComplexArray, frequencies: FloatArray) -> None:
 
 
 def _best_fit(
-    normal: ComplexArray, frequencies: FloatArray, entries: Sequence[tuple[int, int]]
-) -> tuple[ComplexArray, ComplexArray]:
+    normal: _ComplexArray, frequencies: FloatArray, entries: Sequence[tuple[int, int]]
+) -> tuple[_ComplexArray, _ComplexArray]:
     """Poles and residues of coupled motions: of the first number of poles with a good fit, or of the best one."""
     samples = np.stack([normal[:, i, j] for i, j in entries], axis=1)
     size, least, best = np.linalg.norm(samples), np.inf, None
-    for order in ORDERS:
+    for order in _ORDERS:
         spread = np.linspace(frequencies[0], frequencies[-1], order // 2 + 1)[1:] * 0.8
         poles = -0.3 * spread + 1j * spread
-        for _ in range(ROUNDS):
+        for _ in range(_ROUNDS):
             poles = _relocated(poles, samples, frequencies)
         residues = _residues(poles, samples, frequencies, entries)
         fitted = kernel_of(poles, residues, frequencies)
         error = float(np.linalg.norm(np.stack([fitted[:, i, j] for i, j in entries], axis=1) - samples) / size)
         if error < least:
             least, best = error, (poles, residues)
-        if least <= GOOD:
+        if least <= _GOOD:
             break
     assert best is not None
     return best
 
 
-def _eigenvalues(poles: ComplexArray, residues: ComplexArray, frequencies: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _eigenvalues(
+    poles: _ComplexArray, residues: _ComplexArray, frequencies: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Least eigenvalues (n,) of the fitted damping at frequencies (n,), and their vectors (n, 6)."""
     values, vectors = np.linalg.eigh(kernel_of(poles, residues, frequencies).real)
     return values[:, 0], vectors[:, :, 0]
@@ -195,20 +195,20 @@ def _dense(frequencies: FloatArray) -> FloatArray:
 
 
 def _residues(
-    poles: ComplexArray, samples: ComplexArray, frequencies: FloatArray, entries: Sequence[tuple[int, int]]
-) -> ComplexArray:
+    poles: _ComplexArray, samples: _ComplexArray, frequencies: FloatArray, entries: Sequence[tuple[int, int]]
+) -> _ComplexArray:
     """Symmetric residues (n, 6, 6) that fit samples (m, entries), damp nothing at frequency 0, and gain no energy."""
     still, dense = _basis(poles, np.zeros(1)).real, _dense(frequencies)
     free = np.linalg.svd(still)[2][1:].T  # combinations without damping at frequency 0
     q, r = np.linalg.qr(_stacked(_basis(poles, frequencies)) @ free)
     best = np.linalg.lstsq(r, q.T @ _stacked(samples), rcond=None)[0]
     chosen, cuts = best, list[FloatArray]()
-    for _ in range(CUTS):
+    for _ in range(_CUTS):
         residues = _matrices(poles, free @ chosen, entries)
         values, vectors = _eigenvalues(poles, residues, dense)
-        if values.min() >= -SLACK:
+        if values.min() >= -_SLACK:
             break
-        dips = np.flatnonzero((values < -SLACK) & (values <= np.roll(values, 1)) & (values <= np.roll(values, -1)))
+        dips = np.flatnonzero((values < -_SLACK) & (values <= np.roll(values, 1)) & (values <= np.roll(values, -1)))
         for dip in dips:
             row = (_basis(poles, dense[dip : dip + 1]).real @ free)[0]
             sides = [(2.0 - (i == j)) * vectors[dip, i] * vectors[dip, j] for i, j in entries]
@@ -231,7 +231,7 @@ def _least_change(r: FloatArray, best: FloatArray, cuts: FloatArray) -> FloatArr
     return change
 
 
-def _matrices(poles: ComplexArray, weights: FloatArray, entries: Sequence[tuple[int, int]]) -> ComplexArray:
+def _matrices(poles: _ComplexArray, weights: FloatArray, entries: Sequence[tuple[int, int]]) -> _ComplexArray:
     """Residues (n, 6, 6) of the basis' weights (columns, entries)."""
     count = len(poles)
     residues = np.zeros((count, 6, 6), complex)

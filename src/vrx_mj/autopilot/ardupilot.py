@@ -28,12 +28,12 @@ PORT, MAVLINK_PORT, PORT_STEP = 9002, 5760, 10
 """UDP port that a SITL sends to and TCP port of its MAVLink, and how much each further `--instance` adds."""
 PATIENCE = 5.0
 """Wall time [s] without a packet after which an autopilot counts as gone: another may take its place."""
-SETTLING = 3
+_SETTLING = 3
 """Frames on end with an unsuitable rate before a warning: SITL starts at 1200 Hz and adopts the rate of the answers."""
-LONGEST_WAIT = 0.02
+_LONGEST_WAIT = 0.02
 """Wall time [s] that is waited at most before others have their turn."""
-Address = tuple[str, int]
-Report = Callable[[str, str], None]
+_Address = tuple[str, int]
+_Report = Callable[[str, str], None]
 """Takes a level, INFO or WARN, and a line for people."""
 
 
@@ -45,7 +45,7 @@ class _Link:
     socket: socket.socket
     channels: Channels
     board: Board
-    peer: Address | None = None
+    peer: _Address | None = None
     """Where the autopilot sends from."""
     count: int | None = None
     """Number of its last frame."""
@@ -95,7 +95,7 @@ class ArduPilot:
         *,
         host: str = "127.0.0.1",
         rate: float | None = 1.0,
-        report: Report = lambda _level, _text: None,
+        report: _Report = lambda _level, _text: None,
     ) -> None:
         """Listen for the autopilots.
 
@@ -147,7 +147,7 @@ class ArduPilot:
         self._selector.close()
 
     @property
-    def addresses(self) -> dict[str, Address]:
+    def addresses(self) -> dict[str, _Address]:
         """Where each boat's autopilot is listened for; a port of 0 has become a free one."""
         return {link.boat: link.socket.getsockname() for link in self._links}
 
@@ -187,7 +187,7 @@ class ArduPilot:
         Args:
             timeout: wall time [s] for which packets are waited for; None: until all have asked.
         """
-        while not self.receive(LONGEST_WAIT if timeout is None else timeout) and timeout is None:
+        while not self.receive(_LONGEST_WAIT if timeout is None else timeout) and timeout is None:
             pass
         steps = self.steps
         if steps:
@@ -198,7 +198,7 @@ class ArduPilot:
     def run(self, *, duration: float | None = None, over: Callable[[], bool] = lambda: False) -> None:
         """Sail on until the simulated time is `duration` [s], or until it is `over`, which is asked again and again."""
         while not over() and (duration is None or self._sim.time < duration - 0.5 * self._sim.timestep):
-            self.step(LONGEST_WAIT)
+            self.step(_LONGEST_WAIT)
 
     def receive(self, timeout: float) -> bool:
         """Take packets, for which is waited at most so long [s]; whether all autopilots have asked for a frame."""
@@ -243,7 +243,7 @@ class ArduPilot:
                 link.said.discard("silent")
                 self._take(link, servos)
 
-    def _is_of_peer(self, link: _Link, peer: Address) -> bool:
+    def _is_of_peer(self, link: _Link, peer: _Address) -> bool:
         """Whether a packet is of the autopilot that sails a boat, which is the first, until it is gone."""
         if link.peer == peer:
             return True
@@ -272,7 +272,7 @@ class ArduPilot:
         per_second = 1.0 / self._sim.timestep
         steps = max(1, round(per_second / rate)) if rate else 1
         link.unsuited = 0 if abs(steps * rate - per_second) < 1e-6 * per_second else link.unsuited + 1
-        if link.unsuited == SETTLING:
+        if link.unsuited == _SETTLING:
             rates = [f"{per_second / n:g}" for n in range(1, 101) if per_second / n == round(per_second / n)]
             self._say(
                 link,
@@ -346,5 +346,5 @@ def _listening(host: str, port: int) -> socket.socket:
     return listening
 
 
-def _shown(address: Address) -> str:
+def _shown(address: _Address) -> str:
     return f"{address[0]}:{address[1]}"

@@ -23,11 +23,11 @@ from vrx_mj.sensors.errors import Draw
 from vrx_mj.sensors.imu import inertia
 from vrx_mj.sensors.places import Mount, Place, carried
 
-FORWARD_RIGHT_DOWN = ((1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, -1.0))
+_FORWARD_RIGHT_DOWN = ((1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, -1.0))
 """Axes of the board in those of the boat, forward-left-up."""
-FROM_EAST_NORTH_UP = np.array([0.0, math.sqrt(0.5), math.sqrt(0.5), 0.0])
+_FROM_EAST_NORTH_UP = np.array([0.0, math.sqrt(0.5), math.sqrt(0.5), 0.0])
 """(4,) quaternion that turns axes east, north, up into north, east, down."""
-RANGE_FINDERS = 6
+_RANGE_FINDERS = 6
 """Range finders that an answer has room for, `rng_1` to `rng_6`."""
 _EXACT, _NO_DRAW = ImuConfig(name="board", link="base_link"), Draw(0, "", "board", 0, 1.0)
 
@@ -38,12 +38,12 @@ class Board:
     def __init__(self, sim: Simulation, boat: str, position: Sequence[float] = (0.0, 0.0, 0.0)) -> None:
         """Mount it at a position (3,) [m] from the boat's origin, body axes forward-left-up."""
         self._sim, self._boat = sim, boat
-        self._mount = Mount.of(position, FORWARD_RIGHT_DOWN)
+        self._mount = Mount.of(position, _FORWARD_RIGHT_DOWN)
         self._gravity = np.array(sim.model.opt.gravity)
         self._before: tuple[float, Place] | None = None
         own = next(each for each in sim.world.parameters.boats if each.name == boat)
         sounders = [one.name for one in sim.mounted(boat) if one.config.type == "echo_sounder"]
-        self._sounders = sounders[:RANGE_FINDERS]
+        self._sounders = sounders[:_RANGE_FINDERS]
         self._charge = Charge(sim, boat, own.battery) if own.battery else None
 
     def restart(self) -> None:
@@ -78,7 +78,7 @@ class Board:
             "imu": {"gyro": _numbers(unit.angular_velocity), "accel_body": _numbers(unit.linear_acceleration)},
             "position": self._north_east_down(place.position),
             "velocity": self._north_east_down(place.velocity),
-            "quaternion": _numbers(quaternion_product(FROM_EAST_NORTH_UP, unit.orientation)),
+            "quaternion": _numbers(quaternion_product(_FROM_EAST_NORTH_UP, unit.orientation)),
             "windvane": self._windvane(place),
         }
 

@@ -11,9 +11,9 @@ from vrx_mj.model.boats import Thruster
 from vrx_mj.physics.tables import BLADES
 from vrx_mj.runtime.commands import ANGLE
 
-TRIM, SPAN = 1500.0, (400.0, 400.0)
+_TRIM, _SPAN = 1500.0, (400.0, 400.0)
 """Width of a pulse that commands nothing, and how much less and more commands all [us]."""
-SAIL_TRIM, SAIL_SPAN = 1000.0, (1000.0, 1000.0)
+_SAIL_TRIM, _SAIL_SPAN = 1000.0, (1000.0, 1000.0)
 """Those of a sail's winch, which is hauled in at its trim."""
 SHORTEST, LONGEST = 500, 2500
 """Pulses that a servo can get [us]; a channel without output has 0."""
@@ -29,9 +29,9 @@ class Channel:
     """The command of all astern, at most 0."""
     ahead: float
     """The command of all ahead, at least 0."""
-    trim: float = TRIM
+    trim: float = _TRIM
     """Pulse that commands 0 [us]."""
-    span: tuple[float, float] = SPAN
+    span: tuple[float, float] = _SPAN
     """How much shorter and longer the pulses are that command all [us]; below 0 for what turns the other way."""
     dead_band: float = 0.0
     """How far from the trim a pulse still commands nothing [us]."""
@@ -53,7 +53,7 @@ def is_servo_pulse(pulse: int) -> bool:
 
 
 def channels_of(world: World, boat: str) -> dict[int, Channel]:
-    """The channels of a boat: those of its robot's `autopilot:`, else `usual_channels`.
+    """The channels of a boat: those of its robot's `autopilot:`, else `_usual_channels`.
 
     Raises:
         UnknownNameError: its robot names a command that it has not.
@@ -61,7 +61,7 @@ def channels_of(world: World, boat: str) -> dict[int, Channel]:
     """
     given = next(each.autopilot for each in world.parameters.boats if each.name == boat)
     if not given:
-        return usual_channels(world, boat)
+        return _usual_channels(world, boat)
     known = _commands(world.parameters.thrusters_of(boat))
     found = {}
     for one in given:
@@ -73,7 +73,7 @@ def channels_of(world: World, boat: str) -> dict[int, Channel]:
     return found
 
 
-def usual_channels(world: World, boat: str) -> dict[int, Channel]:
+def _usual_channels(world: World, boat: str) -> dict[int, Channel]:
     """The channels of a boat as parameters of ArduPilot's Rover are usually set.
 
     Thrusters `left` and `right` are channels 1 and 3 (SERVO1_FUNCTION 73, SERVO3_FUNCTION 74); else what steers is
@@ -103,6 +103,6 @@ def _commands(own: Sequence[Thruster]) -> dict[str, Channel]:
         if one.mapping not in BLADES:
             found[one.name] = Channel(one.name, *one.command_limits)
         if one.max_angle:
-            pulses = (SAIL_TRIM, SAIL_SPAN) if one.sail else (TRIM, SPAN)
+            pulses = (_SAIL_TRIM, _SAIL_SPAN) if one.sail else (_TRIM, _SPAN)
             found[one.name + ANGLE] = Channel(one.name + ANGLE, -one.max_angle, one.max_angle, *pulses)
     return found

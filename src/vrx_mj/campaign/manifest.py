@@ -27,21 +27,10 @@ from vrx_mj.outputs import check_inside
 from vrx_mj.resources import root
 from vrx_mj.runtime.run import fingerprint, split_name
 
-__all__ = [
-    "Campaign",
-    "Manifest",
-    "begin",
-    "check_files",
-    "code_version",
-    "controller_hash",
-    "is_ours",
-    "read_campaign",
-]
-
-MANIFEST = "campaign.json"
-MADE = ("cells", "worlds", MANIFEST, "results.csv", "index.html")
+_MANIFEST = "campaign.json"
+_MADE = ("cells", "worlds", _MANIFEST, "results.csv", "index.html")
 """What a campaign writes into its folder."""
-SHOWN = 3
+_SHOWN = 3
 """How many names a message lists."""
 
 
@@ -88,23 +77,23 @@ def begin(folder: Path, plan: Plan, *, restart: bool = False) -> Campaign:
     """
     manifest = Manifest(
         plan,
-        (controller_hashes if plan.serving is None else program_hashes)(plan.controllers),
+        (_controller_hashes if plan.serving is None else _program_hashes)(plan.controllers),
         code_version(),
         fingerprint(),
         datetime.now(UTC).isoformat(timespec="seconds"),
     )
-    if not (folder / MANIFEST).is_file() and folder.is_dir() and any(folder.iterdir()):
+    if not (folder / _MANIFEST).is_file() and folder.is_dir() and any(folder.iterdir()):
         raise CommandError(f"the folder '{folder}' is not empty and holds no campaign: give another folder with -o")
-    for name in MADE:
+    for name in _MADE:
         check_inside(folder, name, WHAT)
     if restart:
-        for name in MADE:
+        for name in _MADE:
             if (folder / name).is_dir():
                 shutil.rmtree(folder / name)
             else:
                 (folder / name).unlink(missing_ok=True)
     results = read_results(folder, plan.cells)
-    if (folder / MANIFEST).is_file():
+    if (folder / _MANIFEST).is_file():
         _check_fits(folder, [*_differences(_read_manifest(folder), manifest), *_changed_worlds(plan, results)])
     _write_manifest(folder, manifest)
     return Campaign(folder, manifest, results)
@@ -139,7 +128,7 @@ def _differences(old: Manifest, new: Manifest) -> Iterator[str]:
     for kind in ("controllers", "worlds", "seeds"):
         gone = [str(item) for item in getattr(old.plan, kind) if item not in getattr(new.plan, kind)]
         if gone:
-            yield f"it also has the {kind} {first_names(gone, SHOWN)}"
+            yield f"it also has the {kind} {first_names(gone, _SHOWN)}"
     for option in ("fleet", "duration", "record"):
         was, now = getattr(old.plan, option), getattr(new.plan, option)
         if was != now:
@@ -187,13 +176,13 @@ def _write_manifest(folder: Path, manifest: Manifest) -> None:
         **{key: getattr(plan, key) for key in ("worlds", "seeds", "fleet", "duration", "timeout", "record")},
         "serving": None if plan.serving is None else asdict(plan.serving),
     }
-    write_json(folder / MANIFEST, tree)
+    write_json(folder / _MANIFEST, tree)
 
 
 def _read_manifest(folder: Path) -> Manifest:
-    file = folder / MANIFEST
+    file = folder / _MANIFEST
     if not file.is_file():
-        raise RecordError(f"no campaign in '{folder}': it has no {MANIFEST}")
+        raise RecordError(f"no campaign in '{folder}': it has no {_MANIFEST}")
     try:
         tree = read_json(file)
         options = {key: tree[key] for key in ("fleet", "duration", "timeout", "record")}
@@ -213,7 +202,7 @@ def _serving(tree: Mapping[str, Any] | None) -> Serving | None:
     return Serving(tree["rate"], lockstep, tree["rosbridge"], tree.get("ardupilot", False))
 
 
-DATA = ("assets", "templates", "fleets")
+_DATA = ("assets", "templates", "fleets")
 """Folders of vrx_mj's data."""
 
 
@@ -222,13 +211,13 @@ def code_version() -> str:
     """The version of vrx_mj with a digest of its modules and data: what changes a score without a new one shows too."""
     folder = Path(vrx_mj.__file__).resolve().parent
     digest = sha256(_digest(folder, sorted(folder.rglob("*.py"))).encode())
-    for name in DATA:
+    for name in _DATA:
         files = sorted(file for file in (root() / name).rglob("*") if file.is_file())
         digest.update(_digest(root(), files).encode())
     return f"{vrx_mj.__version__} {digest.hexdigest()[:12]}"
 
 
-def controller_hashes(controllers: tuple[str, ...]) -> dict[str, str]:
+def _controller_hashes(controllers: tuple[str, ...]) -> dict[str, str]:
     """The digest of each controller's files; errors are those of `controller_hash`."""
     return {name: controller_hash(name) for name in controllers}
 
@@ -248,7 +237,7 @@ def controller_hash(name: str) -> str:
     return _digest(*found)
 
 
-def program_hashes(lines: tuple[str, ...]) -> dict[str, str]:
+def _program_hashes(lines: tuple[str, ...]) -> dict[str, str]:
     """The digest of each line that starts a program, and of the files that it names, seen from the current folder."""
     return {line: _program_hash(line) for line in lines}
 

@@ -13,29 +13,27 @@ from vrx_mj.draw.map_scene import ground_of, map_of, object_color, rounded
 from vrx_mj.draw.plan import nice_length
 from vrx_mj.mjcf.world import World
 
-__all__ = ["SHAPES", "map_values", "sketch_of"]
-
-SHAPE = 1.5
+_SHAPE = 1.5
 """Width by height of a map."""
-PIXELS = 720.0
+_PIXELS = 720.0
 """Width of a map when it is shown large [px]: sizes that must stay visible go by it."""
-MOST_POINTS = 1500
+_MOST_POINTS = 1500
 """Points of all tracks of a map together, at most."""
-BEND = 1.0
+_BEND = 1.0
 """Details of the shore that are smaller than this are left out [m]."""
-NEAR = 40.0
+_NEAR = 40.0
 """An object that is farther from everything that matters [m] does not widen a map."""
-Box = tuple[float, float, float, float]
-Spot = tuple[float, float]
-Line = Sequence[Sequence[float]]
-Row = dict[str, Any]
+_Box = tuple[float, float, float, float]
+_Spot = tuple[float, float]
+_Line = Sequence[Sequence[float]]
+_Row = dict[str, Any]
 
 
-def map_values(sketch: Mapping[str, Any], results: Sequence[Result], controllers: Sequence[str]) -> Row:
+def map_values(sketch: Mapping[str, Any], results: Sequence[Result], controllers: Sequence[str]) -> _Row:
     """What the template of a map takes: the frame, the land in it, a scale bar, and the tracks of these trials."""
     tracks = [(result, line) for result in results for line in result.tracks.values() if line]
     west, south, east, north = view = _view(sketch, [line for _, line in tracks])
-    pixel, stride = (east - west) / PIXELS, 1 + sum(len(line) for _, line in tracks) // MOST_POINTS
+    pixel, stride = (east - west) / _PIXELS, 1 + sum(len(line) for _, line in tracks) // _MOST_POINTS
     length = nice_length((east - west) / 4.0)
     x, y = west + 14.0 * pixel, south + 16.0 * pixel
     return {
@@ -48,7 +46,7 @@ def map_values(sketch: Mapping[str, Any], results: Sequence[Result], controllers
     }  # fmt: skip
 
 
-def _track(result: Result, line: Line, stride: int, controllers: Sequence[str]) -> Row:
+def _track(result: Result, line: _Line, stride: int, controllers: Sequence[str]) -> _Row:
     """A boat's way; the template ends it with a dot, or a cross where the trial failed."""
     cell, number = result.cell, controllers.index(result.cell.controller)
     points = [*line[:-1:stride], line[-1]]
@@ -58,7 +56,7 @@ def _track(result: Result, line: Line, stride: int, controllers: Sequence[str]) 
     }  # fmt: skip
 
 
-def _view(sketch: Mapping[str, Any], tracks: Iterable[Line]) -> Box:
+def _view(sketch: Mapping[str, Any], tracks: Iterable[_Line]) -> _Box:
     """What matters: the boats, the task, where they went, and objects not far from these."""
     spots: list[Sequence[float]] = [(boat["x"], boat["y"]) for boat in sketch["boats"]]
     spots += [place[:2] for place in sketch["waypoints"]] + sketch["beacons"]
@@ -73,19 +71,19 @@ def _view(sketch: Mapping[str, Any], tracks: Iterable[Line]) -> Box:
     if not spots:
         return _framed(things or [(0.0, 0.0)])
     center = MultiPoint(spots)
-    return _framed([*spots, *(spot for spot in things if center.distance(Point(spot)) < NEAR)])
+    return _framed([*spots, *(spot for spot in things if center.distance(Point(spot)) < _NEAR)])
 
 
-def _framed(spots: Sequence[Sequence[float]]) -> Box:
+def _framed(spots: Sequence[Sequence[float]]) -> _Box:
     """West, south, east and north of a frame of the right shape round these places, with a margin."""
     xs, ys = [spot[0] for spot in spots], [spot[1] for spot in spots]
     width, height = max(1.12 * (max(xs) - min(xs)) + 6.0, 30.0), max(1.12 * (max(ys) - min(ys)) + 6.0, 20.0)
-    width, height = max(width, SHAPE * height), max(height, width / SHAPE)
+    width, height = max(width, _SHAPE * height), max(height, width / _SHAPE)
     x, y = (min(xs) + max(xs)) / 2.0, (min(ys) + max(ys)) / 2.0
     return (x - width / 2, y - height / 2, x + width / 2, y + height / 2)
 
 
-def _land(rings: Sequence[Line], view: Box) -> str:
+def _land(rings: Sequence[_Line], view: _Box) -> str:
     """The land inside the frame as the path of an SVG; rings have it on their left."""
     frame = box(*view)
     ordered = sorted(rings, key=lambda ring: -float(Polygon(ring).area))
@@ -93,10 +91,10 @@ def _land(rings: Sequence[Line], view: Box) -> str:
     for ring in ordered:
         inside = Polygon(ring).buffer(0).intersection(frame)
         land = land.difference(inside) if _clockwise(ring) else land.union(inside)
-    return "" if land.is_empty else _outline(land.simplify(BEND))
+    return "" if land.is_empty else _outline(land.simplify(_BEND))
 
 
-def _clockwise(ring: Line) -> bool:
+def _clockwise(ring: _Line) -> bool:
     return not LinearRing(ring).is_ccw
 
 
@@ -111,34 +109,34 @@ def path(points: Iterable[Sequence[float]]) -> str:
     return "M" + "L".join(f"{point[0]:.1f} {-point[1]:.1f}" for point in points)
 
 
-def square(x: float, y: float, half: float, yaw: float) -> list[Spot]:
+def _square(x: float, y: float, half: float, yaw: float) -> list[_Spot]:
     """Corners of a square, whose edges are twice `half`."""
     c, s = half * math.cos(yaw), half * math.sin(yaw)
     return [(x - c + s, y - s - c), (x + c + s, y + s - c), (x + c - s, y + s + c), (x - c - s, y - s + c)]
 
 
-def arrow(x: float, y: float, yaw: float, reach: float) -> list[Spot]:
+def _arrow(x: float, y: float, yaw: float, reach: float) -> list[_Spot]:
     """Corners of the head of an arrow round a place."""
-    return [ahead(x, y, yaw + turn, share * reach) for turn, share in ((0.0, 1.0), (2.55, 0.8), (-2.55, 0.8))]
+    return [_ahead(x, y, yaw + turn, share * reach) for turn, share in ((0.0, 1.0), (2.55, 0.8), (-2.55, 0.8))]
 
 
-def ahead(x: float, y: float, yaw: float, distance: float) -> Spot:
+def _ahead(x: float, y: float, yaw: float, distance: float) -> _Spot:
     """The place at a distance in a direction."""
     return x + distance * math.cos(yaw), y + distance * math.sin(yaw)
 
 
-def cross(x: float, y: float, reach: float) -> str:
+def _cross(x: float, y: float, reach: float) -> str:
     """Two strokes through a place as the path of an SVG."""
     return path([(x - reach, y - reach), (x + reach, y + reach)]) + path(
         [(x - reach, y + reach), (x + reach, y - reach)]
     )
 
 
-SHAPES = {"square": square, "arrow": arrow, "ahead": ahead, "cross": cross}
+SHAPES = {"square": _square, "arrow": _arrow, "ahead": _ahead, "cross": _cross}
 """Functions of the template of a map."""
 
 
-def sketch_of(world: World) -> Row:
+def sketch_of(world: World) -> _Row:
     """Shore, docks, objects, boats at their start, and what the task lays out."""
     scene = map_of(world)
     task = world.parameters.task
@@ -159,7 +157,7 @@ def sketch_of(world: World) -> Row:
     }
 
 
-def _laid_out(course: Course) -> Row:
+def _laid_out(course: Course) -> _Row:
     animals = [(item.x, item.y, item.radius, f"{item.name}: {item.goal}") for item in course.animals]
     beacons = [(item.x, item.y, item.radius, item.name) for item in course.beacons]
     return {
@@ -173,10 +171,10 @@ def _laid_out(course: Course) -> Row:
     }
 
 
-def _bay(bay: Bay) -> Row:
+def _bay(bay: Bay) -> _Row:
     title = f"{bay.name}: {bay.symbol or 'no symbol'}".replace("_", " ")
     return {"corners": rounded(bay.internal[:, :2]), "allowed": bay.right, "title": title}
 
 
-def _circle(x: float, y: float, radius: float, title: str) -> Row:
+def _circle(x: float, y: float, radius: float, title: str) -> _Row:
     return {"x": x, "y": y, "radius": radius, "title": title.replace("_", " ")}

@@ -18,15 +18,13 @@ from vrx_mj.campaign.scores import Comparison, leaderboard, mean_of, seedless_wo
 from vrx_mj.draw.colors import boat_color, hex_color
 from vrx_mj.draw.page import page_environment
 
-__all__ = ["PAGE", "map_svg", "page", "refreshed", "write_report"]
-
-BEST, MIDDLE, WORST = (94, 181, 166), (246, 236, 205), (231, 135, 98)
+_BEST, _MIDDLE, _WORST = (94, 181, 166), (246, 236, 205), (231, 135, 98)
 """Colours of a score among those of its world."""
-MOST_CHANGES = 200
-Row = dict[str, Any]
+_MOST_CHANGES = 200
+_Row = dict[str, Any]
 
 
-def page(campaign: Campaign, sketches: Mapping[str, Row], comparison: Comparison | None = None) -> str:
+def page(campaign: Campaign, sketches: Mapping[str, _Row], comparison: Comparison | None = None) -> str:
     """The page as HTML. Names, messages and descriptions are escaped, wherever they come from."""
     plan, results = campaign.manifest.plan, list(campaign.results.values())
     return (
@@ -46,12 +44,12 @@ def page(campaign: Campaign, sketches: Mapping[str, Row], comparison: Comparison
             seedless=seedless_worlds(results),
             failures=[_failure(result) for result in results if result.failed],
             comparison=comparison,
-            most_changes=MOST_CHANGES,
+            most_changes=_MOST_CHANGES,
         )
     )
 
 
-def _rows(campaign: Campaign) -> Iterator[Row]:
+def _rows(campaign: Campaign) -> Iterator[_Row]:
     """Rows of the table of scores: each controller in each world, its cells by seed."""
     plan, tasks = campaign.manifest.plan, tasks_of_worlds(campaign.results.values())
     for number, world in enumerate(plan.worlds):
@@ -72,7 +70,7 @@ def _in_world(campaign: Campaign, world: str) -> list[Result]:
     return [result for result in campaign.results.values() if result.cell.world == world]
 
 
-def _cell(result: Result | None, seed: int, scores: Sequence[float], task: Mapping[str, str] | None) -> Row:
+def _cell(result: Result | None, seed: int, scores: Sequence[float], task: Mapping[str, str] | None) -> _Row:
     """What one cell shows: text, colour, and more about it."""
     row = {"seed": seed, "text": "", "value": "", "color": ""}
     if result is None:
@@ -107,11 +105,11 @@ def _color(score: float, scores: Sequence[float], better: str) -> str:
         return ""
     share = (score - least) / (most - least)
     share = 1.0 - share if better == "higher" else share
-    low, high, part = (BEST, MIDDLE, 2.0 * share) if share < 0.5 else (MIDDLE, WORST, 2.0 * share - 1.0)
+    low, high, part = (_BEST, _MIDDLE, 2.0 * share) if share < 0.5 else (_MIDDLE, _WORST, 2.0 * share - 1.0)
     return hex_color(round(a + (b - a) * part) for a, b in zip(low, high, strict=True))
 
 
-def _maps(campaign: Campaign, sketches: Mapping[str, Row]) -> Iterator[Row]:
+def _maps(campaign: Campaign, sketches: Mapping[str, _Row]) -> Iterator[_Row]:
     plan, tasks = campaign.manifest.plan, tasks_of_worlds(campaign.results.values())
     for number, world in enumerate(plan.worlds):
         if world not in sketches:
@@ -130,13 +128,13 @@ def _maps(campaign: Campaign, sketches: Mapping[str, Row]) -> Iterator[Row]:
         }  # fmt: skip
 
 
-def map_svg(world: str, sketch: Row, results: Sequence[Result], controllers: Sequence[str]) -> Markup:
+def map_svg(world: str, sketch: _Row, results: Sequence[Result], controllers: Sequence[str]) -> Markup:
     """A world from above with the tracks of these trials."""
     values = {"world": world, **map_values(sketch, results, controllers)}
     return Markup(_environment().get_template("map.svg.j2").render(map=values, sketch=sketch))
 
 
-def _failure(result: Result) -> Row:
+def _failure(result: Result) -> _Row:
     return {"cell": result.cell, "error": result.error, "log": f"{result.cell.folder}/{LOG}"}
 
 

@@ -12,13 +12,11 @@ from pathlib import Path
 from vrx_mj.config.search import catalogue, find, is_path
 from vrx_mj.errors import CommandError
 
-__all__ = ["Cell", "Plan", "Serving", "choose_worlds", "folder_name", "parse_seeds"]
-
-MOST_SEEDS = 100_000
-GLOB = re.compile(r"[*?\[]")
-PLAIN = (re.compile(r"[a-z0-9_][a-z0-9_-]*(/[a-z0-9_][a-z0-9_-]*)*"), re.compile(r"\w+(\.\w+)*:\w+", re.ASCII))
+_MOST_SEEDS = 100_000
+_GLOB = re.compile(r"[*?\[]")
+_PLAIN = (re.compile(r"[a-z0-9_][a-z0-9_-]*(/[a-z0-9_][a-z0-9_-]*)*"), re.compile(r"\w+(\.\w+)*:\w+", re.ASCII))
 """Names of worlds and of controllers that stay readable, and apart, with a dot for every slash and colon."""
-SERIES = "#"
+_SERIES = "#"
 """Between the path of a series of worlds and the number of one of them."""
 
 
@@ -96,8 +94,8 @@ def parse_seeds(text: str) -> tuple[int, ...]:
         first, last = int(found[1]), int(found[2] or found[1])
         if last < first:
             raise CommandError(f"--seeds '{text}': the range {first}..{last} is empty; write the smaller number first")
-        if last - first >= MOST_SEEDS:
-            raise CommandError(f"--seeds '{text}': {last - first + 1} seeds; at most {MOST_SEEDS} are allowed")
+        if last - first >= _MOST_SEEDS:
+            raise CommandError(f"--seeds '{text}': {last - first + 1} seeds; at most {_MOST_SEEDS} are allowed")
         seeds |= dict.fromkeys(range(first, last + 1))
     return tuple(seeds)
 
@@ -118,14 +116,14 @@ def choose_worlds(patterns: Iterable[str]) -> tuple[str, ...]:
 
 
 def _worlds(pattern: str) -> Sequence[str]:
-    source, mark, number = pattern.partition(SERIES)
+    source, mark, number = pattern.partition(_SERIES)
     if is_path(source):
         files = [source] if Path(source).is_file() else sorted(glob.glob(source, recursive=True))  # noqa: PTH207 - absolute ones too
         if not files:
             raise CommandError(f"--worlds '{pattern}': no file '{source}'")
         return [f"{file}{mark}{number}" for file in files]
     known = catalogue("worlds")
-    if not GLOB.search(pattern):
+    if not _GLOB.search(pattern):
         if source not in known:
             find("worlds", source)
         return [pattern]
@@ -143,7 +141,7 @@ def folder_name(name: str) -> str:
     A name of a world with other characters than small letters, digits, `-`, `_` and slashes, and any that is long, gets
     a hash at its end.
     """
-    if len(name) <= 80 and any(form.fullmatch(name) for form in PLAIN):
+    if len(name) <= 80 and any(form.fullmatch(name) for form in _PLAIN):
         return re.sub(r"[/:]", ".", name)
     plain = re.sub(r"[^A-Za-z0-9]+", "_", name).strip("_")
     return f"{plain[-60:]}-{sha256(name.encode()).hexdigest()[:8]}"

@@ -26,18 +26,16 @@ from vrx_mj.campaign.trial import INTERRUPTED, PREPARATION, Trial, sail
 from vrx_mj.mjcf.world import World
 from vrx_mj.outputs import check_inside
 
-__all__ = ["TrialProcess", "sail_all", "start_server", "undisturbed"]
-
-PRELOADED = "vrx_mj.campaign.warm"
-GRACE = 5.0
+_PRELOADED = "vrx_mj.campaign.warm"
+_GRACE = 5.0
 """A process that should have ended itself is killed this much later [s]."""
-MOST_LOG = 50_000_000
+_MOST_LOG = 50_000_000
 """A trial that prints more than this is ended [bytes]."""
-TAIL = 100_000
+_TAIL = 100_000
 """How much of a log is looked through for where a trial hung [bytes]."""
-START = 120.0
+_START = 120.0
 """Wall time for starting a process [s]."""
-END, ALLOWED, REACHED, GROUP = 0, 1, 2, 3
+_END, _ALLOWED, _REACHED, _GROUP = 0, 1, 2, 3
 """Slots of the memory that a trial shares: when it must have ended, by the monotonic clock, the wall time that it may
 take, the simulated time that it has reached [s], and the process group of the program that sails it, or 0."""
 
@@ -47,7 +45,7 @@ def start_server() -> BaseContext:
     if "forkserver" not in multiprocessing.get_all_start_methods():
         return multiprocessing.get_context("spawn")
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload([PRELOADED])
+    context.set_forkserver_preload([_PRELOADED])
     with _same_path():
         first = context.Process(target=_nothing)
         first.start()
@@ -100,7 +98,7 @@ class TrialProcess:
         shutil.rmtree(self._folder, ignore_errors=True)
         self._folder.mkdir(parents=True)
         self._begun = time.monotonic()
-        self._shared = context.Array("d", [self._begun + START, PREPARATION, 0.0, 0.0], lock=False)
+        self._shared = context.Array("d", [self._begun + _START, PREPARATION, 0.0, 0.0], lock=False)
         arguments = (trial, root, self._shared, dict(os.environ))
         self._process = context.Process(target=_sail_here, args=arguments)  # type: ignore[attr-defined]
         self._process.start()
@@ -112,12 +110,12 @@ class TrialProcess:
 
     def result(self) -> Result | None:
         """How the trial ended; None while it goes on. One that takes or prints too much is ended."""
-        late = time.monotonic() - self._shared[END]
+        late = time.monotonic() - self._shared[_END]
         reason = None
         if self._process.is_alive():
-            if late <= GRACE and not self._prints_too_much():
+            if late <= _GRACE and not self._prints_too_much():
                 return None
-            reason = None if late > GRACE else f"printed more than {MOST_LOG // 1_000_000} MB"
+            reason = None if late > _GRACE else f"printed more than {_MOST_LOG // 1_000_000} MB"
             self.stop()
         self._process.join()
         self._end_groups()
@@ -126,8 +124,8 @@ class TrialProcess:
             text = reason or (self._hung() if late > -0.1 else _ended_by(self._process.exitcode))
             found = Result(
                 self.trial.cell,
-                error=f"at t = {self._shared[REACHED]:g} s: {text}",
-                sim_time=self._shared[REACHED],
+                error=f"at t = {self._shared[_REACHED]:g} s: {text}",
+                sim_time=self._shared[_REACHED],
                 wall_time=time.monotonic() - self._begun,
             )
             write_result(self._folder, found)
@@ -135,13 +133,13 @@ class TrialProcess:
 
     def ask_to_end(self) -> None:
         """Have a program that sails the trial be ended, as Ctrl-C does it; `stop` waits for that."""
-        if self._shared[GROUP]:
+        if self._shared[_GROUP]:
             self._process.terminate()
 
     def stop(self) -> None:
         """End the process and those it started."""
         self.ask_to_end()
-        self._process.join(ENDING if self._shared[GROUP] else 0.0)
+        self._process.join(ENDING if self._shared[_GROUP] else 0.0)
         self._end_groups()
         self._process.kill()
         self._process.join()
@@ -157,19 +155,19 @@ class TrialProcess:
     def _end_groups(self) -> None:
         """What the process has started, as far as it leads or reported the group."""
         _end_group(self._process.pid)
-        _end_group(int(self._shared[GROUP]) or None)
+        _end_group(int(self._shared[_GROUP]) or None)
 
     def _prints_too_much(self) -> bool:
         with contextlib.suppress(OSError):
-            return (self._folder / LOG).stat().st_size > MOST_LOG
+            return (self._folder / LOG).stat().st_size > _MOST_LOG
         return False
 
     def _hung(self) -> str:
         """The error of a trial whose time was up, with the line where it was then."""
-        text = f"not finished after {self._shared[ALLOWED]:g} s of wall time"
+        text = f"not finished after {self._shared[_ALLOWED]:g} s of wall time"
         start = f'  File "{Path.cwd()}{os.sep}'.encode("ascii", "backslashreplace")  # as faulthandler writes it
         with contextlib.suppress(OSError):
-            lines = (self._folder / LOG).read_bytes()[-TAIL:].splitlines()
+            lines = (self._folder / LOG).read_bytes()[-_TAIL:].splitlines()
             own = [line.removeprefix(start) for line in lines if line.startswith(start)]  # the innermost first
             text += f"; it was in {own[0].decode('unicode_escape').replace(chr(34), '')}" if own else ""
         return text
@@ -199,16 +197,16 @@ class _SharedStopwatch:
 
     def allow(self, wall: float) -> None:
         """Let the trial take this wall time [s] from now on; then it writes to its log where it is, and ends."""
-        self._shared[ALLOWED], self._shared[END] = wall, time.monotonic() + wall
+        self._shared[_ALLOWED], self._shared[_END] = wall, time.monotonic() + wall
         faulthandler.dump_traceback_later(wall, exit=True)
 
     def reach(self, moment: float) -> None:
         """Note the simulated time [s]."""
-        self._shared[REACHED] = moment
+        self._shared[_REACHED] = moment
 
     def lead(self, group: int) -> None:
         """Note the process group of the program that sails the trial; 0: it has ended."""
-        self._shared[GROUP] = group
+        self._shared[_GROUP] = group
 
 
 def _sail_here(trial: Trial, root: Path, shared: MutableSequence[float], environ: Mapping[str, str]) -> None:
@@ -246,7 +244,7 @@ def _log_into(file: Path) -> None:
     faulthandler.enable(sys.stderr)
 
 
-LOOK = 0.25
+_LOOK = 0.25
 """How often trials are looked after [s]."""
 
 
@@ -271,7 +269,7 @@ def sail_all(
                 with undisturbed():
                     under_way.append(TrialProcess(context, waiting.pop(), root))
             running(len(under_way))
-            wait([process.sentinel for process in under_way], timeout=LOOK)
+            wait([process.sentinel for process in under_way], timeout=_LOOK)
             for process in list(under_way):
                 result = process.result()
                 if result is not None:

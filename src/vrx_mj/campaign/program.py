@@ -15,22 +15,20 @@ import psutil
 
 from vrx_mj.errors import VrxError
 
-__all__ = ["ENDING", "Program", "adopt_orphans"]
-
-SIGNAL_TIMEOUTS = {"SIGINT": 6.0, "SIGTERM": 4.0, "SIGKILL": 2.0}
+_SIGNAL_TIMEOUTS = {"SIGINT": 6.0, "SIGTERM": 4.0, "SIGKILL": 2.0}
 """How a program is ended: after each signal it has so long [s]."""
-ENDING = sum(SIGNAL_TIMEOUTS.values()) + 3.0
+ENDING = sum(_SIGNAL_TIMEOUTS.values()) + 3.0
 """Wall time that ending one takes, at most [s]."""
-LOOK = 0.02
+_LOOK = 0.02
 """How often it is seen whether all have ended [s]."""
 MOST_OUTPUT = 10_000_000
 """Output of a program that is kept [bytes]."""
-READ_SIZE = 1 << 16
-TAIL = 4096
+_READ_SIZE = 1 << 16
+_TAIL = 4096
 """Bytes in which the last lines are looked for."""
-SHOWN_LINES, SHOWN = 3, 200
+_SHOWN_LINES, _SHOWN = 3, 200
 """Last lines that are shown, and characters of each."""
-SET_CHILD_SUBREAPER = 36
+_SET_CHILD_SUBREAPER = 36
 """Option of prctl(2)."""
 
 
@@ -85,9 +83,9 @@ class Program:
     def last_lines(self) -> str:
         """What it printed last, in one line."""
         lines = [line.strip() for line in self._tail.decode("utf-8", "replace").splitlines() if line.strip()]
-        return " | ".join(line[:SHOWN] for line in lines[-SHOWN_LINES:])
+        return " | ".join(line[:_SHOWN] for line in lines[-_SHOWN_LINES:])
 
-    def end(self, timeouts: Mapping[str, float] = SIGNAL_TIMEOUTS) -> None:
+    def end(self, timeouts: Mapping[str, float] = _SIGNAL_TIMEOUTS) -> None:
         """End it and what it started, by one signal after the other; nothing happens where all have ended."""
         for name, timeout in timeouts.items():
             if self._all_ended():
@@ -95,7 +93,7 @@ class Program:
             self._signal(signal.Signals[name])
             deadline = time.monotonic() + timeout
             while not self._all_ended() and time.monotonic() < deadline:
-                time.sleep(LOOK)
+                time.sleep(_LOOK)
         self._reader.join(1.0)
 
     def _signal(self, number: signal.Signals) -> None:
@@ -124,8 +122,8 @@ class Program:
 
     def _read(self, stream: IO[bytes]) -> None:
         with stream:
-            while data := stream.read(READ_SIZE):
-                self._tail = (self._tail + data)[-TAIL:]
+            while data := stream.read(_READ_SIZE):
+                self._tail = (self._tail + data)[-_TAIL:]
                 self._keep(data)
 
     def _keep(self, data: bytes) -> None:
@@ -142,7 +140,7 @@ class Program:
 def adopt_orphans() -> None:
     """Become the parent of what programs of this process leave behind, so that it can be ended; only Linux can."""
     if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(SET_CHILD_SUBREAPER, 1, 0, 0, 0)
+        ctypes.CDLL(None).prctl(_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
 
 
 def _descendants() -> list[psutil.Process]:

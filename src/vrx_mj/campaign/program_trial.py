@@ -27,12 +27,10 @@ from vrx_mj.runtime.timing import Schedule
 if TYPE_CHECKING:
     from vrx_mj.ros.interface import Transport
 
-__all__ = ["claimed_port", "sail_by_program", "surroundings"]
-
-LOOPBACK = "127.0.0.1"
+_LOOPBACK = "127.0.0.1"
 PORTS = range(21311, 29311)
 """Ports of masters and rosbridges: below those that systems assign by themselves."""
-INSTANCES = range(1, 250)
+_INSTANCES = range(1, 250)
 """Numbers of SITLs, by which their ports are 10 apart."""
 
 
@@ -99,7 +97,7 @@ def _serve_sitl(sim: Simulation, serving: Serving, pilot: _Pilot) -> None:
     with _autopilots(sim, serving.rate) as autopilots:
         for number, (boat, words) in enumerate(autopilots.arguments.items()):
             _, port = autopilots.addresses[boat]
-            mavlink = f"tcp:{LOOPBACK}:{port - PORT + MAVLINK_PORT}"
+            mavlink = f"tcp:{_LOOPBACK}:{port - PORT + MAVLINK_PORT}"
             suffix = f"_{number}" if number else ""
             os.environ.update({f"VRX_MJ_ARDUPILOT{suffix}": words, f"VRX_MJ_MAVLINK{suffix}": mavlink})
         pilot.start()
@@ -108,18 +106,18 @@ def _serve_sitl(sim: Simulation, serving: Serving, pilot: _Pilot) -> None:
 
 def _autopilots(sim: Simulation, rate: float | None) -> ArduPilot:
     """What listens for the SITLs of all boats, at ports whose SITLs' MAVLink ports are free too."""
-    for instance in INSTANCES:
+    for instance in _INSTANCES:
         ports = ports_of(sim, str(PORT + PORT_STEP * instance))
         with contextlib.suppress(NetworkError), contextlib.ExitStack() as probes:
             autopilots = ArduPilot(sim, ports, rate=rate, report=_write_line)
             try:
                 for port in ports.values():
-                    probes.enter_context(socket.socket()).bind((LOOPBACK, port - PORT + MAVLINK_PORT))
+                    probes.enter_context(socket.socket()).bind((_LOOPBACK, port - PORT + MAVLINK_PORT))
             except OSError:
                 autopilots.close()
                 continue
             return autopilots
-    raise NetworkError(f"no ports are free for ArduPilot's SITL of instances up to {INSTANCES[-1]}")
+    raise NetworkError(f"no ports are free for ArduPilot's SITL of instances up to {_INSTANCES[-1]}")
 
 
 def surroundings(folder: Path, master: int, rosbridge: int | None) -> dict[str, str]:
@@ -127,14 +125,14 @@ def surroundings(folder: Path, master: int, rosbridge: int | None) -> dict[str, 
     home = folder.resolve() / "ros"
     (home / "log").mkdir(parents=True, exist_ok=True)
     found = {
-        "ROS_MASTER_URI": f"http://{LOOPBACK}:{master}",
-        "ROS_IP": LOOPBACK,
+        "ROS_MASTER_URI": f"http://{_LOOPBACK}:{master}",
+        "ROS_IP": _LOOPBACK,
         "ROS_HOME": str(home),
         "ROS_LOG_DIR": str(home / "log"),
     }
     if rosbridge is not None:
         found["VRX_MJ_ROSBRIDGE_PORT"] = str(rosbridge)
-        found["VRX_MJ_ROSBRIDGE_URL"] = f"ws://{LOOPBACK}:{rosbridge}"
+        found["VRX_MJ_ROSBRIDGE_URL"] = f"ws://{_LOOPBACK}:{rosbridge}"
     return found
 
 
@@ -144,14 +142,14 @@ def claimed_port() -> Iterator[int]:
     for port in PORTS:
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as claim:
             try:
-                claim.bind((LOOPBACK, port))
+                claim.bind((_LOOPBACK, port))
                 with socket.socket() as probe:
-                    probe.bind((LOOPBACK, port))
+                    probe.bind((_LOOPBACK, port))
             except OSError:
                 continue
             yield port
             return
-    raise NetworkError(f"no port of {PORTS.start} to {PORTS.stop - 1} is free on {LOOPBACK}")
+    raise NetworkError(f"no port of {PORTS.start} to {PORTS.stop - 1} is free on {_LOOPBACK}")
 
 
 class _Pilot:

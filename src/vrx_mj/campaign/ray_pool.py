@@ -19,15 +19,13 @@ from vrx_mj.errors import VrxError
 from vrx_mj.outputs import write_files
 from vrx_mj.packages import needs_extra
 
-__all__ = ["sail_on_ray"]
-
-LOOK = 0.5
+_LOOK = 0.5
 """How often trials are looked after [s]."""
-STOP_TIMEOUT = 10.0
+_STOP_TIMEOUT = 10.0
 """How long trials may take to stop [s]."""
-EXCLUDED_FILES = ("*.rrd", ".git", ".venv", "__pycache__", "*.pyc")
+_EXCLUDED_FILES = ("*.rrd", ".git", ".venv", "__pycache__", "*.pyc")
 """Files of the current folder that no node needs."""
-Files = dict[str, bytes]
+_Files = dict[str, bytes]
 
 
 def sail_on_ray(
@@ -57,14 +55,14 @@ def sail_on_ray(
                 trial = waiting.pop()
                 under_way[task.remote(trial)] = trial
             running(len(under_way))
-            ready, _ = ray.wait(list(under_way), timeout=LOOK)
+            ready, _ = ray.wait(list(under_way), timeout=_LOOK)
             for reference in ready:
                 yield _brought(ray, reference, under_way.pop(reference), root)
     finally:
         for reference in under_way:
             ray.cancel(reference)
         if under_way:
-            ray.wait(list(under_way), num_returns=len(under_way), timeout=STOP_TIMEOUT)
+            ray.wait(list(under_way), num_returns=len(under_way), timeout=_STOP_TIMEOUT)
         ray.shutdown()
 
 
@@ -74,7 +72,7 @@ def _connected(root: Path) -> Any:
         import ray
     except ImportError:
         raise VrxError(needs_extra("--ray", "Ray", "ray")) from None
-    excluded = list(EXCLUDED_FILES)
+    excluded = list(_EXCLUDED_FILES)
     with suppress(ValueError):
         excluded.append(f"/{root.resolve().relative_to(Path.cwd()).as_posix()}/")
     named = {name: value for name, value in os.environ.items() if name.startswith("VRX_MJ_")}
@@ -86,14 +84,14 @@ def _connected(root: Path) -> Any:
     return ray
 
 
-def _sail_there(trial: Trial) -> Files:
+def _sail_there(trial: Trial) -> _Files:
     """What a task does: sail a trial in a folder that is gone afterwards; the files of that folder."""
     with tempfile.TemporaryDirectory(prefix="vrx_mj-") as folder:
         root = Path(folder)
         process = TrialProcess(start_server(), trial, root)
         try:
             while process.result() is None:
-                wait([process.sentinel], timeout=LOOK)
+                wait([process.sentinel], timeout=_LOOK)
         finally:
             process.stop()
         return {file.relative_to(root).as_posix(): file.read_bytes() for file in root.rglob("*") if file.is_file()}
@@ -103,7 +101,7 @@ def _brought(ray: Any, reference: Any, trial: Trial, root: Path) -> Result:
     """The result of a task that has ended, its files put where a trial on this machine puts them."""
     cell = trial.cell
     try:
-        files: Files = ray.get(reference)
+        files: _Files = ray.get(reference)
     except ray.exceptions.RayError as error:
         result = Result(cell, error=f"Ray lost the trial: {str(error).strip().splitlines()[0]}")
         write_result(root / cell.folder, result)

@@ -13,33 +13,14 @@ from vrx_mj.campaign.plan import Cell, folder_name
 from vrx_mj.errors import RecordError
 from vrx_mj.outputs import write_files
 
-__all__ = [
-    "FORMAT",
-    "LOG",
-    "WHAT",
-    "Result",
-    "Stopwatch",
-    "Tracks",
-    "read_json",
-    "read_result",
-    "read_results",
-    "read_sketches",
-    "simplified",
-    "sketch_file",
-    "write_csv",
-    "write_json",
-    "write_result",
-    "write_text",
-]
-
 FORMAT = 1
 """Version of the files; others are refused."""
 LOG = "log.txt"
 """What a trial printed, with the traceback of a controller that raised."""
-RESULT = "result.json"
+_RESULT = "result.json"
 WHAT = "the campaign"
 """What is written, for messages."""
-COLUMNS = (
+_COLUMNS = (
     "controller", "world", "seed", "status", "task", "score", "unit", "better", "state", "timed_out", "collisions",
     "elapsed", "sim_time", "wall_time", "state_sha256", "error",
 )  # fmt: skip
@@ -87,7 +68,7 @@ class Result:
 
 def write_result(folder: Path, result: Result) -> None:
     """Write a cell's result into its folder; a reader meanwhile sees all of it or nothing."""
-    write_json(folder / RESULT, {"format": FORMAT, **asdict(result)})
+    write_json(folder / _RESULT, {"format": FORMAT, **asdict(result)})
 
 
 def read_result(folder: Path) -> Result | None:
@@ -96,7 +77,7 @@ def read_result(folder: Path) -> Result | None:
     Raises:
         RecordError: it is of another version.
     """
-    file = folder / RESULT
+    file = folder / _RESULT
     try:
         tree = read_json(file)
         return Result(**{**tree, "cell": Cell(**tree["cell"])})
@@ -124,7 +105,7 @@ def sketch_file(folder: Path, world: str) -> Path:
 def write_csv(file: Path, results: Iterable[Result]) -> None:
     """All results as a table, a line for each."""
     text = io.StringIO()
-    writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
+    writer = csv.DictWriter(text, _COLUMNS, lineterminator="\n")
     writer.writeheader()
     writer.writerows(_row(result) for result in results)
     write_text(file, text.getvalue())
@@ -170,8 +151,8 @@ def write_text(file: Path, text: str) -> None:
     write_files(file.parent, {file.name: text}, WHAT)
 
 
-Point = tuple[float, float]
-APART = 0.3
+_Point = tuple[float, float]
+_APART = 0.3
 """Places nearer than this to the one kept before are left out while sailing [m]."""
 TOLERANCE = 0.2
 """How far a simplified track may be from the true one [m]."""
@@ -196,13 +177,13 @@ class Tracks:
     """Collects the places of boats while they sail."""
 
     def __init__(self) -> None:
-        self._places: dict[str, list[Point]] = {}
+        self._places: dict[str, list[_Point]] = {}
 
     def add(self, boat: str, position: FloatArray) -> None:
         """Take a boat's position [m, ENU]."""
         x, y = float(position[0]), float(position[1])
         places = self._places.setdefault(boat, [])
-        if not places or abs(x - places[-1][0]) + abs(y - places[-1][1]) > APART:
+        if not places or abs(x - places[-1][0]) + abs(y - places[-1][1]) > _APART:
             places.append((x, y))
 
     def simplified(self) -> dict[str, list[list[float]]]:
@@ -210,7 +191,7 @@ class Tracks:
         return {boat: simplified(places) for boat, places in self._places.items()}
 
 
-def simplified(places: list[Point]) -> list[list[float]]:
+def simplified(places: list[_Point]) -> list[list[float]]:
     """A line through few of these places (Douglas and Peucker 1973), with a tolerance that keeps it short enough."""
     from shapely import LineString
 
@@ -222,5 +203,5 @@ def simplified(places: list[Point]) -> list[list[float]]:
     return _rounded(list(line.coords))
 
 
-def _rounded(places: list[Point]) -> list[list[float]]:
+def _rounded(places: list[_Point]) -> list[list[float]]:
     return [[round(x, 1), round(y, 1)] for x, y in places]

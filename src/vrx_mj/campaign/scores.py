@@ -10,25 +10,10 @@ from vrx_mj.campaign.plan import Cell
 from vrx_mj.campaign.results import Result
 from vrx_mj.errors import first_names
 
-__all__ = [
-    "Change",
-    "Comparison",
-    "Line",
-    "Mean",
-    "Test",
-    "compare",
-    "leaderboard",
-    "mean_of",
-    "paired_test",
-    "seedless_worlds",
-    "task_types",
-    "tasks_of_worlds",
-]
-
-SIGNIFICANT = 0.05
-SHOWN = 3
+_SIGNIFICANT = 0.05
+_SHOWN = 3
 """How many names a note lists."""
-FEWEST = 6
+_FEWEST = 6
 """With fewer pairs that differ no two-sided test of signed ranks gets below 0.05: five give 2 / 2^5."""
 
 
@@ -81,8 +66,8 @@ class Test:
         if not differ:
             return "no score has changed"
         if self.p is None or self.adjusted is None:
-            return f"too few pairs: {differ} differ, at least {FEWEST} are needed"
-        if self.adjusted >= SIGNIFICANT:
+            return f"too few pairs: {differ} differ, at least {_FEWEST} are needed"
+        if self.adjusted >= _SIGNIFICANT:
             return "no significant change"
         return "significantly better" if self.gain > 0.0 else "significantly worse" if self.gain < 0.0 else "changed"
 
@@ -139,7 +124,7 @@ def paired_test(gains: Sequence[float]) -> float | None:
     from scipy.stats import wilcoxon
 
     moved = [gain for gain in gains if gain != 0.0]
-    return float(wilcoxon(moved).pvalue) if len(moved) >= FEWEST else None
+    return float(wilcoxon(moved).pvalue) if len(moved) >= _FEWEST else None
 
 
 def _counterparts(now: Sequence[str], earlier: Sequence[str]) -> dict[str, str]:
@@ -209,7 +194,7 @@ def _changed_worlds(pairs: Sequence[tuple[Result, Result]]) -> Iterator[str]:
     """Which worlds are not the same in both."""
     changed = {after.cell.world: None for before, after in pairs if _differ(before.world_sha256, after.world_sha256)}
     if changed:
-        yield f"worlds whose files have changed: {first_names(changed, SHOWN)}"
+        yield f"worlds whose files have changed: {first_names(changed, _SHOWN)}"
 
 
 def _differ(before: str, after: str) -> bool:

@@ -18,16 +18,14 @@ from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.run import Controller, Summary, load_controller, planned, run
 from vrx_mj.runtime.simulation import Simulation
 
-__all__ = ["INTERRUPTED", "PREPARATION", "Trial", "sail"]
-
-RECORDING = "run.rrd"
+_RECORDING = "run.rrd"
 PREPARATION = 120.0
 """Wall time for compiling a world [s]."""
-EXTRA_TIME = 60.0
+_EXTRA_TIME = 60.0
 """Wall time that a trial gets on top of its simulated time [s]."""
 INTERRUPTED = "interrupted"
 """The error of a trial that was interrupted."""
-EVENTS = 200
+_EVENTS = 200
 """Lines of the referee that are kept, at most."""
 
 
@@ -91,7 +89,7 @@ def sail(trial: Trial, folder: Path, stopwatch: Stopwatch, keep: Callable[[World
         world = compile_world(trial.cell.world, fleet=trial.fleet, seed=trial.cell.seed)
         keep(world)
         sim = Simulation(world)
-        with _recording(sim, folder / RECORDING if trial.record else None):
+        with _recording(sim, folder / _RECORDING if trial.record else None):
             summary = _sailed(trial, sim, folder, tracks, stopwatch)
         return _result(trial, summary, world.sha256, tracks)
     except Exception as error:
@@ -107,12 +105,12 @@ def sail(trial: Trial, folder: Path, stopwatch: Stopwatch, keep: Callable[[World
 def _sailed(trial: Trial, sim: Simulation, folder: Path, tracks: Tracks, stopwatch: Stopwatch) -> Summary:
     simulated = trial.duration or planned(sim)
     if trial.serving is None:
-        stopwatch.allow(trial.timeout or EXTRA_TIME + simulated)
+        stopwatch.allow(trial.timeout or _EXTRA_TIME + simulated)
         return run(sim, trial.duration, controller=_Watched(trial.cell, sim.boats, tracks, stopwatch))
     from vrx_mj.campaign.program_trial import sail_by_program  # needs the extra ros1
 
     slower = min(trial.serving.rate or 1.0, 1.0)
-    wall = trial.timeout or EXTRA_TIME + simulated / slower
+    wall = trial.timeout or _EXTRA_TIME + simulated / slower
     return sail_by_program(trial.cell, trial.serving, sim, folder, trial.duration, wall, tracks, stopwatch)
 
 
@@ -129,7 +127,7 @@ def _result(trial: Trial, summary: Summary, world: str, tracks: Tracks) -> Resul
     if task is not None and not math.isfinite(task["score"] or 0.0):
         raise VrxError(f"the score of {task['name']} is {task['score']}: a finite number is needed")
     if task is not None:
-        task["events"] = [list(event) for event in task["events"][-EVENTS:]]
+        task["events"] = [list(event) for event in task["events"][-_EVENTS:]]
     return Result(
         trial.cell,
         error=INTERRUPTED if summary.interrupted else None,
@@ -140,7 +138,7 @@ def _result(trial: Trial, summary: Summary, world: str, tracks: Tracks) -> Resul
         world_sha256=world,
         platform=summary.platform,
         tracks=tracks.simplified(),
-        recording=RECORDING if trial.record else None,
+        recording=_RECORDING if trial.record else None,
     )
 
 

@@ -3,11 +3,8 @@
 import contextlib
 import warnings
 
-from vrx_mj.campaign import trial
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.runtime.simulation import Simulation
-
-__all__ = ["trial"]
 
 with contextlib.suppress(Exception), warnings.catch_warnings():  # the first trial reports what is wrong
     warnings.simplefilter("ignore")

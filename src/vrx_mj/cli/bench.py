@@ -32,23 +32,6 @@ from vrx_mj.runtime.simulation import Simulation
 if TYPE_CHECKING:
     from vrx_mj.rl import VectorEnv
 
-__all__ = [
-    "DT",
-    "SEA",
-    "Row",
-    "bench_row",
-    "boat_steps_per_second",
-    "child_cost",
-    "environment_steps_per_second",
-    "fleet",
-    "megabytes_per_row",
-    "print_rows",
-    "sailing",
-    "serve",
-    "two_threads_and_two_processes",
-    "weigh",
-]
-
 DT = 0.01
 """Physics step of all of them [s]."""
 SEA: dict[str, Any] = {
@@ -61,9 +44,9 @@ SEA: dict[str, Any] = {
     },
 }
 """Open water with the sea of VRX's Sydney worlds and a gusty wind."""
-OCEAN = {**SEA, "sea": {"model": "jonswap", "sea_state": 2, "spreading": 10}}
+_OCEAN = {**SEA, "sea": {"model": "jonswap", "sea_state": 2, "spreading": 10}}
 """The same with a sea of 60 waves."""
-MARINE = {**OCEAN, "physics": {"profile": "marine"}, "current": {"speed": 0.3, "var_gain": 0.05}}
+_MARINE = {**_OCEAN, "physics": {"profile": "marine"}, "current": {"speed": 0.3, "var_gain": 0.05}}
 """The same in profile `marine`, with a current."""
 
 
@@ -81,19 +64,19 @@ def sailing(count: int, world: Mapping[str, object] = SEA) -> Simulation:
 
 
 Row = dict[str, Any]
-ROUNDS = 15
-FIGURES = 17
+_ROUNDS = 15
+_FIGURES = 17
 """Figures that `measure` takes: for the progress only."""
-VERDICTS = {True: "yes", False: "[red]no[/]", None: ""}
+_VERDICTS = {True: "yes", False: "[red]no[/]", None: ""}
 
-BARE_BOAT = """
+_BARE_BOAT = """
 <body name="boat{i}" pos="{x} {y} 0"><freejoint/>
   <inertial pos="-0.286 0 0.146" mass="258" diaginertia="217 566 683"/>
   <geom type="cylinder" size="0.2 2" pos="-0.4 1.03 0.2" euler="0 1.57 0"/>
   <geom type="cylinder" size="0.2 2" pos="-0.4 -1.03 0.2" euler="0 1.57 0"/>
   <geom type="box" size="0.925 0.5 0.05" pos="0 0 1.25"/>
 </body>"""
-BARE_WORLD = """
+_BARE_WORLD = """
 <mujoco><compiler angle="radian"/>
   <option timestep="0.01" gravity="0 0 0" solver="Newton" jacobian="sparse">
     <flag warmstart="disable" autoreset="disable"/>
@@ -108,7 +91,7 @@ def measure() -> list[Row]:
     Where something is missing here, value and verdict are None, and `missing` names it.
     """
     rows: list[Row] = []
-    with Bar("measuring", FIGURES, "figures") as bar:
+    with Bar("measuring", _FIGURES, "figures") as bar:
         for found in chain(_measured(), batch_rows()):
             rows.append(found)
             bar.update(len(rows), found["name"])
@@ -118,9 +101,9 @@ def measure() -> list[Row]:
 def _measured() -> Iterator[Row]:
     yield bench_row("step_ratio_1", step_ratio(1, 2000), "x bare mj_step", 1.5)
     yield bench_row("step_ratio_100", step_ratio(100, 100), "x bare mj_step", 2.5)
-    yield bench_row("sea_60_ratio", step_ratio(1, 2000, OCEAN), "x bare mj_step", 4.0)
-    yield bench_row("marine_step_ratio_1", step_ratio(1, 2000, MARINE), "x bare mj_step", 8.0)
-    yield bench_row("marine_step_ratio_100", step_ratio(100, 100, MARINE), "x bare mj_step", 8.0)
+    yield bench_row("sea_60_ratio", step_ratio(1, 2000, _OCEAN), "x bare mj_step", 4.0)
+    yield bench_row("marine_step_ratio_1", step_ratio(1, 2000, _MARINE), "x bare mj_step", 8.0)
+    yield bench_row("marine_step_ratio_100", step_ratio(100, 100, _MARINE), "x bare mj_step", 8.0)
     yield bench_row("boats_in_real_time", boats_in_real_time(500), "boats", 3000, at_least=True)
     yield bench_row("import_s", import_seconds(), "s", 0.1)
     yield bench_row("help_s", processor_seconds("--help"), "s of processor time", 0.3)
@@ -154,7 +137,7 @@ def print_rows(rows: list[Row]) -> None:
         table.add_column(name, justify="left" if name in {"name", "unit"} else "right")
     for row in rows:
         budget = "" if row["budget"] is None else f"{row['limit']} {row['budget']:g}"
-        table.add_row(row["name"], _figure(row["value"]), row["unit"], budget, VERDICTS[row["ok"]])
+        table.add_row(row["name"], _figure(row["value"]), row["unit"], budget, _VERDICTS[row["ok"]])
         for part, figure in row["parts"].items():
             table.add_row("", _figure(figure), part)
     out = Console()
@@ -197,8 +180,8 @@ def bench_row(
 
 def bare(count: int) -> Callable[[int], None]:
     """`mj_step` of the same boats as free bodies with three geoms each."""
-    boats = "".join(BARE_BOAT.format(i=i, x=12 * (i % 25), y=12 * (i // 25)) for i in range(count))
-    model = mujoco.MjModel.from_xml_string(BARE_WORLD.format(boats=boats))
+    boats = "".join(_BARE_BOAT.format(i=i, x=12 * (i % 25), y=12 * (i // 25)) for i in range(count))
+    model = mujoco.MjModel.from_xml_string(_BARE_WORLD.format(boats=boats))
     data = mujoco.MjData(model)
 
     def step(steps: int) -> None:
@@ -210,7 +193,7 @@ def bare(count: int) -> Callable[[int], None]:
 def ratio(ours: Callable[[], object], theirs: Callable[[], object]) -> float:
     """Median of ours / theirs, alternating."""
     seconds: dict[Any, list[float]] = {ours: [], theirs: []}
-    for number in range(ROUNDS + 2):
+    for number in range(_ROUNDS + 2):
         for side in (theirs, ours):
             begun = time.perf_counter()
             side()
@@ -229,7 +212,7 @@ def boats_in_real_time(count: int) -> float:
     """How many boats one core carries at 10 ms, from the cost of `count` of them."""
     sim = sailing(count)
     seconds = []
-    for _ in range(ROUNDS):
+    for _ in range(_ROUNDS):
         begun = time.perf_counter()
         sim.advance(20)
         seconds.append((time.perf_counter() - begun) / 20)
@@ -308,20 +291,20 @@ def real_time_factor() -> float:
 
 
 BATCH_ROWS = 512
-STEPS = 10
+_STEPS = 10
 """Physics steps of a call: one decision at 10 Hz."""
-WINDOW = 0.5
+_WINDOW = 0.5
 """How long one side is timed [s]."""
-BATCH_ROUNDS = 7
-THROTTLE = 0.1
-WORKER = "from vrx_mj.cli.bench import serve; serve()"
+_BATCH_ROUNDS = 7
+_THROTTLE = 0.1
+_WORKER = "from vrx_mj.cli.bench import serve; serve()"
 WEIGHING = "from vrx_mj.cli.bench import weigh; weigh()"
 
 
 def ardupilot_factor(frames: int) -> float:
     """Simulated over wall time of a BlueBoat in waves that a stand-in of ArduPilot asks for 100 frames a second."""
     boat = {"name": "a", "robot": "blueboat", "pose": [0, 0, 0, 0, 0, 0]}
-    sim = Simulation(compile_world(MARINE, fleet={"boats": [boat]}))
+    sim = Simulation(compile_world(_MARINE, fleet={"boats": [boat]}))
     with ArduPilot(sim, {"a": 0}) as autopilots, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sitl:
         begun = 0.0
         for number in range(100 + frames):
@@ -336,17 +319,17 @@ def ardupilot_factor(frames: int) -> float:
 def batch_of(rows: int, threads: int | None = None) -> Batch:
     """Rows under way, warmed up; `threads` as `Batch` takes it."""
     batch = Batch(compile_world(SEA, fleet=fleet(1)), rows, threads=threads)
-    batch.step([[THROTTLE] * len(batch.channels)] * rows, duration=2.0)
+    batch.step([[_THROTTLE] * len(batch.channels)] * rows, duration=2.0)
     return batch
 
 
-def boat_steps_per_second(rounds: int = BATCH_ROUNDS, window: float = WINDOW) -> float:
+def boat_steps_per_second(rounds: int = _BATCH_ROUNDS, window: float = _WINDOW) -> float:
     """Physics steps of boats per second, all cores together: the median of `rounds` windows [s]."""
     batch = batch_of(BATCH_ROWS)
     return statistics.median(rate(batch, window) for _ in range(rounds))
 
 
-def two_threads_and_two_processes(rounds: int = BATCH_ROUNDS, window: float = WINDOW) -> tuple[float, float]:
+def two_threads_and_two_processes(rounds: int = _BATCH_ROUNDS, window: float = _WINDOW) -> tuple[float, float]:
     """Boat steps per second of a batch with two threads, and those of two processes at once with half the rows each.
 
     They alternate, so that what else the machine does hits both; medians of `rounds` windows [s] each.
@@ -374,10 +357,10 @@ def per_second(call: Callable[[], object], window: float) -> float:
 
 def rate(batch: Batch, window: float) -> float:
     """Boat steps per second in a window [s]."""
-    return per_second(lambda: batch.advance(STEPS), window) * STEPS * batch.n * len(batch.boats)
+    return per_second(lambda: batch.advance(_STEPS), window) * _STEPS * batch.n * len(batch.boats)
 
 
-def environment_steps_per_second(rounds: int = BATCH_ROUNDS, window: float = WINDOW) -> float:
+def environment_steps_per_second(rounds: int = _BATCH_ROUNDS, window: float = _WINDOW) -> float:
     """Decisions per second of Gymnasium's `VectorEnv`, each of 10 physics steps; the median of `rounds` windows [s].
 
     Not a number where the extra `rl` is not installed.
@@ -388,7 +371,7 @@ def environment_steps_per_second(rounds: int = BATCH_ROUNDS, window: float = WIN
 
     rows = VectorEnv("StationKeeping", BATCH_ROWS)
     rows.reset(seed=0)
-    actions = np.full_like(rows.action_space.sample(), THROTTLE)
+    actions = np.full_like(rows.action_space.sample(), _THROTTLE)
     return statistics.median(decisions(rows, actions, window) for _ in range(rounds))
 
 
@@ -410,7 +393,7 @@ def serve() -> None:
 @contextmanager
 def _worker(rows: int) -> Iterator["subprocess.Popen[str]"]:
     """A process that serves; it ends when its input does."""
-    command = [sys.executable, "-c", WORKER, str(rows)]
+    command = [sys.executable, "-c", _WORKER, str(rows)]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, encoding="ascii") as worker:
         _hear(worker)
         yield worker

@@ -20,8 +20,6 @@ from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.runtime.batch import Batch
 from vrx_mj.runtime.limits import process_memory
 
-__all__ = ["FLEETS", "fleet_row", "fleet_table", "in_worlds_of", "print_fleet_table"]
-
 FLEETS = (1, 2, 3, 10, 100, 1000, 3000)
 IN_ONE_WORLD = 100
 """Boats that one world holds here; larger fleets are several such worlds, advanced by one thread."""
@@ -29,27 +27,27 @@ MISSING = (
     f"* More than {IN_ONE_WORLD} boats are worlds of {IN_ONE_WORLD}, rows of one vrx_mj.Batch on one thread: boats of "
     "two worlds never meet. One world of 1000 boats without sensors takes some seconds to compile and load."
 )
-GUIDE = {1: (0.35, 1200.0), 2: (0.55, 1800.0), 3: (0.75, 2400.0)}
+_GUIDE = {1: (0.35, 1200.0), 2: (0.55, 1800.0), 3: (0.75, 2400.0)}
 """Share of the CPU and memory [MB] of the old stack, by boats, as the guide has them."""
-PACED = 6.0
+_PACED = 6.0
 """How long a fleet sails at the pace of real time [s]."""
-FREE = 3.0
+_FREE = 3.0
 """How long it sails as fast as it can [s]."""
-CALL = 0.1
+_CALL = 0.1
 """Simulated time of a call [s]: decisions at 10 Hz."""
-WORKER = "from vrx_mj.cli.bench_fleet import weigh_fleet; weigh_fleet()"
+_WORKER = "from vrx_mj.cli.bench_fleet import weigh_fleet; weigh_fleet()"
 
-Row = dict[str, Any]
-Advance = Callable[[int], None]
+_Row = dict[str, Any]
+_Advance = Callable[[int], None]
 
 
-def fleet_table(fleets: Sequence[int] = FLEETS, *, paced: float = PACED, free: float = FREE) -> list[Row]:
+def fleet_table(fleets: Sequence[int] = FLEETS, *, paced: float = _PACED, free: float = _FREE) -> list[_Row]:
     """A row for each number of boats: `fleet_row`'s, with the guide's figures where it has some."""
     rows = []
     for boats in fleets:
-        command = [sys.executable, "-c", WORKER, *map(str, (boats, paced, free))]
+        command = [sys.executable, "-c", _WORKER, *map(str, (boats, paced, free))]
         done = subprocess.run(command, stdout=subprocess.PIPE, encoding="ascii", check=True)
-        cpu, memory = GUIDE.get(boats, (None, None))
+        cpu, memory = _GUIDE.get(boats, (None, None))
         rows.append({**json.loads(done.stdout), "guide_cpu_share": cpu, "guide_memory_mb": memory})
     return rows
 
@@ -65,7 +63,7 @@ def in_worlds_of(boats: int) -> tuple[int, int]:
     return (1, boats) if boats <= IN_ONE_WORLD else (-(-boats // IN_ONE_WORLD), IN_ONE_WORLD)
 
 
-def fleet_row(boats: int, *, paced: float = PACED, free: float = FREE) -> Row:
+def fleet_row(boats: int, *, paced: float = _PACED, free: float = _FREE) -> _Row:
     """What a fleet takes: processor time at the pace of real time, memory, and how much faster it could go.
 
     Args:
@@ -88,7 +86,7 @@ def fleet_row(boats: int, *, paced: float = PACED, free: float = FREE) -> Row:
     }
 
 
-def _afloat(worlds: int, each: int) -> Advance:
+def _afloat(worlds: int, each: int) -> _Advance:
     """What advances worlds of `each` boats under way by physics steps, on one thread."""
     if worlds == 1:
         return sailing(each).advance
@@ -97,25 +95,25 @@ def _afloat(worlds: int, each: int) -> Advance:
     return batch.advance
 
 
-def real_time_factor(advance: Advance, seconds: float) -> float:
+def real_time_factor(advance: _Advance, seconds: float) -> float:
     """Simulated time over the processor time of it: of the median call in so many seconds."""
-    call, begun = round(CALL / DT), time.perf_counter()
+    call, begun = round(_CALL / DT), time.perf_counter()
     spent: list[float] = []
     while not spent or time.perf_counter() - begun < seconds:
         before = time.process_time()
         advance(call)
         spent.append(time.process_time() - before)
-    return CALL / statistics.median(spent)
+    return _CALL / statistics.median(spent)
 
 
-def processor_share(advance: Advance, seconds: float) -> float:
+def processor_share(advance: _Advance, seconds: float) -> float:
     """Processor time over the time that passes while calls are held to real time; beyond 1 none is held any more."""
-    call, begun, spent = round(CALL / DT), time.perf_counter(), time.process_time()
-    calls = round(seconds / CALL)
+    call, begun, spent = round(_CALL / DT), time.perf_counter(), time.process_time()
+    calls = round(seconds / _CALL)
     for number in range(calls):
         advance(call)
-        time.sleep(max(0.0, begun + (number + 1) * CALL - time.perf_counter()))
-    return (time.process_time() - spent) / (calls * CALL)
+        time.sleep(max(0.0, begun + (number + 1) * _CALL - time.perf_counter()))
+    return (time.process_time() - spent) / (calls * _CALL)
 
 
 def print_fleet_table(rows: Sequence[Mapping[str, Any]]) -> None:

@@ -16,36 +16,34 @@ from pathlib import Path
 from vrx_mj.bar import Bar
 from vrx_mj.cli.bench import Row, bench_row, child_cost
 
-__all__ = ["FIGURES", "recording_rows", "rows_of", "sizes"]
-
-ROUNDS = 4
+_ROUNDS = 4
 """An even number."""
-THRUST = ("--seed", "7", "--thrust", "left=0.6,right=0.4")
-README = ("run", "example_course", "--fleet", "trio", *THRUST)
-HUNDRED = ("run", "ocean", "--fleet", "hundred.yaml", *THRUST)
-RUNS = {
-    "start": (*README, "--duration", "0.1"),
-    "minute": (*README, "--duration", "60"),
-    "ten": (*README, "--duration", "600"),
-    "hundred_start": (*HUNDRED, "--duration", "0.1"),
-    "hundred": (*HUNDRED, "--duration", "60"),
+_THRUST = ("--seed", "7", "--thrust", "left=0.6,right=0.4")
+_README = ("run", "example_course", "--fleet", "trio", *_THRUST)
+_HUNDRED = ("run", "ocean", "--fleet", "hundred.yaml", *_THRUST)
+_RUNS = {
+    "start": (*_README, "--duration", "0.1"),
+    "minute": (*_README, "--duration", "60"),
+    "ten": (*_README, "--duration", "600"),
+    "hundred_start": (*_HUNDRED, "--duration", "0.1"),
+    "hundred": (*_HUNDRED, "--duration", "60"),
 }
 SIDES = {
-    **RUNS,
-    **{f"{name}.rrd": (*words, "--record", f"{name}.rrd") for name, words in RUNS.items()},
+    **_RUNS,
+    **{f"{name}.rrd": (*words, "--record", f"{name}.rrd") for name, words in _RUNS.items()},
     "film": ("replay", "minute.rrd", "--video", "film.mp4"),
 }
 """Commands by name, in an order in which each has the files that it needs; `.rrd` is the same run recorded."""
 
-Costs = Mapping[str, float]
+_Costs = Mapping[str, float]
 """Processor time [s] by side, and with ` MB` behind the side its largest resident memory."""
 
 
-def _cost(costs: Costs, run: str) -> float:
+def _cost(costs: _Costs, run: str) -> float:
     return costs[f"{run}.rrd"] - costs[run]
 
 
-FIGURES: Mapping[str, tuple[Callable[[Costs], float], str, float]] = {
+FIGURES: Mapping[str, tuple[Callable[[_Costs], float], str, float]] = {
     "readme_run_s": (lambda costs: costs["minute.rrd"], "s of processor time, recorded", 2.8),
     "readme_run_ratio": (lambda costs: costs["minute.rrd"] / costs["minute"], "x the same run without", 1.35),
     "record_open_close_s": (lambda costs: _cost(costs, "start"), "s of processor time", 0.5),
@@ -75,7 +73,7 @@ PARTS = {
 }
 
 
-def recording_rows(rounds: int = ROUNDS) -> list[Row]:
+def recording_rows(rounds: int = _ROUNDS) -> list[Row]:
     """A row for each budget of recordings; it takes some minutes."""
     found: dict[str, list[float]] = {}
     with tempfile.TemporaryDirectory() as folder, Bar("measuring", rounds * len(SIDES), "commands") as bar:

@@ -22,19 +22,17 @@ if TYPE_CHECKING:
     from vrx_mj.campaign.scores import Comparison, Mean
     from vrx_mj.campaign.trial import Trial
 
-__all__ = ["campaign"]
-
-Worlds = Annotated[
+_Worlds = Annotated[
     list[str],
     typer.Option(
         metavar="<world>", help="A name, a file, or a pattern, as 'vrx2022/*' or 'seas/*.yaml'; may be repeated."
     ),
 ]
-Controllers = Annotated[
+_Controllers = Annotated[
     list[str] | None,
     typer.Argument(metavar="CONTROLLER", help="module:function or module:Class; several are compared."),
 ]
-Programs = Annotated[
+_Programs = Annotated[
     list[str] | None,
     typer.Option(
         "--exec",
@@ -42,13 +40,13 @@ Programs = Annotated[
         help="A program that sails through ROS or ArduPilot, in place of controllers; may be repeated.",
     ),
 ]
-Duration = Annotated[
+_Duration = Annotated[
     float | None, typer.Option(help="Simulated seconds of a trial; default: until the task is finished.")
 ]
-Timeout = Annotated[
+_Timeout = Annotated[
     float | None, typer.Option(help="Wall time that a trial may take [s]; default: its simulated time and 60 s.")
 ]
-Waits = Annotated[
+_Waits = Annotated[
     str | None,
     typer.Option(help="With --exec: topics A,B that the simulation waits for; step: the service /vrx_mj/step."),
 ]
@@ -56,19 +54,19 @@ Waits = Annotated[
 
 @reads_files
 def campaign(
-    worlds: Worlds,
+    worlds: _Worlds,
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for results; a stopped campaign continues.")],
-    controllers: Controllers = None,
-    programs: Programs = None,
+    controllers: _Controllers = None,
+    programs: _Programs = None,
     seeds: Annotated[str, typer.Option(help="Seeds, as in 0..9 or 0,3,7.")] = "0",
     jobs: Annotated[int | None, typer.Option(min=1, help="Trials at a time; default: one for each core.")] = None,
     against: Annotated[Path | None, typer.Option(help="Folder of an earlier campaign to compare with.")] = None,
     fleet: Fleet = None,
-    duration: Duration = None,
-    timeout: Timeout = None,
+    duration: _Duration = None,
+    timeout: _Timeout = None,
     record: Annotated[bool, typer.Option("--record", help="Keep a recording of every trial (.rrd).")] = False,
     rate: Annotated[str | None, typer.Option(help="With --exec: simulated seconds per second, or max.")] = None,
-    lockstep: Waits = None,
+    lockstep: _Waits = None,
     rosbridge: Annotated[bool, typer.Option("--rosbridge", help="With --exec: rosbridge in every trial.")] = False,
     ardupilot: Annotated[bool, typer.Option("--ardupilot", help="With --exec: ArduPilot's SITL, without ROS.")] = False,
     ray: Annotated[bool, typer.Option("--ray", help="Run on Ray: the cluster of RAY_ADDRESS, or here.")] = False,
@@ -194,7 +192,7 @@ def _conclude(now: "Campaign", comparison: "Comparison | None", page: Path, *, s
         raise SystemExit(1)
 
 
-SHOWN_FAILURES = 10
+_SHOWN_FAILURES = 10
 
 
 class CampaignProgress:
@@ -243,10 +241,10 @@ def print_tables(campaign: "Campaign", comparison: "Comparison | None") -> None:
             rows.append((test.controller, test.task.replace("_", " "), *counts, test.verdict))
         out.print(text_table(title, ("controller", "task"), ("pairs", "better", "worse", "gain", "p", "verdict"), rows))
     failed = [result for result in campaign.results.values() if result.failed]
-    for result in failed[:SHOWN_FAILURES]:
+    for result in failed[:_SHOWN_FAILURES]:
         out.print(f"{result.cell}: {result.error}", style="red", markup=False, highlight=False, soft_wrap=True)
-    if len(failed) > SHOWN_FAILURES:
-        out.print(f"and {len(failed) - SHOWN_FAILURES} more failures: the page has them all", style="red")
+    if len(failed) > _SHOWN_FAILURES:
+        out.print(f"and {len(failed) - _SHOWN_FAILURES} more failures: the page has them all", style="red")
 
 
 def _scores(campaign: "Campaign") -> "Table":

@@ -33,13 +33,13 @@ from vrx_mj.packages import shell_word
 if TYPE_CHECKING:
     from vrx_mj.runtime.run import Summary
 
-DEMO_WORLD, DEMO_FLEET, DEMO_THRUST = "example_course", "trio", "left=0.5,right=0.4"
-DEMO_NAME = "vrx-mj-demo"
+_DEMO_WORLD, _DEMO_FLEET, _DEMO_THRUST = "example_course", "trio", "left=0.5,right=0.4"
+_DEMO_NAME = "vrx-mj-demo"
 """Name of the recording in the current folder, without its suffix and the number that distinguishes later ones."""
-BagFile = Annotated[
+_BagFile = Annotated[
     Path | None, typer.Option(help="Write the ROS topics to a bag: .bag (ROS 1), .mcap, or a folder (rosbag2).")
 ]
-BagTopics = Annotated[
+_BagTopics = Annotated[
     list[str] | None,
     typer.Option(
         metavar="<topic>",
@@ -91,8 +91,8 @@ def run(
     sensors: Annotated[
         str | None, typer.Option(help="Record sensors too: all, or as in wamv1:front_left_camera@5,lidar_wamv (@: Hz).")
     ] = None,
-    bag: BagFile = None,
-    topic: BagTopics = None,
+    bag: _BagFile = None,
+    topic: _BagTopics = None,
     follow: Annotated[str | None, typer.Option(help="The boat that the recording's camera follows.")] = None,
     nudge: Nudge = False,
     strict: Strict = False,
@@ -426,10 +426,11 @@ def demo(
 
     file = _free_name(output)
     typer.echo(
-        f"world {DEMO_WORLD}, fleet {DEMO_FLEET}, {duration:g} s, thrust {DEMO_THRUST}; recording: {file.absolute()}",
+        f"world {_DEMO_WORLD}, fleet {_DEMO_FLEET}, {duration:g} s, thrust {_DEMO_THRUST}; "
+        f"recording: {file.absolute()}",
         err=True,
     )
-    result = sail(DEMO_WORLD, DEMO_FLEET, duration=duration, seed=None, path=file, control=None, thrust=DEMO_THRUST)
+    result = sail(_DEMO_WORLD, _DEMO_FLEET, duration=duration, seed=None, path=file, control=None, thrust=_DEMO_THRUST)
     typer.echo(f"sailed {result.sim_time:g} s in {result.wall_time:.1f} s: {pace_text(result.real_time_factor)}")
     typer.echo("the same by hand: " + by_hand(file, duration))
     if result.interrupted:
@@ -449,7 +450,9 @@ def demo(
 
 def by_hand(file: Path, duration: float) -> str:
     """The command that makes this recording."""
-    words = f"{program()} run {DEMO_WORLD} --fleet {DEMO_FLEET} --thrust {DEMO_THRUST} --duration {duration:g} --record"
+    words = (
+        f"{program()} run {_DEMO_WORLD} --fleet {_DEMO_FLEET} --thrust {_DEMO_THRUST} --duration {duration:g} --record"
+    )
     return f"{words} {shell_word(str(file))}"
 
 
@@ -461,7 +464,7 @@ def _free_name(output: Path | None) -> Path:
     """
     if output is not None and output.exists():
         raise VrxError(f"{output} exists: choose another name, or remove it")
-    names = (Path(f"{DEMO_NAME}{f'-{number}' if number > 1 else ''}.rrd") for number in itertools.count(1))
+    names = (Path(f"{_DEMO_NAME}{f'-{number}' if number > 1 else ''}.rrd") for number in itertools.count(1))
     file = output or next(name for name in names if not name.exists())
     with writing("the recording", file):
         file.touch(exist_ok=False)

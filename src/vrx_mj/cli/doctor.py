@@ -34,34 +34,17 @@ if TYPE_CHECKING:
     from vrx_mj.draw.display import Attempt
     from vrx_mj.runtime.simulation import Simulation
 
-__all__ = [
-    "Publishers",
-    "Row",
-    "address_row",
-    "as_json",
-    "command_row",
-    "examine",
-    "examine_world",
-    "extra_row",
-    "healthy",
-    "master_row",
-    "port_row",
-    "print_rows",
-    "sound",
-    "world_rows",
-]
+_Works = Literal["yes", "no", "not needed"]
 
-Works = Literal["yes", "no", "not needed"]
-
-MODULES = {
+_MODULES = {
     "mujoco": "mujoco", "numba": "numba", "numpy": "numpy", "rerun-sdk": "rerun", "pydantic": "pydantic",
     "lxml": "lxml", "trimesh": "trimesh",
 }  # fmt: skip
 """Packages that are shown, and the modules they bring."""
-OLDEST_PYTHON = (3, 11)
-DRAWS = {"egl": "cameras, by GPU or CPU (egl)", "osmesa": "cameras, by CPU (osmesa)", "glfw": "window (glfw)"}
-GB = 1e9
-LEAST_DISK, LEAST_MEMORY = 0.5 * GB, 1.0 * GB
+_OLDEST_PYTHON = (3, 11)
+_DRAWS = {"egl": "cameras, by GPU or CPU (egl)", "osmesa": "cameras, by CPU (osmesa)", "glfw": "window (glfw)"}
+_GB = 1e9
+_LEAST_DISK, _LEAST_MEMORY = 0.5 * _GB, 1.0 * _GB
 """What runs and recordings want to find free [bytes]."""
 
 
@@ -71,7 +54,7 @@ class Row:
 
     what: str
     found: str
-    works: Works
+    works: _Works
     advice: str = ""
     core: bool = False
     """Whether nothing runs without it."""
@@ -88,7 +71,7 @@ def examine() -> list[Row]:
         attempts = pool.submit(_attempts)
         viewer = pool.submit(viewer_row)
         rows = [version_row(), python_row(sys.version_info[:3]), machine_row()]
-        rows += [package_row(name, module) for name, module in MODULES.items()]
+        rows += [package_row(name, module) for name, module in _MODULES.items()]
         rows += [kernel_row(*_kernels())]
         rows += [display_row(os.environ, sys.platform), *drawing_rows(attempts.result()), viewer.result()]
     rows += [ros_row(os.environ), ardupilot_row(shutil.which), *search_rows(os.environ), pythonpath_row(os.environ)]
@@ -127,7 +110,7 @@ def version_row() -> Row:
 def python_row(version: tuple[int, ...]) -> Row:
     """The interpreter."""
     shown = ".".join(map(str, version))
-    if version >= OLDEST_PYTHON and sys.maxsize > 2**32:
+    if version >= _OLDEST_PYTHON and sys.maxsize > 2**32:
         return Row("python", f"{shown} in {sys.prefix}", "yes", core=True)
     return Row("python", shown, "no", "Python 3.11 or newer, 64 bit, is needed: see docs/install.md", core=True)
 
@@ -226,13 +209,13 @@ def drawing_rows(attempts: Mapping[str, "Attempt"]) -> Iterator[Row]:
         if name == "display":
             continue
         if attempt.works:
-            yield Row(DRAWS[name], attempt.detail, "yes")
+            yield Row(_DRAWS[name], attempt.detail, "yes")
         elif name == "glfw" and screen is not None and not screen.works:
-            yield Row(DRAWS[name], "no display", "not needed")
+            yield Row(_DRAWS[name], "no display", "not needed")
         else:
             needed = name == "glfw" or not cameras
             yield Row(
-                DRAWS[name],
+                _DRAWS[name],
                 attempt.detail,
                 "no" if needed else "not needed",
                 f"sudo apt-get install {DEBIAN[name]}" if needed else "",
@@ -319,16 +302,16 @@ def pythonpath_row(environment: Mapping[str, str]) -> Row:
 
 def disk_row(free: float) -> Row:
     """Disk [bytes] that is free here."""
-    enough = free >= LEAST_DISK
-    advice = "" if enough else f"recordings need at least {LEAST_DISK / GB:g} GB: make room, or record elsewhere"
-    return Row("free disk", f"{free / GB:.1f} GB here", "yes" if enough else "no", advice)
+    enough = free >= _LEAST_DISK
+    advice = "" if enough else f"recordings need at least {_LEAST_DISK / _GB:g} GB: make room, or record elsewhere"
+    return Row("free disk", f"{free / _GB:.1f} GB here", "yes" if enough else "no", advice)
 
 
 def memory_row(free: float) -> Row:
     """Memory [bytes] that is free, the container's limit taken into account."""
-    enough = free >= LEAST_MEMORY
-    advice = "" if enough else f"at least {LEAST_MEMORY / GB:g} GB is needed: end other programs, or raise the limit"
-    return Row("free memory", f"{free / GB:.1f} GB", "yes" if enough else "no", advice)
+    enough = free >= _LEAST_MEMORY
+    advice = "" if enough else f"at least {_LEAST_MEMORY / _GB:g} GB is needed: end other programs, or raise the limit"
+    return Row("free memory", f"{free / _GB:.1f} GB", "yes" if enough else "no", advice)
 
 
 def cores_row(cores: tuple[int, float]) -> Row:
@@ -344,17 +327,17 @@ EXTRAS = {
     "video": ("av",), "hydro": ("capytaine",), "nmea": ("rosbags", "pynmea2", "pyais"),
 }  # fmt: skip
 """Modules that each extra brings."""
-MASTER, MASTER_PORT, ROSBRIDGE_PORT = "http://localhost:11311", 11311, 9090
-LOOPBACK = "127.0.0.1"
-MASTER_TIMEOUT = 3.0
+_MASTER, _MASTER_PORT, _ROSBRIDGE_PORT = "http://localhost:11311", 11311, 9090
+_LOOPBACK = "127.0.0.1"
+_MASTER_TIMEOUT = 3.0
 """Wall time that a master may take to answer [s]."""
-SHOWN = 8
+_SHOWN = 8
 """Names of boats that are shown, at most."""
-HALF = 0.25
+_HALF = 0.25
 """Half the edge of a square in the middle of a boat that must not be on land [m]."""
 Publishers = Sequence[tuple[str, Sequence[str]]]
 """Topics on a master, each with the nodes that publish it."""
-WORLD, OVERLAPS, FRAMES, LAND, COMMANDS = "world", "overlaps", "sensor frames", "boats on land", "command topics"
+_WORLD, _OVERLAPS, _FRAMES, _LAND, _COMMANDS = "world", "overlaps", "sensor frames", "boats on land", "command topics"
 
 
 def examine_world(world: str, fleet: str | None) -> list[Row]:
@@ -363,17 +346,21 @@ def examine_world(world: str, fleet: str | None) -> list[Row]:
     environment = os.environ
     rows += [extra_row(name, modules) for name, modules in EXTRAS.items()]
     if all(map(importlib.util.find_spec, EXTRAS["ros1"])):
-        uri = environment.get("ROS_MASTER_URI") or MASTER
+        uri = environment.get("ROS_MASTER_URI") or _MASTER
         master, publishers = master_row(uri)
         rows += [master, address_row(environment, uri)]
         if sim is not None:
             rows.append(command_row(sim, publishers))
-    return [*rows, port_row("ROS master", MASTER_PORT, serves=_is_master(rows)), port_row("rosbridge", ROSBRIDGE_PORT)]
+    return [
+        *rows,
+        port_row("ROS master", _MASTER_PORT, serves=_is_master(rows)),
+        port_row("rosbridge", _ROSBRIDGE_PORT),
+    ]
 
 
 def sound(rows: Sequence[Row]) -> bool:
     """Whether the world and its fleet have none of the problems that were looked for."""
-    return not any(row.works == "no" and row.what in {WORLD, OVERLAPS, FRAMES, LAND, COMMANDS} for row in rows)
+    return not any(row.works == "no" and row.what in {_WORLD, _OVERLAPS, _FRAMES, _LAND, _COMMANDS} for row in rows)
 
 
 # The world
@@ -390,13 +377,13 @@ def world_rows(world: str, fleet: str | None) -> "tuple[list[Row], Simulation | 
             warnings.simplefilter("always")
             sim = Simulation(compile_world(world, fleet=fleet))
     except VrxError as error:
-        return [Row(WORLD, "does not compile", "no", str(error))], None
-    boats = f"{len(sim.boats)} {'boat' if len(sim.boats) == 1 else 'boats'}: {first_names(sim.boats, SHOWN)}"
-    rows = [Row(WORLD, f"{sim.world.name}, {boats}", "yes")]
+        return [Row(_WORLD, "does not compile", "no", str(error))], None
+    boats = f"{len(sim.boats)} {'boat' if len(sim.boats) == 1 else 'boats'}: {first_names(sim.boats, _SHOWN)}"
+    rows = [Row(_WORLD, f"{sim.world.name}, {boats}", "yes")]
     rows += [Row("warning", str(each.message), "yes") for each in caught]
-    rows += _problems(LAND, _on_land(sim), "none")
-    rows += _problems(OVERLAPS, overlaps(sim), "none")
-    rows += _problems(FRAMES, shared_frames(sim), "each is of one boat")
+    rows += _problems(_LAND, _on_land(sim), "none")
+    rows += _problems(_OVERLAPS, overlaps(sim), "none")
+    rows += _problems(_FRAMES, shared_frames(sim), "each is of one boat")
     return rows, sim
 
 
@@ -417,7 +404,7 @@ def _on_land(sim: "Simulation") -> Iterator[str]:
         return
     import numpy as np
 
-    square = HALF * np.array([(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)])
+    square = _HALF * np.array([(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)])
     seen = sim.observe()
     for boat in sim.boats:
         x, y, z = (float(value) for value in seen[boat].position)
@@ -439,7 +426,7 @@ def extra_row(name: str, modules: Sequence[str], find: Callable[[str], object] =
     return Row(what, f"without {', '.join(missing)}", "not needed", install_extra(name))
 
 
-def master_row(uri: str, timeout: float = MASTER_TIMEOUT) -> tuple[Row, Publishers]:
+def master_row(uri: str, timeout: float = _MASTER_TIMEOUT) -> tuple[Row, Publishers]:
     """Whether a ROS master answers at a URI within so long [s], and who publishes there."""
     import asyncio
     from xmlrpc.client import Fault
@@ -488,8 +475,8 @@ def command_row(sim: "Simulation", publishers: Publishers) -> Row:
     finally:
         server.close()
     if messages:
-        return Row(COMMANDS, f"{len(messages)} published without a subscriber", "no", "; ".join(messages))
-    return Row(COMMANDS, f"{heard} have a publisher" if heard else "no publisher", "yes" if heard else "not needed")
+        return Row(_COMMANDS, f"{len(messages)} published without a subscriber", "no", "; ".join(messages))
+    return Row(_COMMANDS, f"{heard} have a publisher" if heard else "no publisher", "yes" if heard else "not needed")
 
 
 def address_row(environment: Mapping[str, str], uri: str) -> Row:
@@ -512,7 +499,7 @@ def address_row(environment: Mapping[str, str], uri: str) -> Row:
     try:
         host, _ = address(uri)
     except VrxError:
-        host = LOOPBACK
+        host = _LOOPBACK
     if all(map(is_loopback, addresses(host_name))) and not is_local(host):
         advice = f"nodes on other machines cannot reach it: set {name} to this machine's address towards {host}"
         return Row(name, f"{shown}, but the master is on {host}", "no", advice)
@@ -528,7 +515,7 @@ def port_row(what: str, port: int, *, serves: bool = False, who: Callable[[int],
         if os.name == "posix":
             probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # who has just ended does not count
         try:
-            probe.bind((LOOPBACK, port))
+            probe.bind((_LOOPBACK, port))
         except OSError:
             pass
         else:
@@ -536,11 +523,11 @@ def port_row(what: str, port: int, *, serves: bool = False, who: Callable[[int],
     holder = (who or who_listens)(port) or "a process that cannot be found"
     if serves:
         return Row(name, f"the master that answers: {holder}", "yes")
-    other = "another ROS_MASTER_URI" if port == MASTER_PORT else f"--{what} {port + 1}"
+    other = "another ROS_MASTER_URI" if port == _MASTER_PORT else f"--{what} {port + 1}"
     return Row(name, f"held by {holder}", "no", f"stop it, or use {other}")
 
 
 def _is_master(rows: Sequence[Row]) -> bool:
     """Whether the master that answers is at the usual port."""
     found = [row.found for row in rows if row.what == "ROS master" and row.works == "yes"]
-    return bool(found) and found[0].rstrip("/").endswith(f":{MASTER_PORT}")
+    return bool(found) and found[0].rstrip("/").endswith(f":{_MASTER_PORT}")

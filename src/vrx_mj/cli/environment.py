@@ -6,8 +6,6 @@ import traceback
 from collections.abc import Iterator
 from pathlib import Path
 
-__all__ = ["PACKAGES", "installed_first", "intruder"]
-
 PACKAGES = frozenset({
     "IPython", "PIL", "av", "capytaine", "cbor2", "collada", "foxglove", "gymnasium", "jinja2", "llvmlite", "lxml",
     "lz4", "markupsafe", "matplotlib", "mujoco", "numba", "numpy", "pettingzoo", "psutil", "pyais", "pyarrow",

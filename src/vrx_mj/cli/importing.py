@@ -12,8 +12,6 @@ from vrx_mj.outputs import Content, begins, write_files
 if TYPE_CHECKING:
     from vrx_mj.formats.gazebo.importing import Imported
 
-__all__ = ["import_"]
-
 
 @reads_files
 def import_(

@@ -19,9 +19,7 @@ from vrx_mj.mjcf.templates import render
 from vrx_mj.outputs import Content, write_files
 from vrx_mj.physics.thrust import normal_slope
 
-__all__ = ["make_robot"]
-
-NAMES = (
+_NAMES = (
     (),
     ("engine",),
     ("left", "right"),
@@ -29,11 +27,11 @@ NAMES = (
     ("left", "left_middle", "right_middle", "right"),
 )
 """Names of engines by their number, from port to starboard."""
-MOST_TRIANGLES = 1000
+_MOST_TRIANGLES = 1000
 """To which a mesh is simplified: every step looks at all, and worlds divide long ones."""
-MOST_PIECES = 20
+_MOST_PIECES = 20
 """Parts of a mesh that have a file each, so that what is between hulls is free."""
-AIR = 1.226
+_AIR = 1.226
 """Density of air [kg/m3]."""
 
 
@@ -47,8 +45,8 @@ def make_robot(name: str, mesh: Path, mass: float, engines: int, center: str | N
     for option, value in (("mass", mass), ("scale", scale)):
         if not 0.0 < value < LARGEST:
             raise CommandError(f"invalid --{option} {value:g}: a number above 0 is needed")
-    if not 1 <= engines < len(NAMES):
-        raise CommandError(f"invalid --thrusters {engines}: 1 to {len(NAMES) - 1} are needed")
+    if not 1 <= engines < len(_NAMES):
+        raise CommandError(f"invalid --thrusters {engines}: 1 to {len(_NAMES) - 1} are needed")
     boat = estimated_hull(simplified(read_hull(mesh, scale)), mass, engines, coordinates(center) if center else None)
     for note in rest_notes(displaced(boat.corners, 0.0), np.array(boat.sheet.center_of_mass), "--center"):
         warnings.warn(note, VrxWarning, stacklevel=1)
@@ -59,17 +57,17 @@ def make_robot(name: str, mesh: Path, mass: float, engines: int, center: str | N
 
 
 def simplified(corners: FloatArray) -> FloatArray:
-    """Closed triangles (n, 3, 3), fewer of the same volume if there are more than `MOST_TRIANGLES`.
+    """Closed triangles (n, 3, 3), fewer of the same volume if there are more than `_MOST_TRIANGLES`.
 
     Of the points in one cell of a grid the outermost stands for all: a closed surface stays closed.
     """
-    if len(corners) <= MOST_TRIANGLES:
+    if len(corners) <= _MOST_TRIANGLES:
         return corners
     points, named = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
     size, middle, found, share = np.ptp(points, axis=0), points.mean(axis=0), corners, 1.0 / 200.0
     order = np.argsort(-np.linalg.norm((points - middle) / size, axis=1))
     points, faces = points[order], np.argsort(order)[named.reshape(-1, 3)]
-    while len(found) > MOST_TRIANGLES:
+    while len(found) > _MOST_TRIANGLES:
         share *= 1.2
         cells = np.round(points / (share * size))
         _, first, inside = np.unique(cells, axis=0, return_index=True, return_inverse=True)
@@ -87,11 +85,11 @@ def _write(folder: Path, boat: HullEstimate) -> None:
 
     whole = trimesh.Trimesh(boat.corners.reshape(-1, 3), np.arange(boat.corners.size // 3).reshape(-1, 3))
     part = trimesh.graph.connected_component_labels(whole.edges)[whole.faces[:, 0]]
-    names = np.unique(part).tolist() if len(np.unique(part)) <= MOST_PIECES else []
+    names = np.unique(part).tolist() if len(np.unique(part)) <= _MOST_PIECES else []
     pieces = [whole.submesh([part == name], append=True) for name in names] if len(names) > 1 else [whole]
     files: dict[str, Content] = {f"hull{i}.stl": piece.export(file_type="stl") for i, piece in enumerate(pieces, 1)}
     values = _values(boat)
-    named = list(zip(NAMES[len(boat.engines)], values["engines"], strict=True))
+    named = list(zip(_NAMES[len(boat.engines)], values["engines"], strict=True))
     values |= {"name": folder.name, "meshes": list(files), "engines": named}
     files |= {file: render(f"new_robot{Path(file).suffix}.j2", **values) for file in ("robot.yaml", "boat.urdf")}
     write_files(folder, files, "the robot")
@@ -107,7 +105,7 @@ def _values(boat: HullEstimate) -> dict[str, Any]:
         "point": sheet.center_of_buoyancy, "diagonal": np.diag(boat.added_mass), "bow": x + boat.length,
         "drag": boat.damping + np.array([0.0, lift, 0.0, 0.0, 0.0, lift * x**2]),
         "across_drag": 0.5 * DENSITY * boat.across * boat.drafts.mean() * boat.length,
-        "wind": 0.5 * AIR * np.array([boat.windage[0], side, side * boat.length]) * WIND,
+        "wind": 0.5 * _AIR * np.array([boat.windage[0], side, side * boat.length]) * WIND,
         "top": boat.corners[:, :, 2].max() + 0.1,
     }  # fmt: skip
     return {key: _short(value) for key, value in found.items() if key not in {"corners", "sheet"}}
@@ -135,5 +133,5 @@ def _lines(folder: Path, boat: HullEstimate) -> Iterator[str]:
         yield f"  or with {what} for each deg/s, against the turn"
     else:
         yield f"it keeps a straight course at equal thrust: C = {criterion:.3g}, above 0"
-    thrust = ",".join(f"{name}=1" for name in NAMES[len(boat.engines)])
+    thrust = ",".join(f"{name}=1" for name in _NAMES[len(boat.engines)])
     yield f"vrx-mj run ocean --fleet './{folder}' --thrust {thrust}"

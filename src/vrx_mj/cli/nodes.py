@@ -14,20 +14,18 @@ from vrx_mj.cli.screen import show, show_error
 from vrx_mj.errors import CommandError, VrxError
 from vrx_mj.outputs import written
 
-__all__ = ["COMMANDS", "PROGRAMS", "Words", "main"]
-
-FOLDER = "VRX_MJ_FOLDER"
+_FOLDER = "VRX_MJ_FOLDER"
 """Environment variable with the folder in which roslaunch was started: nodes run in that of its logs."""
 Words = list[str]
 """Words of a command line of `vrx-mj`."""
-GZSERVER = {"-s", "--server-plugin", "--record_path", "--record_period", "--seed", "-e", "--physics", "--iters"}
+_GZSERVER = {"-s", "--server-plugin", "--record_path", "--record_period", "--seed", "-e", "--physics", "--iters"}
 """Options of gzserver with a value, which `vrx-mj serve` has no use for."""
 
 
 def main() -> None:
     """Run a node; the exit code is that of the first command that fails."""
     node, *given = sys.argv[1:]
-    words, folder = [word for word in given if not word.startswith("__")], Path(os.environ.get(FOLDER) or ".")
+    words, folder = [word for word in given if not word.startswith("__")], Path(os.environ.get(_FOLDER) or ".")
     with suppress(OSError):  # it may have gone since
         os.chdir(folder)
     try:
@@ -184,7 +182,7 @@ def _own(words: Sequence[str]) -> Words:
             count = 1 if is_alone else count
             found += words[index : index + count]
         else:
-            count = 1 + (words[index] in GZSERVER)
+            count = 1 + (words[index] in _GZSERVER)
             lost += words[index : index + count]
         index += count
     if lost:

@@ -15,24 +15,6 @@ import typer
 from vrx_mj.config.search import MISSING, OWN_PATH, PACKAGE_PATH
 from vrx_mj.errors import CommandError, VrxError, VrxWarning
 
-__all__ = [
-    "DEFAULT_PORT",
-    "Arguments",
-    "Fleet",
-    "Json",
-    "Nudge",
-    "Output",
-    "Record",
-    "Recording",
-    "Seed",
-    "Strict",
-    "World",
-    "named_values",
-    "opened_by",
-    "reads_files",
-    "with_default_port",
-]
-
 World = Annotated[
     str,
     typer.Argument(
@@ -55,22 +37,22 @@ Nudge = Annotated[
     bool, typer.Option("--nudge", help="Move boats that start on land, docks or each other to free water.")
 ]
 Seed = Annotated[int | None, typer.Option(help="Seed of waves, gusts and noise; default: the world's.")]
-Missing = Enum("Missing", {"error": "error", "ignore": "ignore"})
-Packages = Annotated[
+_Missing = Enum("_Missing", {"error": "error", "ignore": "ignore"})
+_Packages = Annotated[
     list[Path] | None,
     typer.Option(
         metavar="<folder>", help="A ROS package with a robot's files, or a folder of packages; may be repeated."
     ),
 ]
-Allowed = Annotated[
+_Allowed = Annotated[
     list[Path] | None,
     typer.Option(
         metavar="<folder>",
         help="A folder that files may be in which other files name, as an entry of VRX_MJ_PATH; may be repeated.",
     ),
 ]
-Ignored = Annotated[
-    Missing | None,
+_Ignored = Annotated[
+    _Missing | None,
     typer.Option(
         help="Packages of a launch file or a xacro that are missing: ignore leaves out what is in them; default: error."
     ),
@@ -97,13 +79,13 @@ Json = Annotated[Path | None, typer.Option("--json", help="Write the table as JS
 
 DEFAULT_PORT = "9090"
 """Port of rosbridge."""
-DEFAULT_WEB_PORT = "8090"
+_DEFAULT_WEB_PORT = "8090"
 """Port of teleop's page."""
-ENDS = (".launch", ".launch.py", ".world", ".xacro", ".sdf", ".yaml", ".yml")
+_ENDS = (".launch", ".launch.py", ".world", ".xacro", ".sdf", ".yaml", ".yml")
 """How the files of a folder end that a command line may name."""
-LEFT_OUT = {
+_LEFT_OUT = {
     "--rosbridge": (DEFAULT_PORT, r"\d+"),
-    "--web": (DEFAULT_WEB_PORT, r"\d+"),
+    "--web": (_DEFAULT_WEB_PORT, r"\d+"),
     "--foxglove": ("8765", r"\d+"),
     "--localization": ("navigator", "navigator|truth"),
     "--ardupilot": ("9002", r"\d+|[^-]\S*:\d+"),
@@ -112,7 +94,7 @@ LEFT_OUT = {
 """Options whose value may be left out, with that which they then have, and the form of their values."""
 
 
-T = TypeVar("T")
+_T = TypeVar("_T")
 
 
 def put_first(folders: Sequence[Path], variable: str, option: str) -> None:
@@ -128,12 +110,16 @@ def put_first(folders: Sequence[Path], variable: str, option: str) -> None:
         os.environ[variable] = os.pathsep.join(filter(None, (*map(str, folders), os.environ.get(variable))))
 
 
-def reads_files(command: Callable[..., T]) -> Callable[..., T]:
+def reads_files(command: Callable[..., _T]) -> Callable[..., _T]:
     """A command with the options of all that read users' files; they act before it, and it does not see them."""
 
     def reads(
-        *arguments: Any, package_path: Packages = None, allow: Allowed = None, missing: Ignored = None, **options: Any
-    ) -> T:
+        *arguments: Any,
+        package_path: _Packages = None,
+        allow: _Allowed = None,
+        missing: _Ignored = None,
+        **options: Any,
+    ) -> _T:
         put_first(package_path or (), PACKAGE_PATH, "--package-path")
         put_first(allow or (), OWN_PATH, "--allow")
         if missing:
@@ -154,7 +140,7 @@ def opened_by(world: str, words: Sequence[str] | None) -> tuple[str, dict[str, s
         UnknownNameError: the folder has no such file.
     """
     first = next(iter(words or ()), "")
-    if not first or ":=" in first or not first.lower().endswith(ENDS):
+    if not first or ":=" in first or not first.lower().endswith(_ENDS):
         return world, named_values(words)
     from vrx_mj.formats.gazebo.opening import file_in
 
@@ -179,7 +165,7 @@ def with_default_port(arguments: Sequence[str]) -> list[str]:
         return list(arguments)
     words = []
     for index, word in enumerate(arguments):
-        default, form = LEFT_OUT.get(word, ("", ".*"))
+        default, form = _LEFT_OUT.get(word, ("", ".*"))
         after = "".join(arguments[index + 1 : index + 2])
         words.append(word if re.fullmatch(form, after, re.DOTALL) else f"{word}={default}")
     return words

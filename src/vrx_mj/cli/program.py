@@ -28,36 +28,23 @@ from vrx_mj.errors import ChoiceError, CommandError, DivergedError, UnknownNameE
 from vrx_mj.packages import MissingPackageError
 from vrx_mj.signals import ended_by_signals
 
-__all__ = [
-    "COMMANDS",
-    "FIRST",
-    "PANELS",
-    "Command",
-    "Entry",
-    "app",
-    "description",
-    "example",
-    "main",
-    "overview",
-]
-
-UsageError: type[Exception] = typer.BadParameter.__mro__[1]
+_UsageError: type[Exception] = typer.BadParameter.__mro__[1]
 """What typer raises for a command line that no command takes; it exports the subclass alone."""
-EXAMPLE = "Example: "
-HEADING = re.compile(r"^\S.*:$", re.MULTILINE)
+_EXAMPLE = "Example: "
+_HEADING = re.compile(r"^\S.*:$", re.MULTILINE)
 
 
 def description(command: Any) -> list[str]:
     """The paragraphs of a command's help, each in one line, without its example."""
     text = inspect.cleandoc(command.help or "")
     paragraphs = (" ".join(paragraph.split()) for paragraph in text.split("\n\n"))
-    return [paragraph for paragraph in paragraphs if not paragraph.startswith(EXAMPLE)]
+    return [paragraph for paragraph in paragraphs if not paragraph.startswith(_EXAMPLE)]
 
 
 def example(command: Any) -> str | None:
     """The example in a command's help; None without one."""
     lines = (line.strip() for line in (command.help or "").splitlines())
-    return next((line.removeprefix(EXAMPLE) for line in lines if line.startswith(EXAMPLE)), None)
+    return next((line.removeprefix(_EXAMPLE) for line in lines if line.startswith(_EXAMPLE)), None)
 
 
 def convert_lightly(parameter: Any) -> None:
@@ -65,11 +52,11 @@ def convert_lightly(parameter: Any) -> None:
     if getattr(parameter, "_runtime_param", False) is None:
         annotation = parameter.type_descriptor.annotation
         kind = get_args(annotation)[0] if get_origin(annotation) is list else annotation
-        if isinstance(kind, type) and issubclass(kind, (*NUMBERS, str, bool, Path, Enum)):
+        if isinstance(kind, type) and issubclass(kind, (*_NUMBERS, str, bool, Path, Enum)):
             parameter._runtime_param = Conversion(kind)
 
 
-NUMBERS = {int: "a whole number", float: "a number"}
+_NUMBERS = {int: "a whole number", float: "a number"}
 
 
 class Conversion:
@@ -97,7 +84,7 @@ class Conversion:
         except ValueError:
             if issubclass(self.kind, Enum):
                 raise UnknownNameError(f"value of {named}", word, [str(each.value) for each in self.kind]) from None
-            raise CommandError(f"invalid {named} '{word}': {NUMBERS[self.kind]} is needed") from None
+            raise CommandError(f"invalid {named} '{word}': {_NUMBERS[self.kind]} is needed") from None
         if param.min is not None and value < param.min:
             raise CommandError(f"invalid {named} '{word}': at least {param.min:g} is needed")
         return value
@@ -117,13 +104,13 @@ class _Light:
         """The page, with bold headings in a terminal."""
         page = super().get_help(ctx)  # type: ignore[misc]
         plain = "NO_COLOR" in os.environ or not sys.stdout.isatty()
-        return str(page) if plain else HEADING.sub("\x1b[1m\\g<0>\x1b[0m", page)
+        return str(page) if plain else _HEADING.sub("\x1b[1m\\g<0>\x1b[0m", page)
 
     def parse_args(self, ctx: object, args: list[str]) -> Any:
         """Take the arguments; an error names the command in its context."""
         try:
             return super().parse_args(ctx, args)  # type: ignore[misc]
-        except UsageError as error:
+        except _UsageError as error:
             error.ctx = error.ctx or ctx  # type: ignore[attr-defined]
             raise
 
@@ -248,10 +235,10 @@ def overview() -> str:
     )
 
 
-ABOUT = (
+_ABOUT = (
     "Simulates unmanned surface vessels on MuJoCo: the worlds, boats and conventions of VRX, without ROS and Gazebo."
 )
-CTRL_C = 130
+_CTRL_C = 130
 """Exit code of what Ctrl-C ended before there was something to keep, as shells have it."""
 
 
@@ -359,7 +346,7 @@ def _program(
 app = typer.Typer(
     name="vrx-mj",
     cls=Program,
-    help=ABOUT,
+    help=_ABOUT,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 120},
@@ -376,7 +363,7 @@ def main() -> None:
     with ended_by_signals() as came:
         code = _code(typer.main.get_command(app), with_default_port(sys.argv[1:]))
     gc.freeze()  # at exit Python would search some 700,000 objects for garbage: 0.4 s
-    raise SystemExit(128 + came[0] if came and code == CTRL_C else code)
+    raise SystemExit(128 + came[0] if came and code == _CTRL_C else code)
 
 
 def _code(command: Any, words: list[str]) -> int:
@@ -386,7 +373,7 @@ def _code(command: Any, words: list[str]) -> int:
     except (VrxError, VrxWarning, MissingPackageError) as error:
         show_error(error.text(words[0]) if isinstance(error, ChoiceError) else f"{error}{list_hint(error)}")
         return 1 if isinstance(error, DivergedError) else 2
-    except UsageError as error:
+    except _UsageError as error:
         show_error(usage_message(error))
         return 2
     except BrokenPipeError:  # as in `| head -1`
@@ -397,7 +384,7 @@ def _code(command: Any, words: list[str]) -> int:
         show_error(f"a file{file} cannot be used: {error.strerror or error}")
         return 1
     except (KeyboardInterrupt, typer.Abort):
-        return CTRL_C
+        return _CTRL_C
     return code if isinstance(code, int) else 0
 
 

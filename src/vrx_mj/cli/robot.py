@@ -23,10 +23,6 @@ if TYPE_CHECKING:
     from vrx_mj.formats.parts.compliance import PartVerdict, Point, Rules, Verdict
     from vrx_mj.mjcf.hull_sheet import HullSheet
 
-__all__ = [
-    "LARGEST", "SensorYaml", "app", "build", "check", "coordinates", "hydro", "one_of", "parts", "read_hull", "show",
-]  # fmt: skip
-
 app = typer.Typer(
     name="robot",
     help="Build and check boats from VRX's thruster and component files.",
@@ -37,7 +33,7 @@ app = typer.Typer(
 LARGEST = 1e9
 """Bound of numbers."""
 SensorYaml = Annotated[Path | None, typer.Option(help="The name of --components in VRX until 1.5.")]
-RuleSet = Annotated[str, typer.Option(help="Rule set: classic, jazzy or 2019.")]
+_RuleSet = Annotated[str, typer.Option(help="Rule set: classic, jazzy or 2019.")]
 
 
 @app.command()
@@ -123,7 +119,7 @@ def check(
     components: Annotated[Path | None, typer.Option(help="Component file (YAML).")] = None,
     thrusters: Annotated[Path | None, typer.Option(help="Thruster file (YAML).")] = None,
     sensor_yaml: SensorYaml = None,
-    rules: RuleSet = "classic",
+    rules: _RuleSet = "classic",
     picture: Annotated[Path | None, typer.Option(help="Draw the boxes and parts (.png, .pdf or .svg).")] = None,
 ) -> None:
     """Check every part of a boat against the rules. The exit code is 1 if the boat is not compliant.
@@ -162,7 +158,7 @@ def one_of(components: Path | None, sensor_yaml: Path | None) -> Path | None:
 @app.command()
 def parts(
     type_: Annotated[str | None, typer.Argument(metavar="TYPE", help="One type of part; default: all.")] = None,
-    rules: RuleSet = "classic",
+    rules: _RuleSet = "classic",
 ) -> None:
     """List the types of parts that files may have, with their parameters, defaults, units and limits.
 

@@ -12,8 +12,6 @@ from vrx_mj.cli.screen import show
 from vrx_mj.errors import CommandError, NetworkError
 from vrx_mj.packages import importing, needs_extra
 
-__all__ = ["app", "convert", "messages", "packages", "teleop"]
-
 app = typer.Typer(
     name="ros",
     help="Write the packages that ROS 1 programs and roslaunch need.",
@@ -117,12 +115,12 @@ def convert(
     typer.echo(f"{target}: {count} messages")
 
 
-DEFAULT_URL = "ws://127.0.0.1:9090"
+_DEFAULT_URL = "ws://127.0.0.1:9090"
 
 
 def teleop(
     boat: Annotated[str | None, typer.Option(help="The boat to drive at first; default: the first one.")] = None,
-    url: Annotated[str, typer.Option(help="Address of the rosbridge.")] = DEFAULT_URL,
+    url: Annotated[str, typer.Option(help="Address of the rosbridge.")] = _DEFAULT_URL,
     web: Annotated[int | None, typer.Option(help="Serve a page to drive from; the port may be left out: 8090.")] = None,
 ) -> None:
     """Drive a boat of a served world. The keys are those of VRX; --web serves a page to drive from.
@@ -137,7 +135,7 @@ def teleop(
         _serve_page(web, url, boat)
         return
     if "://" not in url:
-        raise CommandError(f"invalid --url '{url}': ws://HOST:PORT is needed, as in {DEFAULT_URL}")
+        raise CommandError(f"invalid --url '{url}': ws://HOST:PORT is needed, as in {_DEFAULT_URL}")
     from vrx_mj.ros.teleop.driving import drive
 
     drive(url, boat=boat)

@@ -15,19 +15,6 @@ if TYPE_CHECKING:
 
     from vrx_mj.runtime.run import Summary
 
-__all__ = [
-    "is_watched",
-    "pace_text",
-    "print_summary",
-    "program",
-    "score_line",
-    "show",
-    "show_error",
-    "text_table",
-    "to_open",
-    "warn_once",
-]
-
 
 def is_watched() -> bool:
     """Whether messages go to a terminal."""
@@ -79,7 +66,7 @@ def pace_text(factor: float) -> str:
     return f"{factor:.0f} x real time" if factor >= 10.0 else f"{factor:.2g} x real time"
 
 
-ANGLES = ("yaw from x [deg]", "compass heading [deg]", "compass course [deg]")
+_ANGLES = ("yaw from x [deg]", "compass heading [deg]", "compass course [deg]")
 
 
 def print_summary(summary: "Summary") -> None:
@@ -93,7 +80,7 @@ def print_summary(summary: "Summary") -> None:
     head = f"{summary.world}, fleet {summary.fleet}, seed {summary.seed}"
     table = Table(title=Text(head + (" (interrupted)" if summary.interrupted else "")))
     table.add_column("boat")
-    for name in ("x [m]", "y [m]", "z [m]", *ANGLES, "distance [m]"):
+    for name in ("x [m]", "y [m]", "z [m]", *_ANGLES, "distance [m]"):
         table.add_column(Text(name), justify="right")
     for name, boat in summary.boats.items():
         angles = math.degrees(boat.heading), boat.heading_compass, boat.course_compass

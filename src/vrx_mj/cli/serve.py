@@ -23,16 +23,14 @@ if TYPE_CHECKING:
     from vrx_mj.autopilot import ArduPilot
     from vrx_mj.runtime.simulation import Simulation
 
-__all__ = ["check_installed", "parse_lockstep", "parse_nmea", "parse_rate", "serve"]
-
-COLORS = {"WARN": "yellow", "ERROR": "red"}
+_COLORS = {"WARN": "yellow", "ERROR": "red"}
 
 
-Rosbridge = Annotated[int | None, typer.Option(help="Serve rosbridge v2; the port may be left out: 9090.")]
-Foxglove = Annotated[
+_Rosbridge = Annotated[int | None, typer.Option(help="Serve rosbridge v2; the port may be left out: 9090.")]
+_Foxglove = Annotated[
     int | None, typer.Option(help="Serve Foxglove and Lichtblick, to look at; the port may be left out: 8765.")
 ]
-Sitl = Annotated[
+_Sitl = Annotated[
     str | None,
     typer.Option(
         metavar="<boat:port,...>",
@@ -40,7 +38,7 @@ Sitl = Annotated[
         "and each further one 10 above.",
     ),
 ]
-Nmea = Annotated[
+_Nmea = Annotated[
     str | None,
     typer.Option(
         metavar="<[boat:]port,...>",
@@ -48,17 +46,17 @@ Nmea = Annotated[
         "may be left out: 10110.",
     ),
 ]
-Waits = Annotated[
+_Waits = Annotated[
     str | None,
     typer.Option(help="Topics A,B that the simulation waits for after every /clock; step: the service /vrx_mj/step."),
 ]
-Completion = Annotated[
+_Completion = Annotated[
     bool,
     typer.Option(
         "--exit-on-completion", envvar="VRX_EXIT_ON_COMPLETION", help="End when the world's task is finished."
     ),
 ]
-Origins = Annotated[
+_Origins = Annotated[
     list[str] | None,
     typer.Option(
         metavar="<origin>",
@@ -66,17 +64,17 @@ Origins = Annotated[
         "pages of this machine.",
     ),
 ]
-Truth = Annotated[bool, typer.Option("--truth", help="Publish the true poses of the boats in /tf, in the frame map.")]
-CmdVel = Enum("CmdVel", {"thrust": "thrust", "velocity": "velocity", "off": "off"})
-Source = Enum("Source", {"truth": "truth", "navigator": "navigator"})
-Localized = Annotated[
-    Source | None,
+_Truth = Annotated[bool, typer.Option("--truth", help="Publish the true poses of the boats in /tf, in the frame map.")]
+_CmdVel = Enum("_CmdVel", {"thrust": "thrust", "velocity": "velocity", "off": "off"})
+_Source = Enum("_Source", {"truth": "truth", "navigator": "navigator"})
+_Localized = Annotated[
+    _Source | None,
     typer.Option(
         help="Publish where each boat is, as robot_localization: by its GPS and IMU, or as it really is; the value may "
         "be left out: navigator."
     ),
 ]
-Duration = Annotated[float | None, typer.Option(help="Simulated seconds after which it ends; default: never.")]
+_Duration = Annotated[float | None, typer.Option(help="Simulated seconds after which it ends; default: never.")]
 
 
 @reads_files
@@ -85,24 +83,24 @@ def serve(
     arguments: Arguments = None,
     fleet: Fleet = None,
     ros1: Annotated[bool, typer.Option("--ros1", help="Serve ROS 1; starts a master if none answers.")] = False,
-    rosbridge: Rosbridge = None,
-    foxglove: Foxglove = None,
-    ardupilot: Sitl = None,
-    nmea: Nmea = None,
+    rosbridge: _Rosbridge = None,
+    foxglove: _Foxglove = None,
+    ardupilot: _Sitl = None,
+    nmea: _Nmea = None,
     ros2: Annotated[bool, typer.Option("--ros2", help="Serve ROS 2, through the rclpy of this Python.")] = False,
     host: Annotated[str, typer.Option(help="Address to listen on; 0.0.0.0: all networks.")] = "127.0.0.1",
-    allow_origin: Origins = None,
+    allow_origin: _Origins = None,
     rate: Annotated[str, typer.Option(help="Simulated seconds per second, or max.")] = "1.0",
-    lockstep: Waits = None,
+    lockstep: _Waits = None,
     clock: Annotated[float, typer.Option(help="Rate of /clock, per simulated second [Hz].")] = 100.0,
-    cmd_vel: Annotated[CmdVel, typer.Option(help="What cmd_vel commands, in VRX thrust.")] = CmdVel.thrust,
-    truth: Truth = False,
-    localization: Localized = None,
+    cmd_vel: Annotated[_CmdVel, typer.Option(help="What cmd_vel commands, in VRX thrust.")] = _CmdVel.thrust,
+    truth: _Truth = False,
+    localization: _Localized = None,
     paused: Annotated[bool, typer.Option("--paused", help="Start paused, as paused:=true of VRX.")] = False,
-    duration: Duration = None,
+    duration: _Duration = None,
     record: Record = None,
     seed: Seed = None,
-    exit_on_completion: Completion = False,
+    exit_on_completion: _Completion = False,
     nudge: Nudge = False,
 ) -> None:
     """Serve a world to ROS, with VRX's topics and services. By default ROS 1 and rosbridge, without ROS 2.
@@ -223,7 +221,7 @@ def _log_line(level: str, text: str) -> None:
     """A line of the log, above that of the status."""
     if is_watched():
         sys.stderr.write("\r\x1b[K")
-    show(text, COLORS.get(level))
+    show(text, _COLORS.get(level))
 
 
 class _Log(logging.Handler):

@@ -16,14 +16,12 @@ if TYPE_CHECKING:
     from vrx_mj.ros.messages import Message
     from vrx_mj.ros.ros1.client import Client
 
-__all__ = ["await_end", "spawn_model"]
+_ENDS = (signal.SIGINT, signal.SIGTERM)
 
-ENDS = (signal.SIGINT, signal.SIGTERM)
-
-SOURCES = ("file", "param", "stdin", "database")
-PATIENCE = 300.0
+_SOURCES = ("file", "param", "stdin", "database")
+_PATIENCE = 300.0
 """Wall time that a world may take until it is served [s]: the first on a machine compiles its kernels."""
-MOST_CHARACTERS = 20_000_000
+_MOST_CHARACTERS = 20_000_000
 """Characters of a description, at most."""
 
 
@@ -43,7 +41,7 @@ def spawn_model(words: Sequence[str], folder: Path) -> int:
     model = _name(given, text)
     gazebo = given.get("gazebo_namespace", "/gazebo").rstrip("/")
     kind = "sdf" if "sdf" in given else "urdf"
-    client.wait(f"{gazebo}/spawn_{kind}_model", PATIENCE)
+    client.wait(f"{gazebo}/spawn_{kind}_model", _PATIENCE)
     if "wait" in given:
         _wait_for(client, gazebo, given["wait"])
     answer = client.call(f"{gazebo}/spawn_{kind}_model", "gazebo_msgs/SpawnModel", _request(given, model, text))
@@ -68,7 +66,7 @@ def _options(words: Sequence[str]) -> dict[str, str]:
         show(f"-J {found['J']} is ignored: joints begin at 0", "yellow")
     if "model" not in found:
         raise CommandError("spawn_model needs -model NAME")
-    sources = [name for name in SOURCES if name in found]
+    sources = [name for name in _SOURCES if name in found]
     if len(sources) != 1:
         raise CommandError(
             f"spawn_model needs one of -file, -param, -stdin and -database, got {', '.join(sources) or 'none'}"
@@ -92,11 +90,11 @@ def _description(given: Mapping[str, str], client: "Client", folder: Path) -> st
 
             return expand(file, package_paths=package_paths())
         try:
-            text = file.read_bytes()[:MOST_CHARACTERS].decode("utf-8", "replace")
+            text = file.read_bytes()[:_MOST_CHARACTERS].decode("utf-8", "replace")
         except OSError as error:
             raise CommandError(f"{file}: cannot be read: {error.strerror}") from None
     else:
-        text = sys.stdin.read(MOST_CHARACTERS)
+        text = sys.stdin.read(_MOST_CHARACTERS)
     if not text.strip():
         raise CommandError(f"the description of {given['model']} is empty")
     return text
@@ -139,8 +137,8 @@ def _request(given: Mapping[str, str], model: str, text: str) -> "Message":
 
 def await_end() -> None:
     """Wait for Ctrl-C or SIGTERM."""
-    signal.pthread_sigmask(signal.SIG_BLOCK, ENDS)
-    signal.sigwait(ENDS)
+    signal.pthread_sigmask(signal.SIG_BLOCK, _ENDS)
+    signal.sigwait(_ENDS)
 
 
 def _wait_for(client: "Client", gazebo: str, model: str) -> None:
@@ -148,8 +146,8 @@ def _wait_for(client: "Client", gazebo: str, model: str) -> None:
     from vrx_mj.ros.messages import new
 
     request = new("gazebo_msgs/GetModelStateRequest", model_name=model)
-    end = time.monotonic() + PATIENCE
+    end = time.monotonic() + _PATIENCE
     while not client.call(f"{gazebo}/get_model_state", "gazebo_msgs/GetModelState", request).success:
         if time.monotonic() > end:
-            raise NetworkError(f"the model '{model}' of -wait did not come within {PATIENCE:g} s")
+            raise NetworkError(f"the model '{model}' of -wait did not come within {_PATIENCE:g} s")
         time.sleep(0.2)

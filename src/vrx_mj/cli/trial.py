@@ -14,11 +14,9 @@ from vrx_mj.outputs import write_files
 if TYPE_CHECKING:
     from vrx_mj.trials import Trial
 
-__all__ = ["trial"]
-
 CALM: dict[str, Any] = {"name": "calm", "physics": {"profile": "marine"}, "sea": {"model": "none"}}
 """The world of a trial by default: still water without wind, in profile `marine`."""
-OPTIONS = {
+_OPTIONS = {
     "turning": ("power", "helm"),
     "zigzag": ("power", "helm", "angle"),
     "crash-stop": ("power",),
@@ -27,20 +25,22 @@ OPTIONS = {
     "decay": ("mode", "amount"),
 }
 """Options that each trial takes."""
-Helm = Annotated[float | None, typer.Option(help="Share of full helm, 35 degrees at most; default 1, of a zigzag 0.5.")]
-Amount = Annotated[float | None, typer.Option(help="Displacement of a decay [m], [degrees]; default 0.1, 10, 5.")]
+_Helm = Annotated[
+    float | None, typer.Option(help="Share of full helm, 35 degrees at most; default 1, of a zigzag 0.5.")
+]
+_Amount = Annotated[float | None, typer.Option(help="Displacement of a decay [m], [degrees]; default 0.1, 10, 5.")]
 
 
 def trial(
-    name: Annotated[str, typer.Argument(metavar="TRIAL", help=f"One of {', '.join(OPTIONS)}.")],
+    name: Annotated[str, typer.Argument(metavar="TRIAL", help=f"One of {', '.join(_OPTIONS)}.")],
     boat: Annotated[str, typer.Argument(metavar="BOAT", help="A kind of robot: a name, or the path of its file.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the JSON and the chart (SVG).")] = Path(),
     world: Annotated[str | None, typer.Option(help="World; default: still water of profile marine.")] = None,
     power: Annotated[float | None, typer.Option(help="Power of the approach, 0 to 1; default 1.")] = None,
-    helm: Helm = None,
+    helm: _Helm = None,
     angle: Annotated[float | None, typer.Option(help="Heading of a zigzag [degrees]; default 20.")] = None,
     mode: Annotated[str | None, typer.Option(help="Mode of a decay: heave, roll or pitch; default roll.")] = None,
-    amount: Amount = None,
+    amount: _Amount = None,
 ) -> None:
     """Try a boat's manoeuvres as ITTC and IMO define them. The figures are written as JSON, with a chart.
 
@@ -48,8 +48,8 @@ def trial(
 
     Example: vrx-mj trial turning skiff
     """
-    if name not in OPTIONS:
-        raise UnknownNameError("trial", name, OPTIONS)
+    if name not in _OPTIONS:
+        raise UnknownNameError("trial", name, _OPTIONS)
     given = {"power": power, "helm": helm, "angle": angle, "mode": mode, "amount": amount}
     done = _tried(name, boat, world, _arguments(name, given))
     files = [output / f"{name}.json", output / f"{name}.svg"]
@@ -64,7 +64,7 @@ def trial(
     typer.echo(f"{files[0]}, {files[1]}")
 
 
-LIMITS = {"power": (0.0, 1.0), "helm": (0.0, 1.0), "angle": (0.0, 90.0), "amount": (0.0, 180.0)}
+_LIMITS = {"power": (0.0, 1.0), "helm": (0.0, 1.0), "angle": (0.0, 90.0), "amount": (0.0, 180.0)}
 """Numbers of the options: above the first, up to the second."""
 
 
@@ -72,11 +72,11 @@ def _arguments(name: str, given: dict[str, Any]) -> dict[str, Any]:
     """Arguments of a trial's function; CommandError where one is not its own, or has no such value."""
     arguments = {key: value for key, value in given.items() if value is not None}
     for key, value in arguments.items():
-        if key not in OPTIONS[name]:
-            trials = ", ".join(each for each, keys in OPTIONS.items() if key in keys)
+        if key not in _OPTIONS[name]:
+            trials = ", ".join(each for each, keys in _OPTIONS.items() if key in keys)
             raise CommandError(f"--{key} is not for {name}, but for {trials}")
-        if key in LIMITS and not LIMITS[key][0] < value <= LIMITS[key][1]:
-            low, high = LIMITS[key]
+        if key in _LIMITS and not _LIMITS[key][0] < value <= _LIMITS[key][1]:
+            low, high = _LIMITS[key]
             raise CommandError(f"invalid --{key} '{value:g}': a number above {low:g}, at most {high:g}, is needed")
     if "amount" in arguments and arguments.get("mode") != "heave":
         arguments["amount"] = math.radians(arguments["amount"])

@@ -12,9 +12,7 @@ from vrx_mj.errors import CommandError
 if TYPE_CHECKING:
     from vrx_mj.validation.report import Result
 
-__all__ = ["validate"]
-
-REPORT = Path("report")
+_REPORT = Path("report")
 
 
 def validate(
@@ -22,7 +20,7 @@ def validate(
     case: Annotated[Path | None, typer.Option(help="Your own case (YAML), with --data.")] = None,
     data: Annotated[Path | None, typer.Option(help="What you have measured (CSV).")] = None,
     quick: Annotated[bool, typer.Option("--quick", help="What takes a minute together, once compiled.")] = False,
-    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the page and results.json.")] = REPORT,
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the page and results.json.")] = _REPORT,
 ) -> None:
     """Compare the physics with closed forms, other programs and tanks. Write a page with a plot and a table for each.
 

@@ -13,8 +13,6 @@ from vrx_mj.outputs import begins, write_files
 if TYPE_CHECKING:
     from vrx_mj.formats.series.worlds import SeriesWorld
 
-__all__ = ["app", "generate"]
-
 app = typer.Typer(
     name="worlds",
     help="Generate series of worlds from an axes file, as VRX's generator does.",
@@ -22,7 +20,7 @@ app = typer.Typer(
     add_completion=False,
     rich_markup_mode=None,
 )
-SIDES = "config"
+_SIDES = "config"
 """The folder inside of the output for the files beside worlds."""
 
 
@@ -58,7 +56,7 @@ def generate(
             load_world(world.section)
             texts[f"{world.name}.yaml"] = world_text(series, world)
             if world.side is not None:
-                texts[f"{SIDES}/{world.name}.yaml"] = side_text(series, world)
+                texts[f"{_SIDES}/{world.name}.yaml"] = side_text(series, world)
             bar.update(number)
     write_files(
         output, texts, "the world", replaces=lambda name: begins(output / name, HEAD), kind="a world of a series"

@@ -19,11 +19,11 @@ from vrx_mj.frames import apply, rotation
 Cell = tuple[int, int]
 """Row and column of a block, counted from 0."""
 
-ColorName = Literal["red", "green", "blue", "yellow"]
-LIGHT_COLORS: tuple[str, ...] = get_args(ColorName)
+_ColorName = Literal["red", "green", "blue", "yellow"]
+LIGHT_COLORS: tuple[str, ...] = get_args(_ColorName)
 OFF: Literal["off"] = "off"
-ShapeName = Literal["circle", "cross", "triangle", "rectangle"]
-SHAPES: tuple[ShapeName, ...] = get_args(ShapeName)
+_ShapeName = Literal["circle", "cross", "triangle", "rectangle"]
+SHAPES: tuple[_ShapeName, ...] = get_args(_ShapeName)
 RGB = {color: COLORS[color] for color in LIGHT_COLORS} | {OFF: COLORS["black"]}
 """Red, green and blue of the colours of lights and symbols, 0 to 1."""
 LIGHT_PATTERNS = tuple((i, j, k) for i, j, k in product(LIGHT_COLORS, repeat=3) if j not in {i, k})
@@ -41,7 +41,7 @@ _OF_SYMBOLS = f"COLOUR_SHAPE of {', '.join(LIGHT_COLORS)} and {', '.join(SHAPES)
 Symbol = Annotated[str, demand(SYMBOLS.__contains__, f"expected a symbol {_OF_SYMBOLS}, got {{}}")]
 """What a placard shows, as `red_circle`."""
 LightColor = Annotated[Literal["red", "green", "blue", "yellow", "off"], BeforeValidator(_off)]
-Colors = Annotated[tuple[ColorName, ColorName, ColorName], several(f"three colours of {', '.join(LIGHT_COLORS)}", 3)]
+Colors = Annotated[tuple[_ColorName, _ColorName, _ColorName], several(f"three colours of {', '.join(LIGHT_COLORS)}", 3)]
 """What a light buoy shows in turn, as a task has it."""
 Pattern = Annotated[tuple[LightColor, LightColor, LightColor], several("three of red, green, blue, yellow and off", 3)]
 
@@ -55,31 +55,31 @@ class LightConfig(Config):
     """The colours until a task or a user gives others."""
 
 
-Board = Literal["placard", "placard_2022"]
+_Board = Literal["placard", "placard_2022"]
 """Objects that placards are made of."""
-FIRST_SYMBOL = SYMBOLS[0]
+_FIRST_SYMBOL = SYMBOLS[0]
 """What a placard shows at the start."""
 
 MOUTH_GAP = 2.5
 """Distance from a bay's mouth to the middle of the zone outside [m]; VRX: dock_2022."""
-ZONE_DEPTH = 1.5
+_ZONE_DEPTH = 1.5
 """Length of the zone outside, along the way out [m]; VRX: dock_2018, dock_2022."""
-ZONE_SPILL = 1.5
+_ZONE_SPILL = 1.5
 """Width of the zone outside beyond that of the bay [m]; VRX: dock_2022."""
-BOAT_WIDTH = 2.5
+_BOAT_WIDTH = 2.5
 """Width of the zone inside short of that of the bay [m]: a WAM-V's width, as in VRX's dock_2022."""
-ZONE_HEIGHT, ZONE_CENTER = 2.0, 0.25
+_ZONE_HEIGHT, _ZONE_CENTER = 2.0, 0.25
 """Height of zones and of their middle over the dock's origin [m]; VRX: dock_2022."""
-BOARD_SETBACK = 0.95
+_BOARD_SETBACK = 0.95
 """Distance from a bay's inner end to the middle of its board [m], at most half a block; VRX: dock_2022."""
-BOARD_CENTER = 1.75
+_BOARD_CENTER = 1.75
 """Height of a board's middle over the dock's origin [m]; VRX: dock_2016, dock_2022."""
-SYMBOLS_ON = {"placard": (0.07, 2.25), "placard_2022": (0.27, 1.5)}
+_SYMBOLS_ON = {"placard": (0.07, 2.25), "placard_2022": (0.27, 1.5)}
 """How far before the middle of a board, and how high over the dock's origin, its symbol is [m]; VRX's static docks."""
-Hole = tuple[Literal["big", "small"], float, tuple[float, float, float]]
-HOLES: tuple[Hole, ...] = (("big", -0.6, (0.5, 0.5, 0.5)), ("small", 0.6, (0.25, 0.5, 0.25)))
+_Hole = tuple[Literal["big", "small"], float, tuple[float, float, float]]
+_HOLES: tuple[_Hole, ...] = (("big", -0.6, (0.5, 0.5, 0.5)), ("small", 0.6, (0.25, 0.5, 0.25)))
 """Holes of a `placard_2022`: size, x in its frame and the box that detects a ball [m]; VRX: scan_dock_deliver.xacro."""
-HOLE_HEIGHT = 1.08
+_HOLE_HEIGHT = 1.08
 """Height of the holes over the middle of the board [m]."""
 
 
@@ -112,15 +112,15 @@ class PlacardConfig(Config):
 
     name: Name
     """Name of the placard, which nothing else in the world has."""
-    model: Board = "placard"
+    model: _Board = "placard"
     """The board of 2019, 2 by 3 m, or that of 2022, which has two holes."""
     pose: Pose
     """Pose of the board in the dock's frame [m, rad]."""
     symbol_pose: Pose
     """Pose of the symbol in the dock's frame [m, rad]."""
-    symbol: Symbol = FIRST_SYMBOL
+    symbol: Symbol = _FIRST_SYMBOL
     """What it shows at the start."""
-    shapes: Annotated[tuple[ShapeName, ...], NotEmpty] = SHAPES
+    shapes: Annotated[tuple[_ShapeName, ...], NotEmpty] = SHAPES
     """Shapes that it can show; any other shows nothing."""
     block: Annotated[tuple[int, int], numbers("row column")] | None = None
     """Which block of a dynamic dock carries it, counted from 0; by default the nearest."""
@@ -157,21 +157,21 @@ class Bay:
         of the bay from 1/12 of its depth to 3/4; outside, a strip 1.5 m deep whose middle is 2.5 m from the mouth.
         """
         depth, width = self._depth_and_width(block)
-        inner = max(width - BOAT_WIDTH, 0.375 * width)
+        inner = max(width - _BOAT_WIDTH, 0.375 * width)
         internal = self._zone(block, -5.0 / 12.0 * depth, 2.0 / 3.0 * depth, inner)
-        return internal, self._zone(block, MOUTH_GAP, ZONE_DEPTH, width + ZONE_SPILL)
+        return internal, self._zone(block, MOUTH_GAP, _ZONE_DEPTH, width + _ZONE_SPILL)
 
-    def board(self, block: float, name: str, model: Board) -> PlacardConfig:
+    def board(self, block: float, name: str, model: _Board) -> PlacardConfig:
         """The board at the inner end of the bay, which faces out of it."""
         depth, _ = self._depth_and_width(block)
         dx, dy = self.opens
-        x, y = self._on_axis(block, -depth - min(BOARD_SETBACK, block / 2.0))
-        before, height = SYMBOLS_ON[model]
+        x, y = self._on_axis(block, -depth - min(_BOARD_SETBACK, block / 2.0))
+        before, height = _SYMBOLS_ON[model]
         yaw = math.atan2(dx, -dy)
         return PlacardConfig(
             name=name,
             model=model,
-            pose=(x, y, BOARD_CENTER, 0.0, 0.0, yaw),
+            pose=(x, y, _BOARD_CENTER, 0.0, 0.0, yaw),
             symbol_pose=(x + before * dx, y + before * dy, height, 0.0, 0.0, yaw),
         )
 
@@ -191,8 +191,8 @@ class Bay:
     def _zone(self, block: float, out: float, deep: float, wide: float) -> Box:
         """A box across the axis of the bay, its middle `out` [m] beyond the mouth."""
         x, y = self._on_axis(block, out)
-        size = (deep, wide, ZONE_HEIGHT) if self.opens[0] else (wide, deep, ZONE_HEIGHT)
-        return Box(center=(x, y, ZONE_CENTER), size=size)
+        size = (deep, wide, _ZONE_HEIGHT) if self.opens[0] else (wide, deep, _ZONE_HEIGHT)
+        return Box(center=(x, y, _ZONE_CENTER), size=size)
 
 
 def find_bays(cells: Iterable[Cell]) -> tuple[Bay, ...]:
@@ -223,7 +223,7 @@ def _bays_toward(blocks: frozenset[Cell], opens: Cell) -> Iterator[Bay]:
 def board_holes(bay: int, placard: PlacardConfig) -> Iterator[HoleConfig]:
     """The holes in the board of a bay, counted from 1: a `placard_2022` has two."""
     turn = rotation(*placard.pose[3:])
-    for size, x, box in HOLES if placard.model == "placard_2022" else ():
-        px, py, pz = (a + b for a, b in zip(placard.pose, apply(turn, (x, 0.0, HOLE_HEIGHT)), strict=False))
+    for size, x, box in _HOLES if placard.model == "placard_2022" else ():
+        px, py, pz = (a + b for a, b in zip(placard.pose, apply(turn, (x, 0.0, _HOLE_HEIGHT)), strict=False))
         ex, ey, ez = (abs(edge) for edge in apply(turn, box))
         yield HoleConfig(bay=bay, size=size, center=(px, py, pz), box=(ex, ey, ez))

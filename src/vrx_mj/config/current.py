@@ -6,7 +6,7 @@ from typing import Annotated
 from vrx_mj.config.base import Config, Fault, column_faults
 from vrx_mj.config.values import NonNegative, Number, Positive, Seed, numbers
 
-M2 = 44714.16
+_M2 = 44714.16
 """Period of the principal lunar tide [s]: 12 h 25 min 14 s."""
 
 
@@ -19,7 +19,7 @@ class TideConfig(Config):
     """Greatest speed across it [m/s]; below 0 the arrow turns clockwise."""
     direction: Number = 0.0
     """Direction of the greatest speed [degrees], counter-clockwise from x."""
-    period: Positive = M2
+    period: Positive = _M2
     """Period [s]; by default that of the principal lunar tide."""
     phase: Number = 0.0
     """Phase at time 0 [degrees]: 0 is the greatest speed along `direction`."""

@@ -23,9 +23,9 @@ from vrx_mj.config.wording import one_of, shown
 from vrx_mj.config.yaml_text import find_lookalikes, read_lines
 from vrx_mj.errors import ConfigError, Problem, VrxError
 
-BLOCKS = (0.5, 1.0, 1.5, 2.0)
+_BLOCKS = (0.5, 1.0, 1.5, 2.0)
 """Edges of blocks [m]: VRX's dock_block, 2x2, 3x3 and 4x4."""
-MAX_CELLS = 10_000
+_MAX_CELLS = 10_000
 """Most cells of a dock, blanks included."""
 
 _MAX_FAULTS = 10
@@ -38,7 +38,7 @@ def neighbours(cell: Cell) -> tuple[Cell, ...]:
     return (i - 1, j), (i, j - 1), (i, j + 1), (i + 1, j)
 
 
-def is_drawing(text: str) -> bool:
+def _is_drawing(text: str) -> bool:
     """Whether a `layout` is a drawing and not the name or path of one."""
     return "\n" in text or not re.search("[^X ]", text)
 
@@ -61,26 +61,26 @@ def load_dock(text_or_name: str, near: Path | None = None) -> tuple[Cell, ...]:
 
     They are those of an ASCII drawing, of a name in `docks`, or of a path relative to `near`.
     """
-    if is_drawing(text_or_name):
+    if _is_drawing(text_or_name):
         lines, name, above = text_or_name.split("\n"), "<dock>", 0
     else:
         file = referenced("docks", text_or_name, near)
         text, name = read_lines(file), display(file)
         above = next((i for i, line in enumerate(text) if not line.startswith("#")), len(text))
         lines = list(text[above:])  # a file may start with lines of comment
-    found = dock_faults(lines)
+    found = _dock_faults(lines)
     if found:
         raise ConfigError(Problem(name, above + row, column, "", message) for row, column, message in found)
     return tuple((i, j) for i, row in enumerate(lines) for j, cell in enumerate(row) if cell == "X")
 
 
-def dock_faults(lines: Sequence[str]) -> list[tuple[int, int, str]]:
+def _dock_faults(lines: Sequence[str]) -> list[tuple[int, int, str]]:
     """What is wrong with a drawing, each as (row, column, message); both count from 1."""
     rows = [line.rstrip(" ") for line in "\n".join(lines).rstrip(" \n").split("\n")]
     if not any(map(str.strip, rows)):
         return [(1, 1, "a dock needs at least one X")]
-    if len(rows) * max(map(len, rows)) > MAX_CELLS:
-        return [(1, 1, f"{len(rows)} rows of up to {max(map(len, rows))} cells; at most {MAX_CELLS} cells")]
+    if len(rows) * max(map(len, rows)) > _MAX_CELLS:
+        return [(1, 1, f"{len(rows)} rows of up to {max(map(len, rows))} cells; at most {_MAX_CELLS} cells")]
     found = {(odd.line or 0, odd.column or 0): odd.message for odd in find_lookalikes(rows, free_text=False)}
     for i, row in enumerate(rows, 1):
         hit = re.search("[^X ]", row)
@@ -90,7 +90,7 @@ def dock_faults(lines: Sequence[str]) -> list[tuple[int, int, str]]:
     return [(*place, f"row {place[0]}, column {place[1]}: {found[place]}") for place in sorted(found)][:_MAX_FAULTS]
 
 
-MAX_BLOCKS = 200
+_MAX_BLOCKS = 200
 """Most blocks of a dynamic dock."""
 
 
@@ -122,15 +122,15 @@ def _drawing(value: object) -> object:
 
 
 def _drawn(value: str) -> str:
-    if is_drawing(value) and (found := dock_faults(value.split("\n"))):
+    if _is_drawing(value) and (found := _dock_faults(value.split("\n"))):
         raise faults(*(((), fault(message, row=row, column=column)) for row, column, message in found))
     return value
 
 
-Drawing = Annotated[str, BeforeValidator(_drawing), AfterValidator(_drawn), loads(load_dock)]
+_Drawing = Annotated[str, BeforeValidator(_drawing), AfterValidator(_drawn), loads(load_dock)]
 """A dock's drawing, or what names one."""
-_EDGES = one_of([f"{edge:g}" for edge in BLOCKS])
-Block = Annotated[Number, demand(BLOCKS.__contains__, f"a block is {_EDGES} m long, got {{}}")]
+_EDGES = one_of([f"{edge:g}" for edge in _BLOCKS])
+_Block = Annotated[Number, demand(_BLOCKS.__contains__, f"a block is {_EDGES} m long, got {{}}")]
 
 
 class MooringConfig(Config):
@@ -145,11 +145,11 @@ class MooringConfig(Config):
 class DockPlacement(Placed):
     """A dock somewhere."""
 
-    layout: Drawing
+    layout: _Drawing
     """A drawing, as a block of text `|` or a list of rows; a name from `docks`; or the path of a text file."""
     dynamic: Switch = False
     """Whether it floats: its blocks hang together by hinges."""
-    block: Block = 2.0
+    block: _Block = 2.0
     """Edge of a block [m]: 1 x 1 to 4 x 4 cubes of 0.5 m."""
     mooring: Annotated[MooringConfig | None, Only("dynamic", (True,))] = None
     """Lines that hold a dynamic dock; without them it drifts."""
@@ -169,7 +169,7 @@ class DockPlacement(Placed):
 
     def _faults(self) -> Iterator[Fault]:
         with contextlib.suppress(VrxError):  # what is wrong with the drawing is reported with it
-            yield from berth_faults(self)
+            yield from _berth_faults(self)
 
 
 class Berth(NamedTuple):
@@ -191,7 +191,7 @@ class Berths(NamedTuple):
 
 
 def berths(dock: DockPlacement) -> Berths:
-    """Bays, placards and holes of a dock; `berth_faults` has found nothing."""
+    """Bays, placards and holes of a dock; `_berth_faults` has found nothing."""
     found = find_bays(dock.cells)
     placards = _placards(dock, found)
     bays = [
@@ -207,12 +207,12 @@ def berths(dock: DockPlacement) -> Berths:
     return Berths(tuple(bays), tuple(placards.values()), dock.holes if dock.holes is not None else tuple(holes))
 
 
-def berth_faults(dock: DockPlacement) -> Iterator[Fault]:
+def _berth_faults(dock: DockPlacement) -> Iterator[Fault]:
     """What is wrong with a dock, as (path from the dock, message)."""
     found = find_bays(dock.cells)
     yield from list(_bay_faults(dock, len(found))) or _placard_faults(dock, found)
-    if dock.dynamic and len(dock.cells) > MAX_BLOCKS:
-        yield ("dynamic",), f"{len(dock.cells)} blocks; a floating dock has at most {MAX_BLOCKS}"
+    if dock.dynamic and len(dock.cells) > _MAX_BLOCKS:
+        yield ("dynamic",), f"{len(dock.cells)} blocks; a floating dock has at most {_MAX_BLOCKS}"
     elif dock.dynamic and (apart := _apart(dock.cells)):
         row, column = apart[0] + 1, apart[1] + 1
         text = f"the block in row {row}, column {column} is not connected to the first one"

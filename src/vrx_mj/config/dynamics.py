@@ -94,13 +94,13 @@ class HydrodynamicsConfig(Config):
     """Quadratic drag [N s2/m2, N m s2]."""
 
 
-Point = Annotated[tuple[Annotated[float, Field(ge=-1, le=1)], Number], numbers("command thrust")]
+_Point = Annotated[tuple[Annotated[float, Field(ge=-1, le=1)], Number], numbers("command thrust")]
 
 
 class PropellerConfig(Config):
     """A propeller whose thrust was measured, in worlds of profile `marine`, instead of the thruster's own curve."""
 
-    thrust: Annotated[tuple[Point, ...], Field(max_length=1000)]
+    thrust: Annotated[tuple[_Point, ...], Field(max_length=1000)]
     """Commands -1..1 and the thrust at rest that each gives [N], by rising command, with `[0, 0]`.
 
     A command is a share of the thruster's `max_command`. Between rows are straight lines; a command beyond the first
@@ -139,7 +139,7 @@ MOST_SKEGS = 10
 """Skegs that a hull may have."""
 
 Row = Annotated[tuple[Number, Number, Number, Number, Number, Number], numbers("surge sway heave roll pitch yaw")]
-OfMatrix = Only("hydrostatics", ("matrix",))
+_OfMatrix = Only("hydrostatics", ("matrix",))
 
 
 def _six_rows(value: object) -> object:
@@ -152,12 +152,12 @@ def _six_rows(value: object) -> object:
     return tuple(tuple(own if row == column else 0.0 for column in range(6)) for row, own in enumerate(value))
 
 
-Matrix = tuple[Row, Row, Row, Row, Row, Row]
-SixBySix = Annotated[Matrix, BeforeValidator(_six_rows)]
+_Matrix = tuple[Row, Row, Row, Row, Row, Row]
+_SixBySix = Annotated[_Matrix, BeforeValidator(_six_rows)]
 """Six rows of six numbers, or the six of the diagonal: surge, sway, heave, roll, pitch, yaw."""
 
 
-def _resists(value: Matrix) -> Matrix:
+def _resists(value: _Matrix) -> _Matrix:
     for index, row in enumerate(value):
         if row[index] < 0.0:
             raise fault(
@@ -167,14 +167,14 @@ def _resists(value: Matrix) -> Matrix:
     return value
 
 
-def _floats(value: Matrix) -> Matrix:
+def _floats(value: _Matrix) -> _Matrix:
     if not value[2][2] > 0.0:
         raise fault(f"entry 33 is {value[2][2]:.4g} N/m: above 0 is needed for a boat that floats")
     return value
 
 
-Resistance = Annotated[SixBySix, AfterValidator(_resists)]
-Stiffness = Annotated[SixBySix, AfterValidator(_floats)]
+_Resistance = Annotated[_SixBySix, AfterValidator(_resists)]
+_Stiffness = Annotated[_SixBySix, AfterValidator(_floats)]
 
 
 def _along(value: object) -> object:
@@ -186,7 +186,7 @@ def _along(value: object) -> object:
     return (value,)
 
 
-Along = Annotated[tuple[NonNegative, ...], Field(max_length=100), NotEmpty, BeforeValidator(_along)]
+_Along = Annotated[tuple[NonNegative, ...], Field(max_length=100), NotEmpty, BeforeValidator(_along)]
 """A number, or those at even distances from stern to bow, with straight lines between them."""
 
 
@@ -197,9 +197,9 @@ class CrossFlowConfig(Config):
     """x of its end astern [m]."""
     bow: Coordinate
     """x of its end ahead [m]."""
-    draft: Along
+    draft: _Along
     """Draft [m]: one number, or those at even distances from stern to bow."""
-    coefficient: Along
+    coefficient: _Along
     """Drag coefficient over the lateral area, of all hulls of a boat together: one number, or those from stern to
     bow."""
     strips: Annotated[int, Field(ge=1, le=MOST_STRIPS)] = 20
@@ -239,11 +239,11 @@ class MarineHullConfig(InFolder):
     """Closed surfaces of the hull that do not overlap, of 100 to 700 triangles; by default the robot's own shapes."""
     point: Vec3 | None = None
     """Point to which the matrices belong [m]; by default the boat's centre of mass."""
-    added_mass: Resistance | None = None
+    added_mass: _Resistance | None = None
     """Added mass [kg, kg m, kg m2], six rows of six, or the diagonal."""
     munk: Switch = True
     """Whether added mass turns a boat across the stream: Munk's moment."""
-    damping_linear: Resistance | None = None
+    damping_linear: _Resistance | None = None
     """Linear damping [N s/m, N s, N m s], six rows of six, or the diagonal."""
     damping_quadratic: Six | None = None
     """Quadratic damping [N s2/m2, N m s2]."""
@@ -251,11 +251,11 @@ class MarineHullConfig(InFolder):
     """Drag of the flow across the hull by strips; with it, quadratic damping of sway and yaw is 0 unless given."""
     skegs: Annotated[tuple[SkegConfig, ...], Field(max_length=MOST_SKEGS)] = ()
     """Fins that keep the boat on its course, against Munk's moment."""
-    restoring: Annotated[Stiffness | None, Only("hydrostatics", ("matrix",), required=True)] = None
+    restoring: Annotated[_Stiffness | None, Only("hydrostatics", ("matrix",), required=True)] = None
     """Stiffness at rest, of `hydrostatics: matrix` [N/m, N, N m], six rows of six, or the diagonal."""
-    displacement: Annotated[Positive | None, OfMatrix] = None
+    displacement: Annotated[Positive | None, _OfMatrix] = None
     """Mass at which the water is at `waterline`, of `hydrostatics: matrix` [kg]; by default the boat's."""
-    waterline: Annotated[Number, OfMatrix] = 0.0
+    waterline: Annotated[Number, _OfMatrix] = 0.0
     """Height of the water at rest, of `hydrostatics: matrix` [m]."""
     hydro: Annotated[str, loads(read_hydro)] | None = None
     """File of radiation and diffraction that `vrx-mj robot hydro --bem` writes, beside this one: added mass, memory of

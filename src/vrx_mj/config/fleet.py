@@ -23,8 +23,8 @@ from vrx_mj.config.world import Sensors, SpawnConfig, WorldConfig, check_thruste
 from vrx_mj.errors import ConfigError, Problem, VrxError
 
 _FUNCTION = re.compile(r"[A-Za-z_]\w*(\.\w+)*:[A-Za-z_]\w*")
-Controller = Annotated[str, demand(_FUNCTION.fullmatch, "expected module:function, as in my_boat:controller, got {}")]
-Engines = Literal["fixed", "hinged"]
+_Controller = Annotated[str, demand(_FUNCTION.fullmatch, "expected module:function, as in my_boat:controller, got {}")]
+_Engines = Literal["fixed", "hinged"]
 AisClass = Literal["A", "B"]
 
 
@@ -89,9 +89,9 @@ class _Built(InFolder):
     """Path of a component file."""
     sensors: Sensors | None = None
     """`vrx`, `none`, or names of suites or sensors; by default those of the world's spawn."""
-    engines: Engines | None = None
+    engines: _Engines | None = None
     """Whether the engines are fixed to the hull, the default, or bodies on hinges, at four times the cost."""
-    controller: Controller | None = None
+    controller: _Controller | None = None
     """Controller of the boats, module:function or module:Class, unless a run is given another."""
     ais: AisClass | None = None
     """Class of the AIS transponder, A or B; by default B of hulls shorter than 20 m."""
@@ -115,7 +115,7 @@ class BoatConfig(BoatEntry):
     robot: str
     arguments: Arguments = Field(default_factory=dict)
     pose: Pose
-    engines: Engines = "fixed"
+    engines: _Engines = "fixed"
 
     @property
     def order(self) -> Order:
@@ -185,7 +185,7 @@ class FleetConfig(Layout, _Built, FromFile):
             found = [Slot("wamv", world.spawn.pose)]
         else:
             frame = self.frame(world)
-            found = [slot._replace(pose=_moved(slot.pose, frame)) for slot in slots(self, world.seed)]
+            found = [slot._replace(pose=_moved(slot.pose, frame)) for slot in _slots(self, world.seed)]
         far = [problem_at(self.section, slot.where, text) for slot in found if (text := _too_far(slot))]
         if far:
             raise ConfigError(far)
@@ -275,7 +275,7 @@ def _sensors(levels: Sequence[_Built], robot: str, spawn: SpawnConfig) -> tuple[
     return spawn.sensors if robot == spawn.robot else None
 
 
-def slots(fleet: FleetConfig, seed: int) -> list[Slot]:
+def _slots(fleet: FleetConfig, seed: int) -> list[Slot]:
     """Numbered boats with what `boats` changes about them, then the boats that it adds; `seed` is the world's."""
     found = [
         Slot(f"wamv{i + 1}", pose, where=("positions", i) if i < len(fleet.positions) else ())

@@ -14,9 +14,9 @@ from vrx_mj.config.search import catalogue
 from vrx_mj.config.world import FULL_TURN, WorldConfig, warn_of_degrees
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxWarning
 
-OUTWARD = math.radians(5.0)
+_OUTWARD = math.radians(5.0)
 """How near a heading is to outward that was meant so [rad]."""
-FAR = 300.0
+_FAR = 300.0
 """Distance [m] from everything in a world beyond which a fleet is probably misplaced."""
 
 
@@ -75,10 +75,10 @@ def far_from_all(fleet: FleetConfig, boats: Sequence[tuple[BoatConfig, Slot]], w
         return ""
     places = [("the spawn pose", world.spawn.pose), *((f"'{thing.name}'", thing.pose) for thing in world.placed)]
     distance, nearest = min((math.dist(boat.pose[:2], pose[:2]), name) for boat, _ in boats for name, pose in places)
-    if distance <= FAR:
+    if distance <= _FAR:
         return ""
     text = f"fleet {fleet.name}: {distance:.0f} m from {nearest}, the nearest thing in world {world.name}"
-    return f"{text}; more than {FAR:.0f} m"
+    return f"{text}; more than {_FAR:.0f} m"
 
 
 def _warn_of_bearings(fleet: FleetConfig) -> None:
@@ -106,7 +106,7 @@ def _all_outward(positions: Sequence[FleetPosition], headings: Headings) -> bool
     x0, y0 = fmean(position.x for position in positions), fmean(position.y for position in positions)
     poses = (position.pose_in(headings) for position in positions)
     turns = (math.remainder(yaw - math.atan2(y - y0, x - x0), 2 * math.pi) for x, y, *_, yaw in poses)
-    return all(abs(turn) <= OUTWARD for turn in turns)
+    return all(abs(turn) <= _OUTWARD for turn in turns)
 
 
 def _angles(fleet: FleetConfig) -> list[tuple[str, Sequence[float]]]:

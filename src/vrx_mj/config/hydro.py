@@ -19,23 +19,23 @@ from vrx_mj.errors import VrxError
 
 FORMAT = 1
 """Version of the file."""
-MOST_BYTES, MOST_POLES = 20_000_000, 40
+_MOST_BYTES, _MOST_POLES = 20_000_000, 40
 """What a file may hold; a step takes time with each pole."""
-FEWEST_ANGLES = 8
-LARGEST = 1e12
+_FEWEST_ANGLES = 8
+_LARGEST = 1e12
 """Bound of its numbers."""
-FASTEST = 1e6
+_FASTEST = 1e6
 """Bound of the poles [1/s]."""
-ODD = 1e-3
+_ODD = 1e-3
 """How far the added mass at infinite frequency may be from symmetric, of its largest."""
 
-Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
-Complex = tuple[Number, Number]
+_Number = Annotated[float, Field(ge=-_LARGEST, le=_LARGEST)]
+_Complex = tuple[_Number, _Number]
 """Real and imaginary part."""
-Row = tuple[Number, Number, Number, Number, Number, Number]
-Matrix = tuple[Row, Row, Row, Row, Row, Row]
-ComplexRow = tuple[Complex, Complex, Complex, Complex, Complex, Complex]
-ComplexMatrix = tuple[ComplexRow, ComplexRow, ComplexRow, ComplexRow, ComplexRow, ComplexRow]
+_Row = tuple[_Number, _Number, _Number, _Number, _Number, _Number]
+_Matrix = tuple[_Row, _Row, _Row, _Row, _Row, _Row]
+_ComplexRow = tuple[_Complex, _Complex, _Complex, _Complex, _Complex, _Complex]
+_ComplexMatrix = tuple[_ComplexRow, _ComplexRow, _ComplexRow, _ComplexRow, _ComplexRow, _ComplexRow]
 
 
 class Hydro(BaseModel):
@@ -52,23 +52,23 @@ class Hydro(BaseModel):
     """Density of the water [kg/m3]."""
     gravity: Annotated[float, Field(ge=0.01, le=1000.0)]
     """Gravity [m/s2]."""
-    point: tuple[Number, Number, Number]
+    point: tuple[_Number, _Number, _Number]
     """Point to which it belongs [m]."""
-    frequencies: Annotated[tuple[Annotated[Number, Field(gt=0.0)], ...], Field(min_length=2)]
+    frequencies: Annotated[tuple[Annotated[_Number, Field(gt=0.0)], ...], Field(min_length=2)]
     """n rising angular frequencies [rad/s]."""
-    added_mass: tuple[Matrix, ...]
+    added_mass: tuple[_Matrix, ...]
     """(n, 6, 6) [kg, kg m, kg m2]."""
-    damping: tuple[Matrix, ...]
+    damping: tuple[_Matrix, ...]
     """(n, 6, 6) [kg/s, kg m/s, kg m2/s]."""
-    added_mass_infinite: Matrix
+    added_mass_infinite: _Matrix
     """Added mass at infinite frequency."""
-    poles: Annotated[tuple[Complex, ...], Field(max_length=MOST_POLES)] = ()
+    poles: Annotated[tuple[_Complex, ...], Field(max_length=_MOST_POLES)] = ()
     """k poles of the memory [1/s]."""
-    residues: tuple[ComplexMatrix, ...] = ()
+    residues: tuple[_ComplexMatrix, ...] = ()
     """(k, 6, 6) their residues, force i per memory of motion j."""
-    fit_error: Annotated[float, Field(ge=0.0, le=LARGEST)]
+    fit_error: Annotated[float, Field(ge=0.0, le=_LARGEST)]
     """Misfit of the poles, as a share."""
-    diffraction: tuple[tuple[ComplexRow, ...], ...] = ()
+    diffraction: tuple[tuple[_ComplexRow, ...], ...] = ()
     """(n, m, 6) force without that of the undisturbed wave's pressure, for waves that travel toward even angles from
     the bow on, counter-clockwise; none if it is not known."""
 
@@ -83,24 +83,24 @@ class Hydro(BaseModel):
         for key, count in {"added_mass": n, "damping": n, "residues": len(self.poles)}.items():
             if (got := len(getattr(self, key))) != count:
                 yield (key,), f"{count} are needed, got {got}"
-        if angles and (len(self.diffraction) != n or len(angles) > 1 or min(angles) < FEWEST_ANGLES):
+        if angles and (len(self.diffraction) != n or len(angles) > 1 or min(angles) < _FEWEST_ANGLES):
             sizes = f"{len(self.diffraction)} of {' and '.join(map(str, sorted(angles)))}"
-            yield ("diffraction",), f"{n} frequencies of {FEWEST_ANGLES} angles or more are needed, got {sizes}"
+            yield ("diffraction",), f"{n} frequencies of {_FEWEST_ANGLES} angles or more are needed, got {sizes}"
 
     def _faults(self) -> Iterator[Fault]:
         """Frequencies rise, the added mass is symmetric, and memories fade."""
         yield from column_faults("frequencies", self.frequencies, "a frequency", " rad/s")
         added = np.array(self.added_mass_infinite)
         odd = np.abs(added - added.T)
-        if odd.max() > ODD * np.abs(added).max():
+        if odd.max() > _ODD * np.abs(added).max():
             i, j = np.unravel_index(odd.argmax(), odd.shape)
             yield ("added_mass_infinite",), f"must be symmetric: [{i}][{j}] and [{j}][{i}] differ by {odd.max():.3g}"
         for index, (real, imaginary) in enumerate(self.poles):
             pole, size = f"{real:g}{imaginary:+g}i", max(abs(real), abs(imaginary))
             if real >= 0.0:
                 yield ("poles", index), f"its real part has to be below 0, or the memory would grow, got {pole}"
-            elif size > FASTEST:
-                yield ("poles", index), f"its parts must be at most {FASTEST:g} 1/s in size, got {pole}"
+            elif size > _FASTEST:
+                yield ("poles", index), f"its parts must be at most {_FASTEST:g} 1/s in size, got {pole}"
 
 
 def read_hydro(path: str, folder: Path | None) -> Hydro:
@@ -110,7 +110,7 @@ def read_hydro(path: str, folder: Path | None) -> Hydro:
         VrxError: it cannot be read, lacks something, or would let a boat gain energy.
     """
     try:
-        return Hydro.model_validate_json(read_limited(contained(path, folder), MOST_BYTES))
+        return Hydro.model_validate_json(read_limited(contained(path, folder), _MOST_BYTES))
     except (ReadingError, ValidationError) as error:
         reason = fault_text(error) if isinstance(error, ValidationError) else error
         raise VrxError(f"hydro '{path}': {reason}") from None

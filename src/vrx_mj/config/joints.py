@@ -14,13 +14,13 @@ from vrx_mj.errors import UnknownNameError
 
 MOST_LINKS = 64
 """Links of an object beside its own."""
-Ends = tuple[str, str, str]
+_Ends = tuple[str, str, str]
 """Names of a joint, of the link that carries it and of the one that it moves."""
-AXES: Mapping[str, int] = {"revolute": 1, "continuous": 1, "prismatic": 1, "universal": 2, "ball": 0}
+_AXES: Mapping[str, int] = {"revolute": 1, "continuous": 1, "prismatic": 1, "universal": 2, "ball": 0}
 """Number of axes of each type of joint."""
 
 
-Limits = Annotated[tuple[Number, Number], numbers("lower upper"), rising("lower", "upper")]
+_Limits = Annotated[tuple[Number, Number], numbers("lower upper"), rising("lower", "upper")]
 
 
 def _parallel(one: tuple[float, float, float], other: tuple[float, float, float]) -> bool:
@@ -34,7 +34,7 @@ class AxisConfig(Config):
 
     xyz: Annotated[Vec3, demand(lambda axis: math.hypot(*axis) >= 1e-9, "must have a length, got {}")] = (0.0, 0.0, 1.0)
     """Direction of the axis in the joint's frame."""
-    limits: Limits | None = None
+    limits: _Limits | None = None
     """Lowest and highest angle [rad] or, of a prismatic joint, position [m]; without them it moves freely."""
     damping: NonNegative = 0.0
     """Damping [N m s/rad], of a prismatic joint [N s/m]."""
@@ -67,7 +67,7 @@ class JointConfig(Config):
     @property
     def axes(self) -> tuple[AxisConfig, ...]:
         """The axes, from the parent outward; none of a ball."""
-        return tuple(axis for axis in (self.axis, self.axis2) if axis)[: AXES[self.type]]
+        return tuple(axis for axis in (self.axis, self.axis2) if axis)[: _AXES[self.type]]
 
     def _faults(self) -> Iterator[Fault]:
         if self.axis2 is not None and _parallel(self.axis.xyz, self.axis2.xyz):
@@ -100,12 +100,12 @@ class LinkConfig(InFolder):
     """What the link displaces, and its drag; without it water does nothing to the link."""
 
 
-def tree_faults(root: str, links: Sequence[str], joints: Sequence[Ends]) -> list[Fault]:
+def tree_faults(root: str, links: Sequence[str], joints: Sequence[_Ends]) -> list[Fault]:
     """What keeps `links` from being a tree on the one named `root`, at their indices and those of the joints."""
     return list(_end_faults(root, links, joints)) or list(_loose(root, links, joints))
 
 
-def _end_faults(root: str, links: Sequence[str], joints: Sequence[Ends]) -> Iterator[Fault]:
+def _end_faults(root: str, links: Sequence[str], joints: Sequence[_Ends]) -> Iterator[Fault]:
     known, holders = [root, *links], dict[str, str]()
     if root in links:
         yield ("links", links.index(root), "name"), f"duplicate name '{root}'"
@@ -122,7 +122,7 @@ def _end_faults(root: str, links: Sequence[str], joints: Sequence[Ends]) -> Iter
         holders.setdefault(child, joint)
 
 
-def _loose(root: str, links: Sequence[str], joints: Sequence[Ends]) -> Iterator[Fault]:
+def _loose(root: str, links: Sequence[str], joints: Sequence[_Ends]) -> Iterator[Fault]:
     """Links without a joint, and links that hang on each other in a circle."""
     above = {child: [parent] for _, parent, child in joints}
     for index, name in enumerate(links):

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-HEAD = 4000
+_HEAD = 4000
 """Bytes of a file that are looked into."""
 
 
@@ -23,9 +23,9 @@ class FileKind(NamedTuple):
 _TABLES = json.loads((Path(__file__).parent / "kinds.json").read_bytes())
 FORMATS = {end: FileKind(*words) for end, words in _TABLES["formats"].items()}
 """What a file is, by the end of its name, the longest first."""
-ROOTS = {tag.encode(): FileKind(*words) for tag, words in _TABLES["roots"].items()}
+_ROOTS = {tag.encode(): FileKind(*words) for tag, words in _TABLES["roots"].items()}
 """What an XML file is, by its first tag."""
-FOLDER = FileKind("a folder", "name a file in it")
+_FOLDER = FileKind("a folder", "name a file in it")
 
 _OURS = _TABLES["ours"]
 KINDS: Mapping[str, str] = {kind: row["name"] for kind, row in _OURS.items() if "name" in row}
@@ -36,22 +36,22 @@ USES: Mapping[str, str] = {kind: row["use"] for kind, row in _OURS.items() if "u
 """What a file is, and where it is named."""
 MARKS: Mapping[str, set[str]] = {kind: set(row["marks"]) for kind, row in _OURS.items() if "marks" in row}
 """Keys of files of one kind alone."""
-AXIS = {"steps", "macros"}
+_AXIS = {"steps", "macros"}
 """Keys of every part of a file of axes."""
 
 
 def kind_of(file: Path) -> FileKind | None:
     """What a file is that is no YAML and no plain text; None where that is not known, or nothing is there."""
     if os.path.isdir(file):  # noqa: PTH112 - Path.is_dir raises an OSError for a name that is too long
-        return FOLDER
+        return _FOLDER
     if not os.path.isfile(file):  # noqa: PTH113
         return None
     name = file.name.lower()
     found = next((kind for end, kind in FORMATS.items() if name.endswith(end)), None)
     if found is None or found.name == "XML":
         with contextlib.suppress(OSError), file.open("rb") as stream:
-            head = stream.read(HEAD)
-            found = next((kind for tag, kind in ROOTS.items() if tag in head), found)
+            head = stream.read(_HEAD)
+            found = next((kind for tag, kind in _ROOTS.items() if tag in head), found)
     return found
 
 
@@ -65,7 +65,7 @@ def wrong_kind(file: Path, wanted: str) -> str | None:
 def other_kind(kind: str, section: Mapping[str, object]) -> str | None:
     """The message about the content of a file of another kind; None: it may be of this kind."""
     given = set(section)
-    if given and all(isinstance(axis, Mapping) and set(axis) >= AXIS for axis in section.values()):
+    if given and all(isinstance(axis, Mapping) and set(axis) >= _AXIS for axis in section.values()):
         return "axes of a series of worlds, one of which commands take as WORLD, with its number: axes.yaml#0"
     if given & MARKS.get(kind, given):
         return None

@@ -13,22 +13,22 @@ from vrx_mj.config.base import Config, Only
 from vrx_mj.config.values import Number, Positive, Seed, by_type
 
 LayoutName = Literal["circle", "line", "column", "wedge", "grid", "random"]
-Facing = Literal["outward", "inward", "tangent"]
+_Facing = Literal["outward", "inward", "tangent"]
 Headings = Literal["math", "compass"]
 Heading = Annotated[
-    Annotated[Facing, Tag("word")] | Annotated[Number, Tag("degrees")],
-    by_type(f"{', '.join(get_args(Facing))} or degrees", get_args(Facing), degrees=(int, float)),
+    Annotated[_Facing, Tag("word")] | Annotated[Number, Tag("degrees")],
+    by_type(f"{', '.join(get_args(_Facing))} or degrees", get_args(_Facing), degrees=(int, float)),
 ]
-Spot = tuple[float, float]
+_Spot = tuple[float, float]
 """x, y [m]."""
 
 HEIGHT = 0.1
 """Height of a boat's origin over the water at the start [m], as in the published guide."""
-WEDGE = math.pi / 4
+_WEDGE = math.pi / 4
 """Angle between the axis of a wedge and each of its arms [rad]: neighbours across the axis are apart too."""
 DENSITY = 0.25
 """Boats of a random layout per square of their spacing; darts thrown at random find room up to about 0.7."""
-TRIES = 1000
+_TRIES = 1000
 """Places that are tried for a boat before the square is full."""
 
 
@@ -53,17 +53,17 @@ class Layout(Config):
     """How `Y` and `heading` are read: math, counter-clockwise from x, or compass, clockwise from y. By default math."""
 
 
-def spots(layout: Layout, count: int, seed: int = 0) -> tuple[Spot, ...]:
+def spots(layout: Layout, count: int, seed: int = 0) -> tuple[_Spot, ...]:
     """Places of `count` boats; fewer if there is no room for more in a random layout's square.
 
     `seed` is that of a random layout which has none.
     """
     if layout.layout == "circle":
-        return circle(count, layout.radius, math.radians(layout.start_angle))
+        return _circle(count, layout.radius, math.radians(layout.start_angle))
     if layout.layout == "random":
         size = layout.size or roomy_square(layout.spacing, count)
-        return random_spots(count, layout.spacing, size, seed if layout.seed is None else layout.seed)
-    places = {"column": column, "wedge": wedge, "grid": grid}.get(layout.layout or "", line)
+        return _random_spots(count, layout.spacing, size, seed if layout.seed is None else layout.seed)
+    places = {"column": _column, "wedge": _wedge, "grid": _grid}.get(layout.layout or "", _line)
     return places(count, layout.spacing)
 
 
@@ -72,46 +72,46 @@ def roomy_square(spacing: float, count: int) -> float:
     return spacing * math.sqrt(count / DENSITY)
 
 
-def circle(count: int, radius: float, start_angle: float) -> tuple[Spot, ...]:
+def _circle(count: int, radius: float, start_angle: float) -> tuple[_Spot, ...]:
     """Boat i is at `radius`, start_angle + 360 i / n degrees from x, counter-clockwise: the published guide's."""
     angles = [start_angle + 2 * math.pi * i / count for i in range(count)]
     return tuple((radius * math.cos(angle), radius * math.sin(angle)) for angle in angles)
 
 
-def line(count: int, spacing: float) -> tuple[Spot, ...]:
+def _line(count: int, spacing: float) -> tuple[_Spot, ...]:
     """Abreast, the first on the left; the middle is the origin."""
     return tuple((0.0, spacing * ((count - 1) / 2 - i)) for i in range(count))
 
 
-def column(count: int, spacing: float) -> tuple[Spot, ...]:
+def _column(count: int, spacing: float) -> tuple[_Spot, ...]:
     """One behind the other, the first ahead; the middle is the origin."""
     return tuple((spacing * ((count - 1) / 2 - i), 0.0) for i in range(count))
 
 
-def wedge(count: int, spacing: float) -> tuple[Spot, ...]:
+def _wedge(count: int, spacing: float) -> tuple[_Spot, ...]:
     """The first is at the origin, the others behind it by turns on the left arm and the right one."""
-    back, aside = spacing * math.cos(WEDGE), spacing * math.sin(WEDGE)
+    back, aside = spacing * math.cos(_WEDGE), spacing * math.sin(_WEDGE)
     ranks = [((i + 1) // 2, 1 if i % 2 else -1) for i in range(count)]
     return tuple((0.0 - back * rank, aside * rank * side) for rank, side in ranks)
 
 
-def grid(count: int, spacing: float) -> tuple[Spot, ...]:
+def _grid(count: int, spacing: float) -> tuple[_Spot, ...]:
     """Rows abreast, as many as make it nearly square, the front left first; the middle of each is over the origin."""
     width = math.ceil(math.sqrt(count))
     rows = [min(width, count - first) for first in range(0, count, width)]
-    ranks = column(len(rows), spacing)
-    return tuple((x, y) for (x, _), abreast in zip(ranks, rows, strict=True) for _, y in line(abreast, spacing))
+    ranks = _column(len(rows), spacing)
+    return tuple((x, y) for (x, _), abreast in zip(ranks, rows, strict=True) for _, y in _line(abreast, spacing))
 
 
-def random_spots(count: int, spacing: float, size: float, seed: int) -> tuple[Spot, ...]:
+def _random_spots(count: int, spacing: float, size: float, seed: int) -> tuple[_Spot, ...]:
     """Places drawn one by one in a square around the origin, none nearer than `spacing` to one before it.
 
-    Fewer than `count` if `TRIES` places in a row are too near others.
+    Fewer than `count` if `_TRIES` places in a row are too near others.
     """
     draw = random.Random(seed)
     found = np.empty((count, 2))
     for done in range(count):
-        for _ in range(TRIES):
+        for _ in range(_TRIES):
             found[done] = x, y = [size * (draw.random() - 0.5) for _ in range(2)]
             if is_clear(found[:done], x, y, spacing):
                 break
@@ -127,7 +127,7 @@ def is_clear(taken: FloatArray, x: float, y: float, distance: float) -> bool:
     return not np.any(dx * dx + dy * dy < distance * distance)
 
 
-def headings(layout: Layout, places: Sequence[Spot], seed: int = 0) -> tuple[float, ...]:
+def headings(layout: Layout, places: Sequence[_Spot], seed: int = 0) -> tuple[float, ...]:
     """Heading of the boat at each place [rad]; outward from the origin, where a boat at the origin faces along x."""
     heading = layout.heading
     if heading is None and layout.layout == "random":

@@ -112,7 +112,7 @@ def _message(details: ErrorDetails) -> str:
 
 
 Source = str | Path | Mapping[str, Any]
-ConfigT = TypeVar("ConfigT", bound=Config)
+_ConfigT = TypeVar("_ConfigT", bound=Config)
 
 
 @dataclass
@@ -256,7 +256,7 @@ def _base(kind: str, section: Section, file: Path | None, chain: tuple[Path, ...
     return base
 
 
-def validated(model: type[ConfigT], section: Section, loading: Loading, *, name: str | None = None) -> ConfigT:
+def validated(model: type[_ConfigT], section: Section, loading: Loading, *, name: str | None = None) -> _ConfigT:
     """The model of a section; `name` is for a model that has one and whose file gives none."""
     if isinstance(section.model, model):
         return section.model
@@ -273,7 +273,7 @@ def validated(model: type[ConfigT], section: Section, loading: Loading, *, name:
     return result
 
 
-def joining(model: type[ConfigT], what: str, entry: Mapping[str, object]) -> ConfigT:
+def joining(model: type[_ConfigT], what: str, entry: Mapping[str, object]) -> _ConfigT:
     """Something that joins a world later, by its entry as in a file; keys whose value is None are left out.
 
     Raises:

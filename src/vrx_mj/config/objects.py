@@ -22,7 +22,7 @@ from vrx_mj.config.values import Inertia, Name, NonNegative, NotEmpty, Number, P
 from vrx_mj.errors import UnknownNameError, VrxError, VrxWarning
 from vrx_mj.frames import rotation
 
-POINTS = 8
+_POINTS = 8
 """Waypoints of a circle: VRX's follow_plugin.cc."""
 
 
@@ -68,7 +68,7 @@ class PathConfig(Config):
 
     def _faults(self) -> Iterator[Fault]:
         yield from exclusive(self, "waypoints", "circle", "line", required=True)
-        count = len(self.waypoints) if self.waypoints else POINTS if self.circle else 2
+        count = len(self.waypoints) if self.waypoints else _POINTS if self.circle else 2
         if self.start >= count:
             yield ("start",), f"must be below {count}, the number of waypoints, got {self.start}"
 
@@ -84,8 +84,8 @@ def _points(path: PathConfig, pose: Pose) -> Sequence[tuple[float, float]]:
     if path.waypoints is not None:
         return path.waypoints
     if path.circle is not None:
-        r, step = path.circle.radius, math.tau / POINTS
-        return [(x + r * math.cos(step * i), y + r * math.sin(step * i)) for i in range(POINTS)]
+        r, step = path.circle.radius, math.tau / _POINTS
+        return [(x + r * math.cos(step * i), y + r * math.sin(step * i)) for i in range(_POINTS)]
     assert path.line is not None
     cos, sin = math.cos(path.line.direction), math.sin(path.line.direction)
     turn = rotation(*pose[3:])
@@ -93,8 +93,8 @@ def _points(path: PathConfig, pose: Pose) -> Sequence[tuple[float, float]]:
     return [(x, y), (x + ahead[0], y + ahead[1])]
 
 
-Afloat = Only("static", (False,))
-MOST_LEVELS = 8
+_Afloat = Only("static", (False,))
+_MOST_LEVELS = 8
 """Objects inside objects, nested."""
 MOST_OBJECTS = 10_000
 """Single objects in a world or an object."""
@@ -152,19 +152,19 @@ class ObjectConfig(InFolder):
     """Whether it is fixed to the world instead of floating."""
     link: Name = "link"
     """Name of its link, as ROS and VRX's files know it."""
-    mass: Annotated[Positive | None, Afloat] = None
+    mass: Annotated[Positive | None, _Afloat] = None
     """Mass [kg]."""
-    center_of_mass: Annotated[Vec3, Afloat] = (0.0, 0.0, 0.0)
+    center_of_mass: Annotated[Vec3, _Afloat] = (0.0, 0.0, 0.0)
     """Centre of mass in the link's frame [m]."""
-    inertia: Annotated[Inertia | None, Afloat] = None
+    inertia: Annotated[Inertia | None, _Afloat] = None
     """Ixx, Iyy, Izz, and Ixy, Ixz, Iyz where it has them, about the centre of mass, along the link's axes [kg m2]."""
     collisions: tuple[Shape, ...] = ()
     """Shapes that boats and other objects collide with."""
     visuals: tuple[Visual, ...] = ()
     """Shapes that are seen."""
-    buoyancy: Annotated[BuoyancyConfig | None, Afloat] = None
+    buoyancy: Annotated[BuoyancyConfig | None, _Afloat] = None
     """What it displaces, and its drag; an object that floats needs it."""
-    path: Annotated[PathConfig | None, Afloat] = None
+    path: Annotated[PathConfig | None, _Afloat] = None
     """Path along which it swims, unless the world gives another."""
     light: LightConfig | None = None
     """Panels of a light buoy."""
@@ -249,8 +249,8 @@ def _count(file: Path, whole: Loading) -> None:
         chain = (*whole.chain[whole.chain.index(key) :], key)
         names = " > ".join(step.parent.name if step.name.startswith("model.") else step.stem for step in chain)
         raise VrxError(f"this object contains itself: {names}")
-    if len(whole.chain) >= MOST_LEVELS:
-        raise VrxError(f"more than {MOST_LEVELS} levels of objects in objects")
+    if len(whole.chain) >= _MOST_LEVELS:
+        raise VrxError(f"more than {_MOST_LEVELS} levels of objects in objects")
     if key not in whole.counts:
         whole.counts[key] = 1
         part = Loading((*whole.chain, key), whole.counts)
@@ -271,7 +271,7 @@ def _warn_if_it_sinks(thing: ObjectConfig, file: Path) -> None:
         warnings.warn(text, VrxWarning, stacklevel=2)
 
 
-MOST = 1000
+_MOST = 1000
 """Objects of a kind in a field."""
 
 
@@ -285,7 +285,7 @@ class FieldKind(InFolder):
 
     model: Annotated[str, loads(_must_be_single)]
     """A name from `objects`, or the path of a YAML file relative to this one."""
-    count: Annotated[int, Field(ge=1, le=MOST)]
+    count: Annotated[int, Field(ge=1, le=_MOST)]
     """Number of these objects."""
     name: Name | None = None
     """What their names start with, before a number; by default the model's."""

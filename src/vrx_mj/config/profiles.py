@@ -15,7 +15,7 @@ MARINE: Profile = "marine"
 DEFAULT: Profile = MARINE
 """Of a world that names none."""
 
-DEFAULTS: Mapping[str, Mapping[str, Any]] = {
+_DEFAULTS: Mapping[str, Mapping[str, Any]] = {
     "vrx3": {"physics": {"timestep": 0.004, "at_base_link": ("pinger",)}, "sea": {"scale": 1.1}},
     "marine": {"physics": {"gravity": STANDARD_GRAVITY, "at_base_link": ()}},
 }
@@ -26,6 +26,6 @@ def on_its_profile(world: Section) -> Section:
     """A world's file on top of its profile's defaults."""
     physics = world.get("physics")
     profile = physics.get("profile", DEFAULT) if isinstance(physics, Mapping) else DEFAULT
-    own = DEFAULTS.get(profile, {}) if isinstance(profile, str) else {}
+    own = _DEFAULTS.get(profile, {}) if isinstance(profile, str) else {}
     given = {key: value for key, value in world.items() if value is not None or key not in own}
     return merged(of_python(own, world.place.file), world.holding(given))

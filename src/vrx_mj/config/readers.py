@@ -12,9 +12,9 @@ from typing import Any
 
 from vrx_mj.config.kinds import KINDS
 
-FORMATS = "vrx_mj.formats"
+_FORMATS = "vrx_mj.formats"
 """The package whose READERS are used."""
-OURS = (".yaml", ".yml", ".txt")
+_OURS = (".yaml", ".yml", ".txt")
 
 
 @dataclass(frozen=True)
@@ -52,14 +52,14 @@ def function_of(kind: str, source: object, *, find: bool = False) -> Callable[..
     """The function that reads, or finds, files of this kind with the suffix of a path; None without one."""
     if not isinstance(source, str | Path) or (kind in KINDS and _is_ours(source)):
         return None
-    readers: Sequence[Reader] = resolve_name(f"{FORMATS}:READERS")
+    readers: Sequence[Reader] = resolve_name(f"{_FORMATS}:READERS")
     own = (reader for reader in readers if reader.kind == kind and reader.claims(str(source).lower()))
     name = next(filter(None, (reader.find if find else reader.read for reader in own)), None)
-    function: Callable[..., Any] | None = resolve_name(f"{FORMATS}.{name}") if name else None
+    function: Callable[..., Any] | None = resolve_name(f"{_FORMATS}.{name}") if name else None
     return function
 
 
 def _is_ours(source: str | Path) -> bool:
     """Whether a source is a YAML file, a drawing, or a name."""
     text = str(source).lower()
-    return text.endswith(OURS) or not any(mark in text for mark in "./#")
+    return text.endswith(_OURS) or not any(mark in text for mark in "./#")

@@ -30,7 +30,7 @@ from vrx_mj.config.wind import WindageConfig
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import UnknownNameError, VrxError
 
-DESCRIPTIONS = (".urdf.xacro", *WORLD_SUFFIXES, ".xacro", ".urdf")
+_DESCRIPTIONS = (".urdf.xacro", *WORLD_SUFFIXES, ".xacro", ".urdf")
 """How a robot's description may end, the longest first."""
 YAML_OF = "the YAML of"
 """How messages call the YAML beside a description where there is none."""
@@ -46,9 +46,9 @@ def _scalars(value: object) -> object:
     return {key: str(item).lower() if isinstance(item, bool) else str(item) for key, item in value.items()}
 
 
-VoltagePoint = Annotated[tuple[Share, Positive], numbers("share voltage")]
-ChannelNumber = Annotated[str, Field(pattern="^([1-9]|[12][0-9]|3[0-2])$")]
-SailPoint = Annotated[tuple[Number, Number, NonNegative], numbers("angle lift drag")]
+_VoltagePoint = Annotated[tuple[Share, Positive], numbers("share voltage")]
+_ChannelNumber = Annotated[str, Field(pattern="^([1-9]|[12][0-9]|3[0-2])$")]
+_SailPoint = Annotated[tuple[Number, Number, NonNegative], numbers("angle lift drag")]
 Arguments = Annotated[dict[str, str], BeforeValidator(_scalars)]
 """Values of xacro arguments by their names."""
 
@@ -102,7 +102,7 @@ class SailEntry(Config):
     """Centre of effort in the frame of the joint's child link [m]."""
     aspect_ratio: Positive = 4.0
     """Square of the height over the area, of which the coefficients are made unless they are given."""
-    coefficients: Annotated[tuple[SailPoint, ...], Field(max_length=361)] = ()
+    coefficients: Annotated[tuple[_SailPoint, ...], Field(max_length=361)] = ()
     """Coefficients over that angle from 0 to 180 [degrees], with straight lines between them, the same on both sides.
 
     Lift is across the apparent wind; at 180 that meets the leech."""
@@ -117,7 +117,7 @@ class SailEntry(Config):
         return column_faults("coefficients", [row[0] for row in self.coefficients], "an angle", ends=(0.0, 180.0))
 
 
-Span = Annotated[Number, Field(ge=-2000, le=2000)]
+_Span = Annotated[Number, Field(ge=-2000, le=2000)]
 
 
 def _both_ways(value: object) -> object:
@@ -137,7 +137,7 @@ class ChannelEntry(Config):
     """Name of the command: a thruster, or what turns, with `_angle` after its name."""
     trim: Annotated[Number, Field(ge=500, le=2500)] | None = None
     """Pulse that commands nothing [us]; by default 1500, of a sail 1000."""
-    span: Annotated[tuple[Span, Span], BeforeValidator(_both_ways)] | None = None
+    span: Annotated[tuple[_Span, _Span], BeforeValidator(_both_ways)] | None = None
     """How much shorter and longer the pulses are that command all [us]; one number is for both.
 
     Below 0 for what turns the other way; by default 400, of a sail 1000."""
@@ -151,7 +151,7 @@ class ChannelEntry(Config):
             yield ("span",), f"{text}, got {short:g} and {long:g}"
 
 
-Channel = Annotated[ChannelEntry, BeforeValidator(_named_channel)]
+_Channel = Annotated[ChannelEntry, BeforeValidator(_named_channel)]
 
 
 class BatteryEntry(Config):
@@ -159,7 +159,7 @@ class BatteryEntry(Config):
 
     capacity: Positive
     """Charge [A h]."""
-    voltage: Annotated[tuple[VoltagePoint, ...], Field(min_length=2, max_length=100)]
+    voltage: Annotated[tuple[_VoltagePoint, ...], Field(min_length=2, max_length=100)]
     """Shares of the charge that are left, from 0 to 1, each with the voltage at rest [V]."""
     resistance: NonNegative = 0.0
     """Resistance within [ohm]."""
@@ -238,9 +238,9 @@ def _file_part(path: str) -> str:
     return path.partition("#")[0]
 
 
-Description = Annotated[
+_Description = Annotated[
     str,
-    demand(lambda urdf: _file_part(urdf).lower().endswith(DESCRIPTIONS), "expected a .urdf, .xacro or .sdf, got {}"),
+    demand(lambda urdf: _file_part(urdf).lower().endswith(_DESCRIPTIONS), "expected a .urdf, .xacro or .sdf, got {}"),
     loads(lambda urdf, near: contained(_file_part(urdf), near), "urdf_folder"),
 ]
 
@@ -252,7 +252,7 @@ class RobotConfig(InFolder):
     urdf_folder: Folder = None
     description: str = ""
     """What `vrx-mj list robots --verbose` shows."""
-    urdf: Description
+    urdf: _Description
     """The `.urdf`, `.xacro` or `.sdf`, relative to this file; `FILE#NAME` is the model of this name in a world."""
     arguments: Arguments = Field(default_factory=dict)
     """Arguments of the xacro."""
@@ -282,7 +282,7 @@ class RobotConfig(InFolder):
     """Areas and coefficients in worlds of profile `marine`, instead of `wind`."""
     hull: MarineHullConfig | None = None
     """Hull in worlds of profile `marine`; what it does not give is that of `hydrodynamics`."""
-    autopilot: dict[ChannelNumber, Channel] = Field(default_factory=dict)
+    autopilot: dict[_ChannelNumber, _Channel] = Field(default_factory=dict)
     """What an autopilot's channels, 1 to 32, command; by default 1 and 3 are two engines, or rudder and engine."""
     battery: BatteryEntry | None = None
     """Its battery, whose voltage and current autopilots receive."""
@@ -343,7 +343,7 @@ def load_robot(name: str, near: Path | None = None) -> RobotConfig:
 def robot_section(name: str, near: Path | None = None) -> Section:
     """The content of a robot's YAML, with places; of a URDF, xacro or SDF without one its name alone."""
     file = referenced("robots", name, near).absolute()
-    if not _file_part(file.name).lower().endswith(DESCRIPTIONS):
+    if not _file_part(file.name).lower().endswith(_DESCRIPTIONS):
         return read_source("robots", file)
     beside = _beside(file)
     own = of_python({"urdf": file.name}, File(f"{YAML_OF} {file.name}", file.parent))
@@ -354,5 +354,5 @@ def _beside(file: Path) -> Path | None:
     """The YAML that goes with a description, if there is one."""
     if "#" in file.name:
         return None
-    stem = next(file.name[: -len(end)] for end in DESCRIPTIONS if file.name.lower().endswith(end))
+    stem = next(file.name[: -len(end)] for end in _DESCRIPTIONS if file.name.lower().endswith(end))
     return next((path for path in (file.with_name(stem + end) for end in (".yaml", ".yml")) if path.is_file()), None)

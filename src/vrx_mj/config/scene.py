@@ -27,7 +27,7 @@ class MarkersConfig(Config):
     """Other places that have markers: x, y [m] and yaw [rad] in the world."""
 
 
-Hour = Annotated[float, Field(ge=0, le=24)]
+_Hour = Annotated[float, Field(ge=0, le=24)]
 
 
 class CloudsConfig(Config):
@@ -48,11 +48,11 @@ class CloudsConfig(Config):
 class SkyConfig(Config):
     """The sky: time of day and clouds."""
 
-    time: Hour = 10.0
+    time: _Hour = 10.0
     """Time of day [h]."""
-    sunrise: Hour = 6.0
+    sunrise: _Hour = 6.0
     """When the sun rises [h]."""
-    sunset: Hour = 20.0
+    sunset: _Hour = 20.0
     """When the sun sets [h]."""
     clouds: CloudsConfig = CloudsConfig()
     """Clouds, which are not drawn: giving any gives a warning."""
@@ -81,7 +81,7 @@ class FogConfig(Config):
             yield ("end",), f"must be above start, {self.start:g}; got {self.end:g}"
 
 
-Sky = Annotated[
+_Sky = Annotated[
     Annotated[bool, Tag("switch")] | Annotated[SkyConfig, Tag("sky")],
     by_type("true, false, or keys and values", switch=bool, sky=(Mapping, SkyConfig)),
     BeforeValidator(switched),
@@ -95,7 +95,7 @@ class SceneConfig(Config):
     """Ambient light; by default 0.4 in each channel."""
     background: Color | None = None
     """Colour of the horizon, and of the sky where `sky` is false."""
-    sky: Sky = True
+    sky: _Sky = True
     """Whether there is a sky, or which hour it shows; by default a clear morning."""
     grid: Switch = False
     """SDF's grid, which is not drawn: true gives a warning."""

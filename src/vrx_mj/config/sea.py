@@ -86,7 +86,7 @@ def _add_point(points: list[tuple[float, float]], words: Sequence[str]) -> str |
     return None
 
 
-Direction = Annotated[
+_Direction = Annotated[
     tuple[Number, Number],
     numbers("x y"),
     demand(lambda value: math.hypot(*value) >= 1e-9, "must not be zero, got [0, 0]"),
@@ -117,7 +117,7 @@ class SeaConfig(InFolder):
     """Median amplitude [m] (cwr)."""
     period: Annotated[Positive, Only("model", (*VRX_SEAS, *REGULAR))] = 5.0
     """Peak (pms) or median (cwr) period, or that of a regular wave [s]."""
-    direction: Annotated[Direction, Only("model", (*VRX_SEAS, *SPECTRA, *REGULAR))] = (1.0, 0.0)
+    direction: Annotated[_Direction, Only("model", (*VRX_SEAS, *SPECTRA, *REGULAR))] = (1.0, 0.0)
     """Direction in which the waves travel, along x and y; any length but zero."""
     tau: Annotated[NonNegative, Only("model", VRX_SEAS)] = 2.0
     """Time constant of the waves' growth at the start [s], of VRX's seas."""

@@ -54,7 +54,7 @@ def _check(status: os.stat_result) -> int:
     return status.st_size
 
 
-MOST_NAMES = 1000
+_MOST_NAMES = 1000
 """Files of a folder among which the one that is meant is looked for."""
 
 
@@ -89,7 +89,7 @@ def near_names(file: Path) -> str:
     try:
         if file.is_symlink():
             return f"; it is a link to '{shortened(file.readlink())}'"
-        names = [entry.name for entry in sorted(file.parent.iterdir())[:MOST_NAMES]]
+        names = [entry.name for entry in sorted(file.parent.iterdir())[:_MOST_NAMES]]
     except (OSError, ValueError):
         there = os.path.isdir(file.parent)  # noqa: PTH112 - Path.is_dir raises an OSError for a name that is too long
         return "" if there else f"; there is no folder '{display(file.parent)}'"
@@ -103,16 +103,16 @@ def in_vrx(kind: str, name: str, known: Container[str]) -> str | None:
     return told(name, known) if told else None
 
 
-CLASSIC, NEWER = "ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH"
-PARENTS = 4
+_CLASSIC, _NEWER = "ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH"
+_PARENTS = 4
 """How far above a file the package is looked for that it lies in."""
-SUBFOLDERS = re.compile("config|description|launch|meshes|models?|robots?|sdf|urdf|worlds|xacro")
+_SUBFOLDERS = re.compile("config|description|launch|meshes|models?|robots?|sdf|urdf|worlds|xacro")
 """Folders of a package in which robot files lie."""
 SOURCES = "src"
 """Name of the folder of a workspace in which its packages are."""
 DEEPEST = 4
 """Folders below an entry of ROS_PACKAGE_PATH in which packages are looked for."""
-MOST_FOLDERS = 5000
+_MOST_FOLDERS = 5000
 """Folders that are looked into for packages."""
 _NAME = re.compile(r"<name>\s*([\w.-]{1,200})\s*</name>")
 _BYTES = 100_000
@@ -136,7 +136,7 @@ def enclosing_packages(folder: Path) -> dict[str, Path]:
 
 def _package_of(folder: Path) -> Path | None:
     """The nearest folder with a `package.xml`, from a folder upwards."""
-    places = [folder, *folder.parents][: PARENTS + 1]
+    places = [folder, *folder.parents][: _PARENTS + 1]
     return next((place for place in places if (place / "package.xml").is_file()), None)
 
 
@@ -163,7 +163,9 @@ def _source_space(folder: Path) -> tuple[Path | None, int]:
     """The folder of the packages of a workspace, and how far below it they lie."""
     package = _package_of(folder)
     start = package or folder
-    above = [place for place in ([] if package else [folder]) + list(start.parents)[:PARENTS] if _may_be_package(place)]
+    above = [
+        place for place in ([] if package else [folder]) + list(start.parents)[:_PARENTS] if _may_be_package(place)
+    ]
     sources = (place for place in above if place.name == SOURCES and place.parent != _home())
     found = next(sources, None) or next((place for place in above if (place / ".git").exists()), None)
     if found is None and package is not None and package.parent in above:
@@ -175,7 +177,7 @@ def _source_space(folder: Path) -> tuple[Path | None, int]:
 def _packages_below(folder: Path, depth: int, _changed: int) -> dict[str, Path]:
     """The packages below a folder, until it changes; of two of one name the first."""
     found: dict[str, Path] = {}
-    for package in _crawl(folder, depth, [MOST_FOLDERS]):
+    for package in _crawl(folder, depth, [_MOST_FOLDERS]):
         found.setdefault(package_name(package) or package.name, package)
     return found
 
@@ -185,10 +187,10 @@ def package_above(folder: Path, name: str) -> Path | None:
 
     It is never a user's home nor above it.
     """
-    for place in [folder, *folder.parents][: PARENTS + 1]:
+    for place in [folder, *folder.parents][: _PARENTS + 1]:
         if place.name == name and (place == folder or _may_be_package(place)):
             return place
-        if not SUBFOLDERS.fullmatch(place.name):
+        if not _SUBFOLDERS.fullmatch(place.name):
             return None
     return None
 
@@ -241,7 +243,7 @@ def _listed_in(variable: str) -> tuple[Path, ...]:
 def _crawled(entries: tuple[Path, ...]) -> tuple[Path, ...]:
     """Each entry that is absolute, and each folder below it that holds packages."""
     found: dict[Path, None] = {}
-    left = [MOST_FOLDERS]
+    left = [_MOST_FOLDERS]
     for entry in filter(Path.is_absolute, entries):
         for folder in _crawl(entry, DEEPEST, left):
             found[folder if folder == entry or package_name(folder) != folder.name else folder.parent] = None
@@ -270,9 +272,9 @@ WORLD_SUFFIXES = (".world.xacro", ".sdf.xacro", ".world", ".sdf")
 """How worlds of Gazebo end, the longest first."""
 MODEL_SUFFIXES = (*WORLD_SUFFIXES, ".sdf.erb")
 """How the files that models of Gazebo are in end."""
-TERRAIN = "terrain"
+_TERRAIN = "terrain"
 """The kind of files of shorelines."""
-PATH_SUFFIXES = (".yaml", ".yml", ".txt", *WORLD_SUFFIXES, *XML_SUFFIXES)
+_PATH_SUFFIXES = (".yaml", ".yml", ".txt", *WORLD_SUFFIXES, *XML_SUFFIXES)
 PACKAGE_PATH = "VRX_MJ_PACKAGE_PATH"
 """Environment variable with the folders in which `package://` and `$(find ...)` look."""
 OWN_PATH = "VRX_MJ_PATH"
@@ -285,8 +287,8 @@ ALLOW = f"add its folder by --allow FOLDER or {OWN_PATH}"
 
 def package_paths() -> tuple[Path, ...]:
     """Folders in which a robot's files look for packages, besides their own: VRX_MJ_PACKAGE_PATH's, then ROS's."""
-    shared = (path / "share" for path in _listed_in(NEWER) if path.is_absolute())
-    return (*_listed_in(PACKAGE_PATH), *_crawled(_listed_in(CLASSIC)), *filter(Path.is_dir, shared))
+    shared = (path / "share" for path in _listed_in(_NEWER) if path.is_absolute())
+    return (*_listed_in(PACKAGE_PATH), *_crawled(_listed_in(_CLASSIC)), *filter(Path.is_dir, shared))
 
 
 def kind_name(model: str) -> str:
@@ -298,7 +300,7 @@ def kind_name(model: str) -> str:
 
 def is_path(source: str | Path) -> bool:
     """A path ends in .yaml, .yml, .txt, .world, .sdf, .urdf or .xacro; anything else is a name."""
-    return str(source).lower().endswith(PATH_SUFFIXES)
+    return str(source).lower().endswith(_PATH_SUFFIXES)
 
 
 def find(kind: str, name: str, near: Path | None = None, skip: Path | None = None) -> Path:
@@ -328,7 +330,7 @@ def catalogue(kind: str, near: Path | None = None) -> dict[str, Path]:
 
     A file straight in the current folder can be named too, but it may be of any kind: it is not listed.
     """
-    if kind not in {*KINDS, TERRAIN}:
+    if kind not in {*KINDS, _TERRAIN}:
         raise UnknownNameError("kind of file", kind, KINDS)
     found: dict[str, Path] = {}
     for folder in _folders(near):
@@ -340,9 +342,9 @@ def catalogue(kind: str, near: Path | None = None) -> dict[str, Path]:
 
 def find_terrain(name: str, near: Path | None = None) -> Path:
     """The file of a terrain, which is of any type, in `assets/terrain` along the search path."""
-    known = catalogue(TERRAIN, near)
+    known = catalogue(_TERRAIN, near)
     if name not in known:
-        raise UnknownNameError(TERRAIN, name, known)
+        raise UnknownNameError(_TERRAIN, name, known)
     return known[name]
 
 
@@ -407,7 +409,7 @@ def _candidates(folder: Path, kind: str, name: str) -> Iterator[Path]:
 
 
 def _suffixes(kind: str) -> tuple[str, ...]:
-    return {"docks": (".txt",), TERRAIN: (".*",)}.get(kind, (".yaml", ".yml"))
+    return {"docks": (".txt",), _TERRAIN: (".*",)}.get(kind, (".yaml", ".yml"))
 
 
 def _listed(kind: str, place: Path) -> Iterator[tuple[str, Path]]:

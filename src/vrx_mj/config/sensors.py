@@ -10,7 +10,7 @@ from pydantic import Field
 from vrx_mj.config.base import Config, Fault
 from vrx_mj.config.values import Name, NonNegative, Number, Pose, Positive, Switch, Vec3, numbers, rising
 
-Rate = Annotated[float, Field(gt=0, le=10_000)]
+_Rate = Annotated[float, Field(gt=0, le=10_000)]
 _RAYS = 1_000_000
 """Most rays of a lidar: so many take 24 MB."""
 _Spread = Annotated[tuple[NonNegative, NonNegative, NonNegative], numbers("x y z")]
@@ -50,7 +50,7 @@ class CameraConfig(_Sensor):
 
     type: Literal["camera"] = "camera"
     """Type of the sensor."""
-    rate: Rate = 30.0
+    rate: _Rate = 30.0
     """Images per second [Hz]."""
     width: Annotated[int, Field(ge=1, le=8192)] = 1280
     """Columns of an image [pixels]."""
@@ -86,7 +86,7 @@ class LidarConfig(_Sensor):
     """Type of the sensor."""
     output: Literal["points", "scan"] = "points"
     """A cloud of points, or the ranges of one planar ring."""
-    rate: Rate = 10.0
+    rate: _Rate = 10.0
     """Scans per second [Hz]."""
     rings: Annotated[int, Field(ge=1, le=256)] = 16
     """Number of rings."""
@@ -121,7 +121,7 @@ class GpsConfig(_Sensor):
 
     type: Literal["gps"] = "gps"
     """Type of the sensor."""
-    rate: Rate = 15.0
+    rate: _Rate = 15.0
     """Fixes per second [Hz]."""
     position: ErrorModel = ErrorModel()
     """Errors along the world's x, y and z axes [m], as Hector's."""
@@ -134,7 +134,7 @@ class ImuConfig(_Sensor):
 
     type: Literal["imu"] = "imu"
     """Type of the sensor."""
-    rate: Rate = 15.0
+    rate: _Rate = 15.0
     """Readings per second [Hz]."""
     acceleration: ErrorModel = ErrorModel()
     """Errors along the sensor's axes [m/s2]."""
@@ -151,7 +151,7 @@ class P3dConfig(_Sensor):
 
     type: Literal["p3d"] = "p3d"
     """Type of the sensor."""
-    rate: Rate = 10.0
+    rate: _Rate = 10.0
     """Readings per second [Hz]."""
     noise: NonNegative = 0.0
     """Standard deviation of each component of the velocities [m/s, rad/s]."""
@@ -162,7 +162,7 @@ class PingerConfig(_Sensor):
 
     type: Literal["pinger"] = "pinger"
     """Type of the sensor."""
-    rate: Rate = 1.0
+    rate: _Rate = 1.0
     """Readings per second [Hz]."""
     range_noise: NonNegative = 3.0
     """Standard deviation of the range [m]."""
@@ -177,7 +177,7 @@ class BallShooterConfig(_Sensor):
 
     type: Literal["ball_shooter"] = "ball_shooter"
     """Type of the sensor."""
-    rate: Rate = 10.0
+    rate: _Rate = 10.0
     """Readings per second [Hz]."""
     shots: Annotated[int, Field(ge=0, le=1000)] = 4
     """Balls that it has at the start."""
@@ -192,7 +192,7 @@ class AnemometerConfig(_Sensor):
 
     type: Literal["anemometer"] = "anemometer"
     """Type of the sensor."""
-    rate: Rate = 10.0
+    rate: _Rate = 10.0
     """Readings per second [Hz]."""
     noise: NonNegative = 0.1
     """Standard deviation of the wind's velocity along x and along y [m/s]."""
@@ -203,7 +203,7 @@ class GnssCompassConfig(_Sensor):
 
     type: Literal["gnss_compass"] = "gnss_compass"
     """Type of the sensor."""
-    rate: Rate = 10.0
+    rate: _Rate = 10.0
     """Readings per second [Hz]."""
     heading_noise: NonNegative = 0.007
     """Standard deviation of the heading [rad]; 0.007 is usual of antennas 1 m apart."""
@@ -216,7 +216,7 @@ class EchoSounderConfig(_Sensor):
 
     type: Literal["echo_sounder"] = "echo_sounder"
     """Type of the sensor."""
-    rate: Rate = 10.0
+    rate: _Rate = 10.0
     """Readings per second [Hz]."""
     range: _Range = (0.3, 100.0)
     """Nearest and farthest echo [m]."""

@@ -18,7 +18,7 @@ MESH_SUFFIXES = (".obj", ".stl", ".dae", ".ply", ".glb")
 Size = Annotated[tuple[Positive, Positive, Positive], numbers("x y z")]
 
 Factor = Annotated[Number, demand(bool, "must not be 0")]
-Scale = Annotated[tuple[Factor, Factor, Factor], numbers("x y z")]
+_Scale = Annotated[tuple[Factor, Factor, Factor], numbers("x y z")]
 
 
 def _three(value: object) -> object:
@@ -30,7 +30,7 @@ def _is_mesh(file: str) -> bool:
 
 
 _ENDS = one_of(MESH_SUFFIXES)
-Mesh = Annotated[str, demand(_is_mesh, f"expected a mesh that ends in {_ENDS}, got {{}}"), loads(contained)]
+_Mesh = Annotated[str, demand(_is_mesh, f"expected a mesh that ends in {_ENDS}, got {{}}"), loads(contained)]
 
 
 class Shape(InFolder):
@@ -46,9 +46,9 @@ class Shape(InFolder):
     """Radius [m]."""
     length: Annotated[Positive | None, Only("type", ("cylinder", "capsule"), required=True)] = None
     """Length along z [m]; a capsule's without its two caps."""
-    file: Annotated[Mesh | None, Only("type", ("mesh",), required=True)] = None
+    file: Annotated[_Mesh | None, Only("type", ("mesh",), required=True)] = None
     """A mesh (.obj, .stl, .dae, .ply or .glb), relative to the folder of the file that names it."""
-    scale: Annotated[Scale, BeforeValidator(_three), Only("type", ("mesh",))] = (1.0, 1.0, 1.0)
+    scale: Annotated[_Scale, BeforeValidator(_three), Only("type", ("mesh",))] = (1.0, 1.0, 1.0)
     """Factors of a mesh along x, y and z; a negative one mirrors it. A file may give one number for all three."""
     pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     """Pose in the link's frame [m, rad]."""

@@ -13,11 +13,11 @@ from vrx_mj.config.readers import function_of
 from vrx_mj.config.search import contained
 from vrx_mj.config.shapes import Shape
 
-SEGMENTS = 64
+_SEGMENTS = 64
 """Sides of the prism that replaces a cylinder; it has the cylinder's volume."""
-MOST_PIECES = 100
+_MOST_PIECES = 100
 """Loose pieces of a mesh that are looked at one by one; those of more are one."""
-SEAM = 1e-6
+_SEAM = 1e-6
 """Share of a mesh's extent [m] within which two points are one."""
 
 
@@ -70,7 +70,7 @@ def _pieces(points: FloatArray, triangles: IntArray) -> list[tuple[FloatArray, i
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
-    grain = SEAM * float(np.ptp(points, axis=0).max()) or 1.0
+    grain = _SEAM * float(np.ptp(points, axis=0).max()) or 1.0
     _, first, names = np.unique(np.round(points / grain), axis=0, return_index=True, return_inverse=True)
     faces = names.ravel()[triangles]
     faces = faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
@@ -78,7 +78,7 @@ def _pieces(points: FloatArray, triangles: IntArray) -> list[tuple[FloatArray, i
     count, labels = connected_components(coo_array((np.ones(len(a)), (a, b)), shape=(len(first),) * 2), directed=False)
     edges, places = np.unique(np.minimum(a, b) * len(first) + np.maximum(a, b), return_inverse=True)
     uneven = np.bincount(places.ravel(), weights=np.where(a < b, 1.0, -1.0), minlength=len(edges)) != 0.0
-    label = np.zeros(len(first), dtype=np.int64) if count > MOST_PIECES else labels
+    label = np.zeros(len(first), dtype=np.int64) if count > _MOST_PIECES else labels
     corners, owner = points[first][faces], label[faces[:, 0]]
     gaps = np.bincount(label[edges[uneven] // len(first)], minlength=count)
     return [(corners[owner == number], int(gaps[number])) for number in np.unique(owner)]
@@ -145,14 +145,14 @@ def _outline(shape: Shape) -> FloatArray:
 
 def _round(radius: float, length: float) -> FloatArray:
     """A ball whose halves are `length` [m] apart along z."""
-    angles = np.linspace(-math.pi / 2, math.pi / 2, SEGMENTS // 2)
+    angles = np.linspace(-math.pi / 2, math.pi / 2, _SEGMENTS // 2)
     return _rings(radius * np.cos(angles), radius * np.sin(angles) + np.where(angles < 0, -length / 2, length / 2))
 
 
 def _rings(radii: object, heights: object) -> FloatArray:
     """Regular polygons about the z axis, each of the area of a circle of its radius [m], at these heights [m]."""
-    step = 2 * math.pi / SEGMENTS
-    turn = np.arange(SEGMENTS) * step
+    step = 2 * math.pi / _SEGMENTS
+    turn = np.arange(_SEGMENTS) * step
     out = math.sqrt(step / math.sin(step)) * np.asarray(radii, dtype=float)[:, None]
     x, y = out * np.cos(turn), out * np.sin(turn)
     return np.stack([x, y, np.broadcast_to(np.asarray(heights, dtype=float)[:, None], x.shape)], axis=-1).reshape(-1, 3)

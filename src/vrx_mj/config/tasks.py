@@ -271,7 +271,7 @@ class AcousticTrackingTask(TaskConfig):
     """Penalty for a collision [m]."""
 
 
-AnyTask = (
+_AnyTask = (
     StationkeepingTask
     | WayfindingTask
     | PerceptionTask
@@ -284,11 +284,11 @@ AnyTask = (
     | AcousticTrackingTask
 )
 """A task of any type."""
-Task = Annotated[AnyTask, Field(discriminator="type")] | None
+Task = Annotated[_AnyTask, Field(discriminator="type")] | None
 """A task of any type, read by its type; None for none."""
 TASKS: Mapping[str, type[TaskConfig]] = {
     name: model
-    for model in get_args(AnyTask)
+    for model in get_args(_AnyTask)
     for name in get_args(model.model_fields["type"].annotation)
     if name != "station_keeping"  # another name of stationkeeping
 }

@@ -10,13 +10,13 @@ from vrx_mj.errors import ConfigError, Problem
 
 Loc = tuple[str | int, ...]
 
-APPENDED = ("objects", "docks")
+_APPENDED = ("objects", "docks")
 """Lists that a world adds to those of its base; any other list replaces the base's."""
-REPLACED = ("task",)
+_REPLACED = ("task",)
 """Mappings that take the place of the base's where they are of another type."""
-OF_ROBOT = ("arguments", "thrusters", "components", "sensors")
+_OF_ROBOT = ("arguments", "thrusters", "components", "sensors")
 """Keys that depend on `robot`: a file with another one takes none of them from its base."""
-USUAL_ROBOT = "wamv"
+_USUAL_ROBOT = "wamv"
 """Robot of a file that names none."""
 DEEPEST = 40
 """Levels of nesting that a file or a dict may have."""
@@ -112,19 +112,19 @@ def of_python(value: object, file: File, levels: int = DEEPEST) -> Any:
     return str(value) if isinstance(value, Path) else value
 
 
-def merged(base: Section, over: Section, appended: Sequence[str] = APPENDED) -> Section:
+def merged(base: Section, over: Section, appended: Sequence[str] = _APPENDED) -> Section:
     """`over` on top of `base`: mappings key by key, `appended` lists added, anything else replaced.
 
     A task of another type replaces that of the base; keys of a base about its robot do not hold for another one.
     """
-    gone = OF_ROBOT if "robot" in over and over["robot"] != base.get("robot", USUAL_ROBOT) else ()
+    gone = _OF_ROBOT if "robot" in over and over["robot"] != base.get("robot", _USUAL_ROBOT) else ()
     base = base.holding({key: value for key, value in base.items() if key not in gone})
     inherited = {key: entry._replace(depth=entry.depth + 1) for key, entry in base.entries.items()}
     values: dict[str, Any] = {**base, **over}
     for key in base.keys() & over.keys():
         old, new = base[key], over[key]
         if isinstance(old, Section) and isinstance(new, Section):
-            other = key in REPLACED and new.get("type", old.get("type")) != old.get("type")
+            other = key in _REPLACED and new.get("type", old.get("type")) != old.get("type")
             values[key] = new if other else merged(old, new, ())
         elif key in appended and new is None:
             values[key] = old

@@ -85,10 +85,10 @@ def demand(holds: Callable[[Any], object], message: str) -> AfterValidator:
     return AfterValidator(check)
 
 
-Six = tuple[float, float, float, float, float, float]
+_Six = tuple[float, float, float, float, float, float]
 
 
-def _possible(value: Six) -> Six:
+def _possible(value: _Six) -> _Six:
     """No principal moment is negative, and none exceeds the sum of the others, in any body that exists."""
     xx, yy, zz, xy, xz, yz = value
     low, middle, high = sorted(value[:3])

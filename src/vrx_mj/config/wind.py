@@ -62,13 +62,13 @@ class WindConfig(Config):
             yield ("roughness",), f"a roughness below `height`, {self.height:g} m, is needed, got {self.roughness:g} m"
 
 
-Vessel = Literal[
+_Vessel = Literal[
     "car_carrier", "cargo_vessel", "cargo_vessel_containers", "container_ship", "destroyer", "diving_support_vessel",
     "drilling_vessel", "ferry", "fishing_vessel", "lng_tanker", "offshore_supply_vessel", "passenger_liner",
     "research_vessel", "speed_boat", "tanker_loaded", "tanker_ballast", "tender",
 ]  # fmt: skip
-Point = Annotated[tuple[Number, Number, Number, Number], numbers("angle cx cy cn")]
-Three = Annotated[tuple[NonNegative, NonNegative, Number], numbers("cx cy cn")]
+_Point = Annotated[tuple[Number, Number, Number, Number], numbers("angle cx cy cn")]
+_Three = Annotated[tuple[NonNegative, NonNegative, Number], numbers("cx cy cn")]
 
 
 class IsherwoodConfig(Config):
@@ -99,15 +99,15 @@ class WindageConfig(Config):
     There the wind acts, with its speed at this height."""
     offset: Number = 0.0
     """Distance of that centre ahead of the link's origin [m]."""
-    coefficients: Three | None = None
+    coefficients: _Three | None = None
     """Coefficients cx, cy, cn of -cx cos, cy sin and cn sin 2 of the angle off the bow from which the wind comes."""
-    curve: Annotated[tuple[Point, ...], Field(max_length=361)] = ()
+    curve: Annotated[tuple[_Point, ...], Field(max_length=361)] = ()
     """Coefficients over that angle from 0 to 180 [degrees], with straight lines between them, the same on both sides.
 
     cx is below 0 in wind from ahead; cy above 0 pushes to lee; cn above 0 turns the bow to lee."""
     isherwood: IsherwoodConfig | None = None
     """A merchant ship, whose coefficients Isherwood (1972) gives."""
-    vessel: Vessel | None = None
+    vessel: _Vessel | None = None
     """Type of vessel, whose coefficients Blendermann (1994) gives."""
 
     def _faults(self) -> list[Fault]:

@@ -30,12 +30,12 @@ from vrx_mj.frames import Geodetic
 
 _NOTICED: list[str] = []
 """The world that the notice of the default profile was of."""
-MARINE_ONLY = "needs `physics: {profile: marine}`"
-MARINE_WIND = (
+_MARINE_ONLY = "needs `physics: {profile: marine}`"
+_MARINE_WIND = (
     "height", "exponent", "roughness", "spectrum", "components", "turning", "var_direction", "var_direction_time",
 )  # fmt: skip
 """Keys of the wind that worlds of VRX's profiles cannot have."""
-MAX_TURN = 1e6
+_MAX_TURN = 1e6
 """Largest heading [degrees] that a file may give; a saved world holds no larger one."""
 FULL_TURN = 2 * math.pi
 """Angle [rad] beyond which a pose was probably meant in degrees."""
@@ -68,7 +68,7 @@ class Georeference(Geodetic, Config):
     """Longitude [degrees]."""
     elevation: Number = 0.0
     """Height of the origin above the ellipsoid [m]."""
-    heading: Annotated[float, Field(ge=-MAX_TURN, le=MAX_TURN)] = 0.0
+    heading: Annotated[float, Field(ge=-_MAX_TURN, le=_MAX_TURN)] = 0.0
     """Direction of the world's x axis [degrees], counter-clockwise from east."""
 
 
@@ -158,7 +158,7 @@ class WorldConfig(FromFile):
             found += [(("task", key), text) for key in self.task.geodetic]
         profile = self.physics.profile
         if profile != MARINE:
-            found += [(loc, f"{what} {MARINE_ONLY}, got {profile}") for loc, what in self._of_marine()]
+            found += [(loc, f"{what} {_MARINE_ONLY}, got {profile}") for loc, what in self._of_marine()]
         if self.physics.profile == MARINE and self.physics.gravity == 0.0:
             found.append((("physics", "gravity"), f"{MARINE} needs gravity, which makes its waves, got 0"))
         return found
@@ -168,7 +168,7 @@ class WorldConfig(FromFile):
         for number, item in enumerate(self.objects):
             if item.mooring is not None:
                 yield ("objects", number, "mooring"), "a mooring"
-        for name, part, keys in (("sea", self.sea, ("density",)), ("wind", self.wind, MARINE_WIND)):
+        for name, part, keys in (("sea", self.sea, ("density",)), ("wind", self.wind, _MARINE_WIND)):
             yield from (((name, key), key) for key in keys if part is not None and key in part.model_fields_set)
         if self.current is not None:
             yield ("current",), "a current"

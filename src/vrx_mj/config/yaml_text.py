@@ -24,13 +24,13 @@ from vrx_mj.config.tree import DEEPEST, Entry, File, Items, Loc, Place, Section,
 from vrx_mj.config.wording import PYYAML, shown
 from vrx_mj.errors import ConfigError, Problem
 
-PLAIN = {
+_PLAIN = {
     **{chr(0xFEE0 + code): chr(code) for code in range(0x21, 0x7F)},
     **dict(zip("、。︰【】〔〕「」“”„‘’‐‑–—−×", ',.:[][]"""""\'\'-----X', strict=True)),
     "…": "...",
 }
 """What to type for full-width forms and punctuation."""
-LATIN = dict(zip(
+_LATIN = dict(zip(
     "АВЕЅІЈКМНОРСТУХаеорсухѕіјΑΒΕΖΗΙΚΜΝΟΡΤΥΧο", "ABESIJKMHOPCTYXaeopcyxsijABEZHIKMNOPTYXo", strict=True
 ))  # fmt: skip
 """What to type for Cyrillic and Greek letters that look Latin."""
@@ -45,7 +45,7 @@ _DESCRIPTION = re.compile(r"""^(\s*(?:- +)*)(["']?)description\2\s*:(?=\s|$)""")
 _DESCRIPTION_INSIDE = re.compile(r"""(?<=[{,])\s*description\s*:\s*("[^"]*"|'[^']*'|[^,}]*)""")
 
 
-def find_controls(name: str, lines: Sequence[str]) -> Iterator[Problem]:
+def _find_controls(name: str, lines: Sequence[str]) -> Iterator[Problem]:
     """Control characters and odd line separators, which no text file needs anywhere."""
     for row, line in enumerate(lines, 1):
         for hit in _CONTROL.finditer(line):
@@ -88,35 +88,35 @@ def _in_code(code: str) -> Iterator[tuple[int, str]]:
         return
     mixed = {index for word in _WORD.finditer(code) if _mixed(word[0]) for index in range(*word.span())}
     for hit in _ODD.finditer(code):
-        if (hit[0] not in LATIN or hit.start() in mixed) and (advice := _advice(hit[0])):
+        if (hit[0] not in _LATIN or hit.start() in mixed) and (advice := _advice(hit[0])):
             yield hit.start(), advice
 
 
 def _mixed(word: str) -> bool:
     """Foreign letters are fine in foreign words, not next to Latin ones nor where all look Latin."""
     letters = [letter for letter in word if letter.isalpha()]
-    return any(letter.isascii() for letter in letters) or all(letter in LATIN for letter in letters)
+    return any(letter.isascii() for letter in letters) or all(letter in _LATIN for letter in letters)
 
 
 def _advice(character: str) -> str | None:
     """What to do about a character, by its name in Unicode; None: it may stay."""
     if character == "\t":
         return "tab; type spaces"
-    plain = PLAIN.get(character) or LATIN.get(character)
+    plain = _PLAIN.get(character) or _LATIN.get(character)
     quoted = f"'{plain}'" if plain != "'" else '"\'"'
     do = f"type {quoted}" if plain else _UNSEEN.get(unicodedata.category(character))
     return do and f"{unicodedata.name(character).lower()} U+{ord(character):04X}; {do}"
 
 
-MAX_BYTES = 4_000_000
+_MAX_BYTES = 4_000_000
 """Longest file that is read."""
-MAX_LINES = 200_000
+_MAX_LINES = 200_000
 """Most lines of a file."""
-MAX_ODD = 1000
+_MAX_ODD = 1000
 """Most odd characters of a file that are counted."""
 MAX_NODES = 60_000
 """Most keys and values that are written in a file; reading one takes some 50 us."""
-MAX_VALUES = 200_000
+_MAX_VALUES = 200_000
 """Most values in a file, those that aliases repeat counted each time."""
 
 _INT = re.compile(r"[-+]?[0-9]+")
@@ -136,7 +136,7 @@ def read_lines(path: Path) -> tuple[str, ...]:
     """Lines of a UTF-8 file, without BOM and line ends, checked for control characters."""
     name = display(path)
     try:
-        data = read_limited(path, MAX_BYTES)
+        data = read_limited(path, _MAX_BYTES)
     except ReadingError as error:
         raise ConfigError([Problem(name, None, None, "", str(error))]) from None
     try:
@@ -147,9 +147,9 @@ def read_lines(path: Path) -> tuple[str, ...]:
         message = f"byte 0x{data[error.start]:02X} is not UTF-8; save the file as UTF-8"
         raise ConfigError([Problem(name, line, column, "", message)]) from None
     lines = tuple(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"))
-    if len(lines) > MAX_LINES:
-        raise ConfigError([Problem(name, None, None, "", f"more than {MAX_LINES} lines")])
-    _refuse_odd(find_controls(name, lines))
+    if len(lines) > _MAX_LINES:
+        raise ConfigError([Problem(name, None, None, "", f"more than {_MAX_LINES} lines")])
+    _refuse_odd(_find_controls(name, lines))
     return lines
 
 
@@ -191,7 +191,7 @@ def _parsed(file: File, builder: "_Builder") -> Section:
 
 
 def _refuse_odd(found: Iterable[Problem]) -> None:
-    if problems := list(islice(found, MAX_ODD)):
+    if problems := list(islice(found, _MAX_ODD)):
         raise ConfigError(problems)
 
 
@@ -274,9 +274,9 @@ class _Builder:
 
     def value(self, node: Node, path: Loc) -> object:
         self.count += 1
-        many, deep = self.count > MAX_VALUES, len(path) > DEEPEST
+        many, deep = self.count > _MAX_VALUES, len(path) > DEEPEST
         if many or deep:
-            limit = f"more than {MAX_VALUES} values" if many else f"nested deeper than {DEEPEST} levels"
+            limit = f"more than {_MAX_VALUES} values" if many else f"nested deeper than {DEEPEST} levels"
             self.problem(node, path[:deep], f"{limit}, including aliases")
             raise ConfigError(self.problems)
         if isinstance(node, ScalarNode):
@@ -316,7 +316,7 @@ class _Builder:
             self.problem(node, path, "merge keys '<<' are not allowed: write the keys out (a world may use 'extends')")
         elif isinstance(key, str):
             return key
-        elif (self.loose or path[-1:] == NUMBERED) and isinstance(key, int) and not isinstance(key, bool):
+        elif (self.loose or path[-1:] == _NUMBERED) and isinstance(key, int) and not isinstance(key, bool):
             return str(key)
         elif isinstance(node, ScalarNode):
             self.problem(node, path, f"key {node.value or 'nothing'} is not text; put it in quotes")
@@ -325,7 +325,7 @@ class _Builder:
         return None
 
 
-NUMBERED = ("autopilot",)
+_NUMBERED = ("autopilot",)
 """The section whose keys are numbers: those of channels."""
 
 

@@ -14,23 +14,23 @@ from vrx_mj.control.navigation import Estimate, sensor_named
 from vrx_mj.control.pilot import POSITION_RATE
 from vrx_mj.control.skipper import Commands, Skipper
 
-LEGS = ((50.0, 0.0), (100.0, 0.0), (100.0, 0.7), (150.0, 0.35), (100.0, -0.7), (150.0, -0.35))
+_LEGS = ((50.0, 0.0), (100.0, 0.0), (100.0, 0.7), (150.0, 0.35), (100.0, -0.7), (150.0, -0.35))
 """Where to look: distances [m] and angles [rad] from where the search began. A lidar sees things at 60 to 110 m."""
 SEARCH_TIME = 40.0
 """How long one of them is tried for [s]: a shore may lie before it."""
-THERE = 6.0
+_THERE = 6.0
 """A place within this distance [m] was reached."""
-ASIDE = 1.9
+_ASIDE = 1.9
 """Boats begin with the bow toward the course: what lies further than this [rad] off it is taken for the shore's."""
 
 
-ROW, MOST = 12.0, 1
+_ROW, _MOST = 12.0, 1
 """What has more others than that within that distance [m] is one of many: stones of a shore."""
 
 
 def in_a_row(place: Point, others: Iterable[Point]) -> bool:
     """Whether something unknown is one of many: a lidar sees one stone here and one there."""
-    return sum(0.0 < math.dist(place, other) < ROW for other in others) > MOST
+    return sum(0.0 < math.dist(place, other) < _ROW for other in others) > _MOST
 
 
 class Roam:
@@ -43,18 +43,18 @@ class Roam:
 
     def next(self, seen: Estimate, time: float) -> Point:
         """Where to go now [m]."""
-        if seen.to(*self._goal)[0] < THERE or time - self._since > SEARCH_TIME:
+        if seen.to(*self._goal)[0] < _THERE or time - self._since > SEARCH_TIME:
             self._leg, self._since = self._leg + 1, time
         return self._goal
 
     def likely(self, place: Point, reach: float) -> bool:
         """Whether a place may be of the course: it lies ahead of the beginning, and not too far off."""
         bearing = math.atan2(place[1] - self._place[1], place[0] - self._place[0])
-        return math.dist(place, self._place) < reach and abs(wrapped(bearing - self._heading)) < ASIDE
+        return math.dist(place, self._place) < reach and abs(wrapped(bearing - self._heading)) < _ASIDE
 
     @property
     def _goal(self) -> Point:
-        away, angle = LEGS[self._leg % len(LEGS)]
+        away, angle = _LEGS[self._leg % len(_LEGS)]
         bearing = self._heading + angle
         return self._place[0] + away * math.cos(bearing), self._place[1] + away * math.sin(bearing)
 
@@ -63,13 +63,13 @@ RANGE_NOISE = 3.0
 """Standard deviation of a range [m]: VRX's wamv_pinger.xacro."""
 ANGLE_NOISE = 0.01
 """Standard deviation of a bearing and of an elevation [rad]: as above."""
-DEPTH, DEPTH_NOISE = -1.0, 1.5
+_DEPTH, _DEPTH_NOISE = -1.0, 1.5
 """What is known of a still beacon's height [m] before anything is heard: in the upper 3 m of the water."""
-HEIGHT = 2.0
+_HEIGHT = 2.0
 """Of a moving beacon over the water, or under it [m]; VRX 3's swims under it and is heard from over it."""
-SWERVE = 0.5
+_SWERVE = 0.5
 """Acceleration of a moving beacon [m/s2], as noise of 1 s."""
-LEAST_ELEVATION = 4.0 * ANGLE_NOISE
+_LEAST_ELEVATION = 4.0 * ANGLE_NOISE
 """Below this [rad] an elevation gives no distance."""
 
 
@@ -104,9 +104,9 @@ class StillBeacon:
     """
 
     def __init__(self) -> None:
-        weight = DEPTH_NOISE**-2
+        weight = _DEPTH_NOISE**-2
         self._information = np.diag([0.0, 0.0, weight])
-        self._sum = np.array([0.0, 0.0, weight * DEPTH])
+        self._sum = np.array([0.0, 0.0, weight * _DEPTH])
         self.place: tuple[float, float] | None = None
         """East and north [m]; None before the first sound."""
 
@@ -124,7 +124,7 @@ class StillBeacon:
 
 
 class MovingBeacon:
-    """A Kalman filter of a beacon's place and velocity on the water, constant but for `SWERVE`.
+    """A Kalman filter of a beacon's place and velocity on the water, constant but for `_SWERVE`.
 
     Near by, the elevation of a beacon whose height is known gives its distance better than the range does: at 8 m
     within 0.3 m. Both are taken, each with its weight.
@@ -161,7 +161,7 @@ class MovingBeacon:
         step = np.eye(4)
         step[0, 2] = step[1, 3] = interval
         noise = np.kron(np.array([[interval**3 / 3, interval**2 / 2], [interval**2 / 2, interval]]), np.eye(2))
-        self._covariance = step @ self._covariance @ step.T + SWERVE**2 * noise
+        self._covariance = step @ self._covariance @ step.T + _SWERVE**2 * noise
         return np.asarray(step @ state)
 
 
@@ -169,8 +169,8 @@ def _on_water(sound: Heard) -> tuple[FloatArray, FloatArray]:
     """Where a sound puts the beacon [m], east and north, and the covariance [m2]."""
     level = math.cos(sound.elevation)
     distance, weight = sound.range * level, RANGE_NOISE**-2
-    if abs(sound.elevation) > LEAST_ELEVATION:
-        rise = abs(math.copysign(HEIGHT, sound.elevation) - float(sound.position[2]))
+    if abs(sound.elevation) > _LEAST_ELEVATION:
+        rise = abs(math.copysign(_HEIGHT, sound.elevation) - float(sound.position[2]))
         by_angle = rise / math.tan(abs(sound.elevation))
         sharp = (ANGLE_NOISE * (by_angle**2 + rise**2) / rise) ** -2
         distance, weight = (distance * weight + by_angle * sharp) / (weight + sharp), weight + sharp
@@ -185,14 +185,14 @@ if TYPE_CHECKING:
     from vrx_mj.sensors.readings import Sound
 
 
-HASTE = 1.5
+_HASTE = 1.5
 """How much faster [m/s] than a boat that is to stop at the beacon: it need only pass by."""
-BOW = 3.0
+_BOW = 3.0
 """Within this distance [m] of where it goes the boat keeps its heading: bearings are wild there."""
 
-BERTH = 4.2
+_BERTH = 4.2
 """Distance [m] from buoys: half the boat's length, the buoy's radius, and a metre and a half."""
-CAUTIOUS = 3.0
+_CAUTIOUS = 3.0
 """Speed [m/s] among buoys."""
 
 
@@ -238,8 +238,8 @@ class BeaconSeeker(Listener):
         if self._beacon.place is None:
             return self.pilot.sail(seen, t, 0.0, 0.0, seen.heading)
         distance, bearing = seen.to(*self._beacon.place)
-        speed = min(self.pilot.top_speed, HASTE + approach_speed(distance, POSITION_RATE, self.pilot.braking))
-        heading = bearing if distance > BOW else seen.heading
+        speed = min(self.pilot.top_speed, _HASTE + approach_speed(distance, POSITION_RATE, self.pilot.braking))
+        heading = bearing if distance > _BOW else seen.heading
         return self.pilot.sail(seen, t, speed * math.cos(bearing), speed * math.sin(bearing), heading)
 
 
@@ -269,13 +269,13 @@ class BeaconFollower(Listener):
         now = self._beacon.at(t)
         if now is None:
             return self.pilot.sail(seen, t, 0.0, 0.0, seen.heading)
-        discs = [(buoy.place, BERTH) for buoy in self._lookout.map.sure]
+        discs = [(buoy.place, _BERTH) for buoy in self._lookout.map.sure]
         goal = clear_of((now[0], now[1]), discs)
         distance, _ = seen.to(*goal)
         aim = around((seen.x, seen.y), goal, discs)
         _, bearing = seen.to(*aim)
         drift = now[2:] if aim == (now[0], now[1]) else (0.0, 0.0)
-        speed = min(CAUTIOUS, approach_speed(distance, POSITION_RATE, self.pilot.braking))
+        speed = min(_CAUTIOUS, approach_speed(distance, POSITION_RATE, self.pilot.braking))
         vx, vy = drift[0] + speed * math.cos(bearing), drift[1] + speed * math.sin(bearing)
-        heading = bearing if distance > BOW else seen.heading
+        heading = bearing if distance > _BOW else seen.heading
         return self.pilot.sail(seen, t, vx, vy, heading)

@@ -14,13 +14,13 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 
-STEERING = math.radians(60.0)
+_STEERING = math.radians(60.0)
 """A thruster that turns this far either way can push across the hull."""
-IDLE = 2.0
+_IDLE = 2.0
 """Below this force [N] a thruster that steers keeps straight, so that it does not turn about nothing."""
-INDEPENDENT = 0.1
+_INDEPENDENT = 0.1
 """Thrusters push every way if the least singular value of their columns is above this share of the largest."""
-HALVINGS = 12
+_HALVINGS = 12
 """Of the interval in which a share is sought: to 1/4096."""
 
 
@@ -77,9 +77,9 @@ class Allocation:
         """
         self._thrusters = dict(thrusters)
         if steer is None:
-            steer = not pushes_every_way(_columns(self._thrusters, (), centre))
+            steer = not _pushes_every_way(_columns(self._thrusters, (), centre))
         chosen = self._thrusters if steer is True else steer or ()
-        able = [name for name in chosen if self._thrusters[name].max_angle >= STEERING]
+        able = [name for name in chosen if self._thrusters[name].max_angle >= _STEERING]
         self._matrix = _columns(self._thrusters, able, centre)
         self._inverse: FloatArray = np.asarray(np.linalg.pinv(self._matrix, rcond=1e-3), np.float64)
         self._slices: list[tuple[str, slice]] = []
@@ -90,7 +90,7 @@ class Allocation:
     @property
     def every_way(self) -> bool:
         """Whether it can push ahead, across and around at will."""
-        return pushes_every_way(self._matrix)
+        return _pushes_every_way(self._matrix)
 
     def __call__(self, surge: float, sway: float, yaw: float) -> Thrust:
         """Commands for a force [N] ahead and to port and a moment [N m] to port.
@@ -115,7 +115,7 @@ class Allocation:
         if self._can(base + more):
             return 1.0
         low, high = 0.0, 1.0
-        for _ in range(HALVINGS):
+        for _ in range(_HALVINGS):
             middle = 0.5 * (low + high)
             low, high = (middle, high) if self._can(base + middle * more) else (low, middle)
         return low
@@ -124,12 +124,12 @@ class Allocation:
         return all(_within(forces[own].tolist(), self._thrusters[name]) for name, own in self._slices)
 
 
-def pushes_every_way(matrix: FloatArray) -> bool:
+def _pushes_every_way(matrix: FloatArray) -> bool:
     """Whether the columns of surge, sway and yaw, (3, n), span all three well enough."""
     if matrix.shape[1] < 3:
         return False
     sizes = np.linalg.svd(matrix, compute_uv=False)
-    return bool(sizes[-1] > INDEPENDENT * sizes[0])
+    return bool(sizes[-1] > _INDEPENDENT * sizes[0])
 
 
 def _columns(thrusters: Mapping[str, Propeller], steered: Sequence[str], centre: float) -> FloatArray:
@@ -160,7 +160,7 @@ def _turned(along: float, across: float, reach: float) -> tuple[float, float]:
     It pushes astern where it turns less far for it, or cannot turn far enough; in between, it goes on ahead.
     """
     force = math.hypot(along, across)
-    if force < IDLE:
+    if force < _IDLE:
         return 0.0, along
     angle = math.atan2(across, along)
     if abs(angle) <= min(reach, math.pi / 2):

@@ -20,11 +20,11 @@ from vrx_mj.control.navigation import Estimate, sensor_named
 from vrx_mj.control.pictures import Look, camera_ahead, intrinsics, look_at, mounting, project
 from vrx_mj.runtime.timing import Pause
 
-Bank = tuple[float, float]
+_Bank = tuple[float, float]
 """A place that something solid is at [m]."""
 CELL = 0.5
 """Side of the grid's cells [m]: returns in cells that touch, corners included, belong together."""
-OWN = (-3.2, 3.2, 1.8)
+_OWN = (-3.2, 3.2, 1.8)
 """The boat itself: from stern to bow, and to either side [m], body frame."""
 
 
@@ -57,7 +57,7 @@ def leveled(
     """
     position, rotation = mount
     seen = np.asarray(points, np.float64) @ rotation.T + position
-    stern, bow, side = OWN
+    stern, bow, side = _OWN
     own = (seen[:, 0] > stern) & (seen[:, 0] < bow) & (np.abs(seen[:, 1]) < side)
     near = np.hypot(seen[:, 0], seen[:, 1]) < reach
     level: FloatArray = seen[near & ~own] @ attitude.T
@@ -129,30 +129,30 @@ def standing_free(
     return free, wide
 
 
-def banks(points: FloatArray, here: tuple[float, float], *, reach: float = 20.0, cell: float = 2.0) -> list[Bank]:
+def banks(points: FloatArray, here: tuple[float, float], *, reach: float = 20.0, cell: float = 2.0) -> list[_Bank]:
     """Where something rises out of the water near by [m], one place in each cell with returns, (n, 3) from `here`."""
     near = points[(np.hypot(points[:, 0], points[:, 1]) < reach) & (points[:, 2] > -0.3)]
     cells = np.unique(np.floor(near[:, :2] / cell), axis=0)
     return [(here[0] + float(x), here[1] + float(y)) for x, y in (cells + 0.5) * cell]
 
 
-SAME = 2.0
+_SAME = 2.0
 """What is seen within this distance [m] of where a buoy was is that buoy; some of VRX's fields have them 1 m apart."""
-WIDEST = 1.4
+_WIDEST = 1.4
 """What is wider than this [m] is not a buoy but shore or dock."""
-HIGHEST = 2.0
+_HIGHEST = 2.0
 """What rises higher than this [m] is not a buoy either: VRX's reach up to 1 m, and waves lift them by another."""
-SHARE = 0.4
+_SHARE = 0.4
 """Weight of the last look in a buoy's place."""
-SURE = 2
+_SURE = 2
 """So many looks are needed for a place, and so many votes for a colour."""
 FORGET = 12.0
-"""For how long [s] a buoy within `CLEAR` may not be seen before it is forgotten."""
-CLEAR = 18.0
+"""For how long [s] a buoy within `_CLEAR` may not be seen before it is forgotten."""
+_CLEAR = 18.0
 """Up to this distance [m] the lidar sees every buoy that nothing hides, though waves heave it between two rings."""
-MARKER = 0.68
+_MARKER = 0.68
 """A buoy that rises out of the water higher than this [m], and higher than it is wide, is a marker, not a ball."""
-SEASONED = 6
+_SEASONED = 6
 """What was seen so often is not forgotten: hidden behind another, or far off, it is still there."""
 
 
@@ -193,7 +193,7 @@ class Buoy:
             return ""
         (kind, count), *rest = self.votes.most_common(2)
         ahead = count - (rest[0][1] if rest else 0)
-        return kind if count >= SURE and ahead > 0 else ""
+        return kind if count >= _SURE and ahead > 0 else ""
 
 
 class BuoyMap:
@@ -205,7 +205,7 @@ class BuoyMap:
     @property
     def sure(self) -> list[Buoy]:
         """Those seen often enough to be there."""
-        return [buoy for buoy in self.buoys if buoy.seen >= SURE]
+        return [buoy for buoy in self.buoys if buoy.seen >= _SURE]
 
     def of(self, *kinds: str) -> list[Buoy]:
         """Those of some kinds that are sure."""
@@ -214,35 +214,35 @@ class BuoyMap:
     def see(self, here: Point, found: Iterable[Cluster], time: float) -> None:
         """Take the clusters of one look from `here` [m]; their places are relative to it."""
         for cluster in found:
-            if cluster.extent < WIDEST and cluster.top < HIGHEST:
+            if cluster.extent < _WIDEST and cluster.top < _HIGHEST:
                 self._see(here[0] + cluster.x, here[1] + cluster.y, (cluster.bottom + cluster.top) / 2.0, time)
         self.buoys = [buoy for buoy in self.buoys if not self._gone(buoy, here, time)]
 
     def _see(self, x: float, y: float, z: float, time: float) -> None:
         known = min(self.buoys, key=lambda buoy: math.dist(buoy.place, (x, y)), default=None)
-        if known is None or math.dist(known.place, (x, y)) > SAME:
+        if known is None or math.dist(known.place, (x, y)) > _SAME:
             self.buoys.append(Buoy(x, y, z, last=time))
             return
         if known.last != time:
             known.seen += 1
-            known.x += SHARE * (x - known.x)
-            known.y += SHARE * (y - known.y)
+            known.x += _SHARE * (x - known.x)
+            known.y += _SHARE * (y - known.y)
             known.z, known.last = z, time
 
     @staticmethod
     def _gone(buoy: Buoy, here: Point, time: float) -> bool:
         unseen = time - buoy.last
-        if buoy.seen < SURE and unseen > FORGET:
+        if buoy.seen < _SURE and unseen > FORGET:
             return True
-        near = math.dist(buoy.place, here) < CLEAR
-        return near and unseen > FORGET and buoy.seen < SEASONED
+        near = math.dist(buoy.place, here) < _CLEAR
+        return near and unseen > FORGET and buoy.seen < _SEASONED
 
 
 def kind_of(look: Look) -> str:
     """The kind of buoy that something looks like; empty if it looks like none."""
     if not 0.15 < look.width < 1.35 or not 0.15 < look.height < 1.5:
         return ""
-    if look.height < max(MARKER, 1.1 * look.width):
+    if look.height < max(_MARKER, 1.1 * look.width):
         return "ball" if look.color in ("black", "orange", "blue") else ""
     return "ball" if look.color == "orange" else look.color
 
@@ -251,28 +251,28 @@ if TYPE_CHECKING:
     from vrx_mj.runtime.observation import BoatObservation
 
 
-PERIOD = 1.0
+_PERIOD = 1.0
 """Between two looks [s]."""
-REACH = 75.0
+_REACH = 75.0
 """How far the lidar's returns are taken [m]."""
-SHORE = 3.0
+_SHORE = 3.0
 """What is nearer than this [m] to something wide is taken for a part of it: a stone of the shore, not a buoy."""
-NEAREST, FARTHEST = 6.0, 45.0
+_NEAREST, _FARTHEST = 6.0, 45.0
 """From where to where a buoy is looked at through the camera [m]."""
-ENOUGH = 4
+_ENOUGH = 4
 """So many votes settle a kind."""
-PLAIN = 25.0
+_PLAIN = 25.0
 """What was looked at from nearer than this [m] and not recognized counts; further off a wave may hide it."""
-WINDOW = (1.4, 2.4)
+_WINDOW = (1.4, 2.4)
 """What of a picture is looked at [m]: wide enough for a marker, and high enough wherever the lidar hit it."""
-FIELD = 0.62
+_FIELD = 0.62
 """Half the angle [rad] in which a buoy is well inside the picture: VRX's camera sees 0.7 to either side."""
 
 
 class Lookout:
     """Keeps a map of the buoys around a boat, in the local frame of its navigation."""
 
-    def __init__(self, *, period: float = PERIOD) -> None:
+    def __init__(self, *, period: float = _PERIOD) -> None:
         self.map = BuoyMap()
         self.banks: list[Point] = []
         """Where something wide is near by [m], as a shore."""
@@ -287,8 +287,8 @@ class Lookout:
         reading = boat.sensors[lidar]
         if not hasattr(reading.data, "points"):
             return False
-        points = leveled(reading.data.points, mounting(reading), seen.rotation, reach=REACH)
-        free, wide = standing_free(points, widest=WIDEST, apart=SHORE)
+        points = leveled(reading.data.points, mounting(reading), seen.rotation, reach=_REACH)
+        free, wide = standing_free(points, widest=_WIDEST, apart=_SHORE)
         self.map.see((seen.x, seen.y), free, t)
         self.banks = banks(wide, (seen.x, seen.y))
         if colors:
@@ -309,8 +309,8 @@ class Lookout:
             if where is None:
                 continue
             column, row, ahead = where
-            buoy.looks += ahead < PLAIN
-            look = look_at(reading.data.rgb, column, row, float(matrix[0, 0]) / ahead, size=WINDOW)
+            buoy.looks += ahead < _PLAIN
+            look = look_at(reading.data.rgb, column, row, float(matrix[0, 0]) / ahead, size=_WINDOW)
             kind = kind_of(look) if look else ""
             if kind:
                 buoy.votes[kind] += 1
@@ -318,6 +318,6 @@ class Lookout:
     @staticmethod
     def _wanted(buoy: Buoy, seen: Estimate) -> bool:
         distance, bearing = seen.to(buoy.x, buoy.y)
-        settled = bool(buoy.kind) and max(buoy.votes.values()) >= ENOUGH
-        ahead = abs(math.remainder(bearing - seen.heading, math.tau)) < FIELD
-        return not settled and ahead and NEAREST < distance < FARTHEST
+        settled = bool(buoy.kind) and max(buoy.votes.values()) >= _ENOUGH
+        ahead = abs(math.remainder(bearing - seen.heading, math.tau)) < _FIELD
+        return not settled and ahead and _NEAREST < distance < _FARTHEST

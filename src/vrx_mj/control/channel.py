@@ -11,11 +11,11 @@ from vrx_mj.control.guidance import Point, clear_course, wrapped
 from vrx_mj.control.navigation import Estimate
 from vrx_mj.control.skipper import Commands, Skipper
 
-NARROWEST, WIDEST = 5.0, 32.0
+_NARROWEST, _WIDEST = 5.0, 32.0
 """Of gates [m]: VRX's are 8 to 29."""
-TURNING = 8.0
+_TURNING = 8.0
 """Metres of way that a radian of turning is worth, in choosing the next gate."""
-FARTHEST = 75.0
+_FARTHEST = 75.0
 """A next gate is not further off than this [m]: VRX's are 19 to 72."""
 
 
@@ -51,7 +51,7 @@ def paired(reds: Sequence[Point], partners: Sequence[Point]) -> list[Gate]:
     while True:
         found = _mutual(left, free)
         if not found:
-            return [gate for gate in gates if NARROWEST < gate.width < WIDEST]
+            return [gate for gate in gates if _NARROWEST < gate.width < _WIDEST]
         gates += found
         left = [red for red in left if all(red != gate.red for gate in found)]
         free = [other for other in free if all(other != gate.partner for gate in found)]
@@ -75,9 +75,9 @@ def next_gate(here: Point, course: float | None, gates: Iterable[Gate]) -> Gate 
         turns = abs(wrapped(gate.course - bearing))
         if course is not None:
             turns += abs(wrapped(bearing - course))
-        return math.dist(here, gate.middle) + TURNING * turns
+        return math.dist(here, gate.middle) + _TURNING * turns
 
-    near = [gate for gate in gates if math.dist(here, gate.middle) < FARTHEST]
+    near = [gate for gate in gates if math.dist(here, gate.middle) < _FARTHEST]
     return min(near, key=effort, default=None)
 
 
@@ -125,51 +125,51 @@ if TYPE_CHECKING:
     from vrx_mj.runtime.task_runner import TaskObservation
 
 
-Bearing = Callable[[float, float], tuple[float, float]]
+_Bearing = Callable[[float, float], tuple[float, float]]
 """Distance [m] and direction [rad] of a place from somewhere."""
-CRUISE = 0.9
+_CRUISE = 0.9
 """Speed, as a share of the top speed: what is left is for wind and turning."""
-FASTEST = 3.0
+_FASTEST = 3.0
 """Speed at most [m/s]: at two looks a second a buoy comes 1.5 m nearer between them."""
-BERTH = 2.7
+_BERTH = 2.7
 """How far from a buoy's middle to pass [m]: 1.2 half the beam, 0.35 the buoy, and 1.1 for waves and gusts."""
-OFF_BANK = 3.5
+_OFF_BANK = 3.5
 """How far to keep from a shore [m]."""
-REACH = 16.0
+_REACH = 16.0
 """From how far a buoy is steered clear of [m]: time for a turn of 60 degrees at 2 m/s."""
-RUN_UP = 9.0
+_RUN_UP = 9.0
 """How far before a gate to be lined up with it [m]."""
-RUN_OUT = 7.0
+_RUN_OUT = 7.0
 """How far behind it to steer for [m]: the crossing counts for the boat's origin."""
-STEEPEST = 1.2
+_STEEPEST = 1.2
 """Who heads for the point behind the gate at a steeper slope to its course than this lines up first."""
-AT_GOAL = 4.0
+_AT_GOAL = 4.0
 """Nearer than this to the black box [m] the boat holds its place there, whatever lies beside."""
-OLD = 4.0
+_OLD = 4.0
 """A buoy within this distance [m] of one of a gate that was crossed is that one; they drift."""
-SWEEP = 0.55
+_SWEEP = 0.55
 """How far ahead of the heading [rad] the wanted one is kept in looking around: the boat turns at 0.6 rad/s."""
-ENTRY_TIME = 14.0
+_ENTRY_TIME = 14.0
 """How long the entry, a gate with a white buoy, is waited for, before any gate will do [s]: a turn takes 11 s."""
-GATE_PATIENCE = 75.0
+_GATE_PATIENCE = 75.0
 """How long a gate is tried for [s]: the longest way to one is 70 m, and around it 30 m."""
-DOUBT = 30.0
+_DOUBT = 30.0
 """How long after a gate others may be looked for that lie nearer than the next one known [s]."""
-SIGHT = 70.0
+_SIGHT = 70.0
 """From how far buoys of unknown kind are gone to [m]."""
-LOOK_FROM = 14.0
+_LOOK_FROM = 14.0
 """From how far they are looked at [m]: there a buoy is 40 pixels high."""
-TRIED = 12.0
+_TRIED = 12.0
 """For so long it is tried to see one of them better [s]."""
-ON_THE_WAY = 0.2
+_ON_THE_WAY = 0.2
 """Share of the time on the way there that counts as trying: something may bar the way."""
-TRIED_HALF = 40.0
+_TRIED_HALF = 40.0
 """For so long it is tried to find the partner of a buoy, by looking around from near it [s]."""
-READABLE = 8
+_READABLE = 8
 """After so many pictures without a colour no more are asked for."""
-EXIT = ("blue", "black")
+_EXIT = ("blue", "black")
 """Partners of the last gate's red buoy."""
-PARTNERS = ("green", "white", *EXIT)
+_PARTNERS = ("green", "white", *_EXIT)
 
 
 class Channel(Skipper):
@@ -177,7 +177,7 @@ class Channel(Skipper):
 
     Perception (`Lookout`): twice a second the lidar locates buoys, and the camera ahead identifies new ones. Two buoys
     that are each other's nearest, one of them red, are a gate (`gates.paired`). The first gate is the one with a white
-    buoy, the next is the one with the least distance and turning. Guidance: to a point `RUN_UP` before the gate's
+    buoy, the next is the one with the least distance and turning. Guidance: to a point `_RUN_UP` before the gate's
     opening and straight on, on the nearest clear course (`avoidance.clear_course`). Later gates count as walls. If a
     thing of unknown kind, or a red buoy without a partner, is nearer than the next gate, the boat inspects it first;
     if nothing is known it searches ahead (`Roam`).
@@ -215,9 +215,9 @@ class Channel(Skipper):
         if self._gate is None:
             return self._search(seen, t)
         gate = self._gate
-        if math.dist(gate.middle, self._aim[0]) > OLD:
+        if math.dist(gate.middle, self._aim[0]) > _OLD:
             self._aim = gate.middle, t
-        elif t - self._aim[1] > GATE_PATIENCE:
+        elif t - self._aim[1] > _GATE_PATIENCE:
             self._done.append(gate)
             self._gate, self._since, self._aim = self._choose(t), t, (gate.middle, t)
         return self._cross(gate, seen, t)
@@ -232,14 +232,14 @@ class Channel(Skipper):
             gate = next_gate(last.middle, last.course, gates)
             return None if gate is not None and self._doubtful(gate, last, t) else gate
         assert self._start is not None, "before the first call"
-        if self._chart is None and t - self._since < ENTRY_TIME:
+        if self._chart is None and t - self._since < _ENTRY_TIME:
             white = [buoy.place for buoy in self.lookout.map.of("white")]
             gates = [gate for gate in gates if gate.partner in white]
         return next_gate(self._start[0], None, gates)
 
     def _doubtful(self, gate: Gate, last: Gate, t: float) -> bool:
         """Whether something unknown lies nearer to the last gate than the next one does: that may be another."""
-        if self._chart is not None or t - self._since > DOUBT:
+        if self._chart is not None or t - self._since > _DOUBT:
             return False
         nearer = math.dist(last.middle, gate.middle) - 4.0
 
@@ -249,12 +249,12 @@ class Channel(Skipper):
 
         return bool(self._strange(to, nearer) or self._half(to, nearer))
 
-    def _half(self, to: Bearing, within: float = SIGHT) -> Buoy | None:
+    def _half(self, to: _Bearing, within: float = _SIGHT) -> Buoy | None:
         """The nearest buoy, `within` a distance [m], that needs a partner: a red one, or the white one of the entry."""
         paired_up = {place for gate in self._known() for place in (gate.red, gate.partner)}
         halves = self.lookout.map.of("red", *(() if self._done else ("white",)))
         halves = [buoy for buoy in halves if self._new(buoy.place) and buoy.place not in paired_up]
-        near = [buoy for buoy in halves if buoy.tried < TRIED_HALF and to(*buoy.place)[0] < within]
+        near = [buoy for buoy in halves if buoy.tried < _TRIED_HALF and to(*buoy.place)[0] < within]
         return min(near, key=lambda buoy: to(*buoy.place)[0], default=None)
 
     def _known(self) -> list[Gate]:
@@ -263,25 +263,25 @@ class Channel(Skipper):
             places = self.navigator.place
             return [gate_of(places(red), places(other)) for red, other in self._chart[len(self._done) :][:1]]
         seen = self.lookout.map
-        reds, partners = seen.of("red"), seen.of(*PARTNERS)
+        reds, partners = seen.of("red"), seen.of(*_PARTNERS)
         return paired([b.place for b in reds if self._new(b.place)], [b.place for b in partners if self._new(b.place)])
 
     def _new(self, place: Point) -> bool:
         """Whether a buoy is of no gate that was crossed."""
-        return all(math.dist(place, old) > OLD for gate in self._done for old in (gate.red, gate.partner))
+        return all(math.dist(place, old) > _OLD for gate in self._done for old in (gate.red, gate.partner))
 
     # How to go
 
     def _cross(self, gate: Gate, seen: Estimate, t: float) -> Commands:
         """Line up with a gate and go through."""
         buoys = [buoy.place for buoy in self.lookout.map.buoys]
-        middle, room = opening(gate, buoys, BERTH)
+        middle, room = opening(gate, buoys, _BERTH)
         cos, sin = math.cos(gate.course), math.sin(gate.course)
         along = (seen.x - middle[0]) * cos + (seen.y - middle[1]) * sin
         across = (seen.y - middle[1]) * cos - (seen.x - middle[0]) * sin
-        slope = abs(across) / (RUN_OUT - along) if along < -0.5 else math.inf
-        lined_up = slope < STEEPEST and slope * RUN_OUT < max(0.5, room - BERTH)
-        ahead = RUN_OUT if lined_up else -RUN_UP
+        slope = abs(across) / (_RUN_OUT - along) if along < -0.5 else math.inf
+        lined_up = slope < _STEEPEST and slope * _RUN_OUT < max(0.5, room - _BERTH)
+        ahead = _RUN_OUT if lined_up else -_RUN_UP
         walls = [point for other in self._known() if other != gate for point in wall(other)]
         if along > -1.5 and not lined_up:
             walls += wall(gate)
@@ -291,7 +291,7 @@ class Channel(Skipper):
         """See whether a gate was crossed, whichever; they are known again by their middles, as buoys drift."""
         sides = []
         for gate in self._known():
-            before = next((side for middle, side in self._sides if math.dist(middle, gate.middle) < OLD), "")
+            before = next((side for middle, side in self._sides if math.dist(middle, gate.middle) < _OLD), "")
             side = side_of(gate, (seen.x, seen.y))
             if before == "before" and side == "after":
                 self._done.append(gate)
@@ -305,14 +305,14 @@ class Channel(Skipper):
     ) -> Commands:
         """Commands toward a place [m], clear of buoys and walls, at a share of the cruising speed."""
         distance, bearing = seen.to(*place)
-        discs = [(buoy.place, BERTH) for buoy in self.lookout.map.buoys]
-        discs = [disc for disc in discs if math.dist(disc[0], place) > 1.0] + [(point, BERTH) for point in walls]
-        discs += [(bank, OFF_BANK) for bank in self.lookout.banks]
-        reach = min(REACH, distance + BERTH)
+        discs = [(buoy.place, _BERTH) for buoy in self.lookout.map.buoys]
+        discs = [disc for disc in discs if math.dist(disc[0], place) > 1.0] + [(point, _BERTH) for point in walls]
+        discs += [(bank, _OFF_BANK) for bank in self.lookout.banks]
+        reach = min(_REACH, distance + _BERTH)
         course = clear_course((seen.x, seen.y), bearing, discs, reach=reach, before=self._course)
         self._course = course
         off = wrapped(course - seen.heading)
-        speed = share * min(CRUISE * self.pilot.top_speed, FASTEST) * max(0.12, math.cos(off) ** 3)
+        speed = share * min(_CRUISE * self.pilot.top_speed, _FASTEST) * max(0.12, math.cos(off) ** 3)
         return self.pilot.sail(seen, t, speed * math.cos(course), speed * math.sin(course), course)
 
     # Where nothing is known
@@ -320,14 +320,14 @@ class Channel(Skipper):
     def _search(self, seen: Estimate, t: float) -> Commands:
         """Go to see what is not known yet, first about a buoy without a partner; else where nobody was."""
         half = self._half(seen.to)
-        strange = self._strange(half.to, WIDEST) if half else self._strange(seen.to)
+        strange = self._strange(half.to, _WIDEST) if half else self._strange(seen.to)
         buoy = strange or half
         if buoy is None:
             return self.go(seen, t, self._roam(seen, t).next(seen, t), self._walls(), share=0.7)
         distance, bearing = seen.to(*buoy.place)
-        buoy.tried += min(1.0, t - self._then) * (1.0 if distance < LOOK_FROM else ON_THE_WAY)
+        buoy.tried += min(1.0, t - self._then) * (1.0 if distance < _LOOK_FROM else _ON_THE_WAY)
         self._then = t
-        if distance > LOOK_FROM:
+        if distance > _LOOK_FROM:
             return self.go(seen, t, buoy.place, self._walls(), share=0.7)
         return self.pilot.sail(seen, t, 0.0, 0.0, bearing) if strange else self._look_around(seen, t)
 
@@ -342,10 +342,10 @@ class Channel(Skipper):
     def _walls(self) -> list[Point]:
         return [point for gate in self._known() for point in wall(gate)]
 
-    def _strange(self, to: Bearing, within: float = SIGHT) -> Buoy | None:
+    def _strange(self, to: _Bearing, within: float = _SIGHT) -> Buoy | None:
         """The nearest buoy of unknown kind, `within` a distance [m], that is not given up and may be of the course."""
         unknown = [buoy for buoy in self.lookout.map.sure if not buoy.kind]
-        known = (buoy for buoy in unknown if buoy.looks < READABLE and buoy.tried < TRIED and buoy.seen > 3)
+        known = (buoy for buoy in unknown if buoy.looks < _READABLE and buoy.tried < _TRIED and buoy.seen > 3)
         known = (buoy for buoy in known if self._new(buoy.place) and self._likely(buoy.place))
         unsure = [buoy.place for buoy in unknown]
         near = [buoy for buoy in known if to(*buoy.place)[0] < within and not in_a_row(buoy.place, unsure)]
@@ -358,7 +358,7 @@ class Channel(Skipper):
 
     def _look_around(self, seen: Estimate, t: float) -> Commands:
         """Turn on the spot."""
-        return self.pilot.sail(seen, t, 0.0, 0.0, seen.heading + SWEEP)
+        return self.pilot.sail(seen, t, 0.0, 0.0, seen.heading + _SWEEP)
 
 
 class Gymkhana(Channel):
@@ -370,7 +370,7 @@ class Gymkhana(Channel):
             return super().steer(boat, seen, task, t)
         place = self.navigator.place(task["goal"])
         distance, _ = seen.to(*place)
-        if distance < AT_GOAL:
+        if distance < _AT_GOAL:
             return self.pilot.hold(seen, t, *place, seen.heading)
         self.lookout.look(boat, seen, t, colors=False)
         return self.go(seen, t, place)

@@ -18,55 +18,55 @@ BERTH = 4.9
 """How far before the placard to stay [m]: the middle of the zones of 2018, well inside of those of 2022 and 2023."""
 LINE_UP = 15.0
 """How far before it to line up [m]: outside of the zone that is backed out through, which ends at 10.8."""
-CLEAR = 12.5
+_CLEAR = 12.5
 """Further than this before it [m], and in line within 2 m, a boat may as well begin to go in."""
 COMMIT = 9.0
 """Nearer than this [m] the boat goes on in; before, it waits until it is in line: the fingers end at 8.5."""
-IN_LINE = (0.35, 0.10)
+_IN_LINE = (0.35, 0.10)
 """How far off the bay's axis [m] and heading [rad] the boat may be to go in: the bay leaves 0.78 m to either side."""
 SLOW = 0.8
 """Speed into and out of the bay [m/s]: it stops within half a metre."""
-AXIS_RATE = 0.7
+_AXIS_RATE = 0.7
 """How fast an error along the bay's axis or across it dies [1/s], as the pilot's rate for a position."""
-CRUISE = 2.6
+_CRUISE = 2.6
 """Speed on the way [m/s]."""
 STAY = 11.5
 """How long to stay [s]: 10 are asked for, from when the boat is inside."""
-KEEP_OFF = 7.0
+_KEEP_OFF = 7.0
 """How far to keep from either side of a placard on the way [m]: the bays are 6 m long."""
-OFF_BANK = 3.5
+_OFF_BANK = 3.5
 """How far to keep from whatever the lidar sees [m]."""
-REACH = 16.0
+_REACH = 16.0
 """From how far that is steered clear of [m]."""
-FACE_PATIENCE = 40.0
-"""How long to try to read what may be a placard, once within `NEAR` [s]."""
-NEAR = 40.0
+_FACE_PATIENCE = 40.0
+"""How long to try to read what may be a placard, once within `_NEAR` [s]."""
+_NEAR = 40.0
 """[m]"""
-LAMP_RANGE = 32.0
+_LAMP_RANGE = 32.0
 """From where the lights are read [m]: there a lamp is 5 pixels wide."""
-TOWER_PATIENCE = 70.0
+_TOWER_PATIENCE = 70.0
 """How long to try for a tower that may be the light buoy [s]."""
-TOWER_REACH = 180.0
+_TOWER_REACH = 180.0
 """Towers that were not seen lit are gone to up to this distance from the start [m]."""
-LIGHTS_UNTIL = 130.0
+_LIGHTS_UNTIL = 130.0
 """How long the lights are looked for [s since the task runs]; then the bay comes first, which may take as long."""
-TO_DOCK = 75.0
+_TO_DOCK = 75.0
 """How long it takes to line up, go in, stay and back out, in waves and wind [s]."""
-MADE_GOOD = 1.5
+_MADE_GOOD = 1.5
 """Speed made good on the way to a bay [m/s]."""
-ASIDE = 1.3
+_ASIDE = 1.3
 """Who is further than this from the axis [m] inside of `COMMIT` is not in the bay: out, and once more."""
-STUCK, MOVED = 9.0, 1.5
+_STUCK, _MOVED = 9.0, 1.5
 """Who wants to go somewhere and did not get that far [m] in so long [s] is aground, or caught."""
-BACK_OFF = 6.0
+_BACK_OFF = 6.0
 """How long to go astern then [s]."""
-AGROUND = 4.0
+_AGROUND = 4.0
 """How far ahead of the boat's origin what it is stuck on is taken to lie [m]."""
-LOOK_AROUND = 13.0
+_LOOK_AROUND = 13.0
 """How long to look around at first [s], until a lit tower is seen: a whole turn."""
-TURNING = 0.45
+_TURNING = 0.45
 """How far ahead of the heading [rad] the wanted one is kept in looking around: the boat turns at 0.5 rad/s."""
-SHAPES = {"red": "circle", "green": "triangle", "blue": "cross", "yellow": "rectangle"}
+_SHAPES = {"red": "circle", "green": "triangle", "blue": "cross", "yellow": "rectangle"}
 """Shape of the right placard by the third colour of the lights; the first one is its colour (the organisers' rule)."""
 
 
@@ -115,7 +115,7 @@ class Docking(Skipper):
         assert self._roam is not None, "before the task runs"
         if task.get("color_sequence_open") and self._time_for_lights(seen, task, t):
             tower = self._tower(seen)
-            if t - self._started < LOOK_AROUND and not (tower and tower.lit):
+            if t - self._started < _LOOK_AROUND and not (tower and tower.lit):
                 return self._turn(seen, t)
             if tower is None and self._right_bay(task):
                 return self._go(seen, t, self._roam.next(seen, t))
@@ -130,7 +130,7 @@ class Docking(Skipper):
 
     def _time_for_lights(self, seen: Estimate, task: Mapping[str, object], t: float) -> bool:
         """Whether to look for the lights: in the beginning, and later as long as a bay is known that can wait."""
-        if t - self._started < LIGHTS_UNTIL:
+        if t - self._started < _LIGHTS_UNTIL:
             return True
         return self._right_bay(task) is not None and self._last_resort(seen, task) is None
 
@@ -145,7 +145,7 @@ class Docking(Skipper):
         best = min((face for face in self.lookout.faces if face.symbol), key=worth, default=None)
         if best is None:
             return None
-        needed = TO_DOCK + seen.to(*best.ahead(LINE_UP))[0] / MADE_GOOD
+        needed = _TO_DOCK + seen.to(*best.ahead(LINE_UP))[0] / _MADE_GOOD
         return best if task.get("remaining_time", math.inf) < needed else None
 
     def _tower(self, seen: Estimate) -> Tower | None:
@@ -156,16 +156,16 @@ class Docking(Skipper):
         known = [
             tower
             for tower in self.lookout.towers
-            if tower.lit or (likely(tower.place, TOWER_REACH) and not in_a_row(tower.place, places))
+            if tower.lit or (likely(tower.place, _TOWER_REACH) and not in_a_row(tower.place, places))
         ]
         return min(known, key=lambda tower: (not tower.lit, tower.far(seen)), default=None)
 
     def _scan(self, boat: "BoatObservation", seen: Estimate, tower: Tower, t: float) -> Commands:
         """Go where the lights can be read, and watch them."""
         tower.since = min(tower.since, t)
-        tower.dark = tower.dark or t - tower.since > TOWER_PATIENCE
+        tower.dark = tower.dark or t - tower.since > _TOWER_PATIENCE
         distance, bearing = seen.to(*tower.place)
-        if distance > LAMP_RANGE:
+        if distance > _LAMP_RANGE:
             return self._go(seen, t, tower.place)
         if abs(wrapped(bearing - seen.heading)) < 0.5:
             self._colors = self.lookout.watch(boat, seen, tower, t)
@@ -181,7 +181,7 @@ class Docking(Skipper):
     def _wanted(self, task: "TaskObservation") -> str | None:
         """The symbol that is looked for, as far as the task or the lights show it."""
         if self._colors:
-            lights = f"{self._colors[0]}_{SHAPES[self._colors[2]]}"
+            lights = f"{self._colors[0]}_{_SHAPES[self._colors[2]]}"
             return str(task.get("symbol", lights))
         return task.get("symbol")
 
@@ -192,7 +192,7 @@ class Docking(Skipper):
         if view is None:
             return self._go(seen, t, self._roam.next(seen, t))
         face, place = view
-        if seen.to(*place)[0] < NEAR and t - self._then < 1.0:
+        if seen.to(*place)[0] < _NEAR and t - self._then < 1.0:
             face.tried += t - self._then
         self._then = t
         if seen.to(*place)[0] > 3.0:
@@ -203,10 +203,10 @@ class Docking(Skipper):
         """What to look at next, and where from: an unread face, from before it, or the back of one that was read."""
         assert self._roam is not None, "before the task runs"
         known = [face for face in self.lookout.faces if self._roam.likely(face.place, math.inf)]
-        unread = [face for face in known if not face.symbol and face.looks < 5 and face.tried < FACE_PATIENCE]
+        unread = [face for face in known if not face.symbol and face.looks < 5 and face.tried < _FACE_PATIENCE]
         views = [(face, face.ahead(LINE_UP + 2.0)) for face in unread]
         if not views:
-            signs = [face for face in known if face.symbol and face.tried < 2 * FACE_PATIENCE]
+            signs = [face for face in known if face.symbol and face.tried < 2 * _FACE_PATIENCE]
             views = [(face, face.ahead(-LINE_UP - 3.0)) for face in signs]
         return min(views, key=lambda view: seen.to(*view[1])[0], default=None)
 
@@ -218,10 +218,10 @@ class Docking(Skipper):
         ahead, left = self._bay.offset(seen.x, seen.y)
         if self._stage == "line up":
             place = self._bay.ahead(LINE_UP)
-            if seen.to(*place)[0] > 3.0 and not (ahead > CLEAR and abs(left) < 2.0):
+            if seen.to(*place)[0] > 3.0 and not (ahead > _CLEAR and abs(left) < 2.0):
                 return self._go(seen, t, place)
             self._stage = "in"
-        if self._stage == "in" and ahead < COMMIT and abs(left) > ASIDE:
+        if self._stage == "in" and ahead < COMMIT and abs(left) > _ASIDE:
             self._stage = "out"
         if self._stage == "in" and abs(ahead - BERTH) < 0.5:
             self._stage, self._since = "stay", t
@@ -235,11 +235,11 @@ class Docking(Skipper):
         """Move along the bay's axis to a distance [m] before the placard, the bow toward it."""
         heading = wrapped(bay.facing + math.pi)
         ahead, left = bay.offset(seen.x, seen.y)
-        wide = abs(left) > IN_LINE[0] or abs(wrapped(heading - seen.heading)) > IN_LINE[1]
+        wide = abs(left) > _IN_LINE[0] or abs(wrapped(heading - seen.heading)) > _IN_LINE[1]
         if to < ahead and ahead > COMMIT and wide:
             to = max(to, min(ahead, LINE_UP - 3.0))
-        out = max(-SLOW, min(SLOW, AXIS_RATE * (to - ahead)))
-        side = max(-SLOW, min(SLOW, -AXIS_RATE * left))
+        out = max(-SLOW, min(SLOW, _AXIS_RATE * (to - ahead)))
+        side = max(-SLOW, min(SLOW, -_AXIS_RATE * left))
         cos, sin = math.cos(bay.facing), math.sin(bay.facing)
         return self.pilot.sail(seen, t, out * cos - side * sin, out * sin + side * cos, heading)
 
@@ -247,30 +247,30 @@ class Docking(Skipper):
 
     def _turn(self, seen: Estimate, t: float) -> Commands:
         """Look around, on the spot."""
-        return self.pilot.sail(seen, t, 0.0, 0.0, seen.heading + TURNING)
+        return self.pilot.sail(seen, t, 0.0, 0.0, seen.heading + _TURNING)
 
     def _go(self, seen: Estimate, t: float, place: Point) -> Commands:
         """Commands toward a place, clear of placards and of all that the lidar sees."""
         distance, bearing = seen.to(*place)
         sides = [face.ahead(side) for face in self.lookout.faces for side in (-3.5, 3.5)]
-        discs = [(side, KEEP_OFF) for side in sides if math.dist(side, place) > KEEP_OFF]
-        discs += [(bank, OFF_BANK) for bank in [*self.lookout.banks, *self._stuck_on]]
+        discs = [(side, _KEEP_OFF) for side in sides if math.dist(side, place) > _KEEP_OFF]
+        discs += [(bank, _OFF_BANK) for bank in [*self.lookout.banks, *self._stuck_on]]
         if self._stuck(seen, t):
             back = seen.heading + math.pi
             return self.pilot.sail(seen, t, math.cos(back), math.sin(back), seen.heading)
-        course = clear_course((seen.x, seen.y), bearing, discs, reach=min(REACH, distance), before=self._course)
+        course = clear_course((seen.x, seen.y), bearing, discs, reach=min(_REACH, distance), before=self._course)
         self._course = course
-        speed = min(CRUISE, 0.3 + 0.35 * distance) * max(0.1, math.cos(wrapped(course - seen.heading)) ** 3)
+        speed = min(_CRUISE, 0.3 + 0.35 * distance) * max(0.1, math.cos(wrapped(course - seen.heading)) ** 3)
         return self.pilot.sail(seen, t, speed * math.cos(course), speed * math.sin(course), course)
 
     def _stuck(self, seen: Estimate, t: float) -> bool:
         """Whether to go astern: for a while, after the boat did not get on; what it is stuck on is kept off then."""
         here = seen.x, seen.y
-        if t - self._last_went > 1.0 or math.dist(here, self._last_moved[0]) > MOVED:
+        if t - self._last_went > 1.0 or math.dist(here, self._last_moved[0]) > _MOVED:
             self._last_moved = here, t
         self._last_went = t
-        if t - self._last_moved[1] > STUCK:
-            self._last_moved, self._astern_until = (here, t), t + BACK_OFF
+        if t - self._last_moved[1] > _STUCK:
+            self._last_moved, self._astern_until = (here, t), t + _BACK_OFF
             cos, sin = math.cos(seen.heading), math.sin(seen.heading)
-            self._stuck_on.append((seen.x + AGROUND * cos, seen.y + AGROUND * sin))
+            self._stuck_on.append((seen.x + _AGROUND * cos, seen.y + _AGROUND * sin))
         return t < self._astern_until

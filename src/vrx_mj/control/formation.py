@@ -63,11 +63,11 @@ class Muster:
 
 WAITING_LAG = 15.0
 """A virtual leader goes slower the further boats are behind their slots, and waits for one so far behind [m]."""
-DRIFTING = 0.3
+_DRIFTING = 0.3
 """A boat slower than this over ground [m/s] carries its track along, instead of laying it."""
-COURSE_ASTERN = -0.5
+_COURSE_ASTERN = -0.5
 """So does one whose course is farther off its heading than this cosine: 120 degrees."""
-SMOOTH = 1.5
+_SMOOTH = 1.5
 """Time constant with which the course of a boat is smoothed [s]."""
 
 
@@ -149,7 +149,7 @@ class BoatLeader:
         self._place, self._then = (boat.x, boat.y), t
         vx, vy = self._velocity
         speed = math.hypot(vx, vy)
-        if speed < DRIFTING or vx * ahead[0] + vy * ahead[1] < COURSE_ASTERN * speed:
+        if speed < _DRIFTING or vx * ahead[0] + vy * ahead[1] < _COURSE_ASTERN * speed:
             self.track.shift(east, north)
             self.speed, self.drift = 0.0, self._velocity
         else:
@@ -160,7 +160,7 @@ class BoatLeader:
     def _smooth(self, east: float, north: float, interval: float) -> None:
         """The velocity over ground without what waves do to it."""
         if interval > 0.0:
-            share, (vx, vy) = 1.0 - math.exp(-interval / SMOOTH), self._velocity
+            share, (vx, vy) = 1.0 - math.exp(-interval / _SMOOTH), self._velocity
             self._velocity = vx + share * (east / interval - vx), vy + share * (north / interval - vy)
 
     def _lay(self, boat: Estimate, east: float, north: float) -> None:
@@ -175,25 +175,25 @@ class BoatLeader:
 SHAPES = tuple(sorted(get_args(LayoutName)))
 CLOSING = 1.0
 """The speed relative to a slot with which a boat makes up for what it is off, at most [m/s]."""
-LOOKAHEAD = 4.0
+_LOOKAHEAD = 4.0
 """So far off its slot [m] a boat goes for it with 0.7 of that; a small error dies at `CLOSING / LOOKAHEAD` [1/s]."""
-HEADING_RATE = 0.8
+_HEADING_RATE = 0.8
 """How fast an error of heading dies [1/s]: a third of the rate of the loop around which it goes."""
-FASTEST_TURN = 0.6
+_FASTEST_TURN = 0.6
 """Yaw rate wanted at most [rad/s]."""
-STEADY = 0.5
+_STEADY = 0.5
 """A slot slower than this [m/s] draws the bow to its own direction, lest a boat near its slot turns about for it."""
-REST = 0.3
-"""A slot slower than this [m/s] is held by a pilot, within `BERTH`: bow first a boat would go round it for ever."""
-BERTH = 5.0
+_REST = 0.3
+"""A slot slower than this [m/s] is held by a pilot, within `_BERTH`: bow first a boat would go round it for ever."""
+_BERTH = 5.0
 """[m]"""
-SKID = 1.5
+_SKID = 1.5
 """The bow leads the wanted velocity by so much of its error: a WAM-V skids on for 7 s, its mass over its drag."""
-ASTERN = 0.3
+_ASTERN = 0.3
 """Speed astern wanted at most [m/s]."""
 YIELD = 0.3
 """How fast boats may take up what is left of their distance [1/s]."""
-SHORTEST = 0.01
+_SHORTEST = 0.01
 """A path's points are further apart than this somewhere [m]."""
 
 
@@ -235,7 +235,7 @@ def pursuit(seen: Estimate, slot: Spot, speed: float, *, drift: Point = (0.0, 0.
     the boat comes straight at it.
     """
     dx, dy = slot.x - seen.x, slot.y - seen.y
-    closing = CLOSING / math.sqrt(dx * dx + dy * dy + LOOKAHEAD * LOOKAHEAD)
+    closing = CLOSING / math.sqrt(dx * dx + dy * dy + _LOOKAHEAD * _LOOKAHEAD)
     pace = slot.pace(speed)
     east, north = pace * math.cos(slot.direction), pace * math.sin(slot.direction)
     return east + drift[0] + closing * dx, north + drift[1] + closing * dy
@@ -370,16 +370,16 @@ class Formation:
         keeper, pilot = self._helms[name]
         others = [other for key, other in seen.items() if key != name]
         vx, vy = apart_velocity(own, pursuit(own, goal, speed, drift=self.leader.drift), others, self.apart)
-        if abs(goal.pace(speed)) < REST and self.off[name] < BERTH and pilot.every_way:
+        if abs(goal.pace(speed)) < _REST and self.off[name] < _BERTH and pilot.every_way:
             return pilot.sail(own, t, vx, vy, goal.direction)
-        steady = max(0.0, STEADY - abs(goal.pace(speed)))
-        east = vx + SKID * (vx - own.vx) + steady * math.cos(goal.direction)
-        north = vy + SKID * (vy - own.vy) + steady * math.sin(goal.direction)
+        steady = max(0.0, _STEADY - abs(goal.pace(speed)))
+        east = vx + _SKID * (vx - own.vx) + steady * math.cos(goal.direction)
+        north = vy + _SKID * (vy - own.vy) + steady * math.sin(goal.direction)
         heading = math.atan2(north, east)
         surge = vx * math.cos(own.heading) + vy * math.sin(own.heading)
-        turn = goal.curvature * speed + HEADING_RATE * wrapped(heading - own.heading)
-        turn = max(-FASTEST_TURN, min(FASTEST_TURN, turn))
-        return keeper(own, t, max(-ASTERN, min(keeper.top_speed, surge)), turn)
+        turn = goal.curvature * speed + _HEADING_RATE * wrapped(heading - own.heading)
+        turn = max(-_FASTEST_TURN, min(_FASTEST_TURN, turn))
+        return keeper(own, t, max(-_ASTERN, min(keeper.top_speed, surge)), turn)
 
 
 def _behind(seen: Estimate, goal: Spot) -> float:
@@ -389,7 +389,7 @@ def _behind(seen: Estimate, goal: Spot) -> float:
 
 def _check_way(path: Sequence[Point], speed: float, radius: float) -> None:
     """Whether a virtual leader can go that way."""
-    if all(math.dist(path[0], point) < SHORTEST for point in path):
+    if all(math.dist(path[0], point) < _SHORTEST for point in path):
         raise VrxError(f"path: its {len(path)} points are all at {tuple(path[0])}; at least two must differ")
     if not 0.0 < speed < math.inf:
         raise VrxError(f"invalid speed {speed:g} m/s: a number above 0 is needed")

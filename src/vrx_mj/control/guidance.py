@@ -12,9 +12,9 @@ from vrx_mj.control.velocity import Craft
 
 Point = tuple[float, float]
 """East and north [m]."""
-BRUTE = 7
+_BRUTE = 7
 """So many places are put in order by trying all orders."""
-MARGIN = 0.1
+_MARGIN = 0.1
 """Beyond the rim of a disc [m]."""
 
 
@@ -73,13 +73,13 @@ def clear_of(place: Point, discs: Sequence[tuple[Point, float]]) -> Point:
         away = math.hypot(dx, dy)
         if away < radius:
             east, north = (dx / away, dy / away) if away > 1e-9 else (1.0, 0.0)
-            place = (centre[0] + (radius + MARGIN) * east, centre[1] + (radius + MARGIN) * north)
+            place = (centre[0] + (radius + _MARGIN) * east, centre[1] + (radius + _MARGIN) * north)
     return place
 
 
 def best_order(start: Point, places: Sequence[Point]) -> list[int]:
     """The order that makes the way from `start` through all places shortest; of many places, the nearest is next."""
-    if len(places) <= BRUTE:
+    if len(places) <= _BRUTE:
         orders = permutations(range(len(places)))
         return list(min(orders, key=lambda order: _length(start, [places[number] for number in order])))
     left, order, here = set(range(len(places))), [], start
@@ -219,23 +219,23 @@ def _arc(before: Point, corner: Point, after: Point, radius: float) -> list[Poin
     return [(centre[0] + side * math.sin(angle), centre[1] - side * math.cos(angle)) for angle in angles]
 
 
-SURGE_RATE = 1.2
+_SURGE_RATE = 1.2
 """How fast an error of surge speed dies [1/s]."""
-HEADING_RATE = 1.0
+_HEADING_RATE = 1.0
 """How fast an error of heading dies [1/s], and at most a third of what turning at full power allows."""
-TURN_RATE = 2.5
+_TURN_RATE = 2.5
 """How fast an error of turning rate dies [1/s]."""
-FASTEST_TURN = 0.8
+_FASTEST_TURN = 0.8
 """Turning rate wanted at most [rad/s]."""
-ARRIVED = 0.5
+_ARRIVED = 0.5
 """Within so many lengths of its place a boat stops: it cannot come nearer without turning on the spot."""
-LEFT = 1.0
+_LEFT = 1.0
 """Beyond so many lengths of its place it goes back there."""
-SLOW = 0.05
+_SLOW = 0.05
 """Velocities below this count as 0 [m/s]."""
-SLIDING = 0.3
+_SLIDING = 0.3
 """A boat that stops and goes faster than this turns one of its ends to where it goes [m/s]."""
-TURNING_SPEED = 0.3
+_TURNING_SPEED = 0.3
 """Share of the top speed with which a boat whose rudder turns it goes about."""
 
 
@@ -248,8 +248,8 @@ class Course:
         self._full = allocation(plenty, 0.0, 0.0).surge
         turning = allocation(0.0, 0.0, plenty * craft.length).yaw
         self._by_rudder = bool(craft.rudders) and turning < 1e-6 * plenty
-        self._fastest = min(FASTEST_TURN, _balance(craft.yaw_drag, turning)) if not self._by_rudder else FASTEST_TURN
-        self._heading_rate = min(HEADING_RATE, 3.0 * self._fastest)
+        self._fastest = min(_FASTEST_TURN, _balance(craft.yaw_drag, turning)) if not self._by_rudder else _FASTEST_TURN
+        self._heading_rate = min(_HEADING_RATE, 3.0 * self._fastest)
         self._staying = False
 
     def hold(
@@ -260,10 +260,10 @@ class Course:
         `braking` [m/s2] is the deceleration to rely on. Within the limits the boat has the heading [rad], if it can.
         """
         distance, bearing = seen.to(x, y)
-        self._staying = distance < (LEFT if self._staying else ARRIVED) * self._craft.length
+        self._staying = distance < (_LEFT if self._staying else _ARRIVED) * self._craft.length
         if self._staying:
             return self.sail(seen, 0.0, 0.0, heading)
-        way = max(0.0, distance - 0.5 * ARRIVED * self._craft.length)
+        way = max(0.0, distance - 0.5 * _ARRIVED * self._craft.length)
         wanted = min(approach_speed(way, 0.5 * self._fastest, braking), speed)
         return self.sail(seen, wanted * math.cos(bearing), wanted * math.sin(bearing), heading)
 
@@ -271,12 +271,12 @@ class Course:
         """Commands for a velocity over ground [m/s, east and north]; at rest, for a heading [rad]."""
         off = wrapped(self._bow(seen, vx, vy, heading) - seen.heading)
         along = vx * math.cos(seen.heading) + vy * math.sin(seen.heading)
-        wanted = max(0.0, along) if math.hypot(vx, vy) > SLOW else 0.0
-        if self._by_rudder and wanted < (least := TURNING_SPEED * self._top) and math.hypot(vx, vy) > SLOW:
+        wanted = max(0.0, along) if math.hypot(vx, vy) > _SLOW else 0.0
+        if self._by_rudder and wanted < (least := _TURNING_SPEED * self._top) and math.hypot(vx, vy) > _SLOW:
             wanted = least  # no rudder turns a boat without way
         turn = max(-self._fastest, min(self._fastest, self._heading_rate * off))
-        surge = self._craft.mass * SURGE_RATE * (wanted - seen.surge) + self._craft.drag(wanted, 0.0)[0]
-        moment = self._craft.inertia * TURN_RATE * (turn - seen.turn) + self._craft.turning_drag(turn)
+        surge = self._craft.mass * _SURGE_RATE * (wanted - seen.surge) + self._craft.drag(wanted, 0.0)[0]
+        moment = self._craft.inertia * _TURN_RATE * (turn - seen.turn) + self._craft.turning_drag(turn)
         thrust = self._allocation(surge, 0.0, 0.0 if self._by_rudder else moment)
         return {**thrust.commands, **self._craft.rudder_angles(moment, seen.surge, thrust.surge)}
 
@@ -286,11 +286,11 @@ class Course:
 
     def _bow(self, seen: Estimate, vx: float, vy: float, heading: float) -> float:
         """Where the bow is to point [rad]."""
-        if math.hypot(vx, vy) > SLOW:
+        if math.hypot(vx, vy) > _SLOW:
             return math.atan2(2.0 * vy - seen.vy, 2.0 * vx - seen.vx)
         if self._by_rudder:
             return seen.heading
-        if math.hypot(seen.vx, seen.vy) > SLIDING:
+        if math.hypot(seen.vx, seen.vy) > _SLIDING:
             course = math.atan2(seen.vy, seen.vx)
             return course if abs(wrapped(course - seen.heading)) < math.pi / 2 else course + math.pi
         return heading
@@ -304,13 +304,13 @@ def _balance(drag: tuple[float, float], moment: float) -> float:
     return (math.sqrt(linear * linear + 4.0 * quadratic * moment) - linear) / (2.0 * quadratic)
 
 
-COURSE_STEP = math.radians(5.0)
+_COURSE_STEP = math.radians(5.0)
 """Between the courses tried [rad]."""
-MOST = 26
+_MOST = 26
 """So many steps to either side are tried: 130 degrees."""
-CHARGE = 6.0
+_CHARGE = 6.0
 """What it costs to go straight through something near, in radians of turning away."""
-AGAIN = 0.15
+_AGAIN = 0.15
 """Bonus [rad] of keeping to the side that was chosen before, so that the boat does not waver in front of a buoy."""
 
 
@@ -326,13 +326,13 @@ def clear_course(
         return wanted
 
     def cost(step: int) -> float:
-        course = wanted + step * COURSE_STEP
+        course = wanted + step * _COURSE_STEP
         charge = sum(_charge(here, course, centre, radius, reach) for centre, radius in near)
-        kept = before is None or abs(math.remainder(course - before, math.tau)) < 2.5 * COURSE_STEP
-        return abs(step) * COURSE_STEP + charge + (0.0 if kept else AGAIN)
+        kept = before is None or abs(math.remainder(course - before, math.tau)) < 2.5 * _COURSE_STEP
+        return abs(step) * _COURSE_STEP + charge + (0.0 if kept else _AGAIN)
 
-    best = min(sorted(range(-MOST, MOST + 1), key=abs), key=cost)
-    return math.remainder(wanted + best * COURSE_STEP, math.tau)
+    best = min(sorted(range(-_MOST, _MOST + 1), key=abs), key=cost)
+    return math.remainder(wanted + best * _COURSE_STEP, math.tau)
 
 
 def _charge(here: Point, course: float, centre: Point, radius: float, reach: float) -> float:
@@ -343,4 +343,4 @@ def _charge(here: Point, course: float, centre: Point, radius: float, reach: flo
     if along <= 0.0 or across >= radius:
         return 0.0
     nearness = max(0.0, 1.0 - max(0.0, along - radius) / reach)
-    return CHARGE * (0.15 + 0.85 * nearness) * (1.0 - across / radius)
+    return _CHARGE * (0.15 + 0.85 * nearness) * (1.0 - across / radius)

@@ -20,15 +20,15 @@ if TYPE_CHECKING:
     from vrx_mj.runtime.observation import BoatObservation
     from vrx_mj.sensors.readings import Reading
 
-ACCELERATIONS = np.full(6, 0.3)
+_ACCELERATIONS = np.full(6, 0.3)
 """Standard deviations of a boat's accelerations along and about three axes, before any are seen [m/s2, rad/s2]."""
-NEW = 0.05
+_NEW = 0.05
 """Share of a new square in their mean."""
-LEAST = 1e-9 * np.eye(6)
+_LEAST = 1e-9 * np.eye(6)
 """Covariance of what has no errors, as robot_localization's: filters need one above 0."""
-FAR = 25.0
+_FAR = 25.0
 """Squared distance of a fix in standard deviations beyond which the boat was moved: the filter begins anew there."""
-LONGEST = 1.0
+_LONGEST = 1.0
 """Time without a fix after which the filter begins anew [s]."""
 
 
@@ -43,9 +43,9 @@ class Located(NamedTuple):
     """(3,) [m/s], along the body's axes."""
     spin: FloatArray
     """(3,) angular velocity [rad/s], about the body's axes."""
-    pose_covariance: FloatArray = LEAST
+    pose_covariance: FloatArray = _LEAST
     """(6, 6): of position and orientation, along and about the world's axes."""
-    twist_covariance: FloatArray = LEAST
+    twist_covariance: FloatArray = _LEAST
     """(6, 6): of velocity and spin, along and about the body's axes."""
 
 
@@ -63,11 +63,11 @@ class Localizer:
         self._axes = np.array([earth.from_east_north_up(*axis) for axis in np.eye(3)]).T
         self._time = self._turned = -np.inf
         self._position, self._velocity, self._spin = np.zeros((3, 3))
-        self._spread = self._unsteady = self._drift = LEAST[:3, :3]
+        self._spread = self._unsteady = self._drift = _LEAST[:3, :3]
         """Covariances of the filtered position, of the velocity, and of slow errors of fixes, which no filter finds."""
-        self._jolts = np.square(ACCELERATIONS)
+        self._jolts = np.square(_ACCELERATIONS)
         """(6,) mean squares of accelerations along the world's axes and about the body's."""
-        self.fixed = -np.inf, np.zeros(3), LEAST
+        self.fixed = -np.inf, np.zeros(3), _LEAST
         """Time of the last fix, the place of `base_link` by it alone [m], and its covariance, in the world's axes."""
 
     def __call__(self, boat: "BoatObservation", t: float) -> Located:
@@ -89,9 +89,9 @@ class Localizer:
         """See how the boat shakes."""
         spin, passed = self._imu.mount.rotation @ reading.data.angular_velocity, reading.time - self._turned
         force = self._axes @ rotation_matrix(reading.data.orientation) @ reading.data.linear_acceleration
-        if 0.0 < passed <= LONGEST:
+        if 0.0 < passed <= _LONGEST:
             jolts = np.concatenate([force - (0.0, 0.0, STANDARD_GRAVITY), (spin - self._spin) / passed])
-            self._jolts = (1.0 - NEW) * self._jolts + NEW * jolts**2
+            self._jolts = (1.0 - _NEW) * self._jolts + _NEW * jolts**2
         self._turned, self._spin = reading.time, spin
 
     def _take(self, reading: "Reading", inertia: "Reading") -> None:
@@ -103,15 +103,15 @@ class Localizer:
         antenna = place, self._axes @ (-west, north, up)
         arm, measured, velocity = base_link_by(*antenna, self._antenna, turned, self._spin)
         unsteady = self._in_world(variances(self._gps.velocity)) + _lever(arm, turned @ unsure @ turned.T)
-        noise = self._in_world(np.square(self._gps.position.noise)) + LEAST[:3, :3]
+        noise = self._in_world(np.square(self._gps.position.noise)) + _LEAST[:3, :3]
         self._drift = self._in_world(np.square(self._gps.position.drift)) + _lever(arm, slanted)
         self.fixed = reading.time, measured, _joint(noise + self._drift, np.zeros((3, 3)))
         position, spread = measured, noise
-        if 0.0 < dt <= LONGEST:
+        if 0.0 < dt <= _LONGEST:
             expected = self._position + 0.5 * dt * (self._velocity + velocity)
             before = self._spread + dt**2 * unsteady + 0.25 * dt**4 * np.diag(self._jolts[:3])
             weights, miss = before @ np.linalg.inv(before + noise), measured - expected
-            if miss @ np.linalg.solve(before + noise + self._drift, miss) < FAR:
+            if miss @ np.linalg.solve(before + noise + self._drift, miss) < _FAR:
                 position, spread = expected + weights @ miss, before - weights @ before
         self._time, self._position, self._spread = reading.time, position, spread
         self._velocity, self._unsteady = velocity, unsteady
@@ -146,4 +146,4 @@ def _lever(arm: FloatArray, covariance: FloatArray) -> FloatArray:
 
 def _joint(one: FloatArray, other: FloatArray) -> FloatArray:
     """(6, 6): two covariances as one of six errors."""
-    return np.block([[one, np.zeros((3, 3))], [np.zeros((3, 3)), other]]) + LEAST
+    return np.block([[one, np.zeros((3, 3))], [np.zeros((3, 3)), other]]) + _LEAST

@@ -22,9 +22,9 @@ if TYPE_CHECKING:
     from vrx_mj.runtime.observation import BoatObservation
     from vrx_mj.sensors.readings import Reading
 
-ECCENTRICITY2 = FLATTENING * (2.0 - FLATTENING)
+_ECCENTRICITY2 = FLATTENING * (2.0 - FLATTENING)
 """Square of the Earth's first eccentricity."""
-ABOVE_WATER = 0.7
+_ABOVE_WATER = 0.7
 """A first fix higher than this [m] is of the antenna, 1.3 m up; VRX classic's plugin gives the place of `base_link`."""
 
 
@@ -61,8 +61,8 @@ class TangentPlane:
     def _radii(latitude: float) -> tuple[float, float]:
         """Of the meridian and of the parallel at a latitude [degrees], in m."""
         angle = math.radians(latitude)
-        root = math.sqrt(1.0 - ECCENTRICITY2 * math.sin(angle) ** 2)
-        return SEMI_MAJOR * (1.0 - ECCENTRICITY2) / root**3, SEMI_MAJOR / root * math.cos(angle)
+        root = math.sqrt(1.0 - _ECCENTRICITY2 * math.sin(angle) ** 2)
+        return SEMI_MAJOR * (1.0 - _ECCENTRICITY2) / root**3, SEMI_MAJOR / root * math.cos(angle)
 
 
 @dataclass(frozen=True)
@@ -168,7 +168,7 @@ class Navigator:
         """Lay the local frame at the first fix."""
         fix, mount = reading.data, reading.mount
         self._plane = TangentPlane(fix.latitude, fix.longitude)
-        if fix.altitude > ABOVE_WATER and mount is not None:
+        if fix.altitude > _ABOVE_WATER and mount is not None:
             self._antenna = tuple(float(value) for value in mount.position)
 
     def _readings(self, boat: "BoatObservation") -> "tuple[Reading, Reading] | None":

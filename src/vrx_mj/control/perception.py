@@ -15,26 +15,26 @@ from vrx_mj.control.pictures import camera_ahead, intrinsics, mounting, project
 from vrx_mj.control.skipper import Commands, Skipper
 from vrx_mj.runtime.timing import Pause
 
-STEP = 2
+_STEP = 2
 """Every so many pixels one is looked at; a ball of 0.5 m at 15 m is 25 pixels wide."""
-COLORED = 0.45
+_COLORED = 0.45
 """Least part of the brightest channel by which the darkest falls short: water has 0.7, but is blue."""
-BRIGHT, ABOVE = 90.0, 100.0
+_BRIGHT, _ABOVE = 90.0, 100.0
 """White: least value of the darkest channel, and how much brighter than the water all three are together."""
-DARK, BELOW = 55.0, 30.0
+_DARK, _BELOW = 55.0, 30.0
 """Black: largest value of the brightest channel, and how much darker than the water all three are together."""
-FLAT = 0.5
+_FLAT = 0.5
 """Height over width below which something is a streak of foam or light on a wave."""
-BOWS = 0.72
+_BOWS = 0.72
 """Below this share of the picture's height are the boat's own bows."""
-SMALL = 12
+_SMALL = 12
 """Fewest looked-at pixels of a thing."""
-ORANGE = 0.09
+_ORANGE = 0.09
 """Green less blue over red less blue from which red is orange: VRX's red has 0, its orange 0.19."""
-PALE = 0.3
+_PALE = 0.3
 """Darkest over brightest channel from which a colour is pale: the cans of 2019 have 0.4 and 0.6, totems 0."""
-NOTHING, RED, ORANGES, GREEN, BLUE, YELLOW, WHITE, BLACK = range(8)
-NAMES = ("", "red", "orange", "green", "blue", "yellow", "white", "black")
+_NOTHING, _RED, _ORANGES, _GREEN, _BLUE, _YELLOW, _WHITE, _BLACK = range(8)
+_NAMES = ("", "red", "orange", "green", "blue", "yellow", "white", "black")
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ OLD = "2019"
 """The catalogue of VRX 2019, at Sand Island."""
 SYDNEY = "2022"
 """The catalogue of VRX 2022 and 2023."""
-MARKERS: dict[str, dict[str, Kind]] = {
+_MARKERS: dict[str, dict[str, Kind]] = {
     SYDNEY: {color: Kind(f"mb_marker_buoy_{color}", 0.65) for color in ("red", "green", "white", "black")},
     OLD: {
         **{color: Kind(f"{color}_totem", 0.28) for color in ("red", "green", "blue", "yellow", "black")},
@@ -74,26 +74,26 @@ MARKERS: dict[str, dict[str, Kind]] = {
     },
 }
 """Tall things, by colour; widths from VRX's models."""
-CANS = {"red": Kind("surmark950410", 0.46), "green": Kind("surmark950400", 0.46)}
+_CANS = {"red": Kind("surmark950410", 0.46), "green": Kind("surmark950400", 0.46)}
 """Of 2019, in pale colours."""
-BALLS: dict[str, dict[str, tuple[Kind, ...]]] = {
+_BALLS: dict[str, dict[str, tuple[Kind, ...]]] = {
     SYDNEY: {"orange": (Kind("mb_round_buoy_orange", 0.51),), "black": (Kind("mb_round_buoy_black", 0.51),)},
     OLD: {"black": (Kind("polyform_a3", 0.432), Kind("polyform_a5", 0.686), Kind("polyform_a7", 0.991))},
 }
 """What is round, by colour."""
-TYPES = {
-    name: {kind.type for kinds in (MARKERS[name], CANS if name == OLD else {}) for kind in kinds.values()}
-    | {kind.type for kinds in BALLS[name].values() for kind in kinds}
+_TYPES = {
+    name: {kind.type for kinds in (_MARKERS[name], _CANS if name == OLD else {}) for kind in kinds.values()}
+    | {kind.type for kinds in _BALLS[name].values() for kind in kinds}
     for name in (SYDNEY, OLD)
 }
 """What each catalogue names."""
-STANDING = 1.25
+_STANDING = 1.25
 """Height over width from which something is tall."""
 
 
 def catalogue_of(types: Iterable[str]) -> str:
     """The catalogue that has most of a task's types, the newer one of two that have as many."""
-    return max((SYDNEY, OLD), key=lambda name: len(TYPES[name].intersection(types)))
+    return max((SYDNEY, OLD), key=lambda name: len(_TYPES[name].intersection(types)))
 
 
 def kind_of(blob: Blob, catalogue: str, scale: float | None = None) -> Kind | None:
@@ -101,28 +101,28 @@ def kind_of(blob: Blob, catalogue: str, scale: float | None = None) -> Kind | No
 
     Of balls of several sizes that one is taken that has the blob's width at the `scale` [pixels/m], or the middle one.
     """
-    tall = blob.height > STANDING * blob.width
-    balls = BALLS[catalogue].get(blob.color, ())
+    tall = blob.height > _STANDING * blob.width
+    balls = _BALLS[catalogue].get(blob.color, ())
     if balls and (not tall or blob.color == "orange"):
         if scale is None:
             return balls[len(balls) // 2]
         return min(balls, key=lambda kind: abs(kind.width - blob.width / scale))
-    if catalogue == OLD and blob.pale and blob.color in CANS:
-        return CANS[blob.color]
-    return MARKERS[catalogue].get(blob.color)
+    if catalogue == OLD and blob.pale and blob.color in _CANS:
+        return _CANS[blob.color]
+    return _MARKERS[catalogue].get(blob.color)
 
 
 def blobs(picture: ByteArray, horizon: float) -> list[Blob]:
     """The things in a picture (height, width, 3) below a row, the largest first; not the boat's own bows."""
-    first, last = max(0, int(horizon)) // STEP * STEP, int(BOWS * picture.shape[0])
-    part = picture[first:last:STEP, ::STEP].astype(np.float64)
+    first, last = max(0, int(horizon)) // _STEP * _STEP, int(_BOWS * picture.shape[0])
+    part = picture[first:last:_STEP, ::_STEP].astype(np.float64)
     if not part.size:
         return []
     water = np.median(part, axis=1)[:, None, :]
     kinds = _kinds(part, np.broadcast_to(water, part.shape))
-    found = [blob for kind in range(1, len(NAMES)) for blob in _of_kind(kinds, kind, part)]
+    found = [blob for kind in range(1, len(_NAMES)) for blob in _of_kind(kinds, kind, part)]
     found = [_placed(blob, first) for blob in sorted(found, key=lambda blob: -blob.width * blob.height)]
-    return [blob for blob in _joined(found) if blob.height > FLAT * blob.width]
+    return [blob for blob in _joined(found) if blob.height > _FLAT * blob.width]
 
 
 def _kinds(pixels: FloatArray, water: FloatArray) -> npt.NDArray[np.int_]:
@@ -130,43 +130,43 @@ def _kinds(pixels: FloatArray, water: FloatArray) -> npt.NDArray[np.int_]:
     red, green, blue = (pixels[..., channel] for channel in range(3))
     most, least = pixels.max(axis=-1), pixels.min(axis=-1)
     lighter = (pixels - water).sum(axis=-1)
-    strong = (most - least > COLORED * most) & (most > 30.0)
+    strong = (most - least > _COLORED * most) & (most > 30.0)
     reddish = strong & (red == most)
-    orange = green - blue > ORANGE * (red - blue)
+    orange = green - blue > _ORANGE * (red - blue)
     yellow = green - blue > 0.6 * (red - blue)
     greenish = (green == most) & (green - np.maximum(red, blue) > 0.12 * most) & (most > 25.0)
     bluish = strong & (blue == most) & (blue - green > 0.6 * blue) & (lighter > 0.0)
     kinds = np.zeros(most.shape, int)
-    kinds[(least > BRIGHT) & (lighter > ABOVE) & ~strong] = WHITE
-    kinds[(most < DARK) & (lighter < -BELOW) & (blue - red < 0.45 * blue + 8.0)] = BLACK
-    kinds[bluish] = BLUE
-    kinds[greenish] = GREEN
-    kinds[reddish] = RED
-    kinds[reddish & orange] = ORANGES
-    kinds[(reddish | (strong & (green == most))) & yellow & (red > 0.5 * green)] = YELLOW
+    kinds[(least > _BRIGHT) & (lighter > _ABOVE) & ~strong] = _WHITE
+    kinds[(most < _DARK) & (lighter < -_BELOW) & (blue - red < 0.45 * blue + 8.0)] = _BLACK
+    kinds[bluish] = _BLUE
+    kinds[greenish] = _GREEN
+    kinds[reddish] = _RED
+    kinds[reddish & orange] = _ORANGES
+    kinds[(reddish | (strong & (green == most))) & yellow & (red > 0.5 * green)] = _YELLOW
     return kinds
 
 
 def _of_kind(kinds: npt.NDArray[np.int_], kind: int, pixels: FloatArray) -> list[Blob]:
     rows, columns = np.nonzero(kinds == kind)
-    if len(rows) < SMALL:
+    if len(rows) < _SMALL:
         return []
     half = CELL / 2.0  # pixels within two of each other belong together
     groups = grouped(np.stack([columns, rows], axis=1).astype(np.float64) * half)
-    return [_blob(np.rint(group / half).astype(int), NAMES[kind], pixels) for group in groups if len(group) >= SMALL]
+    return [_blob(np.rint(group / half).astype(int), _NAMES[kind], pixels) for group in groups if len(group) >= _SMALL]
 
 
 def _blob(places: npt.NDArray[np.int_], color: str, pixels: FloatArray) -> Blob:
     (left, top), (right, bottom) = places.min(axis=0).tolist(), places.max(axis=0).tolist()
     typical = np.median(pixels[places[:, 1], places[:, 0]], axis=0)
-    pale = bool(typical.min() > PALE * typical.max())
+    pale = bool(typical.min() > _PALE * typical.max())
     return Blob(color, (left + right) / 2.0, (top + bottom) / 2.0, right - left + 1.0, bottom - top + 1.0, pale)
 
 
 def _placed(blob: Blob, first: int) -> Blob:
     """The same in pixels of the whole picture."""
-    column, row = blob.column * STEP + (STEP - 1) / 2.0, blob.row * STEP + first + (STEP - 1) / 2.0
-    return Blob(blob.color, column, row, blob.width * STEP, blob.height * STEP, blob.pale)
+    column, row = blob.column * _STEP + (_STEP - 1) / 2.0, blob.row * _STEP + first + (_STEP - 1) / 2.0
+    return Blob(blob.color, column, row, blob.width * _STEP, blob.height * _STEP, blob.pale)
 
 
 def _joined(found: list[Blob]) -> list[Blob]:
@@ -200,19 +200,19 @@ if TYPE_CHECKING:
     from vrx_mj.runtime.task_runner import TaskObservation
 
 
-PERIOD = 0.95
+_PERIOD = 0.95
 """Between two pictures [s]; things are up for 5 s, and a picture costs tens of milliseconds of computing."""
-ENOUGH = 2
+_ENOUGH = 2
 """Reported once seen in so many pictures: what has just been dropped is still bobbing."""
-SAME = 0.9
+_SAME = 0.9
 """Things of one type nearer to each other than this [m] in two pictures are one."""
-GONE = 1.5 * PERIOD
+_GONE = 1.5 * _PERIOD
 """Not seen for so long [s], it is gone."""
-FAR = 25.0
+_FAR = 25.0
 """What seems further off than this [m] is not one of the task's things."""
-UNDER_HORIZON = 6.0
+_UNDER_HORIZON = 6.0
 """Rows [pixels] below the horizon at which looking begins."""
-EDGES = (-0.65, 0.0, 0.65)
+_EDGES = (-0.65, 0.0, 0.65)
 """Bearings from the bow [rad] at which the horizon is looked for: the camera sees 0.7 to either side."""
 
 
@@ -265,7 +265,7 @@ class View:
     def horizon(self) -> float:
         """The lowest row [pixels] at which there is sky."""
         mount, rows = (self.position, self.turned), []
-        for edge in EDGES:
+        for edge in _EDGES:
             bearing = self.seen.heading + edge
             far = 1e5 * np.array([math.cos(bearing), math.sin(bearing), 0.0])
             found = project(far, mount, self.seen.rotation, self.matrix)
@@ -300,17 +300,17 @@ class Perceiver(Skipper):
         """Take a picture, if one is due, and report what is new."""
         if task.get("state") != "running" or not self._pause.is_over(t):
             return
-        self._pause.begin(t, PERIOD)
+        self._pause.begin(t, _PERIOD)
         camera = camera_ahead(boat)
         if camera is None:
             return
         reading = boat.sensors[camera]
         self._catalogue = self._given or catalogue_of(task.get("types", ()))
         view = View(*mounting(reading), intrinsics(reading), seen)
-        for blob in blobs(reading.data.rgb, view.horizon() + UNDER_HORIZON):
+        for blob in blobs(reading.data.rgb, view.horizon() + _UNDER_HORIZON):
             self._take(view, blob, t)
-        self._sights = [sight for sight in self._sights if t - sight.last < GONE]
-        new = [sight for sight in self._sights if sight.count >= ENOUGH and not sight.reported]
+        self._sights = [sight for sight in self._sights if t - sight.last < _GONE]
+        new = [sight for sight in self._sights if sight.count >= _ENOUGH and not sight.reported]
         for sight in new:
             sight.reported = True
         if new:
@@ -328,11 +328,11 @@ class Perceiver(Skipper):
         if kind is None:
             return
         x, y = view.place(blob, kind.width)
-        if view.seen.to(x, y)[0] > FAR:
+        if view.seen.to(x, y)[0] > _FAR:
             return
         old = [sight for sight in self._sights if sight.type == kind.type and sight.last < t]
         known = min(old, key=lambda sight: math.dist((sight.x, sight.y), (x, y)), default=None)
-        if known is None or math.dist((known.x, known.y), (x, y)) > SAME:
+        if known is None or math.dist((known.x, known.y), (x, y)) > _SAME:
             self._sights.append(Sight(kind.type, x, y, last=t))
             return
         known.count, known.last = known.count + 1, t

@@ -55,13 +55,13 @@ def cutout(
     return window
 
 
-CONTRAST = 40.0
+_CONTRAST = 40.0
 """Sum over red, green and blue [of 255 each] by which a pixel of a thing differs from the background."""
-LEAN = 0.22
+_LEAN = 0.22
 """Share of the brightest channel by which one colour must lead."""
-DEEP = 0.45
+_DEEP = 0.45
 """The same for blue, which water has, too: 0.1 to 0.3 of it."""
-ORANGE = 0.13
+_ORANGE = 0.13
 """Green over blue, as a share of red over blue, from which red is orange: 0 of VRX's red buoys, 0.19 of its orange."""
 
 
@@ -116,7 +116,7 @@ def look_at(
     sides = np.concatenate([window[:, :2], window[:, -2:]], axis=1)
     background = np.median(sides, axis=1)[:, None, :]  # row by row: the horizon and the shore lie level
     off = window - background
-    mask = middle_part(np.abs(off).sum(axis=2) > CONTRAST)
+    mask = middle_part(np.abs(off).sum(axis=2) > _CONTRAST)
     if mask.sum() < 4 or mask[0].any() or mask[-1].any():
         return None
     rows, columns = np.nonzero(mask.any(axis=1))[0], np.nonzero(mask.any(axis=0))[0]
@@ -143,15 +143,15 @@ def _hue(pixel: FloatArray) -> str:
     """Colour of a pixel, or nothing if it has none."""
     red, green, blue = (float(value) for value in pixel)
     least, most = min(red, green, blue), max(red, green, blue)
-    if most - least < LEAN * most or most < 25.0:
+    if most - least < _LEAN * most or most < 25.0:
         return ""
     if red == most:
         if green - blue > 0.6 * (red - blue):
             return "yellow"
-        return "orange" if green - blue > ORANGE * (red - blue) else "red"
+        return "orange" if green - blue > _ORANGE * (red - blue) else "red"
     if green == most:
         return "yellow" if red - blue > 0.6 * (green - blue) else "green"
-    return "blue" if blue - max(red, green) > DEEP * blue else ""
+    return "blue" if blue - max(red, green) > _DEEP * blue else ""
 
 
 def middle_part(mask: BoolArray) -> BoolArray:

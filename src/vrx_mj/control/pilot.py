@@ -14,21 +14,21 @@ from vrx_mj.control.guidance import Course, approach_speed, wrapped
 from vrx_mj.control.navigation import Estimate
 from vrx_mj.control.velocity import Craft, wamv_of
 
-VELOCITY_RATE = 1.8
+_VELOCITY_RATE = 1.8
 """How fast an error of velocity dies [1/s]: crossover of the speed loop, a fifth of what calls at 10 Hz would allow."""
 POSITION_RATE = 0.7
 """How fast an error of position dies [1/s]: 0.4 of the above, which makes the pair damped well (damping ratio 0.8)."""
-TURN_RATE = 3.0
+_TURN_RATE = 3.0
 """How fast an error of turning rate dies [1/s]."""
-HEADING_RATE = 1.2
+_HEADING_RATE = 1.2
 """How fast an error of heading dies [1/s]."""
-FASTEST_TURN = 0.8
+_FASTEST_TURN = 0.8
 """Turning rate wanted at most [rad/s]."""
-OBSERVER_RATE = 1.0
+_OBSERVER_RATE = 1.0
 """How fast the observer follows what pushes [rad/s]: gusts of 2 s are followed, noise of 2 cm/s makes 10 N."""
-REACH = 0.25
+_REACH = 0.25
 """Share of the brakes that an approach relies on: full astern, with as much again from drag, and a margin for wind."""
-GENTLE = 1.0
+_GENTLE = 1.0
 """Deceleration that an approach relies on at most [m/s2]."""
 
 
@@ -43,7 +43,7 @@ class Pilot:
         astern = sum(max(0.0, _astern(thruster)) for thruster in thrusters.values())
         self.top_speed = self.craft.top_speed(ahead)
         """Full ahead in calm water [m/s]."""
-        self.braking = min(GENTLE, REACH * (astern + ahead) / self.craft.mass)
+        self.braking = min(_GENTLE, _REACH * (astern + ahead) / self.craft.mass)
         """Deceleration to rely on [m/s2]."""
         self.every_way = self._allocation.every_way
         """Whether the boat can push sideways, too."""
@@ -81,8 +81,8 @@ class Pilot:
             return self._course.sail(seen, vx, vy, heading)
         self._observe(seen, t)
         cos, sin = math.cos(seen.heading), math.sin(seen.heading)
-        ax = acceleration[0] + VELOCITY_RATE * (vx - seen.vx)
-        ay = acceleration[1] + VELOCITY_RATE * (vy - seen.vy)
+        ax = acceleration[0] + _VELOCITY_RATE * (vx - seen.vx)
+        ay = acceleration[1] + _VELOCITY_RATE * (vy - seen.vy)
         fx, fy = self.craft.mass * ax - self._observed[0], self.craft.mass * ay - self._observed[1]
         drag = self.craft.drag(vx * cos + vy * sin, vy * cos - vx * sin)
         surge, sway = fx * cos + fy * sin + drag[0], fy * cos - fx * sin + drag[1]
@@ -93,9 +93,9 @@ class Pilot:
 
     def _moment(self, seen: Estimate, heading: float, turn: float) -> float:
         """About the centre of mass [N m]."""
-        wanted = turn + HEADING_RATE * wrapped(heading - seen.heading)
-        wanted = max(-FASTEST_TURN, min(FASTEST_TURN, wanted))
-        push = self.craft.inertia * TURN_RATE * (wanted - seen.turn)
+        wanted = turn + _HEADING_RATE * wrapped(heading - seen.heading)
+        wanted = max(-_FASTEST_TURN, min(_FASTEST_TURN, wanted))
+        push = self.craft.inertia * _TURN_RATE * (wanted - seen.turn)
         return push + self.craft.turning_drag(wanted) - self._observed[2]
 
     def _expect(self, seen: Estimate, t: float, thrust: Thrust) -> None:
@@ -114,7 +114,7 @@ class Pilot:
         if self._expected is None or not 0.0 < interval < 1.0:
             return
         now, weights = (seen.vx, seen.vy, seen.turn), (self.craft.mass, self.craft.mass, self.craft.inertia)
-        share = 1.0 - math.exp(-OBSERVER_RATE * interval)
+        share = 1.0 - math.exp(-_OBSERVER_RATE * interval)
         rows = zip(now, self._before, self._expected, weights, self._observed, strict=True)
         x, y, z = (
             push + share * (weight * ((v - before) / interval - expected) - push)

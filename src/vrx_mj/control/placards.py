@@ -17,30 +17,30 @@ from vrx_mj.control.navigation import Estimate, sensor_named
 from vrx_mj.control.pictures import camera_ahead, cutout, middle_part, mounting
 from vrx_mj.runtime.timing import Pause
 
-COLORS = ("red", "green", "blue", "yellow")
-LOW, HIGH = 0.9, 3.8
+_COLORS = ("red", "green", "blue", "yellow")
+_LOW, _HIGH = 0.9, 3.8
 """From what height above the boat's origin [m] a panel is seen free of docks and buoys, and what it does not exceed."""
-NEAR, TALL = 18.0, 0.9
+_NEAR, _TALL = 18.0, 0.9
 """Within that distance [m] a panel shows at least so much of its height [m], or it is something lower."""
-NARROW, WIDE = 1.4, 2.5
+_NARROW, _WIDE = 1.4, 2.5
 """Of a panel [m]: VRX's are 2 m wide."""
-THICK = 0.12
+_THICK = 0.12
 """Returns of a plane lie at most so far off it [m]: the lidar errs by 1 cm, and the dock rolls."""
-MOST = 0.6
+_MOST = 0.6
 """Share of the returns that must lie on it: the rest may be of the panel behind."""
-PICKED = 10
+_PICKED = 10
 """Through so many of the returns planes are laid."""
-SAME = 1.2
+_SAME = 1.2
 """Faces nearer than this [m] that look the same way are one."""
-SHARE = 0.3
+_SHARE = 0.3
 """Weight of the last look in a face's place."""
-VIVID = 0.55
+_VIVID = 0.55
 """Share of the brightest channel by which a symbol's or a lamp's colour leads; 0.3 of water, below 0.1 of panels.
 
 Fog of half the depth of colour halves it: there a symbol is read from nearer."""
-FAINT = 40.0
+_FAINT = 40.0
 """Of 255: what is darker has no colour."""
-LEANS = tuple(np.linspace(-0.3, 0.3, 9))
+_LEANS = tuple(np.linspace(-0.3, 0.3, 9))
 """Slopes that the sides of symbols may have in a picture, in waves."""
 
 
@@ -102,21 +102,25 @@ class FaceMap:
         for face in found:
             face.x, face.y = face.x + here[0], face.y + here[1]
             known = min(self.faces, key=lambda other: math.dist(other.place, face.place), default=None)
-            if known is None or math.dist(known.place, face.place) > SAME or math.cos(known.facing - face.facing) < 0.5:
-                near = [f for f in self.faces if math.dist(f.place, face.place) < SAME]
+            if (
+                known is None
+                or math.dist(known.place, face.place) > _SAME
+                or math.cos(known.facing - face.facing) < 0.5
+            ):
+                near = [f for f in self.faces if math.dist(f.place, face.place) < _SAME]
                 known = next((f for f in near if math.cos(f.facing - face.facing) >= 0.5), None)
             if known is None:
                 self.faces.append(face)
                 continue
-            known.x += SHARE * (face.x - known.x)
-            known.y += SHARE * (face.y - known.y)
-            known.facing += SHARE * math.remainder(face.facing - known.facing, math.tau)
+            known.x += _SHARE * (face.x - known.x)
+            known.y += _SHARE * (face.y - known.y)
+            known.facing += _SHARE * math.remainder(face.facing - known.facing, math.tau)
             known.seen += 1
 
 
 def faces(points: FloatArray) -> list[Face]:
     """The faces of panels among level returns, (n, 3) [m] from the boat's origin; each faces the boat."""
-    high = points[points[:, 2] > LOW]
+    high = points[points[:, 2] > _LOW]
     found = [_face(part) for part in grouped(high) if len(part) >= 5]
     return [face for face in found if face is not None]
 
@@ -124,10 +128,10 @@ def faces(points: FloatArray) -> list[Face]:
 def _face(points: FloatArray) -> Face | None:
     """The face of a panel; None of anything else."""
     level, heights = points[:, :2], points[:, 2]
-    if heights.max() > HIGH or (np.hypot(*level.mean(axis=0)) < NEAR and np.ptp(heights) < TALL):
+    if heights.max() > _HIGH or (np.hypot(*level.mean(axis=0)) < _NEAR and np.ptp(heights) < _TALL):
         return None
     on_it = _on_a_line(level)
-    if on_it.mean() < MOST:
+    if on_it.mean() < _MOST:
         return None
     level = level[on_it]
     middle = level.mean(axis=0)
@@ -135,7 +139,7 @@ def _face(points: FloatArray) -> Face | None:
     along, normal = axes[:, 1], axes[:, 0]
     spread = (level - middle) @ along
     width = float(spread.max() - spread.min())
-    if not NARROW < width < WIDE:
+    if not _NARROW < width < _WIDE:
         return None
     x, y = middle + along * (spread.max() + spread.min()) / 2.0
     if normal @ (x, y) > 0.0:
@@ -149,20 +153,20 @@ def _on_a_line(level: FloatArray) -> BoolArray:
     Lines are tried through pairs of points that are far apart in the order of their direction from the boat.
     """
     order = np.argsort(np.arctan2(level[:, 1], level[:, 0]))
-    picked = level[order[np.linspace(0, len(level) - 1, min(len(level), PICKED)).round().astype(int)]]
+    picked = level[order[np.linspace(0, len(level) - 1, min(len(level), _PICKED)).round().astype(int)]]
     best = np.zeros(len(level), bool)
     for row, one in enumerate(picked):
         for other in picked[row + 1 :]:
             gap = float(np.hypot(*(other - one)))
-            if gap > NARROW / 2.0:
+            if gap > _NARROW / 2.0:
                 east, north = (other - one) / gap
-                close = np.abs((level[:, 1] - one[1]) * east - (level[:, 0] - one[0]) * north) < THICK
+                close = np.abs((level[:, 1] - one[1]) * east - (level[:, 0] - one[0]) * north) < _THICK
                 if close.sum() > best.sum():
                     best = close
     return best
 
 
-def vivid(pixels: npt.ArrayLike, *, lead: float = VIVID) -> npt.NDArray[np.int_]:
+def _vivid(pixels: npt.ArrayLike, *, lead: float = _VIVID) -> npt.NDArray[np.int_]:
     """The colour of pixels, (..., 3) of 0 to 255: its number in red, green, blue, yellow, or -1 for none of them."""
     seen = np.asarray(pixels, np.float64)
     red, green, blue = seen[..., 0], seen[..., 1], seen[..., 2]
@@ -173,18 +177,18 @@ def vivid(pixels: npt.ArrayLike, *, lead: float = VIVID) -> npt.NDArray[np.int_]
     yellow = (blue == least) & (middle > 0.6)
     pure = (middle < 0.6) | yellow
     code = np.where(yellow, 3, code)
-    return np.where((gap > lead * most) & (most > FAINT) & pure, code, -1)
+    return np.where((gap > lead * most) & (most > _FAINT) & pure, code, -1)
 
 
-def symbol_in(window: ByteArray, *, lead: float = VIVID) -> str:
+def symbol_in(window: ByteArray, *, lead: float = _VIVID) -> str:
     """The symbol in a picture of a placard, as red_circle; empty without one.
 
     The colour is that of most vivid pixels, the shape follows from how much of its bounding box it fills (rectangle
     all, circle pi/4, cross 0.56, triangle 1/2) and, of the last two, from whether its upper third is as wide as the
     lower.
     """
-    codes = vivid(window, lead=lead)
-    counts = [int((codes == code).sum()) for code in range(len(COLORS))]
+    codes = _vivid(window, lead=lead)
+    counts = [int((codes == code).sum()) for code in range(len(_COLORS))]
     color = int(np.argmax(counts))
     if counts[color] < 60:
         return ""
@@ -194,15 +198,15 @@ def symbol_in(window: ByteArray, *, lead: float = VIVID) -> str:
         return ""
     mask = mask[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
     shape = _shape(mask)
-    return f"{COLORS[color]}_{shape}" if shape else ""
+    return f"{_COLORS[color]}_{shape}" if shape else ""
 
 
 def _fill(mask: BoolArray) -> float:
     """How much a mask fills of the parallelogram about it: seen from aside by a boat that rolls, a square is one."""
     down, right = np.nonzero(mask)
-    heights = {lean: np.ptp(down + lean * right) + 1.0 for lean in LEANS}
-    widths = {lean: np.ptp(right + lean * down) + 1.0 for lean in LEANS}
-    areas = [heights[one] * widths[other] / (1.0 - one * other) for one in LEANS for other in LEANS]
+    heights = {lean: np.ptp(down + lean * right) + 1.0 for lean in _LEANS}
+    widths = {lean: np.ptp(right + lean * down) + 1.0 for lean in _LEANS}
+    areas = [heights[one] * widths[other] / (1.0 - one * other) for one in _LEANS for other in _LEANS]
     return len(down) / float(min(areas))
 
 
@@ -221,11 +225,11 @@ def _shape(mask: BoolArray) -> str:
 
 
 OFF = "off"
-LEAST = 4
+_LEAST = 4
 """So many pixels of one colour are a lamp that is lit."""
-PURE = 0.6
+_PURE = 0.6
 """Share of the vivid pixels that have the lamp's colour."""
-GAP = 0.07
+_GAP = 0.07
 """What lies apart by more than this share of the picture's height are two things: of 2.8 m, lamp and box by 0.4 m."""
 
 
@@ -235,18 +239,18 @@ def lamp_color(window: ByteArray) -> str:
     Under its lamps the buoy carries a yellow box, so the upper one of two coloured things is a lamp, and something
     yellow alone is none. So nothing need be known of how high the buoy floats, nor of how waves lift it and the boat.
     """
-    codes = vivid(window)
+    codes = _vivid(window)
     rows = np.nonzero((codes >= 0).any(axis=1))[0]
-    parts = [codes[part] for part in np.split(rows, np.nonzero(np.diff(rows) > GAP * len(codes))[0] + 1)]
+    parts = [codes[part] for part in np.split(rows, np.nonzero(np.diff(rows) > _GAP * len(codes))[0] + 1)]
     colors = [color for color in map(_color, parts) if color]
     return colors[0] if len(colors) > 1 or colors[:1] not in ([], ["yellow"]) else OFF
 
 
 def _color(codes: npt.NDArray[np.int_]) -> str:
     """The colour of most of the vivid pixels; empty without any."""
-    counts = [int((codes == code).sum()) for code in range(len(COLORS))]
+    counts = [int((codes == code).sum()) for code in range(len(_COLORS))]
     most = int(np.argmax(counts))
-    return COLORS[most] if counts[most] >= max(LEAST, PURE * sum(counts)) else ""
+    return _COLORS[most] if counts[most] >= max(_LEAST, _PURE * sum(counts)) else ""
 
 
 def sequence(seen: Sequence[tuple[float, str]]) -> list[str] | None:
@@ -271,49 +275,49 @@ if TYPE_CHECKING:
     from vrx_mj.runtime.observation import BoatObservation
 
 
-PERIOD = 0.5
+_PERIOD = 0.5
 """Between two looks of the lidar [s]."""
-READING = 1.0
+_READING = 1.0
 """Between two pictures of placards [s]."""
-BLINKING = 0.4
+_BLINKING = 0.4
 """Between two pictures of the lights [s]: two or three in each colour's second."""
-REACH = 120.0
+_REACH = 120.0
 """How far the lidar's returns are taken [m]."""
-LEGIBLE = (5.0, 45.0)
+_LEGIBLE = (5.0, 45.0)
 """From where to where a symbol is read [m]: nearer it does not fit into the picture, further it is 15 pixels."""
-PLAIN = 25.0
+_PLAIN = 25.0
 """From where a symbol is read in any haze of VRX's [m]."""
-OBLIQUE = 1.0
+_OBLIQUE = 1.0
 """Largest angle [rad] off its axis from which a placard is read."""
-FIELD = 0.6
+_FIELD = 0.6
 """Half the angle [rad] in which something is well inside the picture: VRX's camera sees 0.7 to either side."""
-READ, LOOKS = 5, 12
+_READ, _LOOKS = 5, 12
 """So many symbols read are enough, and so many pictures without one."""
-GLANCES = 7
+_GLANCES = 7
 """So many pictures of a tower show whether it is lit: its period is 5 s, of which it is dark for 2."""
-PANEL = (1.1, 1.4)
-"""Half the width and height [m] of what is looked at of a placard, about `PANEL_HEIGHT`."""
-PANEL_HEIGHT = 1.9
+_PANEL = (1.1, 1.4)
+"""Half the width and height [m] of what is looked at of a placard, about `_PANEL_HEIGHT`."""
+_PANEL_HEIGHT = 1.9
 """[m]: symbols of 2022 are at 1.5, of 2018 at 2.35, with half a metre to either side."""
-LAMP_HEIGHT = 1.3
+_LAMP_HEIGHT = 1.3
 """Above the water [m], of the middle between the lamps, at 1.6, and the box below them, at 0.9: VRX's light buoy."""
-LAMP = (0.35, 1.4)
+_LAMP = (0.35, 1.4)
 """Half the width and height of what is looked at there [m]: the whole buoy, 0.5 m up or down in waves."""
-LAMP_SIGHT = 60.0
+_LAMP_SIGHT = 60.0
 """From how far a lit lamp is looked for in passing [m]."""
-LAMP_PLAIN = 35.0
+_LAMP_PLAIN = 35.0
 """What shows no colours from within this distance [m] is not a light buoy, in any haze of VRX's."""
-LOW_TOWER, HIGH_TOWER = 1.15, 3.2
+_LOW_TOWER, _HIGH_TOWER = 1.15, 3.2
 """How high a light buoy rises [m]: VRX's 2.5, and a lidar may miss its top."""
-TOWER = 2.6
+_TOWER = 2.6
 """How wide it is at most [m]: VRX's float is 1.6 m square."""
-DOUBT = 20.0
+_DOUBT = 20.0
 """What was seen so often counts as twice as far off as it is, see `Tower.far`."""
-OFFSHORE = 4.0
+_OFFSHORE = 4.0
 """How far from all that is wider it must be [m]."""
-DARK_FOR, WATCHED = 7.0, 20.0
+_DARK_FOR, _WATCHED = 7.0, 20.0
 """What stays dark for so long [s], or shows no three colours in so long, is not a light buoy: its period is 5 s."""
-BANK_CELL, BANK_MEMORY, BANK_REACH = 2.0, 20.0, 25.0
+_BANK_CELL, _BANK_MEMORY, _BANK_REACH = 2.0, 20.0, 25.0
 """Places of banks are distinct from so much [m] and kept for so long [s]: a flat beach near by is under the lidar's
 lowest ring; those further off than that [m] are left out."""
 
@@ -344,7 +348,7 @@ class Tower:
 
     def far(self, seen: Estimate) -> float:
         """How far off it is [m], more so if it was hardly seen: of a shore a lidar sees now this stone, now that."""
-        return seen.to(*self.place)[0] * (1.0 + DOUBT / self.seen)
+        return seen.to(*self.place)[0] * (1.0 + _DOUBT / self.seen)
 
 
 class DockLookout:
@@ -369,26 +373,26 @@ class DockLookout:
     @property
     def banks(self) -> list[Point]:
         """Where the lidar saw something near by of late [m]."""
-        return [(BANK_CELL * column, BANK_CELL * row) for column, row in self._banks]
+        return [(_BANK_CELL * column, _BANK_CELL * row) for column, row in self._banks]
 
     def look(self, boat: "BoatObservation", seen: Estimate, t: float, *, near_only: bool = False) -> None:
         """Look, if it is time to; `near_only` is for who has found the bay and needs no more but where that is."""
         lidar = sensor_named(boat, "lidar")
         if lidar is None or not self._look_pause.is_over(t):
             return
-        self._look_pause.begin(t, PERIOD)
+        self._look_pause.begin(t, _PERIOD)
         reading = boat.sensors[lidar]
-        points = leveled(reading.data.points, mounting(reading), seen.rotation, reach=30.0 if near_only else REACH)
+        points = leveled(reading.data.points, mounting(reading), seen.rotation, reach=30.0 if near_only else _REACH)
         self._map.see((seen.x, seen.y), faces(points))
         if near_only:
             return
         self._note_banks(points, seen, t)
-        free, wide = standing_free(points, high=4.0, widest=TOWER, apart=OFFSHORE)
+        free, wide = standing_free(points, high=4.0, widest=_TOWER, apart=_OFFSHORE)
         for cluster in free:
             self._note_tower(cluster, seen)
         for tower in self._towers:
             east, north = tower.place[0] - seen.x, tower.place[1] - seen.y
-            if len(wide) and float(np.hypot(wide[:, 0] - east, wide[:, 1] - north).min()) < OFFSHORE:
+            if len(wide) and float(np.hypot(wide[:, 0] - east, wide[:, 1] - north).min()) < _OFFSHORE:
                 tower.seen = max(1, tower.seen - 1)
         if self._picture_pause.is_over(t):
             self._read(boat, seen, t)
@@ -396,21 +400,21 @@ class DockLookout:
     def watch(self, boat: "BoatObservation", seen: Estimate, tower: Tower, t: float) -> list[str] | None:
         """Take one more look at a tower's lamps, if it is time to; the three colours once they are known."""
         shows, camera = tower.shows, camera_ahead(boat)
-        if shows and t < shows[-1][0] + BLINKING - 1e-6:
+        if shows and t < shows[-1][0] + _BLINKING - 1e-6:
             return None
         if camera is None:
             tower.dark = True
             return None
-        window = cutout(boat.sensors[camera], seen, (*tower.place, LAMP_HEIGHT), LAMP)
+        window = cutout(boat.sensors[camera], seen, (*tower.place, _LAMP_HEIGHT), _LAMP)
         shows.append((t, lamp_color(window) if window is not None else OFF))
         tower.colors |= {shows[-1][1]} - {OFF}
-        tower.dark = t - shows[0][0] > (WATCHED if tower.lit else DARK_FOR)
+        tower.dark = t - shows[0][0] > (_WATCHED if tower.lit else _DARK_FOR)
         return sequence(shows)
 
     # Inside
 
     def _note_tower(self, cluster: Cluster, seen: Estimate) -> None:
-        if not LOW_TOWER < cluster.top < HIGH_TOWER:
+        if not _LOW_TOWER < cluster.top < _HIGH_TOWER:
             return
         place = (seen.x + cluster.x, seen.y + cluster.y)
         for tower in self._towers:
@@ -421,42 +425,42 @@ class DockLookout:
 
     def _note_banks(self, points: FloatArray, seen: Estimate, t: float) -> None:
         here = (seen.x, seen.y)
-        for x, y in banks(points, here, cell=BANK_CELL):
-            self._banks[round(x / BANK_CELL), round(y / BANK_CELL)] = t
+        for x, y in banks(points, here, cell=_BANK_CELL):
+            self._banks[round(x / _BANK_CELL), round(y / _BANK_CELL)] = t
         near = {
-            cell for cell in self._banks if math.dist(here, (cell[0] * BANK_CELL, cell[1] * BANK_CELL)) < BANK_REACH
+            cell for cell in self._banks if math.dist(here, (cell[0] * _BANK_CELL, cell[1] * _BANK_CELL)) < _BANK_REACH
         }
-        self._banks = {cell: when for cell, when in self._banks.items() if cell in near and t - when < BANK_MEMORY}
+        self._banks = {cell: when for cell, when in self._banks.items() if cell in near and t - when < _BANK_MEMORY}
 
     def _read(self, boat: "BoatObservation", seen: Estimate, t: float) -> None:
         """Read the symbols that can be read from here, and see which towers are lit."""
         signs = [face for face in self._map.faces if _legible(face, seen)]
-        towers = [tower for tower in self.towers if not tower.lit and tower.looks < GLANCES and _in_view(tower, seen)]
+        towers = [tower for tower in self.towers if not tower.lit and tower.looks < _GLANCES and _in_view(tower, seen)]
         camera = camera_ahead(boat)
         if not (signs or towers) or camera is None:
             return
-        self._picture_pause.begin(t, READING)
+        self._picture_pause.begin(t, _READING)
         reading = boat.sensors[camera]
         for face in signs:
-            window = cutout(reading, seen, (face.x, face.y, PANEL_HEIGHT), PANEL)
+            window = cutout(reading, seen, (face.x, face.y, _PANEL_HEIGHT), _PANEL)
             if window is not None:
-                face.note(symbol_in(window), near=seen.to(*face.place)[0] < PLAIN)
+                face.note(symbol_in(window), near=seen.to(*face.place)[0] < _PLAIN)
         for tower in towers:
-            window = cutout(reading, seen, (*tower.place, LAMP_HEIGHT), LAMP)
+            window = cutout(reading, seen, (*tower.place, _LAMP_HEIGHT), _LAMP)
             if window is not None:
-                tower.looks += seen.to(*tower.place)[0] < LAMP_PLAIN
+                tower.looks += seen.to(*tower.place)[0] < _LAMP_PLAIN
                 tower.colors |= {lamp_color(window)} - {OFF}
-                tower.dark = tower.looks >= GLANCES and not tower.lit
+                tower.dark = tower.looks >= _GLANCES and not tower.lit
 
 
 def _legible(face: Face, seen: Estimate) -> bool:
     distance, bearing = seen.to(*face.place)
-    if not LEGIBLE[0] < distance < LEGIBLE[1] or abs(wrapped(bearing - seen.heading)) > FIELD:
+    if not _LEGIBLE[0] < distance < _LEGIBLE[1] or abs(wrapped(bearing - seen.heading)) > _FIELD:
         return False
-    unread = sum(face.votes.values()) < READ and face.looks < LOOKS
-    return unread and abs(wrapped(bearing + math.pi - face.facing)) < OBLIQUE
+    unread = sum(face.votes.values()) < _READ and face.looks < _LOOKS
+    return unread and abs(wrapped(bearing + math.pi - face.facing)) < _OBLIQUE
 
 
 def _in_view(tower: Tower, seen: Estimate) -> bool:
     distance, bearing = seen.to(*tower.place)
-    return distance < LAMP_SIGHT and abs(wrapped(bearing - seen.heading)) < FIELD
+    return distance < _LAMP_SIGHT and abs(wrapped(bearing - seen.heading)) < _FIELD

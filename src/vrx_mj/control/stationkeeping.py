@@ -11,11 +11,11 @@ if TYPE_CHECKING:
     from vrx_mj.runtime.observation import BoatObservation
     from vrx_mj.runtime.task_runner import TaskObservation
 
-NEAR = 6.0
+_NEAR = 6.0
 """Within this distance [m] of its place a boat turns to the heading that it is to have, beyond it goes there bow first.
 
 The turn takes the WAM-V 7 s at most and the rest of the way as long; at 6 m the heading weighs 0.18 in the score."""
-NEAR_WITHOUT_SWAY = 1.0
+_NEAR_WITHOUT_SWAY = 1.0
 """The same of a boat that cannot push sideways, in its lengths: it stays where it is then, and turns if it can."""
 
 
@@ -29,7 +29,7 @@ class Berth:
         """Commands to be at a place [m] with a heading [rad]."""
         pilot = skipper.pilot
         distance, bearing = seen.to(*place)
-        limit = NEAR if pilot.every_way else NEAR_WITHOUT_SWAY * pilot.craft.length
+        limit = _NEAR if pilot.every_way else _NEAR_WITHOUT_SWAY * pilot.craft.length
         self._near = distance < (1.5 * limit if self._near else limit)  # no turning to and fro at the limit
         return pilot.hold(seen, t, *place, heading if self._near else bearing)
 

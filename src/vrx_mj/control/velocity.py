@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     from vrx_mj.runtime.observation import BoatObservation
 
 
-NO_SLOPE = 1e-9
+_NO_SLOPE = 1e-9
 """A rudder whose moment per radian is less [N m] turns nothing."""
-TUNED = 0.2
+_TUNED = 0.2
 """Share by which the mass of a boat with a WAM-V's drag may differ from the WAM-V's of the gains: its layouts differ by
 14 %, and its payloads by as much."""
 
@@ -64,7 +64,7 @@ class Craft:
         for name, rudder in self.rudders.items():
             arm = self.centre - rudder.position[0]
             slope = arm * rudder.force_slope(speed, thrust) * len(self.rudders)
-            angle = -moment / slope if abs(slope) > NO_SLOPE else 0.0
+            angle = -moment / slope if abs(slope) > _NO_SLOPE else 0.0
             commands[f"{name}_angle"] = max(-rudder.max_angle, min(rudder.max_angle, angle))
         return commands
 
@@ -131,20 +131,20 @@ def _is(wamv: Craft, hull: "Hull") -> bool:
     """Whether a hull has a WAM-V's drag, and nearly its mass."""
     drags = [(hull.drag_linear[axis], hull.drag_quadratic[axis]) for axis in (0, 1, 5)]
     alike = drags == [wamv.surge_drag, wamv.sway_drag, wamv.yaw_drag]
-    return alike and abs(hull.mass - wamv.mass) <= TUNED * wamv.mass
+    return alike and abs(hull.mass - wamv.mass) <= _TUNED * wamv.mass
 
 
-SURGE_RATE = 1.2
+_SURGE_RATE = 1.2
 """How fast an error of surge speed dies [1/s]: a sixth of what calls at 10 Hz would allow."""
-SWAY_RATE = 1.2
+_SWAY_RATE = 1.2
 """How fast an error of sway dies [1/s]: as that of surge."""
-TURN_RATE = 2.5
+_TURN_RATE = 2.5
 """How fast an error of yaw rate dies [1/s]; twice as fast, for a guidance that steers by it goes around this loop."""
-SLACK = 1.0
+_SLACK = 1.0
 """Thrusters that miss what is asked of them by more than this [N, N m] are at their limits."""
-HALVINGS = 6
+_HALVINGS = 6
 """Of the interval in which the share of the force to port is sought: to 1/64."""
-INTEGRAL = 0.2
+_INTEGRAL = 0.2
 """What the integral takes over of that each second, as a share of the rate: wind and unknown drag, in some 5 s."""
 
 
@@ -174,10 +174,10 @@ class VelocityKeeper:
         if self._hold_sway:
             surge = _along(surge, seen.sway)
             if self._allocation.every_way:
-                aside = -self.craft.mass * SWAY_RATE * seen.sway
+                aside = -self.craft.mass * _SWAY_RATE * seen.sway
                 sway = self.craft.mass * surge * turn + aside + self._pushed[1]  # toward the centre of the turn
-        ahead = self.craft.mass * SURGE_RATE * (surge - seen.surge)
-        around = self.craft.inertia * TURN_RATE * (turn - seen.turn)
+        ahead = self.craft.mass * _SURGE_RATE * (surge - seen.surge)
+        around = self.craft.inertia * _TURN_RATE * (turn - seen.turn)
         force = self.craft.drag(surge, 0.0)[0] + ahead + self._pushed[0]
         moment = self.craft.turning_drag(turn) + around + self._pushed[2]
         thrust = self._allocated(force, sway, moment)
@@ -187,13 +187,13 @@ class VelocityKeeper:
     def _allocated(self, force: float, sway: float, moment: float) -> Thrust:
         """The force ahead goes before that to port, which is made less where the thrusters cannot give both."""
         thrust = self._allocation(force, sway, moment)
-        if sway == 0.0 or abs(thrust.surge - force) < SLACK:
+        if sway == 0.0 or abs(thrust.surge - force) < _SLACK:
             return thrust
         low, high, best = 0.0, 1.0, self._allocation(force, 0.0, moment)
-        for _ in range(HALVINGS):
+        for _ in range(_HALVINGS):
             middle = 0.5 * (low + high)
             thrust = self._allocation(force, middle * sway, moment)
-            if abs(thrust.surge - force) < SLACK:
+            if abs(thrust.surge - force) < _SLACK:
                 low, best = middle, thrust
             else:
                 high = middle
@@ -207,9 +207,9 @@ class VelocityKeeper:
         interval, self._then = t - self._then, t
         if not 0.0 < interval < 1.0:
             return
-        rates = (SURGE_RATE, SWAY_RATE, TURN_RATE)
+        rates = (_SURGE_RATE, _SWAY_RATE, _TURN_RATE)
         surge, sway, turn = (
-            pushed + rate * INTEGRAL * interval * (error if abs(given - wanted) < SLACK else 0.0)
+            pushed + rate * _INTEGRAL * interval * (error if abs(given - wanted) < _SLACK else 0.0)
             for pushed, rate, (error, wanted, given) in zip(self._pushed, rates, axes, strict=True)
         )
         self._pushed = (surge, sway, turn)

@@ -13,13 +13,13 @@ if TYPE_CHECKING:
     from vrx_mj.runtime.observation import BoatObservation
     from vrx_mj.runtime.task_runner import TaskObservation
 
-GOOD = 0.08
+_GOOD = 0.08
 """An error [m] good enough to go on to the next waypoint: 5 cm and 2 degrees."""
-FAIR = 0.25
+_FAIR = 0.25
 """An error [m] with which a waypoint need not be visited again."""
-WAYPOINT_TIME = 12.0
+_WAYPOINT_TIME = 12.0
 """How long a waypoint is tried for, once near [s]: a half turn takes 7 s."""
-CLOSE = 4.0
+_CLOSE = 4.0
 """From this distance [m] on that patience runs out."""
 
 
@@ -32,7 +32,7 @@ def waypoint_error(seen: Estimate, place: Point, heading: float) -> float:
 class WaypointFollower(Skipper):
     """Visits all waypoints on the shortest way and stops at each, since the least error at each is scored.
 
-    A waypoint is finished when the error is below `GOOD`, or after `WAYPOINT_TIME`. The remaining time is used for
+    A waypoint is finished when the error is below `_GOOD`, or after `_WAYPOINT_TIME`. The remaining time is used for
     those with the largest errors. The approach is that of `Berth`: bow first, then the heading; braking limits the
     speed.
     """
@@ -71,9 +71,9 @@ class WaypointFollower(Skipper):
         errors = [waypoint_error(seen, *pose) for pose in self._poses]
         self._least = list(map(min, self._least, errors))
         here = self._order[0]
-        if seen.to(*self._poses[here][0])[0] < CLOSE:
+        if seen.to(*self._poses[here][0])[0] < _CLOSE:
             self._since = min(self._since, t)
-        if errors[here] < GOOD or t - self._since > WAYPOINT_TIME:
+        if errors[here] < _GOOD or t - self._since > _WAYPOINT_TIME:
             self._go_on(here)
 
     def _go_on(self, here: int) -> None:
@@ -82,5 +82,5 @@ class WaypointFollower(Skipper):
             self._order.pop(0)
         else:
             worst = max(range(len(self._poses)), key=lambda number: self._least[number])
-            self._order = [worst if self._least[worst] > FAIR else here]
+            self._order = [worst if self._least[worst] > _FAIR else here]
         self._since, self._berth = math.inf, Berth()

@@ -11,27 +11,27 @@ if TYPE_CHECKING:
     from vrx_mj.runtime.observation import BoatObservation
     from vrx_mj.runtime.task_runner import TaskObservation
 
-SENSES = {"platypus": -1.0, "turtle": 1.0}
+_SENSES = {"platypus": -1.0, "turtle": 1.0}
 """Of the circles: clockwise and counter-clockwise."""
-RADIUS = 5.5
+_RADIUS = 5.5
 """Of the circles [m]: half of what engages, so that neither a gust nor the boat's own length spoils it."""
-TIGHT = 4.0
+_TIGHT = 4.0
 """Of a circle beside a crocodile [m]: as small as the boat's length allows without touching the animal."""
-ENGAGED = 9.0
+_ENGAGED = 9.0
 """Within this distance [m] a way around an animal counts for sure; the task demands 10 m, in space."""
-CLEARANCE = 13.0
+_CLEARANCE = 13.0
 """From a crocodile [m]: what engages it, and 3 m for what it swims between two messages."""
-ROOM = 5.0
+_ROOM = 5.0
 """From animals on the way [m]: a boat's length."""
-WIDTH = 3.0
+_WIDTH = 3.0
 """This far off a circle [m] the course is 45 degrees toward it."""
-TOUCH = 3.0
+_TOUCH = 3.0
 """From anything [m], at the least."""
-CENTRIPETAL = 0.55
+_CENTRIPETAL = 0.55
 """Acceleration in a circle at most [m/s2]: 160 N for the WAM-V."""
-CLOSED = math.tau + math.radians(30.0)
+_CLOSED = math.tau + math.radians(30.0)
 """How far around [rad] is enough: all eight gates, and a margin for where the first was."""
-CRAB = math.radians(50.0)
+_CRAB = math.radians(50.0)
 """The bow points at most this far into the circle [rad]."""
 
 
@@ -40,7 +40,7 @@ class WildlifeCircler(Skipper):
 
     A vector field leads into the circle and along it. A catamaran has hardly any drag sideways, so thrust must give the
     centripetal force. The bow therefore points into the circle, along the sum of the forces against drag and toward
-    the centre, and the main thrusters give all of it. Its speed is what `CENTRIPETAL` allows.
+    the centre, and the main thrusters give all of it. Its speed is what `_CENTRIPETAL` allows.
     """
 
     def begin(self) -> None:
@@ -53,13 +53,13 @@ class WildlifeCircler(Skipper):
         """Commands that follow the present circle, or lead to the next one."""
         animals = [(str(animal["name"]), self.navigator.place(animal)) for animal in task.get("animals", ())]
         if self._order is None and animals:
-            wanted = [number for number, (name, _) in enumerate(animals) if name in SENSES]
+            wanted = [number for number, (name, _) in enumerate(animals) if name in _SENSES]
             order = best_order((seen.x, seen.y), [animals[number][1] for number in wanted])
             self._order = [wanted[number] for number in order]
         if not self._order:
             return self.pilot.sail(seen, t, 0.0, 0.0, seen.heading)
         self._sweep(seen, *animals[self._order[0]])
-        if self._swept > CLOSED:
+        if self._swept > _CLOSED:
             self._order.pop(0)
             self._bearing, self._swept = None, 0.0
             return self.steer(boat, seen, task, t)
@@ -68,17 +68,17 @@ class WildlifeCircler(Skipper):
     def _sweep(self, seen: Estimate, name: str, centre: Point) -> None:
         """Add up the way around [rad]; away from the animal, or the wrong way, it starts over."""
         distance, bearing = seen.to(*centre)
-        if distance > ENGAGED or self._swept < 0.0:
+        if distance > _ENGAGED or self._swept < 0.0:
             self._swept, self._bearing = 0.0, None
-        if distance <= ENGAGED:
+        if distance <= _ENGAGED:
             if self._bearing is not None:
-                self._swept += SENSES[name] * wrapped(bearing - self._bearing)
+                self._swept += _SENSES[name] * wrapped(bearing - self._bearing)
             self._bearing = bearing
 
     def _circle(self, seen: Estimate, t: float, number: int, animals: list[tuple[str, Point]]) -> Commands:
         """Sail along the vector field, or around what is in the way."""
         name, centre = animals[number]
-        here, sense = (seen.x, seen.y), SENSES[name]
+        here, sense = (seen.x, seen.y), _SENSES[name]
         radius = self._radius(centre, animals)
         speed = self._speed(seen.to(*centre)[0] - radius, radius)
         discs = [(place, _clearance(name, math.dist(place, centre))) for name, place in animals if place != centre]
@@ -86,16 +86,16 @@ class WildlifeCircler(Skipper):
         if aim != centre:
             bearing = seen.to(*aim)[1]
             return self.pilot.sail(seen, t, speed * math.cos(bearing), speed * math.sin(bearing), bearing)
-        ahead = orbit((here[0] - centre[0], here[1] - centre[1]), radius, sense, WIDTH)
+        ahead = orbit((here[0] - centre[0], here[1] - centre[1]), radius, sense, _WIDTH)
         return self._along(seen, t, centre, radius, (ahead[0] * speed, ahead[1] * speed), sense)
 
     def _along(self, seen: Estimate, t: float, centre: Point, radius: float, velocity: Point, sense: float) -> Commands:
         """Sail with a velocity that turns as the circle does, the bow along the force that it takes."""
         distance, bearing = seen.to(*centre)
         speed = math.hypot(*velocity)
-        inward = speed * speed / radius if distance < radius + 2.0 * WIDTH else 0.0
+        inward = speed * speed / radius if distance < radius + 2.0 * _WIDTH else 0.0
         drag, _ = self.pilot.craft.drag(speed, 0.0)
-        crab = min(CRAB, math.atan2(self.pilot.craft.mass * inward, drag))
+        crab = min(_CRAB, math.atan2(self.pilot.craft.mass * inward, drag))
         return self.pilot.sail(
             seen,
             t,
@@ -108,16 +108,16 @@ class WildlifeCircler(Skipper):
     @staticmethod
     def _radius(centre: Point, animals: list[tuple[str, Point]]) -> float:
         """Of the circle [m]: smaller beside a crocodile."""
-        free = [math.dist(centre, place) - CLEARANCE + 1.0 for name, place in animals if name not in SENSES]
-        return max(TIGHT, min([RADIUS, *free]))
+        free = [math.dist(centre, place) - _CLEARANCE + 1.0 for name, place in animals if name not in _SENSES]
+        return max(_TIGHT, min([_RADIUS, *free]))
 
     def _speed(self, off: float, radius: float) -> float:
         """How fast [m/s], so far off the circle [m]."""
-        circling = math.sqrt(CENTRIPETAL * radius)
-        braked = math.sqrt(circling**2 + 2.0 * self.pilot.braking * max(0.0, off - WIDTH))
+        circling = math.sqrt(_CENTRIPETAL * radius)
+        braked = math.sqrt(circling**2 + 2.0 * self.pilot.braking * max(0.0, off - _WIDTH))
         return min(braked, 0.95 * self.pilot.top_speed)
 
 
 def _clearance(name: str, apart: float) -> float:
     """How far [m] to stay from an animal that is so far from the one to circle: not so far that no circle fits."""
-    return max(TOUCH, min(ROOM if name in SENSES else CLEARANCE, apart - TIGHT - 1.5))
+    return max(_TOUCH, min(_ROOM if name in _SENSES else _CLEARANCE, apart - _TIGHT - 1.5))

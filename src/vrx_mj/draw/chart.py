@@ -12,12 +12,12 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.colors import boat_color, hex_color
 
 WIDTH, HEIGHT = 640.0, 348.0
-LEFT, RIGHT, TOP, BOTTOM = 78.0, 14.0, 52.0, 46.0
+_LEFT, _RIGHT, _TOP, _BOTTOM = 78.0, 14.0, 52.0, 46.0
 """Margins of the frame [px]."""
-INK, SOFT, GRID = "#16232e", "#5d6d7a", "#e3e9ee"
+_INK, _SOFT, _GRID = "#16232e", "#5d6d7a", "#e3e9ee"
 MOST_POINTS = 1200
 """Points of a curve that are drawn, at most: every so many of those that there are."""
-TICKS = 6
+_TICKS = 6
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class _Frame:
     def place(self, x: float, y: float) -> tuple[float, float]:
         across = (x - self.x[0]) / (self.x[1] - self.x[0])
         up = (y - self.y[0]) / (self.y[1] - self.y[0])
-        return LEFT + across * (WIDTH - LEFT - RIGHT), HEIGHT - BOTTOM - up * (HEIGHT - TOP - BOTTOM)
+        return _LEFT + across * (WIDTH - _LEFT - _RIGHT), HEIGHT - _BOTTOM - up * (HEIGHT - _TOP - _BOTTOM)
 
 
 def chart_svg(chart: Chart) -> Markup:
@@ -75,7 +75,7 @@ def chart_svg(chart: Chart) -> Markup:
     parts = [
         head,
         f'<rect width="{WIDTH:g}" height="{HEIGHT:g}" fill="#ffffff"/>',
-        f'<g font-weight="600">{_text(LEFT, 18, chart.title, INK, "start")}</g>',
+        f'<g font-weight="600">{_text(_LEFT, 18, chart.title, _INK, "start")}</g>',
         *_axes(chart, frame),
         *(part for number, series in enumerate(chart.series) for part in _curve(series, number, frame)),
         *_legend(chart.series),
@@ -88,8 +88,8 @@ def _frame(chart: Chart) -> _Frame:
     x, y = (_range([value for each in chart.series for value in getattr(each, axis)]) for axis in "xy")
     if not chart.equal:
         return _Frame(x, y)
-    scale = max((x[1] - x[0]) / (WIDTH - LEFT - RIGHT), (y[1] - y[0]) / (HEIGHT - TOP - BOTTOM))
-    width, height = scale * (WIDTH - LEFT - RIGHT), scale * (HEIGHT - TOP - BOTTOM)
+    scale = max((x[1] - x[0]) / (WIDTH - _LEFT - _RIGHT), (y[1] - y[0]) / (HEIGHT - _TOP - _BOTTOM))
+    width, height = scale * (WIDTH - _LEFT - _RIGHT), scale * (HEIGHT - _TOP - _BOTTOM)
     middle_x, middle_y = (x[0] + x[1]) / 2.0, (y[0] + y[1]) / 2.0
     return _Frame((middle_x - width / 2, middle_x + width / 2), (middle_y - height / 2, middle_y + height / 2))
 
@@ -104,7 +104,7 @@ def _range(values: Sequence[float]) -> tuple[float, float]:
 
 def _ticks(low: float, high: float) -> list[float]:
     """Round numbers between two."""
-    raw = (high - low) / TICKS
+    raw = (high - low) / _TICKS
     power = 10.0 ** math.floor(math.log10(raw))
     step = next(factor * power for factor in (1.0, 2.0, 2.5, 5.0, 10.0) if factor * power >= raw * 0.999)
     first = math.ceil(low / step)
@@ -116,16 +116,16 @@ def _axes(chart: Chart, frame: _Frame) -> Iterator[str]:
     right, top = frame.place(frame.x[1], frame.y[1])
     for value in _ticks(*frame.x):
         x, _ = frame.place(value, frame.y[0])
-        yield f'<path d="M{x:.1f} {bottom:.1f}V{top:.1f}" stroke="{GRID}"/>'
-        yield _text(x, bottom + 16, f"{value + 0.0:.6g}", SOFT)
+        yield f'<path d="M{x:.1f} {bottom:.1f}V{top:.1f}" stroke="{_GRID}"/>'
+        yield _text(x, bottom + 16, f"{value + 0.0:.6g}", _SOFT)
     for value in _ticks(*frame.y):
         _, y = frame.place(frame.x[0], value)
-        yield f'<path d="M{left:.1f} {y:.1f}H{right:.1f}" stroke="{GRID}"/>'
-        yield _text(left - 6, y + 4, f"{value + 0.0:.6g}", SOFT, "end")
-    yield f'<path d="M{left:.1f} {top:.1f}V{bottom:.1f}H{right:.1f}" fill="none" stroke="{SOFT}"/>'
-    yield _text((left + right) / 2, HEIGHT - 10, chart.x, INK)
+        yield f'<path d="M{left:.1f} {y:.1f}H{right:.1f}" stroke="{_GRID}"/>'
+        yield _text(left - 6, y + 4, f"{value + 0.0:.6g}", _SOFT, "end")
+    yield f'<path d="M{left:.1f} {top:.1f}V{bottom:.1f}H{right:.1f}" fill="none" stroke="{_SOFT}"/>'
+    yield _text((left + right) / 2, HEIGHT - 10, chart.x, _INK)
     middle = (top + bottom) / 2
-    yield f'<g transform="rotate(-90 14 {middle:.1f})">{_text(14, middle, chart.y, INK)}</g>'
+    yield f'<g transform="rotate(-90 14 {middle:.1f})">{_text(14, middle, chart.y, _INK)}</g>'
 
 
 def _text(x: float, y: float, text: str, color: str, anchor: str = "middle") -> str:
@@ -134,7 +134,7 @@ def _text(x: float, y: float, text: str, color: str, anchor: str = "middle") -> 
 
 
 def _color(series: Series, number: int) -> str:
-    return INK if series.reference else hex_color(boat_color(number))
+    return _INK if series.reference else hex_color(boat_color(number))
 
 
 def _curve(series: Series, number: int, frame: _Frame) -> Iterator[str]:
@@ -166,7 +166,7 @@ def _path(points: FloatArray, frame: _Frame) -> str:
 
 
 def _legend(series: Sequence[Series]) -> Iterator[str]:
-    x = LEFT
+    x = _LEFT
     for number, each in enumerate(series):
         if not each.label:
             continue
@@ -176,5 +176,5 @@ def _legend(series: Sequence[Series]) -> Iterator[str]:
         else:
             dash = ' stroke-dasharray="6 4"' if each.reference else ""
             yield f'<path d="M{x:.1f} 36h22" stroke="{color}" stroke-width="2"{dash}/>'
-        yield _text(x + 28, 40, each.label, INK, "start")
+        yield _text(x + 28, 40, each.label, _INK, "start")
         x += 46 + 6.6 * len(each.label)

@@ -11,17 +11,17 @@ from vrx_mj.model.boats import Boat
 Rgb = tuple[int, int, int]
 """Red, green, blue, 0 to 255."""
 
-SHADES = (0.27, 0.18, 0.12)
+_SHADES = (0.27, 0.18, 0.12)
 """Relative luminances: WCAG 2 gives 3:1 with white up to 0.300, and with black from 0.100 on."""
 LABEL: Rgb = (255, 255, 255)
 """Names in the views of recordings: a viewer's plates under them are half its grey, light or dark, half the water."""
-WEIGHTS = np.array([0.2126, 0.7152, 0.0722])
+_WEIGHTS = np.array([0.2126, 0.7152, 0.0722])
 """Shares of red, green and blue in the luminance, by WCAG 2."""
-FIRST_HUE, GOLDEN = 0.09, (3.0 - math.sqrt(5.0)) / 2.0
+_FIRST_HUE, _GOLDEN = 0.09, (3.0 - math.sqrt(5.0)) / 2.0
 """The first boat's hue, and from one boat to the next, in turns: the golden angle, after which no two are equal."""
-SATURATIONS = (0.9, 0.6, 0.4)
+_SATURATIONS = (0.9, 0.6, 0.4)
 """In turn, so that of a hundred boats no two look alike."""
-PER_SHADE = 12
+_PER_SHADE = 12
 """Boats of one luminance, before the next have another."""
 
 
@@ -30,8 +30,8 @@ def boat_color(number: int, own: Sequence[float] | None = None) -> Rgb:
 
     `own`: the colour (0 to 1) of a boat's hull.
     """
-    hue = colorsys.hsv_to_rgb((FIRST_HUE + GOLDEN * number) % 1.0, SATURATIONS[number % 3], 1.0)
-    return shade(own[:3] if own else hue, SHADES[number // PER_SHADE % len(SHADES)])
+    hue = colorsys.hsv_to_rgb((_FIRST_HUE + _GOLDEN * number) % 1.0, _SATURATIONS[number % 3], 1.0)
+    return shade(own[:3] if own else hue, _SHADES[number // _PER_SHADE % len(_SHADES)])
 
 
 def boat_colors(names: Iterable[str], boats: Iterable[Boat] = ()) -> dict[str, Rgb]:
@@ -45,11 +45,11 @@ def hex_color(rgb: Iterable[int]) -> str:
     return f"#{bytes(rgb).hex()}"
 
 
-def shade(rgb: Sequence[float], luminance: float = SHADES[0]) -> Rgb:
+def shade(rgb: Sequence[float], luminance: float = _SHADES[0]) -> Rgb:
     """A colour (0 to 1) of the same hue with a relative luminance."""
     color = np.array(rgb)
     linear = np.where(color <= 0.04045, color / 12.92, ((color + 0.055) / 1.055) ** 2.4)  # sRGB
-    own, brightest = float(WEIGHTS @ linear), float(linear.max())
+    own, brightest = float(_WEIGHTS @ linear), float(linear.max())
     scale = min(luminance / own, 1.0 / brightest) if own else 1.0
     white = (luminance - scale * own) / (1.0 - scale * own)  # where the hue alone is too dark
     linear = scale * linear + white * (1.0 - scale * linear)

@@ -21,21 +21,21 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-SIZE = (1600, 1000)
+_SIZE = (1600, 1000)
 """Width and height [px]."""
 DPI = 100
 GOOD, BAD = "#2a8f3c", "#c8242b"
-BOX = {"components": "#2f6db5", "thrusters": "#8a5a00"}
-SOFT = "#5b6b76"
-COLUMNS, ROWS = 95, 40
+_BOX = {"components": "#2f6db5", "thrusters": "#8a5a00"}
+_SOFT = "#5b6b76"
+_COLUMNS, _ROWS = 95, 40
 """Letters in a line of the list, and its lines at most."""
-FEW = 20
+_FEW = 20
 """Parts up to this number all have theirs beside them; of more, those that fit."""
 BOAT = (np.array([-3.0, -1.7, -0.85]), np.array([2.8, 1.7, 2.45]))
 """What is always shown: the WAM-V with its engines, and its boxes [m]."""
 REACH = 3.0
 """How far beyond that the picture grows for parts; any that is farther is drawn at its edge [m]."""
-HULL = (
+_HULL = (
     ("hulls", 0.88, (0.0, 0.0, 0.0)),
     ("trim", 0.74, (0.0, 0.0, 0.0)),
     ("arches", 0.68, (0.0, 0.0, 0.0)),
@@ -43,11 +43,11 @@ HULL = (
     ("battery", 0.72, (0.0, 1.0, 0.45)),
     ("battery", 0.72, (0.0, -1.0, 0.45)),
 )
-ENGINE = (("engine", 0.62, (0.0, 0.0, 0.0)), ("propeller", 0.55, (-0.278156, 0.0, -0.509371)))
+_ENGINE = (("engine", 0.62, (0.0, 0.0, 0.0)), ("propeller", 0.55, (-0.278156, 0.0, -0.509371)))
 """Meshes, how light they are drawn (1 for white), and where they are in base_link or in the engine's frame [m]."""
 
 
-Shaded = Sequence[tuple[FloatArray, float]]
+_Shaded = Sequence[tuple[FloatArray, float]]
 """Triangles (n, 3, 3) [m] of a part, and how light it is, 0 to 1."""
 
 
@@ -88,26 +88,29 @@ def _figure(verdict: Verdict) -> "Figure":
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(SIZE[0] / DPI, SIZE[1] / DPI), dpi=DPI, facecolor="white")
+    figure = Figure(figsize=(_SIZE[0] / DPI, _SIZE[1] / DPI), dpi=DPI, facecolor="white")
     FigureCanvasAgg(figure)
     low, high = _extent(verdict)
     across, wide, tall = high - low
     left, gap, bottom, head = 70.0, 80.0, 60.0, 90.0  # [px]
     scale = min(
-        (SIZE[0] - left - gap - 40.0) / (across + wide),
-        (SIZE[1] - bottom - gap - head) / (wide + tall),
-        (SIZE[0] - left - 620.0) / across,
+        (_SIZE[0] - left - gap - 40.0) / (across + wide),
+        (_SIZE[1] - bottom - gap - head) / (wide + tall),
+        (_SIZE[0] - left - 620.0) / across,
     )
     above = bottom + tall * scale + gap
     triangles = [*_boat(), *_engines(verdict)]
     spots = ((TOP, left, above), (SIDE, left, bottom), (FRONT, left + across * scale + gap, bottom))
     for view, x, y in spots:
         size = (high - low)[[view.right, view.up]] * scale
-        axes = figure.add_axes((x / SIZE[0], y / SIZE[1], size[0] / SIZE[0], size[1] / SIZE[1]))
+        axes = figure.add_axes((x / _SIZE[0], y / _SIZE[1], size[0] / _SIZE[0], size[1] / _SIZE[1]))
         _draw(axes, view, (low, high), verdict, triangles)
-    write(figure, left / SIZE[0], 1.0 - 48.0 / SIZE[1], _title(verdict), size=17, weight="bold", va="bottom")
+    write(figure, left / _SIZE[0], 1.0 - 48.0 / _SIZE[1], _title(verdict), size=17, weight="bold", va="bottom")
     corner = left + across * scale + 40.0
-    _list(figure.add_axes((corner / SIZE[0], above / SIZE[1], 1.0 - corner / SIZE[0], wide * scale / SIZE[1])), verdict)
+    _list(
+        figure.add_axes((corner / _SIZE[0], above / _SIZE[1], 1.0 - corner / _SIZE[0], wide * scale / _SIZE[1])),
+        verdict,
+    )
 
     return figure
 
@@ -129,7 +132,7 @@ def _extent(verdict: Verdict) -> tuple[FloatArray, FloatArray]:
 
 
 def _boat() -> Iterator[tuple[FloatArray, float]]:
-    for name, light, place in HULL:
+    for name, light, place in _HULL:
         yield _mesh(name) + place, light
 
 
@@ -141,7 +144,7 @@ def _engines(verdict: Verdict) -> Iterator[tuple[FloatArray, float]]:
         if part.kind != "thrusters" or part.point is None:
             continue
         turn = euler_matrix(*triple_of(str(part.instance.parameters.get("orientation", "0 0 0"))))[:3, :3]
-        for name, light, place in ENGINE:
+        for name, light, place in _ENGINE:
             yield (_mesh(name) + place) @ turn.T + np.asarray(part.point), light
 
 
@@ -153,15 +156,15 @@ def _mesh(name: str) -> FloatArray:
     return np.asarray(trimesh.load_mesh(file, process=False).triangles, dtype=np.float64)
 
 
-def _draw(axes: "Axes", view: View, bounds: tuple[FloatArray, FloatArray], verdict: Verdict, boat: Shaded) -> None:
+def _draw(axes: "Axes", view: View, bounds: tuple[FloatArray, FloatArray], verdict: Verdict, boat: _Shaded) -> None:
     low, high = bounds
     names = "x forward [m]", "y to port [m]", "z up [m]"
     axes.set_xlim(*(bound[view.right] for bound in ((high, low) if view.flip else (low, high))))
     axes.set_ylim(low[view.up], high[view.up])
-    axes.set_xlabel(names[view.right], fontsize=9, color=SOFT)
-    axes.set_ylabel(names[view.up], fontsize=9, color=SOFT)
-    axes.set_title(view.title, fontsize=10, color=SOFT, loc="left")
-    axes.tick_params(labelsize=8, colors=SOFT, length=3)
+    axes.set_xlabel(names[view.right], fontsize=9, color=_SOFT)
+    axes.set_ylabel(names[view.up], fontsize=9, color=_SOFT)
+    axes.set_title(view.title, fontsize=10, color=_SOFT, loc="left")
+    axes.tick_params(labelsize=8, colors=_SOFT, length=3)
     axes.grid(color="#8fa8b4", linewidth=0.5, alpha=0.35)
     axes.set_axisbelow(True)
     draw_surfaces(axes, view, boat)
@@ -171,7 +174,7 @@ def _draw(axes: "Axes", view: View, bounds: tuple[FloatArray, FloatArray], verdi
     _parts(axes, view, bounds, verdict.parts)
 
 
-def draw_surfaces(axes: "Axes", view: View, boat: Shaded) -> None:
+def draw_surfaces(axes: "Axes", view: View, boat: _Shaded) -> None:
     """The boat's triangles, the nearest last, each lighter the more it faces the viewer."""
     from matplotlib.collections import PolyCollection
 
@@ -198,7 +201,7 @@ def _boxes(axes: "Axes", view: View, boxes: Sequence[Box], kind: Kind) -> None:
     for box in boxes:
         edges = (box.low[across], box.low[up], box.high[across], box.high[up])
         groups.setdefault(edges, []).append(box)
-    color, below = BOX[kind], kind == "thrusters"
+    color, below = _BOX[kind], kind == "thrusters"
     for (left, low, right, high), same in groups.items():
         for face, alpha in ((True, 0.10), (False, 1.0)):
             frame = Rectangle((left, low), right - left, high - low, color=color, fill=face, alpha=alpha)
@@ -237,7 +240,7 @@ def _parts(axes: "Axes", view: View, bounds: tuple[FloatArray, FloatArray], part
         cell = (round(x / (5.0 * pixel)), round(y / (5.0 * pixel)))
         groups.setdefault(cell, []).append(str(number))
         spots.setdefault(cell, (float(x), float(y)))
-    few = len(parts) <= FEW
+    few = len(parts) <= _FEW
     things = [Thing(",".join(names), *spots[cell], 5.0 * pixel, must=few) for cell, names in groups.items()]
     label(axes, things, pixel)
 
@@ -248,8 +251,8 @@ def _list(axes: "Axes", verdict: Verdict) -> None:
     axes.set_xlim(0.0, 1.0)
     axes.set_ylim(0.0, 1.0)
     lines = list(_lines(verdict))
-    if len(lines) > ROWS:
-        lines = [*lines[: ROWS - 1], (f"... and {len(lines) - ROWS + 1} more lines", INK)]
+    if len(lines) > _ROWS:
+        lines = [*lines[: _ROWS - 1], (f"... and {len(lines) - _ROWS + 1} more lines", INK)]
     step = min(0.058, 1.0 / len(lines))
     for row, (text, color) in enumerate(lines):
         size = 9.5 if step > 0.04 else 8.0 if step > 0.025 else 6.0
@@ -261,8 +264,8 @@ def _lines(verdict: Verdict) -> Iterator[tuple[str, str]]:
         where = f", in {_short(part.box)}" if part.box else "" if part.point else ", needs no box"
         yield f"{number}  {part.name}  ({part.instance.type}{where})", GOOD if part.compliant else BAD
         for breach in part.breaches:
-            yield from ((f"      {line}", BAD) for line in textwrap.wrap(breach.message, COLUMNS))
+            yield from ((f"      {line}", BAD) for line in textwrap.wrap(breach.message, _COLUMNS))
     if not verdict.parts:
         yield "no parts", INK
     yield "", INK
-    yield "dots: inside a box; crosses: outside every box; circles: the nearest legal place", SOFT
+    yield "dots: inside a box; crosses: outside every box; circles: the nearest legal place", _SOFT

@@ -16,8 +16,8 @@ from vrx_mj.tasks.frame import Pose
 from vrx_mj.tasks.gates import gate_between
 from vrx_mj.tasks.perception import ahead_of
 
-Point = tuple[float, float]
-DARK = ("off", "off", "off")
+_Point = tuple[float, float]
+_DARK = ("off", "off", "off")
 
 
 @dataclass(frozen=True)
@@ -26,14 +26,14 @@ class GateBar:
 
     number: int
     """Number from 1, in the order in which gates are to be crossed."""
-    left: Point
+    left: _Point
     """The buoy that comes to starboard, as VRX's files call it."""
-    right: Point
+    right: _Point
     yaw: float
     """Direction in which to cross it [rad], counter-clockwise from x."""
 
     @property
-    def middle(self) -> Point:
+    def middle(self) -> _Point:
         """Halfway between the buoys."""
         return (self.left[0] + self.right[0]) / 2.0, (self.left[1] + self.right[1]) / 2.0
 
@@ -78,7 +78,7 @@ class Path:
     """Where something swims: its start, then its waypoints (n, 2)."""
 
     name: str
-    start: Point
+    start: _Point
     points: FloatArray
     closed: bool
     """Whether it goes on to the first waypoint after the last one."""
@@ -120,7 +120,7 @@ class Course:
     beacons: tuple[Beacon, ...] = ()
     showings: tuple[Showing, ...] = ()
 
-    def spots(self) -> Iterator[Point]:
+    def spots(self) -> Iterator[_Point]:
         """What a picture of the course has to hold."""
         for gate in self.gates:
             yield from (gate.left, gate.right)
@@ -204,7 +204,7 @@ def _lights(world: Parameters, poses: Mapping[str, Pose]) -> Iterator[Light]:
     sequences = {task.light_buoy: task.color_sequence} if isinstance(task, tasks.Dock) else {}
     for light in world.lights:
         colors = tuple(color.lower() for color in sequences.get(light.name, light.pattern))
-        if colors != DARK:
+        if colors != _DARK:
             yield Light(light.name, poses[light.name].x, poses[light.name].y, colors)
 
 

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 BACKENDS = ("egl", "osmesa", "glfw")
 """MuJoCo's ways to draw, as MUJOCO_GL names them: without a screen by GPU or CPU, by CPU alone, in a window."""
-ATTEMPT_TIMEOUT = 20.0
+_ATTEMPT_TIMEOUT = 20.0
 """Longest that an attempt may take [s]."""
 
-DRAW = """
+_DRAW = """
 import mujoco
 model = mujoco.MjModel.from_xml_string(
     '<mujoco><worldbody><light pos="0 0 3"/><geom size="1" rgba="1 0 0 1"/></worldbody></mujoco>')
@@ -44,10 +44,10 @@ def try_backend(backend: str, environment: Mapping[str, str] | None = None) -> A
     variables = {**(os.environ if environment is None else environment), "MUJOCO_GL": backend}
     if backend != "glfw":
         variables["PYOPENGL_PLATFORM"] = backend
-    command = [sys.executable, "-W", "ignore", "-c", DRAW]
+    command = [sys.executable, "-W", "ignore", "-c", _DRAW]
     try:
         done = subprocess.run(
-            command, env=variables, capture_output=True, timeout=ATTEMPT_TIMEOUT, check=False, encoding="utf-8",
+            command, env=variables, capture_output=True, timeout=_ATTEMPT_TIMEOUT, check=False, encoding="utf-8",
             errors="replace", stdin=subprocess.DEVNULL,
         )  # fmt: skip
     except (OSError, subprocess.TimeoutExpired) as error:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.text import Text
 
 INK = "#20313c"
-FONTS = (
+_FONTS = (
     "DejaVu Sans",
     "Noto Sans CJK SC",
     "Noto Sans SC",
@@ -24,8 +24,8 @@ FONTS = (
 )
 """Fonts that are tried for each letter, in this order."""
 
-Box = tuple[float, float, float, float]
-Spot = tuple[float, float, Literal["left", "center", "right"], Literal["bottom", "center", "top"]]
+_Box = tuple[float, float, float, float]
+_Spot = tuple[float, float, Literal["left", "center", "right"], Literal["bottom", "center", "top"]]
 """Where a label goes: x, y, horizontal and vertical alignment."""
 
 
@@ -89,7 +89,7 @@ def _is_news(record: logging.LogRecord) -> bool:
     return "Failed to find font weight" not in record.getMessage()
 
 
-def _spots(thing: Thing, pixel: float) -> Iterator[Spot]:
+def _spots(thing: Thing, pixel: float) -> Iterator[_Spot]:
     """Places around a thing, the best first."""
     x, y = thing.x, thing.y
     if thing.radius == 0.0:
@@ -102,7 +102,7 @@ def _spots(thing: Thing, pixel: float) -> Iterator[Spot]:
     yield from ((x - slant, y + slant, "right", "bottom"), (x - slant, y - slant, "right", "top"))
 
 
-def _hits(axes: "Axes", text: "Text", spot: Spot, taken: Sequence[Box]) -> bool:
+def _hits(axes: "Axes", text: "Text", spot: _Spot, taken: Sequence[_Box]) -> bool:
     """Whether a text at this spot covers anything or leaves the axes."""
     _put(text, spot)
     left, low, right, top = _extent(text)
@@ -112,18 +112,18 @@ def _hits(axes: "Axes", text: "Text", spot: Spot, taken: Sequence[Box]) -> bool:
     return any(left < box[2] and right > box[0] and low < box[3] and top > box[1] for box in taken)
 
 
-def _put(text: "Text", spot: Spot) -> None:
+def _put(text: "Text", spot: _Spot) -> None:
     text.set_position(spot[:2])
     text.set_horizontalalignment(spot[2])
     text.set_verticalalignment(spot[3])
 
 
-def _extent(text: "Text") -> Box:
+def _extent(text: "Text") -> _Box:
     box = text.get_window_extent()
     return (box.x0 - 1.0, box.y0 - 0.5, box.x1 + 1.0, box.y1 + 0.5)
 
 
-def _around(axes: "Axes", thing: Thing, pixel: float) -> Box:
+def _around(axes: "Axes", thing: Thing, pixel: float) -> _Box:
     """The square round a thing, in pixels of the figure."""
     across, up = axes.transData.transform((thing.x, thing.y))
     radius = thing.radius / pixel
@@ -134,7 +134,7 @@ def _fonts() -> list[str]:
     from matplotlib import font_manager
 
     known = {font.name for font in font_manager.fontManager.ttflist}
-    return [name for name in FONTS if name in known]
+    return [name for name in _FONTS if name in known]
 
 
 def _halo(text: "Text") -> None:

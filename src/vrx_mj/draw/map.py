@@ -22,10 +22,10 @@ if TYPE_CHECKING:
 
 FORMATS = {".png": {"Software": None}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
 """Kinds of pictures, and what is left out of each so that the same scene gives the same file."""
-DPI = 100
-LARGEST = 16384
+_DPI = 100
+_LARGEST = 16384
 """Width and height of a map, at most [px]."""
-AXIS = 75
+_AXIS = 75
 """Width of the y axis's numbers and name, on a small map [px]."""
 
 
@@ -65,7 +65,7 @@ def _pixels(size: object) -> tuple[int, int]:
     """Width and height of a picture."""
     if not isinstance(size, Sequence) or len(size) != 2:
         raise CommandError(f"invalid size {shown(size)}: width and height are needed")
-    width, height = (whole("size", value, 1, LARGEST) for value in size)
+    width, height = (whole("size", value, 1, _LARGEST) for value in size)
     return width, height
 
 
@@ -74,27 +74,27 @@ def chart(scene: MapScene, size: tuple[int, int]) -> "Figure":
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(size[0] / DPI, size[1] / DPI), dpi=DPI, facecolor="white")
+    figure = Figure(figsize=(size[0] / _DPI, size[1] / _DPI), dpi=_DPI, facecolor="white")
     canvas = FigureCanvasAgg(figure)
-    left = max(0.055, AXIS / size[0])
+    left = max(0.055, _AXIS / size[0])
     axes = figure.add_axes((left, 0.06, 0.74 - left, 0.875))
     view = view_of(scene, axes.get_window_extent().width / axes.get_window_extent().height)
     draw_plan(axes, scene, view)
     write(figure, left, 0.955, scene.title, size=17, weight="bold", va="bottom")
-    compass(figure.add_axes((0.765, 0.70, 0.215, 0.235)), scene)
-    legend(figure.add_axes((0.765, 0.33, 0.215, 0.34)), scene)
-    overview(figure.add_axes((0.765, 0.06, 0.215, 0.24)), scene, view)
+    _compass(figure.add_axes((0.765, 0.70, 0.215, 0.235)), scene)
+    _legend(figure.add_axes((0.765, 0.33, 0.215, 0.34)), scene)
+    _overview(figure.add_axes((0.765, 0.06, 0.215, 0.24)), scene, view)
     canvas.draw()
     return figure
 
 
-WIND_COLOR, WAVE_COLOR, FRAME_COLOR = "#c2571a", "#1b6f94", "#d1495b"
-LEGEND_ROWS = 16
-FEW_BOATS = 4
+_WIND_COLOR, _WAVE_COLOR, _FRAME_COLOR = "#c2571a", "#1b6f94", "#d1495b"
+_LEGEND_ROWS = 16
+_FEW_BOATS = 4
 """Most boats that the legend names."""
 
 
-def compass(axes: "Axes", scene: MapScene) -> None:
+def _compass(axes: "Axes", scene: MapScene) -> None:
     """Where north is, and where wind and waves go."""
     from matplotlib.patches import Circle
 
@@ -110,11 +110,11 @@ def compass(axes: "Axes", scene: MapScene) -> None:
     lines = [("calm sea", SOFT), ("no wind", SOFT)]
     if scene.wave:
         toward = math.degrees(math.atan2(scene.wave.direction[1], scene.wave.direction[0])) % 360.0
-        _arrow(axes, toward, WAVE_COLOR, 4.0)
-        lines[0] = f"waves {scene.wave.height:.2f} m, {scene.wave.period:g} s, {_toward(scene, toward)}", WAVE_COLOR
+        _arrow(axes, toward, _WAVE_COLOR, 4.0)
+        lines[0] = f"waves {scene.wave.height:.2f} m, {scene.wave.period:g} s, {_toward(scene, toward)}", _WAVE_COLOR
     if scene.wind:
-        _arrow(axes, scene.wind.direction, WIND_COLOR, 2.0)
-        lines[1] = f"wind {scene.wind.speed:.1f} m/s, {_toward(scene, scene.wind.direction)}", WIND_COLOR
+        _arrow(axes, scene.wind.direction, _WIND_COLOR, 2.0)
+        lines[1] = f"wind {scene.wind.speed:.1f} m/s, {_toward(scene, scene.wind.direction)}", _WIND_COLOR
     for row, (text, color) in enumerate(lines):
         _fitted(axes, -1.68 - 0.3 * row, text, 10.0, color=color, va="center", weight="bold")
     if scene.wind or scene.wave:
@@ -146,24 +146,24 @@ def _arrow(axes: "Axes", toward: float, color: str, width: float) -> None:
     axes.annotate("", (0.92 * x, 0.92 * y), (-0.92 * x, -0.92 * y), arrowprops=style)
 
 
-def legend(axes: "Axes", scene: MapScene) -> None:
+def _legend(axes: "Axes", scene: MapScene) -> None:
     """Boats, then the task's places, then each kind of object with its colour and number, what floats first."""
     axes.set_axis_off()
     axes.set_xlim(0.0, 1.0)
-    axes.set_ylim(-LEGEND_ROWS - 0.5, 0.5)
+    axes.set_ylim(-_LEGEND_ROWS - 0.5, 0.5)
     rows = list(_legend_rows(scene))
-    left_out = len(rows) - LEGEND_ROWS
-    for row, (marker, face, edge, text) in enumerate(rows[:LEGEND_ROWS] if left_out > 0 else rows):
+    left_out = len(rows) - _LEGEND_ROWS
+    for row, (marker, face, edge, text) in enumerate(rows[:_LEGEND_ROWS] if left_out > 0 else rows):
         drawn = str(marker).startswith("$")  # a letter: what looks well about a disc would blot it
         size, width = (13, 0.2) if drawn else (8, 0.8 if edge is INK else 1.6)
         axes.plot([0.04], [-row], marker=marker, ms=size, color=face, markeredgecolor=edge, markeredgewidth=width)
         write(axes, 0.11, -row, text, size=9.5, va="center")
     if left_out > 0:
-        write(axes, 0.11, -LEGEND_ROWS, f"and {left_out} more kinds", size=9, color=SOFT, va="center")
+        write(axes, 0.11, -_LEGEND_ROWS, f"and {left_out} more kinds", size=9, color=SOFT, va="center")
 
 
 def _legend_rows(scene: MapScene) -> Iterator[Row]:
-    if len(scene.boats) <= FEW_BOATS:
+    if len(scene.boats) <= _FEW_BOATS:
         yield from (((5, 0, 0), boat.color, INK, boat.name) for boat in scene.boats)
     if scene.waypoints:
         yield ("D", "white", INK, "waypoint")
@@ -176,7 +176,7 @@ def _legend_rows(scene: MapScene) -> Iterator[Row]:
     yield from (("o", color, INK, f"{model} × {count}") for (model, color), count in counts.items())
 
 
-def overview(axes: "Axes", scene: MapScene, view: Box) -> None:
+def _overview(axes: "Axes", scene: MapScene, view: Box) -> None:
     """The whole terrain, with the plan's frame in it."""
     from matplotlib.patches import Rectangle
 
@@ -191,8 +191,8 @@ def overview(axes: "Axes", scene: MapScene, view: Box) -> None:
     axes.set_xticks([])
     axes.set_yticks([])
     width, height = view[2] - view[0], view[3] - view[1]
-    axes.add_patch(Rectangle(view[:2], width, height, facecolor="none", edgecolor=FRAME_COLOR, lw=1.6, zorder=5))
-    for things, color in ((scene.objects, INK), (scene.boats, FRAME_COLOR)):
+    axes.add_patch(Rectangle(view[:2], width, height, facecolor="none", edgecolor=_FRAME_COLOR, lw=1.6, zorder=5))
+    for things, color in ((scene.objects, INK), (scene.boats, _FRAME_COLOR)):
         places = np.array([(thing.x, thing.y) for thing in things]).reshape(-1, 2)
         axes.plot(*places.T, linestyle="", marker="o", markersize=1.6, color=color, zorder=4)
     length = nice_length(float(high[0] - low[0]) / 3.0)

@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 
 Rgb = tuple[float, float, float]
 
-NO_FLEET = "single"
+_NO_FLEET = "single"
 """What the compiler calls the one boat of a world without a fleet."""
-DOCK_CELL = 2.0
+_DOCK_CELL = 2.0
 """Edge of a dock's cell [m] (VRX's dock_block)."""
-EMPTY = Course()
+_EMPTY = Course()
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class MapDock:
     name: str
     cells: FloatArray
     yaw: float
-    block: float = DOCK_CELL
+    block: float = _DOCK_CELL
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ class MapScene:
     wind: MapWind | None = None
     wave: MapWave | None = None
     placards: tuple[MapPlacard, ...] = ()
-    course: Course = EMPTY
+    course: Course = _EMPTY
     """What the task lays out."""
     x_from_east: float = 0.0
     """Direction of the x axis [rad], counter-clockwise from east."""
@@ -115,7 +115,7 @@ def map_of(world: World) -> MapScene:
     """The map of a compiled world at its start; CommandError if it is not one."""
     check_kind("map_of", world, World, "a World, as compile_world returns it")
     values = world.parameters
-    fleet = f" with {values.fleet}" if values.fleet not in {"", NO_FLEET} else ""
+    fleet = f" with {values.fleet}" if values.fleet not in {"", _NO_FLEET} else ""
     wind, sea = values.wind, values.sea
     toward = math.degrees(math.atan2(wind.direction[1], wind.direction[0])) % 360.0
     model = _model(world)

@@ -4,13 +4,13 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from vrx_mj.resources import root
 
-SHARED = "campaign"
+_SHARED = "campaign"
 """Folder of the style that all pages have."""
 
 
 def page_environment(folder: str) -> Environment:
     """The templates of a folder of `templates`, which escape whatever they are given."""
-    folders = [root() / "templates" / name for name in dict.fromkeys((folder, SHARED))]
+    folders = [root() / "templates" / name for name in dict.fromkeys((folder, _SHARED))]
     return Environment(
         loader=FileSystemLoader(folders, encoding="utf-8"),
         undefined=StrictUndefined,

@@ -20,12 +20,12 @@ if TYPE_CHECKING:
 Box = tuple[float, float, float, float]
 """Least x and y, greatest x and y [m]."""
 
-WATER, LAND, SHORE, SOFT = "#dbe9f0", "#e9e2cd", "#9a8f6d", "#6c7f8a"
-HULL_LENGTH, HULL_BEAM = 4.9, 2.4
+_WATER, _LAND, _SHORE, SOFT = "#dbe9f0", "#e9e2cd", "#9a8f6d", "#6c7f8a"
+_HULL_LENGTH, _HULL_BEAM = 4.9, 2.4
 """Outline of a WAM-V [m]."""
-LONELY = 80.0
+_LONELY = 80.0
 """An object with nothing within this distance [m] is far from everything."""
-SMALL_COURSE = 70.0
+_SMALL_COURSE = 70.0
 """A course of less than this many pixels gets one name for all its parts."""
 
 
@@ -39,7 +39,7 @@ def view_of(scene: MapScene, aspect: float) -> Box:
     spots += [
         spot
         for i, spot in enumerate(objects)
-        if not spots or any(math.dist(spot, other) < LONELY for other in objects[:i] + objects[i + 1 :] + spots)
+        if not spots or any(math.dist(spot, other) < _LONELY for other in objects[:i] + objects[i + 1 :] + spots)
     ]
     spots = spots or [(x, y) for ring in scene.shore for x, y in ring.tolist()] or [(0.0, 0.0)]
     low, high = np.min(spots, axis=0), np.max(spots, axis=0)
@@ -62,13 +62,13 @@ def draw_plan(axes: "Axes", scene: MapScene, view: Box) -> None:
     axes.set_ylabel("y [m]", fontsize=10, color=SOFT)
     pixel = (view[2] - view[0]) / axes.get_window_extent().width  # [m]
     _docks(axes, scene)
-    draw_course(axes, scene, pixel)
+    _draw_course(axes, scene, pixel)
     for item in sorted(scene.objects, key=lambda item: -item.size):
         _disc(axes, item.x, item.y, max(item.size / 2.0, 4.5 * pixel), item.color)
     for number, (x, y, yaw) in enumerate(scene.waypoints, start=1):
         _waypoint(axes, x, y, yaw, str(number) if len(scene.waypoints) > 1 else "goal", 13.0 * pixel)
     for boat in scene.boats:
-        _boat(axes, boat, max(1.0, 24.0 * pixel / HULL_LENGTH))
+        _boat(axes, boat, max(1.0, 24.0 * pixel / _HULL_LENGTH))
     _scale_bar(axes, view)
     label(axes, list(_things(scene, pixel)), pixel)
 
@@ -103,7 +103,7 @@ def _boat(axes: "Axes", boat: MapBoat, scale: float) -> None:
     """A hull's outline, bow forward, and an arrow along its heading."""
     from matplotlib.patches import Polygon
 
-    bow, side = HULL_LENGTH / 2.0, HULL_BEAM / 2.0
+    bow, side = _HULL_LENGTH / 2.0, _HULL_BEAM / 2.0
     hull = np.array([[-bow, -side], [0.45 * bow, -side], [bow, 0.0], [0.45 * bow, side], [-bow, side]])
     turn, place = _turn(boat.yaw), np.array([boat.x, boat.y])
     outline = scale * hull @ turn.T + place
@@ -126,7 +126,7 @@ def _scale_bar(axes: "Axes", view: Box) -> None:
 
 def _things(scene: MapScene, pixel: float) -> Iterator[Thing]:
     """What is in the plan, as labels see it: boats with the tips of their arrows first, objects last."""
-    reach = max(HULL_LENGTH / 2.0, 12.0 * pixel)
+    reach = max(_HULL_LENGTH / 2.0, 12.0 * pixel)
     for boat in scene.boats:
         yield Thing(boat.name, boat.x, boat.y, 1.12 * reach, must=True)
         tip = 1.7 * reach
@@ -134,7 +134,7 @@ def _things(scene: MapScene, pixel: float) -> Iterator[Thing]:
     for x, y, yaw in scene.waypoints:
         yield Thing("", x, y, 10.0 * pixel)
         yield Thing("", x + 20.0 * pixel * math.cos(yaw), y + 20.0 * pixel * math.sin(yaw), 6.0 * pixel)
-    yield from course_things(scene, pixel)
+    yield from _course_things(scene, pixel)
     for dock in scene.docks:
         x, y = dock.cells.mean(axis=0).tolist()
         beside = 0.5 * (float(np.max(np.ptp(dock.cells, axis=0))) + dock.block) if scene.placards else 0.0
@@ -151,7 +151,7 @@ def _object_names(scene: MapScene, pixel: float) -> list[str]:
     small = {
         group
         for group, spots in groups.items()
-        if len(spots) > 1 and np.max(np.ptp(spots, axis=0)) < SMALL_COURSE * pixel
+        if len(spots) > 1 and np.max(np.ptp(spots, axis=0)) < _SMALL_COURSE * pixel
     }
     written = {dock.name.split("/")[0] for dock in scene.docks} | {beacon.name for beacon in scene.course.beacons}
     names = []
@@ -175,7 +175,7 @@ def nice_length(most: float) -> float:
 
 def ground(axes: "Axes", scene: MapScene, view: Box) -> None:
     """Water, land and the frame of the axes."""
-    axes.set_facecolor(WATER)
+    axes.set_facecolor(_WATER)
     axes.set_xlim(view[0], view[2])
     axes.set_ylim(view[1], view[3])
     axes.set_aspect("equal")
@@ -187,29 +187,29 @@ def ground(axes: "Axes", scene: MapScene, view: Box) -> None:
     from matplotlib.path import Path as Outline
 
     rings = [Outline(np.vstack([ring, ring[:1]]), closed=True) for ring in scene.shore]
-    land = PathPatch(Outline.make_compound_path(*rings), facecolor=LAND, edgecolor=SHORE, linewidth=1.1, zorder=0.5)
+    land = PathPatch(Outline.make_compound_path(*rings), facecolor=_LAND, edgecolor=_SHORE, linewidth=1.1, zorder=0.5)
     axes.add_patch(land)
 
 
 Row = tuple[Any, Any, Any, str]
 """Row of the legend: marker, colour of its face, colour of its edge, text."""
 
-GATE, RIGHT, WRONG, PATH, BEACON = "#0f7b5f", "#2a9d3a", "#77818a", "#5a4fa3", "#b3261e"
-AVOID, CIRCLE = "#c0392b", "#1c6fb5"
-DISC = 15.0
+_GATE, _RIGHT, _WRONG, _PATH, _BEACON = "#0f7b5f", "#2a9d3a", "#77818a", "#5a4fa3", "#b3261e"
+_AVOID, _CIRCLE = "#c0392b", "#1c6fb5"
+_DISC = 15.0
 """Diameter of a gate's number [px]."""
-GOALS = {
-    "avoid": (AVOID, 0, "keep away"),
-    "circumnavigate_clockwise": (CIRCLE, -1, "circle clockwise"),
-    "circumnavigate_counterclockwise": (CIRCLE, 1, "circle counter-clockwise"),
+_GOALS = {
+    "avoid": (_AVOID, 0, "keep away"),
+    "circumnavigate_clockwise": (_CIRCLE, -1, "circle clockwise"),
+    "circumnavigate_counterclockwise": (_CIRCLE, 1, "circle counter-clockwise"),
 }
 """Goals of animals: colour, sense of the circle (1: counter-clockwise), and what to do, in words."""
-SYMBOL_MARKS = {"circle": "o", "cross": "P", "triangle": "^", "rectangle": "s"}
-ARROWS = 3
+_SYMBOL_MARKS = {"circle": "o", "cross": "P", "triangle": "^", "rectangle": "s"}
+_ARROWS = 3
 """Arrows on a circle."""
 
 
-def draw_course(axes: "Axes", scene: MapScene, pixel: float) -> None:
+def _draw_course(axes: "Axes", scene: MapScene, pixel: float) -> None:
     """Draw what the task lays out into `axes`, whose pixels are `pixel` [m] wide."""
     course = scene.course
     for animal in course.animals:
@@ -230,7 +230,7 @@ def draw_course(axes: "Axes", scene: MapScene, pixel: float) -> None:
         _lamps(axes, light.x, light.y, light.colors, pixel)
 
 
-def course_things(scene: MapScene, pixel: float) -> Iterator[Thing]:
+def _course_things(scene: MapScene, pixel: float) -> Iterator[Thing]:
     """What the course's drawings are to the labels: names of bays and beacons, and what names must not cover."""
     course = scene.course
     for gate in course.gates:
@@ -250,7 +250,7 @@ def course_things(scene: MapScene, pixel: float) -> Iterator[Thing]:
 def _gate_things(gate: GateBar, pixel: float) -> Iterator[Thing]:
     """A gate's number, then points along its bar and its arrow."""
     middle = np.array(gate.middle)
-    yield _keep_off(middle, 0.6 * DISC * pixel)
+    yield _keep_off(middle, 0.6 * _DISC * pixel)
     ways = (np.array(gate.left), np.array(gate.right), middle + _reach(gate, pixel) * _along(gate))
     for end in ways:
         for share in np.linspace(0.0, 1.0, 12)[1:-1]:
@@ -277,22 +277,22 @@ def course_rows(scene: MapScene) -> Iterator[Row]:
     """The legend of what is there."""
     course = scene.course
     if course.gates:
-        yield (r"$\rightarrow$", GATE, GATE, "gate, its number and direction")
+        yield (r"$\rightarrow$", _GATE, _GATE, "gate, its number and direction")
     if course.bays:
-        yield ("s", "#d5ecd8", RIGHT, "bay to dock in")
+        yield ("s", "#d5ecd8", _RIGHT, "bay to dock in")
         if not all(bay.right for bay in course.bays):
-            yield ("s", "#e6e9eb", WRONG, "other bay")
-        yield ("s", "none", RIGHT, "dashed: back out to this line")
-    for goal, (color, turn, text) in GOALS.items():
+            yield ("s", "#e6e9eb", _WRONG, "other bay")
+        yield ("s", "none", _RIGHT, "dashed: back out to this line")
+    for goal, (color, turn, text) in _GOALS.items():
         reach = [animal.radius for animal in course.animals if animal.goal == goal]
         if reach:
             mark = {0: "o", 1: r"$\circlearrowleft$", -1: r"$\circlearrowright$"}[turn]
             yield (mark, "none" if turn == 0 else color, color, f"{text}, {reach[0]:g} m")
     if course.beacons:
         tolerance = course.beacons[0].radius
-        yield ("x", BEACON, BEACON, course.beacons[0].name + (f", found within {tolerance:g} m" if tolerance else ""))
+        yield ("x", _BEACON, _BEACON, course.beacons[0].name + (f", found within {tolerance:g} m" if tolerance else ""))
     if course.paths:
-        yield (r"$\rightarrow$", PATH, PATH, "path of a moving object")
+        yield (r"$\rightarrow$", _PATH, _PATH, "path of a moving object")
     if course.lights:
         yield ("o", RGB[course.lights[0].colors[0]], INK, "light buoy: its colours, in order")
     if course.showings:
@@ -319,17 +319,17 @@ def _reach(gate: GateBar, pixel: float) -> float:
 
 def _gate(axes: "Axes", gate: GateBar, pixel: float) -> None:
     """A bar between the buoys, an arrow across it and its number."""
-    axes.plot(*zip(gate.left, gate.right, strict=True), color=GATE, linewidth=2.6, solid_capstyle="butt", zorder=2.6)
+    axes.plot(*zip(gate.left, gate.right, strict=True), color=_GATE, linewidth=2.6, solid_capstyle="butt", zorder=2.6)
     x, y = gate.middle
-    _arrow(axes, (x, y), gate.middle + _reach(gate, pixel) * _along(gate), GATE)
-    axes.plot([x], [y], marker="o", markersize=0.72 * DISC, color="white", markeredgecolor=GATE, zorder=4.1)
-    write(axes, x, y, str(gate.number), size=7.5, color=GATE, ha="center", va="center", zorder=4.2, weight="bold")
+    _arrow(axes, (x, y), gate.middle + _reach(gate, pixel) * _along(gate), _GATE)
+    axes.plot([x], [y], marker="o", markersize=0.72 * _DISC, color="white", markeredgecolor=_GATE, zorder=4.1)
+    write(axes, x, y, str(gate.number), size=7.5, color=_GATE, ha="center", va="center", zorder=4.2, weight="bold")
 
 
 def _bay(axes: "Axes", bay: Bay) -> None:
     from matplotlib.patches import Polygon
 
-    color, order = (RIGHT, 2.5) if bay.right else (WRONG, 2.4)
+    color, order = (_RIGHT, 2.5) if bay.right else (_WRONG, 2.4)
     style: dict[str, Any] = {"edgecolor": color, "zorder": order}
     axes.add_patch(Polygon(bay.internal[:, :2], facecolor=(*_rgb(color), 0.18), linewidth=1.6, **style))
     axes.add_patch(Polygon(bay.external[:, :2], facecolor="none", linewidth=1.3, linestyle=(0, (4, 3)), **style))
@@ -350,7 +350,7 @@ def _spread(placards: Sequence[MapPlacard], pixel: float) -> Iterator[MapPlacard
 def _placard(axes: "Axes", placard: MapPlacard) -> None:
     """The symbol that a placard shows."""
     color, _, shape = placard.symbol.partition("_")
-    mark = SYMBOL_MARKS.get(shape, "o")
+    mark = _SYMBOL_MARKS.get(shape, "o")
     axes.plot([placard.x], [placard.y], marker="o", markersize=13, color="white", markeredgecolor=INK, zorder=3.4)
     axes.plot([placard.x], [placard.y], marker=mark, markersize=8, color=RGB[color], markeredgecolor=INK,
               markeredgewidth=0.6, zorder=3.5)  # fmt: skip
@@ -373,13 +373,13 @@ def _animal(axes: "Axes", animal: Animal, pixel: float) -> None:
     """The circle of engagement, with arrows where it is to be gone round."""
     from matplotlib.patches import Circle
 
-    color, turn, _ = GOALS[animal.goal]
+    color, turn, _ = _GOALS[animal.goal]
     style = {"linestyle": (0, (5, 3))} if turn == 0 else {}
     shade = (*_rgb(color), 0.10 if turn == 0 else 0.05)
     axes.add_patch(Circle((animal.x, animal.y), animal.radius, fc=shade, ec=color, lw=1.6, zorder=2.2, **style))
     if turn == 0:
         return
-    for angle in np.linspace(0.0, math.tau, ARROWS, endpoint=False) + math.pi / 2.0:
+    for angle in np.linspace(0.0, math.tau, _ARROWS, endpoint=False) + math.pi / 2.0:
         step = turn * min(1.0, 9.0 * pixel / animal.radius)
         ends = [
             (animal.x + animal.radius * math.cos(at), animal.y + animal.radius * math.sin(at))
@@ -392,20 +392,20 @@ def _path(axes: "Axes", path: Path) -> None:
     """Where something swims, with an arrow on every way; the way from its start is thin."""
     points = np.vstack([path.points, path.points[:1]]) if path.closed else path.points
     first = np.array([path.start, points[0]])
-    axes.plot(*first.T, color=PATH, linewidth=0.8, linestyle=(0, (1, 2)), zorder=2.3)
-    axes.plot(*points.T, color=PATH, linewidth=1.2, linestyle=(0, (6, 3)), zorder=2.3)
-    axes.plot(*path.points.T, linestyle="", marker="o", markersize=3, color=PATH, zorder=2.3)
+    axes.plot(*first.T, color=_PATH, linewidth=0.8, linestyle=(0, (1, 2)), zorder=2.3)
+    axes.plot(*points.T, color=_PATH, linewidth=1.2, linestyle=(0, (6, 3)), zorder=2.3)
+    axes.plot(*path.points.T, linestyle="", marker="o", markersize=3, color=_PATH, zorder=2.3)
     if len(path.points) > 2:  # what swims to and fro goes both ways
         for start, end in pairwise(points):
-            _arrow(axes, start + 0.5 * (end - start), start + 0.51 * (end - start), PATH)
+            _arrow(axes, start + 0.5 * (end - start), start + 0.51 * (end - start), _PATH)
 
 
 def _beacon(axes: "Axes", beacon: Beacon) -> None:
     from matplotlib.patches import Circle
 
-    axes.plot([beacon.x], [beacon.y], marker="x", markersize=12, markeredgewidth=3.0, color=BEACON, zorder=4)
+    axes.plot([beacon.x], [beacon.y], marker="x", markersize=12, markeredgewidth=3.0, color=_BEACON, zorder=4)
     if beacon.radius > 0.0:
-        style = {"facecolor": (*_rgb(BEACON), 0.10), "edgecolor": BEACON, "linewidth": 1.4}
+        style = {"facecolor": (*_rgb(_BEACON), 0.10), "edgecolor": _BEACON, "linewidth": 1.4}
         axes.add_patch(Circle((beacon.x, beacon.y), beacon.radius, zorder=2.3, **style))
 
 

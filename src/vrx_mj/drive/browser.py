@@ -20,7 +20,7 @@ from vrx_mj.recording.viewer import Server
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.timing import Pause
 
-FLEET_PERIOD, OTHERS_PERIOD = 0.1, 0.5
+_FLEET_PERIOD, _OTHERS_PERIOD = 0.1, 0.5
 """Wall time between pictures of the boats, and of all else that moves [s]: each body is a chunk of its own, and pages
 fall behind at more than a few hundred chunks a second."""
 
@@ -56,7 +56,7 @@ class Browser:
         sim, now = session.sim, self._clock()
         if sim.time > self._shown and self._fleet_pause.is_over(now):
             self._shown = sim.time
-            self._fleet_pause.begin(now, FLEET_PERIOD)
+            self._fleet_pause.begin(now, _FLEET_PERIOD)
             self._send(sim, now)
         if self._keys and session.pilot.boat != self._boat:
             self._boat = session.pilot.boat
@@ -67,7 +67,7 @@ class Browser:
         row = sim.row()[None]
         rr.send_chunks(self._fleet(row), recording=self._stream)
         if self._others_pause.is_over(now):
-            self._others_pause.begin(now, OTHERS_PERIOD)
+            self._others_pause.begin(now, _OTHERS_PERIOD)
             rr.send_chunks(self._others(row), recording=self._stream)
 
     def restart(self) -> None:

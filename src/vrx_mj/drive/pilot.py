@@ -14,24 +14,24 @@ from vrx_mj.physics.tables import RUDDER
 if TYPE_CHECKING:
     from vrx_mj.mjcf.world import World
 
-STEP = 0.1
+_STEP = 0.1
 """Power and turn of one press of an arrow key."""
-SPEED, TURN, ANGLE = 0.5, 1.0, 0.1
+_SPEED, _TURN, _ANGLE = 0.5, 1.0, 0.1
 """What VRX's keys start with: power, turn, and the step of the angle [rad]."""
-TENTH = 1.1, 0.9
+_TENTH = 1.1, 0.9
 """VRX's factors of more and less."""
 
-TWISTS = {
+_TWISTS = {
     "i": (1, 0), ",": (-1, 0), "j": (0, 1), "l": (0, -1),
     "u": (1, 1), "o": (1, -1), "m": (-1, -1), ".": (-1, 1),
 }  # fmt: skip
 """teleop_twist_keyboard: signs of power and turn."""
-NUDGES = {"up": (STEP, 0.0), "down": (-STEP, 0.0), "left": (0.0, STEP), "right": (0.0, -STEP)}
-SCALES = {
-    "q": ("speed", "turn", TENTH[0]), "z": ("speed", "turn", TENTH[1]),
-    "w": ("speed", "speed", TENTH[0]), "x": ("speed", "speed", TENTH[1]),
-    "e": ("turn", "turn", TENTH[0]), "c": ("turn", "turn", TENTH[1]),
-    "r": ("angle", "angle", TENTH[0]), "v": ("angle", "angle", TENTH[1]),
+_NUDGES = {"up": (_STEP, 0.0), "down": (-_STEP, 0.0), "left": (0.0, _STEP), "right": (0.0, -_STEP)}
+_SCALES = {
+    "q": ("speed", "turn", _TENTH[0]), "z": ("speed", "turn", _TENTH[1]),
+    "w": ("speed", "speed", _TENTH[0]), "x": ("speed", "speed", _TENTH[1]),
+    "e": ("turn", "turn", _TENTH[0]), "c": ("turn", "turn", _TENTH[1]),
+    "r": ("angle", "angle", _TENTH[0]), "v": ("angle", "angle", _TENTH[1]),
 }  # fmt: skip
 """Which of VRX's sizes a key changes, and by what factor."""
 
@@ -44,7 +44,7 @@ class Pilot:
         self._boats = tuple(engines)
         self.boat = boat
         """The boat that the keys drive now."""
-        self.sizes = {"speed": SPEED, "turn": TURN, "angle": ANGLE}
+        self.sizes = {"speed": _SPEED, "turn": _TURN, "angle": _ANGLE}
         """What the keys of VRX command."""
         self._wheels: dict[str, Wheel] = {}
 
@@ -86,11 +86,11 @@ class Pilot:
     def _turned(self, key: str) -> Wheel | None:
         """The wheel after a key that turns it."""
         wheel = self.wheel
-        if key in NUDGES:
-            power, turn = NUDGES[key]
+        if key in _NUDGES:
+            power, turn = _NUDGES[key]
             return replace(wheel, power=_share(wheel.power + power), turn=_share(wheel.turn + turn))
-        if key in TWISTS:
-            power, turn = TWISTS[key]
+        if key in _TWISTS:
+            power, turn = _TWISTS[key]
             return replace(wheel, power=power * self.sizes["speed"], turn=turn * self.sizes["turn"])
         if key in {"h", ";"}:
             step = self.sizes["angle"] * (1 if key == ";" else -1)
@@ -99,9 +99,9 @@ class Pilot:
         return replace(wheel, power=0.0, turn=0.0) if key in {"space", "k"} else None
 
     def _scaled(self, key: str) -> bool:
-        if key not in SCALES:
+        if key not in _SCALES:
             return False
-        *names, factor = SCALES[key]
+        *names, factor = _SCALES[key]
         for name in set(names):
             self.sizes[str(name)] *= float(factor)
         return True
@@ -122,11 +122,11 @@ def _share(value: float) -> float:
     return round(min(max(value, -1.0), 1.0), 6) + 0.0
 
 
-ACROSS = 0.2
+_ACROSS = 0.2
 """Engines whose thrust points forward by less than this share are not driven: VRX's lateral one."""
-SHORT_ARM = 0.1
+_SHORT_ARM = 0.1
 """Arm [m] of the engines' thrusts about the centre of mass, below which a boat is steered by turning them."""
-FULL_RUDDER = 0.5
+_FULL_RUDDER = 0.5
 """Angle [rad] of a full turn where engines are turned to steer."""
 
 
@@ -168,7 +168,7 @@ def engines_of(world: World, boat: str) -> tuple[Engine, ...]:
     centre = world.parameters.hulls[world.boats.index(boat)].body_com
     rows = (thruster for thruster in world.parameters.thrusters_of(boat) if thruster.sail is None)
     engines = (_engine(thruster, centre) for thruster in rows)
-    return tuple(engine for engine in engines if engine.rudder or abs(engine.forward) > ACROSS)
+    return tuple(engine for engine in engines if engine.rudder or abs(engine.forward) > _ACROSS)
 
 
 def _engine(row: Thruster, centre: Sequence[float]) -> Engine:
@@ -189,13 +189,13 @@ def engine_commands(engines: Sequence[Engine], wheel: Wheel) -> dict[str, float]
     reach = max((abs(engine.arm) for engine in engines), default=0.0)
     commands: dict[str, float] = {}
     for engine in engines:
-        by_angle = engine.rudder or reach <= SHORT_ARM
+        by_angle = engine.rudder or reach <= _SHORT_ARM
         if not engine.rudder:
             turn = 0.0 if by_angle else wheel.turn * engine.arm / reach
             share = _within(math.copysign(1.0, engine.forward) * wheel.power + turn, 1.0)
             commands[engine.name] = share * (engine.ahead if share > 0.0 else engine.astern)
         if engine.max_angle > 0.0:
-            steer = (-FULL_RUDDER if engine.aft else FULL_RUDDER) * wheel.turn if by_angle else 0.0
+            steer = (-_FULL_RUDDER if engine.aft else _FULL_RUDDER) * wheel.turn if by_angle else 0.0
             commands[f"{engine.name}_angle"] = _within(steer + wheel.angle, engine.max_angle)
     return commands
 

@@ -8,9 +8,9 @@ import numpy as np
 
 from vrx_mj.signals import ended_by_signals
 
-PERIOD = 1 / 60
+_PERIOD = 1 / 60
 """Wall time between two pictures [s]."""
-AZIMUTH, ELEVATION = 140.0, -20.0
+_AZIMUTH, _ELEVATION = 140.0, -20.0
 """Where the camera starts [deg]."""
 
 
@@ -32,7 +32,7 @@ def show_joints(model: mujoco.MjModel) -> None:
             data.qpos[:] = data.ctrl
             mujoco.mj_forward(model, data)
             window.sync()
-            time.sleep(PERIOD)
+            time.sleep(_PERIOD)
 
 
 def _look_at_all(camera: mujoco.MjvCamera, model: mujoco.MjModel, data: mujoco.MjData) -> None:
@@ -41,4 +41,4 @@ def _look_at_all(camera: mujoco.MjvCamera, model: mujoco.MjModel, data: mujoco.M
     low, high = (data.geom_xpos - reach).min(axis=0, initial=0.0), (data.geom_xpos + reach).max(axis=0, initial=0.0)
     camera.lookat[:] = (low + high) / 2
     camera.distance = 0.8 * np.linalg.norm(high - low)
-    camera.azimuth, camera.elevation = AZIMUTH, ELEVATION
+    camera.azimuth, camera.elevation = _AZIMUTH, _ELEVATION

@@ -19,12 +19,12 @@ from vrx_mj.runtime.run import CONTROL_RATE, Controller, obey
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.timing import stride_of
 
-FRAME = 1.0 / 30.0
+_FRAME = 1.0 / 30.0
 """Wall time of a frame [s], where the machine draws that fast."""
-BUDGET = 0.1
+_BUDGET = 0.1
 """Wall time [s] that the physics of one frame may take: what is owed beyond that is forgotten."""
 
-Clock = Callable[[], float]
+_Clock = Callable[[], float]
 """Wall time [s] from any start."""
 
 
@@ -65,7 +65,7 @@ class Session:
         boat: str | None = None,
         pace: float = 1.0,
         controller: Controller | None = None,
-        clock: Clock = time.perf_counter,
+        clock: _Clock = time.perf_counter,
     ) -> None:
         """Make a session.
 
@@ -128,7 +128,7 @@ class Session:
         due, done = self.pacer.due(begun), 0
         while done < due:
             done += self._step(due - done)
-            if self._clock() - begun > BUDGET:
+            if self._clock() - begun > _BUDGET:
                 break
         self.pacer.did(done, self._clock())
 
@@ -174,7 +174,7 @@ def watch(
     consoles: Iterable[Console] = (),
     *,
     sleep: Callable[[float], None] = time.sleep,
-    clock: Clock = time.perf_counter,
+    clock: _Clock = time.perf_counter,
 ) -> None:
     """Run until the screen is closed. Ctrl-C ends it too, as an exception; the caller closes the screen."""
     sources = (screen, *consoles)
@@ -188,14 +188,14 @@ def watch(
         session.advance()
         for source in sources:
             source.show(session)
-        sleep(max(0.001, FRAME - (clock() - begun)))
+        sleep(max(0.001, _FRAME - (clock() - begun)))
 
 
 PACES = (1.0 / 64.0, 64.0)
 """Slowest and fastest pace, as a multiple of real time."""
 LONGEST = 1.0
 """Wall time [s] that is made up for, at most: after a longer halt, time goes on from where it was."""
-WINDOW = 1.0
+_WINDOW = 1.0
 """Wall time [s] over which the pace that is really kept is measured."""
 
 
@@ -229,7 +229,7 @@ class Pacer:
         """Note that so many steps were made by wall time `now` [s]."""
         self._done += steps
         self._marks.append((now, self._done))
-        while len(self._marks) > 2 and self._marks[1][0] <= now - WINDOW:
+        while len(self._marks) > 2 and self._marks[1][0] <= now - _WINDOW:
             self._marks.popleft()
 
     @property

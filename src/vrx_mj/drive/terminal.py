@@ -15,9 +15,9 @@ from typing import Any, Protocol, Self, TextIO
 from vrx_mj.runtime.timing import Pause
 from vrx_mj.unix import termios, tty
 
-STATUS_PERIOD = 0.2
+_STATUS_PERIOD = 0.2
 """Wall time between two renewals of the status [s]."""
-END_LINE, END_SCREEN = "\x1b[K", "\x1b[J"
+_END_LINE, _END_SCREEN = "\x1b[K", "\x1b[J"
 """Erase to the end of the line, and of the screen (ECMA-48)."""
 
 
@@ -67,15 +67,15 @@ class Terminal:
             return
         lines = status_lines(driven.status(), _columns(self._stderr))
         self._lines = len(lines)
-        self._pause.begin(now, STATUS_PERIOD)
+        self._pause.begin(now, _STATUS_PERIOD)
         back = f"\x1b[{len(lines) - 1}A" if len(lines) > 1 else ""
-        text = f"{END_LINE}\n".join(lines)
-        self._stderr.write(f"\r{text}{END_SCREEN}{back}")
+        text = f"{_END_LINE}\n".join(lines)
+        self._stderr.write(f"\r{text}{_END_SCREEN}{back}")
         self._stderr.flush()
 
     def write_line(self, text: str) -> None:
         """Write a line above that of the status."""
-        before = f"\r{END_SCREEN}" if self._lines and self._stderr.isatty() else ""
+        before = f"\r{_END_SCREEN}" if self._lines and self._stderr.isatty() else ""
         self._stderr.write(f"{before}{text}\n")
         self._stderr.flush()
         self._pause.end()

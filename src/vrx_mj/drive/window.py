@@ -22,9 +22,9 @@ from vrx_mj.runtime.simulation import Simulation
 if TYPE_CHECKING:
     from mujoco.viewer import Handle
 
-DISTANCE, ELEVATION = 16.0, -18.0
+_DISTANCE, _ELEVATION = 16.0, -18.0
 """Where the camera starts: [m] from the boat, [deg] looking down."""
-CLOSING = 2.0
+_CLOSING = 2.0
 """Wall time [s] that the window may take to close."""
 
 
@@ -119,13 +119,13 @@ class Window:
             self._upload.wait()  # closed in the middle of one, the window would wait for it for ever
         self._handle.close()
         for thread in self._drawing:  # it must not draw while Python ends
-            thread.join(CLOSING)
+            thread.join(_CLOSING)
 
     def _start(self, sim: Simulation) -> None:
         """Set the camera, the fog, and the flags whose keys are ours."""
         handle = self._handle
         with handle.lock():
-            handle.cam.distance, handle.cam.elevation = DISTANCE, ELEVATION
+            handle.cam.distance, handle.cam.elevation = _DISTANCE, _ELEVATION
             handle.cam.azimuth = float(np.degrees(sim.observe()[sim.boats[0]].heading)) + 20.0
             handle.user_scn.flags[mujoco.mjtRndFlag.mjRND_FOG] = sim.world.parameters.scene.fog
         self._visual = _taken(mujoco.mjVISSTRING, handle.opt.flags)
@@ -160,12 +160,12 @@ CELL = 0.6
 """Size of the cells at the boat [m]."""
 HORIZON = 2500.0
 """Distance of the outermost vertices [m]."""
-CALM = (60.0, 160.0)
+_CALM = (60.0, 160.0)
 """Distances [m] between which waves fade: beyond, cells are too long to draw them."""
-RELIEF = 5.0
+_RELIEF = 5.0
 """How much steeper than it is a slight sea is lit, so that it shows; its heights are the true ones."""
-NAME = "vrx_mj/sea"
-WATER = "water"
+_NAME = "vrx_mj/sea"
+_WATER = "water"
 """The geom of flat water, and its material, as worlds have them."""
 
 
@@ -174,16 +174,16 @@ def window_model(world: World) -> mujoco.MjModel:
     spec = mujoco.MjSpec.from_string(world.mjcf, assets=dict(world.assets))
     spec.visual.quality.shadowsize = 2048
     add_signs(spec, world)
-    water = spec.geom(WATER)
+    water = spec.geom(_WATER)
     if water is None:
         return spec.compile()
-    material = spec.material(WATER)
+    material = spec.material(_WATER)
     if material is not None:
         material.reflectance = 0.0  # waves have no one plane to mirror in
     spec.delete(water)
-    points, faces = sea_points(lambda x, y, t: 0.0 * x, (0.0, 0.0), 0.0), sea_faces()
+    points, faces = _sea_points(lambda x, y, t: 0.0 * x, (0.0, 0.0), 0.0), _sea_faces()
     spec.add_mesh(
-        name=NAME,
+        name=_NAME,
         uservert=points.reshape(-1),
         userface=faces.reshape(-1),
         usernormal=np.tile([0.0, 0.0, 1.0], len(points)),
@@ -191,7 +191,7 @@ def window_model(world: World) -> mujoco.MjModel:
         inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
     )
     spec.worldbody.add_geom(
-        name=NAME, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=NAME, material=WATER, contype=0, conaffinity=0, group=1
+        name=_NAME, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=_NAME, material=_WATER, contype=0, conaffinity=0, group=1
     )
     return spec.compile()
 
@@ -202,9 +202,9 @@ class SeaMesh:
     def __init__(self, model: mujoco.MjModel, height: SeaHeight) -> None:
         self._height = height
         self._model = model
-        self.mesh = int(model.mesh(NAME).id)
+        self.mesh = int(model.mesh(_NAME).id)
         """Number of the mesh, for `update_mesh`."""
-        self._geom = int(model.geom(NAME).id)
+        self._geom = int(model.geom(_NAME).id)
         start, first = int(model.mesh_vertadr[self.mesh]), int(model.mesh_normaladr[self.mesh])
         self._points = slice(start, start + SIDE * SIDE)
         self._normals = slice(first, first + SIDE * SIDE)
@@ -215,7 +215,7 @@ class SeaMesh:
         The mesh is placed in `data` by hand: MuJoCo places what does not move once and for all.
         """
         centre = np.round(np.asarray(place) / CELL) * CELL  # vertices keep their places while the boat moves
-        points = sea_points(self._height, (float(centre[0]), float(centre[1])), time)
+        points = _sea_points(self._height, (float(centre[0]), float(centre[1])), time)
         self._model.mesh_vert[self._points] = points
         self._model.mesh_normal[self._normals] = normals(points)
         data.geom_xpos[self._geom] = (*centre, 0.0)
@@ -225,7 +225,7 @@ class SeaMesh:
 def sea_of(model: mujoco.MjModel, height: SeaHeight) -> SeaMesh | None:
     """The moving sea of a window's model; None where the world has no water."""
     names = {model.mesh(number).name for number in range(model.nmesh)}
-    return SeaMesh(model, height) if NAME in names else None
+    return SeaMesh(model, height) if _NAME in names else None
 
 
 def sea_lines() -> FloatArray:
@@ -246,18 +246,18 @@ def _growth(reach: float, half: int) -> float:
     return low
 
 
-def sea_points(height: SeaHeight, centre: tuple[float, float], time: float) -> FloatArray:
+def _sea_points(height: SeaHeight, centre: tuple[float, float], time: float) -> FloatArray:
     """Vertices (SIDE * SIDE, 3) [m] of the sea at simulated time `time` [s], from `centre` [m, ENU]."""
     x, y = np.meshgrid(sea_lines(), sea_lines())
     away = np.hypot(x, y)
-    near = away < CALM[1]
+    near = away < _CALM[1]
     z = np.zeros_like(x)
-    fade = np.clip((CALM[1] - away[near]) / (CALM[1] - CALM[0]), 0.0, 1.0)
+    fade = np.clip((_CALM[1] - away[near]) / (_CALM[1] - _CALM[0]), 0.0, 1.0)
     z[near] = fade * np.asarray(height(x[near] + centre[0], y[near] + centre[1], time))
     return np.stack([x, y, z], axis=-1).reshape(-1, 3)
 
 
-def sea_faces() -> npt.NDArray[np.int32]:
+def _sea_faces() -> npt.NDArray[np.int32]:
     """Triangles (2 * (SIDE - 1)^2, 3), counter-clockwise seen from above."""
     corner = (np.arange(SIDE - 1)[:, None] * SIDE + np.arange(SIDE - 1)).reshape(-1, 1)
     first, second = corner + np.array([0, 1, SIDE + 1]), corner + np.array([0, SIDE + 1, SIDE])
@@ -268,7 +268,7 @@ def normals(points: FloatArray) -> FloatArray:
     """Unit normals (SIDE * SIDE, 3) of the surface, by its slopes along the grid's lines, steeper."""
     lines = sea_lines()
     slopes = np.gradient(points[:, 2].reshape(SIDE, SIDE), lines, lines)
-    along_y, along_x = np.tanh(RELIEF * np.stack(slopes))
+    along_y, along_x = np.tanh(_RELIEF * np.stack(slopes))
     out = np.stack([-along_x, -along_y, np.ones_like(along_x)], axis=-1).reshape(-1, 3)
     unit: FloatArray = out / np.linalg.norm(out, axis=1, keepdims=True)
     return unit

@@ -22,16 +22,16 @@ from vrx_mj.foreign.plain import checked, packed, unpacked
 from vrx_mj.foreign.reader import NOTES, READER, TEXT, TIME, ReaderError
 
 PACKAGE = "vrx_mj"
-MEMORY, SECONDS, ANSWER = 512 << 20, 10, 128 << 20
+_MEMORY, _SECONDS, ANSWER = 512 << 20, 10, 128 << 20
 """What a job may take unless its caller says otherwise: memory [bytes], processor time [s], bytes of the answer."""
 TOGETHER = {TIME: 120, TEXT: 1 << 10, NOTES: 100_000}
 """Limits on all files of a command together: processor time of reading, text of questions and answers, and notes, which
 are warnings and rows of the table of an import."""
-REMEMBERED = 64 << 20
+_REMEMBERED = 64 << 20
 """Bytes of answers that this process keeps."""
 PACKAGES = ("numpy", "pycollada", "pyyaml", "rerun_sdk", "scipy", "trimesh", "xacro", "yourdfpy")
 """Whose versions an answer depends on."""
-T = TypeVar("T")
+_T = TypeVar("_T")
 _answers: OrderedDict[str, bytes] = OrderedDict()
 _begun: ContextVar[Mapping[str, float] | None] = ContextVar("begun", default=None)
 """What all files before the command came to."""
@@ -51,9 +51,9 @@ def budget() -> Iterator[None]:
 
 
 def ask(
-    job: str, *arguments: object, returns: type[T], about: str, reads: Iterable[Path | str] = (),
-    memory: int = MEMORY, seconds: int = SECONDS, answer: int = ANSWER, threads: bool = False, cached: bool = True,
-) -> T:  # fmt: skip
+    job: str, *arguments: object, returns: type[_T], about: str, reads: Iterable[Path | str] = (),
+    memory: int = _MEMORY, seconds: int = _SECONDS, answer: int = ANSWER, threads: bool = False, cached: bool = True,
+) -> _T:  # fmt: skip
     """What a function of ours gives in the process without rights; its warnings and errors are those of this call.
 
     Args:
@@ -118,7 +118,7 @@ def _request(job: str, arguments: Sequence[object], reads: Iterable[Path | str] 
     return {
         "module": f"{PACKAGE}.{module}", "function": function, "arguments": arguments,
         "reads": sorted({str(Path(each).absolute()) for each in reads}), "folder": str(Path.cwd()),
-        "limits": {"memory": MEMORY, "seconds": SECONDS, "answer": ANSWER, "threads": 0},
+        "limits": {"memory": _MEMORY, "seconds": _SECONDS, "answer": ANSWER, "threads": 0},
     }  # fmt: skip
 
 
@@ -172,7 +172,7 @@ def _keep(key: str, block: bytes) -> None:
 def _remember(key: str, block: bytes) -> None:
     _answers[key] = block
     _answers.move_to_end(key)
-    while len(_answers) > 1 and sum(map(len, _answers.values())) > REMEMBERED:
+    while len(_answers) > 1 and sum(map(len, _answers.values())) > _REMEMBERED:
         _answers.popitem(last=False)
 
 
@@ -188,7 +188,7 @@ def _new(request: dict[str, Any], about: str) -> tuple[bytes, dict[str, Any]]:
     return block, found
 
 
-def _outcome(found: dict[str, Any], returns: type[T], about: str) -> T:
+def _outcome(found: dict[str, Any], returns: type[_T], about: str) -> _T:
     """What was returned, after the warnings; or what was raised."""
     spend(about, notes=len(found["warnings"]))
     try:

@@ -18,7 +18,7 @@ LARGEST = 256 << 20
 """Bytes that are kept; the oldest go first."""
 _trimmed: list[Path] = []
 """Folders from which this process has removed what was too old."""
-DIGEST = 32
+_DIGEST = 32
 """Bytes of the digest in front of a file."""
 
 
@@ -49,15 +49,15 @@ def kept(folder: Path, key: str) -> bytes | None:
     """The answer of a key; None without a whole one."""
     with contextlib.suppress(OSError):
         content = (folder / key).read_bytes()
-        if hashlib.blake2b(content[DIGEST:], digest_size=DIGEST).digest() == content[:DIGEST]:
+        if hashlib.blake2b(content[_DIGEST:], digest_size=_DIGEST).digest() == content[:_DIGEST]:
             os.utime(folder / key)
-            return content[DIGEST:]
+            return content[_DIGEST:]
     return None
 
 
 def keep(folder: Path, key: str, answer: bytes) -> None:
     """Keep an answer whole, or not at all; a full disk is no error. The first of a process removes the oldest."""
-    content = hashlib.blake2b(answer, digest_size=DIGEST).digest() + answer
+    content = hashlib.blake2b(answer, digest_size=_DIGEST).digest() + answer
     with contextlib.suppress(OSError, VrxError):
         write_file(folder / key, content, "an answer")
         if not _trimmed:

@@ -18,7 +18,7 @@ from importlib import import_module
 from typing import IO, Any, BinaryIO
 
 LENGTH, STATUS = struct.Struct("<Q"), struct.Struct("<qd")
-IDLE = 60.0
+_IDLE = 60.0
 """Wall time without a job after which it ends [s]."""
 
 
@@ -36,7 +36,7 @@ def _whole(stream: IO[bytes], size: int) -> bytes:
     return bytes(found)
 
 
-def main() -> None:
+def _main() -> None:
     """Take jobs until the stream of them ends."""
     jobs, answers = os.fdopen(os.dup(0), "rb", buffering=0), os.fdopen(os.dup(1), "wb")
     nothing = os.open(os.devnull, os.O_RDWR)
@@ -46,20 +46,20 @@ def main() -> None:
     sys.path[:] = places["modules"]
     warnings.simplefilter("ignore")
     if places["forks"]:
-        while select.select([jobs], [], [], IDLE)[0] and (job := block_from(jobs)):
-            relay(*started(job, (jobs, answers), places["libraries"]), answers)
+        while select.select([jobs], [], [], _IDLE)[0] and (job := block_from(jobs)):
+            _relay(*_started(job, (jobs, answers), places["libraries"]), answers)
     else:
-        prepare(job := json.loads(block_from(jobs)))
-        answer = done(job, places["libraries"])
+        _prepare(job := json.loads(block_from(jobs)))
+        answer = _done(job, places["libraries"])
         answers.write(LENGTH.pack(len(answer)) + answer + LENGTH.pack(0) + STATUS.pack(0, time.process_time()))
         answers.flush()
         os._exit(0)  # no thread of a library is waited for
 
 
-def started(text: bytes, streams: Sequence[BinaryIO], libraries: list[str]) -> tuple[int, int]:
+def _started(text: bytes, streams: Sequence[BinaryIO], libraries: list[str]) -> tuple[int, int]:
     """Have a copy of this process do a job: its number, and the pipe that its answer comes from."""
     job = json.loads(text)
-    prepare(job)
+    _prepare(job)
     source, target = os.pipe()
     if pid := os.fork():
         os.close(target)
@@ -69,12 +69,12 @@ def started(text: bytes, streams: Sequence[BinaryIO], libraries: list[str]) -> t
             os.close(stream.fileno())
         os.close(source)
         with os.fdopen(target, "wb") as output:
-            output.write(done(job, libraries))
+            output.write(_done(job, libraries))
     finally:
         os._exit(0)
 
 
-def prepare(job: Mapping[str, Any]) -> None:
+def _prepare(job: Mapping[str, Any]) -> None:
     """Import what a job needs, if that starts no threads, which a copy has not; where it fails the job says so."""
     with contextlib.suppress(Exception):
         import_module("vrx_mj.foreign.work")
@@ -82,7 +82,7 @@ def prepare(job: Mapping[str, Any]) -> None:
             import_module(job["module"])
 
 
-def relay(pid: int, source: int, answers: BinaryIO) -> None:
+def _relay(pid: int, source: int, answers: BinaryIO) -> None:
     """Write what comes from a pipe, and how the process at its other end ended."""
     while piece := os.read(source, 1 << 20):
         answers.write(LENGTH.pack(len(piece)) + piece)
@@ -93,7 +93,7 @@ def relay(pid: int, source: int, answers: BinaryIO) -> None:
     answers.flush()
 
 
-def done(job: dict[str, Any], libraries: list[str]) -> bytes:
+def _done(job: dict[str, Any], libraries: list[str]) -> bytes:
     """The answer to a job."""
     from vrx_mj.foreign.work import answer
 
@@ -101,4 +101,4 @@ def done(job: dict[str, Any], libraries: list[str]) -> bytes:
 
 
 if __name__ == "__main__":
-    main()
+    _main()

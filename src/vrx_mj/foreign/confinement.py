@@ -18,18 +18,18 @@ from typing import Any
 
 from vrx_mj.unix import resource
 
-QUIET = {
+_QUIET = {
     "_thread.start_joinable_thread", "_thread.start_new_thread", "array.__new__", "builtins.id", "code.__new__",
     "compile", "exec", "gc.get_objects", "glob.glob", "glob.glob/2", "import", "marshal.loads", "object.__getattr__",
     "object.__setattr__", "object.__delattr__", "re.compile", "sys._current_frames", "sys._getframe",
     "sys._getframemodulename", "sys.excepthook", "sys.setrecursionlimit", "sys.unraisablehook", "time.sleep",
 }  # fmt: skip
 """Events of Python that are allowed; `open`, `os.listdir` and `os.scandir` are where they lead."""
-CODE = (".py", ".pyc", ".so", ".pyd")
+_CODE = (".py", ".pyc", ".so", ".pyd")
 """What may be read of Python's own folders: a late import."""
-FILES = 64
+_FILES = 64
 """Files that may be open."""
-READ, LISTED, SEEN = "read", "listed", "seen"
+READ, LISTED, _SEEN = "read", "listed", "seen"
 """What was made of a path: its content, the names in it, or whether it is there."""
 
 
@@ -42,7 +42,7 @@ class Notes:
 
     def add(self, use: str, path: str) -> None:
         """Note a path; reading counts for more than looking whether it is there."""
-        if use != SEEN or path not in self.paths:
+        if use != _SEEN or path not in self.paths:
             self.paths[path] = (use, self._stamp(path))
 
     def _stamp(self, path: str) -> object:
@@ -53,7 +53,7 @@ class Notes:
 
     def unchanged(self) -> bool:
         """Whether what was read and listed has not changed since."""
-        return all(self._stamp(path) == stamp for path, (use, stamp) in self.paths.items() if use != SEEN)
+        return all(self._stamp(path) == stamp for path, (use, stamp) in self.paths.items() if use != _SEEN)
 
     def watch(self) -> None:
         """Note what Python asks the system about; it has no event for that."""
@@ -61,7 +61,7 @@ class Notes:
         def noting(ask: Callable[..., Any]) -> Callable[..., Any]:
             def asked(path: Any, *arguments: Any, **options: Any) -> Any:
                 if not self._busy and isinstance(path, str | os.PathLike):
-                    self.add(SEEN, os.path.join(os.getcwd(), path))  # noqa: PTH109, PTH118 - pathlib would ask again
+                    self.add(_SEEN, os.path.join(os.getcwd(), path))  # noqa: PTH109, PTH118 - pathlib would ask again
                 return ask(path, *arguments, **options)
 
             return asked
@@ -87,13 +87,13 @@ def confine(folders: Sequence[str], libraries: Sequence[str], limits: Mapping[st
         limits: `memory` more than now [bytes], `seconds` of processor time from now on, `threads` if any may start.
     """
     notes = Notes()
-    limit(limits["memory"], limits["seconds"], threads=bool(limits["threads"]))
+    _limit(limits["memory"], limits["seconds"], threads=bool(limits["threads"]))
     notes.watch()
     sys.addaudithook(_hook([os.path.realpath(each) for each in folders], libraries, notes))
     return notes
 
 
-def limit(memory: int, seconds: int, *, threads: bool = True) -> None:
+def _limit(memory: int, seconds: int, *, threads: bool = True) -> None:
     """Let this process take at most so many bytes and seconds of processor time more; only where the system can.
 
     It writes no byte into a file, and starts no process, nor a thread without `threads`.
@@ -102,7 +102,7 @@ def limit(memory: int, seconds: int, *, threads: bool = True) -> None:
         return
     spent = sum(resource.getrusage(resource.RUSAGE_SELF)[:2])
     limits = {resource.RLIMIT_CORE: 0, resource.RLIMIT_CPU: int(spent) + seconds, resource.RLIMIT_FSIZE: 0}
-    limits[resource.RLIMIT_NOFILE] = FILES
+    limits[resource.RLIMIT_NOFILE] = _FILES
     if not threads:
         limits[resource.RLIMIT_NPROC] = 0
     with contextlib.suppress(OSError):
@@ -120,7 +120,7 @@ def _hook(folders: Sequence[str], libraries: Sequence[str], notes: Notes) -> Cal
     writes = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
 
     def watch(event: str, arguments: tuple[Any, ...]) -> None:
-        if event in QUIET:
+        if event in _QUIET:
             return
         if event not in {"open", "os.listdir", "os.scandir"}:
             raise PermissionError(f"not allowed: {event}")
@@ -138,7 +138,7 @@ def _hook(folders: Sequence[str], libraries: Sequence[str], notes: Notes) -> Cal
 def _check(event: str, path: str, folders: Sequence[str], libraries: Sequence[str]) -> None:
     """Refuse to open what is not below a folder, or no regular file."""
     real = os.path.realpath(path)
-    code = event != "open" or real.endswith(CODE)
+    code = event != "open" or real.endswith(_CODE)
     if not (_below(real, folders) or (code and _below(real, libraries))):
         raise PermissionError(13, "not allowed to read", path)
     with contextlib.suppress(FileNotFoundError):

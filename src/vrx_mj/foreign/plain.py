@@ -15,10 +15,10 @@ from typing import Any, TypeVar
 
 LENGTH = struct.Struct("<Q")
 """Length of the JSON [bytes], before it."""
-ARRAY, BYTES = "\0array", "\0bytes"
+_ARRAY, _BYTES = "\0array", "\0bytes"
 """Keys of what stands for an array, by its type, shape and place, and for bytes."""
 _NUMBERS = re.compile(r"[<|][fiub][0-9]{1,2}")
-T = TypeVar("T")
+_T = TypeVar("_T")
 
 
 def packed(value: object) -> bytes:
@@ -51,12 +51,12 @@ def _blob(value: Any, blobs: list[bytes]) -> Any:
     """Bytes, or a number or an array of numpy's, which need not be imported."""
     numpy = sys.modules.get("numpy")
     if isinstance(value, bytes | bytearray | memoryview):
-        return {BYTES: _place(bytes(value), blobs)}
+        return {_BYTES: _place(bytes(value), blobs)}
     if numpy is not None and isinstance(value, numpy.generic):
         return value.item()
     if numpy is None or not isinstance(value, numpy.ndarray):
         raise TypeError(f"a value of type {type(value).__name__} is not plain data")
-    return {ARRAY: [value.dtype.str, list(value.shape), _place(value.tobytes(), blobs)]}
+    return {_ARRAY: [value.dtype.str, list(value.shape), _place(value.tobytes(), blobs)]}
 
 
 def _place(blob: bytes, blobs: list[bytes]) -> int:
@@ -85,25 +85,25 @@ def unpacked(block: bytes) -> Any:
 
 
 def _restored(found: dict[str, Any], blobs: list[memoryview]) -> Any:
-    if BYTES in found:
-        return bytes(blobs[found[BYTES]])
-    if ARRAY in found:
+    if _BYTES in found:
+        return bytes(blobs[found[_BYTES]])
+    if _ARRAY in found:
         import numpy as np
 
-        kind, shape, number = found[ARRAY]
+        kind, shape, number = found[_ARRAY]
         if not _NUMBERS.fullmatch(kind):
             raise ValueError(f"an array of type {kind}")
         return np.frombuffer(blobs[number], kind).reshape(shape).copy()
     return found
 
 
-def checked(value: object, kind: type[T]) -> T:
+def checked(value: object, kind: type[_T]) -> _T:
     """Unpacked data as the type that it must be of.
 
     Raises:
         ValueError: it is not.
     """
-    found: T = _adapter((kind,)).validate_python((value,), strict=False)[0]
+    found: _T = _adapter((kind,)).validate_python((value,), strict=False)[0]
     return found
 
 

@@ -23,11 +23,11 @@ from vrx_mj.foreign.child import LENGTH, STATUS, block_from
 FORKS = hasattr(os, "fork") and sys.platform != "darwin"  # whose own libraries do not bear it
 TIME, TEXT, NOTES = "s of processor time", "MiB of text", "notes and elements"
 """What reading files comes to."""
-TICK = 0.05
+_TICK = 0.05
 """Wall time between two looks at the memory of the process [s]."""
 CLOCK_PER_PROCESSOR_TIME = 12
 """Seconds of the clock for each of processor time, on a machine that has other work."""
-OWN_MEMORY = 256 << 20
+_OWN_MEMORY = 256 << 20
 """What a process takes before it has read anything, where it cannot fork [bytes]."""
 ENVIRONMENT = {
     "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "RAYON_NUM_THREADS": "2", "TOKIO_WORKER_THREADS": "2",
@@ -71,7 +71,7 @@ class Reader:
                 block = json.dumps(job, default=os.fspath).encode()
                 process = self._with_job(LENGTH.pack(len(block)) + block)
                 with self._watched(process, job["limits"]) as reasons:
-                    pieces, status, seconds = received(process, job["limits"]["answer"], reasons)
+                    pieces, status, seconds = _received(process, job["limits"]["answer"], reasons)
                 self.spent[TIME] += job["limits"]["seconds"] if status is None else seconds
                 self.spent[TEXT] += (len(block) + sum(map(len, pieces))) / (1 << 20)
             except BaseException:
@@ -82,7 +82,7 @@ class Reader:
                     self.end()
                 return b"".join(pieces)
             ended = self.end()
-            raise ReaderError(about, reasons[0] if reasons else ending(ended if status is None else status, job))
+            raise ReaderError(about, reasons[0] if reasons else _ending(ended if status is None else status, job))
 
     def _with_job(self, block: bytes) -> subprocess.Popen[bytes]:
         """The process, which has been told a job: it may have ended, for want of work."""
@@ -101,7 +101,7 @@ class Reader:
         """End the process if it takes too long or too much memory; yields why, at the end."""
         reasons: list[str] = []
         ready = threading.Event()
-        thread = threading.Thread(target=watch, args=(process.pid, limits, ready, reasons), daemon=True)
+        thread = threading.Thread(target=_watch, args=(process.pid, limits, ready, reasons), daemon=True)
         thread.start()
         try:
             yield reasons
@@ -156,7 +156,7 @@ def start() -> subprocess.Popen[bytes]:
     return process
 
 
-def received(process: subprocess.Popen[bytes], most: int, reasons: list[str]) -> tuple[list[bytes], int | None, float]:
+def _received(process: subprocess.Popen[bytes], most: int, reasons: list[str]) -> tuple[list[bytes], int | None, float]:
     """Pieces of an answer, the status at its end and the processor time [s].
 
     Without an end, or if the answer is too long, which `reasons` then says, the status is None.
@@ -173,10 +173,10 @@ def received(process: subprocess.Popen[bytes], most: int, reasons: list[str]) ->
     return (pieces, *(STATUS.unpack(status) if len(status) == STATUS.size else (None, 0.0)))
 
 
-def watch(pid: int, limits: Mapping[str, int], ready: threading.Event, reasons: list[str]) -> None:
+def _watch(pid: int, limits: Mapping[str, int], ready: threading.Event, reasons: list[str]) -> None:
     """End the process `pid`, with the reason, if it takes too long or too much memory before it is ready."""
     late = time.monotonic() + CLOCK_PER_PROCESSOR_TIME * limits["seconds"]
-    while not ready.wait(TICK):
+    while not ready.wait(_TICK):
         if time.monotonic() > late:
             reasons.append(f"it takes more than {CLOCK_PER_PROCESSOR_TIME * limits['seconds']} s")
         elif memory(pid) > limits["memory"]:
@@ -194,7 +194,7 @@ def memory(pid: int) -> int:
         process = psutil.Process(pid)
         own = process.memory_info().rss
         copies = [copy.memory_info().rss for copy in process.children()]
-        return int(max(copies, default=own) - own if FORKS else own - OWN_MEMORY)
+        return int(max(copies, default=own) - own if FORKS else own - _OWN_MEMORY)
     return 0
 
 
@@ -207,7 +207,7 @@ def kill(pid: int) -> None:
             os.killpg(pid, signal.SIGKILL)
 
 
-def ending(code: int, job: Mapping[str, Any]) -> str:
+def _ending(code: int, job: Mapping[str, Any]) -> str:
     """Why there is no answer, by the code with which a process ended."""
     limits = job["limits"]
     if code == -getattr(signal, "SIGXCPU", 24):

@@ -25,7 +25,7 @@ def _reader() -> Any:
     return RrdReader
 
 
-READER = _reader()
+_READER = _reader()
 
 
 def chunks(file: str, entities: Collection[str], columns: Collection[str], whole: bool) -> tuple[bytes, bool, bool]:
@@ -45,7 +45,7 @@ def chunks(file: str, entities: Collection[str], columns: Collection[str], whole
     try:
         from rerun_bindings import check_for_rrd_footer
 
-        reader = READER(file)
+        reader = _READER(file)
         stream = reader.stream()
         found = stream if whole else stream.filter(content=[f"+ {path}" for path in entities])
         blocks = b"".join(piece for chunk in found for piece in _block(chunk, entities, columns))
@@ -54,7 +54,7 @@ def chunks(file: str, entities: Collection[str], columns: Collection[str], whole
         raise RecordError(str(error)) from None
 
 
-def copied(file: str, target: str, application: str, recording: str) -> bytes:
+def _copied(file: str, target: str, application: str, recording: str) -> bytes:
     """A file with the chunks of another, without its views, as a recording of another name.
 
     Where there are no paths for pipes, nor limits on what native code writes, it is written to `target`.
@@ -68,7 +68,7 @@ def copied(file: str, target: str, application: str, recording: str) -> bytes:
     thread = threading.Thread(target=lambda: pieces.extend(iter(lambda: os.read(source, 1 << 20), b"")))
     thread.start()
     try:
-        READER(file).stream().write_rrd(where, application_id=application, recording_id=recording)
+        _READER(file).stream().write_rrd(where, application_id=application, recording_id=recording)
     except BaseException as error:  # a panic of rerun's is one
         raise RecordError(str(error)) from None
     finally:

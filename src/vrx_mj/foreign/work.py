@@ -12,31 +12,31 @@ from vrx_mj.foreign.cache import state
 from vrx_mj.foreign.confinement import confine, lock_calls, lock_files
 from vrx_mj.foreign.plain import packed
 
-SYSTEM = ("/lib", "/lib64", "/usr/lib", "/usr/lib64", "/etc/ld.so.cache", "/proc/self/status")
+_SYSTEM = ("/lib", "/lib64", "/usr/lib", "/usr/lib64", "/etc/ld.so.cache", "/proc/self/status")
 """Where native libraries are that an import may load, and what says how much memory this process has."""
 
 
 def answer(job: dict[str, Any], libraries: list[str]) -> bytes:
-    """The block with what a job comes to: `value`, `error` or `fault`, `warnings` and `files`."""
+    """The block with what a job comes to: `value`, `error` or `_fault`, `warnings` and `files`."""
     try:
         os.chdir(job["folder"])
-        lock_files([*job["reads"], *libraries, *SYSTEM])  # of threads too, which imports may start
+        lock_files([*job["reads"], *libraries, *_SYSTEM])  # of threads too, which imports may start
         lock_calls()
         function = getattr(import_module(job["module"]), job["function"])
         notes = confine(job["reads"], libraries, job["limits"])
         if "each" in job:
-            found: dict[str, Any] = {"value": [outcome(function, each) for each in job["each"]], "warnings": []}
+            found: dict[str, Any] = {"value": [_outcome(function, each) for each in job["each"]], "warnings": []}
         else:
-            found = outcome(function, job["arguments"])
+            found = _outcome(function, job["arguments"])
         with notes.silent():
             seen = {path: (use, state(use, path)) for path, (use, _) in notes.paths.items()}
             found["files"] = seen if notes.unchanged() else None
         return packed(found)
     except BaseException as error:  # whatever a file makes of a reader
-        return packed({"fault": fault(error, job["limits"]["memory"])})
+        return packed({"fault": _fault(error, job["limits"]["memory"])})
 
 
-def outcome(function: Any, arguments: list[Any]) -> dict[str, Any]:
+def _outcome(function: Any, arguments: list[Any]) -> dict[str, Any]:
     """What a function returns or raises, and its warnings."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("ignore")
@@ -48,7 +48,7 @@ def outcome(function: Any, arguments: list[Any]) -> dict[str, Any]:
     return {**found, "warnings": [str(one.message) for one in caught]}
 
 
-def fault(error: BaseException, memory: int) -> str:
+def _fault(error: BaseException, memory: int) -> str:
     """What went wrong, in one line."""
     if isinstance(error, MemoryError):
         return f"it takes more than {memory >> 20} MiB of memory"

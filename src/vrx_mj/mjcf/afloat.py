@@ -26,30 +26,30 @@ from vrx_mj.mjcf.docks import block_corners
 from vrx_mj.mjcf.placement import PlacedDock, PlacedObject
 from vrx_mj.mjcf.terrain import area_of, shoreline
 
-Area = Any
+_Area = Any
 """A shapely polygon in the world [m]."""
-Frame = tuple[float, float, float]
+_Frame = tuple[float, float, float]
 """x, y [m] and yaw [rad] in the world."""
-Place = tuple[float, float]
+_Place = tuple[float, float]
 """x, y [m] in the world."""
 
 FARTHEST_ORIGIN = 300.0
 """How far from where it is asked for an origin is looked for [m]."""
-ORIGIN_STEP = 2
+_ORIGIN_STEP = 2
 """Between the places tried [m]; their coordinates are whole numbers."""
-TURNS = (0, 1, -1, 2, -2, 3, -3, 4)
+_TURNS = (0, 1, -1, 2, -2, 3, -3, 4)
 """Eighths of a turn that are tried, the fleet's own heading first."""
-FLEET_MARGIN = 1.0
+_FLEET_MARGIN = 1.0
 """Water left around each boat and around all of them [m]."""
-ORIGINS_TOGETHER = 500
+_ORIGINS_TOGETHER = 500
 """Places tried in one call of shapely's."""
-AROUND = 2000.0
+_AROUND = 2000.0
 """How far from the place the water is looked at [m]."""
 
 
 def free_origin(
-    corners: FloatArray, frame: Frame, land: Area, taken: Area, *, water: Place, middle: Place | None = None
-) -> Frame | None:
+    corners: FloatArray, frame: _Frame, land: _Area, taken: _Area, *, water: _Place, middle: _Place | None = None
+) -> _Frame | None:
     """The frame that has all boats in one free water, their middle as near as can be to where it is to be.
 
     None where nothing within `FARTHEST_ORIGIN` is free.
@@ -62,7 +62,7 @@ def free_origin(
         water: a place [m] in the water that is meant, or near it.
         middle: where the middle of the boats is to be [m]; None: where it is.
     """
-    outlines = shapely.buffer(shapely.polygons(corners), FLEET_MARGIN, join_style="mitre")
+    outlines = shapely.buffer(shapely.polygons(corners), _FLEET_MARGIN, join_style="mitre")
     pairs = shapely.STRtree(shapely.polygons(corners)).query(shapely.polygons(corners), predicate="intersects")
     if pairs.shape[1] > len(corners):
         return None  # boats are on one another wherever they are
@@ -73,7 +73,7 @@ def free_origin(
     centre = _turned(corners.reshape(-1, 2) - frame[:2], -frame[2]).mean(axis=0)
     goal = np.array(frame[:2]) + _turned(centre, frame[2]) if middle is None else np.array(middle)
     around = shapely.get_coordinates(shapely.convex_hull(shapely.multipoints(own)))
-    for turn in TURNS:
+    for turn in _TURNS:
         yaw = round(math.remainder(frame[2] + turn * math.pi / 4, 2 * math.pi), 2)
         boats, hull = _turned(own, yaw).reshape(len(corners), -1, 2), _turned(around, yaw)
         for places in _places(goal - _turned(centre, yaw)):
@@ -84,10 +84,12 @@ def free_origin(
     return None
 
 
-def _water(near: Place, land: Area) -> Area:
+def _water(near: _Place, land: _Area) -> _Area:
     """The connected water at a place, or nearest to it."""
     x, y = near
-    waters = shapely.get_parts(shapely.difference(shapely.box(x - AROUND, y - AROUND, x + AROUND, y + AROUND), land))
+    waters = shapely.get_parts(
+        shapely.difference(shapely.box(x - _AROUND, y - _AROUND, x + _AROUND, y + _AROUND), land)
+    )
     if len(waters) == 0:
         return shapely.Polygon()
     return waters[int(np.argmin(shapely.distance(waters, shapely.Point(near))))]
@@ -101,32 +103,32 @@ def _turned(points: FloatArray, angle: float) -> FloatArray:
 
 def _places(near: FloatArray) -> Iterator[FloatArray]:
     """Places (n, 2) [m] around one, the nearest first."""
-    reach = np.arange(-FARTHEST_ORIGIN, FARTHEST_ORIGIN + ORIGIN_STEP / 2, ORIGIN_STEP)
+    reach = np.arange(-FARTHEST_ORIGIN, FARTHEST_ORIGIN + _ORIGIN_STEP / 2, _ORIGIN_STEP)
     grid = np.stack(np.meshgrid(np.round(near[0]) + reach, np.round(near[1]) + reach), axis=-1).reshape(-1, 2)
     distance = np.hypot(*(grid - near).T)
     order = np.argsort(distance, kind="stable")
     grid = grid[order[: int(np.count_nonzero(distance <= FARTHEST_ORIGIN))]]
-    return iter(np.array_split(grid, math.ceil(len(grid) / ORIGINS_TOGETHER)))
+    return iter(np.array_split(grid, math.ceil(len(grid) / _ORIGINS_TOGETHER)))
 
 
-LEAST = 0.5
+_LEAST = 0.5
 """Least length and beam that a boat counts with [m]: two of them never have one origin."""
-MARGIN = 0.5
+_MARGIN = 0.5
 """Water left around a boat that is moved [m]."""
-STEP = 0.5
+_STEP = 0.5
 """Between the places tried for it [m]."""
-DIRECTIONS = 120
+_DIRECTIONS = 120
 """At most tried at one distance."""
-TOGETHER = 250
+_TOGETHER = 250
 """Places tried in one call of shapely's: most boats need no more."""
-FARTHEST = 200.0
+_FARTHEST = 200.0
 """How far a boat may be moved [m]."""
-CLEARANCE = 1.0
+_CLEARANCE = 1.0
 """From the origin of an object to a boat that is moved [m], beside the margin."""
-ADVICE = "move it, or let `--nudge` (in Python `nudge=True`) move it to the nearest free place"
+_ADVICE = "move it, or let `--nudge` (in Python `nudge=True`) move it to the nearest free place"
 
 
-LAND = "land"
+_LAND = "land"
 
 
 class _Thing(NamedTuple):
@@ -134,7 +136,7 @@ class _Thing(NamedTuple):
 
     on: str
     inside: str
-    area: Area
+    area: _Area
 
 
 def boats_afloat(
@@ -159,7 +161,7 @@ def boats_afloat(
     areas = _areas(boats, built)
     things = _things(config, docks)
     found = _faults(boats, areas, things)
-    buoys = shapely.buffer(shapely.points([item.pose[:2] for item in objects]), CLEARANCE) if objects else []
+    buoys = shapely.buffer(shapely.points([item.pose[:2] for item in objects]), _CLEARANCE) if objects else []
     if far := far_from_all(fleet, located, config):
         spawn = config.spawn.pose[:2]
         better = _better_origin(fleet.frame(config), areas, things, buoys, water=spawn, middle=spawn)
@@ -171,7 +173,7 @@ def boats_afloat(
     if found and fleet.is_empty:
         warnings.warn(f"world {config.name}: {found[0]}, at the spawn pose", VrxWarning, stacklevel=4)
     elif found:
-        advice = f"no free place within {FARTHEST:g} m" if nudge else ADVICE
+        advice = f"no free place within {_FARTHEST:g} m" if nudge else _ADVICE
         texts = {i: f"{found[i]}; {advice}" for i in sorted(found)}
         if len(boats) > 1 and (fleet.layout or fleet.origin != "world"):
             frame = fleet.frame(config)
@@ -182,17 +184,17 @@ def boats_afloat(
 
 
 def _better_origin(
-    frame: Frame,
+    frame: _Frame,
     areas: FloatArray,
     things: Sequence[_Thing],
-    buoys: Sequence[Area],
+    buoys: Sequence[_Area],
     *,
-    water: Place,
-    middle: Place | None = None,
+    water: _Place,
+    middle: _Place | None = None,
 ) -> str:
     """The origin that `free_origin` finds, as advice; empty without one."""
-    land = next((thing.area for thing in things if thing.on == LAND), shapely.Polygon())
-    taken = shapely.union_all([*(thing.area for thing in things if thing.on != LAND), *buoys])
+    land = next((thing.area for thing in things if thing.on == _LAND), shapely.Polygon())
+    taken = shapely.union_all([*(thing.area for thing in things if thing.on != _LAND), *buoys])
     corners = np.array([shapely.get_coordinates(area)[:4] for area in areas])
     origin = free_origin(corners, frame, land, taken, water=water, middle=middle)
     if origin is None:
@@ -231,7 +233,7 @@ def outline(boat: Boat) -> FloatArray:
         (back, right, _), (front, left, _) = boat_box(boat)
     except VrxError:
         back = right = front = left = 0.0
-    half = LEAST / 2
+    half = _LEAST / 2
     back, front, right, left = min(back, -half), max(front, half), min(right, -half), max(left, half)
     return np.array([(front, left), (back, left), (back, right), (front, right)])
 
@@ -240,7 +242,7 @@ def _things(config: WorldConfig, docks: Sequence[PlacedDock]) -> list[_Thing]:
     found = []
     if config.terrain:
         land = area_of(shoreline(config.terrain, config.folder))
-        found.append(_Thing(LAND, f"the shore of {config.terrain}", land))
+        found.append(_Thing(_LAND, f"the shore of {config.terrain}", land))
     for dock in docks:
         blocks = shapely.union_all(shapely.polygons(block_corners(dock)))
         found.append(_Thing(f"the dock '{dock.name}'", "it", blocks))
@@ -266,7 +268,7 @@ def _faults(boats: Sequence[BoatConfig], areas: FloatArray, things: Sequence[_Th
     return found
 
 
-def _depth(area: Area, thing: Area) -> float:
+def _depth(area: _Area, thing: _Area) -> float:
     """Distance [m] from the edge of a thing to the farthest point of a boat inside of it, on a lattice of 9 x 5."""
     a, b, _, d = shapely.get_coordinates(area)[:4]
     along, across = np.meshgrid(np.linspace(0.0, 1.0, 9), np.linspace(0.0, 1.0, 5))
@@ -277,7 +279,7 @@ def _depth(area: Area, thing: Area) -> float:
 
 
 def _free_places(
-    areas: FloatArray, found: Mapping[int, str], things: Sequence[_Thing], buoys: Sequence[Area]
+    areas: FloatArray, found: Mapping[int, str], things: Sequence[_Thing], buoys: Sequence[_Area]
 ) -> dict[int, tuple[float, float] | None]:  # fmt: skip
     """By how much (x, y) [m] each boat at fault is moved, in their order; None without room for it."""
     taken = [*(area for i, area in enumerate(areas) if i not in found), *buoys]
@@ -288,9 +290,9 @@ def _free_places(
     return moves
 
 
-def _free_place(area: Area, things: Sequence[_Thing], taken: Any) -> tuple[float, float] | None:
+def _free_place(area: _Area, things: Sequence[_Thing], taken: Any) -> tuple[float, float] | None:
     """The least move [m] that brings a boat into free water, with some around it."""
-    outline = shapely.get_coordinates(shapely.buffer(area, MARGIN, join_style="mitre"))
+    outline = shapely.get_coordinates(shapely.buffer(area, _MARGIN, join_style="mitre"))
     for moves in _moves():
         places = shapely.polygons(outline + moves[:, None])
         free = np.ones(len(moves), np.bool_)
@@ -305,14 +307,14 @@ def _free_place(area: Area, things: Sequence[_Thing], taken: Any) -> tuple[float
 
 @functools.cache
 def _moves() -> tuple[FloatArray, ...]:
-    """The moves that are tried (n, 2) [m], the least first, in groups of about `TOGETHER`."""
+    """The moves that are tried (n, 2) [m], the least first, in groups of about `_TOGETHER`."""
     rings = []
-    for distance in np.arange(STEP, FARTHEST + STEP / 2, STEP):
-        count = min(math.ceil(2 * math.pi * distance / STEP), DIRECTIONS)
+    for distance in np.arange(_STEP, _FARTHEST + _STEP / 2, _STEP):
+        count = min(math.ceil(2 * math.pi * distance / _STEP), _DIRECTIONS)
         angles = 2 * math.pi * np.arange(count) / count
         rings.append(distance * np.column_stack([np.cos(angles), np.sin(angles)]))
     moves = np.concatenate(rings)
-    return tuple(np.array_split(moves, len(moves) // TOGETHER))
+    return tuple(np.array_split(moves, len(moves) // _TOGETHER))
 
 
 def _moved(boat: BoatConfig, move: tuple[float, float] | None, fault: str) -> BoatConfig:

@@ -26,8 +26,8 @@ from vrx_mj.formats.urdf.model import ZERO, Gazebo, Inertial, Joint, Urdf, UrdfT
 from vrx_mj.frames import Pose, apply, compose, facing, inverse, rotation
 from vrx_mj.mjcf.steering import Hinges, known, own_problem, read_hinges, room
 
-Vector = tuple[float, float, float]
-YIELDING = ContactConfig()
+_Vector = tuple[float, float, float]
+_YIELDING = ContactConfig()
 """Contact parameters of a robot whose file gives none."""
 
 
@@ -71,9 +71,9 @@ class AssembledThruster:
     """What steers; None: nothing does."""
     pose: Pose
     """Pose of the hinge in the base link's frame, its z axis the one of steering [m, rad]."""
-    center: Vector
+    center: _Vector
     """Where the force acts, in the hinge's frame [m]."""
-    direction: Vector
+    direction: _Vector
     """Direction of the force at zero steering, in the hinge's frame."""
     drive: ThrusterConfig
     servo: ServoConfig
@@ -95,10 +95,10 @@ class Boat:
     thrusters: tuple[AssembledThruster, ...]
     hydrodynamics: HydrodynamicsConfig | None
     """None: not known, to be derived from the shapes."""
-    wind: Vector | None
+    wind: _Vector | None
     sensors: tuple[SensorConfig, ...]
     warnings: tuple[str, ...] = ()
-    contact: ContactConfig = YIELDING
+    contact: ContactConfig = _YIELDING
     """How the hull yields to what it touches."""
     water: Mapping[str, Any] = field(default_factory=dict)
     """Fields of `HydrodynamicsConfig` that are known where the rest is to be derived; in a six None is what is not."""
@@ -106,7 +106,7 @@ class Boat:
     """Areas and coefficients in profile `marine`, instead of `wind`."""
     hull: MarineHullConfig | None = None
     """Hull in profile `marine`."""
-    pushed: Vector | None = None
+    pushed: _Vector | None = None
     """Where in the base link water and wind push [m]; None: at the centre of mass of what is held to it."""
     autopilot: Mapping[str, ChannelEntry] = field(default_factory=dict)
     """What an autopilot's channels command, by number."""
@@ -115,7 +115,7 @@ class Boat:
     """Its URDF, with the places of its meshes; empty if it is made of the package's own files alone."""
 
 
-DRIFTS = "no thruster, so the boat drifts; add `thrusters` to the YAML beside it"
+_DRIFTS = "no thruster, so the boat drifts; add `thrusters` to the YAML beside it"
 
 
 def assembled(urdf: Urdf, config: RobotConfig, drive: Mapping[str, object] = MappingProxyType({})) -> Boat:
@@ -160,7 +160,7 @@ def assembled(urdf: Urdf, config: RobotConfig, drive: Mapping[str, object] = Map
             *hinges.notes,
             *_loose(urdf, thrusters, hinges),
             *_swinging(urdf, sensors, hinges),
-            *([] if pushing or "thrusters" in config.model_fields_set else [DRIFTS]),
+            *([] if pushing or "thrusters" in config.model_fields_set else [_DRIFTS]),
         ),
     )
 

@@ -30,11 +30,11 @@ from vrx_mj.mjcf.derive import DENSITY, LINES, Derived, derived_floats, derived_
 from vrx_mj.mjcf.steering import located
 from vrx_mj.resources import root
 
-SHOWN_NOTES = 12
+_SHOWN_NOTES = 12
 """Greatest number of faults of a robot that a warning lists."""
-XACRO_MARKS = ("<xacro:", "${", "$(")
+_XACRO_MARKS = ("<xacro:", "${", "$(")
 """Text by which a URDF with something to expand is recognized."""
-VRX, NONE = "vrx", "none"
+_VRX, _NONE = "vrx", "none"
 """Names of the suites that a fleet can ask for whatever the robot: what it carries by default, and nothing."""
 
 
@@ -191,7 +191,7 @@ def _plain_urdf(file: Path) -> str | None:
         return None  # `expand` reports what is wrong
     first, *rest = text.split("<!--")  # VRX's macros leave comments with expressions in them
     bare = first + "".join(piece.partition("-->")[2] for piece in rest)
-    return None if any(mark in bare for mark in XACRO_MARKS) else text
+    return None if any(mark in bare for mark in _XACRO_MARKS) else text
 
 
 def _layout(order: Order, config: RobotConfig) -> Mapping[str, str]:
@@ -204,12 +204,12 @@ def _equipment(order: Order, config: RobotConfig) -> tuple[dict[str, str], tuple
     """Xacro arguments for the sensors of an order, and the names of those to keep; None: all of them."""
     asked, suites = order.sensors, config.suites
     if order.components or not suites:
-        return {}, None if asked in {None, (VRX,)} else () if asked == (NONE,) else asked
+        return {}, None if asked in {None, (_VRX,)} else () if asked == (_NONE,) else asked
     if asked is None:
-        return dict(suites.get(VRX, {})), None
+        return dict(suites.get(_VRX, {})), None
     if all(name in suites for name in asked):
         return {key: value for name in asked for key, value in suites[name].items()}, None
-    return dict(suites.get(VRX, {})), asked
+    return dict(suites.get(_VRX, {})), asked
 
 
 def _chosen(boat: Boat, wanted: tuple[str, ...] | None, config: RobotConfig) -> tuple[SensorConfig, ...]:
@@ -226,7 +226,7 @@ def _chosen(boat: Boat, wanted: tuple[str, ...] | None, config: RobotConfig) -> 
 
 def _unassembled(boat: Boat, order: Order, config: RobotConfig) -> str:
     """A note where VRX's sensors are asked for, and the boat's own files list which it carries."""
-    if order.sensors != (VRX,) or (config.suites and not order.components):
+    if order.sensors != (_VRX,) or (config.suites and not order.components):
         return ""
     carried = ", ".join(sensor.name for sensor in boat.sensors) or "none"
     return f"`sensors: vrx` adds no sensor: it carries those of its own files, {carried}"
@@ -259,7 +259,7 @@ def _completed(known: Mapping[str, Any], derived: Mapping[str, Any]) -> dict[str
     }
 
 
-OF_HULL = {"added_mass": "added_mass hydro", "drag_linear": "damping_linear", "drag_quadratic": "damping_quadratic"}
+_OF_HULL = {"added_mass": "added_mass hydro", "drag_linear": "damping_linear", "drag_quadratic": "damping_quadratic"}
 """Fields of `HydrodynamicsConfig` that a hull of profile `marine` takes, and its own keys that give them."""
 
 
@@ -270,9 +270,9 @@ def _derived(
 
     Floats alone, with the lift of the shapes, are no guess.
     """
-    of_hull = {key for key, own in OF_HULL.items() if any(getattr(hull, name, ()) for name in own.split())}
-    guessed = OF_HULL.keys() - of_hull - given.keys()
-    floats = set() if hull else guess.values.keys() - OF_HULL.keys() - {"hulls", *given}
+    of_hull = {key for key, own in _OF_HULL.items() if any(getattr(hull, name, ()) for name in own.split())}
+    guessed = _OF_HULL.keys() - of_hull - given.keys()
+    floats = set() if hull else guess.values.keys() - _OF_HULL.keys() - {"hulls", *given}
     missing = [
         f"{key} {_short(value)}{' (in part that of its file)' if key in known else ''}"
         for key, value in guess.values.items()
@@ -290,7 +290,7 @@ def _listed(robot: str, notes: Sequence[str]) -> str:
     """Text of the remarks about a robot: in the same line if it is one thing, else one a line."""
     if len(notes) == 1:
         return f"robot {robot}: {notes[0]}"
-    return "\n".join([f"robot {robot}:", *first_lines(notes, SHOWN_NOTES)])
+    return "\n".join([f"robot {robot}:", *first_lines(notes, _SHOWN_NOTES)])
 
 
 def _short(value: object) -> str:

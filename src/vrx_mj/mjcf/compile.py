@@ -42,7 +42,7 @@ from vrx_mj.model.site import Georeference
 from vrx_mj.model.tasks import Task
 from vrx_mj.model.world import FORMAT, Parameters, checked_parameters, tree_of
 
-STIFF = 2.0
+_STIFF = 2.0
 """Share of a boat's velocity that drag may take in a step."""
 
 Source = str | Path | Mapping[str, Any]
@@ -254,7 +254,7 @@ class _Assembly:
             wind=wind_parameters(config.wind, config.physics.profile),
             air=air_parameters(config.wind, config.physics.profile),
             **self.rows.tables,
-            spawn=spawn_parameters(config),
+            spawn=_spawn_parameters(config),
             task=self.task,
             waypoints=waypoints(self.task),
             markers=tuple(marker_rows(config.markers, waypoints(self.task))),
@@ -268,13 +268,13 @@ class _Assembly:
 
 def _warn_if_stiff(boat: Boat, timestep: float) -> None:
     share = stiffness(boat, timestep)
-    if share > STIFF:
+    if share > _STIFF:
         text = f"robot {boat.name}: its linear drag removes {share:.3g} times its velocity in a step of {timestep:g} s"
-        text += f"; beyond {STIFF:g} it diverges: check `drag_linear`, or use a shorter timestep"
+        text += f"; beyond {_STIFF:g} it diverges: check `drag_linear`, or use a shorter timestep"
         warnings.warn(text, VrxWarning, stacklevel=5)
 
 
-def spawn_parameters(config: WorldConfig) -> Spawn:
+def _spawn_parameters(config: WorldConfig) -> Spawn:
     """What a boat that joins later takes from the world: parts that nobody names, and how the wind acts on it."""
     parts = config.spawn.model_dump(include={"robot", "arguments", "thrusters", "sensors"})
     return Spawn(**parts, wind=newcomer_wind(config.wind, config.physics), quirks=config.physics.quirks)

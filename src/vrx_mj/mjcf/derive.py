@@ -95,28 +95,28 @@ def _cut(wet: FloatArray, dry: FloatArray, level: float) -> FloatArray:
 
 DENSITY = 997.8
 """Of VRX's water [kg/m3]."""
-RESERVE = 2.5
+_RESERVE = 2.5
 """Largest lift over weight of floats in lines: 2.7 for the bare WAM-V."""
-RESERVES = (1.1, 10.0)
+_RESERVES = (1.1, 10.0)
 """Least and largest lift over weight of floats that have a volume."""
-SPREAD = 1.0 / math.sqrt(3.0)
+_SPREAD = 1.0 / math.sqrt(3.0)
 """Two lines of stations this share of the beam apart roll as stiffly as a solid rectangular waterplane."""
-MODEL_LENGTH = 4.9
+_MODEL_LENGTH = 4.9
 """Of the WAM-V [m], whose drag is scaled by Froude's law: forces per speed with the length to 2.5, moments to 4.5."""
-MODEL_LINEAR = (51.3, 40.0, 500.0, 50.0, 50.0, 400.0)
-MODEL_SURGE_QUADRATIC = 72.4
+_MODEL_LINEAR = (51.3, 40.0, 500.0, 50.0, 50.0, 400.0)
+_MODEL_SURGE_QUADRATIC = 72.4
 LINES = frozenset({"hull_radius", "boat_width", "boat_length", "hulls"})
 """Fields that place floats: a file that gives one of them means lines of floats at z = 0, as VRX has them."""
-HIGHEST_LIFT = 0.1
+_HIGHEST_LIFT = 0.1
 """Share of the length up to which the water may push above where it is felt: drag then still damps all motion."""
-ODD_ANGLE = math.radians(5.0)
+_ODD_ANGLE = math.radians(5.0)
 """Heel or trim at rest beyond which a boat's masses are hardly meant so."""
-LEAST_SHARE = 0.1
+_LEAST_SHARE = 0.1
 """Share of a boat's displacement below which its shapes are no hull, and give no more than its length and beam."""
-AWASH = 0.95
+_AWASH = 0.95
 """Share of its height at which a boat floats that is heavier than what its shapes displace."""
 
-Corner = tuple[float, float, float]
+_Corner = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
@@ -136,7 +136,7 @@ def derived_lines(boat: Boat) -> Derived:
     """VRX's two lines of floats for a boat of which only shapes and mass are known.
 
     Length and beam are those of the box around what collides, or else is seen; the floats' radius gives a lift of
-    `RESERVE` times the weight; drag is the WAM-V's by Froude's law of similarity; added mass is nil.
+    `_RESERVE` times the weight; drag is the WAM-V's by Froude's law of similarity; added mass is nil.
 
     Raises:
         VrxError: the boat has no shape, or no mass.
@@ -144,8 +144,8 @@ def derived_lines(boat: Boat) -> Derived:
     low, high = boat_box(boat)
     length, beam = high[0] - low[0], high[1] - low[1]
     floats = {
-        "hull_radius": math.sqrt(RESERVE * boat_mass(boat).mass / (math.pi * DENSITY * length)),
-        "boat_width": SPREAD * beam,
+        "hull_radius": math.sqrt(_RESERVE * boat_mass(boat).mass / (math.pi * DENSITY * length)),
+        "boat_width": _SPREAD * beam,
         "boat_length": length,
     }
     return Derived(floats | _resistance(length))
@@ -169,17 +169,17 @@ def derived_floats(boat: Boat, density: float, stations: int) -> Derived:
     if whole > wanted * (1.0 + 1e-6):
         level = floating_level(corners, wanted)
     else:
-        level = low + AWASH * (high - low)
+        level = low + _AWASH * (high - low)
         carries = f"{whole:.3g} m3, carries {whole * density:.4g} kg, and it weighs {body.mass:.4g} kg"
         notes = (*notes, f"the volume of its shapes, {carries}: it floats awash")
-    if whole < LEAST_SHARE * wanted:
+    if whole < _LEAST_SHARE * wanted:
         return replace(derived_lines(boat), notes=notes)
     wet = displaced(corners, level)
     if wet.area <= 0.0:  # surfaces that pass through themselves
         return derived_lines(boat)
     rest = f"waterline at z = {round(level, 4) + 0.0:.3g} m, draft {level - low:.3g} m"
     length = float(np.ptp(corners[:, :, 0]))
-    floats, lift = _floats(wet, level, wanted, max(whole, wanted), stations, HIGHEST_LIFT * length)
+    floats, lift = _floats(wet, level, wanted, max(whole, wanted), stations, _HIGHEST_LIFT * length)
     values = floats | {"boat_length": length} | _resistance(length)
     return Derived(values, rest, (*notes, *rest_notes(wet, body.center)), (0.0, 0.0, lift))
 
@@ -196,7 +196,7 @@ def _floats(
     """
     from scipy.optimize import brentq
 
-    reserve = min(max(whole / volume, RESERVES[0]), RESERVES[1])
+    reserve = min(max(whole / volume, _RESERVES[0]), _RESERVES[1])
     share = float(brentq(lambda s: _section(s) - 0.5 * math.pi / reserve, 1e-6, 1.0))
     chord = 2.0 * math.sqrt(share * (2.0 - share))
     radius = volume / wet.area * chord / _section(share)
@@ -235,7 +235,7 @@ def rest_notes(wet: Displaced, center: FloatArray, given: str = "the <inertial> 
         (math.atan2(ahead, trim), ("bow", "stern"), abs(ahead)),
         (math.atan2(left, heel), ("port side", "starboard side"), abs(left)),
     ):
-        if abs(angle) > ODD_ANGLE:
+        if abs(angle) > _ODD_ANGLE:
             end = ends[0] if angle > 0.0 else ends[1]
             notes.append(
                 f"it floats about {math.degrees(abs(angle)):.0f} degrees down at the {end}: its centre of mass is "
@@ -246,12 +246,12 @@ def rest_notes(wet: Displaced, center: FloatArray, given: str = "the <inertial> 
 
 def _resistance(length: float) -> dict[str, object]:
     """The WAM-V's drag for a boat of a length [m]."""
-    scale = length / MODEL_LENGTH
+    scale = length / _MODEL_LENGTH
     forces, moments = scale**2.5, scale**4.5
     return {
         "added_mass": (0.0,) * 6,
-        "drag_linear": tuple(value * (forces if i < 3 else moments) for i, value in enumerate(MODEL_LINEAR)),
-        "drag_quadratic": (MODEL_SURGE_QUADRATIC * scale**2, 0.0, 0.0, 0.0, 0.0, 0.0),
+        "drag_linear": tuple(value * (forces if i < 3 else moments) for i, value in enumerate(_MODEL_LINEAR)),
+        "drag_quadratic": (_MODEL_SURGE_QUADRATIC * scale**2, 0.0, 0.0, 0.0, 0.0, 0.0),
     }
 
 
@@ -280,7 +280,7 @@ def _placed(corners: FloatArray, part: Part, shape: Shape) -> FloatArray:
     return placed
 
 
-def boat_box(boat: Boat) -> tuple[Corner, Corner]:
+def boat_box(boat: Boat) -> tuple[_Corner, _Corner]:
     """Least and greatest corner [m] in the base link's axes of the box around what the base link carries.
 
     Raises:
@@ -294,7 +294,7 @@ def boat_box(boat: Boat) -> tuple[Corner, Corner]:
     raise VrxError(f"robot {boat.name}: no shape gives its length and width; give a link <collision> or <visual>")
 
 
-def _corners(part: Part, shape: Shape) -> list[Corner]:
+def _corners(part: Part, shape: Shape) -> list[_Corner]:
     pose = compose(part.pose, shape.pose)
     turn = rotation(*pose[3:])
     low, high = _extent(shape)
@@ -305,7 +305,7 @@ def _corners(part: Part, shape: Shape) -> list[Corner]:
     return found
 
 
-def _extent(shape: Shape) -> tuple[Corner, Corner]:
+def _extent(shape: Shape) -> tuple[_Corner, _Corner]:
     """Least and greatest corner of a shape in its own frame [m]."""
     if shape.type == "mesh":
         points = read_mesh(contained(str(shape.file), shape.folder), shape.scale).points

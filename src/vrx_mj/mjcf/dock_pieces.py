@@ -20,16 +20,16 @@ from vrx_mj.mjcf.wind import NO_WIND, wind_coefficients
 from vrx_mj.model.afloat import Block, Element, Mooring
 from vrx_mj.model.site import Dock, Placard
 
-Row = dict[str, Any]
-Vector = tuple[float, float, float]
+_Row = dict[str, Any]
+_Vector = tuple[float, float, float]
 
 BLOCK_MODELS = {0.5: "dock_block", 1.0: "dock_block_2x2", 1.5: "dock_block_3x3", 2.0: "dock_block_4x4_dynamic"}
 """Floating objects by the edge of the block [m] whose mass and buoyancy they give."""
-BLOCK_HEIGHT = 0.25
+_BLOCK_HEIGHT = 0.25
 """Of the blocks' middles over the dock's origin, where they start [m]. VRX: dock_generator.erb."""
-BEND = 0.1
+_BEND = 0.1
 """Farthest angle of a hinge between two blocks [rad]. VRX: dock_generator.erb."""
-NEAR = 2
+_NEAR = 2
 """Blocks up to this many rows and columns away are never tested for contact with a placard's own block."""
 
 
@@ -38,7 +38,7 @@ def dock_piece(dock: PlacedDock) -> Piece:
     cells, edge = dock.cells, dock.config.block
     boards = [_board(dock, item) for item in dock.berths.placards]
     needed = list(dict.fromkeys(mesh for item in dock.berths.placards for mesh in _meshes(item)))
-    values: Row = {"name": dock.name, "block": edge, "height": BLOCK_HEIGHT, "meshes": needed}
+    values: _Row = {"name": dock.name, "block": edge, "height": _BLOCK_HEIGHT, "meshes": needed}
     values["solid_meshes"] = meshes(
         shape for item in dock.berths.placards for shape in load_object(item.model).collisions
     )
@@ -49,7 +49,7 @@ def dock_piece(dock: PlacedDock) -> Piece:
         assert moments is not None, "a block that floats"
         values |= {
             "root": _node(dock, tree, 0, boards),
-            "bend": BEND,
+            "bend": _BEND,
             "mass": _block(edge).mass,
             "inertia": moments[:3],
             "excluded": [(bodies[a], bodies[b]) for a, b in _beside(cells)] + list(_around(dock, boards, bodies)),
@@ -150,7 +150,7 @@ def _moorings(dock: PlacedDock, first: int) -> list[Mooring]:
     for sx, sy in ((-1, -1), (-1, 1), (1, -1), (1, 1)):
         cell = max(dock.cells, key=lambda cell: (sx * cell[0] + sy * cell[1], sx * cell[0]))
         index = tree.cells.index(cell)
-        corner = (edge * (cell[0] + sx / 2), edge * (cell[1] + sy / 2), BLOCK_HEIGHT)
+        corner = (edge * (cell[0] + sx / 2), edge * (cell[1] + sy / 2), _BLOCK_HEIGHT)
         there = apply(turn, corner)
         origin = (0.0, 0.0, 0.0) if index == 0 else _center(cell, edge)
         line = Mooring(
@@ -173,9 +173,9 @@ def _centered(element: BuoyancyElement) -> BuoyancyElement:
     return element.model_copy(update={"pose": (0.0, 0.0, *element.pose[2:])})
 
 
-def _center(cell: Cell, edge: float) -> Vector:
+def _center(cell: Cell, edge: float) -> _Vector:
     """Middle of a block in the dock's frame [m]."""
-    return edge * cell[0], edge * cell[1], BLOCK_HEIGHT
+    return edge * cell[0], edge * cell[1], _BLOCK_HEIGHT
 
 
 def _bodies(dock: PlacedDock, tree: BlockTree) -> list[str]:
@@ -183,7 +183,7 @@ def _bodies(dock: PlacedDock, tree: BlockTree) -> list[str]:
     return [f"{dock.name}/dock", *(f"{dock.name}/dock_block_{i}_{j}" for i, j in tree.cells[1:])]
 
 
-def _hinge(tree: BlockTree, index: int, edge: float) -> tuple[Vector, Vector, Vector]:
+def _hinge(tree: BlockTree, index: int, edge: float) -> tuple[_Vector, _Vector, _Vector]:
     """Where a block's frame is in the frame of the one it hangs on, and the hinge's point and axis in its own."""
     if index == 0:
         return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (1.0, 0.0, 0.0)
@@ -194,7 +194,7 @@ def _hinge(tree: BlockTree, index: int, edge: float) -> tuple[Vector, Vector, Ve
     return (x, y, z), (edge * di / 2, edge * dj / 2, 0.0), (float(abs(dj)), float(abs(di)), 0.0)
 
 
-def _node(dock: PlacedDock, tree: BlockTree, index: int, boards: Sequence[Row]) -> Row:
+def _node(dock: PlacedDock, tree: BlockTree, index: int, boards: Sequence[_Row]) -> _Row:
     """A block for the template, with those that hang on it."""
     edge, cell = dock.config.block, tree.cells[index]
     position, anchor, axis = _hinge(tree, index, edge)
@@ -211,7 +211,7 @@ def _node(dock: PlacedDock, tree: BlockTree, index: int, boards: Sequence[Row]) 
     }
 
 
-def _board(dock: PlacedDock, item: PlacardConfig) -> Row:
+def _board(dock: PlacedDock, item: PlacardConfig) -> _Row:
     """A placard for the template, in the frame of the dock."""
     model = load_object(item.model)
     cells, edge = dock.cells, dock.config.block
@@ -225,7 +225,7 @@ def _board(dock: PlacedDock, item: PlacardConfig) -> Row:
     }
 
 
-def _carried(board: Row, cell: Cell, edge: float, *, root: bool) -> Row:
+def _carried(board: _Row, cell: Cell, edge: float, *, root: bool) -> _Row:
     """A placard in the frame of the block that carries it; the root's is the dock's own."""
     x, y, z = (0.0, 0.0, 0.0) if root else _center(cell, edge)
     pose = (board["pose"][0] - x, board["pose"][1] - y, board["pose"][2] - z, *board["pose"][3:])
@@ -261,16 +261,16 @@ def _beside(cells: Sequence[Cell]) -> Iterator[tuple[Cell, Cell]]:
         yield from (((i, j), near) for near in after if near in there)
 
 
-def _around(dock: PlacedDock, boards: Sequence[Row], bodies: Mapping[Cell, str]) -> Iterator[tuple[str, str]]:
+def _around(dock: PlacedDock, boards: Sequence[_Row], bodies: Mapping[Cell, str]) -> Iterator[tuple[str, str]]:
     """Pairs of a placard and a block that is near its own."""
     for board in boards:
         row, column = board["block"]
         for (i, j), body in bodies.items():
-            if max(abs(i - row), abs(j - column)) <= NEAR and (i, j) != (row, column):
+            if max(abs(i - row), abs(j - column)) <= _NEAR and (i, j) != (row, column):
                 yield board["body"], body
 
 
-def _closure(bodies: Mapping[Cell, str], pair: tuple[Cell, Cell], root: Cell, edge: float) -> Row:
+def _closure(bodies: Mapping[Cell, str], pair: tuple[Cell, Cell], root: Cell, edge: float) -> _Row:
     """Two points that two blocks share: the ends of an edge, in the frame of the first."""
     (i, j), (k, m) = pair
     x, y, z = _center((i, j), edge) if (i, j) == root else (0.0, 0.0, 0.0)

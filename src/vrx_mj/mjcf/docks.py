@@ -19,7 +19,7 @@ from vrx_mj.frames import Pose, apply, rotation
 from vrx_mj.mjcf.placement import PlacedDock
 from vrx_mj.model import tasks
 
-Row = dict[str, Any]
+_Row = dict[str, Any]
 
 
 class Blocks(Protocol):
@@ -54,7 +54,7 @@ def find_dock(docks: Sequence[PlacedDock], name: str) -> PlacedDock:
     raise UnknownNameError("dock", name, names)
 
 
-def dock_zones(dock: PlacedDock) -> Row:
+def dock_zones(dock: PlacedDock) -> _Row:
     """Everything about a dock that a task wants to know, as plain data; places in the dock's frame, m and rad.
 
     The dock's frame has its origin on the water in the middle of the drawing's first cell, x down the page, y to the

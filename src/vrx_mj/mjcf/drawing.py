@@ -18,17 +18,17 @@ from vrx_mj.physics.surface import EDGE, PLAIN, WAVELETS, fan_triangles, reflect
 
 SEA = "vrx_mj/sea"
 """Name of the skin that is the sea's surface, of its material and of the material's texture."""
-LAMP = "vrx_mj/lamp"
+_LAMP = "vrx_mj/lamp"
 """Name of the material of light buoys' panels."""
-WATER, SKY, SUN = "water", "sky", "sun"
+_WATER, _SKY, _SUN = "water", "sky", "sun"
 """Names of the world's plane of water, of its skybox and of its light."""
 SKY_SIDE = 512
 """Pixels along an edge of the sky's cube: 0.2 degrees at the middle of a face."""
-PALETTE = (512, 256)
+_PALETTE = (512, 256)
 """Columns and rows of the sea's palette."""
-LOOKOUT = 2.0
+_LOOKOUT = 2.0
 """Height of the eye [m] for which the sea is shaded until its mover gives another."""
-SLICES, STACKS, QUADS = 20, 8, 1
+_SLICES, _STACKS, _QUADS = 20, 8, 1
 """Facets around and along round shapes, and on a box's edge: MuJoCo's 28, 16 and 4 take longer to draw."""
 
 
@@ -57,15 +57,15 @@ def drawing_spec(world: World) -> mujoco.MjSpec:
     """
     spec = signed_spec(world)
     quality = spec.visual.quality
-    quality.numslices, quality.numstacks, quality.numquads = SLICES, STACKS, QUADS
-    light, sky, plane = spec.light(SUN), spec.texture(SKY), spec.geom(WATER)
+    quality.numslices, quality.numstacks, quality.numquads = _SLICES, _STACKS, _QUADS
+    light, sky, plane = spec.light(_SUN), spec.texture(_SKY), spec.geom(_WATER)
     if light is None or sky is None:
         return spec
     colors = np.array(sky.rgb1), np.array(sky.rgb2)
     if plane is not None:
         level = float(plane.pos[2])
         spec.delete(plane)
-        _add_sea(spec, level, sea_palette(*PALETTE, *colors, np.array(light.diffuse)))
+        _add_sea(spec, level, sea_palette(*_PALETTE, *colors, np.array(light.diffuse)))
     _paint(sky, sky_cube(SKY_SIDE, *colors, -np.array(light.dir) / np.linalg.norm(light.dir), np.array(light.diffuse)))
     return spec
 
@@ -82,9 +82,9 @@ def add_signs(spec: mujoco.MjSpec, world: World) -> None:
     add_markers(spec, world.parameters)
     lights = world.parameters.lights
     if lights:
-        spec.add_material(name=LAMP, emission=1.0, specular=0.0)
+        spec.add_material(name=_LAMP, emission=1.0, specular=0.0)
     for name in chain.from_iterable(light.geoms for light in lights):
-        spec.geom(name).material = LAMP
+        spec.geom(name).material = _LAMP
 
 
 def _paint(texture: mujoco.MjsTexture, pixels: ByteArray) -> None:
@@ -95,9 +95,9 @@ def _paint(texture: mujoco.MjsTexture, pixels: ByteArray) -> None:
 
 def _add_sea(spec: mujoco.MjSpec, level: float, palette: ByteArray) -> None:
     """The sea's skin, a flat disc around the world's centre."""
-    r, angle = np.meshgrid(ring_distances(LOOKOUT, 0.0, -0.5 * math.pi, 0.0), math.pi * spokes(), indexing="ij")
+    r, angle = np.meshgrid(ring_distances(_LOOKOUT, 0.0, -0.5 * math.pi, 0.0), math.pi * spokes(), indexing="ij")
     x, y = spec.stat.center[0] + r * np.cos(angle), spec.stat.center[1] + r * np.sin(angle)
-    slant = LOOKOUT / np.hypot(r, LOOKOUT)
+    slant = _LOOKOUT / np.hypot(r, _LOOKOUT)
     mirrored = EDGE + (1.0 - 2.0 * EDGE) * np.vectorize(reflectance)(slant, math.sqrt(WAVELETS))
     points = np.stack([x, y, np.full_like(x, level)], axis=-1).reshape(-1, 3)
     places = np.stack([mirrored, np.full_like(mirrored, PLAIN)], axis=-1).reshape(-1, 2)
@@ -142,11 +142,11 @@ def add_skin(
     )
 
 
-DEEP = (0.035, 0.165, 0.215)
+_DEEP = (0.035, 0.165, 0.215)
 """Colour of deep water by day."""
 FOAM = 0.85
 """Brightness of foam by day."""
-DAY = 0.85
+_DAY = 0.85
 """Brightness of a clear day's horizon: the water is darker in proportion where the horizon is."""
 _LUMA = np.array([0.2126, 0.7152, 0.0722])
 
@@ -162,7 +162,7 @@ def sky_cube(side: int, zenith: FloatArray, horizon: FloatArray, sun: FloatArray
         light: the sun's colour; a weak one has no disc.
     """
     rays = _rays(side)
-    color = sky_color(rays[..., 2], zenith, horizon)
+    color = _sky_color(rays[..., 2], zenith, horizon)
     if np.any(zenith != horizon):
         toward = np.clip(rays @ sun, 0.0, 1.0)[..., None]
         glow = 0.25 * toward**6 + 0.35 * toward**60
@@ -172,7 +172,7 @@ def sky_cube(side: int, zenith: FloatArray, horizon: FloatArray, sun: FloatArray
     return _bytes(color).reshape(6 * side, side, 3)
 
 
-def sky_color(sine: FloatArray, zenith: FloatArray, horizon: FloatArray) -> FloatArray:
+def _sky_color(sine: FloatArray, zenith: FloatArray, horizon: FloatArray) -> FloatArray:
     """The sky's colour without the sun (..., 3) at the sine of an elevation (...)."""
     share = (1.0 - np.clip(sine, 0.0, 1.0)[..., None]) ** 3
     return np.asarray(zenith + (horizon - zenith) * share)
@@ -188,9 +188,9 @@ def sea_palette(width: int, height: int, zenith: FloatArray, horizon: FloatArray
     rows = ((np.arange(height) + 0.5) / height - PLAIN) / (PLAIN - EDGE)
     glitter, foam = np.clip(rows, 0.0, 1.0)[:, None, None], np.clip(-rows, 0.0, 1.0)[:, None, None]
     sine = 1.0 - (np.clip(share - 0.02, 0.0, None) / 0.98) ** 0.2
-    day = min(float(horizon @ _LUMA) / DAY, 1.0)
-    deep = np.array(DEEP) * day
-    mirrored = deep + (sky_color(sine, zenith, horizon) - deep) * share[:, None]
+    day = min(float(horizon @ _LUMA) / _DAY, 1.0)
+    deep = np.array(_DEEP) * day
+    mirrored = deep + (_sky_color(sine, zenith, horizon) - deep) * share[:, None]
     return _bytes(mirrored + light * np.any(zenith != horizon) * glitter + (FOAM * day - mirrored) * foam)
 
 

@@ -16,17 +16,17 @@ from vrx_mj.model.water import Sea
 from vrx_mj.physics.tables import MATRIX
 from vrx_mj.rigid_bodies import MassProperties
 
-GRAVITY = 9.81
+_GRAVITY = 9.81
 """Of the stiffness at rest [m/s2]; a world's own is within 1 %."""
 MOST_LIFT = 1000.0
 """Lift of the whole hull over the boat's weight: a light inflatable one has 20."""
-FASTEST = 1000.0
+_FASTEST = 1000.0
 """Fastest motion about the rest [rad/s]: a boat of a draft of 0.01 mm has that."""
-GROWTH = 1e-3
+_GROWTH = 1e-3
 """Rate [1/s] up to which a motion that grows may be rounding."""
-MOST_LOST = 0.01
+_MOST_LOST = 0.01
 """Share of a sea's energy that may be beyond the last frequency of a hull's file without a remark."""
-MOTIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+_MOTIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
 
 def check_lift(name: str, lift: float, mass: float) -> None:
@@ -64,7 +64,7 @@ def check_mass(name: str, added: FloatArray, body: MassProperties, key: str) -> 
         )
     values, vectors = np.linalg.eigh(_inertia(body) + added)
     if values[0] <= 0.0:
-        motion = MOTIONS[int(np.abs(vectors[:, 0]).argmax())]
+        motion = _MOTIONS[int(np.abs(vectors[:, 0]).argmax())]
         raise VrxError(
             f"robot {name}: the mass of hull.{key} and the boat is not positive definite: its least eigenvalue is "
             f"{values[0]:.4g}, mostly of {motion}; check signs and sizes off the diagonal, and `point`"
@@ -90,13 +90,13 @@ def check_rest(name: str, vessel: Vessel, body: MassProperties, density: float, 
             warnings.warn(f"robot {name}: {note}", VrxWarning, stacklevel=2)
     rates = _rates(_inertia(body) + np.array(vessel.added_mass), stiffness, vessel)
     fastest = float(np.abs(rates).max())
-    if fastest > FASTEST:
+    if fastest > _FASTEST:
         raise VrxError(
             f"robot {name}: its fastest motion about its rest is one of {fastest:.3g} rad/s, for which steps of "
             f"{0.2 / fastest:.1g} s are needed; check the units of its hull, and the mass and inertia of its links"
         )
     worst = rates[rates.real.argmax()]
-    if worst.real > GROWTH:
+    if worst.real > _GROWTH:
         swing = f", with a period of {2.0 * math.pi / abs(worst.imag):.3g} s" if abs(worst.imag) > 1e-6 else ""
         text = f"robot {name} is unstable: a small motion about its rest grows at {worst.real:.3g} 1/s{swing}"
         if vessel.memory:
@@ -105,7 +105,7 @@ def check_rest(name: str, vessel: Vessel, body: MassProperties, density: float, 
 
 
 def warn_if_uncovered(name: str, vessel: Vessel | None, sea: Sea) -> None:
-    """Warn of a sea of which more than `MOST_LOST` is beyond the frequencies of a hull's diffraction.
+    """Warn of a sea of which more than `_MOST_LOST` is beyond the frequencies of a hull's diffraction.
 
     Its directions are all around the hull, and it begins at 0: nothing else is outside.
     """
@@ -115,7 +115,7 @@ def warn_if_uncovered(name: str, vessel: Vessel | None, sea: Sea) -> None:
     energies = [(wave.frequency >= last, wave.amplitude**2) for wave in sea.waves]
     whole = math.fsum(energy for _, energy in energies)
     beyond = math.fsum(energy for outside, energy in energies if outside)
-    if beyond > MOST_LOST * whole:
+    if beyond > _MOST_LOST * whole:
         warnings.warn(
             f"robot {name}: {100.0 * beyond / whole:.3g} % of the sea's energy is in waves beyond {last:.3g} rad/s, "
             f"the last frequency of its `hydro`, shorter than {2.0 * math.pi / last:.3g} s: they are not scattered; "
@@ -130,7 +130,7 @@ def _stiffness(vessel: Vessel, body: MassProperties, density: float) -> tuple[Fl
     if vessel.hydrostatics == MATRIX:
         restoring = about_origin(np.array(vessel.restoring), -np.array(vessel.point))
         notes = [
-            f"hull.restoring of {MOTIONS[index]} is {restoring[index, index]:.4g} N m: it capsizes"
+            f"hull.restoring of {_MOTIONS[index]} is {restoring[index, index]:.4g} N m: it capsizes"
             for index in (3, 4)
             if restoring[index, index] < 0.0
         ]
@@ -138,7 +138,7 @@ def _stiffness(vessel: Vessel, body: MassProperties, density: float) -> tuple[Fl
         return about_origin((vectors * np.maximum(values, 0.0)) @ vectors.T, np.array(vessel.point)), notes
     corners = np.array(vessel.vertices)[np.array(vessel.triangles)]
     wet = displaced(corners, floating_level(corners, body.mass / density))
-    weight, up = density * GRAVITY, float(wet.center[2] - body.center[2])
+    weight, up = density * _GRAVITY, float(wet.center[2] - body.center[2])
     trim, heel = (max(weight * (float(spread) + wet.volume * up), 0.0) for spread in wet.spread)
     own = np.diag([0.0, 0.0, weight * wet.area, heel, trim, 0.0])
     return about_origin(own, np.array([wet.center[0], wet.center[1], body.center[2]])), rest_notes(wet, body.center)

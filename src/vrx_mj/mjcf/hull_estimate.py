@@ -16,32 +16,32 @@ from vrx_mj.mjcf.derive import below, displaced
 from vrx_mj.mjcf.hull_sheet import HullSheet, hull_sheet
 from vrx_mj.physics.thrust import normal_slope
 
-DENSITY, GRAVITY = SEA_WATER_DENSITY, STANDARD_GRAVITY
+DENSITY, _GRAVITY = SEA_WATER_DENSITY, STANDARD_GRAVITY
 """Of sea water [kg/m3], and of the world [m/s2]."""
-VISCOSITY = 1.19e-6
+_VISCOSITY = 1.19e-6
 """Kinematic, of sea water at 15 degrees Celsius [m2/s] (ITTC 7.5-02-01-03)."""
-STATIONS = 20
+_STATIONS = 20
 """Strips of a hull along its length."""
-FROUDE = 0.4
+_FROUDE = 0.4
 """Froude number at full thrust: that of the hull speed."""
-GYRATION = 0.375, 0.25
+_GYRATION = 0.375, 0.25
 """Radii of gyration over beam in roll, and over length in pitch and yaw (ITTC 7.5-02-07-02.1: 0.35 to 0.40; 0.25)."""
-RELATIVE_DAMPING = 0.3, 0.2, 0.4
+_RELATIVE_DAMPING = 0.3, 0.2, 0.4
 """Shares of critical damping in heave, roll and pitch, those of Fossen's Otter (otter.py, Fossen 2021)."""
 WIND = 0.7, 0.825, 0.125
 """Coefficients of wind from ahead, across and about z: the middle of the ranges of Fossen (2021), 10.1."""
-ENGINES = 0.38
+_ENGINES = 0.38
 """Share of the beam by which the outer engines are off the middle: under the hulls of a catamaran."""
-BLUNT = 0.9
+_BLUNT = 0.9
 """Cosine of the angle to ahead or astern from which on a face is a blunt end."""
-PRESSURE = 0.8, 0.2
+_PRESSURE = 0.8, 0.2
 """Drag coefficients of blunt bows (Hoerner 1965) and of transoms (Holtrop and Mennen 1982) over their areas."""
-HOERNER = (
+_HOERNER = (
     (0.01, 0.35, 0.45, 0.47, 0.49, 0.56, 0.65, 0.83, 0.99, 1.31, 1.64, 2.31, 3.01, 4.0),
     (1.97, 1.90, 1.79, 1.58, 1.28, 1.08, 1.00, 0.88, 0.83, 0.76, 0.69, 0.63, 0.59, 0.56),
 )
 """Half the beam over the draft, and the drag coefficient across: Hoerner's curve as Fossen (2021), 6.7, has it."""
-SKEG_ASPECT, SKEG_RESERVE = 1.0, 1.25
+_SKEG_ASPECT, _SKEG_RESERVE = 1.0, 1.25
 """Aspect ratio of a skeg that is advised, and how much larger it is than it has to be."""
 
 
@@ -69,7 +69,7 @@ class HullEstimate:
     surge_drag: float
     """Quadratic damping of surge [N s2/m2]."""
     drafts: FloatArray
-    """At `STATIONS` places from stern to bow [m]."""
+    """At `_STATIONS` places from stern to bow [m]."""
     across: float
     """Drag coefficient across, of all hulls together."""
     stern: tuple[float, float, float, float]
@@ -155,11 +155,11 @@ class _Hull:
         Friction of ITTC's line of 1957 with Watanabe's form factor (Molland et al. 2017, 4.3), and pressure on blunt
         ends; what the waves cost that it makes is left out.
         """
-        friction = 0.075 / (math.log10(speed * self.length / VISCOSITY) - 2.0) ** 2
+        friction = 0.075 / (math.log10(speed * self.length / _VISCOSITY) - 2.0) ** 2
         beam, draft = float(self.breadth.max()), float(self.draft.max())
         block = self.volume / (self.length * beam * draft)
         form = max(25.6 * block / ((self.length / beam) ** 2 * math.sqrt(beam / draft)) - 0.095, 0.0)
-        ends = sum(c * area for c, area in zip(PRESSURE, self.blunt, strict=True))
+        ends = sum(c * area for c, area in zip(_PRESSURE, self.blunt, strict=True))
         return 0.5 * DENSITY * (self.wetted * friction * (1.0 + form) + ends)
 
 
@@ -173,7 +173,7 @@ def _hulls(wet: FloatArray) -> Iterator[_Hull]:
 
 
 def _hull(wet: FloatArray) -> _Hull:
-    edges = np.linspace(wet[:, :, 0].min(), wet[:, :, 0].max(), STATIONS + 1)
+    edges = np.linspace(wet[:, :, 0].min(), wet[:, :, 0].max(), _STATIONS + 1)
     pieces = [_between(wet, low, high) for low, high in itertools.pairwise(edges)]
     found = [displaced(piece, 0.0) for piece in pieces]
     dx = float(edges[1] - edges[0])
@@ -182,11 +182,11 @@ def _hull(wet: FloatArray) -> _Hull:
     draft = np.array([-float(piece[:, :, 2].min(initial=0.0)) for piece in pieces])
     normals = 0.5 * np.cross(wet[:, 1] - wet[:, 0], wet[:, 2] - wet[:, 0])
     sizes = np.linalg.norm(normals, axis=1)
-    ahead, astern = (float(sizes[side * normals[:, 0] > BLUNT * sizes].sum()) for side in (1.0, -1.0))
+    ahead, astern = (float(sizes[side * normals[:, 0] > _BLUNT * sizes].sum()) for side in (1.0, -1.0))
     middle = 0.5 * float(wet[:, :, 1].min() + wet[:, :, 1].max())
     floor = 1e-6 * float(draft.max())
     return _Hull(
-        STATIONS * dx, edges[:-1] + 0.5 * dx, dx, middle, np.maximum(breadth, floor), np.maximum(draft, floor),
+        _STATIONS * dx, edges[:-1] + 0.5 * dx, dx, middle, np.maximum(breadth, floor), np.maximum(draft, floor),
         np.maximum(area, floor**2), float(sizes.sum()), (ahead, astern),
     )  # fmt: skip
 
@@ -213,31 +213,31 @@ def estimated_hull(
     """
     sizes = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     height = float(sizes @ corners[:, :, 2].mean(axis=1) / sizes.sum())
-    afloat = hull_sheet(corners, mass, (0.0, 0.0, 0.0), DENSITY, GRAVITY)
+    afloat = hull_sheet(corners, mass, (0.0, 0.0, 0.0), DENSITY, _GRAVITY)
     (x, y, _), waterline = afloat.center_of_buoyancy, afloat.waterline
     corners, (cx, cy, cz) = corners - (x, y, waterline), center or (x, y, height)
-    sheet = hull_sheet(corners, mass, (cx - x, cy - y, cz - waterline), DENSITY, GRAVITY)
+    sheet = hull_sheet(corners, mass, (cx - x, cy - y, cz - waterline), DENSITY, _GRAVITY)
     wet = below(corners, 0.0)
     hulls = list(_hulls(wet))
     low, high = wet.reshape(-1, 3).min(axis=0), wet.reshape(-1, 3).max(axis=0)
     length, beam, _ = (high - low).tolist()
-    speed = FROUDE * math.sqrt(GRAVITY * length)
+    speed = _FROUDE * math.sqrt(_GRAVITY * length)
     added, drag = _added_mass(hulls, sheet), [hull.surge_drag(speed) for hull in hulls]
-    kx, ky = GYRATION
+    kx, ky = _GYRATION
     inertia = mass * (kx * beam) ** 2, mass * (ky * length) ** 2, mass * (ky * length) ** 2
     damping = np.zeros(6)
     rigid = mass, *inertia[:2]
-    for axis, ratio, own, stiff in zip((2, 3, 4), RELATIVE_DAMPING, rigid, sheet.stiffness, strict=True):
+    for axis, ratio, own, stiff in zip((2, 3, 4), _RELATIVE_DAMPING, rigid, sheet.stiffness, strict=True):
         damping[axis] = 2.0 * ratio * math.sqrt(max(stiff, 0.0) * (own + added[axis, axis]))
     # the outer hull of a turn is faster, the inner one slower
     damping[5] = sum(2.0 * k * speed * hull.y**2 for k, hull in zip(drag, hulls, strict=True))
-    along, stern = np.linspace(low[0], high[0], STATIONS), _stern(hulls, float(low[0]))
+    along, stern = np.linspace(low[0], high[0], _STATIONS), _stern(hulls, float(low[0]))
     drafts = np.max([np.interp(along, hull.x, hull.draft) for hull in hulls], axis=0)
-    off = ENGINES * beam * np.linspace(1.0, -1.0, engines) * (engines > 1)
+    off = _ENGINES * beam * np.linspace(1.0, -1.0, engines) * (engines > 1)
     places = tuple(
         (float(low[0]) + 0.04 * length, 0.5 * float(low[1] + high[1]) + y, 0.6 * float(low[2])) for y in off.tolist()
     )
-    across = sum(float(np.interp(0.5 * hull.breadth.max() / hull.draft.max(), *HOERNER)) for hull in hulls)
+    across = sum(float(np.interp(0.5 * hull.breadth.max() / hull.draft.max(), *_HOERNER)) for hull in hulls)
     return HullEstimate(
         corners, sheet, np.array([x, y, waterline]), len(hulls), length, beam, inertia, added, damping, sum(drag),
         drafts, across, stern, speed, sum(drag) * speed**2 / engines, places, _windage(corners),
@@ -292,7 +292,7 @@ def _course(
 ) -> tuple[float, float, float, float]:
     """How a boat keeps its course, of mass and inertia, with the centre of mass `ahead` of the origin [m]."""
     (mass, inertia), (x, _, area, aspect) = rigid, stern
-    speed, lift = FROUDE * math.sqrt(GRAVITY * length), 0.5 * DENSITY * area * normal_slope(aspect)
+    speed, lift = _FROUDE * math.sqrt(_GRAVITY * length), 0.5 * DENSITY * area * normal_slope(aspect)
     surge, sway, coupling = added[0, 0], added[1, 1], added[1, 5] - ahead * added[1, 1]
     yaw = added[5, 5] - 2.0 * ahead * added[1, 5] + ahead**2 * sway
     whole = np.array([[mass + sway, coupling], [coupling, inertia + yaw]])
@@ -307,6 +307,6 @@ def _course(
     growth = float(np.linalg.eigvals(np.linalg.solve(whole, forces(lift))).real.max())
     slope = float(np.linalg.det(forces(lift + 1.0))) - found  # C is linear in the lift
     short = max(-found, 0.0)
-    skeg = SKEG_RESERVE * short / slope / (0.5 * DENSITY * normal_slope(SKEG_ASPECT)) if slope > 0.0 else math.nan
+    skeg = _SKEG_RESERVE * short / slope / (0.5 * DENSITY * normal_slope(_SKEG_ASPECT)) if slope > 0.0 else math.nan
     scale = (0.5 * DENSITY * length**3 * speed) ** 2
     return found / scale, growth, short / (lift * speed), skeg

@@ -15,7 +15,7 @@ from vrx_mj.frames import rotation
 from vrx_mj.mjcf.derive import displaced, floating_level
 from vrx_mj.mjcf.hull_checks import MOST_LIFT
 
-HEELS = tuple(range(0, 181, 10))
+_HEELS = tuple(range(0, 181, 10))
 """Angles of heel of the righting arms [degrees]."""
 
 
@@ -125,5 +125,5 @@ def hull_sheet(
         waterplane_area=wet.area,
         center_of_flotation=wet.middle,
         stiffness=(density * gravity * wet.area, heel, trim),
-        righting_arms=tuple((float(heel), _arm(own, volume, math.radians(heel))) for heel in HEELS),
+        righting_arms=tuple((float(heel), _arm(own, volume, math.radians(heel))) for heel in _HEELS),
     )

@@ -41,12 +41,12 @@ from vrx_mj.model.boats import Boat
 from vrx_mj.model.site import Dock, Object
 from vrx_mj.model.world import Parameters, checked_rows, tree_of
 
-OWNED = {
+_OWNED = {
     "boats": "name", "hulls": "body", "sensors": "boat", "objects": "name", "floats": "body", "links": "body",
     "docks": "name", "blocks": "body", "lights": "name", "placards": "name",
 }  # fmt: skip
 """Tables whose rows belong to a boat, an object or a dock, and the name that begins with that of their owner."""
-REFERENCES = {
+_REFERENCES = {
     "hulls": {"station_start": "stations", "thruster_start": "thrusters"},
     "thrusters": {"hull": "hulls", "race": "thrusters"},
     "floats": {"element_start": "elements", "follower": "followers"},
@@ -57,7 +57,7 @@ REFERENCES = {
     "ropes": {"float": "floats"},
 }
 """By table the columns that are numbers of rows, and the tables of those; a number below 0 refers to none."""
-RESERVED = ("terrain", "carrier", "world")
+_RESERVED = ("terrain", "carrier", "world")
 """Names of parts of every world."""
 
 
@@ -159,7 +159,7 @@ def owner_of(name: str) -> str:
     return name.partition("/")[0]
 
 
-def things(world: Parameters) -> tuple[str, ...]:
+def _things(world: Parameters) -> tuple[str, ...]:
     """Names of all that `without` takes: boats, objects and docks, without their parts."""
     named: tuple[Boat | Object | Dock, ...] = (*world.boats, *world.objects, *world.docks)
     return tuple(dict.fromkeys(owner_of(item.name) for item in named))
@@ -174,9 +174,9 @@ def without(world: World, name: str) -> World:
     """
     old = world.parameters
     parts = {item.name for item in old.objects} | {dock.name for dock in old.docks}
-    if as_text("name", name) in parts - {*things(old)}:
+    if as_text("name", name) in parts - {*_things(old)}:
         raise CommandError(f"{name} cannot be removed: it is a part of {owner_of(name)}, which goes as a whole")
-    check_name("boat, object or dock", name, things(old))
+    check_name("boat, object or dock", name, _things(old))
     if old.task and old.task.boat == name:
         raise CommandError(f"{name} cannot be removed: it is the boat that the task '{old.task.name}' scores")
     if old.task and name in map(owner_of, named_things(old.task)):
@@ -195,7 +195,7 @@ def _check_name(world: World, name: str, kind: str) -> None:
     taken = {owner_of(dock.name): "a dock" for dock in world.parameters.docks}
     taken |= {owner_of(item.name): "an object" for item in world.parameters.objects}
     taken |= dict.fromkeys(world.boats, "a boat")
-    taken |= dict.fromkeys(RESERVED, "a part")
+    taken |= dict.fromkeys(_RESERVED, "a part")
     if name in taken:
         raise CommandError(f"invalid {kind} name '{name}': {taken[name]} of world {world.name} has this name")
 
@@ -229,7 +229,7 @@ def staying(world: Parameters, left: str) -> dict[str, BoolArray]:
     """Which rows of each table stay when a boat, an object or a dock leaves with all that is its own."""
     stay = {
         table: np.array([owner_of(getattr(row, name)) != left for row in getattr(world, table)], np.bool_)
-        for table, name in OWNED.items()
+        for table, name in _OWNED.items()
     }
     stay["thrusters"] = _parts_staying(world.hulls, "thruster", stay["hulls"], len(world.thrusters))
     stay["stations"] = _parts_staying(world.hulls, "station", stay["hulls"], len(world.stations))
@@ -260,7 +260,7 @@ def _kept(world: Parameters, stay: Mapping[str, BoolArray]) -> dict[str, Any]:
     """The rows that stay, by table, with the new numbers of the rows that they refer to."""
     numbers = {table: [0, *np.cumsum(kept).tolist()] for table, kept in stay.items()}
     tables = {table: tuple(compress(getattr(world, table), kept)) for table, kept in stay.items() if table != "rivals"}
-    for table, targets in REFERENCES.items():
+    for table, targets in _REFERENCES.items():
         tables[table] = tuple(
             replace(row, **{key: numbers[to][at] for key, to in targets.items() if (at := getattr(row, key)) >= 0})
             for row in tables.get(table, getattr(world, table))

@@ -9,9 +9,9 @@ from vrx_mj.formats.urdf.model import ZERO, Joint, Urdf
 from vrx_mj.frames import quaternion
 from vrx_mj.mjcf.templates import geoms, meshes
 
-MOVING = ("revolute", "continuous", "prismatic")
+_MOVING = ("revolute", "continuous", "prismatic")
 """Types of joints that move here."""
-GREY = (0.6, 0.6, 0.6, 1.0)
+_GREY = (0.6, 0.6, 0.6, 1.0)
 """Colour of a shape that collides, drawn where a link has none that is seen."""
 
 
@@ -39,11 +39,11 @@ def jointed_model(robot: Urdf) -> mujoco.MjModel:
         body = outer.add_body(name=link, pos=pose[:3], quat=quaternion(*pose[3:]), mass=1.0, inertia=(1.0, 1.0, 1.0))
         body.explicitinertial = True
         bodies[link] = body
-        if joint and joint.type in MOVING and not joint.locked:
+        if joint and joint.type in _MOVING and not joint.locked:
             own = robot.local(joint.name)
             _add_joint(spec, body, joint, joint.name if own in robot.joints else own)
         for geom in geoms(shapes[link]):
-            seen = body.add_geom(pos=geom.pos, quat=quaternion(*geom.euler), rgba=geom.rgba or GREY)
+            seen = body.add_geom(pos=geom.pos, quat=quaternion(*geom.euler), rgba=geom.rgba or _GREY)
             seen.type = getattr(mujoco.mjtGeom, f"mjGEOM_{geom.type.upper()}")
             seen.size[: len(geom.size)] = geom.size
             seen.meshname = geom.mesh or ""

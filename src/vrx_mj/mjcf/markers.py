@@ -14,7 +14,7 @@ MARKER = "vrx_mj/marker"
 """What names of their geoms start with."""
 AHEAD = 1.0
 """Of the upright cylinder lies the middle of the other [m]. VRX: waypoint_markers.cc."""
-GROUP = 1
+_GROUP = 1
 """Of their geoms, as of the water: cameras see them, lidars do not."""
 
 
@@ -48,7 +48,7 @@ def add_markers(spec: mujoco.MjSpec, world: Parameters) -> None:
             fromto=[m + side * h for side in (-1.0, 1.0) for m, h in zip(middle, half, strict=True)],
             size=[row.radius, 0.0, 0.0],
             rgba=row.color,
-            group=GROUP,
+            group=_GROUP,
             contype=0,
             conaffinity=0,
         )

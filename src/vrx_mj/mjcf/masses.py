@@ -20,7 +20,7 @@ def axis_inertia(part: MassProperties) -> float:
     return float(part.inertia[2, 2] + part.mass * (x * x + y * y))
 
 
-LEAST = 1e-12
+_LEAST = 1e-12
 """Mass [kg] and moment of inertia [kg m2] below which MuJoCo takes no body; its own limits are 1e-15 and 1e-14."""
 LIGHTEST = 1e-6
 """Least inertia [kg m2] that a servo is given to turn: a URDF may leave its engine's out."""
@@ -53,7 +53,7 @@ def boat_mass(boat: Boat) -> MassProperties:
     ]
     parts = [*_masses(boat.parts), *turning]
     if not parts:
-        raise CompileError(f"robot {boat.name}: no link has a mass of {LEAST:g} kg or more")
+        raise CompileError(f"robot {boat.name}: no link has a mass of {_LEAST:g} kg or more")
     return _checked(joined(parts), f"robot {boat.name}")
 
 
@@ -72,14 +72,14 @@ def body_mass(boat: Boat, engines: Engines) -> MassProperties:
 def _checked(body: MassProperties, name: str) -> MassProperties:
     """A body that MuJoCo takes."""
     moments = np.linalg.eigvalsh(body.inertia).tolist()
-    if moments[0] < LEAST:
+    if moments[0] < _LEAST:
         words = ", ".join(f"{moment:.3g}" for moment in moments)
-        raise CompileError(f"{name} has moments of inertia of {words} kg m2; each must be at least {LEAST:g}")
+        raise CompileError(f"{name} has moments of inertia of {words} kg m2; each must be at least {_LEAST:g}")
     return body
 
 
 def _masses(parts: Iterable[Part]) -> Iterator[MassProperties]:
     for part in parts:
-        if part.inertial is not None and part.inertial.mass >= LEAST:
+        if part.inertial is not None and part.inertial.mass >= _LEAST:
             own = posed(rigid(part.inertial.mass, (0.0, 0.0, 0.0), part.inertial.tensor), part.inertial.pose)
             yield posed(own, part.pose)

@@ -36,7 +36,7 @@ DEPTH = 200.0
 """Of a parked ball under the mean surface [m]: below any ground, and out of sight of cameras and lidars."""
 SPACING = 25.0
 """Between parked balls [m]: more than the distance at which the stepping loop looks for contacts."""
-COLUMNS = 32
+_COLUMNS = 32
 
 
 def ball_name(boat: str, shooter: str) -> str:
@@ -53,13 +53,13 @@ def ball_names(world: Parameters) -> frozenset[str]:
 def parked_balls(shooters: Sequence[tuple[str, str]]) -> list[PlacedObject]:
     """The balls of shooters, each given as (boat, sensor), where they wait: on a grid around the world's origin."""
     config = load_object(BALL)
-    left = SPACING * (min(len(shooters), COLUMNS) - 1) / 2.0
+    left = SPACING * (min(len(shooters), _COLUMNS) - 1) / 2.0
     return [
         PlacedObject(
             ball_name(boat, shooter),
             BALL,
             config,
-            (SPACING * (index % COLUMNS) - left, SPACING * (index // COLUMNS), -DEPTH, 0.0, 0.0, 0.0),
+            (SPACING * (index % _COLUMNS) - left, SPACING * (index // _COLUMNS), -DEPTH, 0.0, 0.0, 0.0),
         )
         for index, (boat, shooter) in enumerate(shooters)
     ]
@@ -68,18 +68,18 @@ def parked_balls(shooters: Sequence[tuple[str, str]]) -> list[PlacedObject]:
 def spare_ball(boat: str, shooter: str, taken: AbstractSet[tuple[float, ...]]) -> PlacedObject:
     """The ball of a shooter that comes later: south of the grid, at the first place [m] that is not `taken`."""
     index = 0
-    while (place := (SPACING * (index % COLUMNS), -SPACING * (1 + index // COLUMNS), -DEPTH)) in taken:
+    while (place := (SPACING * (index % _COLUMNS), -SPACING * (1 + index // _COLUMNS), -DEPTH)) in taken:
         index += 1
     return PlacedObject(ball_name(boat, shooter), BALL, load_object(BALL), (*place, 0.0, 0.0, 0.0))
 
 
-SHAPES: Mapping[str, Literal[0, 1, 2]] = {"box": 0, "sphere": 1, "cylinder": 2}
+_SHAPES: Mapping[str, Literal[0, 1, 2]] = {"box": 0, "sphere": 1, "cylinder": 2}
 DENSITY = 997.0
 """Of the water [kg/m3] in profile vrx3, for an object whose file gives none. VRX 3's PolyhedraBuoyancyDrag.cc.
 """
-ROPE_STIFFNESS = 10.0
+_ROPE_STIFFNESS = 10.0
 """Of ropes that give none, for each kg of what they hold [N/m]: its period is 2 s."""
-TURNS_FIRST = NEWER
+_TURNS_FIRST = NEWER
 """The profile whose worlds use Gazebo's TrajectoryFollower."""
 
 
@@ -173,10 +173,10 @@ def object_rows(item: PlacedObject, wind: WindConfig | None, physics: PhysicsCon
             rows.path_points.extend(points)
         floating, elements = float_row(item, wind, physics, len(tables.elements), follower)
         if item.mooring is not None and physics.profile == MARINE:
-            rows.ropes.append(rope_row(item, item.mooring, len(tables.floats)))
+            rows.ropes.append(_rope_row(item, item.mooring, len(tables.floats)))
         rows.floats.append(floating)
         rows.elements.extend(elements)
-    for link, elements in link_rows(item, wind, physics, len(tables.elements)):
+    for link, elements in _link_rows(item, wind, physics, len(tables.elements)):
         rows.links.append(link)
         rows.elements.extend(elements)
     return rows
@@ -187,7 +187,7 @@ def follower_row(item: PlacedObject, profile: str, start: int) -> tuple[Follower
     path = item.path
     assert path is not None, f"{item.name} follows no path"
     points = path_points(path, item.pose)
-    turns_first = profile == TURNS_FIRST if path.turns_first is None else path.turns_first
+    turns_first = profile == _TURNS_FIRST if path.turns_first is None else path.turns_first
     row = Follower(
         force=path.force,
         torque=path.torque,
@@ -206,14 +206,14 @@ def float_row(
 ) -> tuple[Float, list[Element]]:
     """The row of a floating object, and those of its buoyancy elements, which begin at row `start`."""
     config = item.config
-    if config.links:  # water and wind act on the rows of `link_rows`
+    if config.links:  # water and wind act on the rows of `_link_rows`
         return _float_row(config, config.link, None, item, NO_WIND, physics, start, follower)
     assert config.buoyancy is not None, f"{item.model} does not float"
     blown = wind_coefficients(wind, item.name, item.model) or NO_WIND
     return _float_row(config, config.link, config.buoyancy, item, blown, physics, start, follower)
 
 
-def link_rows(
+def _link_rows(
     item: PlacedObject, wind: WindConfig | None, physics: PhysicsConfig, start: int
 ) -> Iterator[tuple[Float, list[Element]]]:
     """The rows of the moving links of an object that has joints, each with those of its buoyancy elements.
@@ -268,10 +268,10 @@ def _float_row(
     return row, [element_row(element) for element in elements]
 
 
-def rope_row(item: PlacedObject, rope: RopeConfig, number: int) -> Rope:
+def _rope_row(item: PlacedObject, rope: RopeConfig, number: int) -> Rope:
     """The rope of the floating object of row `number`, whose anchor is under its centre of mass."""
     mass = item.config.whole_mass
-    stiffness = ROPE_STIFFNESS * mass if rope.stiffness is None else rope.stiffness
+    stiffness = _ROPE_STIFFNESS * mass if rope.stiffness is None else rope.stiffness
     x, y, *_ = compose(item.pose, (*item.config.center_of_mass, 0.0, 0.0, 0.0))
     return Rope(
         float=number,
@@ -286,7 +286,7 @@ def element_row(element: BuoyancyElement) -> Element:
     """A buoyancy element: dimensions, pose in the link, full volume [m3] and VRX's mean dimension [m]."""
     size, volume, mean = _measures(element)
     return Element(
-        shape=SHAPES[element.type],
+        shape=_SHAPES[element.type],
         size=size,
         position=element.pose[:3],
         rotation=rotation(*element.pose[3:]),

@@ -6,24 +6,24 @@ import numpy as np
 
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 
-SEAM = 1e-9
+_SEAM = 1e-9
 """Distance [m] within which two corners are one point."""
-SAME = 1e-7
+_SAME = 1e-7
 """Share by which the moments of two surfaces differ that are one."""
-EQUAL = 1e-6
+_EQUAL = 1e-6
 """Share by which edges differ that are as long."""
 FEWEST = 200
 """Triangles that a compact hull has at least, of about the same size."""
-MOST = 1000
+_MOST = 1000
 """Triangles to which equal edges that are halved alike may bring a hull."""
-ALONG = 8
+_ALONG = 8
 """Parts into which a slender hull is divided along its length."""
 
 
 def panels_of(corners: FloatArray) -> tuple[FloatArray, IntArray]:
     """Points (n, 3) [m] and triangles (m, 3) of closed triangles (k, 3, 3), of which long ones are divided.
 
-    An edge is halved that is a triangle's longest, longer than a part of `ALONG`, and longer than that of `FEWEST`
+    An edge is halved that is a triangle's longest, longer than a part of `_ALONG`, and longer than that of `FEWEST`
     equal triangles of the same area, right-angled with two equal sides. It is halved in both triangles that have it, so
     that the surface stays closed. Of a surface that is the same to port and to starboard, or ahead and astern, but
     whose triangles are not, one half is divided and mirrored, so that waves from ahead do not push it aside.
@@ -31,12 +31,12 @@ def panels_of(corners: FloatArray) -> tuple[FloatArray, IntArray]:
     points, triangles = _joined(corners)
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     equal = 2.0 * math.sqrt(0.5 * float(np.linalg.norm(across, axis=1).sum()) / FEWEST)
-    longest = max(equal, float(np.ptp(points, axis=0).max()) / ALONG)
+    longest = max(equal, float(np.ptp(points, axis=0).max()) / _ALONG)
     found, even = (_divided(points, triangles, longest, even=choice) for choice in (False, True))
     axes = [axis for axis in (1, 0) if _same_surface(*_halves(corners, axis)) and not _is_mirrored(*found, axis)]
     if not axes:
         return found
-    if len(even[1]) <= MOST and all(_is_mirrored(*even, axis) for axis in axes):
+    if len(even[1]) <= _MOST and all(_is_mirrored(*even, axis) for axis in axes):
         return even
     middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
     part = corners - middle
@@ -51,8 +51,8 @@ def panels_of(corners: FloatArray) -> tuple[FloatArray, IntArray]:
 
 
 def _joined(corners: FloatArray) -> tuple[FloatArray, IntArray]:
-    """Points (n, 3) and triangles (m, 3) of corners (m, 3, 3); those within `SEAM` are one point."""
-    points, named = np.unique(np.round(corners.reshape(-1, 3) / SEAM) * SEAM, axis=0, return_inverse=True)
+    """Points (n, 3) and triangles (m, 3) of corners (m, 3, 3); those within `_SEAM` are one point."""
+    points, named = np.unique(np.round(corners.reshape(-1, 3) / _SEAM) * _SEAM, axis=0, return_inverse=True)
     return points, named.reshape(-1, 3).astype(np.int64)
 
 
@@ -79,7 +79,7 @@ def _is_mirrored(points: FloatArray, triangles: IntArray, axis: int) -> bool:
 def _half(corners: FloatArray, axis: int) -> FloatArray:
     """The triangles (n, 3, 3) of what is above 0 along an axis; quadrangles have their shorter diagonal."""
     found: list[FloatArray] = []
-    for triangle in np.where(np.abs(corners) < SEAM, 0.0, corners):
+    for triangle in np.where(np.abs(corners) < _SEAM, 0.0, corners):
         sides = triangle[:, axis]
         if sides.min() >= 0.0:
             found += [triangle] if sides.max() > 0.0 else []
@@ -108,7 +108,7 @@ def _same_triangles(one: FloatArray, other: FloatArray) -> bool:
     """Whether two lists of triangles are the same but for their order and that of their corners."""
     found = []
     for corners in (one, other):
-        grid = np.round(corners / (10.0 * SEAM)).astype(np.int64)
+        grid = np.round(corners / (10.0 * _SEAM)).astype(np.int64)
         found.append(sorted(sorted(triangle) for triangle in grid.tolist()))
     return found[0] == found[1]
 
@@ -119,7 +119,7 @@ def _same_surface(one: FloatArray, other: FloatArray) -> bool:
         return False
     size = float(np.abs(one).max())
     first, second = _moments(one / size), _moments(other / size)
-    return bool(np.abs(first - second).max() < SAME * first[0])
+    return bool(np.abs(first - second).max() < _SAME * first[0])
 
 
 def _moments(corners: FloatArray) -> FloatArray:
@@ -162,13 +162,13 @@ def _mark(long: BoolArray, edges: IntArray, lengths: FloatArray, longest: float,
     most = lengths.max(axis=1, keepdims=True)
     if not even:
         worst = edges[np.arange(len(edges)), lengths.argmax(axis=1)]
-        long[worst[most[:, 0] > longest * (1.0 + SEAM)]] = True
+        long[worst[most[:, 0] > longest * (1.0 + _SEAM)]] = True
         return
-    long[edges[(lengths > most * (1.0 - EQUAL)) & (most > longest * (1.0 + SEAM))]] = True
+    long[edges[(lengths > most * (1.0 - _EQUAL)) & (most > longest * (1.0 + _SEAM))]] = True
     while True:
         cut = long[edges]
         least, greatest = np.where(cut, lengths, np.inf).min(axis=1), np.where(cut, lengths, 0.0).max(axis=1)
-        both = (cut.sum(axis=1) == 2) & (least > greatest * (1.0 - EQUAL))
+        both = (cut.sum(axis=1) == 2) & (least > greatest * (1.0 - _EQUAL))
         if not both.any():
             return
         long[edges[both]] = True

@@ -30,12 +30,12 @@ from vrx_mj.physics.spectra import (
 from vrx_mj.physics.tables import MARINE, VRX, VRX3
 from vrx_mj.physics.waves import cwr_components, pms_components
 
-Row = dict[str, Any]
-NIL_AMPLITUDE = 1e-9
+_Row = dict[str, Any]
+_NIL_AMPLITUDE = 1e-9
 """Waves lower than this [m] are left out: with VRX's scale 2.5 the longest one has 1e-11 m."""
 PROFILES: Mapping[str, ProfileCode] = {"vrx": VRX, "vrx3": VRX3, "marine": MARINE}
 """Codes of the profiles in the runtime's tables."""
-SEA_FIELDS = ("direction", "model", "period", "tau")
+_SEA_FIELDS = ("direction", "model", "period", "tau")
 """Fields of VRX's seas that a world file gives and a compiled world takes over as they are."""
 
 
@@ -44,14 +44,14 @@ def sea_parameters(sea: SeaConfig, physics: PhysicsConfig) -> Sea:
     if sea.model in (*SPECTRA, *REGULAR):
         return _ocean(sea, physics)
     shape = (sea.number, sea.scale, sea.angle, sea.steepness)
-    waves: Sequence[Row] = ()
+    waves: Sequence[_Row] = ()
     if sea.model == "pms":
         waves = pms_components(*shape, gain=sea.gain, period=sea.period, direction=sea.direction)
     elif sea.model == "cwr":
         waves = cwr_components(*shape, amplitude=sea.amplitude, period=sea.period, direction=sea.direction)
-    afloat = [wave for wave in waves if wave["amplitude"] > NIL_AMPLITUDE]
+    afloat = [wave for wave in waves if wave["amplitude"] > _NIL_AMPLITUDE]
     height = 4.0 * math.sqrt(math.fsum(wave["amplitude"] ** 2 for wave in afloat) / 2.0)
-    same: Row = {name: getattr(sea, name) for name in SEA_FIELDS}
+    same: _Row = {name: getattr(sea, name) for name in _SEA_FIELDS}
     if _moving(physics):  # what presses on hulls; VRX's waves keep their own lengths
         same |= {"gravity": physics.gravity, "density": sea.density}
     return Sea(

@@ -27,11 +27,11 @@ from vrx_mj.model.world import Parameters
 
 PREFIX = "@prefix@/"
 """What names in a piece start with until it has a place in a world."""
-MANY, GROUP = 100, 50
+MANY, _GROUP = 100, 50
 """Of more parts than `MANY`, groups of so many are read."""
-SLEEP_OPTIONS = ("enableflags", "sleep_tolerance")
+_SLEEP_OPTIONS = ("enableflags", "sleep_tolerance")
 """What the first part that is asleep changes in the options."""
-SENSOR_FIELDS = ("name", "type", "objtype", "objname", "reftype", "refname", "intprm", "datatype", "needstage", "dim")
+_SENSOR_FIELDS = ("name", "type", "objtype", "objname", "reftype", "refname", "intprm", "datatype", "needstage", "dim")
 
 
 class Detail(Enum):
@@ -204,7 +204,7 @@ class Pieces:
         touches = [self.touches[rival] for rival in self.touches if rival not in before.touches]
         for element in touches:
             read = mujoco.MjSpec.from_string(f"<mujoco><sensor>{element}</sensor></mujoco>").sensors[0]
-            spec.add_sensor(**{name: getattr(read, name) for name in SENSOR_FIELDS})
+            spec.add_sensor(**{name: getattr(read, name) for name in _SENSOR_FIELDS})
         return True
 
     def spec_of(self, name: str) -> mujoco.MjSpec:
@@ -241,7 +241,7 @@ class Pieces:
         fixed = list(takewhile(lambda part: not part.is_prefixed, self.parts))
         others = self.parts[len(fixed) :]
         runs = [list(run) for _, run in groupby(others, key=lambda part: part.name[0])]
-        groups = [run[start : start + GROUP] for run in runs for start in range(0, len(run), GROUP)]
+        groups = [run[start : start + _GROUP] for run in runs for start in range(0, len(run), _GROUP)]
         many = len(self.parts) > max(MANY, 10 * len(groups))
         return [fixed, *groups] if many and all(part.is_prefixed for part in others) else [self.parts]
 
@@ -253,7 +253,7 @@ class Pieces:
         contacts = "".join(part.block("contacts", skipped=1) for part in group) if with_contacts else ""
         inside = f"<worldbody><frame>{bodies}</frame></worldbody><contact>{contacts}</contact>"
         child = mujoco.MjSpec.from_string(f"{self._head()}{inside}</mujoco>")
-        for option in SLEEP_OPTIONS:
+        for option in _SLEEP_OPTIONS:
             setattr(spec.option, option, getattr(child.option, option))
         shared = [(geom, geom.meshname) for geom in child.geoms if geom.meshname]
         spec.worldbody.attach_frame(child.worldbody.first_frame(), group[0].name[0], "")
@@ -289,7 +289,7 @@ def _joined(
     return render("joined.xml.j2", **{name: Markup(text) for name, text in texts.items()})
 
 
-JOINED = ("asset", "worldbody", "contact", "equality", "sensor")
+_JOINED = ("asset", "worldbody", "contact", "equality", "sensor")
 """Sections that join elements of pieces."""
 
 
@@ -378,11 +378,11 @@ def _own(text: _Text, placed: list[_Element], world: Parameters) -> Piece:
     """What belongs to nothing that was placed."""
     sections = [section for section, _ in text.sections]
     at = next(index for index, section in enumerate(sections) if section.tag == "option")
-    last = max(index for index, section in enumerate(sections) if section.tag in JOINED)
+    last = max(index for index, section in enumerate(sections) if section.tag in _JOINED)
     option = sections[at]
     before = len(text.cut(0, option.start).rstrip().encode())
     own = [item for item in text.elements("worldbody") if item not in placed]
-    settings = [text.cut(one.start, one.end) for one in sections[at + 1 : last] if one.tag not in JOINED]
+    settings = [text.cut(one.start, one.end) for one in sections[at + 1 : last] if one.tag not in _JOINED]
     values = {
         "head": text.cut(0, before),
         "option": text.cut(before, option.end),

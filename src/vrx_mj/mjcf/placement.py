@@ -22,8 +22,8 @@ from vrx_mj.frames import Pose, compose
 from vrx_mj.mjcf.terrain import land_distance
 from vrx_mj.physics.noise import stream_key, uniform
 
-ORIGIN: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-DEFAULT_ROPE = RopeConfig()
+_ORIGIN: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+_DEFAULT_ROPE = RopeConfig()
 """What holds an object of a world whose water streams, unless it gives another, or swims."""
 
 
@@ -71,7 +71,7 @@ class PlacedDock:
 
 
 def place_objects(
-    placements: Sequence[Placement], at: Pose = ORIGIN, prefix: str = "", mooring: RopeConfig | None = DEFAULT_ROPE
+    placements: Sequence[Placement], at: Pose = _ORIGIN, prefix: str = "", mooring: RopeConfig | None = _DEFAULT_ROPE
 ) -> Iterator[PlacedObject]:
     """Every single object of the placements, courses taken apart; `mooring` is that of objects that give none."""
     for item in placements:
@@ -90,7 +90,7 @@ def _rope(item: Placement, mooring: RopeConfig | None) -> RopeConfig | None:
 
 
 def place_docks(
-    docks: Sequence[DockPlacement], placements: Sequence[Placement], at: Pose = ORIGIN, prefix: str = ""
+    docks: Sequence[DockPlacement], placements: Sequence[Placement], at: Pose = _ORIGIN, prefix: str = ""
 ) -> Iterator[PlacedDock]:
     """Every dock: those of the world itself, then those inside its composite objects."""
     for dock in docks:
@@ -112,7 +112,7 @@ def _shown(docks: Sequence[DockPlacement], symbols: Sequence[str]) -> list[DockP
     return shown
 
 
-TRIES = 1000
+_TRIES = 1000
 """Places that are tried for an object before the field is full."""
 
 
@@ -140,7 +140,7 @@ def _field(field: FieldConfig, config: WorldConfig, taken: FloatArray, ground: "
     wanted = [(kind, index) for kind in field.objects for index in range(kind.count)]
     counter = 0
     for done, (kind, index) in enumerate(wanted):
-        for _ in range(TRIES):
+        for _ in range(_TRIES):
             x, y = (c + field.size * (uniform(key, np.uint64(counter + i)) - 0.5) for i, c in enumerate(field.center))
             counter += 2
             if is_clear(taken, x, y, field.min_distance) and ground.clear(x, y, field.min_distance):
@@ -150,14 +150,14 @@ def _field(field: FieldConfig, config: WorldConfig, taken: FloatArray, ground: "
         taken = np.concatenate([taken, [(x, y)]])
         model = load_object(kind.model, kind.folder)
         name = f"{field.name}/{kind.stem}_{index}"
-        yield PlacedObject(name, kind.model, model, (x, y, 0.0, 0.0, 0.0, 0.0), model.path, DEFAULT_ROPE)
+        yield PlacedObject(name, kind.model, model, (x, y, 0.0, 0.0, 0.0, 0.0), model.path, _DEFAULT_ROPE)
 
 
 def _full(field: FieldConfig, world: str, done: int, wanted: int) -> str:
     square = f"{field.size:g} m x {field.size:g} m around ({field.center[0]:g}, {field.center[1]:g})"
     return (
         f"world {world}: the field {field.name} is full: {done} of its {wanted} objects fit in {square}, "
-        f"{field.min_distance:g} m from each other, boats, other objects, docks and the shore ({TRIES} places were "
+        f"{field.min_distance:g} m from each other, boats, other objects, docks and the shore ({_TRIES} places were "
         "tried for the next one)"
     )
 

@@ -9,7 +9,7 @@ from vrx_mj.config.hydro import Hydro
 from vrx_mj.model.boats import Diffraction, Forces, Memory
 from vrx_mj.model.kinds import Six
 
-NIL = 1e-9
+_NIL = 1e-9
 """Share of the largest residue [SI] below which all of a motion's at a pole are left out."""
 
 
@@ -35,7 +35,7 @@ def memory_of(hydro: Hydro, density: float) -> tuple[Memory, ...]:
     """The memory of a hull in water of a density [kg/m3]: for each pole, that of each motion that makes waves."""
     share, rows = density / hydro.density, list[Memory]()
     residues = np.array(hydro.residues)
-    least = NIL * float(np.abs(residues).max(initial=0.0))
+    least = _NIL * float(np.abs(residues).max(initial=0.0))
     for pole, residue in zip(hydro.poles, residues, strict=True):
         a, b = (share * about_origin(residue[..., part], hydro.point) for part in (0, 1))
         rows += [

@@ -53,12 +53,12 @@ from vrx_mj.physics.tables import GLF, LINEAR, NEWTONS, RUDDER, SAIL
 from vrx_mj.physics.thrust import normal_slope
 from vrx_mj.physics.windage import AIR_DENSITY
 
-Color = tuple[float, float, float, float]
-Vector = tuple[float, float, float]
+_Color = tuple[float, float, float, float]
+_Vector = tuple[float, float, float]
 
-WORLD = "world"
+_WORLD = "world"
 """Name of a root link that stays where the boat is put, by Gazebo's convention."""
-MAPPINGS: Mapping[str, Literal[0, 1, 3]] = {"linear": LINEAR, "glf": GLF, "newtons": NEWTONS}
+_MAPPINGS: Mapping[str, Literal[0, 1, 3]] = {"linear": LINEAR, "glf": GLF, "newtons": NEWTONS}
 """Codes of the thrust mappings in the runtime's table."""
 
 
@@ -70,7 +70,7 @@ class _Frame:
     geoms: tuple[Geom, ...]
 
 
-def robot_piece(boat: Boat, engines: Engines = "fixed", color: Color | None = None) -> Piece:
+def robot_piece(boat: Boat, engines: Engines = "fixed", color: _Color | None = None) -> Piece:
     """The boat as a piece of a world.
 
     Collision geoms are in group 3, visual ones in group 2. `color` repaints the first visual, the skin.
@@ -85,7 +85,7 @@ def robot_piece(boat: Boat, engines: Engines = "fixed", color: Color | None = No
     turning = [thruster["body"] for thruster in thrusters if thruster["joint"]] if hinged else []
     values = {
         "link": boat.link,
-        "is_fixed": boat.link == WORLD,
+        "is_fixed": boat.link == _WORLD,
         "meshes": needed,
         "solid_meshes": meshes(shape for part in parts for shape in part.collisions),
         "base_mass": body_mass(boat, engines),
@@ -191,7 +191,7 @@ def hull_row(boat: Boat, engines: Engines, prefix: str) -> Hull:
     )
 
 
-def _vector(point: FloatArray) -> Vector:
+def _vector(point: FloatArray) -> _Vector:
     x, y, z = point.tolist()
     return x, y, z
 
@@ -269,7 +269,7 @@ def _force(item: AssembledThruster, names: Sequence[str], boat: Boat) -> dict[st
     rudder = item.blade
     none = {"area": 0.0, "slope": 0.0, "density": 0.0, "race": -1, "race_area": 0.0, "race_share": 0.0}
     if rudder is None:
-        return {**none, "mapping": MAPPINGS[item.drive.mapping]}
+        return {**none, "mapping": _MAPPINGS[item.drive.mapping]}
     if isinstance(rudder, SailEntry):
         given = [(math.radians(angle), lift, drag) for angle, lift, drag in rudder.coefficients]
         sail = Sail(curve=tuple(given or sail_curve(rudder.aspect_ratio)), sheet=rudder.sheet)
@@ -286,7 +286,7 @@ def _force(item: AssembledThruster, names: Sequence[str], boat: Boat) -> dict[st
     }
 
 
-def sensor_rows(boat: Boat, prefix: str) -> list[Sensor]:
+def _sensor_rows(boat: Boat, prefix: str) -> list[Sensor]:
     """The boat's sensors: each with the body that carries it, and the pose in it that its frame has."""
     return [
         Sensor(
@@ -301,7 +301,7 @@ def sensor_rows(boat: Boat, prefix: str) -> list[Sensor]:
     ]
 
 
-def _painted(frames: list[_Frame], color: Color | None) -> list[_Frame]:
+def _painted(frames: list[_Frame], color: _Color | None) -> list[_Frame]:
     """The frames with the first geom that is seen in another colour."""
     if color is None:
         return frames
@@ -327,11 +327,11 @@ def save_robot(boat: Boat, target: Path, *, name: str) -> None:
     write_files(target.parent, {**files, target.name: text}, "the MJCF")
 
 
-Named = TypeVar("Named", Hull, Thruster, Sensor)
+_Named = TypeVar("_Named", Hull, Thruster, Sensor)
 
-SAME = tuple(own.name for own in fields(Entry) if own.name in BoatConfig.model_fields)
+_SAME = tuple(own.name for own in fields(Entry) if own.name in BoatConfig.model_fields)
 """Fields of a boat that a fleet gives and a compiled world has as they are."""
-KEPT = 32
+_KEPT = 32
 """Kinds of boats that are kept: making one takes 0.1 s."""
 
 
@@ -368,15 +368,15 @@ class Fitted:
         return outline(self.boat)
 
 
-_FITTED: dict[tuple[int, Engines, Color | None], Fitted] = {}
+_FITTED: dict[tuple[int, Engines, _Color | None], Fitted] = {}
 """By the boat itself, which is held as long as its entry is, and what else makes the kind."""
 
 
-def fitted(boat: Boat, engines: Engines, color: Color | None) -> Fitted:
+def fitted(boat: Boat, engines: Engines, color: _Color | None) -> Fitted:
     """A kind of boat as a piece and rows; the same object for the same boat."""
     kind = (id(boat), engines, color)
     if kind not in _FITTED:
-        while len(_FITTED) >= KEPT:
+        while len(_FITTED) >= _KEPT:
             del _FITTED[next(iter(_FITTED))]
         _FITTED[kind] = Fitted(
             boat,
@@ -384,7 +384,7 @@ def fitted(boat: Boat, engines: Engines, color: Color | None) -> Fitted:
             hull_row(boat, engines, PREFIX),
             station_rows(boat),
             thruster_rows(boat, engines, PREFIX),
-            sensor_rows(boat, PREFIX),
+            _sensor_rows(boat, PREFIX),
         )
     return _FITTED[kind]
 
@@ -434,7 +434,7 @@ def _entry(robot: Boat, boat: BoatConfig, life: int) -> Entry:
             for number, one in robot.autopilot.items()
         ),
         battery=None if robot.battery is None else Battery(**robot.battery.model_dump()),
-        **{key: getattr(boat, key) for key in SAME},
+        **{key: getattr(boat, key) for key in _SAME},
     )
 
 
@@ -451,7 +451,7 @@ def _kept(description: str) -> str:
     return description if len(description) <= LONGEST_DESCRIPTION else ""
 
 
-def _named(row: Named, boat: str) -> Named:
+def _named(row: _Named, boat: str) -> _Named:
     """A row in which names begin with the boat's."""
     texts = ((key, value) for key, value in vars(row).items() if isinstance(value, str))
     named: dict[str, Any] = {key: value.replace(PREFIX, f"{boat}/") for key, value in texts}

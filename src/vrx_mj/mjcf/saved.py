@@ -23,26 +23,26 @@ from vrx_mj.formats.urdf.meshes import is_binary_stl
 from vrx_mj.model.references import broken_references
 from vrx_mj.model.world import FORMAT, Parameters, format_of, parameters_of
 
-MOST_CHARACTERS = 100_000_000
+_MOST_CHARACTERS = 100_000_000
 """Longest text that is read."""
-DEEPEST = 500
+_DEEPEST = 500
 """Elements inside each other."""
-LONGEST = 500
+_LONGEST = 500
 """Most characters of a name."""
-LARGEST = 1e12
+_LARGEST = 1e12
 """Largest magnitude of a number."""
-MOST_PIXELS = 8192
+_MOST_PIXELS = 8192
 """Largest edge of a picture."""
-SHOWN = 60
+_SHOWN = 60
 
 _TOKEN = re.compile(r'\s+|<!--[^<>]*-->|</[a-z]+>|<[a-z]+(?:\s+[a-z][a-z0-9_]*="[^"<>]*")*\s*/?>')
 _NUMBER = re.compile(r"[-+]?\d{1,40}(?:\.\d{0,40})?(?:[eE][-+]?\d{1,4})?")
 
-Check = Callable[[str], bool]
+_Check = Callable[[str], bool]
 
 
 def _name(value: str) -> bool:
-    return len(value) <= LONGEST
+    return len(value) <= _LONGEST
 
 
 def _text(value: str) -> bool:
@@ -50,11 +50,11 @@ def _text(value: str) -> bool:
 
 
 def _numbers(value: str) -> bool:
-    return all(_NUMBER.fullmatch(part) and abs(float(part)) <= LARGEST for part in value.split())
+    return all(_NUMBER.fullmatch(part) and abs(float(part)) <= _LARGEST for part in value.split())
 
 
 def _pixels(value: str) -> bool:
-    return all(re.fullmatch(r"[0-9]{1,5}", part) and int(part) <= MOST_PIXELS for part in value.split())
+    return all(re.fullmatch(r"[0-9]{1,5}", part) and int(part) <= _MOST_PIXELS for part in value.split())
 
 
 def _step(value: str) -> bool:
@@ -65,16 +65,16 @@ def _file(value: str) -> bool:
     return bool(re.fullmatch(r"[A-Za-z0-9_]{1,100}\.(obj|stl)", value))
 
 
-def _one_of(*words: str) -> Check:
+def _one_of(*words: str) -> _Check:
     return frozenset(words).__contains__
 
 
 _SWITCH = _one_of("enable", "disable")
 _TRUTH = _one_of("true", "false")
 
-JOINT_FORCES = ("damping", "frictionloss", "stiffness", "springref")
+_JOINT_FORCES = ("damping", "frictionloss", "stiffness", "springref")
 """Attributes of joints that resist or push."""
-ATTRIBUTES: Mapping[str, Mapping[str, Check]] = {
+ATTRIBUTES: Mapping[str, Mapping[str, _Check]] = {
     "mujoco": {"model": _text},
     "compiler": {"angle": _one_of("radian"), "eulerseq": _one_of("XYZ"), "meshdir": _one_of("assets")},
     "option": {
@@ -117,7 +117,7 @@ ATTRIBUTES: Mapping[str, Mapping[str, Check]] = {
     "joint": {
         "name": _name,
         "type": _one_of("hinge", "slide", "ball"),
-        **dict.fromkeys(("pos", "axis", "range", *JOINT_FORCES), _numbers),
+        **dict.fromkeys(("pos", "axis", "range", *_JOINT_FORCES), _numbers),
         "limited": _TRUTH,
     },
     "inertial": dict.fromkeys(("pos", "quat", "mass", "diaginertia", "fullinertia"), _numbers),
@@ -170,8 +170,8 @@ def contents_of(mjcf: str, source: object) -> Contents:
     Raises:
         StateError: it is not one that we write.
     """
-    if len(mjcf) > MOST_CHARACTERS:
-        raise StateError(f"{source} has {len(mjcf):,} characters; at most {MOST_CHARACTERS:,} are read")
+    if len(mjcf) > _MOST_CHARACTERS:
+        raise StateError(f"{source} has {len(mjcf):,} characters; at most {_MOST_CHARACTERS:,} are read")
     try:
         _check_tokens(mjcf)
         contents = Contents()
@@ -190,7 +190,7 @@ def _check_tokens(mjcf: str) -> None:
         end = found.end()
     if end < len(mjcf):
         line = mjcf.count("\n", 0, end) + 1
-        raise ValueError(f"line {line}: a tag is needed, got '{mjcf[end : end + SHOWN].splitlines()[0]}'")
+        raise ValueError(f"line {line}: a tag is needed, got '{mjcf[end : end + _SHOWN].splitlines()[0]}'")
 
 
 def _elements(root: ET.Element) -> Iterator[tuple[ET.Element, str]]:
@@ -200,8 +200,8 @@ def _elements(root: ET.Element) -> Iterator[tuple[ET.Element, str]]:
     stack = [(root, "", 0)]
     while stack:
         element, body, depth = stack.pop()
-        if depth > DEEPEST:
-            raise ValueError(f"elements are nested too deeply; at most {DEEPEST}")
+        if depth > _DEEPEST:
+            raise ValueError(f"elements are nested too deeply; at most {_DEEPEST}")
         yield element, body
         inside = element.get("name", "") if element.tag == "body" else body
         stack += [(child, inside, depth + 1) for child in reversed(element)]
@@ -210,12 +210,12 @@ def _elements(root: ET.Element) -> Iterator[tuple[ET.Element, str]]:
 def _check_element(element: ET.Element) -> None:
     checks = ATTRIBUTES.get(element.tag)
     if checks is None:
-        raise ValueError(f"invalid element <{element.tag[:SHOWN]}>: no world has one")
+        raise ValueError(f"invalid element <{element.tag[:_SHOWN]}>: no world has one")
     for key, value in element.attrib.items():
         if key not in checks:
-            raise ValueError(f"invalid attribute {key[:SHOWN]} of <{element.tag}>: no world has one")
+            raise ValueError(f"invalid attribute {key[:_SHOWN]} of <{element.tag}>: no world has one")
         if not checks[key](value):
-            shown = value if len(value) <= SHOWN else value[:SHOWN] + "..."
+            shown = value if len(value) <= _SHOWN else value[:_SHOWN] + "..."
             raise ValueError(f"invalid {key} '{shown}' of <{element.tag}>")
 
 
@@ -240,13 +240,13 @@ def _take(contents: Contents, element: ET.Element, body: str) -> None:
         contents.timestep = float(element.get("timestep", 0.0))
 
 
-MOST_ASSETS, MOST_TRIANGLES = 10_000, 200_000
-LARGEST_ASSETS = 500_000_000
+_MOST_ASSETS, _MOST_TRIANGLES = 10_000, 200_000
+_LARGEST_ASSETS = 500_000_000
 """Bytes of all files together that an MJCF names."""
 _CORNERS = re.compile(rb"^[ \t]*f([^\n]*)", re.MULTILINE)
 _HASH = re.compile(r"_([0-9a-f]{12,16})\.(?:obj|stl)$")
 """End of an asset's name: the first digits of its content's SHA-256."""
-TOUCH = "touch"
+_TOUCH = "touch"
 """Contact sensors are called by this and the name of the rival."""
 
 
@@ -286,22 +286,22 @@ def _read(text: bytes, source: object) -> Parameters:
 
 def _assets(files: Mapping[str, None], asset: Callable[[str], bytes], source: object) -> dict[str, bytes]:
     """The files that an MJCF names, each of the content that its name is made of."""
-    if len(files) > MOST_ASSETS:
-        raise StateError(f"{source} names {len(files):,} files; at most {MOST_ASSETS:,} are read")
+    if len(files) > _MOST_ASSETS:
+        raise StateError(f"{source} names {len(files):,} files; at most {_MOST_ASSETS:,} are read")
     found: dict[str, bytes] = {}
     size = 0
     for name in sorted(files):
         content = found[name] = asset(name)
         size += len(content)
-        if size > LARGEST_ASSETS:
+        if size > _LARGEST_ASSETS:
             raise StateError(f"{source} names files of {size:,} bytes, down to '{name}': too many are read")
         digits = _HASH.search(name)
         if digits is None or not hashlib.sha256(content).hexdigest().startswith(digits[1]):
             raise StateError(f"{source} is damaged: the content of '{name}' does not match the hash in its name")
         if name.endswith(".stl") and not is_binary_stl(content):
             raise StateError(f"{source} is damaged: mesh {name} has more or fewer triangles than its header says")
-        if name.endswith(".obj") and _triangles(content) > MOST_TRIANGLES:  # MuJoCo has that limit for STL alone
-            raise StateError(f"{source} is damaged: mesh {name} has more than {MOST_TRIANGLES:,} triangles")
+        if name.endswith(".obj") and _triangles(content) > _MOST_TRIANGLES:  # MuJoCo has that limit for STL alone
+            raise StateError(f"{source} is damaged: mesh {name} has more than {_MOST_TRIANGLES:,} triangles")
     return found
 
 
@@ -330,7 +330,7 @@ def _unlike(world: Parameters, contents: Contents) -> Iterator[str]:
             yield f"blocks[{number}].body: '{block.body}' is neither a free body nor on a hinge of the one it hangs on"
     for kind, named, known in (("body", _bodies(world), contents.joints), ("geom", _geoms(world), contents.geoms)):
         yield from (f"{place}: the MJCF has no {kind} '{name}'" for place, name in named if name not in known)
-    rivals = [f"{TOUCH}/{rival}" for rival in (world.task.rivals if world.task else ())]
+    rivals = [f"{_TOUCH}/{rival}" for rival in (world.task.rivals if world.task else ())]
     if rivals != contents.touches:
         yield "task.rivals: they are not those of the contact sensors in the MJCF"
 

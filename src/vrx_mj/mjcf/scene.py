@@ -11,11 +11,11 @@ from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import VrxWarning
 from vrx_mj.model.site import Scene
 
-RGB = tuple[float, float, float]
+_RGB = tuple[float, float, float]
 
-NOON = math.radians(60.0)
+_NOON = math.radians(60.0)
 """How high the sun is half way between sunrise and sunset [rad]."""
-LOWEST = math.radians(5.0)
+_LOWEST = math.radians(5.0)
 """The light never comes from lower: when the sun is down, it is that of the bright part of the sky, or the moon."""
 
 _SKIES = (
@@ -34,11 +34,11 @@ _HEIGHTS, _ZENITH, _HORIZON, _LIGHT, _AMBIENT = zip(*_SKIES, strict=True)
 class Daylight:
     """What the hour makes of a clear sky."""
 
-    zenith: RGB
-    horizon: RGB
-    light: RGB
+    zenith: _RGB
+    horizon: _RGB
+    light: _RGB
     """Of the sun, or of what shines in its place."""
-    sun: RGB
+    sun: _RGB
     """Direction to it, east, north, up; in a world's scene x, y, z."""
     ambient: float
     """Share of the day's ambient light and of the light from the camera."""
@@ -55,7 +55,7 @@ def daylight(sky: SkyConfig, latitude: float) -> Daylight:
     that has passed. Season and true solar geometry are left out: the file gives the times of sunrise and sunset.
     """
     elevation, course = _sun(sky, latitude)
-    shown = max(elevation, LOWEST)
+    shown = max(elevation, _LOWEST)
     degrees = math.degrees(elevation)
     return Daylight(
         zenith=_mix(degrees, _ZENITH),
@@ -76,22 +76,22 @@ def _sun(sky: SkyConfig, latitude: float) -> tuple[float, float]:
         night = 24.0 - day
         turn = math.pi * (1.0 + ((sky.time - sky.sunset) % 24.0) / night)
     side = 1.0 if latitude < 0.0 else -1.0  # in the south the sun passes through the north
-    return NOON * math.sin(turn), side * turn
+    return _NOON * math.sin(turn), side * turn
 
 
-def _mix(degrees: float, colors: tuple[RGB, ...]) -> RGB:
+def _mix(degrees: float, colors: tuple[_RGB, ...]) -> _RGB:
     red, green, blue = (float(np.interp(degrees, _HEIGHTS, channel)) for channel in zip(*colors, strict=True))
     return red, green, blue
 
 
-EXTENT = 20.0
+_EXTENT = 20.0
 """`statistic extent` [m] of every world: the unit of MuJoCo's fog and clipping distances."""
-FAR = 2000.0
+_FAR = 2000.0
 """Where fog starts and ends [m] in a world without fog: beyond what anybody looks at."""
 AMBIENT = (0.4, 0.4, 0.4)
-HEADLIGHT = 0.35
+_HEADLIGHT = 0.35
 """Light [of full scale] that comes from the eye by day, so that what lies in shade keeps its colour."""
-FAINT, DENSE = -math.log(0.95), -math.log(0.05)
+_FAINT, _DENSE = -math.log(0.95), -math.log(0.05)
 """Optical depths at which fog hides 5 % and 95 %."""
 
 
@@ -101,12 +101,12 @@ def scene_values(config: WorldConfig) -> dict[str, object]:
     fog = scene.fog if scene.fog and scene.fog.type != "none" else None
     light = _daylight(config)
     horizon = fog.color if fog else scene.background or (*light.horizon, 1.0)
-    start, end = fog_range(fog) if fog else (FAR, 2.0 * FAR)
+    start, end = fog_range(fog) if fog else (_FAR, 2.0 * _FAR)
     _warn(config.name, _not_drawn(scene))
     return {
-        "extent": EXTENT,
+        "extent": _EXTENT,
         "ambient": [light.ambient * share for share in (scene.ambient or AMBIENT)[:3]],
-        "headlight": [light.ambient * HEADLIGHT] * 3,
+        "headlight": [light.ambient * _HEADLIGHT] * 3,
         "sun": [-part for part in light.sun],
         "light": light.light,
         "sky": (fog.color[:3] if fog else light.zenith) if scene.sky else horizon[:3],
@@ -131,10 +131,10 @@ def fog_range(fog: FogConfig) -> tuple[float, float]:
     """
     if fog.type == "linear":
         return fog.start, fog.end
-    if fog.density * FAR < FAINT:  # so thin that nobody sees it
-        return FAR, 2.0 * FAR
+    if fog.density * _FAR < _FAINT:  # so thin that nobody sees it
+        return _FAR, 2.0 * _FAR
     power = 0.5 if fog.type == "quadratic" else 1.0
-    return FAINT**power / fog.density, DENSE**power / fog.density
+    return _FAINT**power / fog.density, _DENSE**power / fog.density
 
 
 def _daylight(config: WorldConfig) -> Daylight:

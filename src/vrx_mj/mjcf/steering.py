@@ -10,9 +10,9 @@ from vrx_mj.config.tree import Section
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError
 from vrx_mj.formats.urdf.model import Joint, Urdf, UrdfThruster
 
-TURNING = ("revolute", "continuous")
+_TURNING = ("revolute", "continuous")
 """Types of joints that can steer."""
-FREE = "free"
+_FREE = "free"
 """Name of the joint on which a boat floats."""
 
 
@@ -116,10 +116,10 @@ def _problem(joint: Joint, message: str) -> ConfigError:
 
 
 def _check_hinge(urdf: Urdf, name: str, joint: Joint, hinges: Mapping[str, Joint]) -> None:
-    if joint.type not in TURNING:
-        raise _problem(joint, f"is {joint.type} and cannot steer '{name}'; expected {' or '.join(TURNING)}")
-    if urdf.local(joint.name) == FREE:
-        raise _problem(joint, f"cannot be named '{FREE}', the name of the boat's free joint")
+    if joint.type not in _TURNING:
+        raise _problem(joint, f"is {joint.type} and cannot steer '{name}'; expected {' or '.join(_TURNING)}")
+    if urdf.local(joint.name) == _FREE:
+        raise _problem(joint, f"cannot be named '{_FREE}', the name of the boat's free joint")
     for other, hinge in hinges.items():
         if hinge is joint:
             raise _problem(joint, f"steers both '{other}' and '{name}'; each needs a joint of its own")

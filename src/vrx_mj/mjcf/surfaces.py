@@ -8,26 +8,26 @@ import numpy as np
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.errors import VrxError
 
-MOST_TRIANGLES = 20_000
+_MOST_TRIANGLES = 20_000
 """Triangles among which crossings are looked for."""
-MOST_PAIRS = 100_000_000
+_MOST_PAIRS = 100_000_000
 """Pairs of triangles that are looked at, of those that overlap along one axis."""
 MOST_SHOWN = 1000
 """Pairs that cross up to which they are counted."""
-AT_ONCE = 2_000_000
+_AT_ONCE = 2_000_000
 """Pairs for which memory is made at once."""
-NEAR = 1e-6
+_NEAR = 1e-6
 """Share of the extent [m] up to which triangles touch, and do not pass through each other."""
-COLUMNS = 128
+_COLUMNS = 128
 """Vertical lines along each horizontal axis along which volumes are measured."""
-OFF = (0.3819660113, 0.7320508076)
+_OFF = (0.3819660113, 0.7320508076)
 """Place of a line in its column, as shares that are irrational: lines then meet no edges of plain shapes."""
-LITTLE = 0.005
+_LITTLE = 0.005
 """Share of the volume up to which what counts twice is not worth a remark."""
-MOST_INVERTED = 0.02
+_MOST_INVERTED = 0.02
 """Share of the volume up to which parts may be inside out."""
-REPAIR = "repair it, for example with Blender's 3D-Print Toolbox"
-JOIN = "join them to one, for example with Blender's Boolean union"
+_REPAIR = "repair it, for example with Blender's 3D-Print Toolbox"
+_JOIN = "join them to one, for example with Blender's Boolean union"
 
 
 @dataclass(frozen=True)
@@ -56,17 +56,17 @@ def checked_surface(corners: FloatArray, names: Sequence[str] = (), starts: Sequ
     spot = f", the first at ({', '.join(f'{value:.3g}' for value in place)}) m" if count else ""
     number = f"{count:,} or more" if count == MOST_SHOWN else f"{count:,}"
     pairs = f"{number} {'pair of triangles crosses' if count == 1 else 'pairs of triangles cross'}{spot}"
-    if found.inverted > MOST_INVERTED * (found.volume + found.inverted):
+    if found.inverted > _MOST_INVERTED * (found.volume + found.inverted):
         raise VrxError(
             f"its surface passes through itself: {found.inverted:.3g} m3 of {found.volume + found.inverted:.3g} m3 "
-            f"are inside out{'; ' + pairs if count else ''}; {REPAIR}"
+            f"are inside out{'; ' + pairs if count else ''}; {_REPAIR}"
         )
-    if found.twice > LITTLE * found.volume:
+    if found.twice > _LITTLE * found.volume:
         where = _worst_pair(corners, names, starts)
         text = f"its surfaces overlap{where}: {found.twice:.3g} of {found.volume:.3g} m3 count twice and lift too much"
-        return (f"{text}{'; ' + pairs if count else ''}; {JOIN}",)
+        return (f"{text}{'; ' + pairs if count else ''}; {_JOIN}",)
     if count:
-        return (f"its surface passes through itself: {pairs}; {REPAIR}",)
+        return (f"its surface passes through itself: {pairs}; {_REPAIR}",)
     return ()
 
 
@@ -108,14 +108,14 @@ def _passages(corners: FloatArray) -> tuple[IntArray, FloatArray, FloatArray, fl
     """Where vertical lines pass triangles: line, height [m], 1 on the way in and -1 on the way out; area of a line."""
     flat = corners[:, :, :2]
     low, size = flat.min(axis=(0, 1)), np.maximum(np.ptp(flat, axis=(0, 1)), 1e-300)
-    number = COLUMNS
+    number = _COLUMNS
     while True:
-        grid = (flat - low) / size * number - OFF
+        grid = (flat - low) / size * number - _OFF
         first = np.clip(np.ceil(grid.min(axis=1)), 0, number).astype(np.int64)
         last = np.clip(np.floor(grid.max(axis=1)), -1, number - 1).astype(np.int64)
         wide = np.maximum(last - first + 1, 0)
         counts = wide[:, 0] * wide[:, 1]
-        if counts.sum() <= AT_ONCE or number == 1:
+        if counts.sum() <= _AT_ONCE or number == 1:
             break
         number //= 2
     rows = np.repeat(np.arange(len(corners)), counts)
@@ -140,12 +140,12 @@ def _turn(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
 def crossings(corners: FloatArray) -> tuple[int, FloatArray]:
     """The number of pairs of triangles (n, 3, 3) [m] that pass through each other, and a place; at most `MOST_SHOWN`.
 
-    Triangles that touch, share corners or lie in a plane do not count. Of more than `MOST_TRIANGLES` it is 0.
+    Triangles that touch, share corners or lie in a plane do not count. Of more than `_MOST_TRIANGLES` it is 0.
     """
     count, place = 0, np.zeros(3)
-    if len(corners) > MOST_TRIANGLES:
+    if len(corners) > _MOST_TRIANGLES:
         return count, place
-    least = NEAR * float(np.ptp(corners.reshape(-1, 3), axis=0).max())
+    least = _NEAR * float(np.ptp(corners.reshape(-1, 3), axis=0).max())
     for one, other in _neighbours(corners):
         places = _crossed(corners[one], corners[other], least)
         if len(places) and not count:
@@ -168,9 +168,9 @@ def _neighbours(corners: FloatArray) -> Iterator[tuple[IntArray, IntArray]]:
             counts, order = after, along
     total = np.cumsum(counts)
     start = 0
-    while start < len(order) and total[start] <= MOST_PAIRS:
+    while start < len(order) and total[start] <= _MOST_PAIRS:
         base = int(total[start - 1]) if start else 0
-        end = max(int(np.searchsorted(total, base + AT_ONCE, side="right")), start + 1)
+        end = max(int(np.searchsorted(total, base + _AT_ONCE, side="right")), start + 1)
         own = counts[start:end]
         first = np.repeat(np.arange(start, end), own)
         second = first + 1 + np.arange(len(first)) - np.repeat(np.cumsum(own) - own, own)
@@ -199,7 +199,7 @@ def _crossed(one: FloatArray, other: FloatArray, least: float) -> FloatArray:
         for triangles, h in zip((one, other), heights, strict=True)
     ]
     start, end = np.maximum(spans[0][0], spans[1][0]), np.minimum(spans[0][1], spans[1][1])
-    real = (end - start > least) & (length > NEAR)
+    real = (end - start > least) & (length > _NEAR)
     point = spans[0][2][real]
     middle = 0.5 * (start + end)[real] - np.einsum("ij,ij->i", point, along[real])
     found: FloatArray = base[real] + point + middle[:, None] * along[real]

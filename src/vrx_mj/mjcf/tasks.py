@@ -29,8 +29,8 @@ from vrx_mj.mjcf.terrain import on_land
 from vrx_mj.model import tasks as model
 from vrx_mj.model.tasks import Goal, Pinger, TaskBase
 
-Row = dict[str, Any]
-Loc = tuple[str | int, ...]
+_Row = dict[str, Any]
+_Loc = tuple[str | int, ...]
 
 
 class Site:
@@ -51,7 +51,7 @@ class Site:
         self.docks = docks
         self._found: list[Problem] = []
 
-    def fault(self, loc: Loc, message: str) -> None:
+    def fault(self, loc: _Loc, message: str) -> None:
         """Keep what is wrong with the task at `loc`."""
         self._found.append(problem_at(self.config.section, ("task", *loc), message))
 
@@ -71,7 +71,7 @@ class Site:
             self.fault(("boat",), str(UnknownNameError("boat", name, self.boats)))
         return name or self.boats[0]
 
-    def object(self, loc: Loc, name: str, *, floating: bool = False) -> PlacedObject | None:
+    def object(self, loc: _Loc, name: str, *, floating: bool = False) -> PlacedObject | None:
         """The single object of a name, which may have to float; None if it is not there."""
         item = self.objects.get(name)
         if item is None:
@@ -80,7 +80,7 @@ class Site:
             self.fault(loc, f"'{name}' is static; a floating object is needed")
         return item
 
-    def dock(self, loc: Loc, name: str) -> PlacedDock | None:
+    def dock(self, loc: _Loc, name: str) -> PlacedDock | None:
         """The dock of a name, which has bays; None if it is not there."""
         try:
             dock = find_dock(self.docks, name)
@@ -92,7 +92,7 @@ class Site:
             return None
         return dock
 
-    def place(self, loc: Loc, value: tuple[float, float, float], *, geodetic: bool) -> Goal:
+    def place(self, loc: _Loc, value: tuple[float, float, float], *, geodetic: bool) -> Goal:
         """A place on the water from [latitude, longitude, yaw from east] or [x, y, yaw from x]; m, degrees and rad."""
         first, second, yaw = value
         earth = self.config.georeference
@@ -105,7 +105,7 @@ class Site:
         self._on_water(loc, place.x, place.y)
         return place
 
-    def point(self, loc: Loc, value: tuple[float, float, float]) -> Pinger:
+    def point(self, loc: _Loc, value: tuple[float, float, float]) -> Pinger:
         """A point x, y, z [m] in or over the water, with its latitude and longitude [degrees]."""
         x, y, z = value
         self._on_water(loc, x, y)
@@ -120,28 +120,28 @@ class Site:
         """Names of the objects that are made of others."""
         return list(dict.fromkeys(name.rpartition("/")[0] for name in self.objects if "/" in name))
 
-    def _geodetic(self, x: float, y: float, z: float) -> Row:
+    def _geodetic(self, x: float, y: float, z: float) -> _Row:
         earth = self.config.georeference
         latitude, longitude = earth.to_geodetic(x, y, z)[:2] if earth else (None, None)
         return {"latitude": latitude, "longitude": longitude}
 
-    def _on_water(self, loc: Loc, x: float, y: float) -> None:
+    def _on_water(self, loc: _Loc, x: float, y: float) -> None:
         terrain = self.config.terrain
         if terrain and on_land(terrain, x, y, self.config.folder):
             self.fault(loc, f"on land: x {x:.2f} m, y {y:.2f} m is inside the shore of {terrain}")
 
 
-def model_of(item: PlacedObject) -> str:
+def _model_of(item: PlacedObject) -> str:
     """Name of an object's model, without the folder of its file."""
     return kind_name(item.model)
 
 
-def listed(names: Iterable[str]) -> str:
+def _listed(names: Iterable[str]) -> str:
     """Names in a message."""
     return ", ".join(names) or "none"
 
 
-WORLD_BODY = "world"
+_WORLD_BODY = "world"
 """The body of all that is fixed without one of its own, as MuJoCo calls it."""
 
 
@@ -179,7 +179,7 @@ def touches_of(
     terrain: bool,
 ) -> list[Touch]:
     """All that can collide with a boat; `links` are the base links of all boats by their names."""
-    shore = [Touch("terrain", WORLD_BODY)] if terrain else []
+    shore = [Touch("terrain", _WORLD_BODY)] if terrain else []
     return [*thing_touches(objects, docks), *shore, *(Touch(*item) for item in links.items() if item[0] != boat)]
 
 
@@ -218,20 +218,20 @@ def lock_of(task: TaskBase, links: Mapping[str, str], poses: Mapping[str, Pose])
     return Lock(task.boat, links[task.boat], pose[:3], pose[5])
 
 
-Habit = Literal["avoid", "circumnavigate_clockwise", "circumnavigate_counterclockwise"]
-Shooter = tuple[str, str]
+_Habit = Literal["avoid", "circumnavigate_clockwise", "circumnavigate_counterclockwise"]
+_Shooter = tuple[str, str]
 """Names of a boat and of one of its ball shooters."""
 
-ANIMALS: Mapping[str, Habit] = {
+_ANIMALS: Mapping[str, _Habit] = {
     "crocodile": "avoid",
     "platypus": "circumnavigate_clockwise",
     "turtle": "circumnavigate_counterclockwise",
 }
 """What VRX wants of the animals, by the first word of their model."""
-POINTS = {"big": 5.0, "small": 10.0}
+_POINTS = {"big": 5.0, "small": 10.0}
 """For a ball in a hole, VRX's."""
-LEFT = re.compile(r"red_bound_(\d+)")
-PARTNERS = ("green", "white", "blue", "black")
+_LEFT = re.compile(r"red_bound_(\d+)")
+_PARTNERS = ("green", "white", "blue", "black")
 """First words of the right buoys of gates; a gate has one of them."""
 
 
@@ -240,7 +240,7 @@ def task_parameters(
     boats: Sequence[BoatConfig],
     objects: Sequence[PlacedObject],
     docks: Sequence[PlacedDock],
-    shooters: Sequence[Shooter] = (),
+    shooters: Sequence[_Shooter] = (),
 ) -> model.Task | None:
     """The task of a world, resolved; None if it has none. What the boat may touch is added by who builds it.
 
@@ -280,14 +280,14 @@ def waypoints(task: model.Task | None) -> tuple[tuple[float, float, float], ...]
     return tuple((place.x, place.y, place.yaw) for place in places)
 
 
-def _stationkeeping(task: tasks.StationkeepingTask, site: Site) -> Row:
+def _stationkeeping(task: tasks.StationkeepingTask, site: Site) -> _Row:
     key = "goal" if task.goal else "goal_cart"
     goal = task.goal or task.goal_cart
     assert goal is not None, "checked with the task"
     return {"goal": site.place((key,), goal, geodetic=key == "goal"), "heading": task.heading}
 
 
-def _wayfinding(task: tasks.WayfindingTask, site: Site) -> Row:
+def _wayfinding(task: tasks.WayfindingTask, site: Site) -> _Row:
     key = "waypoints" if task.waypoints else "waypoints_cart"
     places = task.waypoints or task.waypoints_cart or ()
     geodetic = key == "waypoints"
@@ -296,28 +296,28 @@ def _wayfinding(task: tasks.WayfindingTask, site: Site) -> Row:
     }
 
 
-def _perception(task: tasks.PerceptionTask, site: Site) -> Row:
+def _perception(task: tasks.PerceptionTask, site: Site) -> _Row:
     shown = (_shown(site, ("objects", index, "name"), item) for index, item in enumerate(task.objects))
     return {"objects": tuple(shown), "loop_forever": task.loop_forever}
 
 
-def _shown(site: Site, loc: Loc, item: ShownObject) -> model.Shown:
+def _shown(site: Site, loc: _Loc, item: ShownObject) -> model.Shown:
     thing = site.object(loc, item.name, floating=True)
-    kind = item.type or (model_of(thing) if thing else "")
+    kind = item.type or (_model_of(thing) if thing else "")
     stash = thing.pose if thing else item.pose
     return model.Shown(**{**item.model_dump(), "type": kind, "stash": stash})
 
 
-def _navigation(task: tasks.NavigationTask, site: Site) -> Row:
+def _navigation(task: tasks.NavigationTask, site: Site) -> _Row:
     return {"gates": _gates(site, (), task), "obstacle_penalty": task.obstacle_penalty}
 
 
-def _follow_path(task: tasks.FollowPathTask, site: Site) -> Row:
+def _follow_path(task: tasks.FollowPathTask, site: Site) -> _Row:
     keys = {"points_per_gate_crossed", "bonus", "obstacle_penalty"}
     return {"gates": _gates(site, (), task), **task.model_dump(include=keys)}
 
 
-def _gates(site: Site, at: Loc, channel: ChannelConfig) -> tuple[model.Gate, ...]:
+def _gates(site: Site, at: _Loc, channel: ChannelConfig) -> tuple[model.Gate, ...]:
     """The gates of a channel, whose section is at `at`, by the full names of their buoys."""
     course = channel.course
     parts = site.parts(course)
@@ -327,28 +327,28 @@ def _gates(site: Site, at: Loc, channel: ChannelConfig) -> tuple[model.Gate, ...
     owner = f"course '{course}'" if course else "the world"
     for index, gate in enumerate(channel.gates):
         for name in (side for side in gate if side not in parts):
-            site.fault((*at, "gates", index), f"{owner} has no buoy '{name}'; known: {listed(parts)}")
+            site.fault((*at, "gates", index), f"{owner} has no buoy '{name}'; known: {_listed(parts)}")
     pairs = channel.gates or _red_right(parts)
     if not pairs:
-        text = f"{owner} has no red_bound_i with a partner i, one of {', '.join(PARTNERS)}; known: {listed(parts)}"
+        text = f"{owner} has no red_bound_i with a partner i, one of {', '.join(_PARTNERS)}; known: {_listed(parts)}"
         site.fault((*at, "gates"), text)
-    lone = [name for name in parts if LEFT.fullmatch(name) and all(name != left for left, _ in pairs)]
+    lone = [name for name in parts if _LEFT.fullmatch(name) and all(name != left for left, _ in pairs)]
     if lone and not channel.gates:
-        warnings.warn(f"{owner}: no gate at {listed(lone)}, without a partner", VrxWarning, stacklevel=2)
+        warnings.warn(f"{owner}: no gate at {_listed(lone)}, without a partner", VrxWarning, stacklevel=2)
     prefix = f"{course}/" if course else ""
     return tuple(model.Gate(left=prefix + left, right=prefix + right) for left, right in pairs)
 
 
 def _red_right(parts: Sequence[str]) -> list[tuple[str, str]]:
     """Pairs of red buoys and their partners, in the order of their numbers."""
-    numbers = sorted((int(match[1]), match[1]) for match in map(LEFT.fullmatch, parts) if match)
-    partners = {i: [name for color in PARTNERS if (name := f"{color}_bound_{i}") in parts] for _, i in numbers}
+    numbers = sorted((int(match[1]), match[1]) for match in map(_LEFT.fullmatch, parts) if match)
+    partners = {i: [name for color in _PARTNERS if (name := f"{color}_bound_{i}") in parts] for _, i in numbers}
     return [(f"red_bound_{i}", partners[i][0]) for _, i in numbers if partners[i]]
 
 
-def _dock(task: tasks.DockTask, site: Site) -> Row:
+def _dock(task: tasks.DockTask, site: Site) -> _Row:
     dock = site.dock(("dock",), task.dock)
-    zones: Row = dock_zones(dock) if dock else {"anchor": "", "bays": [], "holes": []}
+    zones: _Row = dock_zones(dock) if dock else {"anchor": "", "bays": [], "holes": []}
     if task.light_buoy is not None:
         buoy = site.object(("light_buoy",), task.light_buoy)
         if buoy and buoy.config.light is None:
@@ -364,10 +364,10 @@ def _dock(task: tasks.DockTask, site: Site) -> Row:
     }
 
 
-def _bays(task: tasks.DockTask, site: Site, known: Sequence[Row]) -> tuple[model.Bay, ...]:
+def _bays(task: tasks.DockTask, site: Site, known: Sequence[_Row]) -> tuple[model.Bay, ...]:
     """The dock's bays with what the task gives for them, in their order."""
     if len(task.bays) != len(known):
-        names = listed(str(bay["name"]) for bay in known)
+        names = _listed(str(bay["name"]) for bay in known)
         site.fault(("bays",), f"'{task.dock}' has {len(known)} bays, {names}; got {len(task.bays)}")
         return ()
     for index, (bay, its) in enumerate(zip(task.bays, known, strict=True)):
@@ -379,7 +379,7 @@ def _bays(task: tasks.DockTask, site: Site, known: Sequence[Row]) -> tuple[model
     )
 
 
-def _holes(task: tasks.DockTask, site: Site, zones: Row) -> tuple[model.Hole, ...]:
+def _holes(task: tasks.DockTask, site: Site, zones: _Row) -> tuple[model.Hole, ...]:
     """The holes that count, with their points."""
     known, names = (
         {(hole["bay"], hole["size"]): hole for hole in zones["holes"]},
@@ -387,7 +387,7 @@ def _holes(task: tasks.DockTask, site: Site, zones: Row) -> tuple[model.Hole, ..
     )
     if task.targets is None:
         counts = task.type == "scan_dock_deliver"
-        return tuple(model.Hole(**hole, points=POINTS[hole["size"]]) for hole in zones["holes"]) if counts else ()
+        return tuple(model.Hole(**hole, points=_POINTS[hole["size"]]) for hole in zones["holes"]) if counts else ()
     rows = []
     for index, target in enumerate(task.targets):
         hole = known.get((names[target.bay - 1], target.size)) if target.bay <= len(names) else None
@@ -398,30 +398,30 @@ def _holes(task: tasks.DockTask, site: Site, zones: Row) -> tuple[model.Hole, ..
     return tuple(rows)
 
 
-def _wildlife(task: tasks.WildlifeTask, site: Site) -> Row:
-    all_of_them = [AnimalConfig(name=name) for name, item in site.objects.items() if _habit(model_of(item))]
+def _wildlife(task: tasks.WildlifeTask, site: Site) -> _Row:
+    all_of_them = [AnimalConfig(name=name) for name, item in site.objects.items() if _habit(_model_of(item))]
     animals = tuple(_animal(site, index, animal) for index, animal in enumerate(task.animals or all_of_them))
     if not animals:
-        site.fault(("animals",), f"the world has no animals; models of animals start with {', '.join(ANIMALS)}")
+        site.fault(("animals",), f"the world has no animals; models of animals start with {', '.join(_ANIMALS)}")
     return {"animals": animals, **task.model_dump(include={"engagement_distance", "time_bonus", "publication_rate"})}
 
 
 def _animal(site: Site, index: int, animal: AnimalConfig) -> model.Animal:
     thing = site.object(("animals", index, "name"), animal.name, floating=True)
-    kind = model_of(thing) if thing else ""
+    kind = _model_of(thing) if thing else ""
     goal = animal.goal or _habit(kind)
     if thing and goal is None:
-        text = f"required for the model {kind}; only {', '.join(ANIMALS)} have goals of their own"
+        text = f"required for the model {kind}; only {', '.join(_ANIMALS)} have goals of their own"
         site.fault(("animals", index, "goal"), text)
     return model.Animal(name=animal.name, model=kind, goal=goal or "avoid")
 
 
-def _habit(kind: str) -> Habit | None:
+def _habit(kind: str) -> _Habit | None:
     """The goal of an animal's model."""
-    return ANIMALS.get(kind.partition("_")[0])
+    return _ANIMALS.get(kind.partition("_")[0])
 
 
-def _gymkhana(task: tasks.GymkhanaTask, site: Site) -> Row:
+def _gymkhana(task: tasks.GymkhanaTask, site: Site) -> _Row:
     channel = task.channel
     limits = channel.model_dump(include={"obstacle_penalty", "collision_buffer"})
     return {
@@ -431,16 +431,16 @@ def _gymkhana(task: tasks.GymkhanaTask, site: Site) -> Row:
     }
 
 
-def _acoustic_perception(task: tasks.AcousticPerceptionTask, site: Site) -> Row:
+def _acoustic_perception(task: tasks.AcousticPerceptionTask, site: Site) -> _Row:
     return {"pinger": site.point(("pinger",), task.pinger), "goal_tolerance": task.goal_tolerance}
 
 
-def _acoustic_tracking(task: tasks.AcousticTrackingTask, site: Site) -> Row:
+def _acoustic_tracking(task: tasks.AcousticTrackingTask, site: Site) -> _Row:
     site.object(("pinger",), task.pinger, floating=True)
     return task.model_dump(include={"pinger", "pinger_depth", "obstacle_penalty"})
 
 
-_RESOLVERS: dict[type[tasks.TaskConfig], tuple[Callable[..., model.Task], Callable[[Any, Site], Row]]] = {
+_RESOLVERS: dict[type[tasks.TaskConfig], tuple[Callable[..., model.Task], Callable[[Any, Site], _Row]]] = {
     tasks.StationkeepingTask: (model.Stationkeeping, _stationkeeping),
     tasks.WayfindingTask: (model.Wayfinding, _wayfinding),
     tasks.PerceptionTask: (model.Perception, _perception),

@@ -15,9 +15,9 @@ from vrx_mj.errors import CompileError
 from vrx_mj.formats.urdf.meshes import is_binary_stl, mesh_bytes, obj_text, read_mesh
 from vrx_mj.resources import root
 
-MESH = "vrx_mj/mesh"
+_MESH = "vrx_mj/mesh"
 """Name of a mesh that is tried alone."""
-MUJOCO_SUFFIXES = (".obj", ".stl")
+_MUJOCO_SUFFIXES = (".obj", ".stl")
 """Of the meshes that MuJoCo reads as they are."""
 
 
@@ -98,7 +98,7 @@ def mesh(shape: Shape) -> Mesh:
 def mesh_of_file(path: Path, scale: tuple[float, ...] = (1.0, 1.0, 1.0)) -> Mesh:
     """The mesh of a file, named after its content."""
     content, suffix = mesh_bytes(path), path.suffix.lower()
-    if suffix not in MUJOCO_SUFFIXES or (suffix == ".stl" and not is_binary_stl(content)):
+    if suffix not in _MUJOCO_SUFFIXES or (suffix == ".stl" and not is_binary_stl(content)):
         content, suffix = obj_text(read_mesh(path)).encode(), ".obj"
     stem = f"mesh_{hashlib.sha256(content).hexdigest()[:16]}"
     scaled = "" if scale == (1.0, 1.0, 1.0) else "_" + "_".join(map(repr, scale))
@@ -115,13 +115,13 @@ def _check(path: Path, scale: tuple[float, ...], collides: bool, _changed: int, 
     try:
         spec = mujoco.MjSpec()
         spec.assets = {made.file: made.content}
-        spec.add_mesh(name=MESH, file=made.file, scale=scale, inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL)
+        spec.add_mesh(name=_MESH, file=made.file, scale=scale, inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL)
         solid = int(collides)
-        spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=MESH, contype=solid, conaffinity=solid)
+        spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=_MESH, contype=solid, conaffinity=solid)
         spec.compile()
     except ValueError as error:
-        words = str(error).splitlines()[0].removeprefix("Error: ").replace(f"'{MESH}'", MESH)
-        words = words.removesuffix(f": {MESH}").removeprefix(f"mesh {MESH} ")
+        words = str(error).splitlines()[0].removeprefix("Error: ").replace(f"'{_MESH}'", _MESH)
+        words = words.removesuffix(f": {_MESH}").removeprefix(f"mesh {_MESH} ")
         words = re.sub(rf"'?(assets/)?{re.escape(made.file)}'?", "it", words)
         raise CompileError(f"MuJoCo cannot use the mesh {display(path)}: {words}") from error
 

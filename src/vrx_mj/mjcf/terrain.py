@@ -24,11 +24,11 @@ from vrx_mj.errors import ConfigError, Problem, shortened
 from vrx_mj.mjcf.pieces import Piece, hull_file
 from vrx_mj.model.site import Ring
 
-SAND_TOP = 0.4
+_SAND_TOP = 0.4
 """Where grass begins [m over the water]."""
-SAND_COLOR = (0.72, 0.65, 0.48, 1.0)
-GRASS_COLOR = (0.30, 0.42, 0.24, 1.0)
-FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+_SAND_COLOR = (0.72, 0.65, 0.48, 1.0)
+_GRASS_COLOR = (0.30, 0.42, 0.24, 1.0)
+_FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 """One triangle of a binary STL file."""
 
 
@@ -52,7 +52,7 @@ def area_of(rings: Sequence[Sequence[Sequence[float]] | FloatArray]) -> object:
     return land
 
 
-def land_meshes(polygons: list[dict[str, object]], profile: Sequence[tuple[float, float]]) -> list[LandMesh]:
+def _land_meshes(polygons: list[dict[str, object]], profile: Sequence[tuple[float, float]]) -> list[LandMesh]:
     """Meshes of sand and grass for polygons of land under one bank profile.
 
     Args:
@@ -68,8 +68,8 @@ def land_meshes(polygons: list[dict[str, object]], profile: Sequence[tuple[float
     grass: list[FloatArray] = [_triangles(levels[-1], levels[-1], heights[-1], heights[-1])]
     for (outer, inner), (low, high) in zip(pairwise(levels), pairwise(heights), strict=True):
         band = _triangles(shapely.difference(outer, inner), inner, low, high)
-        (sand if high <= SAND_TOP else grass).append(band)
-    parts = (("sand", sand, SAND_COLOR), ("grass", grass, GRASS_COLOR))
+        (sand if high <= _SAND_TOP else grass).append(band)
+    parts = (("sand", sand, _SAND_COLOR), ("grass", grass, _GRASS_COLOR))
     return [_mesh(name, np.concatenate(bands), color) for name, bands, color in parts]
 
 
@@ -99,7 +99,7 @@ def _stl(triangles: FloatArray) -> bytes:
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     length = np.sqrt(np.sum(normal * normal, axis=1))
     keep = length > 1e-6  # slivers of no area upset MuJoCo
-    facet = np.zeros(int(keep.sum()), dtype=FACET)
+    facet = np.zeros(int(keep.sum()), dtype=_FACET)
     facet["normal"] = normal[keep] / length[keep, None]
     facet["corners"] = corners[keep]
     out = io.BytesIO()
@@ -109,25 +109,25 @@ def _stl(triangles: FloatArray) -> bytes:
     return out.getvalue()
 
 
-MAX_BYTES = 4_000_000
+_MAX_BYTES = 4_000_000
 """Longest file that is read."""
-MAX_POINTS = 5000
+_MAX_POINTS = 5000
 """Most points of a shoreline; each edge is compared with every other."""
-SHORTEST_EDGE = 1e-6
+_SHORTEST_EDGE = 1e-6
 """Points that are nearer to the next one [m] are left out."""
-SLOPE = 0.25
+_SLOPE = 0.25
 """Rise of the bank over the distance inland: VRX's posts, tents and antenna fit such a slope within 0.3 m."""
-CREST = 6.0
+_CREST = 6.0
 """How far inland the bank rises [m]; it is flat beyond, 1.5 m over the water."""
-TOE = (-1.0, -0.6)
+_TOE = (-1.0, -0.6)
 """Distance inland and height of the foot of the bank [m], under water."""
-FLOOR = -1.6
+_FLOOR = -1.6
 """Height of the blocks' underside [m]."""
-MITRE_LIMIT = 3.0
+_MITRE_LIMIT = 3.0
 """A corner lies at most this many times the offset away from its vertex, so that sharp ones stay short."""
-RIDGE = 0.6
+_RIDGE = 0.6
 """Least height of a block's crest [m]: on narrow land the bank is steeper, so that no boat slips over it."""
-DEPTH_STEP = 0.75
+_DEPTH_STEP = 0.75
 """How finely a block's width is fitted to a narrow piece of land [m]."""
 
 
@@ -151,7 +151,7 @@ def _build(path: Path, _changed: int) -> Piece:
 
     polygons = _read(path)
     try:
-        meshes = land_meshes(polygons, [TOE, *((d, SLOPE * d) for d in (0.0, 1.5, 3.0, 4.5, CREST))])
+        meshes = _land_meshes(polygons, [_TOE, *((d, _SLOPE * d) for d in (0.0, 1.5, 3.0, 4.5, _CREST))])
     except (shapely.errors.GEOSException, ValueError) as error:
         raise _invalid(path, f"its rings bound no land: {error}") from error
     blocks = bank_blocks(_rings(polygons)).round(2)
@@ -197,7 +197,7 @@ def bank_blocks(rings: list[FloatArray]) -> FloatArray:
     """The corners of one convex block for each edge of the shore, (edges, 10, 3) [m].
 
     Across the shore a block is the polygon toe, waterline, crest, underside. A block reaches inland as far as
-    the land is nearer to its own edge than to any other, at most `CREST`: blocks from both sides of a spit
+    the land is nearer to its own edge than to any other, at most `_CREST`: blocks from both sides of a spit
     meet in a ridge.
     """
     start = np.concatenate(rings)
@@ -205,14 +205,14 @@ def bank_blocks(rings: list[FloatArray]) -> FloatArray:
     inland = _moves(rings, inland=True)
     seaward = _moves(rings, inland=False)
     depth = _depths(start, end, *inland)
-    crest = np.maximum(SLOPE * depth, RIDGE)
+    crest = np.maximum(_SLOPE * depth, _RIDGE)
     level = np.ones_like(depth)
     lines = [
-        (seaward, TOE[0] * level, FLOOR * level),
-        (seaward, TOE[0] * level, TOE[1] * level),
+        (seaward, _TOE[0] * level, _FLOOR * level),
+        (seaward, _TOE[0] * level, _TOE[1] * level),
         (inland, 0.0 * level, 0.0 * level),
         (inland, depth, crest),
-        (inland, depth, FLOOR * level),
+        (inland, depth, _FLOOR * level),
     ]
     corners = [
         np.column_stack([vertex + move * distance[:, None], height])
@@ -239,7 +239,7 @@ def _mitres(ring: FloatArray, *, inland: bool) -> FloatArray:
     mitre = (before + after) / np.maximum(1.0 + np.sum(before * after, axis=1), 1e-3)[:, None]
     cape = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0] > 0.0
     length = np.hypot(*mitre.T)
-    short = np.where(cape == inland, 1.0, np.maximum(1.0, length / MITRE_LIMIT))
+    short = np.where(cape == inland, 1.0, np.maximum(1.0, length / _MITRE_LIMIT))
     return np.asarray(mitre / short[:, None])
 
 
@@ -252,7 +252,7 @@ def _depths(start: FloatArray, end: FloatArray, here: FloatArray, there: FloatAr
     vanish = np.where(shrink > 0.0, length / np.where(shrink > 0.0, shrink, 1.0), np.inf)
     depth = np.zeros(len(start))
     growing = np.ones(len(start), dtype=bool)
-    for reach in np.arange(DEPTH_STEP, CREST + 1e-9, DEPTH_STEP):
+    for reach in np.arange(_DEPTH_STEP, _CREST + 1e-9, _DEPTH_STEP):
         crest_a, crest_b = start + reach * here, end + reach * there
         points = crest_a[:, None, :] * (1.0 - share) + crest_b[:, None, :] * share
         growing &= vanish > reach
@@ -297,7 +297,7 @@ def _find(name: str, near: Path | None) -> Path:
 def _read(path: Path) -> list[dict[str, Any]]:
     """The polygons of land in a file, each a mapping: the ring `exterior` and the list of rings `holes`."""
     try:
-        land = json.loads(read_limited(path, MAX_BYTES).decode("utf-8-sig"))["land"]
+        land = json.loads(read_limited(path, _MAX_BYTES).decode("utf-8-sig"))["land"]
         polygons = [
             {"exterior": _ring(item["exterior"]), "holes": [_ring(hole) for hole in item.get("holes", [])]}
             for item in land
@@ -309,8 +309,8 @@ def _read(path: Path) -> list[dict[str, Any]]:
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
         raise _invalid(path, str(error)) from error
     points = sum(map(len, _rings(polygons)))
-    if not 0 < points <= MAX_POINTS:
-        raise _invalid(path, f"{points} points; 3 to {MAX_POINTS} are allowed")
+    if not 0 < points <= _MAX_POINTS:
+        raise _invalid(path, f"{points} points; 3 to {_MAX_POINTS} are allowed")
     for index, item in enumerate(polygons):
         if fault := _polygon_fault(item):
             raise _invalid(path, f"land[{index}] is not a polygon: {fault}")
@@ -337,7 +337,7 @@ def _ring(points: object) -> FloatArray:
         raise ValueError("a ring must be a list of points [x, y] in m")
     if np.abs(ring).max() > MAX_COORDINATE:
         raise ValueError(f"a coordinate of {np.abs(ring).max():g} m; at most {MAX_COORDINATE:g} m is allowed")
-    keep = np.abs(ring - np.roll(ring, -1, axis=0)).max(axis=1) > SHORTEST_EDGE  # in its file a ring may be closed
+    keep = np.abs(ring - np.roll(ring, -1, axis=0)).max(axis=1) > _SHORTEST_EDGE  # in its file a ring may be closed
     if np.count_nonzero(keep) < 3:
         raise ValueError("a ring must have at least three points")
     return np.asarray(ring[keep])

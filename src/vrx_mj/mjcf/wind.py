@@ -19,17 +19,17 @@ from vrx_mj.physics.spectra import Spectrum
 from vrx_mj.physics.windage import BLENDERMANN, Areas, Superstructure, isherwood_curve
 
 NO_WIND = (0.0, 0.0, 0.0)
-NPD_HEIGHT = 10.0
+_NPD_HEIGHT = 10.0
 """Height of the mean speed on which the NPD spectrum depends [m]."""
-STALE = "wind_stale_link"
+_STALE = "wind_stale_link"
 """VRX's defect by which the wind pushes no boat."""
-FIRST_GUST = {"vrx": 0.0, "vrx3": 0.001, "marine": 0.0}
+_FIRST_GUST = {"vrx": 0.0, "vrx3": 0.001, "marine": 0.0}
 """How long the gusts take the first step to be [s], 0: as long as it is. VRX 3's USVWind.cc."""
 
-SHOWN_NAMES = 3
+_SHOWN_NAMES = 3
 """Boats that a warning names."""
 
-Coefficients = tuple[float, float, float]
+_Coefficients = tuple[float, float, float]
 
 
 def wind_parameters(wind: WindConfig | None, profile: str = CLASSIC) -> Wind:
@@ -41,7 +41,7 @@ def wind_parameters(wind: WindConfig | None, profile: str = CLASSIC) -> Wind:
         mean=wind.mean_velocity,
         gain=math.sqrt(gust_variance(gusts)) if gusts else wind.var_gain,
         time_constant=wind.var_time,
-        first_step=FIRST_GUST[profile],
+        first_step=_FIRST_GUST[profile],
         seed=wind.seed,
         update_rate=wind.update_rate,
     )
@@ -70,13 +70,13 @@ def _spectrum(wind: WindConfig) -> Spectrum | None:
     """
     if wind.spectrum != "npd" or not wind.mean_velocity:
         return None
-    share = (NPD_HEIGHT / wind.height) ** (wind.exponent or 0.0)
+    share = (_NPD_HEIGHT / wind.height) ** (wind.exponent or 0.0)
     if wind.roughness:
-        share = math.log(max(NPD_HEIGHT, wind.roughness) / wind.roughness) / math.log(wind.height / wind.roughness)
+        share = math.log(max(_NPD_HEIGHT, wind.roughness) / wind.roughness) / math.log(wind.height / wind.roughness)
     return npd(share * wind.mean_velocity, wind.height)
 
 
-def wind_coefficients(wind: WindConfig | None, *names: str) -> Coefficients | None:
+def wind_coefficients(wind: WindConfig | None, *names: str) -> _Coefficients | None:
     """Coefficients (Cx, Cy, Cz) for a thing that goes by any of these names; None if none is listed."""
     for item in (wind.objects if wind else None) or ():
         if item.model in names:
@@ -85,10 +85,10 @@ def wind_coefficients(wind: WindConfig | None, *names: str) -> Coefficients | No
 
 
 def boat_wind(
-    wind: WindConfig | None, physics: PhysicsConfig, name: str, robot: str, own: Coefficients | None
-) -> Coefficients:
+    wind: WindConfig | None, physics: PhysicsConfig, name: str, robot: str, own: _Coefficients | None
+) -> _Coefficients:
     """Coefficients for a boat: the world's, or else its `own`; none where the world's push nothing."""
-    if STALE in physics.quirks:
+    if _STALE in physics.quirks:
         return NO_WIND
     return wind_coefficients(wind, name, robot) or (own if _pushes_boats(wind, physics) else None) or NO_WIND
 
@@ -102,7 +102,7 @@ def boat_windage(
         own is None
         or physics.profile != MARINE
         or listed
-        or STALE in physics.quirks
+        or _STALE in physics.quirks
         or not _pushes_boats(wind, physics)
     ):
         return None
@@ -150,7 +150,7 @@ def warn_if_unpushed(
     world: str, wind: WindConfig | None, physics: PhysicsConfig, boats: Iterable[tuple[BoatConfig, object]]
 ) -> None:
     """One warning if a wind blows that has no coefficients for some boats, each given with what it has of its own."""
-    if wind is None or wind.objects == () or STALE in physics.quirks or not (wind.mean_velocity or wind.var_gain):
+    if wind is None or wind.objects == () or _STALE in physics.quirks or not (wind.mean_velocity or wind.var_gain):
         return
     still = [boat for boat, own in boats if not own and wind_coefficients(wind, boat.name, boat.robot) is None]
     if still:
@@ -173,5 +173,5 @@ def warn_if_unmoved(world: str, wind: WindConfig | None, moving: Iterable[str]) 
 
 def _first(names: Iterable[str]) -> str:
     known = list(dict.fromkeys(names))
-    more = [f"{len(known) - SHOWN_NAMES} more"] if len(known) > SHOWN_NAMES else []
-    return ", ".join([*known[:SHOWN_NAMES], *more])
+    more = [f"{len(known) - _SHOWN_NAMES} more"] if len(known) > _SHOWN_NAMES else []
+    return ", ".join([*known[:_SHOWN_NAMES], *more])

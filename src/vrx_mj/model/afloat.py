@@ -23,8 +23,6 @@ from vrx_mj.model.kinds import (
     Vec3,
 )
 
-__all__ = ["Block", "Element", "Float", "Follower", "Mooring", "PathPoint"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Float:

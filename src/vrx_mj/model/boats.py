@@ -36,12 +36,6 @@ from vrx_mj.model.kinds import (
     Vec3,
 )
 
-__all__ = [
-    "AutopilotChannel", "Battery", "Boat", "Diffraction", "Hull", "Memory", "Propeller", "Sail", "Sensor", "Spawn",
-    "Station", "Thruster", "Vessel", "WindCoefficients", "Windage",
-]  # fmt: skip
-
-
 MOST_TRIANGLES = 5000
 """Of a hull's mesh."""
 NEWTONS, SAIL = 3, 4

@@ -6,12 +6,6 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, ConfigDict, Field, StringConstraints
 from pydantic_core import PydanticCustomError
 
-__all__ = [
-    "LEFT_OUT", "LONGEST_DESCRIPTION", "STRICT", "Angle", "Coefficient", "Count", "Degrees", "Description", "Flag",
-    "Index", "Matrix", "Name", "NonNegative", "NonPositive", "Pose", "Positive", "ProfileCode", "Real", "Row",
-    "Share", "Six", "SixBySix", "Text", "Vec2", "Vec3", "late",
-]  # fmt: skip
-
 STRICT = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, revalidate_instances="always")
 """No value is turned into one of another kind, but for whole numbers into floats; no key is ignored."""
 
@@ -24,36 +18,36 @@ def late(rank: int) -> Mapping[str, int]:
     return {"rank": rank}
 
 
-Triple = tuple[float, float, float]
-LARGEST = 1e12
+_Triple = tuple[float, float, float]
+_LARGEST = 1e12
 """Largest magnitude of a number [SI]: far beyond any boat, far from where sums overflow."""
-MOST_ROWS = 10_000_000
-LONGEST = 500
+_MOST_ROWS = 10_000_000
+_LONGEST = 500
 """Most characters of a name."""
 LONGEST_DESCRIPTION = 4_000_000
 """Most characters of a boat's URDF."""
 
-ROUNDING = 1e-6
+_ROUNDING = 1e-6
 """How far the rows of a rotation may be from unit length and right angles."""
 
 
-def _rotation(rows: tuple[Triple, Triple, Triple]) -> tuple[Triple, Triple, Triple]:
+def _rotation(rows: tuple[_Triple, _Triple, _Triple]) -> tuple[_Triple, _Triple, _Triple]:
     a, b, c = rows
     products = [_dot(a, a) - 1.0, _dot(b, b) - 1.0, _dot(c, c) - 1.0, _dot(a, b), _dot(b, c), _dot(c, a)]
     turned = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-    if max(map(abs, products)) > ROUNDING or _dot(turned, c) < 0.0:
+    if max(map(abs, products)) > _ROUNDING or _dot(turned, c) < 0.0:
         raise PydanticCustomError("rotation", "expected the rows of a rotation")
     return rows
 
 
-def _dot(one: Triple, other: Triple) -> float:
+def _dot(one: _Triple, other: _Triple) -> float:
     return one[0] * other[0] + one[1] * other[1] + one[2] * other[2]
 
 
-Real = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
-Positive = Annotated[float, Field(gt=0.0, le=LARGEST)]
-NonNegative = Annotated[float, Field(ge=0.0, le=LARGEST)]
-NonPositive = Annotated[float, Field(ge=-LARGEST, le=0.0)]
+Real = Annotated[float, Field(ge=-_LARGEST, le=_LARGEST)]
+Positive = Annotated[float, Field(gt=0.0, le=_LARGEST)]
+NonNegative = Annotated[float, Field(ge=0.0, le=_LARGEST)]
+NonPositive = Annotated[float, Field(ge=-_LARGEST, le=0.0)]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 Angle = Annotated[float, Field(ge=-1e6, le=1e6)]
 Degrees = Annotated[float, Field(ge=-1e6, le=1e6)]
@@ -67,15 +61,15 @@ Matrix = Annotated[tuple[Vec3, Vec3, Vec3], AfterValidator(_rotation)]
 """A rotation, row by row."""
 Pose = tuple[Real, Real, Real, Angle, Angle, Angle]
 """x, y, z [m], roll, pitch, yaw [rad]."""
-Count = Annotated[int, Field(ge=0, le=MOST_ROWS)]
-Row = Annotated[int, Field(ge=0, le=MOST_ROWS)]
+Count = Annotated[int, Field(ge=0, le=_MOST_ROWS)]
+Row = Annotated[int, Field(ge=0, le=_MOST_ROWS)]
 """Number of a row in another table."""
-Index = Annotated[int, Field(ge=-1, le=MOST_ROWS)]
+Index = Annotated[int, Field(ge=-1, le=_MOST_ROWS)]
 """Number of a row in another table, or -1 for none."""
 Flag = Literal[0, 1]
 ProfileCode = Literal[0, 1, 2]
 """`physics.tables.VRX`, `VRX3` or `MARINE`."""
-Text = Annotated[str, StringConstraints(max_length=LONGEST)]
+Text = Annotated[str, StringConstraints(max_length=_LONGEST)]
 Description = Annotated[str, StringConstraints(max_length=LONGEST_DESCRIPTION)]
 """A URDF's text."""
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}$")]

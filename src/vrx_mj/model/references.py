@@ -11,10 +11,8 @@ from vrx_mj.model.boats import SAIL, Boat
 from vrx_mj.model.site import Dock, Object
 from vrx_mj.model.world import Parameters
 
-__all__ = ["broken_references"]
-
-Spans = Iterable[tuple[int, int]]
-FLOATING = "floating"
+_Spans = Iterable[tuple[int, int]]
+_FLOATING = "floating"
 
 
 def broken_references(world: Parameters) -> Iterator[str]:
@@ -46,12 +44,12 @@ def _boats(world: Parameters) -> Iterator[str]:
             yield f"sensors[{number}].boat: there is no boat '{sensor.boat}'"
 
 
-def _thrusters_of(world: Parameters, hull: int) -> Spans:
+def _thrusters_of(world: Parameters, hull: int) -> _Spans:
     return [(row.thruster_start, row.thruster_count) for row in world.hulls[hull : hull + 1]]
 
 
 def _afloat(world: Parameters) -> Iterator[str]:
-    floating = [item for item in world.objects if item.kind == FLOATING]
+    floating = [item for item in world.objects if item.kind == _FLOATING]
     yield from _same_length("floats", world.floats, "floating objects", floating)
     for number, (row, item) in enumerate(zip(world.floats, floating, strict=False)):
         if row.body != item.body:
@@ -118,7 +116,7 @@ def _task(world: Parameters, task: tasks.Task) -> Iterator[str]:
     boats = {boat.name for boat in world.boats}
     if task.boat not in boats:
         yield f"task.boat: there is no boat '{task.boat}'"
-    moving = {item.name for item in world.objects if item.kind == FLOATING}
+    moving = {item.name for item in world.objects if item.kind == _FLOATING}
     moving |= {dock.name for dock in world.docks if dock.dynamic}
     still = ({item.name for item in world.objects} | {dock.name for dock in world.docks}) - moving
     for name in task.fixed:
@@ -158,7 +156,7 @@ def _same_length(one: str, rows: Sequence[object], other: str, things: Sequence[
         yield f"{one}: {len(rows)} rows for {len(things)} {other}"
 
 
-def _partition(table: str, kind: str, spans: Spans, size: int) -> Iterator[str]:
+def _partition(table: str, kind: str, spans: _Spans, size: int) -> Iterator[str]:
     """Whether spans of rows follow each other and leave none out."""
     end = 0
     for first, count in spans:
@@ -170,7 +168,7 @@ def _partition(table: str, kind: str, spans: Spans, size: int) -> Iterator[str]:
         yield f"{table}: they have {end} {kind}s of {size}"
 
 
-def _inside(table: str, kind: str, spans: Spans, size: int) -> Iterator[str]:
+def _inside(table: str, kind: str, spans: _Spans, size: int) -> Iterator[str]:
     for first, count in spans:
         if first + count > size:
             yield f"{table}: {kind}s {first} to {first + count - 1} of {size}"

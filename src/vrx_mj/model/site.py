@@ -9,8 +9,6 @@ from pydantic import Field
 from vrx_mj.frames import Geodetic
 from vrx_mj.model.kinds import LEFT_OUT, STRICT, Degrees, NonNegative, Pose, Positive, Real, Share, Text, Vec3
 
-__all__ = ["Dock", "Georeference", "Light", "Marker", "Object", "Placard", "Ring", "Scene"]
-
 Ring = Annotated[tuple[tuple[Real, Real], ...], Field(min_length=3, max_length=100_000)]
 """Corners [x, y] of a shoreline [m], not closed, the land on the left."""
 

@@ -8,17 +8,11 @@ from pydantic import Field
 
 from vrx_mj.model.kinds import STRICT, Angle, NonNegative, Pose, Positive, Real, Text, Vec3, late
 
-__all__ = [
-    "AcousticPerception", "AcousticTracking", "Animal", "Bay", "Box", "Channel", "Dock", "FollowPath", "Gate", "Goal",
-    "Gymkhana", "Hole", "Navigation", "Perception", "Pinger", "Shown", "Stationkeeping", "Task", "TaskBase",
-    "Wayfinding", "Wildlife",
-]  # fmt: skip
-
-MOST = 100_000
+_MOST = 100_000
 """Most things of a kind in a task."""
-Latitude = Annotated[float, Field(ge=-90.0, le=90.0)] | None
-Longitude = Annotated[float, Field(ge=-180.0, le=180.0)] | None
-Size = tuple[NonNegative, NonNegative, NonNegative]
+_Latitude = Annotated[float, Field(ge=-90.0, le=90.0)] | None
+_Longitude = Annotated[float, Field(ge=-180.0, le=180.0)] | None
+_Size = tuple[NonNegative, NonNegative, NonNegative]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,7 +38,7 @@ class TaskBase:
     """Whether it is held throughout."""
     fixed: Mapping[Text, Pose] = field(metadata=late(1))
     """Poses of what never moves, by name [m, rad]."""
-    rivals: Annotated[tuple[Text, ...], Field(max_length=MOST)] = field(metadata=late(3))
+    rivals: Annotated[tuple[Text, ...], Field(max_length=_MOST)] = field(metadata=late(3))
     """What the boat may touch, in the order of the MJCF's contact sensors."""
 
 
@@ -59,9 +53,9 @@ class Goal:
     """Along y [m]."""
     yaw: Angle
     """Heading [rad], counter-clockwise from x."""
-    latitude: Latitude
+    latitude: _Latitude
     """Latitude [degrees]; None without a georeference."""
-    longitude: Longitude
+    longitude: _Longitude
     """Longitude [degrees]; None without a georeference."""
 
 
@@ -76,9 +70,9 @@ class Pinger:
     """Along y [m]."""
     z: Real
     """Along z [m]."""
-    latitude: Latitude
+    latitude: _Latitude
     """Latitude [degrees]; None without a georeference."""
-    longitude: Longitude
+    longitude: _Longitude
     """Longitude [degrees]; None without a georeference."""
 
 
@@ -98,7 +92,7 @@ class Channel:
     """The gates of a gymkhana."""
 
     __pydantic_config__ = STRICT
-    gates: Annotated[tuple[Gate, ...], Field(max_length=MOST)]
+    gates: Annotated[tuple[Gate, ...], Field(max_length=_MOST)]
     """The gates, in their order."""
     obstacle_penalty: NonNegative
     """Penalty of a collision."""
@@ -132,7 +126,7 @@ class Box:
     __pydantic_config__ = STRICT
     center: Vec3
     """Centre [m]."""
-    size: Size
+    size: _Size
     """Edges [m]."""
 
 
@@ -166,7 +160,7 @@ class Hole:
     """Kind of hole."""
     center: Vec3
     """Centre in the dock's frame [m]."""
-    box: Size
+    box: _Size
     """Edges of the box around it [m]."""
     points: NonNegative
     """Points of a ball in it."""
@@ -201,7 +195,7 @@ class Wayfinding(TaskBase):
     """Pass near poses."""
 
     type: Literal["wayfinding"]
-    waypoints: Annotated[tuple[Goal, ...], Field(min_length=1, max_length=MOST)]
+    waypoints: Annotated[tuple[Goal, ...], Field(min_length=1, max_length=_MOST)]
     """The poses."""
 
 
@@ -210,7 +204,7 @@ class Perception(TaskBase):
     """Report objects that show up."""
 
     type: Literal["perception"]
-    objects: Annotated[tuple[Shown, ...], Field(max_length=MOST)]
+    objects: Annotated[tuple[Shown, ...], Field(max_length=_MOST)]
     """The objects."""
     loop_forever: bool
     """Whether they show up again."""
@@ -221,7 +215,7 @@ class Navigation(TaskBase):
     """Pass gates without a collision."""
 
     type: Literal["navigation_course"]
-    gates: Annotated[tuple[Gate, ...], Field(max_length=MOST)]
+    gates: Annotated[tuple[Gate, ...], Field(max_length=_MOST)]
     """The gates, in their order."""
     obstacle_penalty: NonNegative
     """Penalty of a collision [s]."""
@@ -232,7 +226,7 @@ class FollowPath(TaskBase):
     """Pass gates for points."""
 
     type: Literal["follow_path"]
-    gates: Annotated[tuple[Gate, ...], Field(max_length=MOST)]
+    gates: Annotated[tuple[Gate, ...], Field(max_length=_MOST)]
     """The gates, in their order."""
     points_per_gate_crossed: NonNegative
     """Points of a gate."""
@@ -251,11 +245,11 @@ class Dock(TaskBase):
     """Name that the file gives the dock."""
     anchor: Text
     """Name of the dock."""
-    bays: Annotated[tuple[Bay, ...], Field(min_length=1, max_length=MOST)]
+    bays: Annotated[tuple[Bay, ...], Field(min_length=1, max_length=_MOST)]
     """The bays."""
-    holes: Annotated[tuple[Hole, ...], Field(max_length=MOST)]
+    holes: Annotated[tuple[Hole, ...], Field(max_length=_MOST)]
     """The holes that count."""
-    balls: Annotated[tuple[Text, ...], Field(max_length=MOST)] = field(metadata=late(2))
+    balls: Annotated[tuple[Text, ...], Field(max_length=_MOST)] = field(metadata=late(2))
     """Names of the boat's balls."""
     light_buoy: Text | None
     """Name of the light buoy."""
@@ -278,7 +272,7 @@ class Wildlife(TaskBase):
     """Circle some animals and avoid others."""
 
     type: Literal["wildlife"]
-    animals: Annotated[tuple[Animal, ...], Field(min_length=1, max_length=MOST)]
+    animals: Annotated[tuple[Animal, ...], Field(min_length=1, max_length=_MOST)]
     """The animals."""
     engagement_distance: Positive
     """Distance at which an animal is engaged [m]."""

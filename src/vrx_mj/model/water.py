@@ -8,8 +8,6 @@ from pydantic import Field
 from vrx_mj.constants import WATER_DENSITY, WAVE_GRAVITY
 from vrx_mj.model.kinds import LEFT_OUT, STRICT, Flag, NonNegative, Positive, Real, Share, Vec2
 
-__all__ = ["Air", "Current", "Layer", "Sea", "Wave", "Wind"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Wave:

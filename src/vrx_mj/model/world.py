@@ -18,18 +18,6 @@ from vrx_mj.model.site import Dock, Georeference, Light, Marker, Object, Placard
 from vrx_mj.model.tasks import Task
 from vrx_mj.model.water import Air, Current, Sea, Wind
 
-__all__ = [
-    "FORMAT",
-    "Parameters",
-    "checked_parameters",
-    "checked_rows",
-    "format_of",
-    "json_of",
-    "parameters_of",
-    "tree_of",
-    "without_descriptions",
-]
-
 FORMAT: Final = 3
 """Version of the saved form; another one is refused."""
 MOST_BYTES = 200_000_000

@@ -20,24 +20,24 @@ from vrx_mj.runtime.observation import BoatObservation
 
 LEAST_OF_A = 20.0
 """Length [m] of a hull from which on its transponder is of class A, as most flags ask for."""
-INTERVALS: Mapping[AisClass, Sequence[tuple[float, float, float]]] = {
+_INTERVALS: Mapping[AisClass, Sequence[tuple[float, float, float]]] = {
     "A": ((23.0, 2.0, 2.0), (14.0, 6.0, 2.0), (0.0, 10.0, 10.0 / 3.0)),
     "B": ((23.0, 5.0, 5.0), (14.0, 15.0, 15.0), (2.0, 30.0, 30.0), (0.0, 180.0, 180.0)),
 }
 """Speeds above which a class, of B one with SOTDMA, reports so often [knots]; intervals on a course and turning [s]."""
-STATIC_INTERVAL = 360.0
+_STATIC_INTERVAL = 360.0
 """Between two reports of name and size [s]."""
-CHANGE, STEADY, WINDOW = 5.0, 20.0, 30
+_CHANGE, _STEADY, _WINDOW = 5.0, 20.0, 30
 """A class A vessel turns if its heading differs from its mean of 30 s by more than 5 degrees, and for 20 s after it."""
 PERIOD = 1.0
 """Between two looks at a transponder [s]."""
 FIRST = 10
 """Seconds within which all transponders have reported once."""
-COUNTRY, OF_COUNTRY = 338_000_000, 1_000_000
+_COUNTRY, _OF_COUNTRY = 338_000_000, 1_000_000
 """MMSIs of the United States."""
-KIND_OF_SHIP = 90
+_KIND_OF_SHIP = 90
 """Other type of ship, no further information."""
-FASTEST, FASTEST_TURN = 102.2, 708.0
+_FASTEST, _FASTEST_TURN = 102.2, 708.0
 """What a report can hold [knots, degrees per minute]."""
 
 
@@ -66,9 +66,9 @@ def mmsi_of(boats: Sequence[str]) -> dict[str, int]:
     found: dict[str, int] = {}
     for boat in boats:
         number = crc32(boat.encode())
-        while COUNTRY + number % OF_COUNTRY in found.values():
+        while _COUNTRY + number % _OF_COUNTRY in found.values():
             number += 1
-        found[boat] = COUNTRY + number % OF_COUNTRY
+        found[boat] = _COUNTRY + number % _OF_COUNTRY
     return found
 
 
@@ -88,7 +88,7 @@ class Transponder:
     """When it last reported its position [s]; infinite before the first time."""
     turned: float = -math.inf
     """When it last turned [s]."""
-    headings: deque[float] = field(default_factory=lambda: deque(maxlen=WINDOW))
+    headings: deque[float] = field(default_factory=lambda: deque(maxlen=_WINDOW))
     """Compass headings of the last seconds, without jumps at north [degrees]."""
 
     def sentences(self, time: float, seen: BoatObservation, earth: Geodetic) -> list[str]:
@@ -102,18 +102,18 @@ class Transponder:
             self.reported, self.due = time, (self.due if self.due > time - PERIOD else time) + interval
         if time >= self.due_static:
             found += self._static()
-            self.due_static += STATIC_INTERVAL
+            self.due_static += _STATIC_INTERVAL
         return [text for message in found for text in encode_msg(message, talker_id="AI", sentence_type="VDM")]
 
     def _interval(self, time: float, speed: float, heading: float) -> float:
         """Between two reports of the position [s], at a speed [knots] and a heading [degrees]."""
         last = self.headings[-1] if self.headings else heading
         self.headings.append(last + math.remainder(heading - last, 360.0))
-        if abs(self.headings[-1] - sum(self.headings) / len(self.headings)) > CHANGE:
+        if abs(self.headings[-1] - sum(self.headings) / len(self.headings)) > _CHANGE:
             self.turned = time
-        rows = INTERVALS[self.ais_class]
+        rows = _INTERVALS[self.ais_class]
         _, ahead, turning = next((row for row in rows if speed > row[0]), rows[-1])
-        return turning if time - self.turned <= STEADY else ahead
+        return turning if time - self.turned <= _STEADY else ahead
 
     def _position(self, time: float, seen: BoatObservation, earth: Geodetic, heading: float) -> messages.Payload:
         latitude, longitude, _ = earth.to_geodetic(*seen.position.tolist())
@@ -122,7 +122,7 @@ class Transponder:
             "lat": latitude,
             "lon": longitude,
             "accuracy": True,
-            "speed": min(knots(seen.speed), FASTEST),
+            "speed": min(knots(seen.speed), _FASTEST),
             "course": tenths(compass(seen.course + earth.x_from_east)),
             "heading": round(heading) % 360,
             "second": (START + timedelta(seconds=time)).second,
@@ -130,12 +130,12 @@ class Transponder:
         if self.ais_class == "B":
             return messages.MessageType18.create(**report, dsc=True, band=True, msg22=True)
         port = math.degrees(float(rotation_matrix(seen.quaternion)[2] @ seen.angular_velocity)) * 60.0
-        turn = max(-FASTEST_TURN, min(FASTEST_TURN, -port))
+        turn = max(-_FASTEST_TURN, min(_FASTEST_TURN, -port))
         return messages.MessageType1.create(**report, status=messages.NavigationStatus.UnderWayUsingEngine, turn=turn)
 
     def _static(self) -> list[messages.Payload]:
         named = {"mmsi": self.mmsi, "shipname": self.name.upper()}
-        figures = {"mmsi": self.mmsi, "ship_type": KIND_OF_SHIP, **self.size._asdict()}
+        figures = {"mmsi": self.mmsi, "ship_type": _KIND_OF_SHIP, **self.size._asdict()}
         if self.ais_class == "A":
             return [messages.MessageType5.create(**named | figures, epfd=messages.EpfdType.GPS)]
         part_a, part_b = messages.MessageType24PartA, messages.MessageType24PartB

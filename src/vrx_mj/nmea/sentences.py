@@ -15,7 +15,7 @@ START = datetime(2026, 1, 1, tzinfo=UTC)
 """The moment that a run's time 0 is in sentences."""
 KNOT = 1852.0 / 3600.0
 """[m/s]"""
-SATELLITES, DILUTION = 12, 0.8
+_SATELLITES, _DILUTION = 12, 0.8
 """Satellites in use and horizontal dilution of precision of every fix: errors are those of the sensor."""
 
 
@@ -108,7 +108,7 @@ def _over_ground(fix: Fix) -> tuple[float, float]:
 
 def _gga(gps: Reading) -> Sequence[object]:
     fix = gps.data
-    return _time(gps)[0], *_place(fix), 1, SATELLITES, DILUTION, f"{fix.altitude:.2f}", "M", "0.0", "M", "", ""
+    return _time(gps)[0], *_place(fix), 1, _SATELLITES, _DILUTION, f"{fix.altitude:.2f}", "M", "0.0", "M", "", ""
 
 
 def _rmc(gps: Reading) -> Sequence[object]:

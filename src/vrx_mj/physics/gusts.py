@@ -5,11 +5,11 @@ from itertools import pairwise
 
 from vrx_mj.physics.spectra import Spectrum, band_frequencies
 
-SLOWEST, FASTEST = 1.0 / 600.0, 0.5
+_SLOWEST, _FASTEST = 1.0 / 600.0, 0.5
 """Frequencies between which the NPD spectrum holds [Hz]."""
-SHAPE = 0.468
+_SHAPE = 0.468
 """Exponent n of the NPD spectrum."""
-SAMPLES = 4000
+_SAMPLES = 4000
 """Number of frequencies at which it is summed up."""
 
 
@@ -26,16 +26,16 @@ def npd(speed: float, height: float) -> Spectrum:
 
     def density(frequency: float) -> float:
         f = frequency / (2.0 * math.pi)
-        return float(level / (1.0 + (scale * f) ** SHAPE) ** (5.0 / (3.0 * SHAPE)) / (2.0 * math.pi))
+        return float(level / (1.0 + (scale * f) ** _SHAPE) ** (5.0 / (3.0 * _SHAPE)) / (2.0 * math.pi))
 
     return density
 
 
 def gust_variance(spectrum: Spectrum) -> float:
     """Return the variance of gusts [m2/s2]: the integral of their spectrum between 1/600 and 0.5 Hz."""
-    first, last = 2.0 * math.pi * SLOWEST, 2.0 * math.pi * FASTEST
-    ratio = (last / first) ** (1.0 / SAMPLES)
-    edges = [first * ratio**index for index in range(SAMPLES)] + [last]
+    first, last = 2.0 * math.pi * _SLOWEST, 2.0 * math.pi * _FASTEST
+    ratio = (last / first) ** (1.0 / _SAMPLES)
+    edges = [first * ratio**index for index in range(_SAMPLES)] + [last]
     return math.fsum(
         (b - a) * (spectrum(a) + 4.0 * spectrum(0.5 * (a + b)) + spectrum(b)) / 6.0 for a, b in pairwise(edges)
     )
@@ -43,4 +43,4 @@ def gust_variance(spectrum: Spectrum) -> float:
 
 def gust_frequencies(spectrum: Spectrum, number: int) -> list[float]:
     """Return the angular frequencies (number,) [rad/s] of harmonics that have equal shares of the energy."""
-    return band_frequencies(spectrum, 2.0 * math.pi * SLOWEST, 2.0 * math.pi * FASTEST, number)
+    return band_frequencies(spectrum, 2.0 * math.pi * _SLOWEST, 2.0 * math.pi * _FASTEST, number)

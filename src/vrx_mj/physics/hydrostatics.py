@@ -68,13 +68,13 @@ def hydrostatics(hull: Record, stations: Table, waves: Waves, sea: Record, motio
     return Wrench(0.0, 0.0, fz, tx, ty, 0.0)
 
 
-STEPS = 100
+_STEPS = 100
 """Of Newton's method, at most."""
-RISE, TURN = 0.05, 0.02
+_RISE, _TURN = 0.05, 0.02
 """Of one step, at most [m], [rad]: a longer one could turn a laden boat so far that an end goes under."""
-SMALL = 1e-6
+_SMALL = 1e-6
 """Difference for derivatives [m], [rad]."""
-EXACT = 1e-9
+_EXACT = 1e-9
 """Share of the weight, and of the weight times 1 m, up to which the equations must hold."""
 
 
@@ -132,30 +132,30 @@ def settle(
 
     Returns whether it floats.
     """
-    for _ in range(STEPS):
+    for _ in range(_STEPS):
         f, m, n = _excess(hull, stations, waves, sea, weight, com, pose, t)
-        if abs(f) < EXACT * weight and abs(m) < EXACT * weight and abs(n) < EXACT * weight:
+        if abs(f) < _EXACT * weight and abs(m) < _EXACT * weight and abs(n) < _EXACT * weight:
             return True
-        pose[2] += SMALL
+        pose[2] += _SMALL
         fz, mz, nz = _excess(hull, stations, waves, sea, weight, com, pose, t)
-        pose[2] -= SMALL
-        pose[3] += SMALL
+        pose[2] -= _SMALL
+        pose[3] += _SMALL
         fr, mr, nr = _excess(hull, stations, waves, sea, weight, com, pose, t)
-        pose[3] -= SMALL
-        pose[4] += SMALL
+        pose[3] -= _SMALL
+        pose[4] += _SMALL
         fp, mp, np_ = _excess(hull, stations, waves, sea, weight, com, pose, t)
-        pose[4] -= SMALL
-        fz, mz, nz = (fz - f) / SMALL, (mz - m) / SMALL, (nz - n) / SMALL
-        fr, mr, nr = (fr - f) / SMALL, (mr - m) / SMALL, (nr - n) / SMALL
-        fp, mp, np_ = (fp - f) / SMALL, (mp - m) / SMALL, (np_ - n) / SMALL
+        pose[4] -= _SMALL
+        fz, mz, nz = (fz - f) / _SMALL, (mz - m) / _SMALL, (nz - n) / _SMALL
+        fr, mr, nr = (fr - f) / _SMALL, (mr - m) / _SMALL, (nr - n) / _SMALL
+        fp, mp, np_ = (fp - f) / _SMALL, (mp - m) / _SMALL, (np_ - n) / _SMALL
         det = fz * (mr * np_ - mp * nr) - fr * (mz * np_ - mp * nz) + fp * (mz * nr - mr * nz)
         if fz > -1e-3 * weight or abs(det) < 1e-12 * weight**3:  # in the air, or wholly under water
-            pose[2] += RISE if f > 0.0 else -RISE
+            pose[2] += _RISE if f > 0.0 else -_RISE
             continue
         dz = -(f * (mr * np_ - mp * nr) - fr * (m * np_ - mp * n) + fp * (m * nr - mr * n)) / det
         dr = -(fz * (m * np_ - mp * n) - f * (mz * np_ - mp * nz) + fp * (mz * n - m * nz)) / det
         dp = -(fz * (mr * n - m * nr) - fr * (mz * n - m * nz) + f * (mz * nr - mr * nz)) / det
-        pose[2] += min(max(dz, -RISE), RISE)
-        pose[3] += min(max(dr, -TURN), TURN)
-        pose[4] += min(max(dp, -TURN), TURN)
+        pose[2] += min(max(dz, -_RISE), _RISE)
+        pose[3] += min(max(dr, -_TURN), _TURN)
+        pose[4] += min(max(dp, -_TURN), _TURN)
     return False

@@ -16,7 +16,7 @@ from vrx_mj.cache_folder import Choice, chosen_folder
 from vrx_mj.physics.kernel_cache import KernelCache, Uncached, say_before_the_first
 from vrx_mj.physics.linked_library import LinkedCompiler
 
-F = TypeVar("F", bound=Callable[..., object])
+_F = TypeVar("_F", bound=Callable[..., object])
 
 _PACKAGES = ("physics", "sensors", "runtime", "recording")
 """The packages whose modules may hold kernels."""
@@ -77,7 +77,7 @@ _INSTEAD = f"{_FOLDER} is used instead" if _FOLDER else "they are compiled in ev
 say_before_the_first(f"{reason}; {_INSTEAD}" for reason in _REFUSED)
 
 
-def kernel(function: F) -> F:
+def kernel(function: _F) -> _F:
     """Compile `function` with numba: no fastmath, without the GIL, divisions as in numpy.
 
     A kernel can neither make an array nor return one but those that it was given: numba then does not count who holds
@@ -86,17 +86,17 @@ def kernel(function: F) -> F:
     return _compiled(function, counting=False)
 
 
-def inlined_kernel(function: F) -> F:
+def inlined_kernel(function: _F) -> _F:
     """Compile a kernel that becomes part of its callers: for one that takes many arrays, which a call would copy."""
     return _compiled(function, counting=False, inlined=True)
 
 
-def allocating_kernel(function: F) -> F:
+def allocating_kernel(function: _F) -> _F:
     """Compile a kernel that makes arrays."""
     return _compiled(function, counting=True)
 
 
-def expanded_kernel(function: F) -> F:
+def expanded_kernel(function: _F) -> _F:
     """Have numba write a function out where kernels call it: it is never compiled by itself, only as a part of them.
 
     Arguments that are constants there, None above all, decide which of its branches are compiled.
@@ -111,7 +111,7 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
     none, and so compiles in three quarters of the time: nearly all kernels of a run are of that form alone.
     """
 
-    def __init__(self, py_func: F, locals: object = None, targetoptions: object = None, **settings: object) -> None:  # noqa: A002
+    def __init__(self, py_func: _F, locals: object = None, targetoptions: object = None, **settings: object) -> None:  # noqa: A002
         super().__init__(py_func, locals, targetoptions, **settings)
         self._cache = _cache_of(py_func)
 
@@ -136,7 +136,7 @@ def _cache_of(function: Callable[..., object], form: str = "") -> KernelCache | 
     return Uncached() if _FOLDER is None else KernelCache(function, _FOLDER, form)
 
 
-def _compiled(function: F, *, counting: bool, inlined: bool = False, expanded: bool = False) -> F:
+def _compiled(function: _F, *, counting: bool, inlined: bool = False, expanded: bool = False) -> _F:
     """Have numba compile a function, and cache it in our folder and by our rules, whatever numba's own settings are.
 
     Without the wrapper for calls from C, which nothing uses, kernels compile in two thirds of the time.
@@ -151,7 +151,7 @@ def _compiled(function: F, *, counting: bool, inlined: bool = False, expanded: b
         "inline": "always" if expanded else "never",
     }
     compiled: Any = Kernel(function, None, options)
-    result: F = compiled
+    result: _F = compiled
     return result
 
 

@@ -26,7 +26,7 @@ from numba.core.caching import (
 )
 from numba.core.runtime import rtsys
 
-DIGEST = 32
+_DIGEST = 32
 """Length of the digest in front of a file [bytes]."""
 
 _waiting: list[str] = []
@@ -108,8 +108,8 @@ class KernelFiles(IndexDataCacheFile):  # type: ignore[misc]
         except OSError as error:
             why = error.strerror or type(error).__name__
         else:
-            if whole[:DIGEST] == _digest(name, whole[DIGEST:]):
-                return whole[DIGEST:]
+            if whole[:_DIGEST] == _digest(name, whole[_DIGEST:]):
+                return whole[_DIGEST:]
             why = "its digest is another"
         _say_damaged(path, why)
         _remove(path)
@@ -117,7 +117,7 @@ class KernelFiles(IndexDataCacheFile):  # type: ignore[misc]
 
 
 def _digest(name: str, content: bytes | memoryview) -> bytes:
-    digest = hashlib.blake2b(name.encode() + b"\0", digest_size=DIGEST)
+    digest = hashlib.blake2b(name.encode() + b"\0", digest_size=_DIGEST)
     digest.update(content)
     return digest.digest()
 

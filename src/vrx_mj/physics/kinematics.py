@@ -16,7 +16,7 @@ from vrx_mj.physics.tables import Record, Table, Waves
 from vrx_mj.physics.wave_columns import MORE, bottom_share, decay, motion_of_columns, turning_of_columns
 from vrx_mj.physics.waves import elevation, ramp
 
-Slope = tuple[float, float]
+_Slope = tuple[float, float]
 _QUARTER = 0.5 * math.pi
 
 
@@ -41,7 +41,7 @@ class Turning(NamedTuple):
 
 
 @kernel
-def surface_slope(waves: Table, sea: Record, x: float, y: float, t: float) -> Slope:
+def surface_slope(waves: Table, sea: Record, x: float, y: float, t: float) -> _Slope:
     """Return the slope of the surface toward east and north at (x, y) [m] and time `t` [s]."""
     east, north = 0.0, 0.0
     for i in range(waves.size):

@@ -17,7 +17,7 @@ from vrx_mj.physics.motion import Motion, Vector
 
 
 @kernel
-def axis_at(cdof: FloatArray, dof: int, center: FloatArray, x: float, y: float, z: float) -> Vector:
+def _axis_at(cdof: FloatArray, dof: int, center: FloatArray, x: float, y: float, z: float) -> Vector:
     """Return the velocity at a point [m, world] that a degree of freedom gives at 1 m/s or rad/s, world axes.
 
     `center` is the point of MuJoCo's `cdof`: the centre of mass of the whole tree [m, world].
@@ -40,7 +40,7 @@ def link_motion(
     vx = vy = vz = wx = wy = wz = 0.0
     while dof >= 0:
         rate = qvel[dof]
-        velocity = axis_at(cdof, dof, center, x, y, z)
+        velocity = _axis_at(cdof, dof, center, x, y, z)
         vx, vy, vz = vx + velocity[0] * rate, vy + velocity[1] * rate, vz + velocity[2] * rate
         wx, wy, wz = wx + cdof[dof, 0] * rate, wy + cdof[dof, 1] * rate, wz + cdof[dof, 2] * rate
         dof = dof_parent[dof]
@@ -67,12 +67,12 @@ def add_link_drag(
     while other >= 0:
         last, other = last + 1, dof_parent[other]
     while dof >= 0:
-        fx, fy, fz = axis_at(cdof, dof, center, x, y, z)
+        fx, fy, fz = _axis_at(cdof, dof, center, x, y, z)
         fx, fy, fz = k * fx, k * fy, kz * fz
         tx, ty, tz = kappa * cdof[dof, 0], kappa * cdof[dof, 1], kappa * cdof[dof, 2]
         column, other = inertia_row[dof] + last, dof
         while other >= 0:
-            ux, uy, uz = axis_at(cdof, other, center, x, y, z)
+            ux, uy, uz = _axis_at(cdof, other, center, x, y, z)
             turned = tx * cdof[other, 0] + ty * cdof[other, 1] + tz * cdof[other, 2]
             inertia[column] += fx * ux + fy * uy + fz * uz + turned
             column, other = column - 1, dof_parent[other]

@@ -52,7 +52,7 @@ def normal(key: int | np.uint64, counter: int | np.uint64) -> float:
     return radius * math.cos(2.0 * math.pi * uniform(key, even + _1))
 
 
-FORGOTTEN = 40.0
+_FORGOTTEN = 40.0
 """Time constants after which a drift has nothing to do with what it was: exp(-40) is below rounding."""
 _MOST_LEVELS = 50
 """Of halvings; a drift that would need more stays what it is."""
@@ -69,7 +69,7 @@ def gauss_markov(key: np.uint64, index: int, reversion: float) -> float:
     (a Gaussian's conditional distribution). Every index is the middle of one pair only, and draws number `index`.
     """
     levels = 0
-    while levels <= _MOST_LEVELS and 2.0**levels * reversion < FORGOTTEN:
+    while levels <= _MOST_LEVELS and 2.0**levels * reversion < _FORGOTTEN:
         levels += 1
     if levels > _MOST_LEVELS:
         return normal(key, np.uint64(0))

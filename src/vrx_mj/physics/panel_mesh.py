@@ -7,9 +7,9 @@ import numpy as np
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.physics.lanes import WIDTH
 
-SLENDER = 0.25
+_SLENDER = 0.25
 """Breadth of a part over its length, up to which waves are taken to be of degree 2 across it."""
-SHALLOW = 0.125
+_SHALLOW = 0.125
 """Height of a part over its length, up to which they are over its depth."""
 
 
@@ -42,12 +42,12 @@ class Panels(NamedTuple):
     @property
     def is_slender(self) -> bool:
         """Whether waves across a part are taken to be of degree 2."""
-        return self.half[1] <= SLENDER * self.half[0]
+        return self.half[1] <= _SLENDER * self.half[0]
 
     @property
     def is_shallow(self) -> bool:
         """The same over its depth."""
-        return self.half[2] <= SHALLOW * self.half[0]
+        return self.half[2] <= _SHALLOW * self.half[0]
 
 
 def panels_of(vertices: FloatArray, triangles: IntArray) -> Panels:

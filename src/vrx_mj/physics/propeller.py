@@ -16,7 +16,7 @@ from vrx_mj.physics.tables import Record, Table, Waves
 from vrx_mj.physics.thrust import effective_command, force_direction, force_point
 from vrx_mj.physics.waves import surface_height
 
-STEADY = 1e-9
+_STEADY = 1e-9
 """Thrust [N] this near to its target is there: so a propeller comes to rest, and rests."""
 
 
@@ -92,7 +92,7 @@ def propeller_step(
         dt: length of the step [s].
     """
     target = measured_thrust(propeller, points, command)
-    if propeller.time_constant > 0.0 and abs(target - state.thrust) > STEADY:
+    if propeller.time_constant > 0.0 and abs(target - state.thrust) > _STEADY:
         state.thrust += -math.expm1(-dt / propeller.time_constant) * (target - state.thrust)
     else:
         state.thrust = target
@@ -102,7 +102,7 @@ def propeller_step(
 
 
 @kernel
-def advance_speed(thruster: Record, through: Motion, angle: float) -> float:
+def _advance_speed(thruster: Record, through: Motion, angle: float) -> float:
     """Return the speed [m/s] through the water at a propeller, along its axis at a steering `angle` [rad].
 
     `through` is the hull's motion through the water that is at the propeller.
@@ -152,7 +152,7 @@ def update_propeller(
     advance = 0.0
     if propeller.vanishing_speed < math.inf:
         water = _water_velocity(waves, sea, current, current_state, layers, (x, y, z), time)
-        advance = advance_speed(thruster, relative_motion(body, water), own.angle)
+        advance = _advance_speed(thruster, relative_motion(body, water), own.angle)
     own.thrust = thruster.gain * propeller_step(propeller, state, curve, share, advance, depth, dt)
 
 

@@ -12,11 +12,11 @@ from vrx_mj.physics.thrust import force_point, steering_target
 from vrx_mj.physics.wind import wind_share
 from vrx_mj.physics.windage import piece_of_curve
 
-STALL = math.radians(15.0)
+_STALL = math.radians(15.0)
 """Angle of attack at which the flow separates [rad]."""
-LEAST_DRAG = 0.02
+_LEAST_DRAG = 0.02
 """Coefficient of drag of a sail without lift."""
-REVERSED = 0.7
+_REVERSED = 0.7
 """Share of its lift that a wing has in a flow from its trailing edge."""
 
 
@@ -28,17 +28,17 @@ def sail_curve(aspect_ratio: float) -> list[tuple[float, float, float]]:
     with 0.7 of the lift (Viterna and Janetzke, 1982, NASA TM-82944).
     """
     ahead = [(angle, *_lift_and_drag(angle, aspect_ratio)) for angle in (math.radians(5.0 * k) for k in range(19))]
-    astern = [(math.pi - angle, -REVERSED * lift, drag) for angle, lift, drag in reversed(ahead[:-1])]
+    astern = [(math.pi - angle, -_REVERSED * lift, drag) for angle, lift, drag in reversed(ahead[:-1])]
     return [*ahead, *astern]
 
 
 def _lift_and_drag(angle: float, aspect_ratio: float) -> tuple[float, float]:
     """Return the coefficients at an angle of attack [rad] of 0 to pi / 2."""
-    lift = 2.0 * math.pi * math.sin(min(angle, STALL)) / (1.0 + 2.0 / aspect_ratio)
-    drag = LEAST_DRAG + lift * lift / (math.pi * aspect_ratio)
-    if angle <= STALL:
+    lift = 2.0 * math.pi * math.sin(min(angle, _STALL)) / (1.0 + 2.0 / aspect_ratio)
+    drag = _LEAST_DRAG + lift * lift / (math.pi * aspect_ratio)
+    if angle <= _STALL:
         return lift, drag
-    most, s, c = 1.11 + 0.018 * aspect_ratio, math.sin(STALL), math.cos(STALL)
+    most, s, c = 1.11 + 0.018 * aspect_ratio, math.sin(_STALL), math.cos(_STALL)
     a, b = (lift - most * s * c) * s / (c * c), (drag - most * s * s) / c
     sine, cosine = math.sin(angle), math.cos(angle)
     return most * sine * cosine + a * cosine * cosine / sine, most * sine * sine + b * cosine

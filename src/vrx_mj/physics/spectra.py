@@ -19,9 +19,9 @@ Spectrum = Callable[[float], float]
 LONGEST, SHORTEST = 0.25, 6.0
 """Frequencies between which a spectrum counts, as multiples of its peak's; 0.1 % of a Pierson-Moskowitz sea is left
 out, whose energy its other waves have."""
-SAMPLES = 4000
+_SAMPLES = 4000
 """Number of frequencies at which a spectrum is sampled."""
-GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+_GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 """Its multiples, less their whole parts, are spread evenly over 0 to 1 however many there are."""
 
 
@@ -122,8 +122,8 @@ def band_frequencies(spectrum: Spectrum, first: float, last: float, number: int)
     Raises:
         ValueError: the spectrum has no energy there.
     """
-    ratio = (last / first) ** (1.0 / SAMPLES)
-    edges = [first * ratio**index for index in range(SAMPLES)] + [last]
+    ratio = (last / first) ** (1.0 / _SAMPLES)
+    edges = [first * ratio**index for index in range(_SAMPLES)] + [last]
     masses = [(b - a) * spectrum(0.5 * (a + b)) for a, b in pairwise(edges)]
     if not sum(masses) > 0.0:
         raise ValueError("the spectrum has no energy")
@@ -141,7 +141,7 @@ def spread_angles(spreading: float, number: int) -> list[float]:
     edges = [math.pi * (index / half - 1.0) for index in range(2 * half + 1)]
     masses = [math.cos(0.25 * (a + b)) ** (2.0 * spreading) for a, b in pairwise(edges)]
     sorted_angles = _strata(edges, masses, number)
-    order = sorted(range(number), key=lambda index: math.fmod((index + 0.5) * GOLDEN, 1.0))
+    order = sorted(range(number), key=lambda index: math.fmod((index + 0.5) * _GOLDEN, 1.0))
     angles = [0.0] * number
     for angle, index in zip(sorted_angles, order, strict=True):
         angles[index] = angle
@@ -196,11 +196,11 @@ def regular_wave(height: float, period: float, direction: Sequence[float], site:
     return [_linear(0.5 * height, 2.0 * math.pi / period, _turned(direction, 0.0), site)]
 
 
-Harmonics = tuple[tuple[float, ...], ...]
+_Harmonics = tuple[tuple[float, ...], ...]
 """Coefficients of five harmonics, of each by powers 1 to 5 of the steepness k H / 2: Fenton (1985), table 1."""
 
 
-def _stokes_velocity(kh: float) -> Harmonics:
+def _stokes_velocity(kh: float) -> _Harmonics:
     """Coefficients A of the velocity potential at some k h."""
     s, sh = 1.0 / math.cosh(2.0 * kh), math.sinh(kh)
     r = 1.0 - s
@@ -229,7 +229,7 @@ def _stokes_velocity(kh: float) -> Harmonics:
     )
 
 
-def _stokes_surface(kh: float) -> Harmonics:
+def _stokes_surface(kh: float) -> _Harmonics:
     """Coefficients B of the surface."""
     s, ct = 1.0 / math.cosh(2.0 * kh), 1.0 / math.tanh(kh)
     r = 1.0 - s

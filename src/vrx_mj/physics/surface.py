@@ -19,15 +19,15 @@ from vrx_mj.physics.waves import ramp
 
 RINGS, SPOKES = 84, 73
 """Points of a spoke and of a ring."""
-ANGLE, GROWTH = 0.0064, 0.06
+_ANGLE, _GROWTH = 0.0064, 0.06
 """Steps from ring to ring whose shares of the rings are equal: angle [rad], or ratio of distances."""
-LEAST_HEIGHT = 0.5
+_LEAST_HEIGHT = 0.5
 """Height of the eye over a calm sea from which the angles are measured, at least [m]."""
 FINE, COARSE = 0.4 * math.pi, 0.8 * math.pi
 """Phases between neighbours up to which a wave is drawn whole, a fifth of its length, and from which not at all."""
-STRAIGHT = 1.2
+_STRAIGHT = 1.2
 """Half the fan's angle [rad] up to which its last ring is a straight line: an arc would be seen as steps of a pixel."""
-LIT = 1.6
+_LIT = 1.6
 """How much smaller the squares of these phases are for light and foam, which change faster than the heights."""
 EDGE = 0.01
 """The palette's numbers 0 and 1 lie this far from its borders, beyond which a texture begins again."""
@@ -35,14 +35,14 @@ PLAIN = 0.5
 """Row of the palette of water with neither glitter, which is above it, nor foam, which is below."""
 WAVELETS = 0.008
 """Variance of the slopes of wavelets that no table of waves has: Cox and Munk's (1954) at a wind of 1 m/s."""
-SPOKE = 0.6
+_SPOKE = 0.6
 """Standard deviation of the weights of the mean over spokes, in their steps: the least that a mesh can carry."""
-BREAKING, SOFT = 0.29, 0.05
+_BREAKING, _SOFT = 0.29, 0.05
 """Downward acceleration, in parts of g, at which half of a crest is foam, and its standard deviation.
 
 Half of g is measured (Snyder and Kennedy, 1983), with the short waves that tables lack: this makes half a percent of a
 wind sea of 1.2 m and 5 s white."""
-FRINGE = 0.25
+_FRINGE = 0.25
 """Width of the foam around what stands in the water [m]."""
 
 
@@ -53,7 +53,7 @@ def horizon(height: float) -> float:
 
 def sky_distance(height: float) -> float:
     """Distance [m] at which the sky hides what is drawn, for an eye at a height [m]: behind all of the last ring."""
-    return 1.2 * horizon(height) / math.cos(STRAIGHT)
+    return 1.2 * horizon(height) / math.cos(_STRAIGHT)
 
 
 def ring_distances(height: float, deviation: float, lowest: float, highest: float) -> FloatArray:
@@ -69,10 +69,10 @@ def ring_distances(height: float, deviation: float, lowest: float, highest: floa
     near = 0.0 if lowest < -1.5 else max(height - slack, 0.0) / math.tan(max(-lowest, 1e-3))
     if highest < -1e-3:
         far = min((height + slack) / math.tan(-highest), far)
-    scale = max(height, LEAST_HEIGHT + 2.0 * deviation)
+    scale = max(height, _LEAST_HEIGHT + 2.0 * deviation)
     near = min(near, 0.5 * far)
     tries = np.geomspace(near + scale, max(far, near + 1.0) + scale, 400) - scale
-    number = np.arctan(tries / scale) / ANGLE + np.log1p((tries / scale) ** 2) / (2.0 * GROWTH)
+    number = np.arctan(tries / scale) / _ANGLE + np.log1p((tries / scale) ** 2) / (2.0 * _GROWTH)
     return np.asarray(np.interp(np.linspace(number[0], number[-1], RINGS), number, tries))
 
 
@@ -143,7 +143,7 @@ def _shade(
     level = max(math.sqrt(view[0] * view[0] + view[1] * view[1]), 1e-6)
     east, north = half[0] / half[2] + slope[0], half[1] / half[2] + slope[1]
     along, across = (east * view[0] + north * view[1]) / level, (north * view[0] - east * view[1]) / level
-    wide = spread + (SPOKE * turn * level / half[2]) ** 2
+    wide = spread + (_SPOKE * turn * level / half[2]) ** 2
     cosine = 0.5 * length  # of the incidence of the sun on what mirrors it: both are unit vectors
     off = along * along / spread + across * across / wide
     density = math.exp(-min(0.5 * off, 50.0)) / (2.0 * math.pi * math.sqrt(spread * wide))
@@ -188,15 +188,15 @@ def draw_surface(
         for spoke in range(count):
             height, east, north, rough, fall, falls = sums[2:, spoke]
             z, slope = sea.level + grown * height, (grown * east, grown * north)
-            if ring == distances.size - 1 and half < STRAIGHT:
+            if ring == distances.size - 1 and half < _STRAIGHT:
                 r = distances[ring] / math.cos(half * (2.0 * spoke / (count - 1) - 1.0))
             x, y = eye[0] + r * sums[0, spoke], eye[1] + r * sums[1, spoke]
             row, length = ring * count + spoke, math.sqrt(1.0 + slope[0] ** 2 + slope[1] ** 2)
             away = max(math.sqrt(r * r + (eye[2] - z) ** 2), 1e-6)
             view = ((eye[0] - x) / away, (eye[1] - y) / away, (eye[2] - z) / away)
             mirrored, glitter = _shade(slope, view, sun, grown * grown * rough, 2.0 * half / (count - 1))
-            foam = _exceeded(BREAKING - grown * fall, math.sqrt(grown * grown * falls + SOFT * SOFT))
-            foam = max(foam, _fringe(floats, x, y, FRINGE + 0.5 * max(gap, beside)))
+            foam = _exceeded(_BREAKING - grown * fall, math.sqrt(grown * grown * falls + _SOFT * _SOFT))
+            foam = max(foam, _fringe(floats, x, y, _FRINGE + 0.5 * max(gap, beside)))
             vertices[row, 0], vertices[row, 1], vertices[row, 2] = x, y, z
             normals[row, 0], normals[row, 1], normals[row, 2] = -slope[0] / length, -slope[1] / length, 1.0 / length
             palette[row, 0] = EDGE + (1.0 - 2.0 * EDGE) * mirrored
@@ -219,7 +219,7 @@ def _fringe(floats: FloatArray, x: float, y: float, width: float) -> float:
             continue
         along, across = east * floats[i, 2] + north * floats[i, 3], north * floats[i, 2] - east * floats[i, 3]
         off = max(abs(along) - floats[i, 4], 0.0) ** 2 + max(abs(across) - floats[i, 5], 0.0) ** 2
-        most = max(most, floats[i, 6] * FRINGE / width * math.exp(-min(off / (width * width), 50.0)))
+        most = max(most, floats[i, 6] * _FRINGE / width * math.exp(-min(off / (width * width), 50.0)))
     return most
 
 
@@ -249,7 +249,7 @@ def _add_wave(
         c, s = sums[0, spoke], sums[1, spoke]
         along, across = k * (east * c + north * s), k * (north * c - east * s)
         turn = (along * gap) ** 2 + (across * beside) ** 2
-        share, lit = _share(turn), _share(LIT * turn)
+        share, lit = _share(turn), _share(_LIT * turn)
         cosine, sine = near_cosine_and_sine(phase + along * r)
         lost = 0.5 * (1.0 - lit * lit)
         sums[2, spoke] += share * a * cosine

@@ -488,15 +488,15 @@ WIND_STATE = np.dtype(
 )
 
 
-VARIED: Mapping[str, float] = {"phase": 0.0, "gain": 1.0}
+_VARIED: Mapping[str, float] = {"phase": 0.0, "gain": 1.0}
 """Columns that compiled worlds do not have, with what they are unless a batch varies them."""
 
 
 def table(dtype: np.dtype[np.void], rows: Sequence[Mapping[str, object]]) -> Table:
-    """Return a table of `rows`, each of which has exactly the fields of `dtype`, or all but those `VARIED`."""
+    """Return a table of `rows`, each of which has exactly the fields of `dtype`, or all but those `_VARIED`."""
     names = set(dtype.names or ())
     filled = np.zeros(len(rows), dtype)
-    rows = [{name: value for name, value in VARIED.items() if name in names} | dict(row) for row in rows]
+    rows = [{name: value for name, value in _VARIED.items() if name in names} | dict(row) for row in rows]
     for index, row in enumerate(rows):
         if row.keys() != names:
             missing, unknown = sorted(names - row.keys()), sorted(row.keys() - names)
@@ -513,7 +513,7 @@ def table(dtype: np.dtype[np.void], rows: Sequence[Mapping[str, object]]) -> Tab
     return filled
 
 
-def columns_of(dtype: np.dtype[np.void], record: object) -> dict[str, object]:
+def _columns_of(dtype: np.dtype[np.void], record: object) -> dict[str, object]:
     """Return the attributes of a record that have a column in `dtype`, by their names: a row for `table`."""
     return {name: getattr(record, name) for name in dtype.names or ()}
 

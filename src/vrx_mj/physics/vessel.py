@@ -137,16 +137,16 @@ def vessel_loads(
     stream, orbital, turning = water
     through = relative_motion(body, (stream[0] + orbital.u, stream[1] + orbital.v, stream[2] + orbital.w))
     if vessel.hydrostatics == MATRIX:
-        pressed = restoring_of_vessel(vessel, waves, sea, body, t)
+        pressed = _restoring_of_vessel(vessel, waves, sea, body, t)
     else:
-        pressed = pressure_on_vessel(vessel, meshes, waves, sea, body, t, work)
+        pressed = _pressure_on_vessel(vessel, meshes, waves, sea, body, t, work)
     if vessel.diffraction_frequencies > 0:  # in which is what the water's acceleration does
         bias = added_mass_bias(vessel, relative_motion(body, stream), zero_vector(), zero_vector())
     else:
         rate = turning.dp, turning.dq, 0.0
         bias = added_mass_bias(vessel, through, (orbital.du, orbital.dv, orbital.dw), rate)
     own = strips[vessel.strip_start : vessel.strip_start + vessel.strip_count]
-    drag = add(damping_of_vessel(vessel, turned_with(through, turning, vessel.buoyancy)), crossflow_drag(own, through))
+    drag = add(_damping_of_vessel(vessel, turned_with(through, turning, vessel.buoyancy)), crossflow_drag(own, through))
     up = body.r20 * pressed.fx + body.r21 * pressed.fy + body.r22 * pressed.fz
     wet = min(max(up / (_AWASH * vessel.displacement * sea.gravity), 0.0), 1.0)
     return VesselLoads(
@@ -206,7 +206,7 @@ def _placed(wrench: Wrench, hull: Record, body: Motion) -> Wrench:
 
 
 @kernel
-def pressure_on_vessel(
+def _pressure_on_vessel(
     vessel: Record, meshes: HullMeshes, waves: Table, sea: Record, body: Motion, t: float, work: VesselWork
 ) -> Wrench:
     """Return hydrostatic and Froude-Krylov pressure on a hull's mesh: body axes, about the link's origin."""
@@ -226,7 +226,7 @@ def pressure_on_vessel(
 
 
 @kernel
-def restoring_of_vessel(vessel: Record, waves: Table, sea: Record, body: Motion, t: float) -> Wrench:
+def _restoring_of_vessel(vessel: Record, waves: Table, sea: Record, body: Motion, t: float) -> Wrench:
     """Return W n - G d of a hull with a stiffness, on the plane that the surface is at the link's origin.
 
     W is the weight that it carries at rest, n the plane's normal, and d = (0, 0, rise, n_y, -n_x, 0) in body axes: the
@@ -258,7 +258,7 @@ def restoring_of_vessel(vessel: Record, waves: Table, sea: Record, body: Motion,
 
 
 @kernel
-def damping_of_vessel(vessel: Record, through: Motion) -> Wrench:
+def _damping_of_vessel(vessel: Record, through: Motion) -> Wrench:
     """Return linear damping, and quadratic damping of the motion of `vessel.point`, through the water."""
     m, d, q, c = through, vessel.damping, vessel.damping_quadratic, vessel.point
     u, v, w = m.u + m.q * c[2] - m.r * c[1], m.v + m.r * c[0] - m.p * c[2], m.w + m.p * c[1] - m.q * c[0]

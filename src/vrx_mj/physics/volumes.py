@@ -15,7 +15,7 @@ from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.motion import Motion, Vector, rotate
 from vrx_mj.physics.tables import BOX, SPHERE, Record
 
-CYLINDER_SIDES = 20
+_CYLINDER_SIDES = 20
 """VRX's cylinder is a regular prism of 20 sides, the first corner on +y: 1.64 % smaller than a cylinder."""
 
 _TINY = 1.0e-6
@@ -37,9 +37,9 @@ def _ring(corners: list[tuple[float, float]]) -> FloatArray:
     return np.array([*corners, (area, moment)])
 
 
-_TURN = 2.0 * math.pi / CYLINDER_SIDES
+_TURN = 2.0 * math.pi / _CYLINDER_SIDES
 _BOX_RING = _ring([(0.5, -0.5), (0.5, 0.5), (-0.5, 0.5), (-0.5, -0.5)])
-_CYLINDER_RING = _ring([(-math.sin(i * _TURN), math.cos(i * _TURN)) for i in range(CYLINDER_SIDES)])
+_CYLINDER_RING = _ring([(-math.sin(i * _TURN), math.cos(i * _TURN)) for i in range(_CYLINDER_SIDES)])
 
 
 class Submerged(NamedTuple):
@@ -87,7 +87,7 @@ class Fan(NamedTuple):
 
 
 @kernel
-def sphere(radius: float, x: float, y: float, z: float, level: float) -> Submerged:
+def _sphere(radius: float, x: float, y: float, z: float, level: float) -> Submerged:
     """Return what a sphere with centre (x, y, z) has below the plane z = `level`: exact."""
     h = level - (z - radius)
     if h <= 0.0:
@@ -99,7 +99,7 @@ def sphere(radius: float, x: float, y: float, z: float, level: float) -> Submerg
 
 
 @kernel
-def prism(ring: FloatArray, edges: Edges, x: float, y: float, z: float, level: float) -> Submerged:
+def _prism(ring: FloatArray, edges: Edges, x: float, y: float, z: float, level: float) -> Submerged:
     """Return what a prism with centre (x, y, z) has below the plane z = `level`.
 
     `ring` (n, 2) holds the corners of its section in units of the first two vectors in `edges`, and in
@@ -258,9 +258,9 @@ def submerged(element: Record, motion: Motion, level: float) -> Submerged:
     x, y, z = x + motion.x, y + motion.y, z + motion.z
     size = element.size
     if element.shape == SPHERE:
-        return sphere(size[0], x, y, z, level)
+        return _sphere(size[0], x, y, z, level)
     if element.shape == BOX:
         ring, across, half_length = _BOX_RING, size[1], 0.5 * size[2]
     else:
         ring, across, half_length = _CYLINDER_RING, size[0], 0.5 * size[1]
-    return prism(ring, _edges(element, motion, size[0], across, half_length), x, y, z, level)
+    return _prism(ring, _edges(element, motion, size[0], across, half_length), x, y, z, level)

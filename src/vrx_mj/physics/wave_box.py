@@ -37,7 +37,7 @@ from vrx_mj.physics.tables import Record, Table
 from vrx_mj.physics.wave_columns import AMPLITUDE, BOTTOM, EAST, FREQUENCY, MEMORY, NORTH, PHASE, WAVENUMBER
 from vrx_mj.physics.waves import ramp
 
-SIDE: Final = 5
+_SIDE: Final = 5
 """Nodes of the box along."""
 ROWS: Final = 5
 """Nodes across."""
@@ -83,13 +83,15 @@ def _to_powers(first: int, count: int) -> tuple[tuple[float, ...], ...]:
     return tuple(tuple(map(float, row)) for row in zip(*columns, strict=True))
 
 
-_SIDE_POWERS = _to_powers(-1, SIDE)
+_SIDE_POWERS = _to_powers(-1, _SIDE)
 _SLENDER_POWERS = _to_powers(-1, SLENDER_ROWS)
 _DEPTH_POWERS = _to_powers(0, LEVELS)
 _SHALLOW_POWERS = _to_powers(0, SHALLOW_LEVELS)
 _SUMS = np.array([(-1, 0, 0, 2, 2), (0, 1, 1, 0, 0), (1, 0, 0, 0, 0), (0, 1, -1, 0, 0), (-1, 0, 0, 2, -2)], np.float64)
-_FROM_SUMS = np.zeros((SIDE, WIDTH))  # coefficients of powers along, for what `_add_up` writes, of which nodes are made
-_FROM_SUMS[:, :SIDE] = (np.array(_SIDE_POWERS) @ _SUMS).T
+_FROM_SUMS = np.zeros(
+    (_SIDE, WIDTH)
+)  # coefficients of powers along, for what `_add_up` writes, of which nodes are made
+_FROM_SUMS[:, :_SIDE] = (np.array(_SIDE_POWERS) @ _SUMS).T
 
 
 @kernel
@@ -288,7 +290,7 @@ def _add_up(columns: FloatArray, start: int, levels: int, row: int, out: FloatAr
 def _to_powers_along(sums: FloatArray) -> None:
     """Replace what `_add_up` writes for a row at a level, (WIDTH,), by coefficients of powers along."""
     value = spread(0.0)
-    for node in range(SIDE):
+    for node in range(_SIDE):
         value = product_and(spread(sums[node]), load(_FROM_SUMS[node], 0), value)
     store(sums, 0, value)
 

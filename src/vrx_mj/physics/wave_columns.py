@@ -39,7 +39,7 @@ WAVENUMBER: Final = 2
 FREQUENCY: Final = 3
 PHASE: Final = 4
 AMPLITUDE: Final = 5
-ORBITAL: Final = 6
+_ORBITAL: Final = 6
 BOTTOM: Final = 7  # `bottom_share`
 MEMORY: Final = 8  # and all rows from here on: what a kernel writes there is gone when the next one does
 MORE: Final = 9.0 / 14.0
@@ -74,7 +74,7 @@ def wave_columns(waves: Table, sea: Record, memory: int) -> FloatArray:
         wave = waves[i]
         columns[EAST, i], columns[NORTH, i] = wave.direction[0], wave.direction[1]
         columns[WAVENUMBER, i], columns[FREQUENCY, i] = wave.wavenumber, wave.frequency
-        columns[PHASE, i], columns[AMPLITUDE, i], columns[ORBITAL, i] = wave.phase, wave.amplitude, wave.orbital
+        columns[PHASE, i], columns[AMPLITUDE, i], columns[_ORBITAL, i] = wave.phase, wave.amplitude, wave.orbital
         columns[BOTTOM, i] = bottom_share(wave.wavenumber, sea.depth)
     return columns
 
@@ -103,7 +103,7 @@ def elevation_of_columns(columns: Waves, x: float, y: float, t: float) -> float:
 def motion_of_columns(columns: Waves, x: float, y: float, z: float, t: float) -> tuple[float, ...]:
     """Return the six sums of `orbital_motion` at (x, y) [m], `z` [m] over the mean level, and time `t` [s]."""
     east, north, wavenumber = columns[EAST], columns[NORTH], columns[WAVENUMBER]
-    frequency, phase, orbital, bottom = columns[FREQUENCY], columns[PHASE], columns[ORBITAL], columns[BOTTOM]
+    frequency, phase, orbital, bottom = columns[FREQUENCY], columns[PHASE], columns[_ORBITAL], columns[BOTTOM]
     cos, sin, most = columns[MEMORY], columns[MEMORY + 1], spread(0.0)
     for i in range(0, cos.size, WIDTH):
         along = load(wavenumber, i) * (load(east, i) * x + load(north, i) * y)

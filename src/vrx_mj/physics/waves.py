@@ -20,10 +20,10 @@ from vrx_mj.physics.noise import stream_key, uniform
 from vrx_mj.physics.tables import Record, Table, Waves
 from vrx_mj.physics.wave_columns import elevation_of_columns, wave_columns
 
-PHILLIPS = 0.0081
+_PHILLIPS = 0.0081
 """Phillips' constant of the Pierson-Moskowitz spectrum (1964)."""
 
-Component = dict[str, Any]
+_Component = dict[str, Any]
 """A row of `tables.WAVE`."""
 
 
@@ -35,7 +35,7 @@ def pms_components(
     gain: float,
     period: float,
     direction: Sequence[float],
-) -> list[Component]:
+) -> list[_Component]:
     """Return up to three waves that sample the Pierson-Moskowitz spectrum, as VRX does.
 
     `period` [s] is that of the spectrum's peak; the angular frequencies are the peak's times
@@ -65,7 +65,7 @@ def cwr_components(
     amplitude: float,
     period: float,
     direction: Sequence[float],
-) -> list[Component]:
+) -> list[_Component]:
     """Return waves that all have the same ratio of length to amplitude, VRX's model "CWR".
 
     `period` [s] and `amplitude` [m] are those of the middle wave; lengths and amplitudes are its own
@@ -84,7 +84,7 @@ def cwr_components(
 
 def _spectrum(frequency: float, peak: float) -> float:
     """Return Pierson and Moskowitz' spectral density [m2 s] at an angular frequency [rad/s]."""
-    return PHILLIPS * SPECTRUM_GRAVITY**2 / frequency**5 * math.exp(-1.25 * (peak / frequency) ** 4)
+    return _PHILLIPS * SPECTRUM_GRAVITY**2 / frequency**5 * math.exp(-1.25 * (peak / frequency) ** 4)
 
 
 def _turned(direction: Sequence[float], angle: float) -> tuple[float, float]:
@@ -94,7 +94,7 @@ def _turned(direction: Sequence[float], angle: float) -> tuple[float, float]:
     return c * x - s * y, s * x + c * y
 
 
-def _component(amplitude: float, frequency: float, direction: tuple[float, float], steepness: float) -> Component:
+def _component(amplitude: float, frequency: float, direction: tuple[float, float], steepness: float) -> _Component:
     """Return the row of a deep-water wave; `steepness` is a k q as long as q stays below 1."""
     wavenumber = frequency**2 / WAVE_GRAVITY
     factor = min(1.0, steepness / (amplitude * wavenumber)) if amplitude else 0.0

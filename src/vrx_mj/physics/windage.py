@@ -10,7 +10,7 @@ from vrx_mj.physics.tables import Record, Table
 
 AIR_DENSITY = 1.225
 """Density of the air [kg/m3]: ISO 2533, sea level, 15 C."""
-STEPS = 180
+_STEPS = 180
 """Number of straight pieces of a curve that a formula gives; they are within 4e-5 of a cosine."""
 
 BLENDERMANN: Mapping[str, tuple[float, float, float, float, float]] = {
@@ -36,7 +36,7 @@ BLENDERMANN: Mapping[str, tuple[float, float, float, float, float]] = {
 
 Blendermann (1994), J. Wind Eng. Ind. Aerodyn. 51, 339-351; Fossen (2021), table 10.1."""
 
-ISHERWOOD = """
+_ISHERWOOD = """
 0  2.152 -5 0.243 -0.164 0 0 0  0 0 0 0 0 0 0  0 0 0 0 0 0
 10  1.714 -3.33 0.145 -0.121 0 0 0  0.096 0.22 0 0 0 0 0  0.0596 0.061 0 0 0 -0.074
 20  1.818 -3.97 0.211 -0.143 0 0 0.033  0.176 0.71 0 0 0 0 0  0.1106 0.204 0 0 0 -0.17
@@ -61,7 +61,7 @@ ISHERWOOD = """
 
 Isherwood (1972), Wind resistance of merchant ships, Trans. RINA 115, 327-338, table 1."""
 
-Curve = list[tuple[float, float, float, float, float]]
+_Curve = list[tuple[float, float, float, float, float]]
 """Rows of an angle [rad] and of coefficients of the forces ahead and to lee, of roll, and of the bow's turn to lee."""
 
 
@@ -92,15 +92,15 @@ class Superstructure(NamedTuple):
 
 
 def _angles() -> list[float]:
-    return [math.pi * index / STEPS for index in range(STEPS + 1)]
+    return [math.pi * index / _STEPS for index in range(_STEPS + 1)]
 
 
-def three_number_curve(cx: float, cy: float, cn: float) -> Curve:
+def three_number_curve(cx: float, cy: float, cn: float) -> _Curve:
     """Return CX = -cx cos g, CY = cy sin g, CN = cn sin 2g (Fossen, 2021, 10.1)."""
     return [(g, -cx * math.cos(g), cy * math.sin(g), 1.0, cn * math.sin(2.0 * g)) for g in _angles()]
 
 
-def blendermann_curve(vessel: Sequence[float], areas: Areas) -> Curve:
+def blendermann_curve(vessel: Sequence[float], areas: Areas) -> _Curve:
     """Return the coefficients of a type of vessel by Blendermann (1994).
 
     With CDl = CD_l,AF A_F / A_L and D = 1 - delta/2 (1 - CDl / CDt) sin^2 2g: CX = -CD_l,AF cos g / D,
@@ -133,7 +133,7 @@ def isherwood_curve(more: Superstructure, areas: Areas, offset: float) -> tuple[
     )
     own = more.area / areas.lateral
     rows = []
-    for line in ISHERWOOD.split("\n")[1:-1]:
+    for line in _ISHERWOOD.split("\n")[1:-1]:
         degrees, *row = map(float, line.split())
         cx = -math.fsum(x * y for x, y in zip(row[:7], (*shares, float(more.masts)), strict=True))
         cy = math.fsum(x * y for x, y in zip(row[7:14], (*shares, own), strict=True))

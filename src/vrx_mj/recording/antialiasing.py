@@ -5,9 +5,9 @@ import numpy as np
 from vrx_mj.arrays import ByteArray, IntArray
 from vrx_mj.physics.kernel import kernel
 
-CONTRAST = 12
+_CONTRAST = 12
 """Range of green around a pixel, of 255, from which there is an edge."""
-REACH = 8.0
+_REACH = 8.0
 """Pixels along an edge over which it is smoothed, at most."""
 
 
@@ -20,7 +20,7 @@ def antialias(drawn: ByteArray) -> ByteArray:
     rows = np.maximum(green[:-2], green[2:]), np.minimum(green[:-2], green[2:])
     high = np.maximum(np.maximum(rows[0][:, :-2], rows[0][:, 2:]), green[1:-1, 1:-1])
     low = np.minimum(np.minimum(rows[1][:, :-2], rows[1][:, 2:]), green[1:-1, 1:-1])
-    edges = np.flatnonzero(high - low > CONTRAST)
+    edges = np.flatnonzero(high - low > _CONTRAST)
     smooth(drawn, green, low.reshape(-1), high.reshape(-1), edges, out)
     return out
 
@@ -37,7 +37,7 @@ def smooth(
         c, d = float(green[row + 1, column - 1]), float(green[row + 1, column + 1])
         along, across = a + b - c - d, b + d - a - c
         scale = max(min(abs(along), abs(across)) + (abs(along) + abs(across)) / 32.0, 0.25)
-        x, y = min(max(along / scale, -REACH), REACH), min(max(across / scale, -REACH), REACH)
+        x, y = min(max(along / scale, -_REACH), _REACH), min(max(across / scale, -_REACH), _REACH)
         target = out[height - 1 - row, column]
         for share in (2.0, 6.0):  # of four places, or of the near two if that leaves the range around the pixel
             for channel in range(3):

@@ -31,28 +31,28 @@ from vrx_mj.recording.task_chunks import MARKS, PLOT, STEPS, TOUCH_WORDS, WORDS
 from vrx_mj.recording.timeline import TIMELINE
 from vrx_mj.sensors.registry import SENSOR_KINDS
 
-SKY = (158, 190, 214)
+_SKY = (158, 190, 214)
 PLAN_WATER = (16, 45, 66)
-GRID = (150, 190, 215, 60)
-LEGEND = 2
+_GRID = (150, 190, 215, 60)
+_LEGEND = 2
 """Most series of thrusters that a plot's legend lists: a longer one would hide the plot."""
-TASK = (PLOT.rpartition("/")[2], "Score")
-BESIDE = (
+_TASK = (PLOT.rpartition("/")[2], "Score")
+_BESIDE = (
     (("speed", "Speed [m/s]"), ("course", "Course, compass [°]")),
     (("thrust", "Thrust [N]"), ("steering", "Steering [°]")),
 )
 """Plots under the plan, two to a place."""
-BELOW = (
+_BELOW = (
     (("heading", "Heading, compass [°]"), ("yaw", "Yaw, ENU [°]")),
     (("roll", "Roll [°]"), ("pitch", "Pitch [°]"), ("wind", "Wind [m/s]")),
 )
 """Plots under the sea, as many to a place as have room for their titles in a window of 1280 pixels."""
-PICTURES = 4
+_PICTURES = 4
 """Cameras whose pictures are shown at first."""
-UNDER_WAVES = "- /world/trails/**", "- /world/tracks/**", "- /world/shore"
+_UNDER_WAVES = "- /world/trails/**", "- /world/tracks/**", "- /world/shore"
 """What lies flat over the mean water: a drawn sea would cover it in part, and the line of a shore floats off it."""
-EDGE = rr.TimeRangeBoundary.infinite()
-AFTER, LEGEND_AFTER = 1.0 / 16.0, 0.35
+_EDGE = rr.TimeRangeBoundary.infinite()
+_AFTER, _LEGEND_AFTER = 1.0 / 16.0, 0.35
 """Room behind the run on the axes of plots, in shares of it: the last label is whole, and a legend hides no line."""
 
 
@@ -73,7 +73,7 @@ def layout(
 ) -> rrb.Blueprint:
     """The views and their places; `live`: at the newest moment instead of playing from the first."""
     pictured = bool(scene.of_type("camera"))
-    left = rrb.Vertical(sea_view(scene), below(scene), row_shares=[1.7 if pictured else 3.4, 1])
+    left = rrb.Vertical(sea_view(scene), _below(scene), row_shares=[1.7 if pictured else 3.4, 1])
     boats = scene.roster()
     steps = rrb.StateTimelineView(
         name="Timeline",
@@ -84,13 +84,13 @@ def layout(
     columns = rrb.TextLogColumns(text_log_columns=["LogLevel", "Body"])
     story = [rrb.TextLogView(name="Events", origin="/events", columns=columns)]
     story.insert(0 if scene.parameters.task else 1, steps)
-    rows = [(2.4, plan_view(scene, track)), *((1.0, row) for row in beside(scene, result))]
+    rows = [(2.4, plan_view(scene, track)), *((1.0, row) for row in _beside(scene, result))]
     if len(boats) > FEW_NAMES:
-        rows.append((3.0, rrb.Tabs(legend_view(boats), *story)))
+        rows.append((3.0, rrb.Tabs(_legend_view(boats), *story)))
     else:
         rows.append((1.2, rrb.Tabs(*story)))
     if 1 < len(boats) <= FEW_NAMES:
-        rows.insert(-2, (0.22 * (legend_spots(boats)[-1][1] + 1), legend_view(boats)))
+        rows.insert(-2, (0.22 * (legend_spots(boats)[-1][1] + 1), _legend_view(boats)))
     shares, views = zip(*rows, strict=True)
     right = rrb.Vertical(*views, row_shares=shares)
     return rrb.Blueprint(
@@ -103,34 +103,34 @@ def layout(
     )
 
 
-def beside(scene: RecordScene, result: str = "") -> list[rrb.View | rrb.Container]:
+def _beside(scene: RecordScene, result: str = "") -> list[rrb.View | rrb.Container]:
     """Under the plan: how the task goes in words and as a plot, if there is one, then speed and thrust."""
-    speed, thrust = BESIDE
-    score = [plot_view(scene, TASK, legend=True)] if scene.parameters.task else []
+    speed, thrust = _BESIDE
+    score = [plot_view(scene, _TASK, legend=True)] if scene.parameters.task else []
     plots: list[rrb.View | rrb.Container] = [rrb.Tabs(*score, *(plot_view(scene, plot, marked=True) for plot in speed))]
     if scene.thrusters:
-        plots.append(rrb.Tabs(*(plot_view(scene, plot, legend=len(scene.thrusters) <= LEGEND) for plot in thrust)))
+        plots.append(rrb.Tabs(*(plot_view(scene, plot, legend=len(scene.thrusters) <= _LEGEND) for plot in thrust)))
     words = rrb.TextDocumentView(name=f"Task: {result}" if result else "Task", origin=WORDS, contents=[f"+ {WORDS}"])
     return [words, *plots] if scene.parameters.task else plots
 
 
-def legend_view(boats: Sequence[str]) -> rrb.Spatial2DView:
+def _legend_view(boats: Sequence[str]) -> rrb.Spatial2DView:
     """The names of boats in their colours, beside the plots: few stay in view, many share a place."""
     width, lines = name_width(len(boats)), legend_spots(boats)[-1][1] + 1
     bounds = rrb.VisualBounds2D(x_range=(-width / 2, (NAMES - 0.5) * width), y_range=(-0.3, lines + 0.1))
     return rrb.Spatial2DView(name="Boats", origin=LEGEND_PATH, titlebar=len(boats) > FEW_NAMES, visual_bounds=bounds)
 
 
-def below(scene: RecordScene) -> rrb.Container:
+def _below(scene: RecordScene) -> rrb.Container:
     """Under the sea: the pictures of cameras, and the plots, of which fewer are seen at a time the more there are."""
     shown = [plot for kind in SENSOR_KINDS.values() if scene.of_type(kind.type) for plot in kind.plots]
     sensed = [plot_view(scene, (plot.name, plot.title), legend=True) for plot in shown]
     pictures = [
         rrb.Spatial2DView(name=f"{sensor.boat} {sensor.name}", origin=sensor.path, contents=[f"+ {sensor.path}"])
-        for sensor in scene.of_type("camera")[:PICTURES]
+        for sensor in scene.of_type("camera")[:_PICTURES]
     ]
     windy = "wind" in scene.weather()
-    moved = [[plot_view(scene, plot) for plot in place if plot[0] != "wind" or windy] for place in BELOW]
+    moved = [[plot_view(scene, plot) for plot in place if plot[0] != "wind" or windy] for place in _BELOW]
     if not pictures:
         return rrb.Horizontal(*(rrb.Tabs(*plots) for plots in (*moved, sensed) if plots))
     plots = rrb.Tabs(*sensed, *chain.from_iterable(moved))
@@ -150,12 +150,12 @@ def sea_view(scene: RecordScene) -> rrb.Spatial3DView:
         contents=[
             "+ /world/**",
             f"- {PLAN}/**",
-            *(UNDER_WAVES if scene.sea_height else []),
-            *(without_names(others) if len(others) > FEW_NAMES else []),
+            *(_UNDER_WAVES if scene.sea_height else []),
+            *(_without_names(others) if len(others) > FEW_NAMES else []),
         ],
-        background=rrb.Background(color=SKY),
+        background=rrb.Background(color=_SKY),
         line_grid=rrb.LineGrid3D(visible=False),
-        spatial_information=bare(),
+        spatial_information=_bare(),
         eye_controls=rrb.EyeControls3D(
             kind=rrb.Eye3DKind.Orbital,
             position=middle + sea_eye(reach),
@@ -163,7 +163,7 @@ def sea_view(scene: RecordScene) -> rrb.Spatial3DView:
             eye_up=(0.0, 0.0, 1.0),
             tracking_entity=FLEET if scene.follow is None else f"/world/boats/{scene.follow}/label",
         ),
-        overrides=trails(scene),
+        overrides=_trails(scene),
     )
 
 
@@ -181,13 +181,13 @@ def plan_view(scene: RecordScene, track: FloatArray | None = None) -> rrb.Spatia
             f"- {TOUCH_WORDS}/**",  # boats that touch have their names there
             f"- {FLEET}/weather/**" if track is None else f"- {FLEET}/**",
             *(f"- {camera.path}" for camera in scene.of_type("camera")),
-            *(unnamed(scene, middle, height) if track is None else without_names(scene.roster())),
+            *(unnamed(scene, middle, height) if track is None else _without_names(scene.roster())),
         ],
         background=rrb.Background(color=PLAN_WATER),
         line_grid=rrb.LineGrid3D(
-            visible=True, spacing=spacing, color=GRID, stroke_width=1.0, plane=rr.components.Plane3D.XY
+            visible=True, spacing=spacing, color=_GRID, stroke_width=1.0, plane=rr.components.Plane3D.XY
         ),
-        spatial_information=bare(),
+        spatial_information=_bare(),
         eye_controls=rrb.EyeControls3D(
             kind=rrb.Eye3DKind.Orbital,
             position=(*middle - 0.001 * north, height),
@@ -195,7 +195,7 @@ def plan_view(scene: RecordScene, track: FloatArray | None = None) -> rrb.Spatia
             eye_up=(*north, 0.0),
             tracking_entity=PLANNED if track is None else None,
         ),
-        overrides=trails(scene),
+        overrides=_trails(scene),
     )
 
 
@@ -206,20 +206,20 @@ def unnamed(scene: RecordScene, middle: FloatArray, height: float) -> list[str]:
         scene, [boat.name for boat in scene.boats()], places, middle, height
     )
     moved = ~(np.abs(spots - places) < 1e-6).all(axis=(0, 2))
-    return without_names(boat.name for boat, hidden in zip(scene.boats(), moved, strict=True) if hidden)
+    return _without_names(boat.name for boat, hidden in zip(scene.boats(), moved, strict=True) if hidden)
 
 
-def without_names(boats: Iterable[str]) -> list[str]:
+def _without_names(boats: Iterable[str]) -> list[str]:
     """Names of boats left out of a view's contents: dots in their colours stay, and the legend beside the plots."""
     return [f"- /world/boats/{boat}/label/name" for boat in boats]
 
 
-def bare() -> rrb.archetypes.SpatialInformation:
+def _bare() -> rrb.archetypes.SpatialInformation:
     """No axes, no boxes."""
     return rrb.archetypes.SpatialInformation.from_fields(show_axes=False, show_bounding_box=False)
 
 
-def trails(scene: RecordScene) -> dict[str, Any]:
+def _trails(scene: RecordScene) -> dict[str, Any]:
     """Every piece of each trail, and every fix, up to now, instead of the last one only."""
     sofar = rrb.VisibleTimeRanges(
         timeline=TIMELINE,
@@ -230,12 +230,12 @@ def trails(scene: RecordScene) -> dict[str, Any]:
     return dict.fromkeys((*paths, *map(track_path, scene.of_type("gps"))), sofar)
 
 
-def whole_run(scene: RecordScene, after: float = AFTER) -> rr.TimeRange:
+def whole_run(scene: RecordScene, after: float = _AFTER) -> rr.TimeRange:
     """From the first moment to a little after the last; an axis linked to others shows a minute around the cursor."""
     if scene.ended is None:
-        return rr.TimeRange(start=EDGE, end=EDGE)
+        return rr.TimeRange(start=_EDGE, end=_EDGE)
     end = scene.ended + after * (scene.ended - (scene.begun or 0.0))
-    return rr.TimeRange(start=EDGE, end=rr.TimeRangeBoundary.absolute(seconds=end))
+    return rr.TimeRange(start=_EDGE, end=rr.TimeRangeBoundary.absolute(seconds=end))
 
 
 def plot_view(
@@ -250,5 +250,5 @@ def plot_view(
         plot_legend=rrb.PlotLegend(
             corner=rrb.Corner2D.LeftTop if scene.ended is None else rrb.Corner2D.RightTop, visible=legend
         ),
-        axis_x=rrb.TimeAxis(link="Independent", view_range=whole_run(scene, LEGEND_AFTER if legend else AFTER)),
+        axis_x=rrb.TimeAxis(link="Independent", view_range=whole_run(scene, _LEGEND_AFTER if legend else _AFTER)),
     )

@@ -110,7 +110,7 @@ def all_rows(parts: Sequence[Part], layouts: Sequence[RowLayout], most: int) -> 
     joint = joint_layout(layouts)
     blocks = numbered_blocks(parts, len(layouts), most)
     for number, block in blocks:
-        check_rows(block, layouts[number].width)
+        _check_rows(block, layouts[number].width)
     lengths = [len(block) for _, block in blocks]
     needed = 8 * (joint.width * sum(lengths) + sum(layout.width for layout in layouts))
     if needed > most:
@@ -130,11 +130,11 @@ def numbered_blocks(parts: Sequence[Part], count: int, most: int) -> list[tuple[
     Raises:
         RecordError: a block is damaged, or of no boat set.
     """
-    numbers = [number for part in parts for number in boat_set_numbers(part, count)]
+    numbers = [number for part in parts for number in _boat_set_numbers(part, count)]
     return list(zip(numbers, unpack_all([blob for part in parts for blob in part.blobs("block")], most), strict=True))
 
 
-def boat_set_numbers(part: Part, count: int) -> list[int]:
+def _boat_set_numbers(part: Part, count: int) -> list[int]:
     """The boat set of each block of a part, of so many; the first in a recording from before boats could come and go.
 
     Raises:
@@ -147,7 +147,7 @@ def boat_set_numbers(part: Part, count: int) -> list[int]:
     return numbers
 
 
-def check_rows(rows: FloatArray, width: int) -> None:
+def _check_rows(rows: FloatArray, width: int) -> None:
     """Check that a block's rows have so many columns, and a time each.
 
     Raises:
@@ -171,11 +171,11 @@ def sound_rows(rows: FloatArray, numbers: IntArray, layouts: Sequence[RowLayout]
 
 def joint_layout(layouts: Sequence[RowLayout]) -> RowLayout:
     """Columns for the rows of all boat sets: those of who joined later come last."""
-    widths: dict[ColumnGroup, int] = {}
+    widths: dict[_ColumnGroup, int] = {}
     for layout in layouts:
-        for group, width in column_groups(layout).items():
+        for group, width in _column_groups(layout).items():
             widths[group] = max(width, widths.get(group, 0))
-    starts: dict[ColumnGroup, int] = {}
+    starts: dict[_ColumnGroup, int] = {}
     ends = {table: widths.pop((table, ""), 0) for table in ("qpos", "dof")}
     for (table, name), width in widths.items():
         if table in ends:
@@ -192,13 +192,13 @@ def joint_layout(layouts: Sequence[RowLayout]) -> RowLayout:
     )
 
 
-ColumnGroup = tuple[str, str | tuple[str, str]]
+_ColumnGroup = tuple[str, str | tuple[str, str]]
 """A table of a row, and the body, or boat and thruster, to which the columns in it belong."""
 
 
-def column_groups(layout: RowLayout) -> dict[ColumnGroup, int]:
+def _column_groups(layout: RowLayout) -> dict[_ColumnGroup, int]:
     """Widths of the groups of columns, in their order; in qpos and dof, of a free joint and all that hangs on it."""
-    groups: dict[ColumnGroup, int] = {("time and wind", ""): 2}
+    groups: dict[_ColumnGroup, int] = {("time and wind", ""): 2}
     groups |= {(table, thruster): 1 for table in ("thrust", "angle") for thruster in layout.thrusters}
     for table, end in (("qpos", layout.nq), ("dof", layout.nv)):
         bodies = sorted((getattr(body, table), body.name) for body in layout.bodies)
@@ -211,13 +211,13 @@ def column_groups(layout: RowLayout) -> dict[ColumnGroup, int]:
 
 def columns_in(joint: RowLayout, layout: RowLayout) -> IntArray:
     """Where the columns of a boat set's rows are in the joint layout."""
-    groups = column_groups(joint)
+    groups = _column_groups(joint)
     starts = dict(zip(groups, np.cumsum([0, *groups.values()]).tolist(), strict=False))
-    places = [starts[group] + np.arange(width) for group, width in column_groups(layout).items()]
+    places = [starts[group] + np.arange(width) for group, width in _column_groups(layout).items()]
     return np.concatenate(places)
 
 
-Finite = Annotated[float, AllowInfNan(False)]
+_Finite = Annotated[float, AllowInfNan(False)]
 
 
 @dataclass(frozen=True)
@@ -234,12 +234,12 @@ class Head:
     properties: dict[str, Any]
     timestep: Annotated[float, Field(gt=0.0, le=1.0)]
     """Physics step [s]."""
-    wind_direction: tuple[Finite, Finite]
+    wind_direction: tuple[_Finite, _Finite]
     """Unit vector the wind blows toward, along x and y."""
     layout: RowLayout
     """Columns of the rows of the first boat set."""
     sensors: Annotated[tuple[RecordedSensor, ...], FailFast()] = ()
-    begun: Finite = 0.0
+    begun: _Finite = 0.0
     """Simulated time at which it begins [s]."""
     sea: bool = True
     """Whether the sea is shown."""
@@ -258,9 +258,9 @@ class BoatSetHead:
     """Names of the files of the saved world."""
 
 
-Sent = list[tuple[int, list[tuple[str, Any]]]]
+_Sent = list[tuple[int, list[tuple[str, Any]]]]
 """Numbers of frames, and topic and content of what was sent with each."""
-Schema = TypeVar("Schema")
+_Schema = TypeVar("_Schema")
 
 
 def head_of(text: str) -> Head:
@@ -269,12 +269,12 @@ def head_of(text: str) -> Head:
     Raises:
         RecordError: it is damaged, or of another version.
     """
-    version = checked(Version, "head", text)
+    version = _checked(Version, "head", text)
     if not 1 <= version.format <= FORMAT:  # the first held its blueprint, later ones packed rows otherwise
         raise RecordError(f"head: format {version.format}; this version reads 1 to {FORMAT}")
-    head = checked(Head, "head", text)
-    check_layout("head", head.layout)
-    check_sensors(head.sensors)
+    head = _checked(Head, "head", text)
+    _check_layout("head", head.layout)
+    _check_sensors(head.sensors)
     return head
 
 
@@ -284,34 +284,34 @@ def boat_set_head(text: str) -> BoatSetHead:
     Raises:
         RecordError: it is damaged.
     """
-    head = checked(BoatSetHead, "companies", text)
-    check_layout("companies", head.layout)
+    head = _checked(BoatSetHead, "companies", text)
+    _check_layout("companies", head.layout)
     return head
 
 
-def sent_messages(text: str) -> Sent:
+def sent_messages(text: str) -> _Sent:
     """What a team sent.
 
     Raises:
         RecordError: it is damaged.
     """
-    return checked(Sent, "sent", text)
+    return _checked(_Sent, "sent", text)
 
 
-def checked(schema: Callable[..., Schema], name: str, text: str) -> Schema:
+def _checked(schema: Callable[..., _Schema], name: str, text: str) -> _Schema:
     """The values in a JSON text, by its schema.
 
     Raises:
         RecordError: it does not fit.
     """
     try:
-        found: Schema = validator(schema).validate_json(text, strict=True)
+        found: _Schema = validator(schema).validate_json(text, strict=True)
         return found
     except ValidationError as error:
         raise RecordError(f"{name}: {fault_text(error)}") from None
 
 
-def check_layout(name: str, layout: RowLayout) -> None:
+def _check_layout(name: str, layout: RowLayout) -> None:
     """Check that the bodies of a layout share its columns, one after another.
 
     Raises:
@@ -320,14 +320,14 @@ def check_layout(name: str, layout: RowLayout) -> None:
     for key, values in (("bodies", [body.name for body in layout.bodies]), ("thrusters", layout.thrusters)):
         if len(set(values)) < len(values):
             raise RecordError(f"{name}: layout.{key}: two of one name")
-    groups = column_groups(layout)
+    groups = _column_groups(layout)
     for table, total, least in (("qpos", layout.nq, 7), ("dof", layout.nv, 6)):
         widths = {name: width for (own, name), width in groups.items() if own == table}
         if sum(widths.values()) != total or min((widths[name] for name in widths if name), default=least) < least:
             raise RecordError(f"{name}: layout.bodies: their places in qpos and qvel are not those of free joints")
 
 
-def check_sensors(sensors: Sequence[RecordedSensor]) -> None:
+def _check_sensors(sensors: Sequence[RecordedSensor]) -> None:
     """Check what the sensors of a recording are.
 
     Raises:

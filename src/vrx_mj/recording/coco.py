@@ -20,7 +20,7 @@ from vrx_mj.runtime.state import State
 from vrx_mj.sensors.labels import CATEGORIES
 from vrx_mj.sensors.readings import Labels, Reading
 
-JPEG_QUALITY = 95
+_JPEG_QUALITY = 95
 
 
 class CocoWriter:
@@ -68,7 +68,7 @@ class CocoWriter:
             raise CommandError(f"invalid reading {shown(reading)}: one with labels is needed, as sim.labelled gives it")
         number, boat = len(self._images) + 1, reading.frame.partition("/")[0]
         name = f"{number:06}_{boat}_{reading.name}.jpg"
-        write_files(self._folder, {f"images/{name}": reading.data.jpeg(JPEG_QUALITY)}, "the data set", RecordError)
+        write_files(self._folder, {f"images/{name}": reading.data.jpeg(_JPEG_QUALITY)}, "the data set", RecordError)
         height, width = labels.mask.shape
         self._images.append({"id": number, "file_name": name, "width": width, "height": height, "time": reading.time})
         for one in labels.objects:

@@ -58,7 +58,7 @@ class Comparison:
     def __str__(self) -> str:
         lines = list(self.differences)
         if self.parting is not None:
-            lines.append(parting_text(self.parting))
+            lines.append(_parting_text(self.parting))
         elif self.complete:
             lines.append(f"equal to the last bit: {self.common} rows")
         elif self.common and self.columns:
@@ -67,7 +67,7 @@ class Comparison:
         return "\n".join([*lines, *self.notes])
 
 
-def parting_text(parting: Difference) -> str:
+def _parting_text(parting: Difference) -> str:
     """One sentence on where two recordings part."""
     more = f", and {parting.columns - 1} more columns" if parting.columns > 1 else ""
     gap = abs(parting.first - parting.second)
@@ -90,18 +90,18 @@ def compare(first: str | Path | Record, second: str | Path | Record) -> Comparis
         common=common,
         columns=len(shared),
         complete=names[0] == names[1] and len(a.rows) == len(b.rows),
-        differences=tuple(word_differences(a, b)),
-        parting=first_parting(a, b, common, shared),
+        differences=tuple(_word_differences(a, b)),
+        parting=_first_parting(a, b, common, shared),
         notes=(f"readings of sensors are not compared: {sensors}",) if a.sensors or b.sensors else (),
     )
 
 
-def word_differences(a: Record, b: Record) -> list[str]:
+def _word_differences(a: Record, b: Record) -> list[str]:
     """Differences in what the recordings are, before any row."""
     found = [
         f"{key}: {a.properties.get(key)!r} and {b.properties.get(key)!r}"
         for key in sorted({*a.properties, *b.properties})
-        if key in DECISIVE and a.properties.get(key) != b.properties.get(key)
+        if key in _DECISIVE and a.properties.get(key) != b.properties.get(key)
     ]
     if a.timestep != b.timestep:
         found.append(f"timestep: {a.timestep} s and {b.timestep} s")
@@ -114,11 +114,11 @@ def word_differences(a: Record, b: Record) -> list[str]:
     return found
 
 
-DECISIVE = frozenset({"world", "fleet", "seed", "world_sha256"})
+_DECISIVE = frozenset({"world", "fleet", "seed", "world_sha256"})
 """Properties that make two runs different ones; versions and platform may differ."""
 
 
-def first_parting(a: Record, b: Record, common: int, shared: Sequence[str]) -> Difference | None:
+def _first_parting(a: Record, b: Record, common: int, shared: Sequence[str]) -> Difference | None:
     """The first of the common rows, and of the shared columns, whose bits differ."""
     places = [{name: index for index, name in enumerate(record.layout.names())} for record in (a, b)]
     rows = [each.rows[:common, [own[name] for name in shared]] for each, own in zip((a, b), places, strict=True)]

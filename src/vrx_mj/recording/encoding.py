@@ -34,9 +34,9 @@ from vrx_mj.recording.static_chunks import change_chunks, still_chunks
 from vrx_mj.recording.task_chunks import TaskChunks, frame_chunk, task_chunks, touch_chunks
 from vrx_mj.recording.timeline import times
 
-JOIN_SECONDS = 600.0
+_JOIN_SECONDS = 600.0
 """Longest that rerun may take to join files."""
-MOST_ROWS, MOST_BYTES = 2560, 64 << 20
+MOST_ROWS, _MOST_BYTES = 2560, 64 << 20
 """Rows, and bytes, that become chunks at once: over two minutes, as each chunk takes 1 kB besides what is in it."""
 
 
@@ -79,7 +79,7 @@ def join_views(recording: Path, views: Path, output: Path) -> None:
         OSError: it cannot be written.
     """
     command = [str(viewer_binary()), "rrd", "route", str(views), str(recording), "-o", str(output)]
-    done = subprocess.run(command, capture_output=True, timeout=JOIN_SECONDS, check=False, env=viewer_environment())
+    done = subprocess.run(command, capture_output=True, timeout=_JOIN_SECONDS, check=False, env=viewer_environment())
     if done.returncode != 0:
         errors = done.stderr.decode("utf-8", "replace").strip().splitlines()
         raise OSError(f"rerun cannot finish it: {errors[-1] if errors else done.returncode}")
@@ -108,7 +108,7 @@ class Encoder:
         """Every chunk of a file; its writer asks for the next when it wrote the last."""
         try:
             yield from self._still(next(parts))
-            for batch in batches(parts):
+            for batch in _batches(parts):
                 yield from self._going(batch)
             yield from self._task.rest(self._end)
             if self._moving.track is not None:
@@ -124,7 +124,7 @@ class Encoder:
         yield from sensor_chunks(self._first)
         yield from task_chunks(self._first.parameters)
 
-    def _going(self, batch: Batch) -> Iterator[Chunk]:
+    def _going(self, batch: _Batch) -> Iterator[Chunk]:
         """What has come in a while, then the boats that have come and gone at its end."""
         found = {entity: batch.pop(entity, []) for entity in (STATES, ROWS, EVENTS, FRAMES, COMPANIES)}
         states, frames = all_states(found[STATES]), read_frames(found[FRAMES], self._boat_set + 1, sys.maxsize)
@@ -134,7 +134,7 @@ class Encoder:
             rows = np.concatenate([unpack_rows(blob) for blob in blobs])
             self._end = float(rows[-1, 0])
             found[ROWS], blobs = [], []  # a minute of each is several MB
-            yield exact_rows(rows, self._scene, self._boat_set)
+            yield _exact_rows(rows, self._scene, self._boat_set)
             yield from self._moving(rows)
         if events := all_events(found[EVENTS]):
             yield event_chunk(events)
@@ -153,24 +153,24 @@ class Encoder:
             yield from change_chunks(self._scene, before, self._first)
 
 
-Batch = dict[str, list[Part]]
+_Batch = dict[str, list[Part]]
 """Parts by entity, in the order of time."""
 
 
-def batches(parts: Iterable[Part]) -> Iterator[Batch]:
+def _batches(parts: Iterable[Part]) -> Iterator[_Batch]:
     """Parts that become chunks together: those of some rows, bytes, or until boats or objects come or go."""
-    batch, rows, size = Batch(), 0, 0
+    batch, rows, size = _Batch(), 0, 0
     for part in parts:
         batch.setdefault(part.entity, []).append(part)
         rows += shape_of(part.blobs("block")[0])[0] if part.entity == ROWS else 0
         size += part.size
-        if part.entity == COMPANIES or size >= MOST_BYTES or rows >= MOST_ROWS:
+        if part.entity == COMPANIES or size >= _MOST_BYTES or rows >= MOST_ROWS:
             yield batch
-            batch, rows, size = Batch(), 0, 0
+            batch, rows, size = _Batch(), 0, 0
     yield batch
 
 
-def exact_rows(rows: FloatArray, scene: RecordScene, boat_set: int) -> Chunk:
+def _exact_rows(rows: FloatArray, scene: RecordScene, boat_set: int) -> Chunk:
     """Rows as they are, to the last bit, with the number of their boat set."""
     layout = scene.layout()
     bodies = [(layout.pose(body).start, layout.velocity(body).start) for body in layout.bodies]

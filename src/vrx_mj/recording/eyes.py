@@ -22,7 +22,7 @@ FLEET, PLANNED, PLAN = "/world/fleet", "/world/fleet/plan", "/world/plan"
 """Entities: in the middle of what the camera follows, what a plan follows there, and one that frames a track."""
 PLAN_MARGIN = 8.0
 """Water around the outermost body in the plan [m]."""
-PLAN_REACH = 40.0
+_PLAN_REACH = 40.0
 """How far from the outermost boat a body may be and still be fitted into the plan [m]."""
 PLAN_SLOPE = 0.5
 """Half the height of what the plan shows, per height of its eye: the viewer's lens."""
@@ -47,7 +47,7 @@ def sea_eye(reach: float) -> FloatArray:
 
 def plan_eye(scene: RecordScene, track: FloatArray | None = None) -> tuple[FloatArray, float]:
     """What the plan's eye is over (2,) [m], and its height [m]: figures of the weather have room over a track."""
-    middle, radius = plan_circle(scene, track)
+    middle, radius = _plan_circle(scene, track)
     half = (radius + PLAN_MARGIN) / (1.0 if track is None else 1.0 - PLAN_LINE * len(scene.weather()))
     return middle + (half - radius - PLAN_MARGIN) * east_and_north(scene)[1], half / PLAN_SLOPE
 
@@ -58,10 +58,10 @@ def east_and_north(scene: RecordScene) -> FloatArray:
     return np.array([[math.cos(x), -math.sin(x)], [math.sin(x), math.cos(x)]])
 
 
-def plan_circle(scene: RecordScene, track: FloatArray | None) -> tuple[FloatArray, float]:
+def _plan_circle(scene: RecordScene, track: FloatArray | None) -> tuple[FloatArray, float]:
     """Middle (2,) and radius [m] of the plan: of the whole track and what it starts from, or around the fleet."""
     middle, reach = fleet_circle(scene)
-    places = plan_places(scene, middle, reach)
+    places = _plan_places(scene, middle, reach)
     if track is None:
         return middle, max([reach, *(math.dist(place, middle) for place in places)])
     axes = east_and_north(scene)
@@ -71,14 +71,14 @@ def plan_circle(scene: RecordScene, track: FloatArray | None) -> tuple[FloatArra
     return (low + high) / 2.0 @ axes, max(10.0, float(height) / 2.0, float(width) / 2.0 / PLAN_ASPECT)
 
 
-def plan_places(scene: RecordScene, middle: FloatArray, reach: float) -> FloatArray:
+def _plan_places(scene: RecordScene, middle: FloatArray, reach: float) -> FloatArray:
     """Places (n, 2) [m] that the plan holds: the fleet, and all that a task lays out or else what is near."""
     boats = [boat.pose[:2] for boat in scene.boats()]
     if scene.parameters.task:
         laid = [*course_of(scene.parameters).spots(), *(place[:2] for place in scene.parameters.waypoints)]
         return np.reshape([*laid, *boats], (-1, 2))
     others = (body.pose[:2] for body in scene.bodies if body.kind != "ball")
-    near = (place for place in others if math.dist(place, middle) < reach + PLAN_REACH)
+    near = (place for place in others if math.dist(place, middle) < reach + _PLAN_REACH)
     return np.reshape([*boats, *near], (-1, 2))
 
 
@@ -99,7 +99,7 @@ def fleet_circle(scene: RecordScene) -> tuple[FloatArray, float]:
 
 RATE = 2.0
 """Arrows, figures, and names in the plan [Hz]."""
-KINDS = {
+_KINDS = {
     "wind": (WIND_COLOR, "wind {0:.1f} m/s from {1:.0f} deg"),
     "waves": (WAVE_COLOR, "waves Hs {0:.2g} m, Tp {2:.2g} s from {1:.0f} deg"),
     "current": (CURRENT_COLOR, "current {0:.2g} m/s toward {1:.0f} deg"),
@@ -132,7 +132,7 @@ class Corner(NamedTuple):
         return spots
 
 
-def corners_of(scene: RecordScene) -> tuple[Corner, Corner]:
+def _corners_of(scene: RecordScene) -> tuple[Corner, Corner]:
     """Those of the sea's view, in units of the distance of its eye, and of the plan, in units of half its height."""
     back = sea_eye(0.0) / np.linalg.norm(sea_eye(0.0))
     right = np.cross((0.0, 0.0, 1.0), back) / math.hypot(*back[:2])
@@ -143,7 +143,7 @@ def corners_of(scene: RecordScene) -> tuple[Corner, Corner]:
     )
 
 
-def flows(scene: RecordScene, rows: FloatArray) -> dict[str, npt.NDArray[np.complex128]]:
+def _flows(scene: RecordScene, rows: FloatArray) -> dict[str, npt.NDArray[np.complex128]]:
     """What there is at (n, columns) rows: speed [m/s] or significant height [m] along x + i y, (n,)."""
     turned = np.exp(1j * rows[:, scene.layout().wind_angle].sum(axis=1))
     found = {"wind": rows[:, 1] * turned * complex(*scene.parameters.wind.direction)}
@@ -157,9 +157,9 @@ def flows(scene: RecordScene, rows: FloatArray) -> dict[str, npt.NDArray[np.comp
     return {name: found[name] for name in scene.weather()}
 
 
-def figures(scene: RecordScene, name: str, flow: npt.NDArray[np.complex128]) -> list[str]:
+def _figures(scene: RecordScene, name: str, flow: npt.NDArray[np.complex128]) -> list[str]:
     """What a flow (n,) is, in words."""
-    text, turned = KINDS[name][1], scene.parameters.x_from_east
+    text, turned = _KINDS[name][1], scene.parameters.x_from_east
     bearings = np.round(compass(np.angle(-flow if " from " in text else flow) + turned)) % 360.0
     return [text.format(*pair, scene.parameters.sea.period) for pair in zip(np.abs(flow), bearings, strict=True)]
 
@@ -174,19 +174,19 @@ class WeatherChunks:
     def __call__(self, scene: RecordScene, rows: FloatArray) -> Iterator[Chunk]:
         """Chunks of (n, columns) rows, where a figure changes."""
         rows = rows[self._ticker(rows[:, 0])]
-        found = flows(scene, rows)
-        texts = list(zip(*(figures(scene, *item) for item in found.items()), strict=True))
+        found = _flows(scene, rows)
+        texts = list(zip(*(_figures(scene, *item) for item in found.items()), strict=True))
         news = [i for i, line in enumerate(texts) if line != (texts[i - 1] if i else self._texts)]
         if not news:
             return
         if not self._texts:
-            yield from still_weather(scene)
+            yield from _still_weather(scene)
         self._texts = texts[-1]
         at, counts = [times(rows[news, 0])], [len(found)] * len(news)
         toward = np.angle(np.stack(list(found.values()), axis=1)[news])
         along = np.stack([np.cos(toward), np.sin(toward), 0.0 * toward], axis=-1)
         words = rr.Points3D.columns(labels=[text for i in news for text in texts[i]]).partition(counts)
-        for corner in corners_of(scene):
+        for corner in _corners_of(scene):
             spots = corner.spots(corner.arrow, len(found)) + corner.rise * corner.axes[1]
             vectors = corner.length * along
             begins = (spots - 0.5 * vectors).reshape(-1, 3)
@@ -196,10 +196,10 @@ class WeatherChunks:
             yield Chunk.from_columns(f"{corner.path}/figures", at, words)
 
 
-def still_weather(scene: RecordScene) -> Iterator[Chunk]:
+def _still_weather(scene: RecordScene) -> Iterator[Chunk]:
     """Colours and places of arrows and figures, and the size of those beside the boats."""
-    colors = [KINDS[name][0] for name in scene.weather()]
-    for corner in corners_of(scene):
+    colors = [_KINDS[name][0] for name in scene.weather()]
+    for corner in _corners_of(scene):
         yield static(corner.path, thin_lines(1.8, colors=colors))
         spots = corner.spots(corner.text, len(colors))
         points = rr.Points3D.from_fields(positions=spots, **NAMED)
@@ -212,9 +212,9 @@ PLAN_LINES, LETTER = 18.0, 0.62
 """Lines of text as high as the plan in a window of 1280 pixels, and the width of a letter in lines."""
 PLATE = 1.5
 """Height of a name with what a viewer writes it on, in lines."""
-RISES = PLATE * np.array([0.0, 1.05, -1.0, 2.05, -2.0])
+_RISES = PLATE * np.array([0.0, 1.05, -1.0, 2.05, -2.0])
 """How far a name may be over its place just under the boat, in lines, the best first."""
-HIDDEN = 1e4
+_HIDDEN = 1e4
 """Where a name is that is not shown, in halves of the plan's height."""
 
 
@@ -238,7 +238,7 @@ def plan_chunks(scene: RecordScene, track: FloatArray, sailed: Sequence[Sailed])
     for part in sailed:
         end += len(part.time)
         places[end - len(part.time) : end, [boats.index(boat) for boat in part.boats]] = part.places
-    spots = np.nan_to_num(name_spots(scene, boats, places, middle, height), nan=HIDDEN)
+    spots = np.nan_to_num(name_spots(scene, boats, places, middle, height), nan=_HIDDEN)
     taken, spots = Held(1.0 / 512.0, within=1.0 / PLAN_LINES / 3.0)(spots)
     points = np.insert(spots[taken], 2, 0.0, axis=2).astype(np.float32)
     yield static(f"{PLAN}/names", rr.Points3D.from_fields(labels=boats, **NAMED))
@@ -253,8 +253,8 @@ def name_spots(
     A name is inside of the plan and covers no other one, no figures of the weather and no other boat; where there is no
     such place it is not shown, NaN. `middle` (2,) and `height` [m] are those of the plan's eye.
     """
-    axes, line, still, (_, corner) = east_and_north(scene), 2.0 / PLAN_LINES, still_names(scene), corners_of(scene)
-    texts = [*still, *(KINDS[name][1] for name in scene.weather())]
+    axes, line, still, (_, corner) = east_and_north(scene), 2.0 / PLAN_LINES, _still_names(scene), _corners_of(scene)
+    texts = [*still, *(_KINDS[name][1] for name in scene.weather())]
     half = line * LETTER * (0.5 * np.array([len(text) for text in (*texts, *boats)]) + 1.0)
     there, known = (
         (each - middle) @ axes.T / (height * PLAN_SLOPE) for each in (places, np.reshape([*still.values()], (-1, 2)))
@@ -263,7 +263,7 @@ def name_spots(
     taken = np.concatenate([np.broadcast_to(known, (len(there), *known.shape)), np.full_like(there, np.nan)], axis=1)
     for i in range(len(boats)):
         own = len(texts) + i
-        for rise in RISES:
+        for rise in _RISES:
             spot = there[:, i] + (0.0, line * rise)
             beside, above = np.moveaxis(np.abs(taken - spot[:, None]), -1, 0)
             covered = (beside < half + half[own]) & (above < PLATE * line)
@@ -280,7 +280,7 @@ def waypoint_name(index: int) -> str:
     return f"waypoint {index + 1}"
 
 
-def still_names(scene: RecordScene) -> dict[str, Sequence[float] | FloatArray]:
+def _still_names(scene: RecordScene) -> dict[str, Sequence[float] | FloatArray]:
     """Names in the plan that stay, and their places (2,) [m]."""
     waypoints, course = scene.parameters.waypoints, course_of(scene.parameters) if scene.parameters.task else Course()
     names: dict[str, Sequence[float] | FloatArray] = {waypoint_name(i): place[:2] for i, place in enumerate(waypoints)}

@@ -33,28 +33,28 @@ from vrx_mj.recording.static_chunks import UNSEEN
 from vrx_mj.recording.timeline import Held, Ticker, arrow_strips, numbers, static, times
 from vrx_mj.recording.water_chunks import WaterChunks
 
-SHOWN_RATE, ARROW_RATE, PLOT_RATE = 10.0, 10.0, 5.0
+_SHOWN_RATE, _ARROW_RATE, _PLOT_RATE = 10.0, 10.0, 5.0
 """Poses where nothing moves fast, arrows, and plots, which in a fast sea come with the arrows [Hz]."""
-FAST = (2.5, 2.5, 0.2, 0.2, 0.2, 0.5)
+_FAST = (2.5, 2.5, 0.2, 0.2, 0.2, 0.5)
 """Velocities of a boat from which every row is shown: linear [m/s], in the world, and angular [rad/s], in its frame."""
-ARROW_PER_NEWTON = 1.0 / 55.0
+_ARROW_PER_NEWTON = 1.0 / 55.0
 """Length of a thrust arrow [m/N]."""
-ARROW_HEIGHT = 0.75
+_ARROW_HEIGHT = 0.75
 """Height of a thrust arrow over the engine's mount [m], so that the water does not hide it."""
-LEAST = {
+_LEAST = {
     "speed": 0.25, "steering": 5.0, "heading": 5.0, "course": 5.0, "yaw": 5.0, "roll": 2.0, "pitch": 2.0,
     "wind": 0.5,
 }  # fmt: skip
 """Half of the least range of a plot's axis [m/s, N, deg]: noise is no signal."""
-RANGED = 50
+_RANGED = 50
 """Values of a plot for one of its range: an axis fits what is in view."""
-PLOT_STEP = 1.0 / 1024.0
+_PLOT_STEP = 1.0 / 1024.0
 """What plots are rounded to, in their units."""
 POSE_STEP = (*[1.0 / 512.0] * 3, *[1.0 / 2048.0] * 4)
 """What shown poses are rounded to: position [m], and quaternion."""
-NEAR = (*[0.005] * 3, *[0.002] * 4)
+_NEAR = (*[0.005] * 3, *[0.002] * 4)
 """How far a pose of what is no boat may be from the one that is shown."""
-FARTHEST = 1e6
+_FARTHEST = 1e6
 """Largest number that is shown: a run may diverge, a picture of it should not."""
 
 
@@ -71,7 +71,7 @@ class MovingChunks:
 
     def __init__(self, scene: RecordScene, *, live: bool = False) -> None:
         """Begin with a scene; `live`: the plan follows the fleet."""
-        self._pose, self._arrow, self._plotted = Ticker(SHOWN_RATE), Ticker(ARROW_RATE), Ticker(PLOT_RATE)
+        self._pose, self._arrow, self._plotted = Ticker(_SHOWN_RATE), Ticker(_ARROW_RATE), Ticker(_PLOT_RATE)
         self._water = WaterChunks()
         self._weather, self._sailed = WeatherChunks(), Ticker(RATE)
         self._plan_size = plan_eye(scene)[1] * PLAN_SLOPE if live else None
@@ -98,19 +98,19 @@ class MovingChunks:
 
     def __call__(self, rows: FloatArray) -> Iterator[Chunk]:
         """Chunks of what is shown of (n, columns) rows, n > 0; it is finite."""
-        if not (rows.min() >= -FARTHEST and rows.max() <= FARTHEST):  # as NaN is not
-            rows = np.clip(np.nan_to_num(rows), -FARTHEST, FARTHEST)
+        if not (rows.min() >= -_FARTHEST and rows.max() <= _FARTHEST):  # as NaN is not
+            rows = np.clip(np.nan_to_num(rows), -_FARTHEST, _FARTHEST)
         posed = rows[self._posed(rows)]
         for body in self._layout.bodies:
             path, pose = self._paths[body.name], self._layout.pose(body)
             if body.kind != "ball":
-                yield from self._transforms(path, posed, posed[:, pose], 0.0 if body.kind == "boat" else NEAR)
+                yield from self._transforms(path, posed, posed[:, pose], 0.0 if body.kind == "boat" else _NEAR)
             elif len(shot := rows[rows[:, pose.start + 2] > PARKED]):
                 yield numbers(path, shot[:, 0], rr.Points3D, positions=shot[:, pose][:, :3].astype(np.float32))
         for part in self._scene.parts:  # relative to what they hang on
             if part.joints:
                 poses = np.hstack(part_poses(part, posed[:, self._layout.qpos]))
-                yield from self._transforms(part.path, posed, poses, NEAR)
+                yield from self._transforms(part.path, posed, poses, _NEAR)
         yield from self._displays(rows)
         if self._boats:
             self._cover(rows)
@@ -124,7 +124,7 @@ class MovingChunks:
         """Which rows are shown: some per second, and all where a boat or the sea moves fast, or the run is watched."""
         shown = self._pose(rows[:, 0])
         if self._boats:
-            shown |= (np.abs(self._boat_velocities(rows)) > FAST).any(axis=(1, 2))
+            shown |= (np.abs(self._boat_velocities(rows)) > _FAST).any(axis=(1, 2))
         return shown | (self._plan_size is not None or self._water.fast)
 
     def _transforms(
@@ -140,7 +140,7 @@ class MovingChunks:
         for shown in self._scene.displays:
             codes = shown.display.codes(rows[:, self._layout.marks], rows[:, 0])
             if (changed := self._changed(shown.part_path(""), codes)).any():
-                yield from repainted(shown, rows[changed, 0], codes[changed])
+                yield from _repainted(shown, rows[changed, 0], codes[changed])
 
     def _cover(self, rows: FloatArray) -> None:
         """Widen what the plan frames to where the boats are."""
@@ -208,13 +208,13 @@ class MovingChunks:
 
     def _plot(self, name: str, rows: FloatArray, values: FloatArray) -> Iterator[Chunk]:
         """Values (n, k) of a quantity, and now and then the range around them that its axis has at least."""
-        known = np.flatnonzero(np.isfinite(values).any(axis=1))[::RANGED] if name in LEAST else ()
+        known = np.flatnonzero(np.isfinite(values).any(axis=1))[::_RANGED] if name in _LEAST else ()
         if len(known):
             if name not in self._ranged:
                 looks = rr.SeriesPoints(colors=[UNSEEN], marker_sizes=[0.0], names=[" ", " "])
                 yield static(f"/plots/{name}/range", looks)
             self._ranged.add(name)
-            around = LEAST[name] * np.array([-1.0, 1.0])
+            around = _LEAST[name] * np.array([-1.0, 1.0])
             ends = np.stack([np.nanmin(values[known], axis=1), np.nanmax(values[known], axis=1)], axis=1) + around
             yield plot(f"{name}/range", rows[known], ends)
         yield plot(name, rows, values)
@@ -249,14 +249,14 @@ class MovingChunks:
                 yield engine(self._paths[boat.name], time[turned], thruster, now[turned, 1, k])
 
 
-KEPT = ("time", "head", "files", "blob", "sequence", "numbers", "intensity", "ring")
+_KEPT = ("time", "head", "files", "blob", "sequence", "numbers", "intensity", "ring")
 """Columns of parts that are in a recording as they are."""
 
 
 def kept_columns(parts: Sequence[Part]) -> Iterable[rr.ComponentColumn]:
     """Columns of the parts of one entity as they are."""
     columns: dict[str, Any] = {}
-    for name in (name for name in KEPT if name in parts[0].columns):
+    for name in (name for name in _KEPT if name in parts[0].columns):
         cells: list[Any] = [cell for part in parts for cell in part.columns[name]]
         columns[name] = np.concatenate(cells) if isinstance(cells[0], np.ndarray) else cells
     kept: Iterable[rr.ComponentColumn] = rr.AnyValues.columns(**columns)
@@ -275,7 +275,7 @@ def transforms(path: str, time: FloatArray, position: FloatArray, quaternion: Fl
     return numbers(path, time, rr.Transform3D, translation=position.astype(np.float32), **turned)
 
 
-def repainted(shown: RecordedDisplay, time: FloatArray, codes: IntArray) -> Iterator[Chunk]:
+def _repainted(shown: RecordedDisplay, time: FloatArray, codes: IntArray) -> Iterator[Chunk]:
     """The colours of every part of a light or placard that shows `codes` (n,) from times (n,) [s] on."""
     colors = [shown.display.colors(int(code)) for code in codes]
     for part, surfaces in shown.surfaces.items():
@@ -286,7 +286,7 @@ def repainted(shown: RecordedDisplay, time: FloatArray, codes: IntArray) -> Iter
 
 def plot(name: str, rows: FloatArray, values: FloatArray) -> Chunk:
     """Series (n, k) of one quantity, rounded: they take a third of the space."""
-    values = np.round(values / PLOT_STEP) * PLOT_STEP
+    values = np.round(values / _PLOT_STEP) * _PLOT_STEP
     return numbers(f"/plots/{name}", rows[:, 0], rr.Scalars, values.shape[1], scalars=values.reshape(-1))
 
 
@@ -307,12 +307,12 @@ def thrust_arrows(
     path: str, time: FloatArray, thrusters: Sequence[RecordedThruster], thrust: FloatArray, angle: FloatArray
 ) -> Chunk:
     """Arrows of thrusts (n, k) [N] at steering angles (n, k) [rad], in the boat's frame."""
-    mount = np.add([thruster.position for thruster in thrusters], (0.0, 0.0, ARROW_HEIGHT))
+    mount = np.add([thruster.position for thruster in thrusters], (0.0, 0.0, _ARROW_HEIGHT))
     x, y, z = np.array([thruster.direction for thruster in thrusters]).T
     turns = np.array([rotation_matrix(thruster.mount) for thruster in thrusters])
     cos, sin = np.cos(angle), np.sin(angle)
     steered = np.stack([cos * x - sin * y, sin * x + cos * y, 0 * angle + z], axis=-1)
-    vectors = np.einsum("kij,nkj->nki", turns, steered) * (thrust * ARROW_PER_NEWTON)[..., None]
+    vectors = np.einsum("kij,nkj->nki", turns, steered) * (thrust * _ARROW_PER_NEWTON)[..., None]
     strips = arrow_strips(np.tile(mount, (len(time), 1)), vectors.reshape(-1, 3)).astype(np.float32)
     return numbers(f"{path}/thrust", time, rr.LineStrips3D, len(thrusters), strips=strips)
 

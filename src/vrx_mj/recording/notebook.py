@@ -23,10 +23,10 @@ if TYPE_CHECKING:
     from vrx_mj.mjcf.world import World
     from vrx_mj.runtime.simulation import Simulation
 
-MAP_SIZE = (1000, 720)
+_MAP_SIZE = (1000, 720)
 """Width and height of a world's map [px]."""
-ANGLES = ("yaw from x [deg]", "compass heading [deg]", "compass course [deg]")
-COLUMNS = ("boat", "x [m]", "y [m]", "z [m]", *ANGLES, "speed [m/s]")
+_ANGLES = ("yaw from x [deg]", "compass heading [deg]", "compass course [deg]")
+_COLUMNS = ("boat", "x [m]", "y [m]", "z [m]", *_ANGLES, "speed [m/s]")
 
 
 def register() -> None:
@@ -35,7 +35,7 @@ def register() -> None:
     if shell is None:
         return
     forms = shell.display_formatter.formatters
-    forms["image/png"].for_type_by_name("vrx_mj.mjcf.world", "World", world_map)
+    forms["image/png"].for_type_by_name("vrx_mj.mjcf.world", "World", _world_map)
     forms["text/html"].for_type_by_name("vrx_mj.runtime.simulation", "Simulation", simulation_table)
     forms["text/plain"].for_type_by_name(
         "vrx_mj.runtime.simulation", "Simulation", lambda sim, printer, _cycle: printer.text(simulation_line(sim))
@@ -54,12 +54,12 @@ def _shell() -> Any:
     return None if package is None else package.get_ipython()
 
 
-def world_map(world: "World") -> bytes:
+def _world_map(world: "World") -> bytes:
     """A world from above, as a PNG."""
     from vrx_mj.draw.map import map_png
     from vrx_mj.draw.map_scene import map_of
 
-    return map_png(map_of(world), MAP_SIZE)
+    return map_png(map_of(world), _MAP_SIZE)
 
 
 def simulation_line(sim: "Simulation") -> str:
@@ -72,7 +72,7 @@ def simulation_line(sim: "Simulation") -> str:
 def simulation_table(sim: "Simulation") -> str:
     """Where the boats of a simulation are now, as HTML."""
     seen = sim.observe()
-    head = "".join(f"<th>{name}</th>" for name in COLUMNS)
+    head = "".join(f"<th>{name}</th>" for name in _COLUMNS)
     rows = []
     compass = sim.world.parameters.compass
     for name, boat in seen.items():
@@ -113,14 +113,14 @@ def show(recording: str | Path, *, width: int | str = "auto", height: int | str 
     return viewer
 
 
-Tick = Callable[[float], None]
-Line = Callable[[str, str], None]
+_Tick = Callable[[float], None]
+_Line = Callable[[str, str], None]
 REDRAWN = 0.1
 """Wall time between two drawings of a notebook's bar [s], at least."""
 
 
 @contextmanager
-def progress(sim: "Simulation", duration: float | None = None) -> Iterator[Tick]:
+def progress(sim: "Simulation", duration: float | None = None) -> Iterator[_Tick]:
     """A bar for `vrx_mj.run(sim, duration, progress=tick)` in a notebook or a terminal; elsewhere a line every 10 s.
 
     Args:
@@ -142,7 +142,7 @@ def progress(sim: "Simulation", duration: float | None = None) -> Iterator[Tick]
 
 
 @contextmanager
-def terminal_bar(sim: "Simulation", duration: float) -> Iterator[Tick]:
+def terminal_bar(sim: "Simulation", duration: float) -> Iterator[_Tick]:
     """A bar over simulated time [s], with the task's state and score, under the referee's lines."""
     with Bar("sailing", duration, "s") as bar:
         write_events = _new_events(sim, lambda line, level: bar.print(line, "yellow" if level == "WARN" else None))
@@ -155,7 +155,7 @@ def terminal_bar(sim: "Simulation", duration: float) -> Iterator[Tick]:
 
 
 @contextmanager
-def notebook_bar(sim: "Simulation", duration: float) -> Iterator[Tick]:
+def notebook_bar(sim: "Simulation", duration: float) -> Iterator[_Tick]:
     """A bar in a notebook, which stays when the run is over, with the referee's lines under it."""
     from IPython.display import HTML, display
 
@@ -183,7 +183,7 @@ def notebook_bar(sim: "Simulation", duration: float) -> Iterator[Tick]:
         handle.update(drawing())
 
 
-def _new_events(sim: "Simulation", write: Line) -> Callable[[], None]:
+def _new_events(sim: "Simulation", write: _Line) -> Callable[[], None]:
     """A function that writes the lines which the referee has added since its last call, with their levels."""
     count = 0
 

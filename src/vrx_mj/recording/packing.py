@@ -20,7 +20,7 @@ from vrx_mj.recording.row_coding import FARTHEST, FLIP, Bodies, coded_rows, deco
 
 HEADER = struct.Struct("<II")
 """Number of rows; number of columns, with the form of what follows in its upper two bits."""
-DIFFERENCES, PLAIN, PLANES, CODED = range(4)
+_DIFFERENCES, _PLAIN, PLANES, _CODED = range(4)
 """Forms: third differences of bit patterns, and bit patterns off their predictions, which only earlier versions wrote;
 numbers as they are; as `coded_rows` has them."""
 WIDTH_BITS = 30
@@ -30,7 +30,7 @@ ORDER = 8
 
 def plain_rows(rows: FloatArray) -> bytes:
     """Bytes of (n, columns) rows as they are, for a run that must not wait."""
-    header = HEADER.pack(len(rows), rows.shape[1] | PLAIN << WIDTH_BITS)
+    header = HEADER.pack(len(rows), rows.shape[1] | _PLAIN << WIDTH_BITS)
     return b"".join((header, np.ascontiguousarray(rows, dtype="<f8").data))
 
 
@@ -38,7 +38,7 @@ def pack_rows(rows: FloatArray, bodies: Bodies = (), timestep: float = 1.0) -> b
     """Bytes of (n, columns) rows; of `bodies` poses are predicted from velocities, `timestep` [s] by timestep."""
     if not len(rows):
         return plain_rows(rows)
-    return HEADER.pack(len(rows), rows.shape[1] | CODED << WIDTH_BITS) + coded_rows(rows, bodies, timestep)
+    return HEADER.pack(len(rows), rows.shape[1] | _CODED << WIDTH_BITS) + coded_rows(rows, bodies, timestep)
 
 
 def shape_of(blob: bytes | memoryview) -> tuple[int, int]:
@@ -65,15 +65,15 @@ def unpack_rows(blob: bytes | memoryview) -> FloatArray:
         RecordError: these are not such bytes.
     """
     count, width = shape_of(blob)
-    form = blob[HEADER.size - 1] >> (WIDTH_BITS - 24) if width else PLAIN
+    form = blob[HEADER.size - 1] >> (WIDTH_BITS - 24) if width else _PLAIN
     found = None
-    if form == CODED:
+    if form == _CODED:
         found = decoded_rows(memoryview(blob)[HEADER.size :], count, width)
     elif width and len(blob) == HEADER.size + 8 * width * count:
         found = np.frombuffer(blob, "<f8", offset=HEADER.size).reshape(count, width)
     if found is None:
         raise RecordError(f"block: {len(blob)} bytes are not {count} rows of {width} columns")
-    return found if form in {CODED, PLAIN} else _off_predictions(found, form)
+    return found if form in {_CODED, _PLAIN} else _off_predictions(found, form)
 
 
 def _off_predictions(planes: FloatArray, form: int) -> FloatArray:
@@ -81,7 +81,7 @@ def _off_predictions(planes: FloatArray, form: int) -> FloatArray:
     count, width = planes.shape
     off = np.ascontiguousarray(planes.view(np.uint8).reshape(8, -1).T).view("<i8").reshape(width, count).T
     off = (off >> 1 & FLIP) ^ -(off & 1)
-    if form == DIFFERENCES:
+    if form == _DIFFERENCES:
         for order in (2, 1, 0):
             off[order:] = np.cumsum(off[order:], axis=0)
         return _flipped(off).view("<f8")
@@ -104,17 +104,17 @@ def _flipped(bits: IntArray) -> IntArray:
     return np.where(bits < 0, bits ^ FLIP, bits)
 
 
-EPOCH = (2020, 1, 1, 0, 0, 0)
+_EPOCH = (2020, 1, 1, 0, 0, 0)
 """Time of the files in the archive: one world, one archive."""
 FILES = 20_000
 """Files in an archive, at most."""
-LEVEL = 4
+_LEVEL = 4
 """How hard files are compressed: harder takes twice the time for a twentieth of the bytes."""
-ENTRY = b"PK\x01\x02"
+_ENTRY = b"PK\x01\x02"
 """Before each file in the archive's table of contents."""
-DAMAGE = (zipfile.BadZipFile, zlib.error, struct.error, EOFError, ValueError, OverflowError, OSError, RuntimeError)
+_DAMAGE = (zipfile.BadZipFile, zlib.error, struct.error, EOFError, ValueError, OverflowError, OSError, RuntimeError)
 """What `zipfile` raises at an archive that is damaged."""
-ENCRYPTED = 0x1
+_ENCRYPTED = 0x1
 """A bit of a file's flags."""
 
 
@@ -123,7 +123,7 @@ def archive(files: Mapping[str, bytes]) -> bytes:
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as out:
         for name in sorted(files):
-            out.writestr(zipfile.ZipInfo(name, EPOCH), files[name], zipfile.ZIP_DEFLATED, LEVEL)
+            out.writestr(zipfile.ZipInfo(name, _EPOCH), files[name], zipfile.ZIP_DEFLATED, _LEVEL)
     return buffer.getvalue()
 
 
@@ -135,14 +135,14 @@ def unpacked(blob: bytes, most: int) -> dict[str, bytes]:
     Raises:
         RecordError: it is damaged, or holds more, or what `archive` does not write.
     """
-    if (count := blob.count(ENTRY)) > FILES:  # before an object is made for each
+    if (count := blob.count(_ENTRY)) > FILES:  # before an object is made for each
         raise RecordError(f"files: {count} files: at most {FILES}")
     try:
         with zipfile.ZipFile(io.BytesIO(blob)) as stored:
             files: dict[str, bytes] = {}
             left = most
             for member in stored.infolist():
-                if member.compress_type != zipfile.ZIP_DEFLATED or member.flag_bits & ENCRYPTED:
+                if member.compress_type != zipfile.ZIP_DEFLATED or member.flag_bits & _ENCRYPTED:
                     raise RecordError("files: the archive is damaged: it is compressed in another way, or encrypted")
                 if member.filename in files:
                     raise RecordError("files: two of one name")
@@ -152,5 +152,5 @@ def unpacked(blob: bytes, most: int) -> dict[str, bytes]:
                 if left < 0:
                     raise RecordError(f"files: more than {most >> 20} MiB")
             return files
-    except DAMAGE as error:
+    except _DAMAGE as error:
         raise RecordError(f"files: the archive is damaged: {error}") from None

@@ -24,14 +24,14 @@ RUN, ROWS, STATES, EVENTS = "/record/run", "/record/rows", "/record/states", "/e
 FRAMES, COMPANIES = "/record/frames", "/record/companies"
 """Entities that are read, besides those of sensors."""
 
-NUMBERS = ("<f8", "<f4", "<i8", "<i4", "<u8", "<u4", "<u2", "|u1")
+_NUMBERS = ("<f8", "<f4", "<i8", "<i4", "<u8", "<u4", "<u2", "|u1")
 """Kinds of numbers in a cell, as numpy names them; other cells are `text`, `bytes` or `none`."""
 LONGEST = 1e9
 """Latest time in a recording [s]."""
 
 Cell = str | bytes | npt.NDArray[Any] | None
 """A text, bytes, or numbers (n,); None where there is nothing."""
-CellType = TypeVar("CellType", bound=object)
+_CellType = TypeVar("_CellType", bound=object)
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +110,7 @@ class Part:
             raise RecordError(f"{self.entity}: {name}: missing")
         return self.columns[name]
 
-    def _checked(self, name: str, cell: Cell, kind: type[CellType], wanted: str) -> CellType:
+    def _checked(self, name: str, cell: Cell, kind: type[_CellType], wanted: str) -> _CellType:
         if not isinstance(cell, kind):
             raise RecordError(f"{self.entity}: {name}: expected {wanted}")
         return cell
@@ -125,13 +125,13 @@ class Lengths:
     columns: dict[str, list[tuple[str, Annotated[int, Field(ge=0)]]]]
 
 
-def cell_of(kind: str, content: memoryview) -> Cell:
+def _cell_of(kind: str, content: memoryview) -> Cell:
     """A cell of a kind.
 
     Raises:
         ValueError: there is no such kind, or its content is not of it.
     """
-    if kind in NUMBERS:
+    if kind in _NUMBERS:
         return np.frombuffer(content, kind)
     if kind == "text":
         return bytes(content).decode()
@@ -158,11 +158,11 @@ def parts_of(blocks: memoryview) -> Iterator[Part]:
         start = LENGTH.size + LENGTH.unpack_from(blocks)[0]
         lengths = validator(Lengths).validate_json(bytes(blocks[LENGTH.size : start]))
         end = start + sum(size for cells in lengths.columns.values() for _, size in cells)
-        yield Part(lengths.entity, lengths.static, columns_of(lengths, blocks[start:end]))
+        yield Part(lengths.entity, lengths.static, _columns_of(lengths, blocks[start:end]))
         blocks = blocks[end:]
 
 
-def columns_of(lengths: Lengths, content: memoryview) -> dict[str, list[Cell]]:
+def _columns_of(lengths: Lengths, content: memoryview) -> dict[str, list[Cell]]:
     """The cells that come after a header, by column.
 
     Raises:
@@ -172,7 +172,7 @@ def columns_of(lengths: Lengths, content: memoryview) -> dict[str, list[Cell]]:
     for name, cells in lengths.columns.items():
         columns[name] = []
         for kind, size in cells:
-            columns[name].append(cell_of(kind, content[place : place + size]))
+            columns[name].append(_cell_of(kind, content[place : place + size]))
             place += size
     if place != len(content):
         raise ValueError(f"{lengths.entity}: {len(content)} bytes instead of {place}")
@@ -181,13 +181,13 @@ def columns_of(lengths: Lengths, content: memoryview) -> dict[str, list[Cell]]:
 
 def block_of(entity: str, columns: Mapping[str, Sequence[Cell]]) -> list[bytes]:
     """The pieces of a block of a part with time."""
-    found = {name: [content_of(cell) for cell in cells] for name, cells in columns.items()}
+    found = {name: [_content_of(cell) for cell in cells] for name, cells in columns.items()}
     lengths = {name: [(kind, len(content)) for kind, content in cells] for name, cells in found.items()}
     text = json.dumps({"entity": entity, "static": False, "columns": lengths}).encode()
     return [LENGTH.pack(len(text)), text, *(content for cells in found.values() for _, content in cells)]
 
 
-def content_of(cell: Cell) -> tuple[str, bytes]:
+def _content_of(cell: Cell) -> tuple[str, bytes]:
     """Kind and bytes of a cell."""
     if isinstance(cell, np.ndarray):
         return cell.dtype.str, cell.tobytes()

@@ -23,7 +23,7 @@ HEAD, FRAME = struct.Struct("<8sI"), struct.Struct("<QI")
 """Beginning of the file: mark and version. Before each block: its length [bytes] and its CRC-32."""
 FLUSH = 1.0
 """Wall time between flushes [s]."""
-JOINED = (STATES, FRAMES)
+_JOINED = (STATES, FRAMES)
 """Entities of small parts, which cost as much as their headers."""
 
 
@@ -54,7 +54,7 @@ class RawFile:
                 self._entity, self._columns = entity, {}
             for name, cells in columns.items():
                 self._columns.setdefault(name, []).extend(cells)
-            if entity not in JOINED or now >= self._due:
+            if entity not in _JOINED or now >= self._due:
                 self._write()
             if now >= self._due:
                 self._due = now + FLUSH

@@ -148,17 +148,17 @@ class Record:
     @cached_property
     def boats(self) -> Mapping[str, Track]:
         """What each boat did, by name."""
-        return tracks(self.rows, self.layout, "boat")
+        return _tracks(self.rows, self.layout, "boat")
 
     @cached_property
     def objects(self) -> Mapping[str, Track]:
         """What each object did, by name."""
-        return tracks(self.rows, self.layout, "object")
+        return _tracks(self.rows, self.layout, "object")
 
     @cached_property
     def balls(self) -> Mapping[str, Track]:
         """Those of ball shooters, by `boat/shooter`; deep under water until they are shot."""
-        return tracks(self.rows, self.layout, "ball")
+        return _tracks(self.rows, self.layout, "ball")
 
     @property
     def files(self) -> Mapping[str, bytes]:
@@ -213,9 +213,9 @@ def read_record(path: str | Path, *, whole: bool = False) -> Record:
     if not parsed.of(RUN):
         raise RecordError(f"'{file}' is not a recording of vrx_mj: it is a rerun file of something else")
     run, most = parsed.of(RUN)[0], allowance(file.stat().st_size)
-    with damage_of(file):
-        head = head_of(only(run.texts("head")))
-        sha256, files = str(head.properties.get("world_sha256", "")), unpacked(only(run.blobs("files")), most)
+    with _damage_of(file):
+        head = head_of(_only(run.texts("head")))
+        sha256, files = str(head.properties.get("world_sha256", "")), unpacked(_only(run.blobs("files")), most)
         companies = read_boat_sets(BoatSet(head.layout, sha256, files), parsed.of(COMPANIES), most)
         layouts = [boat_set.layout for boat_set in companies]
         rows, numbers = all_rows(parsed.of(ROWS), layouts, most)
@@ -243,7 +243,7 @@ def read_record(path: str | Path, *, whole: bool = False) -> Record:
         )
 
 
-Content = TypeVar("Content", str, bytes)
+_Content = TypeVar("_Content", str, bytes)
 
 OURS = (RUN, ROWS, STATES, EVENTS, COMPANIES, FRAMES)
 """Entities that are read; all others are for looking at."""
@@ -255,7 +255,7 @@ COLUMNS = (
 
 
 @contextlib.contextmanager
-def damage_of(file: Path) -> Iterator[None]:
+def _damage_of(file: Path) -> Iterator[None]:
     """Around the reading of what is in a file: an error names the file."""
     try:
         yield
@@ -263,7 +263,7 @@ def damage_of(file: Path) -> Iterator[None]:
         raise RecordError(f"'{file}' is damaged: {error}") from error
 
 
-def only(cells: Sequence[Content]) -> Content:
+def _only(cells: Sequence[_Content]) -> _Content:
     """The first of some cells.
 
     Raises:
@@ -281,7 +281,7 @@ def read_readings(file: Path, sensors: Sequence[RecordedSensor]) -> list[Recorde
         RecordError: the file is damaged.
     """
     parsed = parsed_file(file, READING_COLUMNS, [sensor.readings_path for sensor in sensors])
-    with damage_of(file):
+    with _damage_of(file):
         return [RecordedReadings.of(sensor, parsed.of(sensor.readings_path)) for sensor in sensors]
 
 
@@ -328,12 +328,12 @@ def read_frames(parts: Sequence[Part], count: int, most: int) -> tuple[RecordedF
     return tuple(sorted(found, key=lambda frame: float(frame[1][0])))
 
 
-def tracks(rows: FloatArray, layout: RowLayout, kind: str) -> dict[str, Track]:
+def _tracks(rows: FloatArray, layout: RowLayout, kind: str) -> dict[str, Track]:
     """Tracks of the boats, or of the objects."""
-    return {body.name: track(rows, layout, body) for body in layout.bodies if body.kind == kind}
+    return {body.name: _track(rows, layout, body) for body in layout.bodies if body.kind == kind}
 
 
-def track(rows: FloatArray, layout: RowLayout, body: MovingBody) -> Track:
+def _track(rows: FloatArray, layout: RowLayout, body: MovingBody) -> Track:
     """One body's columns."""
     pose, velocity = rows[:, layout.pose(body)], rows[:, layout.velocity(body)]
     mine = [(i, name) for i, (boat, name) in enumerate(layout.thrusters) if boat == body.name]
@@ -386,7 +386,7 @@ class RecordedReadings(Sequence[Reading]):
         columns: dict[str, list[Any]] = {"time": [], "sequence": []}
         for part in (part for part in parts if not part.static):
             if "time" in part.columns:  # others are what is shown of the readings
-                add_readings(columns, sensor, part)
+                _add_readings(columns, sensor, part)
         return cls(sensor, columns)
 
     def __len__(self) -> int:
@@ -421,7 +421,7 @@ class RecordedReadings(Sequence[Reading]):
         return numbers.data(row["numbers"].view("<f8"), self.sensor.config)
 
 
-def add_readings(columns: dict[str, list[object]], sensor: RecordedSensor, part: Part) -> None:
+def _add_readings(columns: dict[str, list[object]], sensor: RecordedSensor, part: Part) -> None:
     """Add the readings of a chunk to the columns of a sensor.
 
     Raises:
@@ -435,17 +435,17 @@ def add_readings(columns: dict[str, list[object]], sensor: RecordedSensor, part:
     if sensor.type == "camera":
         found = {"blob": part.arrays("EncodedImage:blob", "|u1")}
     elif sensor.gives_points:
-        found = points_of(part)
+        found = _points_of(part)
     else:
         found = {"numbers": part.arrays("numbers", "|u1")}
-        check_numbers(sensor, found["numbers"])
+        _check_numbers(sensor, found["numbers"])
     if {len(values) for values in found.values()} != {len(times)}:
         raise RecordError(f"{part.entity}: columns of unequal length")
     for name, values in found.items():
         columns.setdefault(name, []).extend(values)
 
 
-def points_of(part: Part) -> dict[str, list[npt.NDArray[Any]]]:
+def _points_of(part: Part) -> dict[str, list[npt.NDArray[Any]]]:
     """Columns of a chunk of clouds.
 
     Raises:
@@ -460,7 +460,7 @@ def points_of(part: Part) -> dict[str, list[npt.NDArray[Any]]]:
     return {"points": points, "intensity": intensity, "ring": ring}
 
 
-def check_numbers(sensor: RecordedSensor, found: Sequence[ByteArray]) -> None:
+def _check_numbers(sensor: RecordedSensor, found: Sequence[ByteArray]) -> None:
     """Check that these are the numbers of readings of a sensor.
 
     Raises:

@@ -23,18 +23,18 @@ from vrx_mj.sensors.displays import Display
 FORMAT = 4
 """Version of what we write into a recording; a reader refuses later ones."""
 
-Vec3 = tuple[float, float, float]
+_Vec3 = tuple[float, float, float]
 SeaHeight = Callable[[FloatArray, FloatArray, float | FloatArray], npt.ArrayLike]
 """Height of the sea [m] at x, y [m, ENU, equal shapes] and time [s]."""
 
 PARKED = -100.0
 """A ball below this height [m] waits for its shot, and is not shown."""
 
-Name = Annotated[str, Field(pattern=r"^[^\x00-\x1f\x7f]{1,300}$")]
+_Name = Annotated[str, Field(pattern=r"^[^\x00-\x1f\x7f]{1,300}$")]
 """One line of text."""
-Count = Annotated[int, Field(ge=0, le=1_000_000)]
-Finite = Annotated[float, AllowInfNan(False)]
-FiniteVec3 = tuple[Finite, Finite, Finite]
+_Count = Annotated[int, Field(ge=0, le=1_000_000)]
+_Finite = Annotated[float, AllowInfNan(False)]
+_FiniteVec3 = tuple[_Finite, _Finite, _Finite]
 
 POSITION = ("x", "y", "z", "qw", "qx", "qy", "qz")
 VELOCITY = ("vx", "vy", "vz", "wx", "wy", "wz")
@@ -78,9 +78,9 @@ class RecordedJoint:
 
     kind: Literal["hinge", "slide", "ball"]
     """Whether the part turns about the axis, slides along it, or turns any way."""
-    anchor: Vec3
+    anchor: _Vec3
     """Place of the joint in the part's own frame [m]."""
-    axis: Vec3
+    axis: _Vec3
     """Axis in the part's own frame, a unit vector."""
     qpos: int
     """First of the joint's numbers in qpos: an angle [rad], a position [m], or a quaternion (w, x, y, z)."""
@@ -92,7 +92,7 @@ class RecordedPart:
 
     path: str
     """Its entity, under that of what it hangs on."""
-    position: Vec3
+    position: _Vec3
     """Position of its frame in the frame of what it hangs on [m], where its joints are at 0."""
     quaternion: tuple[float, ...]
     """Quaternion (w, x, y, z) of its frame in the frame of what it hangs on, where its joints are at 0."""
@@ -112,11 +112,11 @@ class RecordedThruster:
 
     name: str
     boat: str
-    position: Vec3
+    position: _Vec3
     """Place where the engine is mounted, in the body frame [m]."""
     mount: tuple[float, ...] = (1.0, 0.0, 0.0, 0.0)
     """Quaternion (w, x, y, z) of the engine at zero steering, which turns about its z: engine to body."""
-    direction: Vec3 = (1.0, 0.0, 0.0)
+    direction: _Vec3 = (1.0, 0.0, 0.0)
     """Direction of the force, a unit vector in the engine's frame."""
     surfaces: tuple[Surface, ...] = ()
     """The engine's looks, in its own frame: they turn with the steering angle."""
@@ -141,16 +141,16 @@ class RecordedDisplay:
 class RecordedSensor:
     """A sensor whose readings are recorded."""
 
-    boat: Name
-    name: Name
+    boat: _Name
+    name: _Name
     type: str
     """Type of its readings: camera, lidar, gps, imu, p3d, pinger or ball_shooter."""
     frame: str
-    rate: Finite
+    rate: _Finite
     """Readings per simulated second."""
-    position: FiniteVec3
+    position: _FiniteVec3
     """Position of the measuring frame (x forward, z up) on the boat [m]."""
-    rotation: tuple[FiniteVec3, FiniteVec3, FiniteVec3]
+    rotation: tuple[_FiniteVec3, _FiniteVec3, _FiniteVec3]
     """Rotation from the measuring frame to the boat's."""
     config: SensorConfig
 
@@ -239,24 +239,24 @@ class RecordScene:
 class MovingBody:
     """Places of a body with a free joint in qpos and qvel."""
 
-    name: Name
-    kind: Name
-    qpos: Count
-    dof: Count
+    name: _Name
+    kind: _Name
+    qpos: _Count
+    dof: _Count
 
 
 @dataclass(frozen=True)
 class RowLayout:
     """Columns of a row: time, wind speed, thrusts, steering angles, qpos, qvel, marks of what is shown, wind angle."""
 
-    nq: Count
-    nv: Count
-    thrusters: Annotated[tuple[tuple[Name, Name], ...], FailFast()]
+    nq: _Count
+    nv: _Count
+    thrusters: Annotated[tuple[tuple[_Name, _Name], ...], FailFast()]
     """Boat and name of each thruster, in the order of their columns."""
     bodies: Annotated[tuple[MovingBody, ...], FailFast()]
-    display_marks: Count = 0
+    display_marks: _Count = 0
     """Number of columns for what lights and placards show."""
-    wind_angles: Count = 0
+    wind_angles: _Count = 0
     """1 where the wind's direction changes, else 0."""
 
     @property

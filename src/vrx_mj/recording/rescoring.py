@@ -65,11 +65,11 @@ def _looks(recorded: Record) -> tuple[Referee, Iterator[tuple[Frame, Sequence[tu
         except StateError as error:
             problem = "begins with a state that its task cannot go on from"
             raise StateError(f"'{recorded.path}' {problem}: {error}") from error
-    later = (frame for frame in frames_of(recorded, referee) if frame.time > begun + 1e-9)
+    later = (frame for frame in _frames_of(recorded, referee) if frame.time > begun + 1e-9)
     return referee, ((frame, referee.look(frame).lines) for frame in later)
 
 
-def frames_of(recorded: Record, referee: Referee) -> Iterator[Frame]:
+def _frames_of(recorded: Record, referee: Referee) -> Iterator[Frame]:
     """The frames of a recording, for the referee of its task.
 
     Raises:

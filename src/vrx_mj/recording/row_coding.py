@@ -20,20 +20,20 @@ from vrx_mj.errors import RecordError
 from vrx_mj.physics.kernel import allocating_kernel, inlined_kernel
 
 FLIP = np.int64(0x7FFF_FFFF_FFFF_FFFF)
-ORDER = 10
+_ORDER = 10
 """Of the polynomial through the last numbers, which predicts the next one."""
 FARTHEST = 1e300
 """Predictions beyond this are 0."""
-HEAD = struct.Struct(f"<II{ORDER + 2}d")
+HEAD = struct.Struct(f"<II{_ORDER + 2}d")
 """Numbers of positions and of quaternions; what a position gains from row to row by a velocity and its differences; the
 physics step [s].
 
 Then come the columns of each position and of its velocity, the first columns of each quaternion and of its angular
 velocity, a bit for each column that changes, the first row, and words with the bits of the others.
 """
-MOST_STEPS = 1000
+_MOST_STEPS = 1000
 """Physics steps between rows, at most, for which poses are predicted from velocities."""
-MEAN, SLOWNESS = 640, 3
+_MEAN, _SLOWNESS = 640, 3
 """Mean length of integers at first, in sixteenths of a bit, and the power of two by which it follows slowly."""
 
 Bodies = Sequence[tuple[int, int]]
@@ -47,7 +47,7 @@ def coded_rows(rows: FloatArray, bodies: Bodies, timestep: float) -> bytes:
     moving = [(q + i, v + i) for q, v in bodies for i in range(3) if changes[q + i] and changes[v + i]]
     turning = [(q + 3, v + 3) for q, v in bodies if changes[q + 3 : q + 7].all() and changes[v + 3 : v + 6].all()]
     steps = (rows[1, 0] - rows[0, 0]) / timestep if moving or turning else 0.0
-    gains = timestep * np.append(_gains(round(steps) if 0.0 <= steps <= MOST_STEPS else 0), 1.0)  # NaN is not
+    gains = timestep * np.append(_gains(round(steps) if 0.0 <= steps <= _MOST_STEPS else 0), 1.0)  # NaN is not
     order, velocities, turns = _places(changes, moving, turning)
     table = np.empty((len(bits), len(order)), "<i8")
     _code(bits, order, table, velocities, turns, gains, back=False)
@@ -64,7 +64,7 @@ def _gains(steps: int) -> FloatArray:
     polynomial through the velocities of the last rows, by Newton's backward interpolation.
     """
     ago = np.arange(steps) / max(steps, 1)
-    terms = (np.prod([(k - ago) / (k + 1) for k in range(order)], axis=0) for order in range(ORDER + 1))
+    terms = (np.prod([(k - ago) / (k + 1) for k in range(order)], axis=0) for order in range(_ORDER + 1))
     return np.array([np.sum(term * np.ones(steps)) for term in terms])
 
 
@@ -125,17 +125,17 @@ def _code(
     count, width = table.shape
     quaternions = width - 4 * turns.size
     positions = quaternions - velocities.size
-    differences, rates = np.zeros((ORDER + 1, width)), np.zeros((turns.size, ORDER + 1, 4))
+    differences, rates = np.zeros((_ORDER + 1, width)), np.zeros((turns.size, _ORDER + 1, 4))
     predicted, values = np.empty(width), np.empty(width)
     for i in range(count):
         if i == 0 or not back:
             for j in range(width):
                 table[i, j] = bits[i, order[j]]
-        _extrapolate(differences, min(i, ORDER + 1), predicted)
+        _extrapolate(differences, min(i, _ORDER + 1), predicted)
         for j in range(positions):
             values[j] = _coded(table, i, j, predicted[j], back)
         _follow(differences, values, 0, positions)
-        if i > ORDER:
+        if i > _ORDER:
             _move(differences, gains, velocities, differences[0, positions:], predicted[positions:])
         for j in range(positions, quaternions):
             values[j] = _coded(table, i, j, predicted[j], back)
@@ -155,11 +155,11 @@ def _code_turning(
     predicted: FloatArray, values: FloatArray, back: bool,
 ) -> None:  # fmt: skip
     """Code a quaternion, and make its rate and the backward differences of that the newest."""
-    if i > ORDER:
+    if i > _ORDER:
         _turn(last, rates, gains, turning, predicted[first:])
     _code_unit(table, i, first, predicted, values, back)
-    w, x, y, z = _rate(values[first:], turning, gains[ORDER + 1])
-    for k in range(ORDER + 1):
+    w, x, y, z = _rate(values[first:], turning, gains[_ORDER + 1])
+    for k in range(_ORDER + 1):
         w, rates[k, 0] = w - rates[k, 0], w
         x, rates[k, 1] = x - rates[k, 1], x
         y, rates[k, 2] = y - rates[k, 2], y
@@ -173,7 +173,7 @@ def _move(
     """Predict positions from the `last` ones and their velocities, of which the newest are known."""
     for j in range(velocities.size):
         predicted[j] = last[j]
-    for k in range(ORDER + 1):
+    for k in range(_ORDER + 1):
         for j in range(velocities.size):
             predicted[j] += gains[k] * differences[k, velocities[j]]
 
@@ -190,7 +190,7 @@ def _extrapolate(differences: FloatArray, known: int, predicted: FloatArray) -> 
 @inlined_kernel
 def _follow(differences: FloatArray, values: FloatArray, begin: int, end: int) -> None:
     """Make the last numbers of columns and their backward differences those of the next ones; `values` are used up."""
-    for k in range(ORDER + 1):
+    for k in range(_ORDER + 1):
         for j in range(begin, end):
             change = values[j] - differences[k, j]
             differences[k, j] = values[j]
@@ -201,9 +201,9 @@ def _follow(differences: FloatArray, values: FloatArray, begin: int, end: int) -
 def _turn(last: FloatArray, rates: FloatArray, gains: FloatArray, turning: FloatArray, q: FloatArray) -> None:
     """Make a predicted quaternion (4,) the one after the `last`, by rates before and the newest angular velocity."""
     for _ in range(2):  # the newest rate is that of the quaternion which is sought
-        w, x, y, z = _rate(q, turning, gains[ORDER + 1])
+        w, x, y, z = _rate(q, turning, gains[_ORDER + 1])
         a, b, c, d = last[0], last[1], last[2], last[3]
-        for k in range(ORDER + 1):
+        for k in range(_ORDER + 1):
             a, w = a + gains[k] * w, w - rates[k, 0]
             b, x = b + gains[k] * x, x - rates[k, 1]
             c, y = c + gains[k] * y, y - rates[k, 2]
@@ -275,14 +275,14 @@ def _write_bits(table: IntArray, words: IntArray) -> int:
     Each is its length and its bits below the highest. Of the length is written by how much it is off the mean length
     in its column: of 0, 1, -1, 2, ... as many zeros as come before it, and a one.
     """
-    means, at, one = np.full(table.shape[1], MEAN), 0, np.uint64(1)
+    means, at, one = np.full(table.shape[1], _MEAN), 0, np.uint64(1)
     words[0] = 0
     for i in range(1, table.shape[0]):
         for j in range(table.shape[1]):
             value: Any = table[i, j]
             length = _length(value)
             off = length - ((means[j] + 8) >> 4)
-            means[j] += ((length << 4) - means[j]) >> SLOWNESS
+            means[j] += ((length << 4) - means[j]) >> _SLOWNESS
             zeros = 2 * off - 1 if off > 0 else -2 * off
             for _ in range(zeros >> 5):
                 at = _put(words, at, np.uint64(0), 32)
@@ -319,7 +319,7 @@ def _read_bits(words: IntArray, table: IntArray) -> bool:
 
     Return whether they are such words.
     """
-    means, at, end, one = np.full(table.shape[1], MEAN), 0, 64 * (words.size - 1), np.uint64(1)
+    means, at, end, one = np.full(table.shape[1], _MEAN), 0, 64 * (words.size - 1), np.uint64(1)
     for i in range(1, table.shape[0]):
         for j in range(table.shape[1]):
             zeros = 0
@@ -330,7 +330,7 @@ def _read_bits(words: IntArray, table: IntArray) -> bool:
             more = max(length - 1, 0)
             if length < 0 or length > 64 or at + more > end:
                 return False
-            means[j] += ((length << 4) - means[j]) >> SLOWNESS
+            means[j] += ((length << 4) - means[j]) >> _SLOWNESS
             used = at & 63
             value: Any = words[at >> 6] >> np.uint64(used)
             if used:

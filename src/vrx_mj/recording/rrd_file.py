@@ -26,13 +26,13 @@ from vrx_mj.recording.raw_file import is_raw, raw_parts
 
 PARSER = "foreign.rerun_file"
 """The module that parses."""
-MAGIC = b"RRF2"
+_MAGIC = b"RRF2"
 """How a recording begins."""
-LEAST, RATIO = 64 << 20, 16
+_LEAST, _RATIO = 64 << 20, 16
 """What a recording may become in memory [bytes]: this, and so many times its size."""
-SECONDS, BYTES_PER_SECOND = 5, 1 << 20
+_SECONDS, _BYTES_PER_SECOND = 5, 1 << 20
 """Processor time of the parser: this [s], and a second for so many bytes."""
-Found = TypeVar("Found")
+_Found = TypeVar("_Found")
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +53,7 @@ class Parsed:
 
 def allowance(size: int) -> int:
     """What a recording of `size` [bytes] may become in memory [bytes]."""
-    return LEAST + RATIO * size
+    return _LEAST + _RATIO * size
 
 
 def parsed_file(file: Path, columns: Sequence[str], entities: Sequence[str], *, whole: bool = False) -> Parsed:
@@ -62,11 +62,11 @@ def parsed_file(file: Path, columns: Sequence[str], entities: Sequence[str], *, 
     Raises:
         RecordError: the file is missing, or cannot be parsed.
     """
-    with reading(file), whole_file(file) as source:
+    with _reading(file), _whole_file(file) as source:
         if is_raw(source):
             found = (part.only(columns) for part in raw_parts(source) if part.entity in entities)
             return Parsed(tuple(found), footer=False, views=False)
-        blocks, footer, views = found_in(
+        blocks, footer, views = _found_in(
             file, source, "chunks", entities, columns, whole, returns=tuple[bytes, bool, bool]
         )
         try:
@@ -82,13 +82,13 @@ def copy_without_views(file: Path, target: Path, application: str, recording: st
     Raises:
         RecordError: it cannot be parsed, or the copy cannot be written.
     """
-    copy = found_in(file, file, "copied", target.absolute(), application, recording, returns=bytes)
+    copy = _found_in(file, file, "copied", target.absolute(), application, recording, returns=bytes)
     if copy:
         with writing("the recording", target, RecordError):
             target.write_bytes(copy)
 
 
-def found_in(file: Path, source: Path, function: str, *arguments: object, returns: type[Found]) -> Found:
+def _found_in(file: Path, source: Path, function: str, *arguments: object, returns: type[_Found]) -> _Found:
     """What the parser finds in `source`, which messages call `file`.
 
     Raises:
@@ -101,7 +101,7 @@ def found_in(file: Path, source: Path, function: str, *arguments: object, return
     try:
         return ask(
             f"{PARSER}:{function}", path, *arguments, returns=returns, about=f"'{file}'", reads=[path],
-            memory=2 * memory, seconds=SECONDS + size // BYTES_PER_SECOND, answer=memory, threads=True, cached=False,
+            memory=2 * memory, seconds=_SECONDS + size // _BYTES_PER_SECOND, answer=memory, threads=True, cached=False,
         )  # fmt: skip
     except ReaderError as error:
         raise RecordError(f"'{file}' is damaged: {error.reason}") from None
@@ -111,7 +111,7 @@ def found_in(file: Path, source: Path, function: str, *arguments: object, return
 
 def _begins_as_recording(source: Path) -> bool:
     with source.open("rb") as stream:
-        return stream.read(len(MAGIC)) == MAGIC
+        return stream.read(len(_MAGIC)) == _MAGIC
 
 
 def _unreadable(file: Path, source: Path) -> str:
@@ -124,7 +124,7 @@ def _unreadable(file: Path, source: Path) -> str:
 
 
 @contextlib.contextmanager
-def reading(file: Path) -> Iterator[None]:
+def _reading(file: Path) -> Iterator[None]:
     """Around the reading of a file: an error is one line."""
     try:
         yield
@@ -139,7 +139,7 @@ def no_recording(file: Path) -> str:
 
 
 @contextlib.contextmanager
-def whole_file(file: Path) -> Iterator[Path]:
+def _whole_file(file: Path) -> Iterator[Path]:
     """`file`, or a copy without its last message where that was cut in the middle."""
     if not file.is_file():
         raise RecordError(no_recording(file))
@@ -164,7 +164,7 @@ def whole_bytes(file: Path) -> int:
     """Length of `file` up to the end of its last whole message; all of it if complete or no rrd file."""
     size = file.stat().st_size
     with file.open("rb") as stream:
-        if stream.read(len(MAGIC)) != MAGIC:
+        if stream.read(len(_MAGIC)) != _MAGIC:
             return size
         end = FILE_HEADER
         while end < size:

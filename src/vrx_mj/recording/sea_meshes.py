@@ -20,11 +20,11 @@ from vrx_mj.recording.timeline import Held
 
 STEP, KEEP = 1.0 / 64.0, 0.75
 """What heights are rounded to [m], and how far a shown one may be off, in steps: what is equal takes no space."""
-CELL, CORE = 3.0, 7.0
+_CELL, _CORE = 3.0, 7.0
 """Size of the smallest cells, and how far from a boat they reach [m]."""
-GROWTH, REACH = (0.6, 0.9), (40.0, 500.0)
+_GROWTH, _REACH = (0.6, 0.9), (40.0, 500.0)
 """Growth of a cell per metre from there on, up to distances [m]; beyond the last there is one cell to the horizon."""
-STRIDE, MOST_STRIDES = 2.0, 4000
+_STRIDE, _MOST_STRIDES = 2.0, 4000
 """Steps in which cells are added up to lines [m], and their number at most: a run may diverge."""
 MOST_LINES = 72
 """Lines of one axis, at most."""
@@ -36,11 +36,11 @@ CALM = (5.0, 13.0)
 
 RATES = (2.0, 2.5, 4.0)
 """Rates of pictures of the sea [Hz], which divide that of the rows."""
-PHASES, LATE = 8.0, 0.056
+_PHASES, _LATE = 8.0, 0.056
 """Pictures in a period of the waves, and how far the surface goes in half the time of one [m, rms], at most."""
-FAST = 0.07
+_FAST = 0.07
 """Vertical speed of the surface from which every row is shown [m/s, rms]: three times it is 1 cm from row to row."""
-SAMPLES = 1000
+_SAMPLES = 1000
 """Places at which motion and shape of a sea are sampled."""
 
 
@@ -63,13 +63,13 @@ class Swell(NamedTuple):
     def rate(self) -> float:
         """Pictures of it [Hz]."""
         frequency = self.speed / (2.0 * math.pi * max(self.deviation, 1e-9))
-        wanted = max(PHASES * frequency, self.speed / (2.0 * LATE))
+        wanted = max(_PHASES * frequency, self.speed / (2.0 * _LATE))
         return next((rate for rate in RATES if rate >= wanted), RATES[-1])
 
     @property
     def fast(self) -> bool:
         """Whether every row is shown."""
-        return self.speed > FAST
+        return self.speed > _FAST
 
     @property
     def interval(self) -> float:
@@ -78,25 +78,25 @@ class Swell(NamedTuple):
 
     @property
     def cell(self) -> float:
-        """Size of a patch's cells [m], whose planes are off by `FLAT` where the surface is most curved."""
-        return max(math.sqrt(8.0 * FLAT / max(3.0 * self.curvature, 1e-3)), HULL_CELL)
+        """Size of a patch's cells [m], whose planes are off by `_FLAT` where the surface is most curved."""
+        return max(math.sqrt(8.0 * _FLAT / max(3.0 * self.curvature, 1e-3)), _HULL_CELL)
 
 
 def swell_of(height: SeaHeight) -> Swell:
     """A sea, its level, and how it moves and bends, from heights all over it."""
-    x, y, t = 1e3 * np.random.default_rng(0).random((3, 4 * SAMPLES)) + np.array([[0.0], [0.0], [1e4]])
+    x, y, t = 1e3 * np.random.default_rng(0).random((3, 4 * _SAMPLES)) + np.array([[0.0], [0.0], [1e4]])
     sample = np.asarray(height(x, y, t))
-    x, y, t, z = x[:SAMPLES], y[:SAMPLES], t[:SAMPLES], sample[:SAMPLES]
+    x, y, t, z = x[:_SAMPLES], y[:_SAMPLES], t[:_SAMPLES], sample[:_SAMPLES]
     (before, after), *sides = (
         (np.asarray(height(x - u, y - v, t - w)), np.asarray(height(x + u, y + v, t + w)))
-        for u, v, w in ((0.0, 0.0, INSTANT), (SPAN, 0.0, 0.0), (0.0, SPAN, 0.0))
+        for u, v, w in ((0.0, 0.0, _INSTANT), (_SPAN, 0.0, 0.0), (0.0, _SPAN, 0.0))
     )
-    curvature = max(_rms(low + high - 2.0 * z) for low, high in sides) / SPAN**2
-    speed, acceleration = _rms(after - before) / (2.0 * INSTANT), _rms(after + before - 2.0 * z) / INSTANT**2
+    curvature = max(_rms(low + high - 2.0 * z) for low, high in sides) / _SPAN**2
+    speed, acceleration = _rms(after - before) / (2.0 * _INSTANT), _rms(after + before - 2.0 * z) / _INSTANT**2
     return Swell(height, float(sample.mean()), float(sample.std()), speed, acceleration, curvature)
 
 
-INSTANT, SPAN = 0.05, 0.3
+_INSTANT, _SPAN = 0.05, 0.3
 """Time [s] and distance [m] over which speed, acceleration and curvature are taken."""
 
 
@@ -128,8 +128,8 @@ class Grid(NamedTuple):
     def toward(self, z: FloatArray) -> FloatArray:
         """Slopes toward the light of heights (n, rows, columns) [m]."""
         slopes = np.zeros_like(z)
-        slopes[:, :, 1:-1] = (z[:, :, 2:] - z[:, :, :-2]) * (SUN[0] / (self.x[2:] - self.x[:-2]))
-        slopes[:, 1:-1] += (z[:, 2:] - z[:, :-2]) * (SUN[1] / (self.y[2:] - self.y[:-2]))[:, None]
+        slopes[:, :, 1:-1] = (z[:, :, 2:] - z[:, :, :-2]) * (_SUN[0] / (self.x[2:] - self.x[:-2]))
+        slopes[:, 1:-1] += (z[:, 2:] - z[:, :-2]) * (_SUN[1] / (self.y[2:] - self.y[:-2]))[:, None]
         return slopes
 
     def near(self, places: FloatArray, reach: FloatArray) -> BoolArray:
@@ -186,23 +186,23 @@ def grid_around(places: FloatArray) -> Grid:
 
 def _lines(places: FloatArray) -> FloatArray:
     """Lines along one axis: even near boats, wider and wider away from them; a multiple of eight of them."""
-    low, high = places.min() - REACH[1], places.max() + REACH[1]
-    way, stride = np.linspace(low, high, min(math.ceil((high - low) / STRIDE), MOST_STRIDES), retstep=True)
-    away = np.maximum(np.abs(way - places[:, None]).min(axis=0) - CORE, 0.0)
-    density = stride / (CELL + GROWTH[0] * away + GROWTH[1] * np.maximum(away - REACH[0], 0.0))
+    low, high = places.min() - _REACH[1], places.max() + _REACH[1]
+    way, stride = np.linspace(low, high, min(math.ceil((high - low) / _STRIDE), _MOST_STRIDES), retstep=True)
+    away = np.maximum(np.abs(way - places[:, None]).min(axis=0) - _CORE, 0.0)
+    density = stride / (_CELL + _GROWTH[0] * away + _GROWTH[1] * np.maximum(away - _REACH[0], 0.0))
     index = np.cumsum(density) - density[0]
     count = min(8 * math.ceil((index[-1] + 3.0) / 8.0), MOST_LINES)
     inner = np.interp(np.linspace(0.0, index[-1], count - 2), index, way)
     return np.concatenate([[way[0] - HORIZON], inner, [way[-1] + HORIZON]])
 
 
-BAND = 10
+_BAND = 10
 """Rows of cells in one entity: of so few vertices rerun's LZ4 finds each in the frame before."""
 
 
 def bands(rows: int) -> list[slice]:
     """The rows of a grid by bands, of which each begins with the last row of the one before."""
-    return [slice(first, first + BAND + 1) for first in range(0, rows - 1, BAND)]
+    return [slice(first, first + _BAND + 1) for first in range(0, rows - 1, _BAND)]
 
 
 def triangles(rows: int, columns: int) -> npt.NDArray[np.uint32]:
@@ -213,18 +213,18 @@ def triangles(rows: int, columns: int) -> npt.NDArray[np.uint32]:
     return np.concatenate([first, second]).astype(np.uint32)
 
 
-HULL_CELL = 0.6
-"""Least size of a patch's cells [m]; there are up to `HULL_CELLS` of them along a side."""
-HULL_CELLS = 24
-FLAT, CHORD = 0.006, 0.0025
+_HULL_CELL = 0.6
+"""Least size of a patch's cells [m]; there are up to `_HULL_CELLS` of them along a side."""
+_HULL_CELLS = 24
+_FLAT, CHORD = 0.006, 0.0025
 """How far planes of cells, and heights between evaluated ones, may be from the surface [m]."""
 STILL = 0.0195
 """How far the shown heights of a patch may be from the surface for it to stay [m]."""
-HULL_MARGIN, RIM = 0.25, 1.2
+_HULL_MARGIN, RIM = 0.25, 1.2
 """Water around a hull's bounding box, and around that a rim that goes down under the fleet's mesh [m]."""
-RIM_STEP = 1.0 / 16.0
+_RIM_STEP = 1.0 / 16.0
 """Heights of the rim are rounded to this [m]."""
-WAMV = np.array([[-2.5, -1.25], [2.5, 1.25]])
+_WAMV = np.array([[-2.5, -1.25], [2.5, 1.25]])
 """Corners of a hull that has no looks [m]."""
 
 
@@ -234,9 +234,9 @@ Lines = tuple[FloatArray, FloatArray]
 
 def hull_lines(boat: RecordedBody, cell: float) -> Lines:
     """Lines of a boat's patch along x and y of its frame [m]: around its looks, `cell` apart at most."""
-    vertices = np.concatenate([part.vertices[:, :2] for part in boat.surfaces] or [WAMV])
-    low, high = vertices.min(axis=0) - HULL_MARGIN, vertices.max(axis=0) + HULL_MARGIN
-    count = np.minimum(np.ceil((high - low) / cell), HULL_CELLS).astype(int) + 1
+    vertices = np.concatenate([part.vertices[:, :2] for part in boat.surfaces] or [_WAMV])
+    low, high = vertices.min(axis=0) - _HULL_MARGIN, vertices.max(axis=0) + _HULL_MARGIN
+    count = np.minimum(np.ceil((high - low) / cell), _HULL_CELLS).astype(int) + 1
     x, y = (np.concatenate([[low[i] - RIM], np.linspace(low[i], high[i], count[i]), [high[i] + RIM]]) for i in range(2))
     return x, y
 
@@ -244,7 +244,7 @@ def hull_lines(boat: RecordedBody, cell: float) -> Lines:
 def hull_water(lines: Lines) -> Held:
     """Heights of a patch as they are shown: those of its rim, which lies lower, are rounded more."""
     low = np.pad(np.zeros((len(lines[1]) - 2, len(lines[0]) - 2), np.bool_), 1, constant_values=True).ravel()
-    return Held(np.where(low, RIM_STEP, STEP), keep=KEEP, within=np.where(low, 2.0 * RIM_STEP, STILL))
+    return Held(np.where(low, _RIM_STEP, STEP), keep=KEEP, within=np.where(low, 2.0 * _RIM_STEP, STILL))
 
 
 def patch_heights(sea: Swell, lines: Lines, time: FloatArray, pose: FloatArray, drop: float) -> FloatArray:
@@ -283,12 +283,12 @@ def _axes(pose: FloatArray) -> FloatArray:
     return in_world_axes(pose[:, None, 3:], np.broadcast_to(np.eye(3), (len(pose), 3, 3)))
 
 
-SUN = (0.55, 0.35)
+_SUN = (0.55, 0.35)
 """Direction from which the light comes, east and north."""
-DEEP, CREST, HAZE = np.array([[5.0, 30.0, 52.0], [84.0, 146.0, 168.0], [150.0, 182.0, 204.0]])
+DEEP, CREST, _HAZE = np.array([[5.0, 30.0, 52.0], [84.0, 146.0, 168.0], [150.0, 182.0, 204.0]])
 CALM_LIGHT = 0.38
 """Light of a calm sea, dark enough for white names on a viewer's light plates."""
-SHADES, HAZES = 32, 16
+_SHADES, _HAZES = 32, 16
 
 
 def light(z: FloatArray, toward: FloatArray) -> FloatArray:
@@ -301,13 +301,13 @@ def light(z: FloatArray, toward: FloatArray) -> FloatArray:
 
 def colors(bright: FloatArray, haze: FloatArray | float = 0.0) -> npt.NDArray[np.uint32]:
     """Colours 0xRRGGBBAA of light, from deep water to crest, with a share of the horizon's colour."""
-    far = np.round(np.asarray(haze) * (HAZES - 1)).astype(np.intp)
-    return PALETTE[far, np.round(bright * (SHADES - 1)).astype(np.uint8)]
+    far = np.round(np.asarray(haze) * (_HAZES - 1)).astype(np.intp)
+    return _PALETTE[far, np.round(bright * (_SHADES - 1)).astype(np.uint8)]
 
 
 def shades() -> Held:
     """Light as it is shown, in whole shades."""
-    return Held(1.0 / (SHADES - 1), keep=1.0)
+    return Held(1.0 / (_SHADES - 1), keep=1.0)
 
 
 def packed(rgb: FloatArray | ByteArray) -> npt.NDArray[np.uint32]:
@@ -324,6 +324,6 @@ def ramp(colors: npt.ArrayLike, share: FloatArray) -> FloatArray:
     return np.column_stack([np.interp(share, place, part) for part in parts])
 
 
-_FAR = np.linspace(0.0, 1.0, HAZES)[:, None, None]
-PALETTE = packed((DEEP + (CREST - DEEP) * np.linspace(0.0, 1.0, SHADES)[:, None]) * (1.0 - _FAR) + HAZE * _FAR)
+_FAR = np.linspace(0.0, 1.0, _HAZES)[:, None, None]
+_PALETTE = packed((DEEP + (CREST - DEEP) * np.linspace(0.0, 1.0, _SHADES)[:, None]) * (1.0 - _FAR) + _HAZE * _FAR)
 """Colours of each haze and shade."""

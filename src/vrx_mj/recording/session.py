@@ -31,7 +31,7 @@ from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.state import State
 from vrx_mj.sensors.readings import Reading
 
-POSE_RATE = 20.0
+_POSE_RATE = 20.0
 """Rows per simulated second [Hz]."""
 
 
@@ -70,12 +70,12 @@ def record(
     if follow is not None:
         check_name("boat", follow, sim.boats)
     with RunWriter(path, sim, choices, sea=sea, follow=follow) as writer, contextlib.ExitStack() as stack:
-        sim.attach(writer, rate=POSE_RATE)
+        sim.attach(writer, rate=_POSE_RATE)
         stack.callback(sim.detach, writer)
         world = sim.world
         sim.event(f"{world.name}, fleet {world.parameters.fleet}, seed {sim.seed}: recording starts")
         for one in choices:
-            taken = sim.subscribe(one.boat, one.sensor, reading_recorder(writer, one.boat), rate=one.rate)
+            taken = sim.subscribe(one.boat, one.sensor, _reading_recorder(writer, one.boat), rate=one.rate)
             stack.callback(sim.unsubscribe, taken)
         stack.callback(sim.unwatch_contacts, sim.watch_contacts(writer.touch, ended=True))
         yield writer
@@ -96,10 +96,10 @@ class RunWriter(RecordWriter):
     def boats_changed(self) -> None:
         """Boats, objects or docks have come or gone."""
         self._choices = [one for one in self._choices if one.boat in self._sim.boats]
-        self.go_on(changed_scene(self.scene, self._sim, self._choices, self._sim.time))
+        self.go_on(_changed_scene(self.scene, self._sim, self._choices, self._sim.time))
 
 
-def changed_scene(before: RecordScene, sim: Simulation, choices: Sequence[Choice], begun: float) -> RecordScene:
+def _changed_scene(before: RecordScene, sim: Simulation, choices: Sequence[Choice], begun: float) -> RecordScene:
     """What is recorded from `begun` [s] on, when boats, objects or docks have come or gone."""
     known = {body.name for body in before.bodies}
     there = sim.world.parameters
@@ -111,7 +111,7 @@ def changed_scene(before: RecordScene, sim: Simulation, choices: Sequence[Choice
     return replace(now, begun=begun, follow=before.follow, displays=displays, sea_height=before.sea_height)
 
 
-def recorded_scenes(record: Record) -> Iterator[RecordScene]:
+def _recorded_scenes(record: Record) -> Iterator[RecordScene]:
     """What was recorded, made again from the recorded worlds: the first scene, and each that boats or objects changed.
 
     Raises:
@@ -129,7 +129,7 @@ def recorded_scenes(record: Record) -> Iterator[RecordScene]:
         else:
             own = record.time[record.row_companies == number]
             begun = float(own[0]) if len(own) else scene.begun or 0.0
-            scene = replace(changed_scene(scene, sim, (), begun), earlier=scene.roster())
+            scene = replace(_changed_scene(scene, sim, (), begun), earlier=scene.roster())
         sensors = tuple(sensor for sensor in record.sensors if sensor.boat in sim.boats)
         scene = replace(scene, sensors=sensors, properties=record.properties)
         yield scene
@@ -150,7 +150,7 @@ def resume(path: str | Path, time: float) -> Simulation:
     return sim
 
 
-def reading_recorder(writer: RecordWriter, boat: str) -> Callable[[Reading], None]:
+def _reading_recorder(writer: RecordWriter, boat: str) -> Callable[[Reading], None]:
     """A function that records a boat's readings, and a ball shooter's shots as events."""
     left: dict[str, int] = {}
 
@@ -165,14 +165,14 @@ def reading_recorder(writer: RecordWriter, boat: str) -> Callable[[Reading], Non
     return take
 
 
-ALL = "all"
+_ALL = "all"
 """The word for every sensor: of a boat, or of all boats."""
 
-Rates = Mapping[str, Mapping[str, float]]
+_Rates = Mapping[str, Mapping[str, float]]
 """Measurements per second by boat and sensor."""
 
 
-def chosen(words: str | Sequence[str], rates: Rates) -> tuple[Choice, ...]:
+def chosen(words: str | Sequence[str], rates: _Rates) -> tuple[Choice, ...]:
     """The sensors that are meant, each once, in the order in which they are named; the last rate given counts.
 
     A word is `boat:sensor`, a boat for all of its sensors, or `all`; the sensor alone belongs to the boat named
@@ -188,10 +188,10 @@ def chosen(words: str | Sequence[str], rates: Rates) -> tuple[Choice, ...]:
         name, most = _split(word.replace(" ", ""))
         own, colon, sensor = name.partition(":")
         if not colon:
-            own, sensor = (boat, name) if boat is not None and name not in {ALL, *rates} else (name, ALL)
-        for each in rates if name == ALL else (own,):
+            own, sensor = (boat, name) if boat is not None and name not in {_ALL, *rates} else (name, _ALL)
+        for each in rates if name == _ALL else (own,):
             found |= _rates(each, sensor, most, rates)
-        boat = own if name != ALL else boat if len(rates) == 1 else None
+        boat = own if name != _ALL else boat if len(rates) == 1 else None
     return tuple(Choice(*one, rate) for one, rate in found.items())
 
 
@@ -218,11 +218,11 @@ def _split(word: str) -> tuple[str, float | None]:
     return name, value
 
 
-def _rates(boat: str, sensor: str, most: float | None, rates: Rates) -> dict[tuple[str, str], float]:
+def _rates(boat: str, sensor: str, most: float | None, rates: _Rates) -> dict[tuple[str, str], float]:
     """Readings per second of a sensor of a boat, or of all of them; `most`: as many as are asked for."""
     if boat not in rates:
         raise UnknownNameError("boat", boat, rates)
-    if sensor == ALL:
+    if sensor == _ALL:
         return {(boat, name): min(own, most or own) for name, own in rates[boat].items()}
     if sensor not in rates[boat]:
         raise UnknownNameError(f"sensor of {boat}", sensor, rates[boat])
@@ -274,19 +274,19 @@ def viewable(record: Record, follow: str | None, folder: Path) -> Path:
         check_name("boat", follow, record.boats)
     file, copy = record.path, folder / record.path.name
     if is_raw(file):
-        encode(file, recorded_scenes(replace(record, follow=follow or record.follow)), copy)
+        encode(file, _recorded_scenes(replace(record, follow=follow or record.follow)), copy)
     elif follow is None and record.has_views:
         return file
     else:  # a viewer prefers the views in a file
         copy = copy.with_stem(f"{copy.stem}_{follow}") if follow else copy
         bare, views = folder / "bare.rrd", folder / "views.rbl"
         copy_without_views(file, bare, APPLICATION, str(uuid.uuid4()))
-        save_views_following(record, follow, views)
+        _save_views_following(record, follow, views)
         join_views(bare, views, copy)
     return copy
 
 
-def save_views_following(record: Record, boat: str | None, file: Path) -> None:
+def _save_views_following(record: Record, boat: str | None, file: Path) -> None:
     """Write the blueprint of a recording with a camera that follows a boat, as an `.rbl` file."""
     from vrx_mj.recording.blueprint import save_views
     from vrx_mj.recording.task_chunks import result_of

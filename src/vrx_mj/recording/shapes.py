@@ -12,14 +12,14 @@ import numpy.typing as npt
 from vrx_mj.arrays import FloatArray
 from vrx_mj.recording.record_scene import Surface
 
-Triangles = tuple[FloatArray, npt.NDArray[np.int32], FloatArray]
+_Triangles = tuple[FloatArray, npt.NDArray[np.int32], FloatArray]
 """Vertices (n, 3) [m], faces (m, 3) as indices of them, counter-clockwise from outside, and the vertices' normals."""
 
-SHARP = math.cos(math.radians(40.0))
+_SHARP = math.cos(math.radians(40.0))
 """Cosine between a face and MuJoCo's normal at its corner below which the face has an edge there."""
-CYLINDER, ROUND, RINGS = 24, 16, 9
+_CYLINDER, _ROUND, _RINGS = 24, 16, 9
 """Facets around cylinders, around spheres and capsules, and rings of vertices from pole to pole."""
-COARSER = 1.1
+_COARSER = 1.1
 """Factor by which cells grow until a surface has few enough triangles."""
 
 
@@ -40,27 +40,27 @@ def geom_surface(model: mujoco.MjModel, geom: int) -> Surface:
 
 
 @functools.lru_cache(maxsize=256)
-def _primitive(kind: int, size: tuple[float, float, float]) -> Triangles:
+def _primitive(kind: int, size: tuple[float, float, float]) -> _Triangles:
     shapes, (x, y, _) = mujoco.mjtGeom, size
     if kind == shapes.mjGEOM_BOX:
         return _box(size)
     if kind == shapes.mjGEOM_CYLINDER:
         flat = np.array([[0.0, -1.0], [0.0, -1.0], [1.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.0, 1.0]])
-        return _revolved(np.array([[0.0, -y], [x, -y], [x, -y], [x, y], [x, y], [0.0, y]]), flat, CYLINDER)
-    angle = np.linspace(-0.5 * np.pi, 0.5 * np.pi, RINGS)
+        return _revolved(np.array([[0.0, -y], [x, -y], [x, -y], [x, y], [x, y], [0.0, y]]), flat, _CYLINDER)
+    angle = np.linspace(-0.5 * np.pi, 0.5 * np.pi, _RINGS)
     arc = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     arc[[0, -1], 0] = 0.0
     if kind == shapes.mjGEOM_CAPSULE:
-        halves = np.concatenate([arc[: RINGS // 2 + 1], arc[RINGS // 2 :]])
+        halves = np.concatenate([arc[: _RINGS // 2 + 1], arc[_RINGS // 2 :]])
         lift = np.outer(np.repeat([-y, y], len(halves) // 2), [0.0, 1.0])
-        return _revolved(x * halves + lift, halves, ROUND)
+        return _revolved(x * halves + lift, halves, _ROUND)
     scale = np.array(size if kind == shapes.mjGEOM_ELLIPSOID else (x, x, x))
-    vertices, faces, normals = _revolved(arc, arc, ROUND)
+    vertices, faces, normals = _revolved(arc, arc, _ROUND)
     normals = normals / scale
     return vertices * scale, faces, normals / np.linalg.norm(normals, axis=1, keepdims=True)
 
 
-def _box(size: Sequence[float]) -> Triangles:
+def _box(size: Sequence[float]) -> _Triangles:
     """A box of half edges [m]: four corners for each face."""
     outward = np.concatenate([np.eye(3), -np.eye(3)])[:, None]
     along = np.roll(outward, 1, axis=-1)
@@ -70,7 +70,7 @@ def _box(size: Sequence[float]) -> Triangles:
     return corners.reshape(-1, 3) * size, faces.reshape(-1, 3), np.repeat(outward[:, 0], 4, axis=0)
 
 
-def _revolved(profile: FloatArray, normals: FloatArray, facets: int) -> Triangles:
+def _revolved(profile: FloatArray, normals: FloatArray, facets: int) -> _Triangles:
     """A profile (n, 2) of radius and height from bottom to top, and its normals likewise, turned around z."""
     angle = np.linspace(0.0, 2.0 * np.pi, facets, endpoint=False)
     ring = np.stack([np.cos(angle), np.sin(angle), np.ones(facets)], axis=-1)
@@ -84,7 +84,7 @@ def _revolved(profile: FloatArray, normals: FloatArray, facets: int) -> Triangle
     return vertices.reshape(-1, 3), np.concatenate([lower, upper]).reshape(-1, 3), directions.reshape(-1, 3)
 
 
-def _mesh(model: mujoco.MjModel, mesh: int) -> Triangles:
+def _mesh(model: mujoco.MjModel, mesh: int) -> _Triangles:
     """A mesh with MuJoCo's normals, but for corners where these lie far from the face's own: there it has an edge."""
     points, normals, faces, index = (
         table[start : start + count]
@@ -98,7 +98,7 @@ def _mesh(model: mujoco.MjModel, mesh: int) -> Triangles:
     a, b, c = (points[faces[:, corner]].astype(np.float64) for corner in range(3))
     own = np.cross(b - a, c - a)
     own /= np.maximum(np.linalg.norm(own, axis=1, keepdims=True), 1e-12)
-    sharp = np.einsum("fi,fci->fc", own, normals[index]) < SHARP
+    sharp = np.einsum("fi,fci->fc", own, normals[index]) < _SHARP
     index = np.where(sharp, len(normals) + np.arange(len(faces))[:, None], index)
     pairs = faces.astype(np.int64) * (len(normals) + len(faces)) + index
     kept, corners = np.unique(pairs, return_inverse=True)
@@ -115,7 +115,7 @@ def coarser(surfaces: Sequence[Surface], most: int) -> tuple[Surface, ...]:
     cell, coarse = max(sizes, default=0.0) / 64.0, tuple(surfaces)
     while sum(len(surface.faces) for surface in coarse) > most and cell < 2.0 * max(sizes):
         coarse = tuple(_gathered(surface, cell) for surface in surfaces)
-        cell *= COARSER
+        cell *= _COARSER
     for index in np.argsort(sizes, kind="stable"):
         if sum(len(surface.faces) for surface in coarse) <= most:
             break

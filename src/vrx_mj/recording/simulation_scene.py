@@ -35,11 +35,11 @@ from vrx_mj.runtime.run import fingerprint
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.sensors.displays import displays_of
 
-Looks = dict[str, list[Surface]]
+_Looks = dict[str, list[Surface]]
 """Surfaces by the name of the body that carries them."""
 FINE_BOATS, MOST_FACES = 10, 1200
 """Boats up to which each is drawn as it is; most triangles of a boat in a larger fleet."""
-JOINTS: dict[int, Literal["hinge", "slide", "ball"]] = {3: "hinge", 2: "slide", 1: "ball"}
+_JOINTS: dict[int, Literal["hinge", "slide", "ball"]] = {3: "hinge", 2: "slide", 1: "ball"}
 """Kinds of joints by `mjtJoint`."""
 
 
@@ -74,11 +74,11 @@ def scene_of(sim: Simulation, choices: Sequence[Choice] = (), *, looks_of: Seque
         },
         files=dict(sorted(world.files().items())),
         sea_height=sim.sea.height,
-        sensors=tuple(recorded_sensors(world, choices)),
+        sensors=tuple(_recorded_sensors(world, choices)),
     )
 
 
-def _still_scene(world: World, model: mujoco.MjModel, qpos: FloatArray, looks: Looks) -> RecordScene:
+def _still_scene(world: World, model: mujoco.MjModel, qpos: FloatArray, looks: _Looks) -> RecordScene:
     """What a recording holds of a world with these positions, without the run."""
     return RecordScene(
         properties={},
@@ -87,8 +87,8 @@ def _still_scene(world: World, model: mujoco.MjModel, qpos: FloatArray, looks: L
         nv=int(model.nv),
         bodies=tuple(_bodies(world, looks, model, qpos)),
         thrusters=tuple(_thrusters(world, looks)),
-        displays=tuple(_displays(world, looks, part_paths(world, model))),
-        parts=tuple(parts_of(world, model, looks)),
+        displays=tuple(_displays(world, looks, _part_paths(world, model))),
+        parts=tuple(_parts_of(world, model, looks)),
         parameters=world.parameters,
     )
 
@@ -103,7 +103,7 @@ def check_columns(boat_set: BoatSet, model: mujoco.MjModel) -> None:
         raise RecordError("the recording is damaged: the columns of its rows are not those of its world")
 
 
-def _bodies(world: World, looks: Looks, model: mujoco.MjModel, qpos: FloatArray) -> Iterator[RecordedBody]:
+def _bodies(world: World, looks: _Looks, model: mujoco.MjModel, qpos: FloatArray) -> Iterator[RecordedBody]:
     """Boats, objects, balls and docks, each with what is seen of it; then the shore."""
     data = mujoco.MjData(model)
     data.qpos[:] = qpos
@@ -144,7 +144,7 @@ def _path(kind: str, name: str) -> str:
     return f"/world/{'docks' if kind == 'fixed' else kind + 's'}/{name}"
 
 
-def _displays(world: World, looks: Looks, paths: Mapping[str, str]) -> Iterator[RecordedDisplay]:
+def _displays(world: World, looks: _Looks, paths: Mapping[str, str]) -> Iterator[RecordedDisplay]:
     """Lights and placards, each on the entity of the body that carries it, by `paths`."""
     for display in displays_of(world.parameters):
         parts = {
@@ -155,7 +155,7 @@ def _displays(world: World, looks: Looks, paths: Mapping[str, str]) -> Iterator[
             yield RecordedDisplay(display, paths[display.body], parts)
 
 
-def _thrusters(world: World, looks: Looks) -> Iterator[RecordedThruster]:
+def _thrusters(world: World, looks: _Looks) -> Iterator[RecordedThruster]:
     for engine in world.parameters.thrusters:
         boat = world.boats[engine.hull]
         yield RecordedThruster(
@@ -168,9 +168,9 @@ def _thrusters(world: World, looks: Looks) -> Iterator[RecordedThruster]:
         )
 
 
-def _looks(world: World, names: Sequence[str] | None) -> Looks:
+def _looks(world: World, names: Sequence[str] | None) -> _Looks:
     """What is seen of a world, or of some of its boats, objects and docks."""
-    looks: Looks = {}
+    looks: _Looks = {}
     alone = (world.pieces.spec_of(name) for name in names or ())
     for spec in [signed_spec(world)] if names is None else alone:
         looks |= _model_looks(world, spec.compile())
@@ -178,7 +178,7 @@ def _looks(world: World, names: Sequence[str] | None) -> Looks:
     return looks | _coarser_boats(world.parameters, looks) if many else looks
 
 
-def _model_looks(world: World, model: mujoco.MjModel) -> Looks:
+def _model_looks(world: World, model: mujoco.MjModel) -> _Looks:
     """What is seen of every body, in its frame, and of every engine, `boat/thruster`, in the frame of its hinge.
 
     What lights and placards show goes by the names of their geoms, all markers by the one of markers.
@@ -194,7 +194,7 @@ def _model_looks(world: World, model: mujoco.MjModel) -> Looks:
         strict=True,
     )
     surfaces: dict[Any, Surface] = {}
-    seen: Looks = {}
+    seen: _Looks = {}
     for geom, key in enumerate(keys):
         if not visual[geom] or key[0] == mujoco.mjtGeom.mjGEOM_PLANE:
             continue
@@ -221,10 +221,10 @@ def _at_hinge(surface: Surface, engine: Thruster) -> Surface:
     )
 
 
-def _coarser_boats(parameters: Parameters, looks: Looks) -> Looks:
+def _coarser_boats(parameters: Parameters, looks: _Looks) -> _Looks:
     """What is seen of the boats and their engines, with few triangles; boats of a kind share it."""
     made: dict[tuple[int, ...], tuple[Surface, ...]] = {}
-    found: Looks = {}
+    found: _Looks = {}
     for boat, hull in zip(parameters.boats, parameters.hulls, strict=True):
         owners = [hull.body, *(f"{boat.name}/{engine.name}" for engine in parameters.thrusters_of(boat.name))]
         whole = [(owner, surface) for owner in owners for surface in looks.get(owner, ())]
@@ -237,7 +237,7 @@ def _coarser_boats(parameters: Parameters, looks: Looks) -> Looks:
     return found
 
 
-def recorded_sensors(world: World, choices: Sequence[Choice]) -> Iterator[RecordedSensor]:
+def _recorded_sensors(world: World, choices: Sequence[Choice]) -> Iterator[RecordedSensor]:
     """The chosen sensors; a receiver of sound that measures at the boat's `base_link` is drawn there."""
     sensors = {(sensor.boat, sensor.name): sensor for sensor in world.parameters.sensors}
     at_base = world.parameters.at_base_link
@@ -256,7 +256,7 @@ def recorded_sensors(world: World, choices: Sequence[Choice]) -> Iterator[Record
         )
 
 
-def part_paths(world: World, model: mujoco.MjModel) -> dict[str, str]:
+def _part_paths(world: World, model: mujoco.MjModel) -> dict[str, str]:
     """Entities by MuJoCo's bodies: of links, blocks and placards that move, each under the one that it hangs on."""
     paths = {body: _path(kind, name) for kind, name, body in _entries(world)}
     hung = {body: f"links/{body.rpartition('/')[2]}" for item in world.parameters.objects for body in item.links}
@@ -268,10 +268,10 @@ def part_paths(world: World, model: mujoco.MjModel) -> dict[str, str]:
     return paths
 
 
-def parts_of(world: World, model: mujoco.MjModel, looks: Mapping[str, Sequence[Surface]]) -> Iterator[RecordedPart]:
+def _parts_of(world: World, model: mujoco.MjModel, looks: Mapping[str, Sequence[Surface]]) -> Iterator[RecordedPart]:
     """The links, blocks and placards of objects that have joints and of floating docks, but for the roots."""
     roots = {body for _, _, body in _entries(world)}
-    for name, path in part_paths(world, model).items():
+    for name, path in _part_paths(world, model).items():
         if name not in roots:
             yield hanging_part(model, model.body(name).id, path, looks.get(name, ()))
 
@@ -281,7 +281,7 @@ def hanging_part(model: mujoco.MjModel, body: int, path: str, surfaces: Iterable
     first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
     joints = (
         RecordedJoint(
-            kind=JOINTS[int(model.jnt_type[joint])],
+            kind=_JOINTS[int(model.jnt_type[joint])],
             anchor=tuple(model.jnt_pos[joint].tolist()),
             axis=tuple(model.jnt_axis[joint].tolist()),
             qpos=int(model.jnt_qposadr[joint]),

@@ -22,30 +22,30 @@ WAYPOINT_COLOR = (247, 62, 193)
 SHORE_COLOR = (157, 140, 103)
 UNSEEN = (30, 70, 94, 0)
 """Colour of points of no size, which are specks all the same: that of water."""
-WHITE = (1.0, 1.0, 1.0, 1.0)
-BALL_COLOR = (40, 90, 255)
+_WHITE = (1.0, 1.0, 1.0, 1.0)
+_BALL_COLOR = (40, 90, 255)
 LEGEND_PATH, NAMES, FEW_NAMES = "/boats", 7, 28
 """The entity of the boats' names, how many of them are in a line, and how many are few."""
-SHORT_NAME = 6
+_SHORT_NAME = 6
 """Characters of a name that has the place of one."""
-SHORE_HEIGHT = 0.15
+_SHORE_HEIGHT = 0.15
 """Height of the shoreline [m], so that the sea does not hide it."""
 
 
 def still_chunks(scene: RecordScene) -> Iterator[Chunk]:
     """What a recording begins with."""
-    yield from run_chunks(scene)
+    yield from _run_chunks(scene)
     yield static("/world", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
-    yield from coming_chunks(scene)
+    yield from _coming_chunks(scene)
     reach, (_, height) = fleet_circle(scene)[1], plan_eye(scene)
     for path, distance in ((FLEET, math.hypot(*sea_eye(reach))), (PLANNED, height)):  # what the views follow
         yield static(path, rr.Points3D(around(distance), colors=[UNSEEN], radii=[0.0]))
-    yield legend_chunk(scene)
-    yield from place_chunks(scene)
-    yield from series_chunks(scene)
+    yield _legend_chunk(scene)
+    yield from _place_chunks(scene)
+    yield from _series_chunks(scene)
 
 
-def run_chunks(scene: RecordScene) -> Iterator[Chunk]:
+def _run_chunks(scene: RecordScene) -> Iterator[Chunk]:
     """The run, for people, as properties."""
     title = " + ".join(str(scene.properties[key]) for key in ("world", "fleet") if scene.properties.get(key))
     yield Chunk.from_property("RecordingInfo", RecordingInfo(name=title or "vrx_mj"))
@@ -62,10 +62,10 @@ def looks_chunks(
         turn = rr.Quaternion(xyzw=[*place[4:], place[3]])
         yield shown(begun, path, rr.Transform3D(translation=place[:3], quaternion=turn))
     if surfaces:
-        yield shown(begun, f"{path}/shape", mesh(paved(path, surfaces)))
+        yield shown(begun, f"{path}/shape", _mesh(_paved(path, surfaces)))
 
 
-def paved(path: str, surfaces: Sequence[Surface]) -> Iterator[Surface]:
+def _paved(path: str, surfaces: Sequence[Surface]) -> Iterator[Surface]:
     """Surfaces of a body; of a dock every second cube is darker, so that its top is not blank."""
     if "/docks/" not in path:
         yield from surfaces
@@ -76,7 +76,7 @@ def paved(path: str, surfaces: Sequence[Surface]) -> Iterator[Surface]:
         yield replace(part, rgba=(*(0.84 * share for share in part.rgba[:3]), part.rgba[3])) if odd else part
 
 
-def mesh(surfaces: Iterable[Surface]) -> rr.Mesh3D:
+def _mesh(surfaces: Iterable[Surface]) -> rr.Mesh3D:
     """One mesh of several surfaces: colours go to the vertices."""
     parts = list(surfaces)
     colors = np.round(np.clip([part.rgba for part in parts], 0.0, 1.0) * 255.0).astype(np.uint8)
@@ -99,7 +99,7 @@ def legend_spots(names: Collection[str]) -> list[tuple[float, int]]:
     unit, x, line = name_width(len(names)), 0.0, 0
     spots: list[tuple[float, int]] = []
     for name in names:
-        width = unit * max(1.0, len(name) / SHORT_NAME)
+        width = unit * max(1.0, len(name) / _SHORT_NAME)
         if x > 0.0 and x + width > NAMES * unit:
             x, line = 0.0, line + 1
         spots.append((x + 0.5 * (width - unit), line))
@@ -107,7 +107,7 @@ def legend_spots(names: Collection[str]) -> list[tuple[float, int]]:
     return spots
 
 
-def legend_chunk(scene: RecordScene) -> Chunk:
+def _legend_chunk(scene: RecordScene) -> Chunk:
     """The names of all boats in their colours, as a picture."""
     colors = scene.colors()
     points = rr.Points2D(
@@ -120,11 +120,11 @@ def legend_chunk(scene: RecordScene) -> Chunk:
     return static(LEGEND_PATH, points)
 
 
-def place_chunks(scene: RecordScene) -> Iterator[Chunk]:
+def _place_chunks(scene: RecordScene) -> Iterator[Chunk]:
     """Shore and waypoints, with arrows of 4 m in the headings that are wanted there."""
     if scene.parameters.shoreline:
         closed = [np.vstack([ring, ring[:1]]) for ring in scene.parameters.shoreline]
-        strips = [np.insert(ring, 2, SHORE_HEIGHT, axis=1) for ring in closed]
+        strips = [np.insert(ring, 2, _SHORE_HEIGHT, axis=1) for ring in closed]
         yield static("/world/shore", thin_lines(1.0, strips=strips, colors=[SHORE_COLOR]))
     if scene.parameters.waypoints:
         x, y, yaw = np.array(scene.parameters.waypoints).T
@@ -136,15 +136,15 @@ def place_chunks(scene: RecordScene) -> Iterator[Chunk]:
         yield static("/world/waypoints/headings", arrows)
 
 
-def series_chunks(scene: RecordScene) -> Iterator[Chunk]:
+def _series_chunks(scene: RecordScene) -> Iterator[Chunk]:
     """Names and colours of the plots' series."""
     names, colors = [boat.name for boat in scene.boats()], scene.colors()
-    yield from named_series(names, [(thruster.boat, thruster.name) for thruster in scene.thrusters], colors)
+    yield from _named_series(names, [(thruster.boat, thruster.name) for thruster in scene.thrusters], colors)
     if "wind" in scene.weather():
         yield static("/plots/wind", rr.SeriesLines(names=["wind"], colors=[WIND_COLOR], widths=1.5))
 
 
-def named_series(
+def _named_series(
     boats: Sequence[str],
     thrusters: Sequence[tuple[str, str]],
     colors: Mapping[str, tuple[int, int, int]],
@@ -173,9 +173,9 @@ def shaded(colors: Sequence[Rgb]) -> list[Rgb]:
 
 
 THRUST_COLOR = (252, 83, 47)
-GONE = (0.0, 0.0, -1e4)
+_GONE = (0.0, 0.0, -1e4)
 """Where the frames of cameras go with a boat that leaves [m]: a camera without one is a mistake to the viewer."""
-TAG_HEIGHT, TAG_STEP = 2.9, 1.9
+_TAG_HEIGHT, _TAG_STEP = 2.9, 1.9
 """Height of a boat's name over its origin, and how much higher every other one is: boats may touch [m]."""
 
 
@@ -185,25 +185,25 @@ def change_chunks(scene: RecordScene, before: RecordScene, first: RecordScene) -
     for body in (body for body in before.bodies if body.path not in kept):
         yield shown(scene.begun, body.path, rr.Clear(recursive=True))
         if body.kind != "ball":
-            yield shown(scene.begun, body.path, rr.Transform3D(translation=GONE))
+            yield shown(scene.begun, body.path, rr.Transform3D(translation=_GONE))
     known = {body.path for body in before.bodies} | {part.path for part in before.parts}
     known |= {one.display.name for one in before.displays}
-    yield from coming_chunks(scene, known)
+    yield from _coming_chunks(scene, known)
     for boat in (boat for boat in scene.boats() if boat.path not in known):
         own = [boat.name] if boat.name not in {one.name for one in first.boats()} else []
         engines = [(one.boat, one.name) for one in scene.thrusters if one.boat == boat.name]
         new = [engine for engine in engines if engine not in {(one.boat, one.name) for one in first.thrusters}]
-        yield from named_series(own, new, scene.colors(), own=f"/{boat.name}")
-        yield legend_chunk(scene)
+        yield from _named_series(own, new, scene.colors(), own=f"/{boat.name}")
+        yield _legend_chunk(scene)
 
 
-def coming_chunks(scene: RecordScene, known: Collection[str] = ()) -> Iterator[Chunk]:
+def _coming_chunks(scene: RecordScene, known: Collection[str] = ()) -> Iterator[Chunk]:
     """Looks of a scene's bodies, parts and displays but for known ones, by their paths, of displays by their names."""
     for body in (body for body in scene.bodies if body.path not in known):
         if body.kind == "boat":
-            yield from joining_chunks(body, scene)
+            yield from _joining_chunks(body, scene)
         elif body.kind == "ball":
-            yield static(body.path, rr.Points3D.from_fields(colors=[BALL_COLOR], radii=[rr.Radius.ui_points(4.0)]))
+            yield static(body.path, rr.Points3D.from_fields(colors=[_BALL_COLOR], radii=[rr.Radius.ui_points(4.0)]))
         else:
             still = body.pose if body.qpos is None else None  # rows move the others
             yield from looks_chunks(body.path, still, body.surfaces, scene.begun)
@@ -212,22 +212,22 @@ def coming_chunks(scene: RecordScene, known: Collection[str] = ()) -> Iterator[C
     for one in (one for one in scene.displays if one.display.name not in known):
         for name, surfaces in one.surfaces.items():  # their colours come with the rows
             if surfaces:
-                white = [replace(surface, rgba=WHITE) for surface in surfaces]
-                yield shown(scene.begun, one.part_path(name), mesh(white))
+                white = [replace(surface, rgba=_WHITE) for surface in surfaces]
+                yield shown(scene.begun, one.part_path(name), _mesh(white))
 
 
-def joining_chunks(boat: RecordedBody, scene: RecordScene) -> Iterator[Chunk]:
+def _joining_chunks(boat: RecordedBody, scene: RecordScene) -> Iterator[Chunk]:
     """A boat, its name over it and its engines, which turn in its frame; its first pose until rows move it."""
     begun, rgb = scene.begun, scene.colors()[boat.name]
     yield from looks_chunks(boat.path, None if begun is None else boat.pose, boat.surfaces, begun)
     for thruster in scene.thrusters:
         if thruster.boat == boat.name and thruster.surfaces:
-            yield shown(begun, f"{boat.path}/{thruster.name}/shape", mesh(thruster.surfaces))
-    spots = [[0.0, 0.0, TAG_HEIGHT], *around(math.hypot(*sea_eye(0.0)))]
+            yield shown(begun, f"{boat.path}/{thruster.name}/shape", _mesh(thruster.surfaces))
+    spots = [[0.0, 0.0, _TAG_HEIGHT], *around(math.hypot(*sea_eye(0.0)))]
     radii = [rr.Radius.ui_points(4.0), 0.0, 0.0]
     yield shown(begun, f"{boat.path}/label", rr.Points3D(spots, colors=[rgb, UNSEEN, UNSEEN], radii=radii))
-    lift = TAG_STEP * ([one.name for one in scene.boats()].index(boat.name) % 2)
-    name = rr.Points3D.from_fields(positions=[(0.0, 0.0, TAG_HEIGHT + lift)], labels=[boat.name], **NAMED)
+    lift = _TAG_STEP * ([one.name for one in scene.boats()].index(boat.name) % 2)
+    name = rr.Points3D.from_fields(positions=[(0.0, 0.0, _TAG_HEIGHT + lift)], labels=[boat.name], **NAMED)
     yield shown(begun, f"{boat.path}/label/name", name)
     yield static(f"/world/trails/{boat.name}", thin_lines(1.2))
     if scene.sea_height is not None:

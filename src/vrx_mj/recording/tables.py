@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from vrx_mj.model.site import Georeference
 
-Columns = Mapping[str, Any]
+_Columns = Mapping[str, Any]
 """Values of each column of a table."""
 
 UNITS: Mapping[str, Mapping[str, str]] = {
@@ -67,7 +67,7 @@ def read(recording: str | Path | Record) -> dict[str, pa.Table]:
     return found
 
 
-def _tables(recorded: Record) -> Iterator[tuple[str, Columns]]:
+def _tables(recorded: Record) -> Iterator[tuple[str, _Columns]]:
     place = recorded.companies[0].parameters.georeference if recorded.files else None
     bodies = [
         (track, kind)
@@ -84,7 +84,7 @@ def _tables(recorded: Record) -> Iterator[tuple[str, Columns]]:
     yield "events", {key: [getattr(event, key) for event in recorded.events] for key in UNITS["events"]}
 
 
-def _joined(name: str, parts: Iterator[Columns]) -> Columns:
+def _joined(name: str, parts: Iterator[_Columns]) -> _Columns:
     """The rows of several tables, in the order of time."""
     several = list(parts)
     columns = {key: np.concatenate([part[key] for part in several] or [np.zeros(0)]) for key in UNITS[name]}
@@ -92,7 +92,7 @@ def _joined(name: str, parts: Iterator[Columns]) -> Columns:
     return {key: column[order] for key, column in columns.items()}
 
 
-def _motion(time: FloatArray, track: Track, kind: str, place: Georeference | None) -> Columns:
+def _motion(time: FloatArray, track: Track, kind: str, place: Georeference | None) -> _Columns:
     """Rows of one body while it is there."""
     from scipy.spatial.transform import Rotation
 
@@ -108,7 +108,7 @@ def _motion(time: FloatArray, track: Track, kind: str, place: Georeference | Non
     return {"time": time[there], **names, **numbers, "latitude": latitude, "longitude": longitude}
 
 
-def _thrusts(time: FloatArray, track: Track) -> Iterator[Columns]:
+def _thrusts(time: FloatArray, track: Track) -> Iterator[_Columns]:
     there = np.isfinite(track.position[:, 0])
     for thruster, thrust in track.thrust.items():
         names = {"boat": track.name, "thruster": thruster}
@@ -129,7 +129,7 @@ def write_table(recording: str | Path, target: Path, table: str = "motion") -> i
     if table not in UNITS:
         raise UnknownNameError("table", table, UNITS)
     found = read(recording)[table]
-    if target.suffix.lower() in TRACK_SUFFIXES:
+    if target.suffix.lower() in _TRACK_SUFFIXES:
         import pyarrow.compute as pc
 
         found = found.filter(pc.field("kind") == "boat").drop_null()
@@ -183,11 +183,11 @@ def _utc(time: float) -> str:
     return moment.isoformat(timespec="milliseconds").replace("+00:00", "Z")
 
 
-Write = Callable[[Any, Path], None]
-TRACK_SUFFIXES: Mapping[str, Write] = {".gpx": _write_gpx, ".geojson": _write_geojson}
-SUFFIXES: Mapping[str, str | Write] = {
+_Write = Callable[[Any, Path], None]
+_TRACK_SUFFIXES: Mapping[str, _Write] = {".gpx": _write_gpx, ".geojson": _write_geojson}
+SUFFIXES: Mapping[str, str | _Write] = {
     ".csv": "pyarrow.csv:write_csv",
     ".parquet": "pyarrow.parquet:write_table",
-    **TRACK_SUFFIXES,
+    **_TRACK_SUFFIXES,
 }
 """Kinds of files, and what writes each, by its name where it is loaded when it is used."""

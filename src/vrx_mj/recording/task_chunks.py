@@ -35,7 +35,7 @@ from vrx_mj.tasks.gates import gate_between
 from vrx_mj.tasks.referee import Referee
 from vrx_mj.tasks.registry import TASK_KINDS, make_referee
 
-HEIGHT = 0.35
+_HEIGHT = 0.35
 """Height over the mean water of what is drawn [m], so that few waves hide it."""
 FATES: Mapping[str, Rgb] = {
     "next": (167, 140, 39),
@@ -56,25 +56,25 @@ STATUS: Mapping[str, Rgb] = {
 """Colours of circles by what the boat does with the animal."""
 LOST: Rgb = (130, 90, 90)
 """Colour of the circle of an animal to keep away from, once the boat did not."""
-AVOID, PATH, BEACON, SHOWING = (255, 70, 60), (146, 129, 220), (247, 62, 193), (136, 143, 150)
-GATES = "/world/course/gates"
-ARROW_SHARE = 0.35
+AVOID, PATH, BEACON, _SHOWING = (255, 70, 60), (146, 129, 220), (247, 62, 193), (136, 143, 150)
+_GATES = "/world/course/gates"
+_ARROW_SHARE = 0.35
 """Length of a gate's arrow, in widths of the gate."""
-CORNERS = 48
+_CORNERS = 48
 """Corners of a circle."""
 
 
-def animal_path(name: str) -> str:
+def _animal_path(name: str) -> str:
     """The entity of an animal's circle."""
     return f"/world/objects/{name}/circle"
 
 
-def bays_path(task: tasks.Dock) -> str:
+def _bays_path(task: tasks.Dock) -> str:
     """The entity of the zones in which a boat stays to dock."""
     return f"/world/docks/{task.anchor}/bays"
 
 
-def bay_color(bay: tasks.Bay, progress: Mapping[str, Any]) -> Rgb:
+def _bay_color(bay: tasks.Bay, progress: Mapping[str, Any]) -> Rgb:
     """The colour of a bay by what the boat has done there."""
     if bay.name in progress.get("docked", ()):
         return DOCKED
@@ -83,51 +83,51 @@ def bay_color(bay: tasks.Bay, progress: Mapping[str, Any]) -> Rgb:
     return RIGHT if bay.dock_allowed else WRONG
 
 
-def animal_color(animal: Mapping[str, Any]) -> Rgb:
+def _animal_color(animal: Mapping[str, Any]) -> Rgb:
     """The colour of an animal's circle, by its goal and its status."""
     if animal["goal"] == "avoid" and animal["status"] != "never_engaged":
         return LOST
     return AVOID if animal["goal"] == "avoid" else STATUS[animal["status"]]
 
 
-def course_chunks(parameters: Parameters) -> Iterator[Chunk]:
+def _course_chunks(parameters: Parameters) -> Iterator[Chunk]:
     """Every static chunk of what the task of a world lays out; what changes, as colours do, comes with the frames."""
     if not parameters.task:
         return
     course = course_of(parameters)
     if course.gates:
         labels = [str(gate.number) for gate in course.gates]
-        yield static(GATES, thin_lines(2.2))
-        yield static(f"{GATES}/numbers", rr.Points3D.from_fields(labels=labels, **NAMED))
+        yield static(_GATES, thin_lines(2.2))
+        yield static(f"{_GATES}/numbers", rr.Points3D.from_fields(labels=labels, **NAMED))
     if isinstance(parameters.task, tasks.Dock):
-        yield from bay_chunks(parameters.task)
+        yield from _bay_chunks(parameters.task)
     for animal in course.animals:
-        yield static(animal_path(animal.name), thin_lines(1.6, strips=circle(animal.radius, animal.goal)))
+        yield static(_animal_path(animal.name), thin_lines(1.6, strips=_circle(animal.radius, animal.goal)))
     for light in course.lights:
         spots = [(light.x + 0.6 * (number - 1), light.y, 4.0) for number in range(len(light.colors))]
         tints = [tuple(round(255 * share) for share in RGB[color]) for color in light.colors]
         yield static(f"/world/course/{light.name}", rr.Points3D(spots, colors=tints, radii=[0.22]))
-    yield from places(course)
+    yield from _places(course)
 
 
-def gate_lines(left: Pose, right: Pose) -> list[FloatArray]:
+def _gate_lines(left: Pose, right: Pose) -> list[FloatArray]:
     """A bar between a gate's buoys, and an arrow in the direction in which to cross it."""
     gate = gate_between(left, right)
-    vector = ARROW_SHARE * gate.width * np.array([math.cos(gate.yaw), math.sin(gate.yaw), 0.0])
-    bar = np.array([(left.x, left.y, HEIGHT), (right.x, right.y, HEIGHT)])
-    return [bar, *arrow_strips([(gate.x, gate.y, HEIGHT)], [vector])]
+    vector = _ARROW_SHARE * gate.width * np.array([math.cos(gate.yaw), math.sin(gate.yaw), 0.0])
+    bar = np.array([(left.x, left.y, _HEIGHT), (right.x, right.y, _HEIGHT)])
+    return [bar, *arrow_strips([(gate.x, gate.y, _HEIGHT)], [vector])]
 
 
-def bay_chunks(task: tasks.Dock) -> Iterator[Chunk]:
+def _bay_chunks(task: tasks.Dock) -> Iterator[Chunk]:
     """The zones of bays, in the dock's frame: frames to stay in, dashed ones to back out to."""
-    path, bays = bays_path(task), task.bays
+    path, bays = _bays_path(task), task.bays
     inside, outside = (
-        [np.add(zone_corners(getattr(bay, zone)), (0.0, 0.0, HEIGHT)) for bay in bays]
+        [np.add(zone_corners(getattr(bay, zone)), (0.0, 0.0, _HEIGHT)) for bay in bays]
         for zone in ("internal", "external")
     )
-    yield static(path, thin_lines(1.8, strips=[closed(ring) for ring in inside]))
-    pieces = [dashes(closed(ring)) for ring in outside]
-    colors = [bay_color(bay, {}) for bay, ring in zip(bays, pieces, strict=True) for _ in ring]
+    yield static(path, thin_lines(1.8, strips=[_closed(ring) for ring in inside]))
+    pieces = [_dashes(_closed(ring)) for ring in outside]
+    colors = [_bay_color(bay, {}) for bay, ring in zip(bays, pieces, strict=True) for _ in ring]
     strips = [piece for ring in pieces for piece in ring]
     yield static(f"{path}/external", thin_lines(1.2, strips=strips, colors=colors))
     labels = [f"{bay.name} {bay.symbol.replace('_', ' ')}" + (" ✓" if bay.dock_allowed else "") for bay in bays]
@@ -135,51 +135,51 @@ def bay_chunks(task: tasks.Dock) -> Iterator[Chunk]:
     yield static(f"{path}/names", rr.Points3D.from_fields(positions=spots, labels=labels, **NAMED))
 
 
-def circle(radius: float, goal: str) -> list[FloatArray]:
+def _circle(radius: float, goal: str) -> list[FloatArray]:
     """A circle round an animal, dashed where it is to be avoided, else with heads of arrows in the wanted sense."""
-    ring = circle_at((0.0, 0.0, HEIGHT), radius)
+    ring = _circle_at((0.0, 0.0, _HEIGHT), radius)
     if goal == "avoid":
-        return [ring[i : i + 2] for i in range(0, CORNERS, 2)]
+        return [ring[i : i + 2] for i in range(0, _CORNERS, 2)]
     sense = 1.0 if goal == "circumnavigate_counterclockwise" else -1.0
-    return [ring, *(barb(radius, at, sense) for at in np.linspace(0.0, math.tau, 4, endpoint=False))]
+    return [ring, *(_barb(radius, at, sense) for at in np.linspace(0.0, math.tau, 4, endpoint=False))]
 
 
-def barb(radius: float, angle: float, sense: float) -> FloatArray:
+def _barb(radius: float, angle: float, sense: float) -> FloatArray:
     """The head of an arrow along a circle."""
     back = angle - sense * 1.2 / radius
-    tail = [((radius + side) * math.cos(back), (radius + side) * math.sin(back), HEIGHT) for side in (0.7, -0.7)]
-    return np.array([tail[0], (radius * math.cos(angle), radius * math.sin(angle), HEIGHT), tail[1]])
+    tail = [((radius + side) * math.cos(back), (radius + side) * math.sin(back), _HEIGHT) for side in (0.7, -0.7)]
+    return np.array([tail[0], (radius * math.cos(angle), radius * math.sin(angle), _HEIGHT), tail[1]])
 
 
-def places(course: Course) -> Iterator[Chunk]:
+def _places(course: Course) -> Iterator[Chunk]:
     """Paths of what swims, beacons, and places where things come up."""
     for path in course.paths:
-        strip = np.insert(closed(path.points) if path.closed else path.points, 2, HEIGHT, axis=1)
-        yield static(f"/world/course/paths/{path.name}", thin_lines(1.0, strips=dashes(strip), colors=[PATH]))
+        strip = np.insert(_closed(path.points) if path.closed else path.points, 2, _HEIGHT, axis=1)
+        yield static(f"/world/course/paths/{path.name}", thin_lines(1.0, strips=_dashes(strip), colors=[PATH]))
     for beacon in course.beacons:
-        spot = (beacon.x, beacon.y, HEIGHT)
+        spot = (beacon.x, beacon.y, _HEIGHT)
         arms = [[np.add(spot, (s, t, 0)), np.subtract(spot, (s, t, 0))] for s, t in ((1, 1), (1, -1))]
-        around = [circle_at(spot, beacon.radius)] if beacon.radius else []
+        around = [_circle_at(spot, beacon.radius)] if beacon.radius else []
         entity = f"/world/course/{beacon.name.replace(' ', '_')}"
         yield static(entity, thin_lines(2.0, strips=[*arms, *around], colors=[BEACON]))
         yield static(f"{entity}/name", rr.Points3D.from_fields(positions=[spot], labels=[beacon.name], **NAMED))
     if course.showings:
-        spots = [(showing.x, showing.y, HEIGHT) for showing in course.showings]
-        yield static("/world/course/showings", rr.Points3D(spots, colors=[SHOWING], radii=[0.25]))
+        spots = [(showing.x, showing.y, _HEIGHT) for showing in course.showings]
+        yield static("/world/course/showings", rr.Points3D(spots, colors=[_SHOWING], radii=[0.25]))
 
 
-def circle_at(spot: Sequence[float], radius: float) -> FloatArray:
+def _circle_at(spot: Sequence[float], radius: float) -> FloatArray:
     """A ring round a place."""
-    angle = np.linspace(0.0, math.tau, CORNERS + 1)
+    angle = np.linspace(0.0, math.tau, _CORNERS + 1)
     return np.stack([radius * np.cos(angle), radius * np.sin(angle), 0 * angle], axis=1) + spot
 
 
-def closed(points: FloatArray) -> FloatArray:
+def _closed(points: FloatArray) -> FloatArray:
     """Points, and the first once more."""
     return np.vstack([points, points[:1]])
 
 
-def dashes(strip: FloatArray) -> list[FloatArray]:
+def _dashes(strip: FloatArray) -> list[FloatArray]:
     """Pieces of a line of points (n, 3), dashes of about 0.6 m, longer where there would be many."""
     pieces = []
     for start, end in pairwise(strip):
@@ -190,9 +190,9 @@ def dashes(strip: FloatArray) -> list[FloatArray]:
     return pieces
 
 
-Ends = Sequence[tuple[Pose, Pose]]
+_Ends = Sequence[tuple[Pose, Pose]]
 """Buoys of gates, left and right."""
-Fields = dict[str, Sequence[Any]]
+_Fields = dict[str, Sequence[Any]]
 """Values of fields of an archetype."""
 
 STEPS = "/timeline"
@@ -201,18 +201,18 @@ PLOT = "/plots/task"
 """Score and collisions."""
 WORDS = "/task"
 """The entity of the task's status in words."""
-PLOT_EVERY, WORDS_EVERY, DRIFT_EVERY = 0.5, 1.0, 5.0
+_PLOT_EVERY, _WORDS_EVERY, _DRIFT_EVERY = 0.5, 1.0, 5.0
 """Least time between two points of the plot, two texts, and two places of gates whose buoys drift [s]."""
-DRIFT = 0.5
+_DRIFT = 0.5
 """Least drift of a buoy for which its gate is drawn anew [m]."""
-BLOCK = 20.0
+_BLOCK = 20.0
 """How much simulated time waits to be written at once [s]: blocks cost more than what is in them."""
 SCORE_COLOR, HITS_COLOR = (167, 140, 39), (252, 83, 47)
 
 
 def task_chunks(parameters: Parameters) -> Iterator[Chunk]:
     """Every static chunk of the task of a world: its course, its plot's series, and the marks that it may have."""
-    yield from course_chunks(parameters)
+    yield from _course_chunks(parameters)
     if parameters.task:
         meaning = TASK_KINDS[parameters.task.type]
         names = [f"score [{meaning.unit}]", "collisions"]
@@ -242,9 +242,9 @@ class TaskChunks:
         self._task = parameters.task
         self._begun: float | None = None
         self._now = 0.0
-        self._last: dict[str, tuple[float, Fields]] = {}
-        self._drawn: tuple[float, list[Any], Ends] | None = None
-        self._waiting: dict[str, tuple[Any, list[tuple[float, Fields]]]] = {}
+        self._last: dict[str, tuple[float, _Fields]] = {}
+        self._drawn: tuple[float, list[Any], _Ends] | None = None
+        self._waiting: dict[str, tuple[Any, list[tuple[float, _Fields]]]] = {}
         if self._task:
             self._referee, self._marks = make_referee(self._task), TaskMarks(self._task, self._append)
             self._layout = FrameLayout.of(self._task, self._referee.watched)
@@ -264,7 +264,7 @@ class TaskChunks:
             if self._begun is not None and row[0] > self._begun + 1e-9:
                 self._look(float(row[0]), self._layout.frame(row.tolist(), sent))
         oldest = min((rows[0][0] for _, rows in self._waiting.values()), default=math.inf)
-        if self._waiting and (self._referee.finished or self._now - oldest >= BLOCK):
+        if self._waiting and (self._referee.finished or self._now - oldest >= _BLOCK):
             yield from self.rest()
 
     def rest(self, end: float = 0.0) -> Iterator[Chunk]:
@@ -316,10 +316,10 @@ class TaskChunks:
         if "gates" in progress:
             self._draw_gates(time, poses, progress["gates"])
         if isinstance(self._task, tasks.Dock):
-            colors = [bay_color(bay, progress) for bay in self._task.bays]
-            self._change(bays_path(self._task), time, rr.LineStrips3D, colors=colors)
+            colors = [_bay_color(bay, progress) for bay in self._task.bays]
+            self._change(_bays_path(self._task), time, rr.LineStrips3D, colors=colors)
         for animal in progress.get("animals", ()):
-            self._change(animal_path(animal["name"]), time, rr.LineStrips3D, colors=[animal_color(animal)])
+            self._change(_animal_path(animal["name"]), time, rr.LineStrips3D, colors=[_animal_color(animal)])
 
     def _draw_gates(self, time: float, poses: Mapping[str, Pose], fates: Sequence[str]) -> None:
         """All gates, if one has another colour, or has drifted."""
@@ -327,21 +327,21 @@ class TaskChunks:
         colors = [FATES["next" if number == following else fate] for number, fate in enumerate(fates)]
         ends = [(poses[gate.left], poses[gate.right]) for gate in gates_of(self._task)]
         drawn = self._drawn
-        if drawn and drawn[1] == colors and (time - drawn[0] < DRIFT_EVERY or drift(drawn[2], ends) < DRIFT):
+        if drawn and drawn[1] == colors and (time - drawn[0] < _DRIFT_EVERY or _drift(drawn[2], ends) < _DRIFT):
             return
         self._drawn = (time, colors, ends)
-        strips = [gate_lines(*pair) for pair in ends]
-        lines: Fields = {"strips": [*chain(*strips)], "colors": [color for color in colors for _ in strips[0]]}
-        self._add(GATES, time, rr.LineStrips3D, lines)
-        self._add(f"{GATES}/numbers", time, rr.Points3D, {"positions": [arrow[0] for _, arrow in strips]})
+        strips = [_gate_lines(*pair) for pair in ends]
+        lines: _Fields = {"strips": [*chain(*strips)], "colors": [color for color in colors for _ in strips[0]]}
+        self._add(_GATES, time, rr.LineStrips3D, lines)
+        self._add(f"{_GATES}/numbers", time, rr.Points3D, {"positions": [arrow[0] for _, arrow in strips]})
 
     def _write_status(self, time: float, *, at_once: bool) -> None:
         """Score and collisions, and words, unless that was a moment ago."""
         status = self._referee.status
-        if at_once or self._due(PLOT, time, PLOT_EVERY):
+        if at_once or self._due(PLOT, time, _PLOT_EVERY):
             score = status.score if has_started(status.phase) else math.nan
             self._change(PLOT, time, rr.Scalars, scalars=[score, float(status.collisions)])
-        if at_once or self._due(WORDS, time, WORDS_EVERY):
+        if at_once or self._due(WORDS, time, _WORDS_EVERY):
             self._change(WORDS, time, rr.TextDocument, text=[words(self._referee)])
 
     def _due(self, path: str, time: float, every: float) -> bool:
@@ -353,14 +353,14 @@ class TaskChunks:
             self._last[path] = (time, fields)
             self._add(path, time, kind, fields)
 
-    def _add(self, path: str, time: float, kind: Any, fields: Fields) -> None:
+    def _add(self, path: str, time: float, kind: Any, fields: _Fields) -> None:
         """Have fields of an archetype written; of two rows at one time the later counts."""
         rows = self._waiting.setdefault(path, (kind, []))[1]
         if rows and rows[-1][0] == time:
             rows.pop()
         self._append(path, time, kind, fields)
 
-    def _append(self, path: str, time: float, kind: Any, fields: Fields) -> None:
+    def _append(self, path: str, time: float, kind: Any, fields: _Fields) -> None:
         """Have fields of an archetype written, several at one time too."""
         self._waiting.setdefault(path, (kind, []))[1].append((time, fields))
 
@@ -372,13 +372,13 @@ def result_of(referee: Referee) -> str:
     return f"{referee.boat}, {score}" if referee.finished else ""
 
 
-def drift(before: Ends, now: Ends) -> float:
+def _drift(before: _Ends, now: _Ends) -> float:
     """The longest way that a buoy has drifted [m]."""
     pairs = zip(chain.from_iterable(before), chain.from_iterable(now), strict=True)
     return max((math.dist((a.x, a.y), (b.x, b.y)) for a, b in pairs), default=0.0)
 
 
-GATE_SIGNS = {"ahead": "·", "crossed": "✓", "missed": "–", "backwards": "✗"}
+_GATE_SIGNS = {"ahead": "·", "crossed": "✓", "missed": "–", "backwards": "✗"}
 """Signs of gates in the text, by what became of them."""
 
 
@@ -403,7 +403,7 @@ def words(referee: Referee) -> str:
 def _parts(progress: Mapping[str, Any]) -> Iterator[str]:
     """How far the parts of a task are."""
     if "gates" in progress:
-        yield "gates " + " ".join(f"{number}{GATE_SIGNS[fate]}" for number, fate in enumerate(progress["gates"], 1))
+        yield "gates " + " ".join(f"{number}{_GATE_SIGNS[fate]}" for number, fate in enumerate(progress["gates"], 1))
     if progress.get("waypoints"):
         yield "least errors [m] " + ", ".join(f"{error:.2f}" for error in progress["waypoints"])
     if "animals" in progress:
@@ -439,14 +439,14 @@ KINDS: Mapping[str, tuple[tuple[int, int, int], str]] = {
     "score changes": ((167, 140, 39), "diamond"),
 }
 """Colour and marker shape of each kind of mark."""
-SIZE = 5.0
+_SIZE = 5.0
 """Size of a mark [points]."""
 
 
 class TaskMarks:
     """Marks of a task, and the lines that its referee leaves out: gates missed, and changes of a score of points."""
 
-    def __init__(self, task: tasks.Task, append: Callable[[str, float, Any, Fields], None]) -> None:
+    def __init__(self, task: tasks.Task, append: Callable[[str, float, Any, _Fields], None]) -> None:
         """`append`: has fields of an archetype written."""
         self.points = TASK_KINDS[task.type].unit == "points"
         self._gates = ["ahead"] * len(gates_of(task))
@@ -473,7 +473,7 @@ class TaskMarks:
         self._gates, self._score = now, score
 
     def _mark(self, time: float, kind: str) -> None:
-        self._append(path_of(kind), time, rr.Scalars, {"scalars": [0.0]})
+        self._append(_path_of(kind), time, rr.Scalars, {"scalars": [0.0]})
 
     def _line(self, time: float, text: str, level: str) -> None:
         self._append("/events/task", time, rr.TextLog, {"text": [text], "level": [level]})
@@ -487,11 +487,11 @@ def legend_chunks(parameters: Parameters) -> Iterator[Chunk]:
     shown = {"contacts": True, "gates passed": gates, "gates missed": gates, "score changes": points}
     for kind, (color, shape) in KINDS.items():
         if shown[kind]:
-            style = rr.SeriesPoints(names=[kind], colors=[color], markers=[shape], marker_sizes=[SIZE])
-            yield static(path_of(kind), style)
+            style = rr.SeriesPoints(names=[kind], colors=[color], markers=[shape], marker_sizes=[_SIZE])
+            yield static(_path_of(kind), style)
 
 
-def path_of(kind: str) -> str:
+def _path_of(kind: str) -> str:
     """The entity of marks of a kind."""
     return f"{MARKS}/{kind.replace(' ', '_')}"
 
@@ -499,9 +499,9 @@ def path_of(kind: str) -> str:
 TOUCH_WORDS = "/world/forces"
 """Entities of names and forces."""
 TOUCH_COLOR = shade((1.0, 0.0, 0.45))
-LONGEST, TYPICAL = 5.0, 1000.0
+_LONGEST, _TYPICAL = 5.0, 1000.0
 """Length of an arrow [m] that no force reaches, and the force [N] whose arrow has half of it."""
-SHORTEST = 1.0
+_SHORTEST = 1.0
 """Simulated time for which an arrow is seen, at least [s]."""
 
 
@@ -509,13 +509,13 @@ def touch_chunks(touches: Sequence[Touch]) -> Iterator[Chunk]:
     """Touches, each seen from its begin to its end: where the largest force acts, with names and force."""
     if touches:
         at = [touch.time for touch in touches]
-        yield numbers(path_of("contacts"), at, rr.Scalars, scalars=np.zeros(len(at)))
+        yield numbers(_path_of("contacts"), at, rr.Scalars, scalars=np.zeros(len(at)))
     for touch in touches:
         if touch.point is None or touch.vector is None:
             continue
         path = f"/world/touches/{touch.boat}/{touch.other}"
-        time = [touch.time, touch.time + max(touch.duration, SHORTEST)]
-        vector = np.array(touch.vector) * LONGEST / (touch.force + TYPICAL)
+        time = [touch.time, touch.time + max(touch.duration, _SHORTEST)]
+        vector = np.array(touch.vector) * _LONGEST / (touch.force + _TYPICAL)
         yield static(path, rr.LineStrips3D.from_fields(colors=[TOUCH_COLOR], radii=[0.16]))
         yield changes(path, time, rr.LineStrips3D, strips=[[*arrow_strips([touch.point], [vector])], []])
         said = f"{TOUCH_WORDS}/{touch.boat}/{touch.other}"

@@ -21,18 +21,18 @@ from vrx_mj.errors import RecordError
 from vrx_mj.recording.rrd_file import viewer_binary, viewer_environment
 
 LOOPBACK = "127.0.0.1"
-PAGE_PORT, DATA_PORT = 9090, 9876
+_PAGE_PORT, _DATA_PORT = 9090, 9876
 """Ports of the page and of its data where they are free: rerun's own."""
-MEMORY, MEMORY_RATIO = 500_000_000, 3
+_MEMORY, _MEMORY_RATIO = 500_000_000, 3
 """What the server keeps for pages that are opened later, and of files by size [bytes]; the oldest goes first."""
-START_TIMEOUT = 20.0
+_START_TIMEOUT = 20.0
 """Wall time [s] that starting may take."""
-POLICY = (
+_POLICY = (
     "default-src 'self' data: blob:; script-src 'self' 'unsafe-inline' 'wasm-unsafe-eval'; "
     "style-src 'self' 'unsafe-inline'; connect-src 'self' data: blob: {data}; form-action 'none'"
 )
 """What rerun's page may load, and where it may connect: to its own server and its data."""
-FOREIGN_LINK = re.compile(rb'<link[^>]*"https://[^>]*>')
+_FOREIGN_LINK = re.compile(rb'<link[^>]*"https://[^>]*>')
 """Tags that have a browser connect elsewhere, whatever the policy."""
 
 
@@ -41,11 +41,11 @@ class Server:
 
     def __init__(self, *files: Path) -> None:
         """`files` are shown; without any, what is sent to `data_url`."""
-        self._hidden_port, self.data_port = free_port(0), free_port(DATA_PORT)
+        self._hidden_port, self.data_port = free_port(0), free_port(_DATA_PORT)
         self.data_url = f"rerun+http://{LOOPBACK}:{self.data_port}/proxy"
         """Address to which recordings are sent."""
         self._output = tempfile.TemporaryFile()  # noqa: SIM115 -- closed with the process
-        memory = MEMORY + MEMORY_RATIO * sum(file.stat().st_size for file in files)
+        memory = _MEMORY + _MEMORY_RATIO * sum(file.stat().st_size for file in files)
         command = [
             str(viewer_binary()), *map(str, files), "--serve-web", "--bind", LOOPBACK, "--port", str(self.data_port),
             "--web-viewer-port", str(self._hidden_port), "--server-memory-limit", f"{memory // 1_000_000}MB",
@@ -60,7 +60,7 @@ class Server:
         )
         self._pages: ThreadingHTTPServer | None = None
         try:
-            until = time.monotonic() + START_TIMEOUT
+            until = time.monotonic() + _START_TIMEOUT
             while not (_answers(self.data_port) and _answers(self._hidden_port)):
                 if not self.is_running() or time.monotonic() > until:
                     raise RecordError(f"rerun's browser viewer does not start: {self._last_line()}")
@@ -102,15 +102,15 @@ class Server:
         self._output.close()
 
     def _serve_pages(self) -> None:
-        self.page_port = free_port(PAGE_PORT)
-        policy = POLICY.format(data=f"http://{LOOPBACK}:{self.data_port}")
+        self.page_port = free_port(_PAGE_PORT)
+        policy = _POLICY.format(data=f"http://{LOOPBACK}:{self.data_port}")
         self._pages = ThreadingHTTPServer((LOOPBACK, self.page_port), partial(_Page, self._hidden_port, policy))
         threading.Thread(target=self._pages.serve_forever, name="vrx_mj page", daemon=True).start()
 
     def _last_line(self) -> str:
         self._output.seek(0)
         lines = self._output.read().decode("utf-8", "replace").strip().splitlines()
-        return lines[-1] if lines else f"nothing after {START_TIMEOUT:g} s"
+        return lines[-1] if lines else f"nothing after {_START_TIMEOUT:g} s"
 
 
 class _Page(BaseHTTPRequestHandler):
@@ -127,7 +127,7 @@ class _Page(BaseHTTPRequestHandler):
             answer = inner.getresponse()
             content, kind = answer.read(), answer.getheader("Content-Type", "application/octet-stream")
         if kind.startswith("text/html"):
-            content = FOREIGN_LINK.sub(b"", content)
+            content = _FOREIGN_LINK.sub(b"", content)
         self.send_response(answer.status)
         own = {"Content-Type": kind, "Content-Length": str(len(content)), "Content-Security-Policy": self._policy}
         for name, value in own.items():

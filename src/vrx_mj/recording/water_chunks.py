@@ -21,15 +21,15 @@ TRAIL_RATE = 1.0
 """Pieces of a trail [Hz]."""
 FASTEST = 3.0
 """Speed of the last colour of a trail [m/s]; the first is that of a boat at rest."""
-SPEED_COLORS = (203, 70, 121), (229, 108, 91), (248, 149, 64), (253, 197, 39), (240, 249, 33)
+_SPEED_COLORS = (203, 70, 121), (229, 108, 91), (248, 149, 64), (253, 197, 39), (240, 249, 33)
 """Colours of a trail, evenly spaced over the speed: the light part of the map plasma (Smith and van der Walt, 2015)."""
-SEA_FRAMES = 256
+_SEA_FRAMES = 256
 """Pictures of the sea in one chunk: 4 MB."""
 LEAD = 0.4
 """When a picture of the sea is right, in shares of its time: half-way from its first shown moment to its last."""
-MOVED = 8.0
+_MOVED = 8.0
 """How far a boat goes before the cells are laid anew [m]."""
-LEAN = 1e-3
+_LEAN = 1e-3
 """How much further along x each row of vertices begins [m]."""
 SUNK = 1.0
 """How much lower the fleet's mesh is under hulls, in standard deviations of the sea."""
@@ -49,7 +49,7 @@ class WaterChunks:
     """Turns places of boats into chunks; it knows where each trail ended, the wakes, and where cells were laid."""
 
     def __init__(self) -> None:
-        self._trail, self._drop, self._sea = Ticker(TRAIL_RATE), Ticker(WAKE_RATE), Ticker(sea.RATES[0])
+        self._trail, self._drop, self._sea = Ticker(TRAIL_RATE), Ticker(_WAKE_RATE), Ticker(sea.RATES[0])
         self._trail_end: dict[str, FloatArray] = {}
         self._wakes: dict[str, FloatArray] = {}
         self._left = 0
@@ -85,7 +85,7 @@ class WaterChunks:
             self._sea = Ticker(self._swell.rate)
         for boat in (boat for boat in self._bodies if boat.name not in self._hulls):
             lines = sea.hull_lines(boat, self._swell.cell)
-            held = sea.hull_water(lines), sea.shades(), Held(WAKE_STEPS, keep=sea.KEEP)
+            held = sea.hull_water(lines), sea.shades(), Held(_WAKE_STEPS, keep=sea.KEEP)
             self._hulls[boat.name] = Shown(lines, *held)
 
     def __call__(self, boats: Sequence[str], time: FloatArray, poses: FloatArray) -> Iterator[Chunk]:
@@ -100,7 +100,7 @@ class WaterChunks:
         drops = self._drop(time)
         left, newest = self._leave(boats, poses[drops, :, :2], poses[0, :, :2]), np.cumsum(drops)
         frames = np.flatnonzero(self._sea(time))
-        for part in (frames[i : i + SEA_FRAMES] for i in range(0, len(frames), SEA_FRAMES)):
+        for part in (frames[i : i + _SEA_FRAMES] for i in range(0, len(frames), _SEA_FRAMES)):
             wakes = ribbons(poses[part, :, :2], left[newest[part, None] + np.arange(WAKE_POINTS)[::-1]])[:, :-1]
             yield from self._seas(boats, self._swell, time[part], poses[part], wakes, self._left + newest[part])
         self._left += int(newest[-1])
@@ -120,11 +120,11 @@ class WaterChunks:
 
     def _patch(self, boat: str, swell: Swell, time: FloatArray, pose: FloatArray) -> Iterator[Chunk]:
         """The water at a boat's hull, in its frame: for poses (n, 7), where it changes."""
-        (x, y), path = self._hulls[boat].lines, patch_path(boat)
+        (x, y), path = self._hulls[boat].lines, _patch_path(boat)
         yield from self._begin(path, y, x, rr.CoordinateFrame(f"tf#/world/boats/{boat}"))
         taken, z = self._hulls[boat].heights(sea.patch_heights(swell, (x, y), time, pose, SUNK * swell.deviation))
         if taken.any():
-            yield mesh_chunk(path, time[taken], vertex_positions=[mesh_points(x, y, z[taken])])
+            yield _mesh_chunk(path, time[taken], vertex_positions=[mesh_points(x, y, z[taken])])
 
     def _seas(
         self, boats: Sequence[str], swell: Swell, time: FloatArray, poses: FloatArray, wakes: FloatArray, left: IntArray
@@ -160,13 +160,13 @@ class WaterChunks:
             for band in sea.bands(meshes[0][0].shape[1]):
                 positions, tints = ([mesh[:, band] for mesh in several] for several in meshes)
                 moment = np.concatenate(moments)
-                yield mesh_chunk(f"{path}/{band.start}", moment, vertex_positions=positions, vertex_colors=tints)
+                yield _mesh_chunk(f"{path}/{band.start}", moment, vertex_positions=positions, vertex_colors=tints)
         foam = np.concatenate([wakes, height[..., None]], axis=-1)
         for i, (boat, own) in enumerate(zip(boats, np.split(bright, ends[:-1], axis=1), strict=True)):
             yield from self._wake(boat, time, foam[:, :, :, i], left)
             taken, seen = self._hulls[boat].bright(own)
             if taken.any():
-                yield mesh_chunk(patch_path(boat), time[taken], vertex_colors=[sea.colors(seen[taken])])
+                yield _mesh_chunk(_patch_path(boat), time[taken], vertex_colors=[sea.colors(seen[taken])])
 
     def _wake(self, boat: str, time: FloatArray, foam: FloatArray, left: IntArray) -> Iterator[Chunk]:
         """A wake through both sides (n, points, 2, 3) [m] of points: each is held in one place of a ring."""
@@ -175,7 +175,7 @@ class WaterChunks:
         taken, ring = self._hulls[boat].wake(foam[frame, order])
         if taken.any():
             sides = ring[frame, order][taken].astype(np.float32)
-            yield mesh_chunk(wake_path(boat), time[taken], vertex_positions=[sides])
+            yield _mesh_chunk(wake_path(boat), time[taken], vertex_positions=[sides])
 
     def _begin(self, path: str, y: FloatArray, x: FloatArray, *more: rr.AsComponents) -> Iterator[Chunk]:
         """What an entity with a mesh always has, once: triangles alone, without which a viewer drops the mesh."""
@@ -187,9 +187,9 @@ class WaterChunks:
         """Spans of places (n, boats, 2) [m], each with its cells, which are laid anew when a boat has gone some way."""
         begin = 0
         while begin < len(places):
-            if self._laid.shape != places[begin].shape or np.abs(places[begin] - self._laid).max() > MOVED:
+            if self._laid.shape != places[begin].shape or np.abs(places[begin] - self._laid).max() > _MOVED:
                 self._laid, self._heights, self._bright = places[begin], Held(sea.STEP, keep=1.0), sea.shades()
-            gone = np.abs(places[begin:] - self._laid).max(axis=(1, 2)) > MOVED
+            gone = np.abs(places[begin:] - self._laid).max(axis=(1, 2)) > _MOVED
             end = begin + int(np.argmax([*gone, True]))
             yield slice(begin, end), sea.grid_around(self._laid)
             begin = end
@@ -215,13 +215,13 @@ def ribbons(places: FloatArray, left: FloatArray) -> FloatArray:
     points = np.concatenate([places[:, None], left], axis=1)
     way = points - np.concatenate([left[:, 1:2], left[:, 1:], left[:, -1:], left[:, -1:]], axis=1)[:, : points.shape[1]]
     way[:, -1] = way[:, -2]
-    across = way[..., ::-1] * (-0.5, 0.5) / np.maximum(np.hypot(way[..., 0], way[..., 1]), SLOW)[..., None]
+    across = way[..., ::-1] * (-0.5, 0.5) / np.maximum(np.hypot(way[..., 0], way[..., 1]), _SLOW)[..., None]
     across[:, 0] *= WAKE_WIDTHS[0]
     across[:, 1:] *= WAKE_WIDTHS[1]
     return np.stack([points - across, points + across], axis=2)
 
 
-def mesh_chunk(path: str, time: FloatArray, **parts: Sequence[npt.NDArray[Any]]) -> Chunk:
+def _mesh_chunk(path: str, time: FloatArray, **parts: Sequence[npt.NDArray[Any]]) -> Chunk:
     """Frames of a mesh: of each part arrays (frames, ...), which follow each other and may differ in their vertices."""
     name, arrays = next(iter(parts.items()))
     width = 3 if name == "vertex_positions" else 1
@@ -236,17 +236,17 @@ def mesh_points(x: FloatArray, y: FloatArray, z: FloatArray) -> npt.NDArray[np.f
     Lines along y lean by a hair: where no two vertices have the same x, LZ4 finds each in the frame before, and a
     recording's sea is half as large.
     """
-    leaning = x + LEAN * np.arange(len(y))[:, None]
+    leaning = x + _LEAN * np.arange(len(y))[:, None]
     return np.stack(np.broadcast_arrays(leaning, y[:, None], z), axis=-1).astype(np.float32)
 
 
 def speed_colors(speed: FloatArray) -> ByteArray:
     """Colours (n, 3) of speeds (n,) [m/s], in sixteen steps."""
     share = np.round(15.0 * np.clip(speed / FASTEST, 0.0, 1.0)) / 15.0
-    return sea.ramp(SPEED_COLORS, share).astype(np.uint8)
+    return sea.ramp(_SPEED_COLORS, share).astype(np.uint8)
 
 
-def patch_path(boat: str) -> str:
+def _patch_path(boat: str) -> str:
     """The entity of the water at a boat's hull."""
     return f"/world/sea/hulls/{boat}"
 
@@ -258,20 +258,20 @@ def wake_path(boat: str) -> str:
 
 def wake_looks() -> rr.Mesh3D:
     """Triangles and colours of a wake, through both sides of its points from the boat on."""
-    return rr.Mesh3D.from_fields(triangle_indices=sea.triangles(WAKE_POINTS, 2), vertex_colors=FOAM.repeat(2))
+    return rr.Mesh3D.from_fields(triangle_indices=sea.triangles(WAKE_POINTS, 2), vertex_colors=_FOAM.repeat(2))
 
 
-WAKE_RATE = 1.5
+_WAKE_RATE = 1.5
 """Points that a boat leaves [Hz]."""
 WAKE_POINTS = 20
 """Points of a wake, the boat's place included."""
-WAKE_STEPS = np.tile([1.0 / 128.0, 1.0 / 128.0, sea.STEP], 2 * WAKE_POINTS)
+_WAKE_STEPS = np.tile([1.0 / 128.0, 1.0 / 128.0, sea.STEP], 2 * WAKE_POINTS)
 """What both sides of points are rounded to [m]."""
 WAKE_WIDTHS = (0.7, 1.3)
 """Width of a wake at the boat and behind it [m]."""
-SLOW = 1.0
+_SLOW = 1.0
 """Way between two points under which a wake is narrower [m]: a boat that hardly moves makes no foam."""
-FOAM = sea.packed(sea.ramp([(214, 232, 240), (94, 134, 156), (36, 76, 99)], np.linspace(0.0, 1.0, WAKE_POINTS)))
+_FOAM = sea.packed(sea.ramp([(214, 232, 240), (94, 134, 156), (36, 76, 99)], np.linspace(0.0, 1.0, WAKE_POINTS)))
 """Colours of a wake from the boat to its end, where it is nearly that of the sea."""
 OVER = (0.04, 0.15)
 """Height of a wake over the drawn sea [m], and more in standard deviations of the sea: cells are flat."""

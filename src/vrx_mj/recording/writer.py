@@ -31,7 +31,7 @@ from vrx_mj.sensors.readings import Reading
 from vrx_mj.tasks.frame import Message
 from vrx_mj.unix import release_memory
 
-QUALITY = 75
+_QUALITY = 75
 """Quality of the JPEG pictures, of 100."""
 
 
@@ -48,7 +48,7 @@ class RecordWriter:
         except OSError as error:
             raise self._error(error) from error
         self._finish = weakref.finalize(self, finish, self._path, self._file, self._scenes)
-        self._put(RUN, {"head": [head_text(scene)], "files": [archive(scene.files)]})
+        self._put(RUN, {"head": [_head_text(scene)], "files": [archive(scene.files)]})
         self._scenes.append(dataclasses.replace(scene, files={}))
 
     @property
@@ -101,7 +101,7 @@ class RecordWriter:
     def reading(self, boat: str, reading: Reading) -> None:
         """Record what a boat's sensor measured; it must be among the scene's sensors."""
         sensor = self._sensors[boat, reading.name]
-        self._put(sensor.readings_path, reading_columns(sensor, reading))
+        self._put(sensor.readings_path, _reading_columns(sensor, reading))
 
     def close(self) -> None:
         """Encode what was recorded, with the blueprint and the table of contents. Once; later calls do nothing."""
@@ -144,7 +144,7 @@ def finish(path: Path, file: RawFile, scenes: Sequence[RecordScene]) -> None:
         warnings.warn(f"{error}; what is in it reads, and vrx-mj replay shows it", VrxWarning, stacklevel=2)
 
 
-def head_text(scene: RecordScene) -> str:
+def _head_text(scene: RecordScene) -> str:
     """The header of a recording, which `boat_sets.head_of` reads."""
     return json.dumps({
         "format": FORMAT,
@@ -159,14 +159,14 @@ def head_text(scene: RecordScene) -> str:
     })  # fmt: skip
 
 
-def reading_columns(sensor: RecordedSensor, reading: Reading) -> dict[str, list[Cell]]:
+def _reading_columns(sensor: RecordedSensor, reading: Reading) -> dict[str, list[Cell]]:
     """Cells that give a reading back: its picture, its points, or its numbers as the fields of its class list them."""
     columns: dict[str, list[Cell]] = {"time": [np.array([reading.time])], "sequence": [np.array([reading.sequence])]}
     if sensor.type == "camera":
         if reading.data.labels is not None:
             seen = [(one.category_id, *one.box) for one in reading.data.labels.objects]
             columns["labels"] = [np.ravel(seen).astype("<i4")]
-        return columns | {"EncodedImage:blob": [reading.data.jpeg(QUALITY)]}
+        return columns | {"EncodedImage:blob": [reading.data.jpeg(_QUALITY)]}
     if sensor.gives_points:
         cloud = reading.data  # as bytes: rerun takes numbers one by one
         numbers = {"intensity": [cloud.intensity.astype("<f4").tobytes()], "ring": [cloud.ring.astype("<u2").tobytes()]}

@@ -13,7 +13,8 @@ with importing("vrx_mj.rl", "Gymnasium", "rl"):
     from vrx_mj.rl.gym import Env, VectorEnv
 
 if TYPE_CHECKING:
-    from vrx_mj.rl.zoo import ActionError, ParallelEnv, TeamVectorEnv
+    from vrx_mj.rl.options import ActionError
+    from vrx_mj.rl.zoo import ParallelEnv, TeamVectorEnv
 
 __all__ = ["ActionError", "Env", "ParallelEnv", "TeamVectorEnv", "VectorEnv"]
 

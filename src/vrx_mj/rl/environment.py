@@ -21,33 +21,18 @@ from vrx_mj.rl.problems import PROBLEMS, SCORE
 from vrx_mj.rl.refereed import RefereedRow, Rows
 from vrx_mj.runtime.batch import Batch
 
-__all__ = [
-    "BOUND",
-    "CAPSIZED",
-    "LEAST_LEFT",
-    "SUNK",
-    "Actions",
-    "Environment",
-    "Floats32",
-    "LostBoats",
-    "Outcome",
-    "Roster",
-    "TeamOptions",
-    "masked",
-]
-
-Random = list[np.random.Generator]
+_Random = list[np.random.Generator]
 SUNK = 2.0
 """A boat is sunk when it is so much deeper under the surface at its place than where it floats at rest [m]."""
 CAPSIZED = np.radians(90.0)
 """A boat has capsized when its mast leans by more than this from the vertical [rad]."""
-AWAY, BESIDE = 1e4, 200.0
+_AWAY, _BESIDE = 1e4, 200.0
 """Absent boats float so far north-east of all, and so far from each other [m]; waves and wind move them."""
 FREE = 8.0
 """A boat joins at a place that no other is nearer to [m]."""
-TRIES = 20
+_TRIES = 20
 """Places that are tried in a step; a boat that finds none waits for the next."""
-NEVER = 1 << 62
+_NEVER = 1 << 62
 """Step in which a boat leaves that does not."""
 
 
@@ -97,9 +82,9 @@ class Roster:
         self._problem, self._lost_boats, self._moving, self._most = problem, lost, moving, most
         shape = problem.n, problem.size
         self.present = np.zeros(shape, np.bool_)
-        self._joins, self._leaves = np.zeros(shape, np.int64), np.full(shape, NEVER)
+        self._joins, self._leaves = np.zeros(shape, np.int64), np.full(shape, _NEVER)
 
-    def begin(self, rows: IntArray, random: Random) -> None:
+    def begin(self, rows: IntArray, random: _Random) -> None:
         """Draw who is there from the start of an episode, and put the boats of these rows where they belong.
 
         A boat that joins does so in the first half of an episode, one that leaves in the second; the anchor stays.
@@ -119,7 +104,7 @@ class Roster:
         """Which boats have to leave now, (n, boats), by the steps of each row."""
         return self.present & (self._leaves <= steps[:, None])
 
-    def join(self, steps: IntArray, going: BoolArray, team: Team, generators: Random) -> BoolArray:
+    def join(self, steps: IntArray, going: BoolArray, team: Team, generators: _Random) -> BoolArray:
         """Put boats into the water whose time has come, where there is room; which they are, (n, boats)."""
         joined = np.zeros_like(self.present)
         waiting = going[:, None] & (self._joins > 0) & (self._joins <= steps[:, None]) & ~self.present
@@ -141,7 +126,7 @@ class Roster:
 
     def _park(self, boat: int, rows: IntArray) -> None:
         """Put a boat of some rows out of sight."""
-        place = AWAY + BESIDE * boat, AWAY, 0.0, 0.0
+        place = _AWAY + _BESIDE * boat, _AWAY, 0.0, 0.0
         self._put(boat, rows, np.array([place] * len(rows)))
 
     def _draw(self, row: int, random: np.random.Generator, joining: float, leaving: float) -> None:
@@ -153,7 +138,7 @@ class Roster:
 
     def _free(self, row: int, boat: int, team: Team, joined: BoolArray, random: np.random.Generator) -> Spot | None:
         others = self.present[row] | joined
-        for _ in range(TRIES):
+        for _ in range(_TRIES):
             spot = self._problem.entrance(row, boat, random)
             gaps = np.hypot(team.x[row, others] - spot[0], team.y[row, others] - spot[1])
             if (gaps >= FREE).all():
@@ -170,7 +155,7 @@ BOUND = 5.0
 """Observations are clipped to this either way, in their units."""
 LEAST_LEFT = 100
 """Steps, at least, that a lost boat is taken to have left: 10 s."""
-SPACING = 12.0
+_SPACING = 12.0
 """Distance between boats where a fleet is compiled [m]; problems but `Score` put them elsewhere."""
 
 
@@ -433,4 +418,4 @@ def _compiled(problem: str, n: int, world: Source | None, fleet: Source | None, 
 
 def _line_of(boats: Any) -> Source:
     check_count("boats", boats)
-    return {"usv_count": int(boats), "layout": "line", "spacing": SPACING, "origin": "spawn", "sensors": "none"}
+    return {"usv_count": int(boats), "layout": "line", "spacing": _SPACING, "origin": "spawn", "sensors": "none"}

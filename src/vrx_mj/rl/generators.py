@@ -14,29 +14,27 @@ from vrx_mj.rl.options import is_number
 from vrx_mj.rl.refereed import RefereedRow, Rows
 from vrx_mj.runtime.batch import Batch
 
-__all__ = ["VARIED", "Generators", "Range", "Seeds", "Variety"]
-
 Seeds = int | Sequence[int | None] | None
 """One for row 0, and the next ones for the others; one for each row, None for a row that goes on; or None for all."""
 Range = float | Sequence[float] | None
 """A number, or the least and the greatest of which one is drawn evenly; None: as the world has it."""
 
-LARGEST = 1e6
+_LARGEST = 1e6
 """Greatest value of anything that is varied, in its unit."""
-PERIODS = (0.8, 1.4)
+_PERIODS = (0.8, 1.4)
 """Factor of the waves' periods by default: from 4 to 7 s where the world has 5."""
-BAND = (0.5, 1.2)
+_BAND = (0.5, 1.2)
 """Factor of the width of the waves' band by default."""
-SPREAD = (0.0, 1.5)
+_SPREAD = (0.0, 1.5)
 """Factor of the spread of the waves' directions by default."""
-TURN = (-np.pi, np.pi)
+_TURN = (-np.pi, np.pi)
 """Any direction or phase [rad]."""
 VARIED: Mapping[str, Range] = {
-    "wind_speed": None, "gusts": None, "waves": None, "wave_period": PERIODS, "wave_band": BAND,
-    "wave_direction": TURN, "wave_spread": SPREAD, "wave_phase": TURN, "mass": None, "thrust": None,
+    "wind_speed": None, "gusts": None, "waves": None, "wave_period": _PERIODS, "wave_band": _BAND,
+    "wave_direction": _TURN, "wave_spread": _SPREAD, "wave_phase": _TURN, "mass": None, "thrust": None,
 }  # fmt: skip
 """What can be varied, and its range by default."""
-LEAST = {"wave_direction": -LARGEST, "wave_phase": -LARGEST, "mass": 1e-3, "wave_period": 1e-3}
+_LEAST = {"wave_direction": -_LARGEST, "wave_phase": -_LARGEST, "mass": 1e-3, "wave_period": 1e-3}
 """Least values of what is varied where they are not 0."""
 
 
@@ -113,7 +111,7 @@ class Variety:
         if isinstance(rows, Batch) and "mass" in self._ranges:
             _check_mass(rows, ranges["mass"], self._ranges["mass"][1])
         if "wind_speed" in self._ranges:
-            self._ranges["wind_direction"] = TURN
+            self._ranges["wind_direction"] = _TURN
         self._rows, self._waves = rows, len(rows.waves(0))
         self._drawn = {name: np.zeros((rows.n, *self._shape(name))) for name in self._ranges}
 
@@ -140,9 +138,9 @@ def _range(name: str, value: object) -> tuple[float, float]:
     if isinstance(value, np.ndarray):
         value = value.tolist()
     pair = tuple(value) if isinstance(value, Sequence) else (value, value)
-    least = LEAST.get(name, 0.0)
-    if len(pair) != 2 or not all(map(is_number, pair)) or not least <= pair[0] <= pair[1] <= LARGEST:
-        number = "a number" if least == -LARGEST else f"a number of {least:g} or more"
+    least = _LEAST.get(name, 0.0)
+    if len(pair) != 2 or not all(map(is_number, pair)) or not least <= pair[0] <= pair[1] <= _LARGEST:
+        number = "a number" if least == -_LARGEST else f"a number of {least:g} or more"
         raise gymnasium.error.Error(f"invalid {name} {shown(value)}: {number}, or a pair (least, greatest), is needed")
     return float(pair[0]), float(pair[1])
 

@@ -18,9 +18,7 @@ from vrx_mj.rl.generators import Range, Seeds
 from vrx_mj.rl.options import PERIOD, as_actions, check_count, check_picture, episode_steps, reset_options, row_mask
 from vrx_mj.rl.problems import ALONE, PROBLEMS
 
-__all__ = ["Env", "RegisteredEnv", "VectorEnv"]
-
-Arrays = tuple[Floats32, FloatArray, BoolArray, BoolArray, dict[str, Any]]
+_Arrays = tuple[Floats32, FloatArray, BoolArray, BoolArray, dict[str, Any]]
 
 
 class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]):
@@ -127,7 +125,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
         self._film(rows, rows)
         return observation, self._core.begun(rows)
 
-    def step(self, actions: npt.ArrayLike) -> Arrays:
+    def step(self, actions: npt.ArrayLike) -> _Arrays:
         """Apply an action for 0.1 s in every row; with NEXT_STEP, rows whose episodes have ended are reset instead.
 
         Raises:

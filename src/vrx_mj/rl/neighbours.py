@@ -9,12 +9,10 @@ import numpy.typing as npt
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.rl.problem import Entry, Team
 
-__all__ = ["FEATURES", "NeighbourView", "Neighbours", "normals"]
-
-Keys = npt.NDArray[np.uint64]
+_Keys = npt.NDArray[np.uint64]
 FEATURES = 7
 """Numbers that are observed of a neighbour."""
-DRAWS = 5
+_DRAWS = 5
 """Normal numbers that an observation of one boat takes: two of its place, two of its velocity, one of its heading."""
 
 
@@ -55,7 +53,7 @@ class Neighbours:
         self._step, self._key = np.zeros(n, np.int64), np.zeros(n, np.uint64)
         self._pairs = np.arange(boats * boats, dtype=np.uint64).reshape(boats, boats)
 
-    def begin(self, rows: IntArray, keys: Keys, team: Team) -> None:
+    def begin(self, rows: IntArray, keys: _Keys, team: Team) -> None:
         """Start rows anew, as if their boats had been where they are all the time; `keys` are those of their noise."""
         self._past[:, rows] = _report(team)[rows]
         self._step[rows], self._key[rows] = 0, keys
@@ -85,7 +83,7 @@ class Neighbours:
         boats = len(self._pairs)
         pair = self._pairs[np.arange(boats)[None, :, None], order]
         step = self._step.astype(np.uint64)[:, None, None] * np.uint64(boats * boats)
-        counters = ((step + pair)[..., None] * np.uint64(DRAWS) + np.arange(DRAWS, dtype=np.uint64)).astype(np.uint64)
+        counters = ((step + pair)[..., None] * np.uint64(_DRAWS) + np.arange(_DRAWS, dtype=np.uint64)).astype(np.uint64)
         place, velocity, heading = self._view.noise
         drawn = normals(self._key[:, None, None, None], counters) * (place, place, velocity, velocity, heading)
         return np.concatenate((drawn[..., :2], drawn[..., 4:], drawn[..., 2:4], np.zeros((*order.shape, 1))), axis=-1)
@@ -107,7 +105,7 @@ def _seen_from(team: Team, reported: FloatArray) -> FloatArray:
     return np.stack((np.ones_like(x), ahead, port, np.sin(turn), np.cos(turn), faster, aside), axis=-1)
 
 
-def normals(keys: Keys, counters: Keys) -> FloatArray:
+def normals(keys: _Keys, counters: _Keys) -> FloatArray:
     """Numbers of the standard normal distribution, those of `physics.noise.normal`, for whole arrays."""
     even = counters * np.uint64(2)
     radius = np.sqrt(-2.0 * np.log(1.0 - _uniform(keys, even)))
@@ -115,7 +113,7 @@ def normals(keys: Keys, counters: Keys) -> FloatArray:
     return drawn
 
 
-def _uniform(keys: Keys, counters: Keys) -> FloatArray:
+def _uniform(keys: _Keys, counters: _Keys) -> FloatArray:
     """Numbers in [0, 1), those of `physics.noise.uniform`."""
     z = keys + (counters + np.uint64(1)) * np.uint64(0x9E3779B97F4A7C15)
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)

@@ -13,37 +13,21 @@ from vrx_mj.arrays import BoolArray
 from vrx_mj.errors import shown
 from vrx_mj.rl.neighbours import NeighbourView
 
-__all__ = [
-    "PERIOD",
-    "ActionError",
-    "as_actions",
-    "chance",
-    "check_count",
-    "check_picture",
-    "episode_steps",
-    "is_number",
-    "neighbour_view",
-    "reset_options",
-    "row_mask",
-    "step_limit",
-    "team_share",
-]  # fmt: skip
-
 PERIOD = 0.1
 """Duration of an action [s]: 10 physics steps."""
-ROUNDING = 1e-6
+_ROUNDING = 1e-6
 """An action so near to a bound is the bound: wrappers compute actions, and round them."""
-LONGEST = 1e9
+_LONGEST = 1e9
 """Longest duration of an episode [s]."""
-ENDLESS = 1 << 60
+_ENDLESS = 1 << 60
 """Steps of an episode that is not truncated."""
-MOST = 1_000_000
+_MOST = 1_000_000
 """Greatest number of rows."""
-LARGEST = 8192
+_LARGEST = 8192
 """Greatest width and height of a picture [pixels]."""
-MOST_NEIGHBOURS = 10_000
+_MOST_NEIGHBOURS = 10_000
 """Greatest number of neighbours that are observed."""
-LONGEST_DELAY = 3600.0
+_LONGEST_DELAY = 3600.0
 """Longest delay of what boats observe of each other [s]."""
 
 
@@ -55,8 +39,8 @@ def episode_steps(duration: object) -> int:
     """Steps of an episode; gymnasium.error.Error: its duration [s] is invalid."""
     if not is_number(duration) or duration < PERIOD:
         raise gymnasium.error.Error(f"invalid duration {shown(duration)}: a number of {PERIOD:g} s or more is needed")
-    if duration > LONGEST:
-        raise gymnasium.error.Error(f"invalid duration {shown(duration)}: at most {LONGEST:g} s")
+    if duration > _LONGEST:
+        raise gymnasium.error.Error(f"invalid duration {shown(duration)}: at most {_LONGEST:g} s")
     return round(float(duration) / PERIOD)
 
 
@@ -76,7 +60,7 @@ def step_limit(duration: object, most: object, default: float) -> int:
     if not isinstance(most, int | np.integer) or isinstance(most, bool) or (most < 1 and most != -1):
         text = "a whole number above 0 is needed, or -1 for no limit"
         raise gymnasium.error.Error(f"invalid max_episode_steps {shown(most)}: {text}")
-    limit = ENDLESS if most == -1 else min(int(most), ENDLESS)
+    limit = _ENDLESS if most == -1 else min(int(most), _ENDLESS)
     steps = limit if duration is None else episode_steps(duration)
     if steps > limit:
         text = f"truncates an episode after {limit * PERIOD:g} s; give max_episode_steps={steps} instead"
@@ -88,8 +72,8 @@ def check_count(name: str, value: object) -> None:
     """gymnasium.error.Error: the option of that name is not a whole number from 1 to a million."""
     if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < 1:
         raise gymnasium.error.Error(f"invalid {name} {shown(value)}: a whole number above 0 is needed")
-    if value > MOST:
-        raise gymnasium.error.Error(f"invalid {name} {shown(value)}: at most {MOST} are possible")
+    if value > _MOST:
+        raise gymnasium.error.Error(f"invalid {name} {shown(value)}: at most {_MOST} are possible")
 
 
 def check_picture(mode: object, modes: Sequence[str], width: object, height: object) -> None:
@@ -98,8 +82,8 @@ def check_picture(mode: object, modes: Sequence[str], width: object, height: obj
         possible = ", ".join(["None", *map(repr, modes[:-1])])
         raise gymnasium.error.Error(f"invalid render_mode {shown(mode)}: {possible} or {modes[-1]!r} is needed")
     for name, size in (("width", width), ("height", height)):
-        if not isinstance(size, int | np.integer) or isinstance(size, bool) or not 1 <= size <= LARGEST:
-            text = f"a whole number of pixels from 1 to {LARGEST} is needed"
+        if not isinstance(size, int | np.integer) or isinstance(size, bool) or not 1 <= size <= _LARGEST:
+            text = f"a whole number of pixels from 1 to {_LARGEST} is needed"
             raise gymnasium.error.Error(f"invalid {name} {shown(size)}: {text}")
 
 
@@ -134,15 +118,15 @@ def as_actions(action: object, name: str = "action") -> npt.NDArray[np.float32]:
     except (TypeError, ValueError, OverflowError):
         raise ActionError(f"invalid {name}: an array of numbers is needed") from None
     bounded = given.clip(-1.0, 1.0)
-    return np.where(np.abs(given - bounded) <= ROUNDING, bounded, given)
+    return np.where(np.abs(given - bounded) <= _ROUNDING, bounded, given)
 
 
 def neighbour_view(neighbours: object, reach: object, noise: object, delay: object) -> NeighbourView:
     """How boats see each other; gymnasium.error.Error: an option is invalid."""
     if not isinstance(neighbours, int | np.integer) or neighbours < 0:
         raise gymnasium.error.Error(f"invalid neighbours {shown(neighbours)}: a whole number of 0 or more is needed")
-    if neighbours > MOST_NEIGHBOURS:
-        raise gymnasium.error.Error(f"invalid neighbours {shown(neighbours)}: at most {MOST_NEIGHBOURS} are possible")
+    if neighbours > _MOST_NEIGHBOURS:
+        raise gymnasium.error.Error(f"invalid neighbours {shown(neighbours)}: at most {_MOST_NEIGHBOURS} are possible")
     if not is_number(reach) or reach <= 0.0:
         raise gymnasium.error.Error(f"invalid range {shown(reach)}: a number of metres above 0 is needed")
     given = tuple(noise) if isinstance(noise, Sequence | np.ndarray) else ()
@@ -151,11 +135,11 @@ def neighbour_view(neighbours: object, reach: object, noise: object, delay: obje
         raise gymnasium.error.Error(f"invalid noise {shown(noise)}: {text}")
     if (
         not is_number(delay)
-        or not 0.0 <= delay <= LONGEST_DELAY
+        or not 0.0 <= delay <= _LONGEST_DELAY
         or not math.isclose(delay / PERIOD, round(delay / PERIOD), abs_tol=1e-6)
     ):
         raise gymnasium.error.Error(
-            f"invalid delay {shown(delay)}: a multiple of {PERIOD:g} s, up to {LONGEST_DELAY:g} s, is needed"
+            f"invalid delay {shown(delay)}: a multiple of {PERIOD:g} s, up to {_LONGEST_DELAY:g} s, is needed"
         )
     return NeighbourView(
         int(neighbours), float(reach), (float(given[0]), float(given[1]), float(given[2])), round(delay / PERIOD)

@@ -14,15 +14,13 @@ from vrx_mj.mjcf.world import World
 from vrx_mj.rl.refereed import Rows
 from vrx_mj.sensors.camera import Cameras
 
-__all__ = ["Picture", "show"]
-
-BEHIND, ABOVE, DOWN = 12.0, 6.0, 0.35
+_BEHIND, _ABOVE, _DOWN = 12.0, 6.0, 0.35
 """Place of the camera behind and above a boat [m], and by how much it looks down [rad]."""
-PITCH = 0.5
+_PITCH = 0.5
 """Angle by which the camera of a team looks down, to the north [rad]."""
-NEAREST, ROOM = 14.0, 1.1
+_NEAREST, _ROOM = 14.0, 1.1
 """Distance of that camera from the team's middle, at least [m], and for each m of the team's radius."""
-COLUMNS = 80
+_COLUMNS = 80
 """Width of a picture in the terminal [characters]."""
 
 
@@ -47,17 +45,17 @@ class Picture:
         """The picture (height, width, 3) of a row, from behind and above its first boat."""
         x, y, _, w, qx, qy, z = rows.features[row, 0, :7]
         yaw = float(np.arctan2(2 * (w * z + qx * qy), 1 - 2 * (qy * qy + z * z)))
-        place = np.array([x - BEHIND * np.cos(yaw), y - BEHIND * np.sin(yaw), ABOVE])
-        return self._drawn(rows, row, place, (0.0, DOWN, yaw))
+        place = np.array([x - _BEHIND * np.cos(yaw), y - _BEHIND * np.sin(yaw), _ABOVE])
+        return self._drawn(rows, row, place, (0.0, _DOWN, yaw))
 
     def from_south(self, rows: Rows, row: int, present: BoolArray) -> ByteArray:
         """The picture (height, width, 3) of a row, from the south, with all boats that are present, (boats,)."""
         places = rows.features[row, present, :2]
         low, high = (places.min(axis=0), places.max(axis=0)) if len(places) else (np.zeros(2), np.zeros(2))
-        away = NEAREST + ROOM * 0.5 * float(np.hypot(*(high - low)))
+        away = _NEAREST + _ROOM * 0.5 * float(np.hypot(*(high - low)))
         x, y = (low + high) / 2.0
-        place = np.array([x, y - away * np.cos(PITCH), away * np.sin(PITCH)])
-        return self._drawn(rows, row, place, (0.0, PITCH, np.pi / 2))
+        place = np.array([x, y - away * np.cos(_PITCH), away * np.sin(_PITCH)])
+        return self._drawn(rows, row, place, (0.0, _PITCH, np.pi / 2))
 
     def _drawn(self, rows: Rows, row: int, place: FloatArray, turned: tuple[float, float, float]) -> ByteArray:
         """The picture from a place (3,) [m], by the camera's roll, pitch and yaw [rad]; x is forward."""
@@ -75,7 +73,7 @@ class Picture:
 
 def show(picture: ByteArray) -> None:
     """Write a picture to the terminal, two pixels to a character, over the one before."""
-    step = max(1, picture.shape[1] // COLUMNS)
+    step = max(1, picture.shape[1] // _COLUMNS)
     small = picture[::step, ::step]
     rows = (zip(small[k], small[k + 1], strict=True) for k in range(0, len(small) - 1, 2))
     lines = ("".join("\x1b[38;2;{};{};{}m\x1b[48;2;{};{};{}m▀".format(*up, *down) for up, down in row) for row in rows)

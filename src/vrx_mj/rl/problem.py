@@ -10,11 +10,6 @@ import numpy.typing as npt
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.rl.refereed import Rows
 
-__all__ = [
-    "CLEAR", "LOSS", "OWN", "Entry", "Judged", "Problem", "Spot", "Team", "crowded", "folded", "mean_of", "open_water",
-    "pose_error", "team_of",
-]  # fmt: skip
-
 Spot = tuple[float, float, float, float]
 """Where a boat starts: x, y [m], heading [rad], and surge velocity [m/s]."""
 CLEAR = 6.0

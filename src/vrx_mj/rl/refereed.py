@@ -12,9 +12,7 @@ from vrx_mj.runtime.commands import ANGLE
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.sensors.sea import wave_table
 
-__all__ = ["RefereedRow", "Rows"]
-
-HEIGHT = 0.1
+_HEIGHT = 0.1
 """Height of a boat's origin over the water where it joins [m]."""
 
 
@@ -74,7 +72,7 @@ class RefereedRow:
     def afloat(self, boat: str, places: FloatArray, rows: IntArray) -> tuple[FloatArray, FloatArray]:
         """Poses and velocities, (rows, 6), of a boat at x, y and yaw, (rows, 3), as high as VRX spawns it."""
         x, y, yaw = places.T
-        none, height = np.zeros_like(x), self.sim.sea.height(x, y, self.sim.time) + HEIGHT
+        none, height = np.zeros_like(x), self.sim.sea.height(x, y, self.sim.time) + _HEIGHT
         return np.stack((x, y, height, none, none, yaw), axis=1), np.zeros((len(x), 6))
 
     def reset(self, rows: IntArray, *, seed: list[int]) -> None:

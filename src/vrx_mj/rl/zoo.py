@@ -36,13 +36,11 @@ with importing("vrx_mj.rl.zoo", "PettingZoo", "rl"):
     import pettingzoo
     from pettingzoo.utils.env_logger import EnvLogger
 
-__all__ = ["ActionError", "ParallelEnv", "TeamVectorEnv"]
-
-Infos = dict[str, dict[str, Any]]
-Step = tuple[dict[str, Floats32], dict[str, float], dict[str, bool], dict[str, bool], Infos]
-Arrays = tuple[Floats32, FloatArray, BoolArray, BoolArray, dict[str, Any]]
-RENDER_MODES = ["human", "rgb_array"]
-NOISE = (0.3, 0.1, 0.03)
+_Infos = dict[str, dict[str, Any]]
+_Step = tuple[dict[str, Floats32], dict[str, float], dict[str, bool], dict[str, bool], _Infos]
+_Arrays = tuple[Floats32, FloatArray, BoolArray, BoolArray, dict[str, Any]]
+_RENDER_MODES = ["human", "rgb_array"]
+_NOISE = (0.3, 0.1, 0.03)
 """Noise of what boats observe of each other, by default: places [m], velocities [m/s], headings [rad]."""
 
 
@@ -82,7 +80,7 @@ class TeamVectorEnv:
         reward: str | float = "individual",
         neighbours: int = 3,
         range: float = 50.0,  # noqa: A002
-        noise: Sequence[float] = NOISE,
+        noise: Sequence[float] = _NOISE,
         delay: float = 0.5,
         joining: float = 0.0,
         leaving: float = 0.0,
@@ -122,7 +120,7 @@ class TeamVectorEnv:
             VrxError: the world or the fleet is invalid, as for `compile_world`, or there is no memory for the rows.
         """
         check_count("num_envs", num_envs)
-        check_picture(render_mode, RENDER_MODES, width, height)
+        check_picture(render_mode, _RENDER_MODES, width, height)
         view, self._share = neighbour_view(neighbours, range, noise, delay), team_share(reward)
         moving = chance("joining", joining), chance("leaving", leaving)
         check_name("problem", problem, (*TEAMS, SCORE))
@@ -172,7 +170,7 @@ class TeamVectorEnv:
         observation, acted = core.reset(mask, seed), np.zeros_like(core.roster.present)
         return observation, core.problem.facts() | {"acted": acted, "present": self.present} | core.begun(mask)
 
-    def step(self, actions: npt.ArrayLike) -> Arrays:
+    def step(self, actions: npt.ArrayLike) -> _Arrays:
         """Apply the actions for 0.1 s.
 
         Raises:
@@ -224,7 +222,7 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
     """
 
     metadata: ClassVar[dict[str, Any]] = {
-        "name": "vrx_mj", "render_modes": RENDER_MODES, "render_fps": round(1 / PERIOD), "is_parallelizable": True,
+        "name": "vrx_mj", "render_modes": _RENDER_MODES, "render_fps": round(1 / PERIOD), "is_parallelizable": True,
     }  # fmt: skip
     """What PettingZoo asks about the environment: its name, ways to draw it, pictures per second."""
 
@@ -267,7 +265,7 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
 
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[dict[str, Floats32], Infos]:
+    ) -> tuple[dict[str, Floats32], _Infos]:
         """Begin an episode; there are no `options`: what is given, as by PettingZoo's tests, is ignored and named."""
         try:
             reset_options(options)
@@ -279,7 +277,7 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
         self._show()
         return {boat: self._observation(boat) for boat in there}, self._facts(there, info)
 
-    def step(self, actions: Mapping[str, npt.ArrayLike]) -> Step:
+    def step(self, actions: Mapping[str, npt.ArrayLike]) -> _Step:
         """Apply one action for each of `agents` for 0.1 s; actions of absent boats are ignored.
 
         Raises:
@@ -341,7 +339,7 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
         own: Floats32 = self._seen[self.possible_agents.index(boat)].copy()
         return own
 
-    def _facts(self, boats: list[str], info: dict[str, Any]) -> Infos:
+    def _facts(self, boats: list[str], info: dict[str, Any]) -> _Infos:
         """`info` of each boat: its own facts, and those of the whole world."""
         own = {name: value[0] for name, value in info.items() if name not in {"acted", "present"} and name[0] != "_"}
         whole = self._rows.drawn_names

@@ -12,11 +12,11 @@ import psutil
 
 from vrx_mj.errors import CommandError
 
-ANY = "*"
+_ANY = "*"
 """Stands for every origin."""
-NULL, FILE = "null", "file://"
+_NULL, _FILE = "null", "file://"
 """Origins of pages that have none: a frame in a sandbox of any site, or a file, in Firefox and in others."""
-DEFAULT_PORTS = {"http": ":80", "https": ":443"}
+_DEFAULT_PORTS = {"http": ":80", "https": ":443"}
 _ORIGIN = re.compile(r"[a-z][a-z0-9+.-]*://(\[[0-9a-f:.]+\]|[a-z0-9_.-]*)(:[0-9]{1,5})?")
 
 
@@ -82,7 +82,7 @@ class Origins:
 
     def welcome(self, origin: str, host: str) -> bool:
         """Whether a page of `origin` may connect that reached this machine by `host`, as `host_of` gives it."""
-        if ANY in self._allowed or _normal(origin) in self._allowed:
+        if _ANY in self._allowed or _normal(origin) in self._allowed:
             return True
         if _ORIGIN.fullmatch(_normal(origin)) is None:
             return False
@@ -97,10 +97,10 @@ def checked_origins(words: Sequence[str]) -> tuple[str, ...]:
     Raises:
         CommandError: one is invalid.
     """
-    origins = tuple(_normal(word if word == FILE else word.removesuffix("/")) for word in words)
+    origins = tuple(_normal(word if word == _FILE else word.removesuffix("/")) for word in words)
     for word, origin in zip(words, origins, strict=True):
         is_origin = _ORIGIN.fullmatch(origin) is not None and host_of(origin.partition("://")[2])
-        if origin not in {ANY, NULL, FILE} and not is_origin:
+        if origin not in {_ANY, _NULL, _FILE} and not is_origin:
             raise CommandError(
                 f"invalid --allow-origin '{word[:200]}': SCHEME://HOST or SCHEME://HOST:PORT is needed, as in "
                 "https://app.foxglove.dev; or null, file://, or * for all"
@@ -111,7 +111,7 @@ def checked_origins(words: Sequence[str]) -> tuple[str, ...]:
 def _normal(origin: str) -> str:
     """An origin in lower case, without its scheme's own port, as browsers send it."""
     lower = origin.lower()
-    return lower.removesuffix(DEFAULT_PORTS.get(lower.partition("://")[0], ""))
+    return lower.removesuffix(_DEFAULT_PORTS.get(lower.partition("://")[0], ""))
 
 
 def _address(host: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
@@ -125,7 +125,7 @@ def _address(host: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
 
 NOWHERE = "192.0.2.1"
 """An address of nobody (RFC 5737): asked for the way to the world; nothing is sent there."""
-VIRTUAL = ("docker", "br-", "bridge", "veth", "vEthernet", "virbr", "lxc", "cni")
+_VIRTUAL = ("docker", "br-", "bridge", "veth", "vEthernet", "virbr", "lxc", "cni")
 """Beginnings of the names of interfaces to containers and virtual machines on this machine."""
 
 
@@ -189,7 +189,7 @@ def interface_addresses() -> Sequence[str]:
     """
     states = psutil.net_if_stats()
     found = [
-        (name.startswith(VIRTUAL), not states[name].isup, one.address)
+        (name.startswith(_VIRTUAL), not states[name].isup, one.address)
         for name, entries in psutil.net_if_addrs().items()
         for one in entries
         if one.family == socket.AF_INET and name in states and (states[name].isup or "up" in states[name].flags)

@@ -35,19 +35,19 @@ from vrx_mj.runtime.observation import Observation
 from vrx_mj.runtime.run import Controller
 from vrx_mj.runtime.simulation import Simulation
 
-CALLER = "/vrx_mj"
+_CALLER = "/vrx_mj"
 """The node that a ROS 1 bag names as the sender of its messages."""
-CHUNK = 1 << 20
+_CHUNK = 1 << 20
 """Size of a chunk of a ROS 1 bag [bytes]; those of MCAP are as large."""
-NEVER = 1 << 62
-HEAD_FIELDS = 13 + 4 + 69
+_NEVER = 1 << 62
+_HEAD_FIELDS = 13 + 4 + 69
 """Where the padding of a bag's first record begins, with its length: after the file's mark, and the record's fields."""
-HEAD_SIZE = 4096 - 69
+_HEAD_SIZE = 4096 - 69
 """Bytes of padding in a bag's first record, as `rosbag` has it."""
-WIDER = 8
+_WIDER = 8
 """Bytes that rosbags takes off the padding: the lengths of the fields and of the padding itself."""
-ROS1_MAGIC, MCAP_MAGIC = b"#ROSBAG V", b"\x89MCAP0\r\n"
-VERSION: Final = 9
+_ROS1_MAGIC, _MCAP_MAGIC = b"#ROSBAG V", b"\x89MCAP0\r\n"
+_VERSION: Final = 9
 """Version of rosbag2's metadata."""
 KINDS = "a .bag file (ROS 1), an .mcap file, or a folder with no extension (rosbag2)"
 
@@ -68,22 +68,22 @@ class BagFile(Protocol):
         """Close it as it is."""
 
 
-def open_bag(path: Path) -> BagFile:
+def _open_bag(path: Path) -> BagFile:
     """A new bag in place of an earlier one, of the kind that its name ends in.
 
     Raises:
         RecordError: the name has another ending, or something other than a bag of this kind is there.
     """
     if path.suffix == ".bag":
-        _make_room(path, ROS1_MAGIC)
+        _make_room(path, _ROS1_MAGIC)
         return Ros1File(path)
     if path.suffix == ".mcap":
-        _make_room(path, MCAP_MAGIC)
+        _make_room(path, _MCAP_MAGIC)
         return _mcap(path)
     if path.suffix:
         raise RecordError(f"invalid bag name '{path}'; allowed: {KINDS}")
     _clear(path)
-    writer = Writer2(path, version=VERSION, storage_plugin=StoragePlugin.SQLITE3)
+    writer = Writer2(path, version=_VERSION, storage_plugin=StoragePlugin.SQLITE3)
     writer.open()
     return Ros2File(writer)
 
@@ -121,12 +121,12 @@ class Ros1File:
         self._writer = Writer1(path)
         self._writer.set_compression(Writer1.CompressionFormat.LZ4)
         self._writer.compressor = _compressed
-        self._writer.chunk_threshold = NEVER  # chunks are cut here
+        self._writer.chunk_threshold = _NEVER  # chunks are cut here
         self._writer.open()
         assert self._writer.bio is not None
         _widen(self._writer.bio)
         self._writer.bio.seek(0, os.SEEK_END)
-        self._writer.bio.write(b" " * WIDER)
+        self._writer.bio.write(b" " * _WIDER)
         self._connections: dict[tuple[str, str], Connection] = {}
 
     def write(self, topic: str, type_name: str, message: Message, time: int, *, latched: bool) -> int:
@@ -138,13 +138,13 @@ class Ros1File:
                 full_name(type_name),
                 msgdef=full_text(type_name),
                 md5sum=md5sum(type_name),
-                callerid=CALLER,
+                callerid=_CALLER,
                 latching=int(latched),
             )
             self._connections[topic, type_name] = connection
         raw = encode(message, type_name)
         self._writer.write(connection, time, raw)
-        if self._writer.chunks[-1].data.tell() > CHUNK:
+        if self._writer.chunks[-1].data.tell() > _CHUNK:
             self._cut()
         return len(raw)
 
@@ -183,7 +183,7 @@ class Ros2File:
     def write(self, topic: str, type_name: str, message: Message, time: int, *, latched: bool) -> int:
         """Add a message of a moment [ns]; returns its size [bytes]."""
         connection = self._connections.get((topic, type_name))
-        kind = ros2_type(type_name)
+        kind = _ros2_type(type_name)
         if connection is None:
             connection = self._writer.add_connection(
                 topic, kind.name, typestore=ros2_types(), offered_qos_profiles=LATCH if latched else ()
@@ -217,8 +217,8 @@ class Ros2File:
 
 def _widen(file: BinaryIO) -> None:
     """Have the bag's first record be as long as `rosbag` makes it, which writes it anew when it mends a bag."""
-    file.seek(HEAD_FIELDS)
-    file.write(struct.pack("<I", HEAD_SIZE))
+    file.seek(_HEAD_FIELDS)
+    file.write(struct.pack("<I", _HEAD_SIZE))
 
 
 def _compressed(raw: bytes) -> bytes:
@@ -232,7 +232,7 @@ def _mcap(path: Path) -> Ros2File:
     """A single file, which rosbags begins in a folder."""
     with tempfile.TemporaryDirectory(dir=path.parent, prefix=".bag-") as scratch:
         folder = Path(scratch) / path.stem
-        writer = Writer2(folder, version=VERSION, storage_plugin=StoragePlugin.MCAP)
+        writer = Writer2(folder, version=_VERSION, storage_plugin=StoragePlugin.MCAP)
         writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
         writer.open()
         (folder / path.name).rename(path)
@@ -255,7 +255,7 @@ def ros2_types() -> Typestore:
 
 
 @cache
-def ros2_type(type_name: str) -> Ros2Type:
+def _ros2_type(type_name: str) -> Ros2Type:
     """The type of that name; of those that ROS 2 does not bring, one with the same fields."""
     name, types = full_name(type_name), ros2_types()
     if name not in types.types:
@@ -284,8 +284,8 @@ FLUSH = 1.0
 """Wall time after which what was published is on the disk [s]."""
 FIRST = 1
 """The earliest moment that ROS's tools play [ns]: they take 0 for no time at all."""
-LOG, LOG_TOPIC = "rosgraph_msgs/Log", "/rosout"
-LEVELS = {"INFO": 2, "WARN": 4, "ERROR": 8}
+_LOG, _LOG_TOPIC = "rosgraph_msgs/Log", "/rosout"
+_LEVELS = {"INFO": 2, "WARN": 4, "ERROR": 8}
 
 
 class Bag:
@@ -318,7 +318,7 @@ class Bag:
             RecordError: it cannot be written, or something other than a bag is there.
         """
         with self._writing():
-            self._file = open_bag(self.path)
+            self._file = _open_bag(self.path)
         return [f"bag: {self.path}"]
 
     def offer(self, table: RosInterface) -> None:
@@ -379,8 +379,8 @@ class Bag:
         if self.path.suffix != ".bag" or self._file is None:
             return
         header = new("std_msgs/Header", stamp=stamp(self._now))
-        message = new(LOG, header=header, level=LEVELS.get(level, LEVELS["INFO"]), name="/vrx_mj", msg=text)
-        self.write(LOG_TOPIC, LOG, message, self._now)
+        message = new(_LOG, header=header, level=_LEVELS.get(level, _LEVELS["INFO"]), name="/vrx_mj", msg=text)
+        self.write(_LOG_TOPIC, _LOG, message, self._now)
 
     @property
     def traffic(self) -> Traffic:
@@ -413,13 +413,13 @@ class Bag:
 
 
 COMMAND = "std_msgs/Float32"
-Advance = Callable[[int], None]
+_Advance = Callable[[int], None]
 
 
 @contextmanager
 def bagged(
     sim: Simulation, path: str | Path, controller: Controller | None = None, *, topics: Sequence[str] = ()
-) -> Iterator[tuple[Advance, Controller | None]]:
+) -> Iterator[tuple[_Advance, Controller | None]]:
     """Write all that happens inside the `with` statement into a bag; the motion stays the same to the last bit.
 
     Gives what advances the simulation meanwhile, and a controller that does as `controller` and is heard: its commands
@@ -436,14 +436,14 @@ def bagged(
         server = RosServer(sim, [bag], Inbox(), report=bag.log, truth=True, clock_rate=rate)
         try:
             server.announce()
-            yield server.advance, None if controller is None else heard(bag, sim, controller)
+            yield server.advance, None if controller is None else _heard(bag, sim, controller)
         finally:
             server.close()
     finally:
         bag.close()
 
 
-def heard(bag: Bag, sim: Simulation, controller: Controller) -> Controller:
+def _heard(bag: Bag, sim: Simulation, controller: Controller) -> Controller:
     """A controller whose commands go into a bag."""
 
     def command(seen: Observation, time: float) -> Mapping[str, Any] | None:

@@ -19,23 +19,23 @@ from vrx_mj.ros import messages
 from vrx_mj.ros.messages import FieldDesc, Message, full_name
 
 DEFINITIONS = Path(__file__).parent / "definitions_ros2"
-AS_IN_ROS_1 = tuple(
+_AS_IN_ROS_1 = tuple(
     messages.DEFINITIONS / name
     for name in (
         "geographic_msgs/GeoPoint.msg", "geographic_msgs/GeoPose.msg", "nmea_msgs/Sentence.msg",
         "robot_localization/FromLL.srv", "robot_localization/ToLL.srv", "vision_msgs/Detection2DArray.msg",
     )
 )  # fmt: skip
-ENCODINGS = (b"\x00\x00", b"\x00\x01")
+_ENCODINGS = (b"\x00\x00", b"\x00\x01")
 """Big-endian and little-endian."""
-HEAD = 4
+_HEAD = 4
 """Bytes before a message."""
 
 
 @cache
 def typestore() -> Typestore:
     """Every type that is known, as ROS 2 Jazzy has it."""
-    return messages.typestore(Stores.ROS2_JAZZY, DEFINITIONS, AS_IN_ROS_1)
+    return messages.typestore(Stores.ROS2_JAZZY, DEFINITIONS, _AS_IN_ROS_1)
 
 
 def is_known(type_name: str) -> bool:
@@ -70,11 +70,11 @@ def decode(raw: bytes, type_name: str) -> Message:
         CommandError: they are no such message.
     """
     try:
-        if raw[:2] not in ENCODINGS or len(raw) < HEAD:
-            raise ValueError(f"they begin with {raw[:HEAD].hex(' ')}, which is not plain CDR")
+        if raw[:2] not in _ENCODINGS or len(raw) < _HEAD:
+            raise ValueError(f"they begin with {raw[:_HEAD].hex(' ')}, which is not plain CDR")
         read = typestore().get_msgdef(full_name(type_name))
         parse = read.deserialize_cdr_le if raw[1] else read.deserialize_cdr_be
-        return parse(memoryview(raw)[HEAD:], 0, read.cls, typestore())[0]
+        return parse(memoryview(raw)[_HEAD:], 0, read.cls, typestore())[0]
     except Exception as error:  # rosbags raises what numpy and struct raise
         raise CommandError(f"{len(raw)} bytes are not a {type_name}: {error}") from error
 

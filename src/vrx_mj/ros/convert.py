@@ -25,20 +25,20 @@ from vrx_mj.runtime.state import State
 from vrx_mj.runtime.timing import Schedule
 from vrx_mj.sensors.readings import Reading
 
-Progress = Callable[[float, float], None]
+_Progress = Callable[[float, float], None]
 """Takes the recorded time that is reached and that of the end [s]."""
-ANGLE = "_angle"
+_ANGLE = "_angle"
 """Ends the name of a command that turns an engine."""
-ROW_RATE = 1e3
+_ROW_RATE = 1e3
 """Of `/clock` [Hz]: more than rows have, so that it is published at each."""
-ODOMETRY, ODOMETRY_RATE = "nav_msgs/Odometry", 10.0
-P3D = "sensors/position/p3d_wamv"
+_ODOMETRY, _ODOMETRY_RATE = "nav_msgs/Odometry", 10.0
+_P3D = "sensors/position/p3d_wamv"
 """VRX's topic of where a boat really is, for one that has no such sensor."""
-KEPT = 2
+_KEPT = 2
 """Boat sets whose simulation is kept: rows and states of two alternate where boats come or go."""
 
 
-def convert(source: str | Path, target: str | Path, progress: Progress | None = None) -> int:
+def convert(source: str | Path, target: str | Path, progress: _Progress | None = None) -> int:
     """Write a recording into a bag; the number of its messages. `progress` is called at every row of the recording.
 
     Raises:
@@ -95,8 +95,8 @@ class Moment:
         """Commands that would have made a boat's engines push and turn as they did."""
         thrust, angle = self.thrust(boat), self.steering(boat)
         for name in self._sim.command_names(boat):
-            if name.endswith(ANGLE):
-                yield name, angle[name.removesuffix(ANGLE)]
+            if name.endswith(_ANGLE):
+                yield name, angle[name.removesuffix(_ANGLE)]
             elif name in self._thrusters[boat]:
                 yield name, self._thrusters[boat][name].command(thrust[name])
 
@@ -154,7 +154,7 @@ class Conversion:
         self._last: dict[str, bytes] = {}
         self._count = 0
 
-    def run(self, progress: Progress | None = None) -> int:
+    def run(self, progress: _Progress | None = None) -> int:
         """Write all in the order of time; the number of messages."""
         recorded = self._recorded
         end = float(recorded.time[-1]) if len(recorded.time) else 0.0
@@ -195,8 +195,8 @@ class Conversion:
         for output in segment.moving:
             self._output(output, time)
         for boat, topic in segment.places.items():
-            if self._schedule.take(topic, ODOMETRY_RATE, time):
-                self._write(topic, ODOMETRY, odometry(segment.bodies, boat, time), time)
+            if self._schedule.take(topic, _ODOMETRY_RATE, time):
+                self._write(topic, _ODOMETRY, _odometry(segment.bodies, boat, time), time)
         for boat in segment.moment.boats:
             for name, value in segment.moment.commands(boat):
                 self._write(command_topic(boat, name), COMMAND, new(COMMAND, data=value), time)
@@ -241,30 +241,30 @@ class Conversion:
     def _segment(self, boat_set: BoatSet) -> SegmentOutputs:
         """The topics while this boat set sails."""
         name = boat_set.world_sha256
-        segment = self._known.pop(name, None) or outputs_of(self._recorded, boat_set)
+        segment = self._known.pop(name, None) or _outputs_of(self._recorded, boat_set)
         self._known[name] = segment
-        while len(self._known) > KEPT:
+        while len(self._known) > _KEPT:
             del self._known[next(iter(self._known))]
         return segment
 
 
-def outputs_of(recorded: Record, boat_set: BoatSet) -> SegmentOutputs:
+def _outputs_of(recorded: Record, boat_set: BoatSet) -> SegmentOutputs:
     """The topics of a boat set, by where their messages come from."""
     moment = Moment(recorded, boat_set)
     sim = cast("Simulation", moment)
     bodies = Bodies(sim)
     host = RecordingHost(sim, bodies, Scenery(recorded.companies[0].parameters, recorded.boats))
-    outputs = make_tables(cast("Host", host), clock_rate=ROW_RATE)["vrx"].outputs.values()
+    outputs = make_tables(cast("Host", host), clock_rate=_ROW_RATE)["vrx"].outputs.values()
     there = {(boat, sensor.name) for boat in sim.boats for sensor in sim.mounted(boat)}
     recorded_ones = [(one.boat, one.name) for one in recorded.sensors]
     measured: dict[tuple[str, str], list[Output]] = {key: [] for key in recorded_ones if key in there}
-    places = {boat: f"/{boat}/{P3D}" for boat in sim.boats}
+    places = {boat: f"/{boat}/{_P3D}" for boat in sim.boats}
     for output in outputs:
         if output.sensor is not None:
             boat = output.sensor[0]
             if output.sensor in measured:
                 measured[output.sensor].append(output)
-            if output.type == ODOMETRY:
+            if output.type == _ODOMETRY:
                 places[boat] = output.name
     own = {output.name for several in measured.values() for output in several}
     places = {boat: topic for boat, topic in places.items() if topic not in own}
@@ -274,11 +274,11 @@ def outputs_of(recorded: Record, boat_set: BoatSet) -> SegmentOutputs:
     return SegmentOutputs(moment, bodies, moving, saved, measured, places)
 
 
-def odometry(bodies: Bodies, boat: str, time: float) -> Message:
+def _odometry(bodies: Bodies, boat: str, time: float) -> Message:
     """nav_msgs/Odometry as VRX's P3D publishes it: of `base_link` in `map`, velocities in the axes of the world."""
     placed = bodies.model(boat)
     return new(
-        ODOMETRY,
+        _ODOMETRY,
         header=header(time, "map"),
         child_frame_id=f"{boat}/base_link",
         pose={"pose": {"position": vector(placed.position), "orientation": turned(placed.quaternion)}},

@@ -19,33 +19,33 @@ if TYPE_CHECKING:  # it needs the extra ros1, and `vrx-mj doctor` does not
     from vrx_mj.ros.interface import Input, RosInterface
 
 
-CMD_VEL = "/cmd_vel"
-KNOWN = ("/thrusters/", CMD_VEL, "/shooters/", "/set_pinger_position", "/shuffle", "/swarm/", "/vrx/")
+_CMD_VEL = "/cmd_vel"
+_KNOWN = ("/thrusters/", _CMD_VEL, "/shooters/", "/set_pinger_position", "/shuffle", "/swarm/", "/vrx/")
 """What a topic has in it that is meant for the simulation, however far from its topics it is."""
-OF_WORLDS = ("/vrx/", "/swarm/")
-MOST_HINTS = 4096
+_OF_WORLDS = ("/vrx/", "/swarm/")
+_MOST_HINTS = 4096
 
-MOST_COST = 0.9
+_MOST_COST = 0.9
 """A topic that costs more is not meant."""
-SEGMENT = 0.4
+_SEGMENT = 0.4
 """Cost of a segment that is missing or too many."""
-NAMESPACE = 0.4
+_NAMESPACE = 0.4
 """Cost of a namespace that no boat has, at most."""
-OTHER_BOAT = 0.6
+_OTHER_BOAT = 0.6
 """Cost of the namespace of another boat."""
-WORDS = 0.2
+_WORDS = 0.2
 """Cost of the same words in another order."""
-SOME_WORDS = 0.4
+_SOME_WORDS = 0.4
 """Cost of some of the words, if the types agree or are not known."""
-NEVER = 2.0
-UNLIKE = 0.5
+_NEVER = 2.0
+_UNLIKE = 0.5
 """Segments that differ by a larger share of their letters do not mean the same."""
-OTHER_TYPE = 0.3
+_OTHER_TYPE = 0.3
 """Cost of another type of message."""
-LONGEST = 200
+_LONGEST = 200
 """Characters of a topic that is compared."""
-MOST_SEGMENTS = 8
-UNKNOWN_TYPE = "*"
+_MOST_SEGMENTS = 8
+_UNKNOWN_TYPE = "*"
 
 
 class TopicHints:
@@ -57,7 +57,7 @@ class TopicHints:
 
     def __call__(self, topic: str, type_name: str, table: "RosInterface", boats: Sequence[str]) -> str:
         """A hint for people; empty for a topic that has nothing to do with the simulation."""
-        if self._table is not table or len(self._hints) > MOST_HINTS:
+        if self._table is not table or len(self._hints) > _MOST_HINTS:
             self._table, self._hints = table, {}
         key = (topic, type_name)
         if key not in self._hints:
@@ -66,8 +66,8 @@ class TopicHints:
 
 
 def _hint(topic: str, type_name: str, inputs: "Mapping[str, Input]", boats: Sequence[str]) -> str:
-    concerns = any(part in topic for part in KNOWN)
-    if topic.endswith(CMD_VEL) and not any(name.endswith(CMD_VEL) for name in inputs):
+    concerns = any(part in topic for part in _KNOWN)
+    if topic.endswith(_CMD_VEL) and not any(name.endswith(_CMD_VEL) for name in inputs):
         return "cmd_vel is off; with --cmd-vel thrust or velocity it drives a boat"
     meant = meant_topic(topic, type_name, inputs, boats)
     if meant is None and concerns:
@@ -76,7 +76,7 @@ def _hint(topic: str, type_name: str, inputs: "Mapping[str, Input]", boats: Sequ
         meant = next((name for name in same if name in inputs), None) or nearest(topic, inputs)
     if meant is not None:
         return f"did you mean {meant}?"
-    if not concerns or topic.startswith(OF_WORLDS):
+    if not concerns or topic.startswith(_OF_WORLDS):
         return "this world has no such topic" if concerns else ""
     return f"topics of boats begin with /{boats[0]}/" if boats else "there is no boat now"
 
@@ -87,15 +87,15 @@ def meant_topic(topic: str, type_name: str, inputs: "Mapping[str, Input]", boats
     `type_name` is the type of its messages, `*` if that is not known.
     """
     segments = _segments(topic)
-    if len(topic) > LONGEST or not 0 < len(segments) <= MOST_SEGMENTS:
+    if len(topic) > _LONGEST or not 0 < len(segments) <= _MOST_SEGMENTS:
         return None
-    best, least, owners = None, MOST_COST, frozenset(boats)
+    best, least, owners = None, _MOST_COST, frozenset(boats)
     ends = {end for end in {name.rpartition("/")[2] for name in inputs} if _is_near(segments, end)}
     for name, entry in inputs.items():
         if name.rpartition("/")[2] not in ends:
             continue
-        known = type_name != UNKNOWN_TYPE
-        typed = OTHER_TYPE if known and entry.type != type_name else 0.0
+        known = type_name != _UNKNOWN_TYPE
+        typed = _OTHER_TYPE if known and entry.type != type_name else 0.0
         cost = typed + _distance(segments, _segments(name), owners, exact=typed > 0.0)
         if cost < least - 1e-9 or (best is None and cost <= least):
             best, least = name, cost
@@ -104,7 +104,7 @@ def meant_topic(topic: str, type_name: str, inputs: "Mapping[str, Input]", boats
 
 def _is_near(given: tuple[str, ...], end: str) -> bool:
     """Whether some segment may be the last one of a topic."""
-    return any(_unlike(segment, end, False) <= MOST_COST for segment in given)
+    return any(_unlike(segment, end, False) <= _MOST_COST for segment in given)
 
 
 @lru_cache(maxsize=8192)
@@ -114,21 +114,21 @@ def _segments(topic: str) -> tuple[str, ...]:
 
 def _distance(given: tuple[str, ...], meant: tuple[str, ...], boats: Collection[str], *, exact: bool) -> float:
     """The least cost to make one name of the other; the last segment, which says what a topic is, is never missing."""
-    missing = [SEGMENT] * (len(meant) - 1) + [NEVER]
+    missing = [_SEGMENT] * (len(meant) - 1) + [_NEVER]
     row = list(accumulate(missing, initial=0.0))
     for i, segment in enumerate(given):
-        above, row = row, [SEGMENT * (i + 1)]
+        above, row = row, [_SEGMENT * (i + 1)]
         for j, other in enumerate(meant):
             space = other in boats and j == 0
             swapped = _namespace(segment, other, boats) if space else _unlike(segment, other, exact)
-            row.append(min(above[j] + swapped, above[j + 1] + SEGMENT, row[j] + missing[j]))
+            row.append(min(above[j] + swapped, above[j + 1] + _SEGMENT, row[j] + missing[j]))
     return row[-1]
 
 
 def _namespace(given: str, boat: str, boats: Collection[str]) -> float:
     if given == boat:
         return 0.0
-    return OTHER_BOAT if given in boats else min(_edits(given.lower(), boat.lower()), NAMESPACE)
+    return _OTHER_BOAT if given in boats else min(_edits(given.lower(), boat.lower()), _NAMESPACE)
 
 
 @lru_cache(maxsize=8192)
@@ -140,9 +140,9 @@ def _unlike(given: str, meant: str, exact: bool) -> float:
     words, all_words = sorted(filter(None, low.split("_"))), sorted(high.split("_"))
     share = _edits(low, high)
     if words == all_words:
-        return min(WORDS, share)
-    some = SOME_WORDS if words and set(words) < set(all_words) and not exact else NEVER
-    return min(share if share <= UNLIKE else NEVER, some)
+        return min(_WORDS, share)
+    some = _SOME_WORDS if words and set(words) < set(all_words) and not exact else _NEVER
+    return min(share if share <= _UNLIKE else _NEVER, some)
 
 
 @lru_cache(maxsize=8192)
@@ -160,21 +160,21 @@ if TYPE_CHECKING:  # they need the extra ros1, and `vrx-mj doctor` does not
     from vrx_mj.ros.interface import Call, Command, RosInterface, UnknownTopicPublisher
 
 
-DEEP = 0.05
+_DEEP = 0.05
 """How far two models may overlap [m]."""
-ALIKE = 4
+_ALIKE = 4
 """Commands in a row from which their rate is taken."""
-LOOK_RATE = 1.0
+_LOOK_RATE = 1.0
 """How often boats are looked at, per simulated second."""
-AGROUND = 2
+_AGROUND = 2
 """Looks in a row at which a boat that is aground touches land."""
-AFLOAT = 10
+_AFLOAT = 10
 """Looks in a row at which a boat that is afloat again does not: in waves a boat ashore comes free now and then."""
-THRUST = "_thrust_cmd"
-IN_TURN = 1.0
+_THRUST = "_thrust_cmd"
+_IN_TURN = 1.0
 """Between two messages of one sender [s]: those of another between them are in turn with it."""
-MOST_SENDERS = 64
-SHOWN = 8
+_MOST_SENDERS = 64
+_SHOWN = 8
 """Names of boats that a message shows, at most."""
 
 
@@ -202,7 +202,7 @@ class Diagnosis:
             return
         owners = [boat for boat in self._sim.boats if any(one.config.type == "gps" for one in self._sim.mounted(boat))]
         if owners:
-            of = first_names(owners, SHOWN)
+            of = first_names(owners, _SHOWN)
             text = f"the world {world.name} has no georeference: the GPS topics of {of} are not published"
             self.once("georeference", f"{text}; add `georeference` to the world's file")
 
@@ -236,19 +236,19 @@ class Diagnosis:
 
     def taken(self, command: "Command") -> None:
         """A message was taken: see whether it comes often enough."""
-        if not command.topic.endswith(THRUST):
+        if not command.topic.endswith(_THRUST):
             return
         self._shared(command)
         key, boat = (command.topic, command.sender), command.topic.split("/")[1]
         if key not in self._times and len(self._times) > 1024:
             return
-        times = self._times.setdefault(key, deque(maxlen=ALIKE))
+        times = self._times.setdefault(key, deque(maxlen=_ALIKE))
         if times and self._sim.time <= times[-1]:
             return
         times.append(self._sim.time)
-        timeout = self._timeout(boat, command.topic.rpartition("/")[2].removesuffix(THRUST))
+        timeout = self._timeout(boat, command.topic.rpartition("/")[2].removesuffix(_THRUST))
         gaps = sorted(later - earlier for earlier, later in zip(times, list(times)[1:], strict=False))
-        if len(times) == ALIKE and 0.0 < timeout < gaps[0] * 0.99:
+        if len(times) == _ALIKE and 0.0 < timeout < gaps[0] * 0.99:
             share = round(100.0 * timeout / gaps[len(gaps) // 2])
             self.once(
                 f"{command.topic} slow",
@@ -260,11 +260,11 @@ class Diagnosis:
         """See whether two senders' messages come in turn."""
         last, now = self._last.setdefault(command.topic, {}), self._sim.time
         before = last.get(command.sender, -math.inf)
-        if now - before < IN_TURN:
+        if now - before < _IN_TURN:
             for other in (other for other, time in last.items() if other != command.sender and time >= before):
                 two = f"{command.topic} comes from {command.sender} and from {other}"
                 self.once(f"{command.topic} shared", f"{two}: each message replaces the other's")
-        if len(last) > MOST_SENDERS:
+        if len(last) > _MOST_SENDERS:
             last.clear()
         last[command.sender] = now
 
@@ -286,7 +286,7 @@ class Diagnosis:
 
     def look(self) -> None:
         """See whether boats are aground, capsized or spinning, if it is time."""
-        number = math.floor(self._sim.time * LOOK_RATE)
+        number = math.floor(self._sim.time * _LOOK_RATE)
         if number == self._number:
             return
         self._number = number
@@ -298,7 +298,7 @@ class Diagnosis:
             fast = f"{boat} spins at {rate:.3g} rad/s, more than {FASTEST_SPIN:g}: check masses, inertias and floats"
             self._state(f"{boat} spins", rate > FASTEST_SPIN, f"{fast} of its robot", f"{boat} spins no longer")
             looks = self._ashore[boat] = _counted(self._ashore.get(boat, 0), boat in ashore)
-            if looks >= AGROUND or looks <= -AFLOAT:
+            if looks >= _AGROUND or looks <= -_AFLOAT:
                 self._state(f"{boat} aground", looks > 0, f"{boat} is aground", f"{boat} is afloat again")
 
     def _state(self, key: str, holds: bool, text: str, ended: str) -> None:
@@ -332,7 +332,7 @@ def overlaps(sim: Simulation) -> Iterator[str]:
     model, found = sim.model, set()
     for contact in sim.data.contact:
         pair = [_owner(model, int(geom), sim.boats) for geom in contact.geom]
-        if contact.dist < -DEEP and pair[0] != pair[1] and tuple(sorted(pair)) not in found:
+        if contact.dist < -_DEEP and pair[0] != pair[1] and tuple(sorted(pair)) not in found:
             found.add(tuple(sorted(pair)))
             yield f"{pair[0]} and {pair[1]} overlap by {-contact.dist:.2f} m: move one of them"
 

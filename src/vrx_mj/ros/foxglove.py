@@ -18,11 +18,11 @@ from vrx_mj.ros.table.viewers import CUBE, CYLINDER, SPHERE, START, TRIANGLES
 
 BACKLOG = 256
 """Messages that wait for a client that does not keep up, at most: the oldest go first."""
-RAW = "sensor_msgs/Image"
+_RAW = "sensor_msgs/Image"
 """Left out: the same pictures are there compressed."""
-STILL = "/tf_static"
+_STILL = "/tf_static"
 """Repeated every simulated second: panels of a layout that is opened later miss the first one."""
-LEVELS = {"INFO": StatusLevel.Info, "WARN": StatusLevel.Warning}
+_LEVELS = {"INFO": StatusLevel.Info, "WARN": StatusLevel.Warning}
 
 
 class Foxglove(ServerListener):
@@ -55,7 +55,7 @@ class Foxglove(ServerListener):
 
     def offer(self, table: RosInterface) -> None:
         """Offer this table from now on, and nothing else."""
-        types = {name: one.type for name, one in table.outputs.items() if one.type != RAW and is_known(one.type)}
+        types = {name: one.type for name, one in table.outputs.items() if one.type != _RAW and is_known(one.type)}
         for name in self._channels.keys() - types.keys():
             self._latched.pop(name, None)
             self._channels.pop(name).close()
@@ -80,14 +80,14 @@ class Foxglove(ServerListener):
             return
         now = batch[-1].time
         self._server.broadcast_time(round(now * 1e9))
-        if STILL in wanted & self._latched.keys() and int(now) != self._repeated:
-            self._log(self._latched[STILL])
+        if _STILL in wanted & self._latched.keys() and int(now) != self._repeated:
+            self._log(self._latched[_STILL])
             self._repeated = int(now)
 
     def log(self, level: str, text: str) -> None:
         """Show people a line among the viewer's problems."""
         if self._server is not None:
-            self._server.publish_status(text, LEVELS.get(level, StatusLevel.Error))
+            self._server.publish_status(text, _LEVELS.get(level, StatusLevel.Error))
 
     @property
     def traffic(self) -> Traffic:
@@ -112,15 +112,15 @@ class Foxglove(ServerListener):
             self._listened -= {(channel.topic, client.id)}
 
     def _log(self, sent: Sent, client: int | None = None) -> None:
-        name, (_, convert) = sent.output.name, CONVERSIONS.get(sent.output.type, (None, None))
+        name, (_, convert) = sent.output.name, _CONVERSIONS.get(sent.output.type, (None, None))
         content = convert(sent.message, sent.time).encode() if convert else encode(sent.message, sent.output.type)
         self._sent += len(content) * (sum(topic == name for topic, _ in self._listened) if client is None else 1)
         self._channels[name].log(content, log_time=round(sent.time * 1e9), sink_id=client)
 
 
 def _channel(topic: str, type_name: str, context: foxglove.Context) -> foxglove.Channel:
-    if type_name in CONVERSIONS:
-        schema, encoding = CONVERSIONS[type_name][0].get_schema(), "protobuf"
+    if type_name in _CONVERSIONS:
+        schema, encoding = _CONVERSIONS[type_name][0].get_schema(), "protobuf"
     else:
         name, text = full_name(type_name).replace("/msg/", "/"), definition(type_name)
         schema, encoding = foxglove.Schema(name=name, encoding="ros1msg", data=text.encode()), "ros1"
@@ -169,7 +169,7 @@ def _poses(states: Message, time: float) -> Any:
     return fox.PosesInFrame(timestamp=fox.Timestamp.from_epoch_secs(time), frame_id="map", poses=poses)
 
 
-PRIMITIVES: Mapping[int, tuple[str, str, Mapping[str, Any]]] = {
+_PRIMITIVES: Mapping[int, tuple[str, str, Mapping[str, Any]]] = {
     CUBE: ("cubes", "CubePrimitive", {}),
     SPHERE: ("spheres", "SpherePrimitive", {}),
     CYLINDER: ("cylinders", "CylinderPrimitive", {"bottom_scale": 1.0, "top_scale": 1.0}),
@@ -184,7 +184,7 @@ def _scene(markers: Message, _time: float) -> Any:
     for one in markers.markers:
         if not one.ns:
             continue
-        field, kind, rest = PRIMITIVES[one.type]
+        field, kind, rest = _PRIMITIVES[one.type]
         points = [_copied("Point3", point, "xyz") for point in one.points]
         size = {"points": points} if points else {"size": _copied("Vector3", one.scale, "xyz")}
         shape = getattr(fox, kind)(pose=_pose(one.pose), color=_copied("Color", one.color, "rgba"), **size, **rest)
@@ -197,7 +197,7 @@ def _scene(markers: Message, _time: float) -> Any:
     )
 
 
-CONVERSIONS: Mapping[str, tuple[Any, Callable[[Message, float], Any]]] = {
+_CONVERSIONS: Mapping[str, tuple[Any, Callable[[Message, float], Any]]] = {
     "gazebo_msgs/ModelStates": (fox.PosesInFrame, _poses),
     "sensor_msgs/CompressedImage": (fox.CompressedImage, _image),
     "sensor_msgs/NavSatFix": (fox.LocationFix, _fix),

@@ -15,12 +15,12 @@ from vrx_mj.ros.messages import Message, is_known, new, stamp
 from vrx_mj.ros.network import Network, Notices
 from vrx_mj.ros.parameters import Parameters, joined, plain
 
-ROSOUT, LOG, LOGGER = "/rosout", "rosgraph_msgs/Log", "ros.vrx_mj"
-OF_SIMULATION = ("/gazebo/", "/vrx/")
+ROSOUT, _LOG, _LOGGER = "/rosout", "rosgraph_msgs/Log", "ros.vrx_mj"
+_OF_SIMULATION = ("/gazebo/", "/vrx/")
 """What names of its services begin with."""
 LEVELS = {"DEBUG": 1, "INFO": 2, "WARN": 4, "ERROR": 8, "FATAL": 16}
 """Of rosgraph_msgs/Log."""
-KINDS = ("publisher", "subscriber", "service", "parameter")
+_KINDS = ("publisher", "subscriber", "service", "parameter")
 MOST_REGISTRATIONS = 100_000
 """Registrations, and topics whose types are known, at most."""
 
@@ -38,7 +38,7 @@ class Registrations:
         self.nodes: dict[str, str] = {}
         """URI by node's name."""
         self._replaced = replaced
-        self._entries: dict[str, dict[str, dict[_Entry, None]]] = {kind: {} for kind in KINDS}
+        self._entries: dict[str, dict[str, dict[_Entry, None]]] = {kind: {} for kind in _KINDS}
         self._held: Counter[str] = Counter()
         self._count = 0
 
@@ -147,9 +147,9 @@ class Wire(Protocol):
         """A node has set a parameter; if it was deleted, the value is an empty dictionary."""
 
 
-RemoteMaster = Callable[[str, Sequence[Any]], Awaitable[Any]]
+_RemoteMaster = Callable[[str, Sequence[Any]], Awaitable[Any]]
 """Calls a method of another process's master with values after the caller; gives the value, None where it fails."""
-RemoteCall = Callable[[str, Callable[[str], Message] | None], Awaitable[tuple[str, Message | None]]]
+_RemoteCall = Callable[[str, Callable[[str], Message] | None], Awaitable[tuple[str, Message | None]]]
 """Calls a service of another process, with the request made for its type; gives the type and the response.
 
 Without a request it only asks for the type.
@@ -182,9 +182,9 @@ class Graph:
         self.registrations = Registrations(self._replaced)
         self.notices = Notices()
         """What goes wrong on the networks."""
-        self.remote_master: RemoteMaster | None = None
+        self.remote_master: _RemoteMaster | None = None
         """Set while the parameters are another process's."""
-        self.remote_call: RemoteCall | None = None
+        self.remote_call: _RemoteCall | None = None
         self._latched: dict[str, dict[str, Message]] = {}
         self._local_types: dict[str, str] = {}
         """Of topics of nodes of this process."""
@@ -193,7 +193,7 @@ class Graph:
         """What the table has registered: kind and name, type and whether it is latched."""
         self.own_parameters: Mapping[str, Any] = {}
         """Those of the simulation, by absolute name."""
-        self.register("publisher", ROSOUT, node, LOG)
+        self.register("publisher", ROSOUT, node, _LOG)
         for name, kind, call in (
             (f"{node}/get_loggers", "roscpp/GetLoggers", self._get_loggers),
             (f"{node}/set_logger_level", "roscpp/SetLoggerLevel", self._set_logger_level),
@@ -247,7 +247,7 @@ class Graph:
         if number < LEVELS[self._level]:
             return
         header = {"stamp": stamp(time.time() if self.clock is None else self.clock)}
-        self._deliver(ROSOUT, LOG, new(LOG, header=header, level=number, name=self.node, msg=text), self.node)
+        self._deliver(ROSOUT, _LOG, new(_LOG, header=header, level=number, name=self.node, msg=text), self.node)
 
     # Topics
 
@@ -319,7 +319,7 @@ class Graph:
     def missed_service(self, name: str, node: str) -> None:
         """A node asked for a service that there is not: report once if it could be the simulation's."""
         services = self.table.services
-        if not (services and name.startswith(OF_SIMULATION)) or name in services:
+        if not (services and name.startswith(_OF_SIMULATION)) or name in services:
             return
         hint = self.table.elsewhere.get(name) or UnknownNameError("service", name, services)
         self.notices.write("WARN", "missed service", name, f"{node} asks for the service {name}: {hint}")
@@ -363,7 +363,7 @@ class Graph:
         for name, kind in types.items():
             if self.types.get(name, "*") == "*" and (name in self.types or len(self.types) < MOST_REGISTRATIONS):
                 self.types[name] = kind
-        for kind, known in zip(KINDS, state, strict=False):
+        for kind, known in zip(_KINDS, state, strict=False):
             there = {(name, node) for name, nodes in known.items() for node in nodes if node not in self.local}
             here = {
                 (name, node)
@@ -498,7 +498,7 @@ class Graph:
             wire.parameter_changed(key, value, setter)
 
     def _get_loggers(self, _request: Message, _caller: str, answer: Answer) -> None:
-        logger = new("roscpp/Logger", name=LOGGER, level=self._level.lower())
+        logger = new("roscpp/Logger", name=_LOGGER, level=self._level.lower())
         answer(new("roscpp/GetLoggersResponse", loggers=[logger]), "")
 
     def _set_logger_level(self, request: Message, _caller: str, answer: Answer) -> None:

@@ -7,8 +7,8 @@ from vrx_mj.errors import VrxError
 from vrx_mj.runtime.observation import BoatObservation
 from vrx_mj.runtime.simulation import Simulation
 
-STILL = (0.0,) * 6
-CLOSE = 1e-9
+_STILL = (0.0,) * 6
+_CLOSE = 1e-9
 """A body that moved less [m] is left alone: one that sleeps goes on sleeping."""
 
 
@@ -34,11 +34,11 @@ class InitialPoses:
         held = {task["boat"]} if task is not None and task["state"] == "initial" else set()
         for name, pose in self._boats.items():
             if name not in held:
-                self._sim.set_boat(name, pose=pose.tolist(), velocity=STILL)
+                self._sim.set_boat(name, pose=pose.tolist(), velocity=_STILL)
         for name, pose in self._objects.items():
             now = self._object(name)
-            if now is not None and np.abs(now - pose).max() > CLOSE:
-                self._sim.set_object(name, pose=pose.tolist(), velocity=STILL)
+            if now is not None and np.abs(now - pose).max() > _CLOSE:
+                self._sim.set_object(name, pose=pose.tolist(), velocity=_STILL)
 
     def _names(self) -> list[str]:
         return [item.name for item in self._sim.world.parameters.objects if item.kind != "static"]

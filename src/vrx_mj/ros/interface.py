@@ -154,7 +154,7 @@ MOST_WAITING = 64
 """Messages of one topic and sender that wait, at most: the oldest go first."""
 MOST_CALLS = 256
 """Calls of services that wait, at most; more are refused."""
-MOST_TOPICS = 4096
+_MOST_TOPICS = 4096
 """Pairs of topic and sender of which messages wait, at most."""
 MOST_UNKNOWN_PUBLISHERS = 256
 
@@ -207,7 +207,7 @@ class Inbox:
         """A message has come."""
         key = (topic, sender)
         with self._lock:
-            if key not in self._commands and len(self._commands) >= MOST_TOPICS:
+            if key not in self._commands and len(self._commands) >= _MOST_TOPICS:
                 self.dropped += 1
                 return
             waiting = self._commands.setdefault(key, deque(maxlen=MOST_WAITING))

@@ -6,13 +6,13 @@ from typing import Any
 
 from vrx_mj.ros.table.viewers import MARKERS, START
 
-CAMERA = {"perspective": True, "distance": 55.0, "phi": 62.0, "thetaOffset": 25.0, "fovy": 45.0, "near": 0.5,
+_CAMERA = {"perspective": True, "distance": 55.0, "phi": 62.0, "thetaOffset": 25.0, "fovy": 45.0, "near": 0.5,
           "far": 5000.0, "target": [0, 0, 0], "targetOffset": [0, 0, 0], "targetOrientation": [0, 0, 0, 1]}  # fmt: skip
 """Of the 3D panel: 55 m from the frame `start`, its north up."""
-SEA = {"layerId": "foxglove.Grid", "instanceId": "sea", "label": "sea level", "frameId": START, "visible": True,
+_SEA = {"layerId": "foxglove.Grid", "instanceId": "sea", "label": "sea level", "frameId": START, "visible": True,
        "size": 400, "divisions": 40, "lineWidth": 1, "color": "#3a7ca566", "position": [0, 0, 0],
        "rotation": [0, 0, 0]}  # fmt: skip
-BOAT = {"layerId": "foxglove.Urdf", "sourceType": "topic", "visible": True, "displayMode": "auto"}
+_BOAT = {"layerId": "foxglove.Urdf", "sourceType": "topic", "visible": True, "displayMode": "auto"}
 
 
 def layout_text(types: Mapping[str, str]) -> str:
@@ -23,12 +23,12 @@ def layout_text(types: Mapping[str, str]) -> str:
     boats = [name for name in by_type.get("std_msgs/String", ()) if name.endswith("/robot_description")]
     panels: dict[str, dict[str, Any]] = {
         "3D!world": {
-            "cameraState": CAMERA,
+            "cameraState": _CAMERA,
             "followMode": "follow-none",
             "followTf": START,
             "scene": {"transforms": {"showLabel": False, "axisScale": 0, "lineWidth": 0}},
             "topics": {MARKERS: {"visible": True}},
-            "layers": {"sea": SEA} | {topic: BOAT | {"instanceId": topic, "topic": topic} for topic in boats},
+            "layers": {"sea": _SEA} | {topic: _BOAT | {"instanceId": topic, "topic": topic} for topic in boats},
         }
     }
     side: Any = "map!fixes"

@@ -70,10 +70,10 @@ class Intake:
         return next((place for place, size in held.items() if size > SMALL), next(iter(held)))
 
 
-MOST_CONNECTIONS = 4096
-IN_USE = 7 / 8
+_MOST_CONNECTIONS = 4096
+_IN_USE = 7 / 8
 """Share of the places that connections in use may have, at most."""
-SPARE_FILES = 200
+_SPARE_FILES = 200
 """Open files that are left to everything else."""
 
 
@@ -86,7 +86,7 @@ class ConnectionLimit:
     """
 
     def __init__(self, most: int | None = None) -> None:
-        self.most = allowed() if most is None else most
+        self.most = _allowed() if most is None else most
         self.inside: Counter[str] = Counter()
         """Connections by host."""
         self._in_use: Counter[str] = Counter()
@@ -109,7 +109,7 @@ class ConnectionLimit:
 
     def settle(self, place: Place) -> bool:
         """From now on it is in use, if so many may be."""
-        if self._places.get(place) is not False or self._crowd(place.host, self._in_use, IN_USE) is not None:
+        if self._places.get(place) is not False or self._crowd(place.host, self._in_use, _IN_USE) is not None:
             return False
         self._places[place] = True
         self._in_use[place.host] += 1
@@ -145,22 +145,22 @@ class ConnectionLimit:
         return True
 
 
-def allowed() -> int:
+def _allowed() -> int:
     """Connections that the process may have open; where it may have few files, it takes the leave that it can get."""
     if resource is None:
-        return MOST_CONNECTIONS
+        return _MOST_CONNECTIONS
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-    if 0 <= soft < MOST_CONNECTIONS + SPARE_FILES:  # 1024 as a rule: two recorders of twenty boats have more topics
-        soft = MOST_CONNECTIONS + SPARE_FILES if hard < 0 else min(hard, MOST_CONNECTIONS + SPARE_FILES)
+    if 0 <= soft < _MOST_CONNECTIONS + _SPARE_FILES:  # 1024 as a rule: two recorders of twenty boats have more topics
+        soft = _MOST_CONNECTIONS + _SPARE_FILES if hard < 0 else min(hard, _MOST_CONNECTIONS + _SPARE_FILES)
         with contextlib.suppress(OSError, ValueError):
             resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
         soft, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
-    return min(MOST_CONNECTIONS, max(soft - SPARE_FILES, 16)) if soft >= 0 else MOST_CONNECTIONS
+    return min(_MOST_CONNECTIONS, max(soft - _SPARE_FILES, 16)) if soft >= 0 else _MOST_CONNECTIONS
 
 
 MESSAGE_TIMEOUT = 10.0
 """Wall time in which a message must be whole, or have grown [s]."""
-LEAST_GROWTH = 1 << 16
+_LEAST_GROWTH = 1 << 16
 """By so much at least [bytes]."""
 
 
@@ -174,7 +174,7 @@ class Stall:
 
     def holds(self, size: int) -> None:
         """So many bytes of an incomplete message are there; 0: none."""
-        if size and self._timer is not None and 0 <= size - self._size < LEAST_GROWTH:
+        if size and self._timer is not None and 0 <= size - self._size < _LEAST_GROWTH:
             return
         self.stop()
         if size:
@@ -223,7 +223,7 @@ MOST_BYTES = 16 << 20
 MOST_BYTES_OF_ALL = 128 << 20
 """Bytes that wait in all outboxes of a wire."""
 
-Item = TypeVar("Item")
+_Item = TypeVar("_Item")
 
 
 class TopicQueue:
@@ -265,13 +265,13 @@ class Counts:
     """[bytes]"""
 
 
-class Outbox(Generic[Item]):
+class Outbox(Generic[_Item]):
     """What waits for one that does not keep up: bounded, the oldest thrown away first; the newest is always kept."""
 
     def __init__(self, counts: Counts, most: int, filled: Callable[[], object]) -> None:
         """`most`: messages that wait, at most; `filled`: called when there is one more."""
         self._counts, self._most, self._filled = counts, most, filled
-        self._waiting: deque[tuple[Item, int, object]] = deque()
+        self._waiting: deque[tuple[_Item, int, object]] = deque()
         self.bytes = self.dropped = 0
 
     def __len__(self) -> int:
@@ -281,7 +281,7 @@ class Outbox(Generic[Item]):
         """Whether an item of so many bytes can be added, and nothing thrown away for it."""
         return not self._waiting or not self._is_over(1, size)
 
-    def push(self, item: Item, size: int, source: object = None, most: int = 0) -> None:
+    def push(self, item: _Item, size: int, source: object = None, most: int = 0) -> None:
         """Add the newest, of so many bytes; of its `source` at most so many wait, 0: as many as there is room for."""
         if most and sum(other is source for _, _, other in self._waiting) >= most:
             self._drop(next(index for index, (_, _, other) in enumerate(self._waiting) if other is source))
@@ -291,7 +291,7 @@ class Outbox(Generic[Item]):
             self._drop(0)
         self._filled()
 
-    def pop(self) -> Item | None:
+    def pop(self) -> _Item | None:
         """Take the oldest."""
         if not self._waiting:
             return None

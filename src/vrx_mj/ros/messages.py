@@ -34,9 +34,9 @@ MEMBER = f"\n{'=' * 80}\nMSG: "
 """Between the definitions of a type and of those that it uses."""
 CLASSES = "/usr/lib/python3/dist-packages"
 """Where Debian has ROS's classes of messages; other releases of ROS set the path of Python."""
-CLASS = re.compile(r'_md5sum = "(\w+)".*?_full_text = (""".*?""")', re.DOTALL)
+_CLASS = re.compile(r'_md5sum = "(\w+)".*?_full_text = (""".*?""")', re.DOTALL)
 """What such a class says of its type."""
-LARGEST = 1 << 26
+_LARGEST = 1 << 26
 """Elements of an array in a message that is read, at most."""
 
 
@@ -46,7 +46,7 @@ def typestore(
 ) -> Typestore:  # fmt: skip
     """Every type that is known: those of a release of ROS, of the files in a folder, and of `more` files."""
     store = get_typestore(base)
-    store.max_sequence_length = LARGEST
+    store.max_sequence_length = _LARGEST
     types = {}
     for file in (*definitions.glob("*/*.msg"), *definitions.glob("*/*.srv"), *more):
         halves = ("Request", "Response") if file.suffix == ".srv" else ("",)
@@ -116,7 +116,7 @@ def own_text(type_name: str) -> str:
     package, _, name = type_name.rpartition("/")
     for folder in (*sys.path, CLASSES):
         file = Path(folder, package, "msg", f"_{name}.py")
-        found = CLASS.search(file.read_text("utf-8", "replace")) if file.is_file() else None
+        found = _CLASS.search(file.read_text("utf-8", "replace")) if file.is_file() else None
         if found and found[1] == md5sum(type_name):
             return str(ast.literal_eval(found[2])).partition(MEMBER)[0]
     file = DEFINITIONS / f"{type_name}.msg"
@@ -207,7 +207,7 @@ def _hashed_line(line: str) -> str:
 
 MOMENT, SPAN = "time", "duration"
 """ROS 1's built-in types that are messages to rosbags."""
-BUILT_IN = {"builtin_interfaces/Time": MOMENT, "builtin_interfaces/Duration": SPAN}
+_BUILT_IN = {"builtin_interfaces/Time": MOMENT, "builtin_interfaces/Duration": SPAN}
 INTEGERS = {
     "byte": (0, 255),  # as rosbags has it
     "char": (0, 255),
@@ -278,4 +278,4 @@ def _type_name(kind: FieldDesc) -> str:
     if node == Nodetype.BASE:
         return str(about[0])
     name = ros1_name(str(about))
-    return BUILT_IN.get(name, name)
+    return _BUILT_IN.get(name, name)

@@ -16,8 +16,8 @@ import psutil
 
 from vrx_mj.errors import LONGEST_LINE, shortened
 
-Result = TypeVar("Result")
-CLOSING = 2.0
+_Result = TypeVar("_Result")
+_CLOSING = 2.0
 """Wall time that what still runs has to end [s]."""
 
 
@@ -29,7 +29,7 @@ class Network:
         self._thread = threading.Thread(target=self._run, name="vrx_mj network", daemon=True)
         self._thread.start()
 
-    def call(self, work: Coroutine[object, None, Result], timeout: float) -> Result:
+    def call(self, work: Coroutine[object, None, _Result], timeout: float) -> _Result:
         """Run a coroutine there, and wait for its result; TimeoutError after so long [s]. Not from the loop itself."""
         future = asyncio.run_coroutine_threadsafe(work, self.loop)
         try:
@@ -48,9 +48,9 @@ class Network:
         if not self._thread.is_alive():
             return
         with contextlib.suppress(TimeoutError, concurrent.futures.TimeoutError):
-            self.call(_end(), CLOSING)
+            self.call(_end(), _CLOSING)
         self.soon(self.loop.stop)
-        self._thread.join(CLOSING)
+        self._thread.join(_CLOSING)
 
     def _run(self) -> None:
         self.loop.run_forever()
@@ -65,7 +65,7 @@ async def _end() -> None:
     await asyncio.gather(*tasks, return_exceptions=True)
 
 
-SHOWN = 120
+_SHOWN = 120
 """Characters of a command that are shown, at most."""
 
 
@@ -103,12 +103,12 @@ def shown_process(pid: int) -> str:
         return f"process {pid} (already ended); {stop}"
     text = shlex.join(known["cmdline"] or ())
     line = "".join(character if character.isprintable() else "?" for character in text)
-    shown = line if len(line) <= SHOWN else f"{line[: SHOWN - 3]}..."
+    shown = line if len(line) <= _SHOWN else f"{line[: _SHOWN - 3]}..."
     started = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(known["create_time"]))
     return f"process {pid} ({shown}), since {started}; {stop}"
 
 
-MOST_NOTICES = 1000
+_MOST_NOTICES = 1000
 """Different notices that are remembered; once there are so many, no new ones are written."""
 
 _logger = logging.getLogger("vrx_mj.ros")
@@ -124,7 +124,7 @@ class Notices:
 
     def write(self, level: str, kind: str, who: str, text: str) -> None:
         """Write a line, unless one of this kind about the same peer was written."""
-        if (kind, who) in self._written or len(self._written) >= MOST_NOTICES:
+        if (kind, who) in self._written or len(self._written) >= _MOST_NOTICES:
             return
         self._written.add((kind, who))
         line = shortened(text, LONGEST_LINE)  # parts of it come from unknown publishers

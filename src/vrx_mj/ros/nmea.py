@@ -18,12 +18,12 @@ from vrx_mj.ros.network import refusal
 from vrx_mj.ros.table.host import header
 
 SENTENCE = "nmea_msgs/Sentence"
-MOST_CLIENTS = 64
+_MOST_CLIENTS = 64
 MOST_SENTENCES = 1000
 """Sentences that wait for a client that does not read, at most: the oldest go first."""
-HELD = 1 << 14
+_HELD = 1 << 14
 """Bytes that wait in a connection itself, about."""
-EVERYBODY = "255.255.255.255"
+_EVERYBODY = "255.255.255.255"
 """Where UDP goes if all networks are listened on."""
 
 
@@ -72,7 +72,7 @@ class Nmea:
         for opened in (self._tcp, self._udp):
             opened.setblocking(False)
         here, self.port = self._tcp.getsockname()[:2]
-        self._to = EVERYBODY if is_wildcard(self._host) else here
+        self._to = _EVERYBODY if is_wildcard(self._host) else here
         return [f"NMEA of {self._boat}: TCP port {self.port} of {self._host}, UDP to port {self.port} of {self._to}"]
 
     def offer(self, table: RosInterface) -> None:
@@ -109,10 +109,10 @@ class Nmea:
     def _accept(self) -> None:
         """Take new clients. What they send is never read: once the system holds enough of it, they have to wait."""
         with contextlib.suppress(OSError):  # nobody waits
-            while len(self._clients) < MOST_CLIENTS:
+            while len(self._clients) < _MOST_CLIENTS:
                 client, _ = self._tcp.accept()
                 client.setblocking(False)
-                client.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, HELD)
+                client.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _HELD)
                 self._clients[client] = Outbox(self._counts, MOST_SENTENCES, lambda: None)
 
     def _flush(self, client: socket.socket) -> None:

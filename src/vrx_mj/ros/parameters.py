@@ -9,8 +9,8 @@ import numpy as np
 
 from vrx_mj.errors import CommandError
 
-DEEPEST_VALUE = 32
-INTEGERS = range(-(2**31), 2**31)
+_DEEPEST_VALUE = 32
+_INTEGERS = range(-(2**31), 2**31)
 LONGEST = 1024
 """Characters of a name, at most."""
 _LEGAL = re.compile(r"[~/A-Za-z][A-Za-z0-9_/]*\Z")
@@ -35,7 +35,7 @@ def joined(*parts: str) -> str:
     return "/" + "/".join(part for name in parts for part in name.split("/") if part)
 
 
-def namespace(node: str) -> str:
+def _namespace(node: str) -> str:
     """That in which a node's relative names are."""
     return joined(node.rpartition("/")[0])
 
@@ -46,12 +46,12 @@ def resolve(name: str, node: str) -> str:
         return joined(name)
     if name.startswith("~"):
         return joined(node, name[1:])
-    return joined(namespace(node), name)
+    return joined(_namespace(node), name)
 
 
 MOST_BYTES = 1 << 26
 """Of all names and values, about."""
-DEEPEST = 32
+_DEEPEST = 32
 """Names within each other in a key."""
 
 
@@ -97,9 +97,9 @@ class Parameters:
             CommandError: the root gets something else than a dictionary, the name is too deep, all is too much.
         """
         parts = _parts(key)
-        if len(parts) > DEEPEST or (not parts and not isinstance(value, dict)):
+        if len(parts) > _DEEPEST or (not parts and not isinstance(value, dict)):
             raise CommandError(
-                f"cannot set {key[:100]}: the root is a dictionary, and names are {DEEPEST} deep at most"
+                f"cannot set {key[:100]}: the root is a dictionary, and names are {_DEEPEST} deep at most"
             )
         if self._bytes + value_size(value) > MOST_BYTES:
             raise CommandError(f"more than {MOST_BYTES} bytes of parameters")
@@ -197,15 +197,15 @@ def plain(value: object, depth: int = 0) -> object:
     Raises:
         CommandError: it cannot.
     """
-    if depth > DEEPEST_VALUE:
-        raise CommandError(f"a value is nested more than {DEEPEST_VALUE} deep")
+    if depth > _DEEPEST_VALUE:
+        raise CommandError(f"a value is nested more than {_DEEPEST_VALUE} deep")
     if isinstance(value, np.generic | np.ndarray):
         value = value.tolist()
     if isinstance(value, Mapping):
         return {str(plain(str(name), depth)): plain(part, depth + 1) for name, part in value.items()}
     if isinstance(value, list | tuple):
         return [plain(part, depth + 1) for part in value]
-    if isinstance(value, int) and value not in INTEGERS:
+    if isinstance(value, int) and value not in _INTEGERS:
         return float(value)
     if not isinstance(value, str | int | float | Binary | DateTime):
         raise CommandError(f"a {type(value).__name__} is not a value of a parameter")

@@ -21,7 +21,7 @@ from vrx_mj.ros.limits import TopicQueue
 from vrx_mj.ros.messages import PADDING, Message, stamp
 from vrx_mj.ros.table.vrx3 import PACKAGES
 
-WHEELS = ("ros-jazzy-rclpy", "ros-jazzy-rmw-fastrtps-cpp", "ros-jazzy-common-interfaces")
+_WHEELS = ("ros-jazzy-rclpy", "ros-jazzy-rmw-fastrtps-cpp", "ros-jazzy-common-interfaces")
 
 
 def load_rclpy() -> Any:
@@ -49,7 +49,7 @@ def _advice(error: ImportError) -> str:
     what = "is not installed" if error.name == "rclpy" else f"cannot be imported ({str(error).partition(chr(10))[0]})"
     return (
         f"ROS 2's rclpy {what}: source ROS 2, as '. /opt/ros/jazzy/setup.bash', and run vrx-mj with the same Python "
-        f"(Jazzy's is 3.12, this is {own}); without ROS on this machine: {install_command(*WHEELS)}"
+        f"(Jazzy's is 3.12, this is {own}); without ROS on this machine: {install_command(*_WHEELS)}"
     )
 
 
@@ -81,7 +81,7 @@ def service_class(type_name: str) -> Any | None:
         found = getattr(importlib.import_module(f"{package}.srv"), name, None)
     except ImportError:
         return None
-    halves = found is not None and all(_has_fields(getattr(found, half), f"{type_name}{half}") for half in HALVES)
+    halves = found is not None and all(_has_fields(getattr(found, half), f"{type_name}{half}") for half in _HALVES)
     return found if halves else None
 
 
@@ -93,20 +93,20 @@ def _has_fields(found: Any | None, type_name: str) -> bool:
     return all(inner is None or message_class(inner) for _, inner in known)
 
 
-HALVES = ("Request", "Response")
-DEPTH = 10
+_HALVES = ("Request", "Response")
+_DEPTH = 10
 """Messages that publishers and subscriptions keep, as Gazebo's bridge, and that are taken at once."""
-ROSOUT_DEPTH = 1000
-LARGEST = 1 << 20
+_ROSOUT_DEPTH = 1000
+_LARGEST = 1 << 20
 """Of a message that comes [bytes]."""
-WANTED_PERIOD = 0.1
-GRAPH_PERIOD = 1.0
+_WANTED_PERIOD = 0.1
+_GRAPH_PERIOD = 1.0
 """Wall time between two looks at who else is there [s]."""
-LEVELS = {"INFO": 20, "WARN": 30, "ERROR": 40}
+_LEVELS = {"INFO": 20, "WARN": 30, "ERROR": 40}
 """Of rcl_interfaces/Log."""
-OURS = ("/rosout", "/parameter_events")
-CLOCK = "/clock"
-SOMEBODY = "ROS 2"
+_OURS = ("/rosout", "/parameter_events")
+_CLOCK = "/clock"
+_SOMEBODY = "ROS 2"
 
 _logger = logging.getLogger(__name__)
 
@@ -152,7 +152,7 @@ class Node:
         self._senders: dict[str, str] = {}
         self._reported: set[str] = set()
         self._looked = self._counted = 0.0
-        self._rosout = self._publisher("rcl_interfaces/Log", "/rosout", latched=True, depth=ROSOUT_DEPTH)
+        self._rosout = self._publisher("rcl_interfaces/Log", "/rosout", latched=True, depth=_ROSOUT_DEPTH)
         self.wanted: frozenset[str] = frozenset()
         self.clients = self.sent = 0
 
@@ -193,7 +193,7 @@ class Node:
     def take(self) -> None:
         """Put what has come into the inbox."""
         for topic, (entry, subscription) in self._in.items():
-            for _ in range(DEPTH):
+            for _ in range(_DEPTH):
                 with subscription.handle:
                     taken = subscription.handle.take_message(subscription.msg_type, True)
                 if taken is None:
@@ -208,7 +208,7 @@ class Node:
         """Put what was asked of a service into the inbox; its answers are sent by this thread."""
         kind, service = offered.entry.type, offered.service
         wire = importlib.import_module("rclpy.serialization")
-        for _ in range(DEPTH):
+        for _ in range(_DEPTH):
             with service.handle:
                 asked, header = service.handle.service_take_request(service.srv_type.Request)
             if header is None:
@@ -220,22 +220,22 @@ class Node:
                 made = wire.deserialize_message(raw, empty) if raw else empty()
                 self._answers.append(partial(service.send_response, made, header))
 
-            self._inbox.call(name, decode(wire.serialize_message(asked), f"{kind}Request"), SOMEBODY, answer)
+            self._inbox.call(name, decode(wire.serialize_message(asked), f"{kind}Request"), _SOMEBODY, answer)
 
     def look(self) -> None:
         """See who listens, and now and then who else is there."""
         now = time.monotonic()
-        if now - self._counted >= WANTED_PERIOD:
+        if now - self._counted >= _WANTED_PERIOD:
             self._count()
-        if now - self._looked >= GRAPH_PERIOD:
+        if now - self._looked >= _GRAPH_PERIOD:
             self._looked = now
             self._senders.clear()
             self.clients = max(0, len(self._node.get_node_names()) - 1)
-            if CLOCK in self._out and self._node.count_publishers(CLOCK) > 1:
-                others = ", ".join(self.publishers(CLOCK))
-                self._once(f"{CLOCK} has another publisher ({others}): give one of them another ROS_DOMAIN_ID")
+            if _CLOCK in self._out and self._node.count_publishers(_CLOCK) > 1:
+                others = ", ".join(self.publishers(_CLOCK))
+                self._once(f"{_CLOCK} has another publisher ({others}): give one of them another ROS_DOMAIN_ID")
             for topic, types in self._node.get_topic_names_and_types():
-                if topic in self._out or topic in self._in or topic in OURS or self._node.count_subscribers(topic):
+                if topic in self._out or topic in self._in or topic in _OURS or self._node.count_subscribers(topic):
                     continue
                 for sender in self.publishers(topic):
                     self._inbox.unknown_publisher(topic, types[0].replace("/msg/", "/"), sender, "vrx3")
@@ -244,7 +244,7 @@ class Node:
         """A line on /rosout."""
         if self._rosout is None:
             return
-        line = kind("rcl_interfaces/Log")(stamp(time.time()), LEVELS[level], self._name, text, "", "", 0)
+        line = kind("rcl_interfaces/Log")(stamp(time.time()), _LEVELS[level], self._name, text, "", "", 0)
         self._rosout.publish(encode(line, "rcl_interfaces/Log"))
 
     def close(self) -> None:
@@ -254,8 +254,8 @@ class Node:
 
     def _receive(self, topic: str, entry: Input, raw: bytes) -> None:
         sender = self._sender(topic)
-        if len(raw) > LARGEST:
-            self._once(f"{topic} from {sender}: a message of {len(raw)} bytes; at most {LARGEST} are allowed")
+        if len(raw) > _LARGEST:
+            self._once(f"{topic} from {sender}: a message of {len(raw)} bytes; at most {_LARGEST} are allowed")
             return
         try:
             message = decode(raw, entry.type)
@@ -268,7 +268,7 @@ class Node:
         """The node that publishes, if it is the only one: messages do not say whose they are."""
         if topic not in self._senders:
             names = self.publishers(topic)
-            self._senders[topic] = names[0] if len(names) == 1 else SOMEBODY
+            self._senders[topic] = names[0] if len(names) == 1 else _SOMEBODY
         return self._senders[topic]
 
     def publishers(self, topic: str) -> list[str]:
@@ -287,14 +287,14 @@ class Node:
         if found is None:
             return None
         qos = self._rclpy.qos
-        profile = qos.QoSProfile(depth=depth or (1 if latched else DEPTH))
+        profile = qos.QoSProfile(depth=depth or (1 if latched else _DEPTH))
         if latched:
             profile.durability = qos.DurabilityPolicy.TRANSIENT_LOCAL
         return self._node.create_publisher(found, topic, profile)
 
     def _subscription(self, entry: Input) -> Any | None:
         found = self._class(entry.type, entry.name)
-        return found and self._node.create_subscription(found, entry.name, _nothing, DEPTH, raw=True)
+        return found and self._node.create_subscription(found, entry.name, _nothing, _DEPTH, raw=True)
 
     def _class(self, type_name: str, topic: str) -> Any | None:
         """The user's class of a type; without one the topic is left out."""
@@ -319,13 +319,13 @@ def _nothing(_raw: bytes) -> None:
     """What an executor would call."""
 
 
-LOOPBACK = ("127.0.0.1", "localhost", "::1")
+_LOOPBACK = ("127.0.0.1", "localhost", "::1")
 RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
-PERIOD = 0.01
+_PERIOD = 0.01
 """Wall time after which subscriptions are emptied at the latest [s]."""
-MOST_LINES = 64
-CLOSING = 2.0
-EXAMPLES = {
+_MOST_LINES = 64
+_CLOSING = 2.0
+_EXAMPLES = {
     "ros_gz_interfaces": "/vrx/task/info and range_bearing",
     "tf2_msgs": "/tf and /tf_static",
     "vision_msgs": "labels of cameras",
@@ -352,7 +352,7 @@ class Ros2:
         self._lock, self._woken, self._closing = threading.Lock(), threading.Event(), False
         self._table: RosInterface | None = None
         self._queue = TopicQueue()
-        self._lines: deque[tuple[str, str]] = deque(maxlen=MOST_LINES)
+        self._lines: deque[tuple[str, str]] = deque(maxlen=_MOST_LINES)
         self._node: Node | None = None
         self._thread = threading.Thread(target=self._run, name="vrx_mj ROS 2", daemon=True)
 
@@ -363,7 +363,7 @@ class Ros2:
             NetworkError: rclpy is missing, or does not start.
         """
         rclpy = load_rclpy()
-        if self._host in LOOPBACK:
+        if self._host in _LOOPBACK:
             os.environ.setdefault(RANGE, "LOCALHOST")
         self._node = Node(rclpy, self._inbox, self._name)
         self._thread.start()
@@ -372,7 +372,7 @@ class Ros2:
         lines = [f"ROS 2: node /{self._name} in domain {domain} by {by}, {RANGE}={reach}"]
         for package in self._packages:
             if not has_package(package):
-                shown = f", as {EXAMPLES[package]}," if package in EXAMPLES else ""
+                shown = f", as {_EXAMPLES[package]}," if package in _EXAMPLES else ""
                 debian = f"ros-{distro}-{package.replace('_', '-')}"
                 lines.append(
                     f"ROS 2: no {package} here (apt-get install {debian}): its topics{shown} are not published"
@@ -415,14 +415,14 @@ class Ros2:
         self._closing = True
         self._woken.set()
         if self._thread.is_alive():
-            self._thread.join(CLOSING)
+            self._thread.join(_CLOSING)
 
     def _run(self) -> None:
         node = self._node
         assert node is not None, "the thread begins after the node"
         failed, last = "", False
         while not last:
-            self._woken.wait(PERIOD)
+            self._woken.wait(_PERIOD)
             self._woken.clear()
             last = self._closing  # what waits is still sent
             try:

@@ -47,7 +47,7 @@ from vrx_mj.runtime.subscriptions import Subscription
 from vrx_mj.runtime.timing import Schedule, sample_number, steps_to_time
 from vrx_mj.sensors.readings import Reading
 
-NEWS_RATE = 10.0
+_NEWS_RATE = 10.0
 """How often outputs without a rate are looked at, per simulated second."""
 
 
@@ -143,7 +143,7 @@ class Publisher:
         return now != written
 
     def _is_due(self, output: Output, time: float) -> bool:
-        due = self._schedule.take(output.name, output.rate or NEWS_RATE, time)
+        due = self._schedule.take(output.name, output.rate or _NEWS_RATE, time)
         return due and (output.latched or output.name in self._wanted)
 
     def _make(self, output: Output, make: Callable[[], Message | None], time: float) -> None:
@@ -153,7 +153,7 @@ class Publisher:
                 self._batch.append(Sent(output, message, time))
 
 
-STEP = "/vrx_mj/step"
+_STEP = "/vrx_mj/step"
 """The service by which time goes on where no topics are listed."""
 
 MOST_ANSWERS = 1024
@@ -190,7 +190,7 @@ class Lockstep:
     def missing(self) -> tuple[str, ...]:
         """What time waits for: topics, or the service."""
         if not self._answers:
-            return (STEP,)
+            return (_STEP,)
         return tuple(topic for topic, waiting in self._answers.items() if not waiting)
 
 
@@ -198,11 +198,11 @@ Report = Callable[[str, str], None]
 """Takes a level and a line for people."""
 CLOCK_RATE = 100.0
 """[Hz] of simulated time: how often the clock is published, and commands are taken."""
-ALL = 1 << 62
+_ALL = 1 << 62
 """Steps."""
-LONGEST_STEP = 3600.0
+_LONGEST_STEP = 3600.0
 """Of the service that steps [s]."""
-LARGEST_TEXT = 1 << 24
+_LARGEST_TEXT = 1 << 24
 """Characters of a URDF or SDF that joins, at most."""
 
 
@@ -232,10 +232,10 @@ def _told(error: Exception) -> str:
     return str(error) if isinstance(error, VrxError) else f"{type(error).__name__}: {shortened(error)}"
 
 
-def check_length(name: str, kind: str, text: str) -> None:
+def _check_length(name: str, kind: str, text: str) -> None:
     """Refuse a text that is too long to be parsed."""
-    if len(text) > LARGEST_TEXT:
-        raise CommandError(f"{name}: the {kind} has {len(text)} characters; at most {LARGEST_TEXT} are allowed")
+    if len(text) > _LARGEST_TEXT:
+        raise CommandError(f"{name}: the {kind} has {len(text)} characters; at most {_LARGEST_TEXT} are allowed")
 
 
 class RosServer:
@@ -343,7 +343,7 @@ class RosServer:
                 self._take(command)
         return self._advance()
 
-    def _advance(self, most: int = ALL) -> int:
+    def _advance(self, most: int = _ALL) -> int:
         sim = self.sim
         then = (sample_number(self._clock_rate, sim.time) + 1) / self._clock_rate
         steps = min(most, steps_to_time(then, sim.time, sim.timestep))
@@ -360,8 +360,8 @@ class RosServer:
         Raises:
             CommandError: it is negative, no multiple of the physics' step, or an hour and more.
         """
-        if not 0.0 <= duration < LONGEST_STEP:
-            raise CommandError(f"invalid step {duration:g} s: at least 0 and below {LONGEST_STEP:g} s is needed")
+        if not 0.0 <= duration < _LONGEST_STEP:
+            raise CommandError(f"invalid step {duration:g} s: at least 0 and below {_LONGEST_STEP:g} s is needed")
         if duration == 0.0:
             self._advance()
             return
@@ -461,7 +461,7 @@ class RosServer:
         Raises:
             VrxError: as `Simulation.spawn`.
         """
-        check_length(name, "URDF", urdf)
+        _check_length(name, "URDF", urdf)
         if "<robot" not in urdf:
             raise CommandError(f"{name}: invalid URDF: a <robot> element is needed")
         self._join(name, Newcomer(urdf, pose, is_urdf=True))
@@ -476,7 +476,7 @@ class RosServer:
         Raises:
             VrxError: as `Simulation.spawn_object`; the text is no SDF with a model.
         """
-        check_length(name, "SDF", sdf)
+        _check_length(name, "SDF", sdf)
         lines = self._join(name, Newcomer(sdf, pose, is_urdf=False))
         self._report("WARN" if lines[1:] else "INFO", "; ".join(lines))
         return "; ".join(lines)

@@ -23,7 +23,7 @@ from vrx_mj.runtime.limits import process_memory
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.signals import handled
 
-KB, MB = 1e3, 1e6
+_KB, _MB = 1e3, 1e6
 
 
 class Autopilots(Protocol):
@@ -73,8 +73,8 @@ class Meter:
             f"t {moment:.1f} s",
             "paused" if self._server.paused else f"pace {self.pace:.2f}",
             f"CPU {100.0 * (cpu - self._then[2]) / wall:.0f} %",
-            f"{process_memory() / MB:.0f} MB",
-            f"{(sent - self._then[3]) / wall / KB:.0f} KB/s to {self._clients()} clients",
+            f"{process_memory() / _MB:.0f} MB",
+            f"{(sent - self._then[3]) / wall / _KB:.0f} KB/s to {self._clients()} clients",
         ]
         dropped = sum(transport.traffic.dropped for transport in self._transports)
         if dropped:
@@ -95,7 +95,7 @@ class Meter:
         stepped = self._stepped + max(0.0, moment - self._then[1])
         return (
             f"served {stepped:.1f} s in {wall:.1f} s: pace {stepped / wall:.3f}, CPU "
-            f"{100.0 * (cpu - self._begun[2]) / wall:.0f} %, {process_memory() / MB:.0f} MB, {sent / MB:.1f} MB sent"
+            f"{100.0 * (cpu - self._begun[2]) / wall:.0f} %, {process_memory() / _MB:.0f} MB, {sent / _MB:.1f} MB sent"
         )
 
     def _now(self) -> tuple[float, float, float, int]:
@@ -106,19 +106,19 @@ class Meter:
         return sum(transport.traffic.clients for transport in self._transports)
 
 
-ROSBRIDGE_PORT = 9090
-LOOPBACK = ("127.0.0.1", "localhost", "::1")
-BUDGET = 0.05
+_ROSBRIDGE_PORT = 9090
+_LOOPBACK = ("127.0.0.1", "localhost", "::1")
+_BUDGET = 0.05
 """Wall time [s] of physics after which what came in is looked at again."""
-LONGEST_WAIT = 0.02
+_LONGEST_WAIT = 0.02
 """Wall time [s] that is waited at most before the clock on the wall is looked at again."""
 BURST = 2
 """Ticks of the clock that follow each other at once, at most, ..."""
-LATENCY = 0.005
+_LATENCY = 0.005
 """... or of so much wall time [s], where ticks are shorter than it takes to be woken."""
 CATCHING_UP = 1.2
 """Times the pace at which lost time is made up."""
-BEHIND = 0.2
+_BEHIND = 0.2
 """Lost wall time [s] from which on it is reported."""
 STATUS_PERIOD = 1.0
 """Wall time between two lines of status [s]."""
@@ -277,7 +277,7 @@ class _Loop:
         self._per_second = self._pacer.pace / server.sim.timestep
         server.update_rate = 0.0 if self._free else self._per_second
         self._clock_rate = self._pacer.pace * wanted.clock_rate
-        self._burst = max(BURST, LATENCY * self._clock_rate)
+        self._burst = max(BURST, _LATENCY * self._clock_rate)
         self._owed, self._allowed = 0.0, self._burst
         """Steps that are due, and ticks that may follow now."""
         self._is_behind = False
@@ -295,9 +295,9 @@ class _Loop:
             if server.paused:
                 self._pacer.restart(time.perf_counter())
                 self._owed = 0.0
-                self._inbox.wait(LONGEST_WAIT)
+                self._inbox.wait(_LONGEST_WAIT)
             elif self._autopilots is not None:
-                if self._autopilots.receive(LONGEST_WAIT):
+                if self._autopilots.receive(_LONGEST_WAIT):
                     server.advance(self._autopilots.steps)
                     self._autopilots.answer()
             elif self._free:
@@ -312,9 +312,9 @@ class _Loop:
 
     def _go(self) -> None:
         begun = time.perf_counter()
-        while time.perf_counter() - begun < BUDGET and not (self._inbox.pending or self._is_over()):
+        while time.perf_counter() - begun < _BUDGET and not (self._inbox.pending or self._is_over()):
             if not self._server.tick():
-                self._inbox.wait(LONGEST_WAIT)
+                self._inbox.wait(_LONGEST_WAIT)
                 return
 
     def _keep_pace(self, report: Report) -> None:
@@ -322,19 +322,19 @@ class _Loop:
         due = self._pacer.due(begun)
         self._owed = min(self._owed + due, LONGEST * self._per_second)
         self._allowed = min(self._allowed + CATCHING_UP * due * self._clock_rate / self._per_second, self._burst)
-        if self._owed > BEHIND * self._per_second and not self._is_behind:
+        if self._owed > _BEHIND * self._per_second and not self._is_behind:
             self._is_behind = True
             way = f"this is made up for at {CATCHING_UP:g} times the pace, and what is beyond {LONGEST:g} s is not"
             report("WARN", f"behind the pace by {self._owed / self._per_second:.1f} s: {way}")
         while (
-            self._owed > 0.0 and self._allowed >= 1.0 and time.perf_counter() - begun < BUDGET and not self._is_over()
+            self._owed > 0.0 and self._allowed >= 1.0 and time.perf_counter() - begun < _BUDGET and not self._is_over()
         ):
             steps = self._server.tick()
             self._owed -= steps
             self._allowed -= 1.0
             self._pacer.did(steps, time.perf_counter())
         ahead = max((1.0 - self._owed) / self._per_second, (1.0 - self._allowed) / CATCHING_UP / self._clock_rate)
-        self._inbox.wait(min(LONGEST_WAIT, max(0.0, ahead - (time.perf_counter() - begun))))
+        self._inbox.wait(min(_LONGEST_WAIT, max(0.0, ahead - (time.perf_counter() - begun))))
 
     def _is_over(self) -> bool:
         wanted, sim = self._wanted, self._server.sim
@@ -385,7 +385,7 @@ def _opened(transports: Sequence[Transport]) -> Iterator[list[str]]:
         yield lines
 
 
-CMD_VEL: Mapping[CmdVel, str] = {
+_CMD_VEL: Mapping[CmdVel, str] = {
     "thrust": "cmd_vel sets thrust, as VRX's twist2thrust; with --cmd-vel velocity it sets a velocity to hold",
     "velocity": "cmd_vel sets a velocity [m/s, rad/s] to hold; with --cmd-vel thrust it is VRX's twist2thrust",
     "off": "cmd_vel is not subscribed to; with --cmd-vel thrust it is VRX's twist2thrust",
@@ -401,7 +401,7 @@ def _greet(server: RosServer, wanted: Wanted, report: Report) -> None:
         names = " by VRX 3's names" if dialect == "vrx3" else ""
         counts = f"{len(table.outputs)} topics out{names}, {len(table.inputs)} in, {len(table.services)} services"
         report("INFO", f"{counts}; cameras and lidars are rendered only while they have subscribers")
-    report("INFO", CMD_VEL[wanted.cmd_vel])
+    report("INFO", _CMD_VEL[wanted.cmd_vel])
     if wanted.lockstep is not None:
         topics = ", ".join(wanted.lockstep) or "/vrx_mj/step alone"
         report("INFO", f"lockstep: time waits for {topics}")
@@ -410,7 +410,7 @@ def _greet(server: RosServer, wanted: Wanted, report: Report) -> None:
             report("WARN", f"lockstep: no subscriber of {topic} here, so time does not advance")
     if wanted.paused:
         report("INFO", "paused: rosservice call /gazebo/unpause_physics starts time")
-    if wanted.host not in LOOPBACK and wanted.for_ros:
+    if wanted.host not in _LOOPBACK and wanted.for_ros:
         report("WARN", f"listening on {wanted.host}: any machine on that network can drive the boats and end the run")
         _show_addresses(wanted, report)
     if os.environ.get("VRX_DEBUG") == "false":

@@ -14,11 +14,11 @@ from vrx_mj.runtime.run import CONTROL_RATE
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.timing import Schedule
 
-TIMEOUT = 1.0
+_TIMEOUT = 1.0
 """For how long a `cmd_vel` is kept [s], as thrusts are."""
-KEYS = ("shape", "spacing", "leader", "path", "speed", "radius", "apart")
-NUMBERS = ("spacing", "speed", "radius", "apart")
-OFF = ("off", "none", "stop")
+_KEYS = ("shape", "spacing", "leader", "path", "speed", "radius", "apart")
+_NUMBERS = ("spacing", "speed", "radius", "apart")
+_OFF = ("off", "none", "stop")
 
 
 class _VelocityOrder(NamedTuple):
@@ -49,7 +49,7 @@ class Steering:
 
     def steer_boat(self, boat: str, surge: float, turn: float) -> None:
         """Keep a speed ahead [m/s] and a turning rate [rad/s], for a second."""
-        self._orders[boat] = _VelocityOrder(surge, turn, self._sim.time + TIMEOUT)
+        self._orders[boat] = _VelocityOrder(surge, turn, self._sim.time + _TIMEOUT)
 
     def let_go(self, boat: str) -> None:
         """Somebody else commands the boat's thrusters."""
@@ -113,13 +113,13 @@ def parse_formation(text: str) -> dict[str, Any] | None:
         CommandError: it is neither.
     """
     words = text.strip()
-    if words.lower() in OFF:
+    if words.lower() in _OFF:
         return None
     given: dict[str, Any] = _from_json(words) if words.startswith("{") else _from_words(words)
     for key in given:
-        if key not in KEYS:
-            raise UnknownNameError("parameter of a formation", str(key), KEYS)
-    for key in NUMBERS:
+        if key not in _KEYS:
+            raise UnknownNameError("parameter of a formation", str(key), _KEYS)
+    for key in _NUMBERS:
         if key in given:
             given[key] = _number(key, given[key])
     if "shape" in given and given["shape"] not in SHAPES:

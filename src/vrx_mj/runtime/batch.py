@@ -32,13 +32,11 @@ from vrx_mj.runtime.turns import Turn, advancing, in_turn
 from vrx_mj.runtime.views import ARRAYS, STATE
 from vrx_mj.runtime.warmup import announced
 
-__all__ = ["Batch"]
-
-SLICE = 0.05
+_SLICE = 0.05
 """Wall time of a call into the loop, about [s]: Ctrl-C acts between two."""
-LOWEST = {"wind_direction": -np.inf, "wind_speed": -np.inf, "mass": np.nextafter(0.0, 1.0)}
+_LOWEST = {"wind_direction": -np.inf, "wind_speed": -np.inf, "mass": np.nextafter(0.0, 1.0)}
 """What is varied, at least, where that is not 0."""
-MOST = 10**6
+_MOST = 10**6
 """Rows, or threads, of a batch."""
 
 
@@ -74,8 +72,8 @@ class Batch(RowTables):
             value = as_number(count)
             if not isinstance(count, Real) or not value >= 1 or value % 1 != 0:
                 raise CommandError(f"invalid {name} {shown(count)}: a whole number above 0 is needed")
-            if value > MOST:
-                raise CommandError(f"invalid {name} {shown(count)}: at most {MOST} are possible")
+            if value > _MOST:
+                raise CommandError(f"invalid {name} {shown(count)}: at most {_MOST} are possible")
         if world.parameters.task:
             text = 'compile it without one, {"extends": name, "task": None}'
             raise CommandError(f"the world {world.name} has a task, and a Batch has no referee: {text}")
@@ -247,7 +245,7 @@ class Batch(RowTables):
         before = self.diverged
         while True:
             check_exit()
-            count = min(left, max(1, int(SLICE * self.threads / (self._pace * self.n))))
+            count = min(left, max(1, int(_SLICE * self.threads / (self._pace * self.n))))
             begun = clock.perf_counter()
             with untimed():
                 self._pool.share(self.n, lambda first, last, count=count: self._advance(first, last, count))  # type: ignore[misc]

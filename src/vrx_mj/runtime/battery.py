@@ -8,7 +8,7 @@ from vrx_mj.errors import CommandError
 from vrx_mj.model.boats import Battery
 from vrx_mj.runtime.simulation import Simulation
 
-HOUR = 3600.0
+_HOUR = 3600.0
 
 
 class Charge:
@@ -38,7 +38,7 @@ class Charge:
         rest = float(np.interp(self.left, self._shares, self._voltages))
         voltage = 0.5 * (rest + math.sqrt(max(rest * rest - 4.0 * self._battery.resistance * power, 0.0)))
         current = power / voltage
-        self.left = max(0.0, self.left - current * interval / (HOUR * self._battery.capacity))
+        self.left = max(0.0, self.left - current * interval / (_HOUR * self._battery.capacity))
         return {"voltage": voltage, "current": current}
 
     def _drawn(self) -> float:

@@ -139,13 +139,13 @@ class CommandNames:
 
     def _checked(self, commands: Commands) -> list[tuple[Channel, float]]:
         if not isinstance(commands, Mapping):
-            raise CommandError(f"invalid commands {shown(commands)}: a mapping by boat is needed, " + EXAMPLE)
+            raise CommandError(f"invalid commands {shown(commands)}: a mapping by boat is needed, " + _EXAMPLE)
         checked = []
         for boat, values in commands.items():
             names = self.names(boat)
             if not isinstance(values, Mapping):
                 raise CommandError(
-                    f"invalid commands {shown(values)} for {boat}: a mapping by thruster is needed, {EXAMPLE}"
+                    f"invalid commands {shown(values)} for {boat}: a mapping by thruster is needed, {_EXAMPLE}"
                 )
             for name, value in values.items():
                 check_name(f"thruster of {boat}", name, names)
@@ -154,4 +154,4 @@ class CommandNames:
         return checked
 
 
-EXAMPLE = 'as in {"wamv1": {"left": 0.5, "left_angle": 0.1}}'
+_EXAMPLE = 'as in {"wamv1": {"left": 0.5, "left_angle": 0.1}}'

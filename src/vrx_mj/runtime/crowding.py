@@ -13,13 +13,10 @@ import numpy as np
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.errors import CommandError
 
-__all__ = ["arena_bytes", "check_room", "crowded", "fitting", "most_contacts", "row_arena_bytes"]
-
-
-PER_THING, MOST = 4 << 20, 1 << 30
+_PER_THING, _MOST = 4 << 20, 1 << 30
 """Address space for contacts and solver for each thing that was placed in a world, and at most [bytes]; memory is used
 as it is needed."""
-LEAST = 32 << 20
+_LEAST = 32 << 20
 """Where it would be less [bytes], MuJoCo's own choice is kept."""
 PER_CONTACT = 6000
 """Memory that a contact needs with its constraints [bytes]: 2800 with 20 boats on one spot, and as much to spare."""
@@ -27,10 +24,10 @@ PER_CONTACT = 6000
 IDLE, PER_DOF_PAIR = 256 << 10, 128
 """Memory of a world in which nothing touches, and for each pair of degrees of freedom [bytes]: MuJoCo uses 216 bytes
 with one boat and 3,700 with twenty, which have 120 degrees of freedom."""
-PER_PAIR, PER_SHAPE = 8, 16
+_PER_PAIR, _PER_SHAPE = 8, 16
 """Contacts of two shapes, boxes at most, and in mean of each shape of two things within each other. Two WAM-Vs of 33
 shapes each on one spot make 149 contacts at most, of 20,000 positions, and one within the 22 blocks of a dock 87."""
-SHAPES = [
+_SHAPES = [
     int(kind)
     for kind in (
         mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_CAPSULE, mujoco.mjtGeom.mjGEOM_ELLIPSOID,
@@ -39,14 +36,14 @@ SHAPES = [
 ]  # fmt: skip
 """Shapes of which it is known how many contacts two of them make; others keep MuJoCo's own choice."""
 
-CLOSE, FEW = 10.0, 4
+_CLOSE, FEW = 10.0, 4
 """Where more boats than these few are so near to each other [m], their contacts are counted when one is placed."""
 
 
 def arena_bytes(things: int) -> int:
     """Memory for contacts and solver of a world in which so many things were placed; -1: what MuJoCo chooses."""
-    wanted = min(MOST, PER_THING * things)
-    return wanted if wanted > LEAST else -1
+    wanted = min(_MOST, _PER_THING * things)
+    return wanted if wanted > _LEAST else -1
 
 
 def row_arena_bytes(model: mujoco.MjModel) -> int:
@@ -55,7 +52,7 @@ def row_arena_bytes(model: mujoco.MjModel) -> int:
     It is at most what its model has now, and that where shapes have contacts that are not bounded.
     """
     touching = (model.geom_contype | model.geom_conaffinity) != 0
-    if model.npair or model.nflex or not np.isin(model.geom_type[touching], SHAPES).all():
+    if model.npair or model.nflex or not np.isin(model.geom_type[touching], _SHAPES).all():
         return int(model.narena)
     contacts = sum(_pair_contacts(model, one, other) for one, other in _pairs(model, touching))
     wanted = IDLE + PER_DOF_PAIR * model.nv**2 + PER_CONTACT * contacts
@@ -80,7 +77,7 @@ def _pair_contacts(model: mujoco.MjModel, one: BoolArray, other: BoolArray) -> i
     if not ((kinds & model.geom_conaffinity[other]) | (masks & model.geom_contype[other])).any():
         return 0
     here, there = int(one.sum()), int(other.sum())
-    return min(PER_PAIR * here * there, PER_SHAPE * (here + there))
+    return min(_PER_PAIR * here * there, _PER_SHAPE * (here + there))
 
 
 def most_contacts(model: mujoco.MjModel) -> int:
@@ -117,7 +114,7 @@ def check_room(model: mujoco.MjModel, qpos: FloatArray, starts: IntArray) -> Non
     scratch = mujoco.MjData(model)
     for row in qpos:
         x, y = row[starts], row[starts + 1]
-        if (np.hypot(x[:, None] - x, y[:, None] - y) < CLOSE).sum(axis=0).max() <= FEW:
+        if (np.hypot(x[:, None] - x, y[:, None] - y) < _CLOSE).sum(axis=0).max() <= FEW:
             continue
         scratch.qpos[:] = row
         with fitting(scratch):

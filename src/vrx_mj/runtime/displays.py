@@ -12,8 +12,6 @@ from vrx_mj.runtime.loop_arrays import LoopArrays
 from vrx_mj.runtime.sensing import Sensing, painted
 from vrx_mj.sensors.displays import Display, new_pattern, next_pattern, next_symbol, symbol_mark
 
-__all__ = ["Displays"]
-
 
 class Displays:
     """The lights and placards of a run; errors are those of the methods of `Simulation` with these names."""

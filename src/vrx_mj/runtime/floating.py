@@ -9,13 +9,11 @@ from vrx_mj.physics.tables import Table
 from vrx_mj.physics.waves import surface_height
 from vrx_mj.runtime.loop_arrays import LoopArrays
 
-__all__ = ["Afloat"]
-
-LATER = 1e-3
+_LATER = 1e-3
 """Of two moments between which a boat's motion with the water is measured [s]."""
-LEAN = 0.5
+_LEAN = 0.5
 """Roll and pitch of a boat at rest on waves, at most [rad]; on steeper ones it starts as on a calm."""
-HALVINGS = 20
+_HALVINGS = 20
 """Of the interval in which the largest mass is."""
 
 
@@ -41,7 +39,7 @@ class Afloat:
         found = np.zeros(len(self._weights))
         for boat, hull in enumerate(self._arrays.hulls):
             least, most = 0.0, greatest_lift(hull, self._arrays.stations) / self._weights[boat]
-            for _ in range(HALVINGS):
+            for _ in range(_HALVINGS):
                 middle = 0.5 * (least + most)
                 floats = self._settled(boat, self._arrays.waves[:0], np.zeros(6), 0.0, middle)
                 least, most = (middle, most) if floats else (least, middle)
@@ -67,11 +65,11 @@ class Afloat:
             return np.array([x, y, height, 0.0, 0.0, yaw]), velocity
         calm[2] += height - self._arrays.sea["level"][0]  # the water's surface is higher here, and leans a little
         now = calm.copy()
-        if not self._settled(boat, waves, now, time, mass) or np.abs(now[3:5]).max() > LEAN:
+        if not self._settled(boat, waves, now, time, mass) or np.abs(now[3:5]).max() > _LEAN:
             return calm, velocity
         later = now.copy()
-        if self._settled(boat, waves, later, time + LATER, mass):
-            velocity[2:5] = (later[2:5] - now[2:5]) / LATER  # tilted by a few degrees, body and world axes are alike
+        if self._settled(boat, waves, later, time + _LATER, mass):
+            velocity[2:5] = (later[2:5] - now[2:5]) / _LATER  # tilted by a few degrees, body and world axes are alike
         return now, velocity
 
     def _settled(self, boat: int, waves: Table, pose: FloatArray, time: float, mass: float) -> bool:

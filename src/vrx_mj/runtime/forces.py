@@ -20,7 +20,7 @@ from vrx_mj.physics.wind import air_velocity, wind_at_hull, wind_on_hull, wind_s
 from vrx_mj.runtime.loop import angle_target, hull_loads, motion_through_water, update_force, water_at_vessel
 from vrx_mj.runtime.loop_arrays import LoopArrays
 
-NAMES = {RUDDER: "rudder", SAIL: "sail"}
+_NAMES = {RUDDER: "rudder", SAIL: "sail"}
 """Effects of what takes an angle alone, by its mapping; all others are thrust."""
 
 
@@ -120,7 +120,7 @@ def _thrusts(
             )  # fmt: skip
         else:
             update_force(hull, thruster, state, states, arrays.sail_curves, body, arrays.air, air, time)
-        name = NAMES.get(int(thruster["mapping"]), "thrust")
+        name = _NAMES.get(int(thruster["mapping"]), "thrust")
         along = state["applied"] if name == "sail" else 0.0
         push = thruster_wrench(thruster, hull, body, state["thrust"], state["angle"], along)
         wrenches[name] = add(wrenches.get(name, zero_wrench()), push)

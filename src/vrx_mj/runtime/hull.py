@@ -14,10 +14,7 @@ from vrx_mj.physics.tables import BLADES, NEWTONS, PROPELLER, PROPELLER_POINT, R
 from vrx_mj.physics.thrust import force_point, race_speed, thrust_force
 from vrx_mj.runtime.loop_arrays import LoopArrays
 
-__all__ = ["Hull", "Propeller", "Rudder", "energy_of", "hull_of", "thrusters"]
-
-
-Six = tuple[float, float, float, float, float, float]
+_Six = tuple[float, float, float, float, float, float]
 
 
 @dataclass(frozen=True)
@@ -53,11 +50,11 @@ class Hull:
     """Moment of inertia about the vertical through the centre of mass [kg m2]."""
     centre: tuple[float, float, float]
     """Centre of mass [m], body frame."""
-    added_mass: Six
+    added_mass: _Six
     """Added mass [kg] and added inertia [kg m2]."""
-    drag_linear: Six
+    drag_linear: _Six
     """Linear drag [N s/m] and [N m s]."""
-    drag_quadratic: Six
+    drag_quadratic: _Six
     """Quadratic drag [N s2/m2] and [N m s2]."""
     length: float
     """Length of the floats [m]."""
@@ -86,7 +83,7 @@ def hull_of(arrays: LoopArrays, row: Record, names: Mapping[str, int]) -> Hull:
     )
 
 
-def _six(row: Record, name: str) -> Six:
+def _six(row: Record, name: str) -> _Six:
     surge, sway, heave, roll, pitch, yaw = (float(value) for value in row[name])
     return surge, sway, heave, roll, pitch, yaw
 
@@ -121,10 +118,10 @@ def _rudder(name: str, row: Record) -> Rudder:
     return Rudder(name, (float(x), float(y), float(z)), float(row["max_angle"]), pressure, share, inertia)
 
 
-SAMPLES = 401
+_SAMPLES = 401
 """Commands at which the mapping is tabulated."""
-Tabulated = tuple[FloatArray, FloatArray, FloatArray]
-DRIVE = ("mapping", "max_command", "max_forward", "max_reverse")
+_Tabulated = tuple[FloatArray, FloatArray, FloatArray]
+_DRIVE = ("mapping", "max_command", "max_forward", "max_reverse")
 """Fields of a thruster's row that its mapping depends on."""
 
 
@@ -207,10 +204,10 @@ def _thruster(name: str, arrays: LoopArrays, number: int) -> Propeller:
     )
 
 
-def _at_rest(arrays: LoopArrays, row: Record) -> Tabulated:
+def _at_rest(arrays: LoopArrays, row: Record) -> _Tabulated:
     """The same three of a thruster at rest in the water."""
     if row["measured"] < 0:
-        return _tabulated(**{field: row[field].item() for field in DRIVE})
+        return _tabulated(**{field: row[field].item() for field in _DRIVE})
     own = arrays.propellers[row["measured"]]
     first = own["point_start"]
     points = arrays.propeller_points[first : first + own["point_count"]]
@@ -218,27 +215,27 @@ def _at_rest(arrays: LoopArrays, row: Record) -> Tabulated:
 
 
 @lru_cache(maxsize=64)
-def _tabulated(**drive: float) -> Tabulated:
+def _tabulated(**drive: float) -> _Tabulated:
     """Commands, the forces [N] that they give, and the same forces with a slope where they do not change."""
     row = np.zeros(1, THRUSTER)[0]
     for name, value in drive.items():
         row[name] = value
-    commands = np.linspace(-drive["max_command"], drive["max_command"], SAMPLES)
+    commands = np.linspace(-drive["max_command"], drive["max_command"], _SAMPLES)
     return _spread(commands, [thrust_force(row, float(command)) for command in commands])
 
 
 @lru_cache(maxsize=64)
-def _measured(max_command: float, dead_zone: float, curve: tuple[tuple[float, float], ...]) -> Tabulated:
+def _measured(max_command: float, dead_zone: float, curve: tuple[tuple[float, float], ...]) -> _Tabulated:
     """The same of a propeller with these commands and thrusts."""
     own, points = np.zeros(1, PROPELLER)[0], np.array([*curve], PROPELLER_POINT)
     own["dead_zone"] = dead_zone
-    shares = np.linspace(-1.0, 1.0, SAMPLES)
+    shares = np.linspace(-1.0, 1.0, _SAMPLES)
     return _spread(max_command * shares, [measured_thrust(own, points, float(share)) for share in shares])
 
 
-def _spread(commands: FloatArray, given: Sequence[float]) -> Tabulated:
+def _spread(commands: FloatArray, given: Sequence[float]) -> _Tabulated:
     forces: FloatArray = np.maximum.accumulate(given)
-    spread = forces + 1e-9 * np.arange(SAMPLES)  # where the force does not change, the smallest command
+    spread = forces + 1e-9 * np.arange(_SAMPLES)  # where the force does not change, the smallest command
     for array in (commands, forces, spread):
         array.setflags(write=False)  # all thrusters of a kind have the same
     return commands, forces, spread

@@ -11,17 +11,7 @@ from pathlib import Path
 
 import psutil
 
-__all__ = [
-    "ThreadPool",
-    "core_share",
-    "free_memory",
-    "process_memory",
-    "processor",
-    "thread_count",
-    "total_memory",
-]
-
-ROOT = Path("/")
+_ROOT = Path("/")
 """Where `sys/fs/cgroup` is; Linux has it."""
 
 
@@ -40,7 +30,7 @@ def processor() -> str:
         return platform.processor()
 
 
-def free_memory(root: Path = ROOT) -> float:
+def free_memory(root: Path = _ROOT) -> float:
     """Memory [bytes] that is free for this process."""
     group = root / "sys/fs/cgroup"
     known = [float(psutil.virtual_memory().available)]
@@ -53,14 +43,14 @@ def free_memory(root: Path = ROOT) -> float:
     return min(known)
 
 
-def total_memory(root: Path = ROOT) -> float:
+def total_memory(root: Path = _ROOT) -> float:
     """Memory [bytes] that this process may take at most, free or not."""
     group = root / "sys/fs/cgroup"
     known = (_first(group / name) for name in ("memory.max", "memory/memory.limit_in_bytes"))
     return min([float(psutil.virtual_memory().total), *(most for most in known if most is not None)])
 
 
-def core_share(root: Path = ROOT) -> tuple[int, float]:
+def core_share(root: Path = _ROOT) -> tuple[int, float]:
     """Cores that this process may run on, and how many of them the container lets it use at a time."""
     count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     group = root / "sys/fs/cgroup"
@@ -93,13 +83,13 @@ def _first(file: Path, index: int = 0) -> float | None:
         return None
 
 
-PIECES = 4
+_PIECES = 4
 """Pieces for each thread: rows do not all take the same time, and a thread that is done takes the next."""
-SMALLEST = 8
+_SMALLEST = 8
 """Rows of a piece, at least: to begin one takes some 50 microseconds."""
 
-Work = Callable[[int, int], None]
-Calls = queue.SimpleQueue[tuple[deque[tuple[int, int]], Work] | None]
+_Work = Callable[[int, int], None]
+_Calls = queue.SimpleQueue[tuple[deque[tuple[int, int]], _Work] | None]
 """Pieces and their work, for any thread of the pool; None ends a thread."""
 
 
@@ -110,11 +100,11 @@ class ThreadPool:
         self.threads = threads
         self._start_threads()
 
-    def share(self, rows: int, work: Work) -> None:
+    def share(self, rows: int, work: _Work) -> None:
         """Call `work(first, last)` for pieces that make up all rows, and wait until all are done, Ctrl-C or not."""
         if self._process != os.getpid():
             self._start_threads()  # threads do not live on in a forked process
-        size = max(SMALLEST, -(-rows // (PIECES * self.threads)))
+        size = max(_SMALLEST, -(-rows // (_PIECES * self.threads)))
         pieces = deque((first, min(first + size, rows)) for first in range(0, rows, size))
         helpers = min(self.threads, len(pieces)) - 1
         for _ in range(helpers):
@@ -130,7 +120,7 @@ class ThreadPool:
     def _start_threads(self) -> None:
         """Start the helpers; they end with the pool."""
         self._process = os.getpid()
-        self._calls: Calls = queue.SimpleQueue()
+        self._calls: _Calls = queue.SimpleQueue()
         self._ends: queue.SimpleQueue[BaseException | None] = queue.SimpleQueue()
         for number in range(1, self.threads):
             name = f"vrx_mj rows {number}"
@@ -139,7 +129,7 @@ class ThreadPool:
         end.atexit = False  # a function at exit may still advance
 
 
-def _run_pieces(pieces: "deque[tuple[int, int]]", work: Work) -> None:
+def _run_pieces(pieces: "deque[tuple[int, int]]", work: _Work) -> None:
     while True:
         try:
             first, last = pieces.popleft()
@@ -149,7 +139,7 @@ def _run_pieces(pieces: "deque[tuple[int, int]]", work: Work) -> None:
 
 
 def _run_calls(
-    calls: Calls,
+    calls: _Calls,
     ends: "queue.SimpleQueue[BaseException | None]",
 ) -> None:
     while (call := calls.get()) is not None:
@@ -162,7 +152,7 @@ def _run_calls(
         ends.put(failure)
 
 
-def _end_threads(calls: Calls, count: int, process: int) -> None:
+def _end_threads(calls: _Calls, count: int, process: int) -> None:
     if process == os.getpid():
         for _ in range(count):
             calls.put(None)

@@ -14,6 +14,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import CommandError, DivergedError, StateError
 from vrx_mj.exits import check_exit
 from vrx_mj.libmujoco import untimed
+from vrx_mj.mjcf.drawing import drawing_model
 from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.bodies import FreeBodies
 from vrx_mj.runtime.commands import CommandNames
@@ -21,7 +22,7 @@ from vrx_mj.runtime.crowding import crowded, fitting, most_contacts
 from vrx_mj.runtime.displays import Displays
 from vrx_mj.runtime.hull import Propeller, thrusters
 from vrx_mj.runtime.loop import advance, advance_vrx
-from vrx_mj.runtime.loop_arrays import LoopArrays, drawing_model
+from vrx_mj.runtime.loop_arrays import LoopArrays
 from vrx_mj.runtime.physics_models import PhysicsModels
 from vrx_mj.runtime.sampling import Sampler
 from vrx_mj.runtime.sensing import Sensing
@@ -42,16 +43,14 @@ from vrx_mj.runtime.weather import Sea, Wind
 from vrx_mj.tasks.frame import Message
 from vrx_mj.tasks.rules import Action, LightUp, PlaceObject, Release, SetPinger, ShowSymbol
 
-__all__ = ["LiveWorld", "loop_arrays_of"]
-
-SLICE = 0.05
+_SLICE = 0.05
 """Wall time [s] of one call of the compiled loop, so that Ctrl-C works."""
-DRAIN = 0.5
+_DRAIN = 0.5
 """Wall time [s] after which sampled rows go to the recorders."""
-AT_REST = (0.0,) * 6
+_AT_REST = (0.0,) * 6
 """Velocity of an object that a task has placed."""
 
-Six = Sequence[float] | None
+_Six = Sequence[float] | None
 
 
 def loop_arrays_of(world: World, physics_models: PhysicsModels, known: LoopArrays | None = None) -> LoopArrays:
@@ -154,7 +153,7 @@ class LiveWorld:
             check_exit()
             second = steps_to_multiple(self.time, timestep, stride_of(1.0, timestep))
             heard = min(self.subscriptions.steps(self.time), self.task_runner.steps(self.time))
-            count = min(left, second, max(1, int(SLICE / self._pace)), heard)
+            count = min(left, second, max(1, int(_SLICE / self._pace)), heard)
             begun = clock.perf_counter()
             with untimed():
                 done = int(self._loop(self._run.table, 0, self.time, timestep, count))
@@ -165,7 +164,7 @@ class LiveWorld:
             if done:
                 self._pace += 0.2 * ((clock.perf_counter() - begun) / done - self._pace)
             left -= done
-            if done < count or begun - self._drained > DRAIN:
+            if done < count or begun - self._drained > _DRAIN:
                 self.sampler.drain()
                 self._drained = begun
             self.task_runner.look(self.time, self)
@@ -273,7 +272,7 @@ class LiveWorld:
 
     # Poses
 
-    def set_boat(self, name: str, pose: Six, velocity: Six) -> None:
+    def set_boat(self, name: str, pose: _Six, velocity: _Six) -> None:
         """Set the pose or the velocity of a boat; with a pose its task releases it."""
         check_name("boat", name, self.world.boats)
         with self.undone_if_crowded():
@@ -284,7 +283,7 @@ class LiveWorld:
         if pose is not None:
             self.arrays.memory_state[self.arrays.memory_rows(self.world.boats.index(name))] = 0.0
 
-    def set_object(self, name: str, pose: Six, velocity: Six) -> None:
+    def set_object(self, name: str, pose: _Six, velocity: _Six) -> None:
         """Set the pose or the velocity of a floating object or dock, and let the water have it there."""
         there = self.world.parameters
         still = [item.name for item in there.objects if item.kind == "static"]
@@ -304,7 +303,7 @@ class LiveWorld:
             case Release(boat):
                 self.arrays.release(boat)
             case PlaceObject(name, pose):
-                self.set_object(name, pose, AT_REST)
+                self.set_object(name, pose, _AT_REST)
             case SetPinger(boat, position):
                 for sensor in self.sensing.of_kind(boat, "pinger"):
                     self.sensing.set_beacon(boat, sensor, position)

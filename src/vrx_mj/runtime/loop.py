@@ -68,12 +68,10 @@ from vrx_mj.runtime.proximity import contact_free, touch_begins
 from vrx_mj.runtime.sample_clocks import latch
 from vrx_mj.runtime.views import Views, views
 
-__all__ = ["HUGE", "advance", "advance_vrx", "hull_loads", "motion_through_water", "update_force", "water_at_vessel"]
-
 HUGE = 1e7
 """A state beyond this [m, m/s, rad/s] has diverged."""
 
-PASSES, SETTLED = 20, 1e-9
+_PASSES, _SETTLED = 20, 1e-9
 """Of the search for the moments of added mass: how many at most, and the change [N m] with which it ends."""
 
 _STRIDE, _COUNTDOWN, _FILLED = 0, 1, 2
@@ -84,26 +82,26 @@ def _stage(name: str) -> types.ExternalFunction:
     return c_function(name, types.void, types.uintp, types.uintp)
 
 
-mj_kinematics = _stage("mj_kinematics")
-mj_fwd_kinematics = _stage("mj_fwdKinematics")
-mj_make_m = _stage("mj_makeM")
-mj_collision = _stage("mj_collision")
-mj_make_constraint = _stage("mj_makeConstraint")
-mj_island = _stage("mj_island")
-mj_project_constraint = _stage("mj_projectConstraint")
-mj_transmission = _stage("mj_transmission")
-mj_factor_m = _stage("mj_factorM")
-mj_sensor_pos = _stage("mj_sensorPos")
-mj_sensor_vel = _stage("mj_sensorVel")
-mj_sensor_acc = _stage("mj_sensorAcc")
-mj_fwd_velocity = _stage("mj_fwdVelocity")
-mj_fwd_actuation = _stage("mj_fwdActuation")
-mj_fwd_acceleration = _stage("mj_fwdAcceleration")
-mj_fwd_constraint = _stage("mj_fwdConstraint")
-mj_euler = _stage("mj_Euler")
+_mj_kinematics = _stage("mj_kinematics")
+_mj_fwd_kinematics = _stage("mj_fwdKinematics")
+_mj_make_m = _stage("mj_makeM")
+_mj_collision = _stage("mj_collision")
+_mj_make_constraint = _stage("mj_makeConstraint")
+_mj_island = _stage("mj_island")
+_mj_project_constraint = _stage("mj_projectConstraint")
+_mj_transmission = _stage("mj_transmission")
+_mj_factor_m = _stage("mj_factorM")
+_mj_sensor_pos = _stage("mj_sensorPos")
+_mj_sensor_vel = _stage("mj_sensorVel")
+_mj_sensor_acc = _stage("mj_sensorAcc")
+_mj_fwd_velocity = _stage("mj_fwdVelocity")
+_mj_fwd_actuation = _stage("mj_fwdActuation")
+_mj_fwd_acceleration = _stage("mj_fwdAcceleration")
+_mj_fwd_constraint = _stage("mj_fwdConstraint")
+_mj_euler = _stage("mj_Euler")
 
-Address = int
-Air = tuple[float, float]
+_Address = int
+_Air = tuple[float, float]
 
 
 class HullLoads(NamedTuple):
@@ -123,7 +121,7 @@ def advance(runs: Table, row: int, time: float, dt: float, steps: int) -> int:
     when the sample buffer is full or a touch has begun, -1 when the state has diverged.
     """
     a = views(runs[row])
-    work = vessel_work(hull_meshes(a), a.waves, a.sea[0])
+    work = vessel_work(_hull_meshes(a), a.waves, a.sea[0])
     return _advance(runs, row, time, dt, steps, work, work.columns)
 
 
@@ -141,34 +139,34 @@ def _advance(runs: Table, row: int, time: float, dt: float, steps: int, work: Ve
     flags = a.broadphase[0]
     added, damping = np.empty((6, 6)), np.empty((a.floats.size + a.links.size, 3))
     done, free_before, touched = 0, False, False
-    turning = any_turns_by_added_mass(a.hulls)
-    while done < steps and not touched and not full(a.sampling, a.samples) and not diverged(a.qpos, a.qvel):
-        sample(a, time)
+    turning = _any_turns_by_added_mass(a.hulls)
+    while done < steps and not touched and not _full(a.sampling, a.samples) and not _diverged(a.qpos, a.qvel):
+        _sample(a, time)
         latch(a.clocks, a.latched, a.qpos, a.qvel, a.device_state, time)
         time += dt
         wind_step(a.wind[0], a.wind_state[0], a.gust_bands, a.air, a.air_state, dt)
         if work is not None:
             current_step(a.current, a.current_state, dt)
         air = air_velocity(a.wind[0], a.wind_state[0], a.air_state)
-        push_hulls(a, work, waves, air, time, dt)
-        push_floats(a, work, waves, air, damping, time, dt)
+        _push_hulls(a, work, waves, air, time, dt)
+        _push_floats(a, work, waves, air, damping, time, dt)
         if work is not None and a.links.size > 0:
-            mj_fwd_kinematics(run.contact_free, run.data)
-            push_links(a, work, waves, air, damping, time, dt)
-        push_docks(a, work, waves, air, time, dt)
+            _mj_fwd_kinematics(run.contact_free, run.data)
+            _push_links(a, work, waves, air, damping, time, dt)
+        _push_docks(a, work, waves, air, time, dt)
         free = contact_free(a.movers, a.obstacles, a.qpos, flags)
         idle = free and free_before and flags.unconstrained != 0  # the step before found nothing, nor would this one
-        move(run.contact_free if free else run.model, run.data, a, work, added, damping, turning, idle)
+        _move(run.contact_free if free else run.model, run.data, a, work, added, damping, turning, idle)
         free_before = free
-        note_touches(a.sensordata, a.touches, time - dt)
+        _note_touches(a.sensordata, a.touches, time - dt)
         touched = touch_begins(flags, free, a.hulls, a.qfrc_constraint)
         done += 1
-    mj_kinematics(run.model, run.data)
-    return -1 if diverged(a.qpos, a.qvel) else done
+    _mj_kinematics(run.model, run.data)
+    return -1 if _diverged(a.qpos, a.qvel) else done
 
 
 @inlined_kernel
-def push_hulls(a: Views, work: VesselWork | None, waves: Waves, air: Air, time: float, dt: float) -> None:
+def _push_hulls(a: Views, work: VesselWork | None, waves: Waves, air: _Air, time: float, dt: float) -> None:
     """Let water, wind and their thrusters push all hulls."""
     for i in range(a.hulls.size):
         hull = a.hulls[i]
@@ -176,7 +174,7 @@ def push_hulls(a: Views, work: VesselWork | None, waves: Waves, air: Air, time: 
         through = body
         if work is not None:
             if hull.vessel >= 0:
-                push_vessel(hull, body, a, work, air, time, dt)
+                _push_vessel(hull, body, a, work, air, time, dt)
                 continue
             if hull.profile == MARINE:
                 through = motion_through_water(hull, body, waves, a.sea[0], a.current, a.current_state, a.layers, time)
@@ -184,19 +182,19 @@ def push_hulls(a: Views, work: VesselWork | None, waves: Waves, air: Air, time: 
         here = air if work is None else wind_at_hull(hull, a.air, air)
         loads = hull_loads(hull, a.stations, windage, waves, a.sea[0], here, body, through, time)
         wrench = add(add(add(loads.hydrostatics, loads.drag), loads.added_mass_bias), loads.wind)
-        push = thrust(hull, body, a, work, air, time, dt)
-        apply(a.xfrc_applied, hull.body, carry(add(wrench, push), body, hull.link_com, hull.body_com))
+        push = _thrust(hull, body, a, work, air, time, dt)
+        _apply(a.xfrc_applied, hull.body, carry(add(wrench, push), body, hull.link_com, hull.body_com))
 
 
 @inlined_kernel
-def push_vessel(hull: Record, body: Motion, a: Views, work: VesselWork, air: Air, time: float, dt: float) -> None:
+def _push_vessel(hull: Record, body: Motion, a: Views, work: VesselWork, air: _Air, time: float, dt: float) -> None:
     """Let water, wind and its thrusters push a hull that has a model of its own."""
     vessel = a.vessels[hull.vessel]
     water = water_at_vessel(hull, vessel, body, work.columns, a.sea[0], a.current, a.current_state, a.layers, time)
     loads = vessel_loads(
         hull,
         vessel,
-        hull_meshes(a),
+        _hull_meshes(a),
         a.strips,
         a.waves,
         a.sea[0],
@@ -211,12 +209,12 @@ def push_vessel(hull: Record, body: Motion, a: Views, work: VesselWork, air: Air
         hull, vessel, a.memory, a.memory_state, a.diffraction, a.waves, a.sea[0], water, body, loads.wet, time, dt
     )
     wrench = add(wrench, add(made.radiation, made.diffraction))
-    push = thrust(hull, body, a, work, air, time, dt)
-    apply(a.xfrc_applied, hull.body, carry(add(wrench, push), body, hull.link_com, hull.body_com))
+    push = _thrust(hull, body, a, work, air, time, dt)
+    _apply(a.xfrc_applied, hull.body, carry(add(wrench, push), body, hull.link_com, hull.body_com))
 
 
 @expanded_kernel
-def hull_meshes(a: Views) -> HullMeshes:
+def _hull_meshes(a: Views) -> HullMeshes:
     """Return the meshes of all vessels."""
     return HullMeshes(a.parts, a.points, a.shares, a.pairs, a.corner_shares)
 
@@ -245,9 +243,9 @@ def water_at_vessel(
 @kernel
 def hull_loads(
     hull: Record, stations: Table, windage: Table | None, waves: Waves, sea: Record,
-    air: Air, body: Motion, through: Motion, time: float,
+    air: _Air, body: Motion, through: Motion, time: float,
 ) -> HullLoads:  # fmt: skip
-    """Return what water and wind do to a hull; with `thrust` it is all that acts on it from outside.
+    """Return what water and wind do to a hull; with `_thrust` it is all that acts on it from outside.
 
     `through` is its motion through the water, which is at rest in VRX's profiles, where `windage` may be None.
     """
@@ -274,21 +272,21 @@ def motion_through_water(
 
 
 @inlined_kernel
-def move(
-    model: Address, data: Address, a: Views, work: VesselWork | None, added: FloatArray, damping: FloatArray,
+def _move(
+    model: _Address, data: _Address, a: Views, work: VesselWork | None, added: FloatArray, damping: FloatArray,
     turning: bool, idle: bool,
 ) -> None:  # fmt: skip
     """`mj_step`, stage by stage, with the hulls' added mass and the floats' and docks' drag put into the inertia.
 
-    Its checks are left out: they write warnings to a file, and `diverged` finds more. So are, while they are `idle`,
+    Its checks are left out: they write warnings to a file, and `_diverged` finds more. So are, while they are `idle`,
     the stages about constraints, actuators and sensors, an eighth of a boat's step.
     """
-    mj_fwd_kinematics(model, data)
-    mj_make_m(model, data)
+    _mj_fwd_kinematics(model, data)
+    _mj_make_m(model, data)
     for i in range(a.hulls.size):
         hull = a.hulls[i]
-        inertia_of_water(hull, motion(a.qpos, a.qvel, hull.qpos, hull.dof), a, work, added)
-        add_to_inertia(a.inertia, a.inertia_row, hull.dof, added)
+        _inertia_of_water(hull, motion(a.qpos, a.qvel, hull.qpos, hull.dof), a, work, added)
+        _add_to_inertia(a.inertia, a.inertia_row, hull.dof, added)
     for i in range(a.floats.size):
         add_flotation_drag(a.inertia, a.inertia_row, a.floats[i].dof, damping[i])
     if work is not None:
@@ -297,29 +295,29 @@ def move(
             center, own = a.subtree_com[a.body_root[body]], damping[a.floats.size + i]
             add_link_drag(a.inertia, a.inertia_row, a.xpos[body], a.links[i].dof, a.dof_parent, a.cdof, center, own)
     raft_drag(a.blocks, a.raft_work, a.inertia, a.inertia_row)
-    mj_factor_m(model, data)
+    _mj_factor_m(model, data)
     if not idle:
-        mj_collision(model, data)
-        mj_make_constraint(model, data)
-        mj_island(model, data)
-        mj_project_constraint(model, data)
-        mj_transmission(model, data)
-        mj_sensor_pos(model, data)
-    mj_fwd_velocity(model, data)
+        _mj_collision(model, data)
+        _mj_make_constraint(model, data)
+        _mj_island(model, data)
+        _mj_project_constraint(model, data)
+        _mj_transmission(model, data)
+        _mj_sensor_pos(model, data)
+    _mj_fwd_velocity(model, data)
     if not idle:
-        mj_sensor_vel(model, data)
-        mj_fwd_actuation(model, data)
-    mj_fwd_acceleration(model, data)
+        _mj_sensor_vel(model, data)
+        _mj_fwd_actuation(model, data)
+    _mj_fwd_acceleration(model, data)
     if turning:
-        turn_by_added_mass(model, data, a.hulls, a.qpos, a.qvel, a.qacc_smooth, a.xfrc_applied)
-    mj_fwd_constraint(model, data)
+        _turn_by_added_mass(model, data, a.hulls, a.qpos, a.qvel, a.qacc_smooth, a.xfrc_applied)
+    _mj_fwd_constraint(model, data)
     if not idle:
-        mj_sensor_acc(model, data)
-    mj_euler(model, data)
+        _mj_sensor_acc(model, data)
+    _mj_euler(model, data)
 
 
 @expanded_kernel
-def inertia_of_water(hull: Record, body: Motion, a: Views, work: VesselWork | None, added: FloatArray) -> None:
+def _inertia_of_water(hull: Record, body: Motion, a: Views, work: VesselWork | None, added: FloatArray) -> None:
     """Write a hull's added mass into `added`, (6, 6)."""
     if work is not None and hull.vessel >= 0:
         added_inertia_of_vessel(a.vessels[hull.vessel], body, added)
@@ -328,7 +326,7 @@ def inertia_of_water(hull: Record, body: Motion, a: Views, work: VesselWork | No
 
 
 @kernel
-def any_turns_by_added_mass(hulls: Table) -> bool:
+def _any_turns_by_added_mass(hulls: Table) -> bool:
     """Whether any hull has an `added_moment`."""
     found = False
     for i in range(hulls.size):
@@ -337,8 +335,8 @@ def any_turns_by_added_mass(hulls: Table) -> bool:
 
 
 @allocating_kernel
-def turn_by_added_mass(
-    model: Address, data: Address, hulls: Table, qpos: FloatArray, qvel: FloatArray, qacc_smooth: FloatArray,
+def _turn_by_added_mass(
+    model: _Address, data: _Address, hulls: Table, qpos: FloatArray, qvel: FloatArray, qacc_smooth: FloatArray,
     xfrc_applied: FloatArray,
 ) -> None:  # fmt: skip
     """Turn hulls by their `added_moment`, at the accelerations that they have with it.
@@ -347,7 +345,7 @@ def turn_by_added_mass(
     A hull whose moment is settled keeps it, however long others take: it moves as if it were alone.
     """
     moments = np.zeros((hulls.size, 3))
-    for _ in range(PASSES):
+    for _ in range(_PASSES):
         moving = False
         for i in range(hulls.size):
             hull, dof = hulls[i], hulls[i].dof
@@ -355,17 +353,17 @@ def turn_by_added_mass(
                 acceleration = qacc_smooth[dof], qacc_smooth[dof + 1], qacc_smooth[dof + 2]
                 x, y, z = added_moment(hull, motion(qpos, qvel, hull.qpos, dof), acceleration)
                 more = Wrench(0.0, 0.0, 0.0, x - moments[i, 0], y - moments[i, 1], z - moments[i, 2])
-                if max(abs(more.tx), abs(more.ty), abs(more.tz)) >= SETTLED:
-                    apply_more(xfrc_applied, hull.body, more)
+                if max(abs(more.tx), abs(more.ty), abs(more.tz)) >= _SETTLED:
+                    _apply_more(xfrc_applied, hull.body, more)
                     moments[i, 0], moments[i, 1], moments[i, 2] = x, y, z
                     moving = True
         if not moving:
             return
-        mj_fwd_acceleration(model, data)
+        _mj_fwd_acceleration(model, data)
 
 
 @inlined_kernel
-def thrust(hull: Record, body: Motion, a: Views, work: VesselWork | None, air: Air, time: float, dt: float) -> Wrench:
+def _thrust(hull: Record, body: Motion, a: Views, work: VesselWork | None, air: _Air, time: float, dt: float) -> Wrench:
     """Steer the hull's engines, rudders and sails and push with them; returns the wrench on the hull about `link_com`.
 
     A hinged engine is pushed itself, and steered through its joint; the hull feels it through the hinge.
@@ -388,14 +386,14 @@ def thrust(hull: Record, body: Motion, a: Views, work: VesselWork | None, air: A
             update_force(hull, thruster, own, a.thruster_state, a.sail_curves, body, a.air, air, time)
         along = own.applied if thruster.mapping == SAIL else 0.0
         if thruster.dof >= 0:
-            apply(a.xfrc_applied, thruster.body, engine_wrench(thruster, body, own.thrust, own.angle, along))
+            _apply(a.xfrc_applied, thruster.body, engine_wrench(thruster, body, own.thrust, own.angle, along))
         else:
             wrench = add(wrench, thruster_wrench(thruster, hull, body, own.thrust, own.angle, along))
     return wrench
 
 
 @kernel
-def angle_target(thruster: Record, own: Record, body: Motion, profile: Table, air: Air) -> float:
+def angle_target(thruster: Record, own: Record, body: Motion, profile: Table, air: _Air) -> float:
     """Return the angle [rad] to which an engine, a rudder or a boom turns; `profile` is the wind's, over height."""
     if thruster.mapping == SAIL:
         flow = wind_on_sail(thruster, profile, air, body, own.angle)
@@ -405,7 +403,7 @@ def angle_target(thruster: Record, own: Record, body: Motion, profile: Table, ai
 
 @kernel
 def update_force(
-    hull: Record, thruster: Record, own: Record, state: Table, curves: Table, body: Motion, profile: Table, air: Air,
+    hull: Record, thruster: Record, own: Record, state: Table, curves: Table, body: Motion, profile: Table, air: _Air,
     time: float,
 ) -> None:  # fmt: skip
     """Bring the force [N] of a thruster, rudder or sail up to date; a propeller's comes before its rudder's.
@@ -428,23 +426,23 @@ def update_force(
 
 
 @inlined_kernel
-def push_floats(
-    a: Views, work: VesselWork | None, waves: Waves, air: Air, damping: FloatArray, time: float, dt: float
+def _push_floats(
+    a: Views, work: VesselWork | None, waves: Waves, air: _Air, damping: FloatArray, time: float, dt: float
 ) -> None:
     """Let water, wind and their own strength push all floating objects."""
     for i in range(a.floats.size):
-        apply(a.xfrc_applied, a.floats[i].body, floating(i, a, work, waves, air, damping[i], time, dt))
+        _apply(a.xfrc_applied, a.floats[i].body, _floating(i, a, work, waves, air, damping[i], time, dt))
     if work is not None:
         for i in range(a.ropes.size):
             rope = a.ropes[i]
             item = a.floats[rope.float]
             pull = rope_pull(rope, item, motion(a.qpos, a.qvel, item.qpos, item.dof), dt, damping[rope.float])
-            apply_more(a.xfrc_applied, item.body, pull)
+            _apply_more(a.xfrc_applied, item.body, pull)
 
 
 @inlined_kernel
-def push_links(
-    a: Views, work: VesselWork | None, waves: Waves, air: Air, damping: FloatArray, time: float, dt: float
+def _push_links(
+    a: Views, work: VesselWork | None, waves: Waves, air: _Air, damping: FloatArray, time: float, dt: float
 ) -> None:
     """Let water and wind push the links of objects that have joints; a row of `damping` after those of the floats."""
     for i in range(a.links.size):
@@ -452,16 +450,16 @@ def push_links(
         center = a.subtree_com[a.body_root[item.body]]
         body = link_motion(a.xpos[item.body], a.xmat[item.body], item.dof, a.dof_parent, a.cdof, center, a.qvel)
         load = wind_on_float(item, body, air)
-        found = flotation_of(item, a.link_state[i], body, a, work, waves, load, time, dt, 0.0)
+        found = _flotation_of(item, a.link_state[i], body, a, work, waves, load, time, dt, 0.0)
         own[0], own[1], own[2] = dt * found.sums.k, dt * found.sums.kz, dt * found.sums.kappa
         if item.qpos >= 0:  # what the float of the same body does is already there
-            apply_more(a.xfrc_applied, item.body, add(load, found.wrench))
+            _apply_more(a.xfrc_applied, item.body, add(load, found.wrench))
         else:
-            apply(a.xfrc_applied, item.body, add(load, found.wrench))
+            _apply(a.xfrc_applied, item.body, add(load, found.wrench))
 
 
 @inlined_kernel
-def push_docks(a: Views, work: VesselWork | None, waves: Waves, air: Air, time: float, dt: float) -> None:
+def _push_docks(a: Views, work: VesselWork | None, waves: Waves, air: _Air, time: float, dt: float) -> None:
     """Let water and wind push the blocks of floating docks, and their moorings pull."""
     stream = None if work is None else current_velocity(a.current, a.current_state, a.layers, 0.0, time)
     for i in range(a.blocks.size):
@@ -469,15 +467,15 @@ def push_docks(a: Views, work: VesselWork | None, waves: Waves, air: Air, time: 
             i, a.blocks, a.raft_work, a.elements, a.element_state, a.block_state, waves, a.sea[0], stream, air,
             a.qpos, a.qvel, time, dt,
         )  # fmt: skip
-        apply(a.xfrc_applied, a.blocks[i].body, wrench)
+        _apply(a.xfrc_applied, a.blocks[i].body, wrench)
     for i in range(a.moorings.size):
         line = a.moorings[i]
-        apply_more(a.xfrc_applied, a.blocks[line.block].body, moor(line, a.blocks, a.raft_work, dt))
+        _apply_more(a.xfrc_applied, a.blocks[line.block].body, moor(line, a.blocks, a.raft_work, dt))
 
 
 @expanded_kernel
-def floating(
-    index: int, a: Views, work: VesselWork | None, waves: Waves, air: Air, damping: FloatArray, time: float, dt: float
+def _floating(
+    index: int, a: Views, work: VesselWork | None, waves: Waves, air: _Air, damping: FloatArray, time: float, dt: float
 ) -> Wrench:
     """Wrench of water, wind and its own strength on what floats, about its centre of mass; zero on what is held."""
     item, state = a.floats[index], a.float_state[index]
@@ -489,12 +487,12 @@ def floating(
     if item.follower >= 0:
         follower = a.followers[item.follower]
         load = add(load, follow(follower, a.waypoints, a.follower_state[item.follower], item.com, body))
-    found = flotation_of(item, state, body, a, work, waves, load, time, dt, dt)
+    found = _flotation_of(item, state, body, a, work, waves, load, time, dt, dt)
     return add(load, flotation_of_step(item, body, found, dt, damping))
 
 
 @expanded_kernel
-def flotation_of(
+def _flotation_of(
     item: Record, state: Record, body: Motion, a: Views, work: VesselWork | None, waves: Waves, load: Wrench,
     time: float, dt: float, ahead: float,
 ) -> Flotation:  # fmt: skip
@@ -513,7 +511,7 @@ def flotation_of(
 
 
 @kernel
-def apply(xfrc_applied: FloatArray, body: int, wrench: Wrench) -> None:
+def _apply(xfrc_applied: FloatArray, body: int, wrench: Wrench) -> None:
     """Write a wrench about a body's centre of mass into its row of `xfrc_applied`."""
     row = xfrc_applied[body]
     row[0], row[1], row[2] = wrench.fx, wrench.fy, wrench.fz
@@ -521,7 +519,7 @@ def apply(xfrc_applied: FloatArray, body: int, wrench: Wrench) -> None:
 
 
 @kernel
-def apply_more(xfrc_applied: FloatArray, body: int, wrench: Wrench) -> None:
+def _apply_more(xfrc_applied: FloatArray, body: int, wrench: Wrench) -> None:
     """Add a wrench about a body's centre of mass to its row of `xfrc_applied`."""
     row = xfrc_applied[body]
     for k in range(6):
@@ -529,7 +527,7 @@ def apply_more(xfrc_applied: FloatArray, body: int, wrench: Wrench) -> None:
 
 
 @kernel
-def add_to_inertia(inertia: FloatArray, inertia_row: IntArray, dof: int, added: FloatArray) -> None:
+def _add_to_inertia(inertia: FloatArray, inertia_row: IntArray, dof: int, added: FloatArray) -> None:
     """Add a symmetric (6, 6) to the block of a free joint at `dof` in MuJoCo's sparse lower inertia.
 
     A row holds its ancestors' columns in order, and a free joint at the root has none but its own.
@@ -541,7 +539,7 @@ def add_to_inertia(inertia: FloatArray, inertia_row: IntArray, dof: int, added: 
 
 
 @kernel
-def note_touches(sensordata: FloatArray, touches: FloatArray, time: float) -> None:
+def _note_touches(sensordata: FloatArray, touches: FloatArray, time: float) -> None:
     """Keep in `touches` the time [s] of the last contact that each of MuJoCo's contact sensors found."""
     for i in range(touches.size):
         if sensordata[i] > 0.0:
@@ -549,7 +547,7 @@ def note_touches(sensordata: FloatArray, touches: FloatArray, time: float) -> No
 
 
 @kernel
-def diverged(qpos: FloatArray, qvel: FloatArray) -> bool:
+def _diverged(qpos: FloatArray, qvel: FloatArray) -> bool:
     """Whether any coordinate or velocity is NaN or beyond `HUGE`."""
     fine = True
     for value in qpos:
@@ -560,13 +558,13 @@ def diverged(qpos: FloatArray, qvel: FloatArray) -> bool:
 
 
 @kernel
-def full(sampling: IntArray, samples: FloatArray) -> bool:
+def _full(sampling: IntArray, samples: FloatArray) -> bool:
     """Whether the buffer is full."""
     return bool(sampling[_STRIDE] > 0 and sampling[_FILLED] == samples.shape[0])
 
 
 @inlined_kernel
-def sample(a: Views, time: float) -> None:
+def _sample(a: Views, time: float) -> None:
     """Copy a row [time, wind speed, thrusts, steering angles, qpos, qvel, device state, wind angle] if one is due.
 
     Of the device state it has the last numbers, as many as there is room for: those of lights and placards.

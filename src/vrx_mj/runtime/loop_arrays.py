@@ -13,7 +13,6 @@ import numpy.typing as npt
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.config.sensors import BallShooterConfig
 from vrx_mj.errors import CompileError, StateError
-from vrx_mj.mjcf.drawing import drawing_model
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Hull, Propeller, Sail, Station, Thruster, Vessel, Windage
 from vrx_mj.model.world import Parameters
@@ -34,8 +33,6 @@ from vrx_mj.runtime.views import ARRAYS, RUN, STATE, point
 from vrx_mj.sensors.displays import check_display_marks, display_marks, displays_of
 from vrx_mj.sensors.sea import sea_table, wave_table
 
-__all__ = ["LoopArrays", "drawing_model", "memories_of"]
-
 OPTIONS = ("timestep", "gravity", "wind", "density", "viscosity", "integrator", "solver", "iterations", "tolerance",
            "disableflags", "enableflags")  # fmt: skip
 """Options of the model that a user may change between runs."""
@@ -46,19 +43,19 @@ MODEL_ARRAYS = (
 )  # fmt: skip
 """Arrays of the model that a user may change between runs."""
 
-WIND = ("direction", "mean", "gain", "time_constant", "first_step")
+_WIND = ("direction", "mean", "gain", "time_constant", "first_step")
 """Parameters of the wind that the loop reads."""
-AIR = ("height", "exponent", "roughness", "turning", "spread", "time_constant")
+_AIR = ("height", "exponent", "roughness", "turning", "spread", "time_constant")
 """The same of its profile and direction."""
-CURRENT = ("mean", "tide_major", "tide_minor", "tide_frequency", "tide_phase", "gain", "time_constant")
+_CURRENT = ("mean", "tide_major", "tide_minor", "tide_frequency", "tide_phase", "gain", "time_constant")
 """The same of the current."""
-Row = Mapping[str, Any]
-NO_JOINT, NO_ROW = -1, -1
-SWITCHES = ("held", "fresh")
+_Row = Mapping[str, Any]
+_NO_JOINT, _NO_ROW = -1, -1
+_SWITCHES = ("held", "fresh")
 """Columns of the tables of state that are 0 or 1."""
-LOCK = "lock"
+_LOCK = "lock"
 """Equality constraints that hold a boat are called by this and its name."""
-NEVER = -1.0
+_NEVER = -1.0
 """Time [s] of a touch that was not."""
 
 
@@ -66,14 +63,14 @@ def sound(name: str, values: npt.NDArray[Any], waypoints: IntArray) -> bool:
     """Whether a column of a table of state can be so; `waypoints` (n,) are how many each follower has."""
     if name == "target":
         return bool(((values >= 0) & (values < np.maximum(waypoints, 1))).all())
-    if name in SWITCHES:
+    if name in _SWITCHES:
         return bool(np.isin(values, (0, 1)).all())
     if values.dtype.kind != "f":
         return True
     return not np.isnan(values).any() if name == "expires" else bool(np.isfinite(values).all())
 
 
-def things_that_stay(world: Parameters) -> Iterator[str]:
+def _things_that_stay(world: Parameters) -> Iterator[str]:
     """Names of the objects and docks that never move."""
     yield from (item.name for item in world.objects if item.kind == "static")
     yield from (dock.name for dock in world.docks if not dock.dynamic)
@@ -106,7 +103,7 @@ def _windage(own: Windage) -> list[dict[str, float]]:
     return windage_rows([(angle, cx, cy, 1.0, cn) for angle, cx, cy, cn in own.curve], areas)
 
 
-def _sail_row(own: Sail | None, starts: Mapping[Sail, int]) -> Row:
+def _sail_row(own: Sail | None, starts: Mapping[Sail, int]) -> _Row:
     """What a thruster's row has of a sail, whose curve is from `starts` on."""
     if own is None:
         return {"curve_start": 0, "curve_count": 0, "sheeted": 0}
@@ -239,7 +236,7 @@ class LoopArrays:
         self.follower_state = np.zeros(len(self.followers), tables.FOLLOWER_STATE)
         self.movers = movers(model)
         self.broadphase = np.array([(0.0, 0, unconstrained(contact_free), 0)], BROADPHASE)
-        self._still = tuple(things_that_stay(parameters))
+        self._still = tuple(_things_that_stay(parameters))
         same = known is not None and known._still == self._still
         self.obstacles: tables.Table = known.obstacles if known and same else obstacles(model)
         self.touches = np.empty(len(parameters.task.rivals) if parameters.task else 0)
@@ -250,30 +247,30 @@ class LoopArrays:
         sea, current, wind = parameters.sea, parameters.current, parameters.wind
         self.waves, self.sea = wave_table(sea, seed), sea_table(sea)
         self._random_sea = sea.random
-        own = [{name: getattr(current, name) for name in CURRENT} | {"key": 0}] if current else []
+        own = [{name: getattr(current, name) for name in _CURRENT} | {"key": 0}] if current else []
         self.current, self.current_seed = tables.table(tables.CURRENT, own), current.seed if current else 0
         self.layers = tables.table(tables.LAYER, [vars(row) for row in current.layers] if current else [])
         self.current_state = np.zeros(len(own), tables.CURRENT_STATE)
-        self.wind = tables.table(tables.WIND, [{**{field: getattr(wind, field) for field in WIND}, "key": 0}])
+        self.wind = tables.table(tables.WIND, [{**{field: getattr(wind, field) for field in _WIND}, "key": 0}])
         self.wind_seed = wind.seed
         self.wind_state = np.zeros(1, tables.WIND_STATE)
         air = parameters.air
         bands = [{"frequency": frequency} for frequency in air.gust_frequencies] if air else []
         self.gust_bands = tables.table(tables.GUST_BAND, bands)
-        self.air = tables.table(tables.AIR, [{name: getattr(air, name) for name in AIR} | {"key": 0}] if air else [])
+        self.air = tables.table(tables.AIR, [{name: getattr(air, name) for name in _AIR} | {"key": 0}] if air else [])
         self.air_state = np.zeros(len(self.air), tables.AIR_STATE)
 
     def _hulls(self, hulls: Sequence[Hull], stations: Sequence[Station]) -> None:
         """Tables of hulls, and of their coefficients in the wind, which hulls of a kind share."""
         starts: dict[Windage, tuple[int, int]] = {}
-        curves: list[Row] = []
+        curves: list[_Row] = []
         rows = []
         kinds = list(dict.fromkeys(hull.vessel for hull in hulls if hull.vessel))
         remembered = [0, *itertools.accumulate(memories_of(hulls))]
         for hull, first in zip(hulls, remembered, strict=False):
             row, own = dict(vars(hull)), hull.windage
             del row["windage"]
-            row["vessel"] = kinds.index(hull.vessel) if hull.vessel else NO_ROW
+            row["vessel"] = kinds.index(hull.vessel) if hull.vessel else _NO_ROW
             row["memory_start"] = first
             row["spread"] = hull.vessel.spread if hull.vessel else _spread(stations, hull)
             if own is not None and own not in starts:
@@ -297,7 +294,7 @@ class LoopArrays:
         curves = dict(zip(sails, itertools.accumulate((len(own.curve) for own in sails), initial=0), strict=False))
         rows = [
             self._engine(
-                {**vars(own), **_sail_row(own.sail, curves), "measured": next(numbers) if own.measured else NO_ROW}
+                {**vars(own), **_sail_row(own.sail, curves), "measured": next(numbers) if own.measured else _NO_ROW}
             )
             for own in thrusters
         ]
@@ -355,7 +352,7 @@ class LoopArrays:
         """Bring the state tables to their start and draw the run's noise streams from `seed`."""
         for table in self.state_tables:
             table[:] = np.zeros(1, table.dtype)
-        self.touches[:] = NEVER
+        self.touches[:] = _NEVER
         self.broadphase["clearance"], self.broadphase["wait"] = 0.0, 0
         self.key(seed)
         self.wind_state["speed"] = self.wind["mean"]
@@ -383,7 +380,7 @@ class LoopArrays:
     def release(self, boat: str) -> None:
         """Let go of a boat that is held by a weld."""
         for index in range(self.model.neq):
-            if self.model.equality(index).name == f"{LOCK}/{boat}":
+            if self.model.equality(index).name == f"{_LOCK}/{boat}":
                 self.data.eq_active[index] = 0
 
     def memory_rows(self, row: int) -> slice:
@@ -517,7 +514,7 @@ class LoopArrays:
         """The run that `advance` takes."""
         return Run(self.model, self.contact_free, self.data, self.by_name(sampling, samples))
 
-    def _free_body(self, row: Row) -> Row:
+    def _free_body(self, row: _Row) -> _Row:
         """Replace a body's name by its id and the addresses of its free joint."""
         row = {key: value for key, value in row.items() if key != "joint"}
         body = self.model.body(row["body"])
@@ -529,15 +526,15 @@ class LoopArrays:
         }
         return {**row, **ids}
 
-    def _link(self, row: Row) -> Row:
+    def _link(self, row: _Row) -> _Row:
         """Replace a link's name by its id, the address of its free joint, if it has one, and its last dof."""
         body = self.model.body(row["body"])
         joint, dof = int(body.jntadr[0]), int(body.dofadr[0] + body.dofnum[0]) - 1
         free = self.model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE
-        ids = {"body": int(body.id), "qpos": int(self.model.jnt_qposadr[joint]) if free else NO_JOINT, "dof": dof}
+        ids = {"body": int(body.id), "qpos": int(self.model.jnt_qposadr[joint]) if free else _NO_JOINT, "dof": dof}
         return {**row, **ids}
 
-    def _whole_body(self, row: Row) -> Row:
+    def _whole_body(self, row: _Row) -> _Row:
         """The same for a body of which MuJoCo keeps the whole inertia, as what is added to that needs.
 
         Raises:
@@ -550,12 +547,12 @@ class LoopArrays:
             )
         return own
 
-    def _engine(self, row: Row) -> Row:
+    def _engine(self, row: _Row) -> _Row:
         """Replace names by ids in a thruster's row; a fixed engine has no joint."""
         plain = {key: value for key, value in row.items() if key not in ("name", "joint", "body", "sail")}
         body = int(self.model.body(row["body"]).id)
         if row["joint"] is None:
-            return {**plain, "body": body, "qpos": NO_JOINT, "dof": NO_JOINT}
+            return {**plain, "body": body, "qpos": _NO_JOINT, "dof": _NO_JOINT}
         joint = int(self.model.joint(row["joint"]).id)
         addresses = {
             "qpos": int(self.model.jnt_qposadr[joint]),

@@ -13,8 +13,6 @@ from vrx_mj.sensors.kinds import SensorKind
 from vrx_mj.sensors.places import Mount, Place, carried
 from vrx_mj.sensors.registry import SENSOR_KINDS
 
-__all__ = ["Mounted", "mounted", "start_marks"]
-
 
 @dataclass(frozen=True)
 class Mounted:

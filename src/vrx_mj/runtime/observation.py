@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from vrx_mj.runtime.hull import Hull, Propeller
     from vrx_mj.sensors.readings import Reading
 
-__all__ = ["TASK", "BoatObservation", "Observation"]
-
 TASK = "task"
 """The key of the task among the observations and the commands, which no boat may be called by."""
 

@@ -7,9 +7,7 @@ from vrx_mj.mjcf.pieces import Detail, Pieces
 from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.crowding import arena_bytes, row_arena_bytes
 
-__all__ = ["PhysicsModels", "stepping_models"]
-
-DETAILS = (Detail.WITHOUT_VISUALS, Detail.CONTACT_FREE)
+_DETAILS = (Detail.WITHOUT_VISUALS, Detail.CONTACT_FREE)
 
 
 def stepping_models(world: World) -> tuple[mujoco.MjModel, mujoco.MjModel]:
@@ -51,9 +49,9 @@ class PhysicsModels:
 
     def _specs(self, pieces: Pieces) -> list[mujoco.MjSpec]:
         kept, self._kept = self._kept, None
-        if kept and all(pieces.grown(spec, kept[0], detail) for spec, detail in zip(kept[1], DETAILS, strict=True)):
+        if kept and all(pieces.grown(spec, kept[0], detail) for spec, detail in zip(kept[1], _DETAILS, strict=True)):
             return kept[1]
-        return [pieces.spec(detail) for detail in DETAILS]
+        return [pieces.spec(detail) for detail in _DETAILS]
 
     def _compiled(self, spec: mujoco.MjSpec, parts: int) -> mujoco.MjModel:
         spec.memory = arena_bytes(parts) if self._roomy else -1

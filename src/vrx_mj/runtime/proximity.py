@@ -15,10 +15,7 @@ from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.physics.kernel import allocating_kernel, kernel
 from vrx_mj.physics.tables import Record, Table
 
-__all__ = ["BROADPHASE", "MOVER", "OBSTACLE", "contact_free", "movers", "obstacles", "touch_begins", "unconstrained"]
-
-
-SLACK = 0.05
+_SLACK = 0.05
 """Added to every radius [m]: geoms may have a margin."""
 REACH = 20.0
 """Distances beyond this [m] count as this."""
@@ -37,7 +34,7 @@ BROADPHASE = np.dtype(
 )
 """What the last look found: the least distance [m], and how many steps to wait for another if that was none; whether
 the model without shapes is `unconstrained`; and whether the loop is to return at the next touch of a boat."""
-WAIT = 25
+_WAIT = 25
 """Steps between looks while something is near."""
 
 
@@ -58,7 +55,7 @@ def movers(model: mujoco.MjModel) -> Table:
     bodies = model.geom_bodyid[geoms]
     rows = row_of[model.body_rootid[bodies]]
     start = np.where((bodies == model.body_rootid[bodies])[:, None], model.body_ipos[bodies], 0.0)
-    far = reach[bodies] + np.linalg.norm(model.geom_pos[geoms] - start, axis=1) + model.geom_rbound[geoms] + SLACK
+    far = reach[bodies] + np.linalg.norm(model.geom_pos[geoms] - start, axis=1) + model.geom_rbound[geoms] + _SLACK
     np.maximum.at(table["radius"], rows[rows >= 0], far[rows >= 0])
     return table
 
@@ -132,7 +129,7 @@ def contact_free(movers: Table, obstacles: Table, qpos: FloatArray, broadphase: 
     for mover in movers:
         mover.seen[0], mover.seen[1], mover.seen[2] = _middle(mover, qpos)
     broadphase.clearance = min(_from_each_other(movers), _from_obstacles(movers, obstacles))
-    broadphase.wait = 0 if broadphase.clearance > 0.0 else WAIT
+    broadphase.wait = 0 if broadphase.clearance > 0.0 else _WAIT
     return bool(broadphase.clearance > 0.0)
 
 

@@ -6,8 +6,6 @@ from pathlib import Path
 from vrx_mj.runtime.spawning import Spawning
 from vrx_mj.runtime.turns import Turn, in_turn
 
-__all__ = ["Roster"]
-
 
 class Roster:
     """What is in a world while it runs."""

@@ -9,25 +9,15 @@ from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.errors import CommandError, shown
 from vrx_mj.runtime.loop import HUGE
 
-__all__ = [
-    "Rows",
-    "as_numbers",
-    "row_seeds",
-    "row_values",
-    "row_vectors",
-    "varied",
-    "which_rows",
-]
-
 Rows = npt.ArrayLike | None
 """Which rows: a mask (n,) of truths, their numbers, or None for all."""
 
 
-LARGEST = 1e6
+_LARGEST = 1e6
 """What `Batch.vary` takes, at most, in its unit."""
-LEAST = {"wind_direction": -np.inf, "wave_direction": -np.inf, "wind_speed": -np.inf}
+_LEAST = {"wind_direction": -np.inf, "wave_direction": -np.inf, "wind_speed": -np.inf}
 """What it takes, at least; else 0."""
-ABOVE_ZERO = {"mass", "wave_period"}
+_ABOVE_ZERO = {"mass", "wave_period"}
 """Of what it takes, what must be above 0."""
 
 
@@ -110,8 +100,8 @@ def row_values(what: str, value: npt.ArrayLike, count: int, least: float) -> Flo
     if given.shape not in {(), (count,)} or not (np.isfinite(given) & (given >= least)).all():
         at_least = "" if least < 0 else " of 0 or more" if least == 0 else " above 0"
         raise CommandError(f"invalid {what} {shown(value)}: one finite number{at_least}, or {count} of them, is needed")
-    if (np.abs(given) > LARGEST).any():
-        raise CommandError(f"invalid {what} {shown(value)}: at most {LARGEST:g}")
+    if (np.abs(given) > _LARGEST).any():
+        raise CommandError(f"invalid {what} {shown(value)}: at most {_LARGEST:g}")
     return np.broadcast_to(given, (count,)).copy()
 
 
@@ -121,6 +111,6 @@ def varied(count: int, **values: npt.ArrayLike | None) -> dict[str, FloatArray]:
     Raises:
         CommandError: another shape, or numbers that are not finite, or too small or too large.
     """
-    least = LEAST | dict.fromkeys(ABOVE_ZERO, float(np.nextafter(0.0, 1.0)))
+    least = _LEAST | dict.fromkeys(_ABOVE_ZERO, float(np.nextafter(0.0, 1.0)))
     return {name: row_values(name, value, count, least.get(name, 0.0)) for name, value in values.items()
             if value is not None}  # fmt: skip

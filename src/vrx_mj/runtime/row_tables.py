@@ -26,14 +26,11 @@ from vrx_mj.runtime.state import integration_state, set_integration_state
 from vrx_mj.runtime.turns import Turn, in_turn
 from vrx_mj.runtime.views import ARRAYS, OWN, RUN, STATE, point, point_rows
 
-__all__ = ["SEPARATE", "RowTables", "allocating", "check_memory"]
-
-
-FIXED = 455_000
+_FIXED = 455_000
 """Memory of any row [bytes]: MuJoCo's `mjData` itself, mostly statistics of its solver; measured with MuJoCo 4.0."""
 
 
-OUT_OF_MEMORY = "Caught an unknown exception!"
+_OUT_OF_MEMORY = "Caught an unknown exception!"
 """Words of the RuntimeError by which MuJoCo's bindings of MuJoCo 4.0 may report a failed allocation."""
 
 
@@ -43,7 +40,7 @@ def check_memory(n: int, data: mujoco.MjData) -> None:
     Raises:
         CommandError: they do not.
     """
-    each, most = FIXED + int(data.nbuffer), total_memory()
+    each, most = _FIXED + int(data.nbuffer), total_memory()
     if n * each > most:
         text = f"{_size(n * each)} are needed, {_size(each)} a row, and at most {_size(most)} can be had"
         raise CommandError(f"no memory for {n} rows: {text}; make fewer rows")
@@ -59,9 +56,9 @@ def allocating(n: int, data: mujoco.MjData) -> Iterator[None]:
     try:
         yield
     except (MemoryError, RuntimeError, mujoco.FatalError) as error:
-        if isinstance(error, RuntimeError) and str(error) != OUT_OF_MEMORY:
+        if isinstance(error, RuntimeError) and str(error) != _OUT_OF_MEMORY:
             raise
-        each = FIXED + int(data.nbuffer) + int(data.narena)
+        each = _FIXED + int(data.nbuffer) + int(data.narena)
         text = f"{_size(n * each)} of address space are needed, {_size(each)} a row"
         raise CommandError(
             f"no memory for {n} rows: {text}; make fewer rows, or raise the limit (ulimit -v)"
@@ -72,7 +69,7 @@ def _size(count: float) -> str:
     return f"{count / 1e9:.1f} GB" if count >= 1e9 else f"{count / 1e6:.2f} MB"
 
 
-def with_scaled_mass(model: mujoco.MjModel, roots: Iterable[int], factor: float) -> mujoco.MjModel:
+def _with_scaled_mass(model: mujoco.MjModel, roots: Iterable[int], factor: float) -> mujoco.MjModel:
     """A model like another, with mass and inertia of some bodies, and of all that hangs on them, times a factor."""
     own, chosen = copy.copy(model), set(roots)
     bodies = [body for body in range(model.nbody) if int(model.body_rootid[body]) in chosen]
@@ -84,11 +81,11 @@ def with_scaled_mass(model: mujoco.MjModel, roots: Iterable[int], factor: float)
 
 SEPARATE = tuple(name for name, array in ARRAYS.items() if array.use in {STATE, OWN})
 """Tables of which every row has its own part."""
-STACKED = (*SEPARATE, "current", "wind", "gust_bands", "air", "waves", "hulls", "thrusters")
+_STACKED = (*SEPARATE, "current", "wind", "gust_bands", "air", "waves", "hulls", "thrusters")
 """Tables of which rows may have their own part."""
-CARRIED = ("_seeds", "_time", "_done", "_qpos", "_qvel", "_stacks", "_seas", "_varied")
+_CARRIED = ("_seeds", "_time", "_done", "_qpos", "_qvel", "_stacks", "_seas", "_varied")
 """What a copy of a batch has besides its world and MuJoCo's states."""
-VARIED: dict[str, tuple[str, str]] = {
+_VARIED: dict[str, tuple[str, str]] = {
     "wind_speed": ("wind", "mean"), "wind_direction": ("wind", "direction"), "gusts": ("wind", "gain"),
     "waves": ("waves", "amplitude"), "wave_period": ("waves", "frequency"), "wave_band": ("waves", "frequency"),
     "wave_direction": ("waves", "direction"), "wave_spread": ("waves", "direction"), "wave_phases": ("waves", "phase"),
@@ -96,7 +93,7 @@ VARIED: dict[str, tuple[str, str]] = {
 }  # fmt: skip
 """What `Batch.vary` changes: table and column in which it is, or the product with a factor; of phases the
 largest."""
-SHARED = {"wave_period", "wave_band", "wave_direction", "wave_spread"}
+_SHARED = {"wave_period", "wave_band", "wave_direction", "wave_spread"}
 """Of these, those that share a column."""
 
 
@@ -130,7 +127,7 @@ class RowTables:
 
     def __reduce__(self) -> tuple[Any, tuple[World, int], dict[str, Any]]:
         flats = [self._flat(row) for row in range(self.n)]
-        carried = {name: getattr(self, name) for name in CARRIED}
+        carried = {name: getattr(self, name) for name in _CARRIED}
         kind: Any = type(self)
         return (
             partial(kind, threads=self.threads),
@@ -141,7 +138,7 @@ class RowTables:
     def __setstate__(self, state: dict[str, Any]) -> None:
         heavy = np.flatnonzero(state["masses"] != 1.0)
         self._weigh(heavy, state["masses"][heavy])
-        for name in CARRIED:
+        for name in _CARRIED:
             setattr(self, name, state[name])
         point_rows(self._runs, **self._stacks)
         for row, flat in enumerate(state["mujoco"]):
@@ -183,7 +180,7 @@ class RowTables:
         self._going = np.ones(self.n, np.bool_)
         self._qpos, self._qvel = np.zeros((self.n, model.nq)), np.zeros((self.n, model.nv))
         self._features = np.zeros((self.n, len(self.boats), FEATURES))
-        self._stacks = {name: self._shared[name] for name in STACKED}
+        self._stacks = {name: self._shared[name] for name in _STACKED}
         for name in (*SEPARATE, "current", "wind", "gust_bands", "air"):
             self._separate(name)
         self._seas = RowSeas(arrays.waves, self.world.parameters.sea, self.n)
@@ -210,13 +207,13 @@ class RowTables:
     def _differences(self, row: int) -> dict[str, tuple[float, float]]:
         """Parameters in which a row differs from its world, as a state has them."""
         usual, found = self._usual(), {}
-        for name, (table, column) in VARIED.items():
+        for name, (table, column) in _VARIED.items():
             stack = self._stacks[table]
             own, common = stack[row if len(stack) > 1 else 0][column], getattr(self._arrays, table)[column]
             value = float(self._varied[name][row])
             if name == "wave_phases" and self._seas.drawn[row]:
                 continue
-            if own.tobytes() != common.tobytes() and (name not in SHARED or value != usual[name]):
+            if own.tobytes() != common.tobytes() and (name not in _SHARED or value != usual[name]):
                 found[name] = value, usual[name]
         return found
 
@@ -237,7 +234,7 @@ class RowTables:
         for row, factor in zip(which.tolist(), factors.tolist(), strict=True):
             with allocating(self.n, self._arrays.data):
                 pair = tuple(
-                    with_scaled_mass(model, boats, factor) for model in (self._model, self._arrays.contact_free)
+                    _with_scaled_mass(model, boats, factor) for model in (self._model, self._arrays.contact_free)
                 )
             self._own_models[row] = pair[0], pair[1]
             point_models(self._runs[row], *self._own_models[row], self._data[row])

@@ -22,23 +22,11 @@ from vrx_mj.runtime.loop import advance, advance_vrx
 from vrx_mj.runtime.row_arguments import as_numbers
 from vrx_mj.runtime.views import views
 
-__all__ = [
-    "FEATURES",
-    "RowSeas",
-    "advance_rows",
-    "advance_rows_vrx",
-    "observe_rows",
-    "reset_rows",
-    "row_heights",
-    "write_rows",
-]
-
-
 FEATURES = 13
 """Of a boat: position (3) [m, ENU], quaternion (4), velocity (3) [m/s] and angular velocity (3) [rad/s], body axes."""
 
-mj_reset_data = c_function("mj_resetData", types.void, types.uintp, types.uintp)
-mj_forward = c_function("mj_forward", types.void, types.uintp, types.uintp)
+_mj_reset_data = c_function("mj_resetData", types.void, types.uintp, types.uintp)
+_mj_forward = c_function("mj_forward", types.void, types.uintp, types.uintp)
 
 
 @allocating_kernel
@@ -86,8 +74,8 @@ def _advance_rows(
 def reset_rows(which: IntArray, runs: Table, qpos: FloatArray, qvel: FloatArray) -> None:
     """Bring MuJoCo's part of some rows back to the start."""
     for i in which:
-        mj_reset_data(runs[i].model, runs[i].data)
-        mj_forward(runs[i].model, runs[i].data)
+        _mj_reset_data(runs[i].model, runs[i].data)
+        _mj_forward(runs[i].model, runs[i].data)
         own = views(runs[i])
         qpos[i], qvel[i] = own.qpos, own.qvel
 
@@ -98,7 +86,7 @@ def write_rows(which: IntArray, runs: Table, qpos: FloatArray, qvel: FloatArray)
     for i in which:
         own = views(runs[i])
         own.qpos[:], own.qvel[:] = qpos[i], qvel[i]
-        mj_forward(runs[i].model, runs[i].data)
+        _mj_forward(runs[i].model, runs[i].data)
 
 
 @kernel
@@ -121,11 +109,11 @@ def _observe(hull: Record, qpos: FloatArray, qvel: FloatArray, out: FloatArray) 
 _f = np.float64
 NOMINAL = np.dtype([("peak", _f), ("direction", _f, (2,)), ("gravity", _f)], align=True)
 """Of the world's sea: angular frequency of its period [rad/s], its direction, and the gravity of its waves [m/s2]."""
-CHANGE = np.dtype([("amplitude", _f), ("period", _f), ("band", _f), ("spread", _f), ("turn", _f)], align=True)
+_CHANGE = np.dtype([("amplitude", _f), ("period", _f), ("band", _f), ("spread", _f), ("turn", _f)], align=True)
 """Of a row: factors of amplitudes, periods, the band's width and the spread of directions, and a turn [rad]."""
-FACTORS = {"waves": "amplitude", "wave_period": "period", "wave_band": "band", "wave_spread": "spread"}
-"""Columns of `CHANGE` by what `Batch.vary` calls them."""
-LENGTHS = ("wave_period", "wave_band")
+_FACTORS = {"waves": "amplitude", "wave_period": "period", "wave_band": "band", "wave_spread": "spread"}
+"""Columns of `_CHANGE` by what `Batch.vary` calls them."""
+_LENGTHS = ("wave_period", "wave_band")
 """Of these, those that change lengths, by the dispersion of deep water."""
 
 
@@ -140,7 +128,7 @@ class RowSeas:
         self._deep, self._harmonic = sea.depth is None, sea.model == "stokes5"
         self.drawn = np.full(n, sea.random)
         """Which rows have the phases of their seeds."""
-        self._change = np.array([(1.0, 1.0, 1.0, 1.0, 0.0)] * n, CHANGE)
+        self._change = np.array([(1.0, 1.0, 1.0, 1.0, 0.0)] * n, _CHANGE)
         self._phases = np.zeros((n, len(waves)))
 
     @property
@@ -155,7 +143,7 @@ class RowSeas:
         Raises:
             CommandError: the phases do not have the shape (waves,) or (rows, waves), or are not finite.
         """
-        fixed = ("waves", *LENGTHS) if self._harmonic else () if self._deep else LENGTHS
+        fixed = ("waves", *_LENGTHS) if self._harmonic else () if self._deep else _LENGTHS
         for name in fixed:
             if name in given and (given[name] != 1.0).any():
                 raise CommandError(
@@ -168,7 +156,7 @@ class RowSeas:
                 raise CommandError(f"invalid wave_phases of shape {own.shape}: {text}")
             self._phases[which] = own
             self.drawn[which] = False
-        for name, column in FACTORS.items():
+        for name, column in _FACTORS.items():
             if name in given:
                 self._change[column][which] = given[name]
         if "wave_direction" in given:

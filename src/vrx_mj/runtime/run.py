@@ -22,16 +22,6 @@ from vrx_mj.runtime.subscriptions import Touch
 from vrx_mj.tasks.frame import frame_stride, has_started
 from vrx_mj.tasks.registry import TASK_KINDS
 
-__all__ = [
-    "FASTEST_SPIN",
-    "MotionWarnings",
-    "fleet_controller",
-    "is_capsized",
-    "names_controllers",
-    "spin",
-    "tilt",
-]
-
 FASTEST_SPIN = 12.0
 """Rate of turn [rad/s] that no boat reaches by itself: two turns a second."""
 
@@ -90,9 +80,9 @@ Controller = Callable[[Observation, float], Mapping[str, Any] | None]
 """`controller(obs, t) -> {boat: {thruster: command}}`; `"fire": True` among them shoots, and what is under `"task"`
 goes to the task, `{topic: content}`."""
 
-NO_TASK = 60.0
+_NO_TASK = 60.0
 """How long a world without a task runs by default [s]."""
-PHASES = 3
+_PHASES = 3
 """Of a task, one of which begins at a frame at most: so many frames late it may end."""
 CONTROL_RATE = 10.0
 """Calls of a controller per simulated second [Hz]."""
@@ -245,10 +235,10 @@ def planned(sim: Simulation) -> float:
     """How long a run lasts at most by default [s]: until the task's time is up, or a minute."""
     task = sim.task
     if task is None:
-        return NO_TASK
+        return _NO_TASK
     end = float(task["running_time"] + task["remaining_time"] + task["elapsed_time"])
     stride = frame_stride(sim.timestep)
-    frames = math.ceil(end / (stride * sim.timestep) - 1e-6) + PHASES
+    frames = math.ceil(end / (stride * sim.timestep) - 1e-6) + _PHASES
     return max(1, frames * stride - round(sim.time / sim.timestep)) * sim.timestep
 
 
@@ -358,10 +348,10 @@ def obey(sim: Simulation, commands: Mapping[str, Any] | None) -> None:
     for boat, values in commands.items():
         if boat == TASK:
             _send(sim, values)
-        elif isinstance(values, Mapping) and FIRE in values:
-            sim.command_all({boat: {name: value for name, value in values.items() if name != FIRE}})
-            if values[FIRE]:
-                sim.fire(boat, values[FIRE] if isinstance(values[FIRE], str) else None)
+        elif isinstance(values, Mapping) and _FIRE in values:
+            sim.command_all({boat: {name: value for name, value in values.items() if name != _FIRE}})
+            if values[_FIRE]:
+                sim.fire(boat, values[_FIRE] if isinstance(values[_FIRE], str) else None)
         else:
             sim.command_all({boat: values})
 
@@ -376,7 +366,7 @@ def _send(sim: Simulation, messages: object) -> None:
             sim.send(topic, item)
 
 
-FIRE = "fire"
+_FIRE = "fire"
 """Among a boat's commands: shoot, true or the ball shooter's name."""
 
 

@@ -17,9 +17,7 @@ from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.tables import Table
 from vrx_mj.runtime.timing import newest_sample, sample_number
 
-__all__ = ["CLOCK", "Moment", "SampleClocks", "latch"]
-
-FASTEST = 1e6
+_FASTEST = 1e6
 """Rate of a clock in a saved state, at most [1/s]."""
 
 CLOCK = np.dtype(
@@ -135,7 +133,7 @@ class SampleClocks:
             raise StateError(f"the state has {len(block)} bytes of sensors' moments instead of {needed}")
         device_state, clocks, latched = self.parts(block)
         rate, before = clocks["rate"], clocks["before"]
-        if not ((rate > 0.0) & (rate <= FASTEST) & (clocks["index"] >= 0) & np.isin(clocks["slot"], (0, 1))).all():
+        if not ((rate > 0.0) & (rate <= _FASTEST) & (clocks["index"] >= 0) & np.isin(clocks["slot"], (0, 1))).all():
             raise StateError("the state has a sensors' clock with an invalid rate, index or slot")
         if not (np.isfinite(clocks["time"]) & (np.isfinite(before) | np.isnan(before))).all():
             raise StateError("the state has a sensors' clock whose time is not finite")

@@ -11,13 +11,10 @@ from vrx_mj.errors import CommandError, shown
 from vrx_mj.runtime.timing import stride_of
 from vrx_mj.tasks.frame import Message
 
-__all__ = ["Listener", "Sampler", "check_listener"]
-
-
 STRIDE, COUNTDOWN, FILLED = 0, 1, 2
 """Columns of the sampling table: steps per row, steps until the next row, rows in the buffer."""
 
-BUFFER_BYTES = 4_000_000
+_BUFFER_BYTES = 4_000_000
 
 
 class Listener(Protocol):
@@ -39,7 +36,7 @@ class Listener(Protocol):
         """Boats have come or gone: later rows, states and frames are of the world as it is now."""
 
 
-METHODS = ("rows", "state", "event")
+_METHODS = ("rows", "state", "event")
 """What every listener has; `frame` is called in worlds with a task, `boats_changed` when boats come and go."""
 
 
@@ -49,10 +46,10 @@ def check_listener(listener: object) -> None:
     Raises:
         CommandError: it lacks a method of `Listener`, or is a class.
     """
-    lacks = [name for name in METHODS if not callable(getattr(listener, name, None))]
+    lacks = [name for name in _METHODS if not callable(getattr(listener, name, None))]
     if lacks or isinstance(listener, type):
         raise CommandError(
-            f"invalid listener {shown(listener)}: an object with the methods {', '.join(METHODS)} is needed"
+            f"invalid listener {shown(listener)}: an object with the methods {', '.join(_METHODS)} is needed"
         )
 
 
@@ -117,5 +114,5 @@ class Sampler:
 
     def _take(self, columns: int) -> None:
         """Make an empty buffer."""
-        rows = max(64, BUFFER_BYTES // (8 * columns)) if self._strides else 0
+        rows = max(64, _BUFFER_BYTES // (8 * columns)) if self._strides else 0
         self.buffer = np.zeros((rows, columns))

@@ -39,14 +39,7 @@ from vrx_mj.sensors.places import Mount, Place
 from vrx_mj.sensors.rays import cast
 from vrx_mj.sensors.readings import Image, PointCloud, Reading, Scan
 
-__all__ = [
-    "Readings",
-    "Sensing",
-    "fire",
-    "painted",
-]
-
-SEA = ("the sea's pictures", 8)
+_SEA = ("the sea's pictures", 8)
 """What cameras compile, and for how long, about [s]."""
 
 
@@ -71,7 +64,7 @@ class Sights:
             self._cameras.paint(painted(model, self._arrays.displays, self._arrays.shown(now.device_state), now.time))
         at = place.position, place.rotation, now.time
         self._cameras.set_sea(self._arrays.waves)
-        with announced(draw_surface, *SEA):
+        with announced(draw_surface, *_SEA):
             image = self._cameras.image(sensor.config, data, *at, draw.key, draw.index)
         if not sensor.config.labels:
             return image
@@ -109,7 +102,7 @@ class Sights:
         What is cached is left for the first reading to load, in a fraction of a second.
         """
         if any(sensor.config.type == "camera" for sensor in sensors) and not cached(draw_surface):
-            with announced(draw_surface, *SEA):
+            with announced(draw_surface, *_SEA):
                 Cameras(self._drawing(), self._world.parameters).compile()
         lidars = (sensor for sensor in sensors if sensor.config.type == "lidar")
         for sea, sensor in {sensor.config.sea_returns: sensor for sensor in lidars}.items():
@@ -140,11 +133,11 @@ def painted(
     return colors
 
 
-Floats = npt.NDArray[np.float64]
+_Floats = npt.NDArray[np.float64]
 
-AT_REST = ("vrx", "vrx3")
+_AT_REST = ("vrx", "vrx3")
 """Profiles of physics in which a ball leaves the shooter without the boat's velocity."""
-BASE = Mount.of((0.0, 0.0, 0.0), ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
+_BASE = Mount.of((0.0, 0.0, 0.0), ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
 """`base_link` itself."""
 
 
@@ -338,7 +331,7 @@ class Sensing:
     @property
     def inherits(self) -> bool:
         """Whether a ball starts with the boat's own velocity; VRX's starts at rest."""
-        return self.world.parameters.profile not in AT_REST
+        return self.world.parameters.profile not in _AT_REST
 
     # Inside
 
@@ -365,7 +358,7 @@ class Sensing:
         """Where a sensor measures, and how that place moves."""
         mount = sensor.mount
         if sensor.config.type in self._at_base:
-            mount = BASE if sensor.config.type == "pinger" else mount.at_base()
+            mount = _BASE if sensor.config.type == "pinger" else mount.at_base()
         return sensor.place(moment.qpos, moment.qvel, mount)
 
 
@@ -394,7 +387,7 @@ class _Measurement:
         return 0.0 if self._before is None else self._now.time - self._before.time
 
     @property
-    def gravity(self) -> Floats:
+    def gravity(self) -> _Floats:
         return np.array(self._sensing.arrays.model.opt.gravity)
 
     @property
@@ -409,11 +402,11 @@ class _Measurement:
         return self._sensing.world.parameters.x_from_east
 
     @property
-    def marks(self) -> Floats:
+    def marks(self) -> _Floats:
         return self._now.device_state[self._sensor.marks]
 
     @property
-    def wind(self) -> Floats:
+    def wind(self) -> _Floats:
         level = self._sensing.world.parameters.sea.level
         return apparent_wind(self._sensing.wind.velocity, self._now.time, level, self.place)
 

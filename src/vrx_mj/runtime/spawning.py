@@ -25,22 +25,20 @@ from vrx_mj.runtime.loop_arrays import MODEL_ARRAYS, OPTIONS, LoopArrays, memori
 from vrx_mj.runtime.views import ARRAYS, STATE
 from vrx_mj.sensors.displays import MARKS
 
-__all__ = ["Spawning"]
-
-MODEL_ROWS = {"body": "bodies", "jnt": "joints", "dof": "dofs", "qpos0": "qpos", "eq": "equalities"}
+_MODEL_ROWS = {"body": "bodies", "jnt": "joints", "dof": "dofs", "qpos0": "qpos", "eq": "equalities"}
 """What the rows of the model's arrays are of, by the first word of their names."""
-ROWS = {
+_ROWS = {
     "qacc_warmstart": "dofs", "qfrc_applied": "dofs", "xfrc_applied": "bodies", "thruster_state": "thrusters",
     "float_state": "floats", "element_state": "elements", "touches": "rivals", "follower_state": "followers",
     "link_state": "links", "block_state": "blocks", "eq_active": "equalities", "memory_state": "memories",
     "propeller_state": "propellers",
 }  # fmt: skip
 """The same for other arrays; no row of those that are not listed belongs to anything that can leave."""
-DATA_ARRAYS = ("qacc_warmstart", "qfrc_applied", "xfrc_applied", "eq_active")
+_DATA_ARRAYS = ("qacc_warmstart", "qfrc_applied", "xfrc_applied", "eq_active")
 """Arrays of MuJoCo's data that are kept beside positions and velocities."""
-STATE_TABLES = tuple(name for name, array in ARRAYS.items() if array.use == STATE)
+_STATE_TABLES = tuple(name for name, array in ARRAYS.items() if array.use == STATE)
 """The tables that change."""
-WHOLE = ("body_subtreemass",)
+_WHOLE = ("body_subtreemass",)
 """Arrays of the model in which a newcomer counts for the others, too: for the world."""
 
 
@@ -127,12 +125,12 @@ def _carry(old: LoopArrays, new: LoopArrays, stay: Mapping[str, BoolArray]) -> N
     for name in OPTIONS:
         setattr(new.model.opt, name, getattr(old.model.opt, name))
     for name in MODEL_ARRAYS:
-        if name not in WHOLE:
-            _fill(getattr(new.model, name), getattr(old.model, name), stay.get(MODEL_ROWS.get(name.split("_")[0], "")))
-    for name in DATA_ARRAYS:
-        _fill(getattr(new.data, name), getattr(old.data, name), stay.get(ROWS.get(name, "")))
-    for name in STATE_TABLES:
-        _fill(getattr(new, name), getattr(old, name), stay.get(ROWS.get(name, "")))
+        if name not in _WHOLE:
+            _fill(getattr(new.model, name), getattr(old.model, name), stay.get(_MODEL_ROWS.get(name.split("_")[0], "")))
+    for name in _DATA_ARRAYS:
+        _fill(getattr(new.data, name), getattr(old.data, name), stay.get(_ROWS.get(name, "")))
+    for name in _STATE_TABLES:
+        _fill(getattr(new, name), getattr(old, name), stay.get(_ROWS.get(name, "")))
     new.refresh()
     new.data.time = old.data.time
     _carry_moments(old, new, stay)

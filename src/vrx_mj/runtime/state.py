@@ -25,19 +25,12 @@ from vrx_mj.config.wording import shown
 from vrx_mj.errors import StateError, VrxError, first_names, shortened
 from vrx_mj.outputs import written
 
-__all__ = [
-    "KEPT",
-    "divergence_message",
-    "rows_divergence_message",
-    "save_last_good_state",
-]
-
 STATE_VERSION = 3
-LONGEST = 1e9
+_LONGEST = 1e9
 """Latest time of a state [s]."""
-Size = Annotated[int, Field(ge=0, lt=1 << 48)]
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Parameter = Annotated[str, Field(pattern="^[a-z_]{1,40}$")]
+_Size = Annotated[int, Field(ge=0, lt=1 << 48)]
+_Finite = Annotated[float, Field(allow_inf_nan=False)]
+_Parameter = Annotated[str, Field(pattern="^[a-z_]{1,40}$")]
 """Name of something that `Batch.vary` changes."""
 
 
@@ -56,14 +49,14 @@ class Header:
     seed: int
     time: str
     """As `float.hex` writes it."""
-    mujoco: Size
+    mujoco: _Size
     """How many numbers follow."""
-    moving: Size
+    moving: _Size
     task: str
-    varied: dict[Parameter, tuple[Finite, Finite]] = field(default_factory=dict)
+    varied: dict[_Parameter, tuple[_Finite, _Finite]] = field(default_factory=dict)
 
 
-VERSION, HEADER = TypeAdapter[Any](Version), TypeAdapter[Any](Header)
+_VERSION, _HEADER = TypeAdapter[Any](Version), TypeAdapter[Any](Header)
 
 
 @dataclass(frozen=True)
@@ -109,9 +102,9 @@ class State:
             StateError: the state belongs to another world, to a row of a batch that differs from this world, or to
                 another version, or is not finite.
         """
-        check_version(self.version)
+        _check_version(self.version)
         check_kind("check", world, str, "the sha256 of a world", StateError)
-        for name, kind in KINDS.items():
+        for name, kind in _KINDS.items():
             value = getattr(self, name)
             if not isinstance(value, kind) or isinstance(value, bool):
                 raise StateError(
@@ -124,7 +117,7 @@ class State:
         if self.varied:
             other = ", ".join(f"{name} {value:.6g}, not {usual:.6g}" for name, (value, usual) in self.varied.items())
             raise StateError(f"the state belongs to a row of a Batch that differs from the world {world[:12]}: {other}")
-        check_time(self.time)
+        _check_time(self.time)
         if not 0 <= self.moving <= len(self.ours):
             raise StateError(f"invalid moving {self.moving} of a state: from 0 to {len(self.ours)} is needed")
         if self.mujoco.dtype != np.float64 or self.mujoco.ndim != 1:
@@ -157,16 +150,16 @@ class State:
         check_kind("from_bytes", block, bytes, "the bytes of a saved state, as to_bytes() returns them", StateError)
         head, _, body = block.partition(b"\n")
         try:
-            version: int = VERSION.validate_json(head, strict=True).version
-            check_version(version)
-            header: Header = HEADER.validate_json(head, strict=True)
+            version: int = _VERSION.validate_json(head, strict=True).version
+            _check_version(version)
+            header: Header = _HEADER.validate_json(head, strict=True)
             time = float.fromhex(header.time)
         except ValidationError as error:
             raise StateError(f"these {len(block)} bytes are not a saved state: {fault_text(error)}") from None
         except (ValueError, OverflowError):
             text = f"these {len(block)} bytes are not a saved state: invalid time {shown(header.time)}"
             raise StateError(text) from None
-        check_time(time)
+        _check_time(time)
         size = 8 * header.mujoco
         if len(body) < size:
             raise StateError(f"the saved state is truncated: {len(body)} of {size} bytes")
@@ -217,25 +210,25 @@ def set_integration_state(model: mujoco.MjModel, data: mujoco.MjData, flat: Floa
     mujoco.mj_setState(model, data, flat, SIGNATURE)
 
 
-KINDS = {"world": str, "seed": int, "time": float, "mujoco": np.ndarray, "ours": bytes, "moving": int, "task": str,
+_KINDS = {"world": str, "seed": int, "time": float, "mujoco": np.ndarray, "ours": bytes, "moving": int, "task": str,
          "varied": Mapping}  # fmt: skip
 """Types of the fields of a state."""
 
 
-def check_time(time: float) -> None:
+def _check_time(time: float) -> None:
     """Raise a StateError unless a state can be of this time [s]."""
-    if not (math.isfinite(time) and 0.0 <= time <= LONGEST):
-        raise StateError(f"invalid time {time:g} s of a state: from 0 to {LONGEST:g} s is needed")
+    if not (math.isfinite(time) and 0.0 <= time <= _LONGEST):
+        raise StateError(f"invalid time {time:g} s of a state: from 0 to {_LONGEST:g} s is needed")
 
 
-def check_version(version: int) -> None:
+def _check_version(version: int) -> None:
     """Raise a StateError unless this is the version that we write."""
     if version != STATE_VERSION:
         raise StateError(f"the state has version {version}; this version of vrx_mj reads {STATE_VERSION}")
 
 
-PREFIX = "vrx_mj-diverged-"
-FILE = "last_good.state"
+_PREFIX = "vrx_mj-diverged-"
+_FILE = "last_good.state"
 KEPT = 10
 """Folders with states of diverged runs that one user keeps in the temporary folder; the oldest go first."""
 KEPT_BYTES = 100_000_000
@@ -261,7 +254,7 @@ def rows_divergence_message(rows: IntArray, time: float) -> str:
 def save_last_good_state(good: State) -> str:
     """Save a state to a new folder for this user alone, and return where it is; older ones make room for it."""
     try:
-        file = Path(tempfile.mkdtemp(prefix=PREFIX)) / FILE
+        file = Path(tempfile.mkdtemp(prefix=_PREFIX)) / _FILE
         good.save(file)
     except (OSError, VrxError) as error:
         return f"could not be saved: {getattr(error, 'strerror', None) or error}"
@@ -282,10 +275,10 @@ def _folders(newest: Path) -> Iterator[tuple[float, int, Path]]:
     Those of others, and symbolic links, are left alone.
     """
     getuid = getattr(os, "getuid", None)
-    for folder in newest.parent.glob(f"{PREFIX}*"):
+    for folder in newest.parent.glob(f"{_PREFIX}*"):
         with contextlib.suppress(OSError):
             status = folder.lstat()
             ours = stat.S_ISDIR(status.st_mode) and (getuid is None or status.st_uid == getuid())
-            if ours and folder != newest and re.fullmatch(rf"{PREFIX}[a-z0-9_]+", folder.name):
+            if ours and folder != newest and re.fullmatch(rf"{_PREFIX}[a-z0-9_]+", folder.name):
                 size = sum(file.lstat().st_size for file in folder.iterdir())
                 yield status.st_mtime, size, folder

@@ -24,26 +24,17 @@ from vrx_mj.runtime.mounted import Mounted
 from vrx_mj.runtime.timing import sample_number, steps_to_time
 from vrx_mj.sensors.readings import Reading
 
-__all__ = [
-    "ContactSampler",
-    "ContactWatch",
-    "Subscription",
-    "Subscriptions",
-    "Touch",
-    "forces_of_pairs",
-]
-
-TOUCHING, FREE = 0.05, 0.5
+_TOUCHING, _FREE = 0.05, 0.5
 """Simulated time between two samples while a boat touches something, and while none does [s].
 
 A sample ends a call of the compiled loop, which costs 20 us.
 """
-SETTLES = 0.5
+_SETTLES = 0.5
 """A touch is reported so long after it began, with the largest force until then [s]."""
-PARTED = 1.0
+_PARTED = 1.0
 """After so long without contact [s] the next contact of a pair is a new touch."""
 
-Pair = tuple[str, str]
+_Pair = tuple[str, str]
 
 
 @dataclass
@@ -89,7 +80,7 @@ class ContactSampler:
         """Steps from `time` [s] to the next sample."""
         return max(1, self._due - round(time / self._arrays().timestep))
 
-    def look(self, time: float) -> Mapping[Pair, tuple[Vec3, Vec3]] | None:
+    def look(self, time: float) -> Mapping[_Pair, tuple[Vec3, Vec3]] | None:
         """Forces of the last step and where they act by pairs, as `forces_of_pairs`; None if none is due at `time`."""
         arrays = self._arrays()
         step, look = round(time / arrays.timestep), arrays.broadphase[0]
@@ -101,9 +92,9 @@ class ContactSampler:
         self._armed = not (found or stopped)  # what holds a boat stops the loop without a contact
         look["armed"] = self._armed
         stride = max(
-            1, round(TOUCHING / arrays.timestep)
+            1, round(_TOUCHING / arrays.timestep)
         )  # samples are at whole multiples of it, however the run is cut
-        self._due = (step // stride + round((FREE if self._armed else TOUCHING) / TOUCHING)) * stride
+        self._due = (step // stride + round((_FREE if self._armed else _TOUCHING) / _TOUCHING)) * stride
         return found
 
 
@@ -111,11 +102,11 @@ class ContactWatch:
     """Reports every touch of a boat once."""
 
     def __init__(self, callback: Callable[[Touch], None], *, ended: bool = False) -> None:
-        """`callback` is called with every touch: `SETTLES` after it began, or with `ended` when it is over."""
+        """`callback` is called with every touch: `_SETTLES` after it began, or with `ended` when it is over."""
         self._callback, self._ended = callback, ended
-        self._touches: dict[Pair, Touch] = {}
-        self._seen: dict[Pair, float] = {}
-        self._waiting: set[Pair] = set()
+        self._touches: dict[_Pair, Touch] = {}
+        self._seen: dict[_Pair, float] = {}
+        self._waiting: set[_Pair] = set()
 
     def begin(self) -> None:
         """The state was set, maybe to an earlier time: report what is pending, and forget all touches."""
@@ -123,7 +114,7 @@ class ContactWatch:
         self._touches.clear()
         self._seen.clear()
 
-    def take(self, found: Mapping[Pair, tuple[Vec3, Vec3]], time: float) -> None:
+    def take(self, found: Mapping[_Pair, tuple[Vec3, Vec3]], time: float) -> None:
         """Take a sample at `time` [s], and report the touches that are due."""
         for pair, (vector, point) in found.items():
             self._note(pair, vector, point, time)
@@ -133,8 +124,8 @@ class ContactWatch:
         """Report touches that were not reported yet."""
         self._report(self._waiting)
 
-    def _note(self, pair: Pair, vector: Vec3, point: Vec3, time: float) -> None:
-        if time - self._seen.get(pair, -PARTED) >= PARTED:
+    def _note(self, pair: _Pair, vector: Vec3, point: Vec3, time: float) -> None:
+        if time - self._seen.get(pair, -_PARTED) >= _PARTED:
             self._report(self._waiting & {pair})
             self._touches[pair] = Touch(*pair, time, -1.0)
             self._waiting.add(pair)
@@ -144,13 +135,13 @@ class ContactWatch:
         if force > touch.force:
             touch.force, touch.point, touch.vector = force, point, vector
 
-    def _is_due(self, pair: Pair, time: float) -> bool:
+    def _is_due(self, pair: _Pair, time: float) -> bool:
         """Whether a touch is to be reported at `time` [s]."""
         if self._ended:
-            return time - self._seen[pair] >= PARTED
-        return self._touches[pair].time < time - SETTLES
+            return time - self._seen[pair] >= _PARTED
+        return self._touches[pair].time < time - _SETTLES
 
-    def _report(self, due: Collection[Pair]) -> None:
+    def _report(self, due: Collection[_Pair]) -> None:
         """Report touches in the order of their names."""
         pairs = sorted(due)
         self._waiting.difference_update(pairs)
@@ -158,13 +149,13 @@ class ContactWatch:
             self._callback(self._touches[pair])
 
 
-def forces_of_pairs(arrays: LoopArrays, boats: frozenset[str]) -> Mapping[Pair, tuple[Vec3, Vec3]]:
+def forces_of_pairs(arrays: LoopArrays, boats: frozenset[str]) -> Mapping[_Pair, tuple[Vec3, Vec3]]:
     """Contact forces [N] of the last step on boats by what they touch, and where they act [m, ENU], by their names.
 
     Two boats are one pair, in the order of their names: which of their geoms MuJoCo has first means nothing.
     """
     model, data = arrays.model, arrays.data
-    sums: dict[Pair, np.ndarray] = {}  # of forces, of places by the size of their forces, and of these sizes
+    sums: dict[_Pair, np.ndarray] = {}  # of forces, of places by the size of their forces, and of these sizes
     local = np.zeros(6)
     for number in range(data.ncon):
         contact = data.contact[number]
@@ -180,11 +171,11 @@ def forces_of_pairs(arrays: LoopArrays, boats: frozenset[str]) -> Mapping[Pair, 
     return {pair: (tuple(row[:3].tolist()), tuple((row[3:6] / row[6]).tolist())) for pair, row in sums.items()}
 
 
-RATIO = 1e-9
+_RATIO = 1e-9
 """By how much a ratio of rates may fall short of a whole number."""
-SHARE = 1e-3
+_SHARE = 1e-3
 """Share of a step by which to stop too early rather than too late, where times are rounded."""
-NEVER = 1 << 62
+_NEVER = 1 << 62
 """Steps to the next reading where there are no subscriptions and no watches."""
 
 
@@ -209,12 +200,12 @@ class Subscription:
         next whole number: every n-th where that goes, else n-th and (n+1)-th in turn.
         """
         measured = sample_number(self.own, time)
-        return math.floor(measured * self.rate / self.own + RATIO)
+        return math.floor(measured * self.rate / self.own + _RATIO)
 
     def steps(self, time: float, timestep: float) -> int:
         """Steps from `time` [s] after which to look whether the next reading is due; never too many."""
-        measured = math.ceil((self.number(time) + 1 - RATIO) * self.own / self.rate)
-        return steps_to_time(measured / self.own - EARLY, time, timestep, SHARE)
+        measured = math.ceil((self.number(time) + 1 - _RATIO) * self.own / self.rate)
+        return steps_to_time(measured / self.own - EARLY, time, timestep, _SHARE)
 
 
 class Subscriptions:
@@ -310,7 +301,7 @@ class Subscriptions:
 
     def steps(self, time: float) -> int:
         """Steps from `time` [s] to where the next reading, or look at the contacts, may be due."""
-        sample = self._contacts.steps(time) if self._watches else NEVER
+        sample = self._contacts.steps(time) if self._watches else _NEVER
         return min([sample, *(one.steps(time, self._timestep) for one in self._all)])
 
     def deliver(self, time: float) -> None:

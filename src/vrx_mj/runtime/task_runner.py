@@ -23,9 +23,7 @@ from vrx_mj.tasks.referee import Referee, parsed_dump
 from vrx_mj.tasks.registry import make_referee
 from vrx_mj.tasks.rules import Action
 
-__all__ = ["TaskObservation", "TaskRunner"]
-
-NEVER = 1 << 62
+_NEVER = 1 << 62
 """Steps to the next frame without a task, or after its end."""
 TaskObservation = Mapping[str, Any]
 """Phase, times, score and outputs of a task, as a team sees them."""
@@ -43,7 +41,7 @@ class Notes:
     """Lines of the referee's log: time [s], text and level."""
 
 
-NOTES: TypeAdapter[Notes] = TypeAdapter(Notes)
+_NOTES: TypeAdapter[Notes] = TypeAdapter(Notes)
 
 
 class TaskActions(Protocol):
@@ -96,7 +94,7 @@ class TaskRunner:
     def steps(self, time: float) -> int:
         """Steps from `time` [s] to the next frame."""
         if self.over:
-            return NEVER
+            return _NEVER
         return steps_to_multiple(time, self._arrays.timestep, self._stride)
 
     def look(self, time: float, actions: TaskActions) -> None:
@@ -179,7 +177,7 @@ class TaskRunner:
             return
         state = parsed_dump(text)
         try:
-            notes: Notes = NOTES.validate_json(text, strict=True)
+            notes: Notes = _NOTES.validate_json(text, strict=True)
             for topic, content in notes.sent:
                 self.referee.accept(topic, content)
         except (ValidationError, CommandError) as error:

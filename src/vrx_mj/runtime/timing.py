@@ -8,19 +8,7 @@ from vrx_mj.constants import EARLY
 from vrx_mj.errors import CommandError, shown
 from vrx_mj.physics.kernel import kernel
 
-__all__ = [
-    "MOST_STEPS",
-    "Pause",
-    "Schedule",
-    "newest_sample",
-    "sample_number",
-    "steps_to_multiple",
-    "steps_to_time",
-    "stride_of",
-    "whole_steps",
-]
-
-LONGEST = 1e9
+_LONGEST = 1e9
 """Duration of a run [s], at most: 30 years."""
 MOST_STEPS = 10**13
 """Physics steps of a run, at most."""
@@ -37,8 +25,8 @@ def whole_steps(duration: float, timestep: float) -> int:
         raise CommandError(f"invalid duration {shown(duration)}: a number of seconds is needed")
     if not given >= timestep * (1.0 - 1e-6) or math.isinf(given):
         raise CommandError(f"invalid duration {given:g} s: at least one timestep, {timestep:g} s, is needed")
-    if given > LONGEST:
-        raise CommandError(f"invalid duration {given:g} s: at most {LONGEST:g} s")
+    if given > _LONGEST:
+        raise CommandError(f"invalid duration {given:g} s: at most {_LONGEST:g} s")
     steps = round(given / timestep)
     if abs(steps * timestep - given) > 1e-4 * timestep:
         below = math.floor(given / timestep)

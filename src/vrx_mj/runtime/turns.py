@@ -16,10 +16,8 @@ from typing import Concatenate, ParamSpec, Protocol, TypeVar
 from vrx_mj.errors import CommandError
 from vrx_mj.exits import BUSY, check_exit
 
-__all__ = ["HOLDER", "Turn", "advancing", "in_turn"]
-
-P = ParamSpec("P")
-R = TypeVar("R")
+_P = ParamSpec("_P")
+_R = TypeVar("_R")
 
 HOLDER = "holder"
 """Key of `Turn.claim`."""
@@ -107,14 +105,14 @@ class _Shared(Protocol):
     _turn: Turn
 
 
-S = TypeVar("S", bound=_Shared)
+_S = TypeVar("_S", bound=_Shared)
 
 
-def in_turn(method: Callable[Concatenate[S, P], R]) -> Callable[Concatenate[S, P], R]:
+def in_turn(method: Callable[Concatenate[_S, _P], _R]) -> Callable[Concatenate[_S, _P], _R]:
     """A method that waits for short calls of other threads, and is refused while one of them advances."""
 
     @functools.wraps(method)
-    def guarded(self: S, *args: P.args, **kwargs: P.kwargs) -> R:
+    def guarded(self: _S, *args: _P.args, **kwargs: _P.kwargs) -> _R:
         turn, mark = self._turn, -threading.get_ident()
         turn.check(method.__name__)
         with turn.lock:
@@ -130,11 +128,11 @@ def in_turn(method: Callable[Concatenate[S, P], R]) -> Callable[Concatenate[S, P
     return guarded  # type: ignore[return-value]  # which names its first argument
 
 
-def advancing(method: Callable[Concatenate[S, P], R]) -> Callable[Concatenate[S, P], R]:
+def advancing(method: Callable[Concatenate[_S, _P], _R]) -> Callable[Concatenate[_S, _P], _R]:
     """A method that advances: it waits for short calls of other threads, and all others are refused meanwhile."""
 
     @functools.wraps(method)
-    def guarded(self: S, *args: P.args, **kwargs: P.kwargs) -> R:
+    def guarded(self: _S, *args: _P.args, **kwargs: _P.kwargs) -> _R:
         claim, mark = self._turn.claim, threading.get_ident()
         try:
             self._turn.take(method.__name__, mark)

@@ -22,9 +22,7 @@ from vrx_mj.physics.tables import Table
 from vrx_mj.runtime.proximity import BROADPHASE, MOVER, OBSTACLE
 from vrx_mj.runtime.sample_clocks import CLOCK
 
-__all__ = ["ARRAYS", "OWN", "RUN", "STATE", "Views", "point", "point_rows", "views"]
-
-PARAMETER, STATE, OWN = "parameter", "state", "own"
+_PARAMETER, STATE, OWN = "parameter", "state", "own"
 """What an array is: the same for all runs of a world; part of a saved state; or else a run's own."""
 
 
@@ -33,7 +31,7 @@ class Array(NamedTuple):
 
     dtype: npt.DTypeLike = np.float64
     ndim: int = 1
-    use: str = PARAMETER
+    use: str = _PARAMETER
 
 
 class Views(NamedTuple):

@@ -9,9 +9,9 @@ from numba.core import event
 from vrx_mj.bar import Bar
 from vrx_mj.physics.kernel import cached
 
-ONCE = "for this machine, once"
-EVERY_TIME = "for this process only, since no cache folder can be used: set VRX_MJ_CACHE to one of your own"
-KERNELS = 135
+_ONCE = "for this machine, once"
+_EVERY_TIME = "for this process only, since no cache folder can be used: set VRX_MJ_CACHE to one of your own"
+_KERNELS = 135
 """About how many kernels the loop is made of: for the progress only."""
 
 
@@ -25,8 +25,10 @@ def announced(first_call: Any, what: str = "the physics", seconds: int = 20) -> 
         yield
         return
     kept = first_call.stats.cache_path is not None
-    with Bar("compiling", KERNELS, "kernels") as bar:
-        counter = _Counter(bar, f"vrx_mj: compiling {what} {ONCE if kept else EVERY_TIME}; it takes about {seconds} s")
+    with Bar("compiling", _KERNELS, "kernels") as bar:
+        counter = _Counter(
+            bar, f"vrx_mj: compiling {what} {_ONCE if kept else _EVERY_TIME}; it takes about {seconds} s"
+        )
         event.register("numba:compile", counter)
         try:
             yield

@@ -29,21 +29,21 @@ DEBIAN = {
     "glfw": "libgl1 libgl1-mesa-dri",
 }
 """What MuJoCo's ways to draw need, as Debian and Ubuntu call it; glfw draws on a screen."""
-OFF = ("disable", "disabled", "off", "false", "0")
+_OFF = ("disable", "disabled", "off", "false", "0")
 """Values of `MUJOCO_GL` that forbid drawing."""
-AUTOMATIC = ("", "enable", "enabled", "on", "true", "1")
+_AUTOMATIC = ("", "enable", "enabled", "on", "true", "1")
 """Values of `MUJOCO_GL` that leave the choice to the program."""
 
 _EGL_PLATFORM_DEVICE = 0x313F
 
 
-def new_context(width: int, height: int) -> Any:
+def _new_context(width: int, height: int) -> Any:
     """A fresh OpenGL context of the backend that `choose_backend` names.
 
     Raises:
-        RenderError: nothing can draw here, with what to install; or one of `check_process`.
+        RenderError: nothing can draw here, with what to install; or one of `_check_process`.
     """
-    check_process()
+    _check_process()
     backend = choose_backend()
     try:
         module = "mujoco.rendering.classic.gl_context" if backend == "mujoco" else f"mujoco.{backend}"
@@ -52,20 +52,20 @@ def new_context(width: int, height: int) -> Any:
         raise RenderError(_advice({backend: str(error)})) from error
 
 
-def check_process() -> None:
+def _check_process() -> None:
     """See that OpenGL works in this process: its locks and threads do not live on in a forked one, and it would hang.
 
     Raises:
         RenderError: the process was forked from one that had drawn.
     """
-    if is_forked():
+    if _is_forked():
         raise RenderError(
             "this process was forked from one that had drawn pictures, so it cannot draw: "
             "start it with 'spawn' or 'forkserver', or draw only in processes that were forked before"
         )
 
 
-def is_forked() -> bool:
+def _is_forked() -> bool:
     """Whether the process was forked from one that had drawn."""
     return _drawing_process() != os.getpid()
 
@@ -86,10 +86,10 @@ def choose_backend() -> str:
         RenderError: none works, with what to install.
     """
     wanted = os.environ.get("MUJOCO_GL", "").lower().strip()
-    if wanted in OFF:
+    if wanted in _OFF:
         raise RenderError(f"MUJOCO_GL={wanted} forbids drawing; unset it, or set it to egl or osmesa")
     load_triton()
-    if sys.platform != "linux" or wanted not in (*BACKENDS, *AUTOMATIC):
+    if sys.platform != "linux" or wanted not in (*BACKENDS, *_AUTOMATIC):
         return "mujoco"
     problems: dict[str, str] = {}
     for backend in (wanted,) if wanted in BACKENDS else BACKENDS:
@@ -157,17 +157,17 @@ def _advice(problems: dict[str, str]) -> str:
     )
 
 
-CYLINDER_LIST = 3
+_CYLINDER_LIST = 3
 """Number of the closed cylinder among the display lists of MuJoCo's shapes."""
-SPARE_GEOMS = 16
+_SPARE_GEOMS = 16
 """Room in a scene for more than the model's own geoms and skins."""
-FLAGS = {
+_FLAGS = {
     mujoco.mjtRndFlag.mjRND_SHADOW: False,  # three times the work
     mujoco.mjtRndFlag.mjRND_REFLECTION: False,
     mujoco.mjtRndFlag.mjRND_HAZE: False,  # the sea reaches the horizon
     mujoco.mjtRndFlag.mjRND_SKYBOX: True,
 }
-AS_IDS = [int(mujoco.mjtRndFlag.mjRND_SEGMENT), int(mujoco.mjtRndFlag.mjRND_IDCOLOR)]
+_AS_IDS = [int(mujoco.mjtRndFlag.mjRND_SEGMENT), int(mujoco.mjtRndFlag.mjRND_IDCOLOR)]
 """Flags that draw each shape in one colour: its number from 1 on, in 24 bits, least byte first."""
 
 
@@ -201,14 +201,14 @@ class Canvas:
         model.vis.quality.offsamples = samples
         model.vis.quality.shadowsize = 0
         model.vis.global_.offwidth, model.vis.global_.offheight = width, height
-        self._scene = mujoco.MjvScene(model, maxgeom=model.ngeom + model.nskin + SPARE_GEOMS)
-        for flag, value in {**FLAGS, mujoco.mjtRndFlag.mjRND_FOG: fog}.items():
+        self._scene = mujoco.MjvScene(model, maxgeom=model.ngeom + model.nskin + _SPARE_GEOMS)
+        for flag, value in {**_FLAGS, mujoco.mjtRndFlag.mjRND_FOG: fog}.items():
             self._scene.flags[flag] = value
         self._option = mujoco.MjvOption()
         self._option.sitegroup[:] = 0
         self._free_camera = mujoco.MjvCamera()
         _free_left()
-        self._gl = new_context(width, height)
+        self._gl = _new_context(width, height)
         _OPEN.add(self)
         _close_at_exit()
         self._gl.make_current()
@@ -221,7 +221,7 @@ class Canvas:
         """Draw what `view` sees into `out` (height, width, 3), the lowest row first; `skins` are the model's."""
         if threading.current_thread() is not self.thread:
             raise RenderError("a camera's pictures must be drawn in the thread that drew its first one")
-        check_process()
+        _check_process()
         self._gl.make_current()
         height, width = out.shape[:2]
         wider, higher = max(width, self._size[0]), max(height, self._size[1])
@@ -243,9 +243,9 @@ class Canvas:
         area, fog = mujoco.MjrRect(0, 0, width, height), self._scene.flags[mujoco.mjtRndFlag.mjRND_FOG]
         for camera in self._scene.camera if fog else ():
             camera.frustum_far = min(camera.frustum_far, self._model.vis.map.fogend * self._model.stat.extent)
-        self._scene.flags[AS_IDS] = 1
+        self._scene.flags[_AS_IDS] = 1
         mujoco.mjr_render(area, self._scene, self._context)
-        self._scene.flags[AS_IDS] = 0
+        self._scene.flags[_AS_IDS] = 0
         mujoco.mjr_readPixels(out, None, area, self._context)
         ids = out[..., 0] | out[..., 1].astype(np.intp) << 8 | out[..., 2].astype(np.intp) << 16
         geoms: IntArray = np.full(self._scene.ngeom + 1, -1)
@@ -285,7 +285,7 @@ class Canvas:
         """Draw the side of a cylinder in one stack instead of as many as a sphere needs, and its ends as fans."""
         gl, slices = self._functions, int(self._model.vis.quality.numslices)
         around = [(math.cos(angle), math.sin(angle)) for angle in np.linspace(0.0, 2.0 * math.pi, slices + 1)]
-        gl.glNewList(self._context.baseBuiltin + CYLINDER_LIST, gl.GL_COMPILE)
+        gl.glNewList(self._context.baseBuiltin + _CYLINDER_LIST, gl.GL_COMPILE)
         gl.glBegin(gl.GL_QUAD_STRIP)
         for x, y in around:
             gl.glNormal3f(x, y, 0.0)
@@ -335,7 +335,7 @@ class Canvas:
 
 def _free_left() -> None:
     """Free what is left of this thread's canvases; in a forked process it is its parent's."""
-    if is_forked():
+    if _is_forked():
         return
     for gl, context in _LEFT.pop(threading.current_thread(), ()):
         if context is not None:

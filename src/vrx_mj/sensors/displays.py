@@ -15,16 +15,16 @@ from vrx_mj.model.world import Parameters
 
 CODES = (*LIGHT_COLORS, OFF)
 """What a light shows, by its number."""
-DARK = CODES.index(OFF)
-BEAT, BEATS = 1.0, 5
+_DARK = CODES.index(OFF)
+_BEAT, _BEATS = 1.0, 5
 """Seconds of a colour, and how many of them make a sequence; the last two are dark. VRX: light_buoy_plugin.cc."""
-SINCE, HELD, UNTIL, NEXT = 3, 4, 5, 6
+_SINCE, _HELD, _UNTIL, _NEXT = 3, 4, 5, 6
 """A light's marks after the three colours: when the sequence began [s], what it shows until when [s] before the colours
 are looked at, and which pattern the next shuffle gives."""
 MARKS = {"light": 7, "placard": 1}
 
-LIMITS: Mapping[str, Mapping[int, int]] = {
-    "light": {**dict.fromkeys((0, 1, 2, HELD), len(CODES)), NEXT: len(LIGHT_PATTERNS)},
+_LIMITS: Mapping[str, Mapping[int, int]] = {
+    "light": {**dict.fromkeys((0, 1, 2, _HELD), len(CODES)), _NEXT: len(LIGHT_PATTERNS)},
     "placard": {0: len(SYMBOLS)},
 }
 """Marks that are whole numbers from 0, and below what, by the kind of display."""
@@ -49,7 +49,7 @@ class Display:
     def codes(self, marks: FloatArray, time: FloatArray) -> IntArray:
         """What it shows (n,), as a number, by rows of all displays' marks (n, m) at times (n,) [s]."""
         own = marks[:, self.marks]
-        return light_codes(own, time) if self.kind == "light" else own[:, 0].astype(np.int64)
+        return _light_codes(own, time) if self.kind == "light" else own[:, 0].astype(np.int64)
 
     def colors(self, code: int) -> dict[str, tuple[float, float, float, float]]:
         """Red, green, blue and alpha, 0 to 1, of every part; what is not seen has alpha 0."""
@@ -64,33 +64,33 @@ class Display:
         return CODES[code] if self.kind == "light" else SYMBOLS[code]
 
 
-def light_codes(marks: FloatArray, time: FloatArray) -> IntArray:
+def _light_codes(marks: FloatArray, time: FloatArray) -> IntArray:
     """Numbers of the colours (n,) that a light shows, by rows of its marks (n, 7) at times (n,) [s].
 
     Each of its three colours lasts a second, then it is dark for two.
     """
-    beat = np.floor((time + EARLY - marks[:, SINCE]) / BEAT).astype(np.int64) % BEATS
-    colors = np.concatenate((marks[:, :3], np.full((len(marks), BEATS - 3), DARK)), axis=1)
+    beat = np.floor((time + EARLY - marks[:, _SINCE]) / _BEAT).astype(np.int64) % _BEATS
+    colors = np.concatenate((marks[:, :3], np.full((len(marks), _BEATS - 3), _DARK)), axis=1)
     shown = colors[np.arange(len(marks)), beat]
-    return np.where(time + EARLY < marks[:, UNTIL], marks[:, HELD], shown).astype(np.int64)
+    return np.where(time + EARLY < marks[:, _UNTIL], marks[:, _HELD], shown).astype(np.int64)
 
 
 def new_pattern(marks: FloatArray, colors: Sequence[str], time: float) -> None:
     """Give a light's marks (7,) another pattern at a time [s]: its sequence begins a second later."""
-    held = light_codes(marks[None], np.array([time]))[0]
+    held = _light_codes(marks[None], np.array([time]))[0]
     marks[:3] = [CODES.index(color) for color in colors]
-    marks[HELD], marks[SINCE], marks[UNTIL] = held, time + BEAT, time + BEAT
+    marks[_HELD], marks[_SINCE], marks[_UNTIL] = held, time + _BEAT, time + _BEAT
 
 
 def next_pattern(marks: FloatArray, time: float) -> None:
     """Shuffle a light at a time [s]: it goes on with the next of VRX's patterns from the next beat on."""
-    if time + EARLY >= marks[UNTIL]:
-        marks[HELD] = light_codes(marks[None], np.array([time]))[0]
-        beats = np.floor((time + EARLY - marks[SINCE]) / BEAT)
-        marks[UNTIL] = marks[SINCE] + BEAT * (beats + 1.0)
-    number = int(marks[NEXT])
+    if time + EARLY >= marks[_UNTIL]:
+        marks[_HELD] = _light_codes(marks[None], np.array([time]))[0]
+        beats = np.floor((time + EARLY - marks[_SINCE]) / _BEAT)
+        marks[_UNTIL] = marks[_SINCE] + _BEAT * (beats + 1.0)
+    number = int(marks[_NEXT])
     marks[:3] = [CODES.index(color) for color in LIGHT_PATTERNS[number]]
-    marks[NEXT] = (number + 1) % len(LIGHT_PATTERNS)
+    marks[_NEXT] = (number + 1) % len(LIGHT_PATTERNS)
 
 
 def symbol_mark(symbol: str) -> float:
@@ -111,7 +111,7 @@ def check_display_marks(displays: Sequence[Display], marks: FloatArray) -> None:
     """
     for display in displays:
         own = marks[:, display.marks]
-        for column, limit in LIMITS[display.kind].items():
+        for column, limit in _LIMITS[display.kind].items():
             values = own[:, column]
             if not ((values >= 0.0) & (values < limit) & (values == np.floor(values))).all():
                 raise StateError(
@@ -149,4 +149,4 @@ def _start(row: Light | Placard) -> tuple[float, ...]:
     if isinstance(row, Placard):
         return (symbol_mark(row.symbol),)
     colors = [float(CODES.index(color)) for color in row.pattern]
-    return (*colors, 0.0, float(DARK), 0.0, 0.0)
+    return (*colors, 0.0, float(_DARK), 0.0, 0.0)

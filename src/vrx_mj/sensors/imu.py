@@ -13,7 +13,7 @@ from vrx_mj.sensors.kinds import Measurement, Plot, RecordedNumbers, SensorKind
 from vrx_mj.sensors.places import Place
 from vrx_mj.sensors.readings import Inertia
 
-Covariances = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
+_Covariances = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
 """(9,) each: of the orientation, the angular velocity and the linear acceleration."""
 
 _ACCELERATION, _ANGULAR_VELOCITY, _HEADING, _TILT = 0, 3, 6, 9
@@ -47,12 +47,12 @@ def inertia(
         _with_errors(config, place.orientation, draw, x_from_east),
         rate + errors(config.angular_velocity, draw, _ANGULAR_VELOCITY),
         down @ (change - gravity) + errors(config.acceleration, draw, _ACCELERATION),
-        *covariances(config),
+        *_covariances(config),
     )
 
 
 @lru_cache(maxsize=256)
-def covariances(config: ImuConfig) -> Covariances:
+def _covariances(config: ImuConfig) -> _Covariances:
     """The covariances of a unit's errors, drifts included; offsets are not in a covariance.
 
     Roll and pitch are about the unit's axes and yaw about the vertical: for a level unit, those of its x, y and z.
@@ -87,7 +87,7 @@ def _measure(by: Measurement) -> Inertia:
 
 
 def _recorded(numbers: FloatArray, config: ImuConfig) -> Inertia:
-    return Inertia(numbers[:4], numbers[4:7], numbers[7:], *covariances(config))
+    return Inertia(numbers[:4], numbers[4:7], numbers[7:], *_covariances(config))
 
 
 IMU = SensorKind(

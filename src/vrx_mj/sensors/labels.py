@@ -19,8 +19,8 @@ CATEGORIES: Mapping[str, Mapping[str, Any]] = {
 """Categories by name: number, supercategory, and the models of objects that are of it, the first that matches."""
 CATEGORY_NAMES: Mapping[int, str] = {row["id"]: name for name, row in CATEGORIES.items()}
 """Names of categories by their numbers."""
-OWN_BOAT, BOAT, SHORE, DOCK, PLACARD = tuple(CATEGORIES)[:5]
-TERRAIN = "terrain"
+_OWN_BOAT, _BOAT, _SHORE, _DOCK, _PLACARD = tuple(CATEGORIES)[:5]
+_TERRAIN = "terrain"
 """Name of the shore, and what names of its geoms begin with."""
 
 
@@ -29,7 +29,7 @@ class Labeller:
 
     def __init__(self, model: mujoco.MjModel, world: Parameters) -> None:
         """Take a drawing model and the parameters of its world."""
-        self._names: list[tuple[str, str]] = [("", ""), (TERRAIN, SHORE)]
+        self._names: list[tuple[str, str]] = [("", ""), (_TERRAIN, _SHORE)]
         numbers: dict[str, int] = {}
         for name, category, bodies in _things(world):
             numbers |= dict.fromkeys(bodies, len(self._names))
@@ -39,7 +39,7 @@ class Labeller:
             of_body[body] = numbers.get(model.body(body).name, of_body[model.body_parentid[body]])
         self._numbers = np.append(of_body[model.geom_bodyid], np.uint16(0))  # the last is that of no geom
         for geom in np.flatnonzero(model.geom_bodyid == 0):
-            self._numbers[geom] = model.geom(geom).name.startswith(f"{TERRAIN}/")
+            self._numbers[geom] = model.geom(geom).name.startswith(f"{_TERRAIN}/")
 
     def __call__(self, geoms: IntArray, own: str) -> Labels:
         """Labels of a picture.
@@ -59,7 +59,7 @@ class Labeller:
             name, category = self._names[number]
             (top, *_, bottom), (left, *_, right) = (np.flatnonzero(each[number])[[0, -1]] for each in (tall, wide))
             box = int(left), int(top), int(right - left) + 1, int(bottom - top) + 1
-            kind = OWN_BOAT if (name, category) == (own, BOAT) else category
+            kind = _OWN_BOAT if (name, category) == (own, _BOAT) else category
             found.append(Label(name, kind, int(CATEGORIES[kind]["id"]), number, box, int(areas[number])))
         return Labels(tuple(found), mask)
 
@@ -74,8 +74,8 @@ def _things(world: Parameters) -> Iterator[tuple[str, str, tuple[str, ...]]]:
     for item in world.objects:
         yield item.name, category_of(item.model), (item.body,)
     for dock in world.docks:
-        yield dock.name, DOCK, dock.bodies
+        yield dock.name, _DOCK, dock.bodies
     for placard in world.placards:
-        yield placard.name, PLACARD, (placard.body,)
+        yield placard.name, _PLACARD, (placard.body,)
     for boat, hull in zip(world.boats, world.hulls, strict=True):
-        yield boat.name, BOAT, (hull.body,)
+        yield boat.name, _BOAT, (hull.body,)

@@ -19,7 +19,7 @@ from vrx_mj.libmujoco import c_function
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.tables import Record
 
-GRID = np.dtype(
+_GRID = np.dtype(
     [
         ("rings", np.int64),
         ("samples", np.int64),
@@ -42,7 +42,7 @@ def grid(
     azimuth: tuple[float, float],
     reach: tuple[float, float],
 ) -> npt.NDArray[np.void]:
-    """A table of one row of `GRID`: angles from the first to the last ray, both included, as Gazebo has them.
+    """A table of one row of `_GRID`: angles from the first to the last ray, both included, as Gazebo has them.
 
     Args:
         rings: number of elevations.
@@ -51,7 +51,7 @@ def grid(
         azimuth: of the first and the last sample [rad].
         reach: where rays begin and where they end [m].
     """
-    table, low, high = np.zeros(1, GRID), -0.5 * math.pi, 0.5 * math.pi
+    table, low, high = np.zeros(1, _GRID), -0.5 * math.pi, 0.5 * math.pi
     elevation = (min(max(elevation[0], low), high), min(max(elevation[1], low), high))
     table[0] = (rings, samples, _steps(elevation, rings), _steps(azimuth, samples), *reach)
     return table
@@ -76,7 +76,7 @@ def _interval(span: FloatArray, count: int, low: float, high: float) -> tuple[in
 
 
 @kernel
-def whole(rays: Record) -> tuple[int, int, float, float]:
+def _whole(rays: Record) -> tuple[int, int, float, float]:
     """Return the window of all rays."""
     return 0, rays.rings - 1, 0.0, math.inf
 
@@ -99,7 +99,7 @@ def window(rays: Record, corners: FloatArray) -> tuple[int, int, float, float]:
     The half width is infinite where all samples may hit: where the hull is above, below or about the sensor.
 
     Args:
-        rays: a row of `GRID`.
+        rays: a row of `_GRID`.
         corners: (n, 3) in the sensor's frame [m].
     """
     azimuth, half = _azimuths(corners)
@@ -122,7 +122,7 @@ def window(rays: Record, corners: FloatArray) -> tuple[int, int, float, float]:
 
 
 @kernel
-def ray_count(rays: Record, seen: Record) -> float:
+def _ray_count(rays: Record, seen: Record) -> float:
     """Return about how many rays a window has; it may be one sample more."""
     lowest, highest, _, half = seen
     width = 2.0 * half / abs(rays.azimuth[1]) if rays.azimuth[1] != 0.0 else math.inf
@@ -423,7 +423,7 @@ def _meet_mesh(
             _meet_face(view, rays, directions, shapes, mesh, shapes.leaf[root + node], found)
             continue
         seen = _box_window(view, rays, shapes.box[root + node])
-        if ray_count(rays, seen) <= _FEW:
+        if _ray_count(rays, seen) <= _FEW:
             _meet_part(view, rays, directions, shapes, mesh, node, count, seen, found)
             continue
         for half in shapes.child[root + node]:
@@ -457,7 +457,7 @@ def cast(
         if kind == _MESH:
             _meet_mesh(view, rays, directions, shapes, shapes.mesh[geom], found)
         elif kind == _PLANE:  # it has no end, and so no box
-            _meet_shape(view, rays, directions, shapes, geom, whole(rays), found)
+            _meet_shape(view, rays, directions, shapes, geom, _whole(rays), found)
         else:
             seen = _box_window(view, rays, shapes.bounds[geom])
             _meet_shape(view, rays, directions, shapes, geom, seen, found)

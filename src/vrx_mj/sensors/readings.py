@@ -10,7 +10,7 @@ import numpy.typing as npt
 from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.sensors.places import Mount
 
-EXACT = (0.0,) * 9
+_EXACT = (0.0,) * 9
 """Covariance of what has no errors."""
 
 
@@ -138,11 +138,11 @@ class Inertia:
     """Angular velocity, (3,) [rad/s], sensor axes."""
     linear_acceleration: FloatArray
     """Linear acceleration, (3,) [m/s2], sensor axes; at rest 9.8 upward."""
-    orientation_covariance: tuple[float, ...] = EXACT
+    orientation_covariance: tuple[float, ...] = _EXACT
     """Covariance of the orientation, (9,) row by row [rad2]: roll, pitch and yaw; zeros: no errors."""
-    angular_velocity_covariance: tuple[float, ...] = EXACT
+    angular_velocity_covariance: tuple[float, ...] = _EXACT
     """Covariance of the angular velocity, (9,) row by row [rad2/s2]."""
-    linear_acceleration_covariance: tuple[float, ...] = EXACT
+    linear_acceleration_covariance: tuple[float, ...] = _EXACT
     """Covariance of the linear acceleration, (9,) row by row [m2/s4]."""
 
 

@@ -24,7 +24,7 @@ def truth(config: P3dConfig, place: Place, draw: Draw) -> Truth:
     return Truth(place.position, place.orientation, place.velocity + noise[:3], place.spin + noise[3:])
 
 
-P3D = SensorKind(
+_P3D = SensorKind(
     P3dConfig,
     lambda measurement: truth(measurement.config, measurement.place, measurement.draw),
     RecordedNumbers(lambda _: 13, lambda numbers, _: Truth(numbers[:3], numbers[3:7], numbers[7:10], numbers[10:])),
@@ -41,7 +41,7 @@ def sound(config: PingerConfig, place: Place, beacon: FloatArray, draw: Draw) ->
     )
 
 
-PINGER = SensorKind(
+_PINGER = SensorKind(
     PingerConfig,
     lambda measurement: sound(measurement.config, measurement.place, measurement.marks, measurement.draw),
     RecordedNumbers(lambda _: 3, lambda numbers, _: Sound(*(float(value) for value in numbers))),
@@ -53,7 +53,7 @@ PINGER = SensorKind(
 )
 
 
-MOST_SHOTS = 1000.0
+_MOST_SHOTS = 1000.0
 
 
 def _scan(numbers: FloatArray, _config: LidarConfig) -> Scan:
@@ -67,17 +67,17 @@ def _wrong_scan(numbers: FloatArray) -> str:
 
 
 def _wrong_shots(numbers: FloatArray) -> str:
-    return "" if 0.0 <= numbers[0] <= MOST_SHOTS else f"{numbers[0]:g} shots"
+    return "" if 0.0 <= numbers[0] <= _MOST_SHOTS else f"{numbers[0]:g} shots"
 
 
-CAMERA = SensorKind(CameraConfig, lambda measurement: measurement.picture())
-LIDAR = SensorKind(
+_CAMERA = SensorKind(CameraConfig, lambda measurement: measurement.picture())
+_LIDAR = SensorKind(
     LidarConfig,
     lambda measurement: measurement.scan(),
     # of a planar scan: clouds are held as points
     RecordedNumbers(lambda config: 5 + int(config.samples), _scan, problem=_wrong_scan),
 )
-BALL_SHOOTER = SensorKind(
+_BALL_SHOOTER = SensorKind(
     BallShooterConfig,
     lambda measurement: Shooter(round(float(measurement.marks[0]))),
     RecordedNumbers(lambda _: 1, lambda numbers, _: Shooter(round(float(numbers[0]))), problem=_wrong_shots),
@@ -86,6 +86,6 @@ BALL_SHOOTER = SensorKind(
 )
 SENSOR_KINDS: Mapping[str, SensorKind] = {
     kind.type: kind
-    for kind in (CAMERA, LIDAR, IMU, PINGER, GPS, BALL_SHOOTER, P3D, ANEMOMETER, GNSS_COMPASS, ECHO_SOUNDER)
+    for kind in (_CAMERA, _LIDAR, IMU, _PINGER, GPS, _BALL_SHOOTER, _P3D, ANEMOMETER, GNSS_COMPASS, ECHO_SOUNDER)
 }
 """All of them by type."""

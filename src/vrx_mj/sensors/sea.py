@@ -12,13 +12,13 @@ from vrx_mj.physics.surface import RINGS, SPOKES, draw_surface, ring_distances, 
 from vrx_mj.physics.waves import random_phases, surface_heights
 from vrx_mj.sensors.view import View
 
-SHOWN = 3
+_SHOWN = 3
 """First group of geoms that pictures do not show."""
-SMALLEST, LARGEST = 0.2, 15.0
+_SMALLEST, _LARGEST = 0.2, 15.0
 """Half lengths of geoms that foam surrounds [m]."""
-FOAM_SEEN, MOST = 40.0, 32
+_FOAM_SEEN, _MOST = 40.0, 32
 """Up to which distance [m], and around how many."""
-NOTHING = np.zeros((0, 7))
+_NOTHING = np.zeros((0, 7))
 
 
 def wave_table(sea: Sea, seed: int) -> tables.Table:
@@ -64,7 +64,7 @@ class SeaSkin(Skin):
         self._sea = sea_table(sea)
         self._spokes, self._sums = spokes(), np.zeros((8, SPOKES))
         half = model.geom_aabb[:, 3:].max(axis=1)
-        afloat = (model.geom_bodyid > 0) & (model.geom_group < SHOWN) & (half > SMALLEST) & (half < LARGEST)
+        afloat = (model.geom_bodyid > 0) & (model.geom_group < _SHOWN) & (half > _SMALLEST) & (half < _LARGEST)
         self._geoms, self._boxes = np.flatnonzero(afloat), model.geom_aabb[afloat]
         super().__init__(int(model.skin_vertnum[0]) if self.wet else 0)
 
@@ -100,11 +100,11 @@ class SeaSkin(Skin):
         """
         axes = data.geom_xmat[self._geoms].reshape(-1, 3, 3)
         centres = data.geom_xpos[self._geoms] + (axes @ self._boxes[:, :3, None])[..., 0]
-        near = np.hypot(*(centres - eye)[:, :2].T) < FOAM_SEEN
+        near = np.hypot(*(centres - eye)[:, :2].T) < _FOAM_SEEN
         axes, centres, half = axes[near], centres[near], self._boxes[near, 3:]
         surface = self.height(centres[:, 0], centres[:, 1], time)
         wet = np.abs(centres[:, 2] - surface) < (np.abs(axes[:, 2]) * half).sum(axis=1)
-        axes, centres, half = axes[wet][:MOST], centres[wet][:MOST], half[wet][:MOST]
+        axes, centres, half = axes[wet][:_MOST], centres[wet][:_MOST], half[wet][:_MOST]
         row, upright = np.arange(len(half)), np.abs(axes[:, 2]).argmax(axis=1)
         one, other = (upright + 1) % 3, (upright + 2) % 3
         edge = axes[row, :2, one]
@@ -130,7 +130,7 @@ class SeaSkin(Skin):
         half: float,
         time: float,
         elevations: tuple[float, float] = (-0.5 * math.pi, 0.0),
-        floats: FloatArray = NOTHING,
+        floats: FloatArray = _NOTHING,
     ) -> None:
         """Compute the surface at `time` [s] around `eye` (3,) [m], seen `half` [rad] to both sides of `course` [rad].
 

@@ -42,7 +42,7 @@ def half_heights(config: CameraConfig) -> tuple[float, float]:
 
 SMALLEST = 0.25
 """Radius of geoms in the picture that are drawn at least [pixels]."""
-MARGIN = 0.03
+_MARGIN = 0.03
 """By how much the sea is drawn wider than the view [rad]."""
 
 
@@ -95,7 +95,7 @@ class View:
         if np.any(along <= 0.05 * np.hypot(1.0, beside)):
             return course, math.pi
         angles = np.arctan2(beside, along)
-        return course + float(angles.max() + angles.min()) / 2.0, float(np.ptp(angles)) / 2.0 + MARGIN
+        return course + float(angles.max() + angles.min()) / 2.0, float(np.ptp(angles)) / 2.0 + _MARGIN
 
     def elevations(self) -> tuple[float, float]:
         """The lowest and the highest direction in the picture, from the horizon [rad]."""
@@ -103,4 +103,4 @@ class View:
         rays = np.stack(np.broadcast_arrays(1.0, across[:, None], up), axis=-1).reshape(-1, 3) @ self.rotation[2]
         sines = rays / np.sqrt(1.0 + (across**2)[:, None] + up**2).reshape(-1)
         low, high = math.asin(max(float(sines.min()), -1.0)), math.asin(min(float(sines.max()), 1.0))
-        return max(low - MARGIN, -0.5 * math.pi), high + MARGIN
+        return max(low - _MARGIN, -0.5 * math.pi), high + _MARGIN

@@ -11,7 +11,7 @@ from vrx_mj.model import tasks
 from vrx_mj.tasks.frame import Count, Frame, TaskStatus
 from vrx_mj.tasks.rules import Outputs, PlainRules, SetPinger, TaskContext
 
-PINGER_PERIOD = 0.1
+_PINGER_PERIOD = 0.1
 """Between two messages of where the moving beacon is, at least [s]; VRX's."""
 
 
@@ -92,7 +92,7 @@ class AcousticTracking(PlainRules):
             return
         own, boat, pinger = self.state, frame.poses[self._boat], frame.poses[self._pinger]
         if frame.time >= own.due - EARLY:
-            own.due = frame.time + PINGER_PERIOD
+            own.due = frame.time + _PINGER_PERIOD
             context.act(SetPinger(self._boat, (pinger.x, pinger.y, self._height)))
         own.error = math.hypot(pinger.x - boat.x, pinger.y - boat.y)
         own.frames, own.total = own.frames + 1, own.total + own.error

@@ -16,17 +16,17 @@ from vrx_mj.model import tasks
 from vrx_mj.tasks.frame import Frame, Phase, Place, Pose, TaskStatus
 from vrx_mj.tasks.rules import LightUp, Outputs, PlainRules, ShowSymbol, TaskContext
 
-TOPIC = "color_sequence"
-Point = tuple[float, float, float]
+_TOPIC = "color_sequence"
+_Point = tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
 class Box:
     """An upright box in the frame of a dock; its faces belong to it."""
 
-    center: Point
+    center: _Point
     """[m]"""
-    size: Point
+    size: _Point
     """Length of the edges [m]."""
 
     def contains(self, point: Sequence[float]) -> bool:
@@ -53,7 +53,7 @@ class Box:
         return self.meets(before, now) if math.dist(before, now) <= reach else self.contains(now)
 
 
-def relative(anchor: Pose, pose: Pose) -> Point:
+def relative(anchor: Pose, pose: Pose) -> _Point:
     """Where `pose` is in the frame of `anchor` [m]: R^T (p - o), with R the rotation of the unit quaternion (w, q).
 
     Reference: R^T v = v + w t + t x q with t = 2 v x q.
@@ -68,7 +68,7 @@ FASTEST = 30.0
 """Speed of a ball [m/s] beyond which it did not fly but was put somewhere: it is shot anew. VRX's leaves at 7.5 m/s."""
 
 
-HIT: Mapping[str, Any] = {"time": int | float, "ball": str, "bay": str, "size": str, "points": int | float}
+_HIT: Mapping[str, Any] = {"time": int | float, "ball": str, "bay": str, "size": str, "points": int | float}
 """Keys of a hit, as teams see it."""
 
 
@@ -177,7 +177,7 @@ class Docking(PlainRules):
         """Listen, then look for balls in holes, then for the boat: all that falls into the last frame counts."""
         dock = frame.poses[self._anchor]
         for message in frame.messages:
-            if message.topic == TOPIC:
+            if message.topic == _TOPIC:
                 self._judge_colors(message.content, context)
         if self._holes:
             self._follow_balls(frame, dock, context)
@@ -191,8 +191,8 @@ class Docking(PlainRules):
             StateError: one has not.
         """
         for hit in state.hits:
-            if hit.keys() != HIT.keys() or not all(isinstance(hit[key], kind) for key, kind in HIT.items()):
-                raise StateError(f"the state does not fit the task: a hit needs {', '.join(HIT)}")
+            if hit.keys() != _HIT.keys() or not all(isinstance(hit[key], kind) for key, kind in _HIT.items()):
+                raise StateError(f"the state does not fit the task: a hit needs {', '.join(_HIT)}")
 
     def outputs(self, status: TaskStatus) -> Outputs:
         """Whether the colours may be sent and, from `ready` on, the symbol of the right bay (the last, if several).
@@ -210,8 +210,8 @@ class Docking(PlainRules):
         Raises:
             CommandError: the task takes no such message, or they are no three colours.
         """
-        if topic != TOPIC or not self._asks_colors:
-            known = TOPIC if self._asks_colors else "none"
+        if topic != _TOPIC or not self._asks_colors:
+            known = _TOPIC if self._asks_colors else "none"
             raise CommandError(f"{self.title} takes no message {shown(topic)}; known: {known}")
         return _colors(content)
 
@@ -292,7 +292,7 @@ def _colors(content: object) -> list[str]:
     words = content if isinstance(content, list | tuple) else ()
     colors = [word.lower() for word in words if isinstance(word, str)]
     if len(words) != 3 or len(colors) != 3 or not set(colors) <= set(LIGHT_COLORS):
-        raise CommandError(f"invalid {TOPIC} {shown(content)}: a list of three of {', '.join(LIGHT_COLORS)} is needed")
+        raise CommandError(f"invalid {_TOPIC} {shown(content)}: a list of three of {', '.join(LIGHT_COLORS)} is needed")
     return colors
 
 

@@ -122,7 +122,7 @@ class Frame:
     """Sent since the frame before, in their order."""
 
 
-POSE = 7
+_POSE = 7
 """Numbers of a pose: position and quaternion."""
 
 
@@ -137,16 +137,16 @@ class FrameLayout:
     @property
     def width(self) -> int:
         """Number of columns."""
-        return 1 + POSE * len(self.watched) + len(self.rivals)
+        return 1 + _POSE * len(self.watched) + len(self.rivals)
 
     def frame(self, row: Sequence[float], messages: Sequence[Message] = ()) -> Frame:
         """The frame of a row."""
         numbers = [float(number) for number in row]
         poses, start = {}, 1
         for name in self.watched:
-            x, y, z, *turn = numbers[start : start + POSE]
+            x, y, z, *turn = numbers[start : start + _POSE]
             poses[name] = Pose(x, y, z, (turn[0], turn[1], turn[2], turn[3]))
-            start += POSE
+            start += _POSE
         touches = {name: time for name, time in zip(self.rivals, numbers[start:], strict=True) if time >= 0.0}
         return Frame(numbers[0], poses, touches, tuple(messages))
 

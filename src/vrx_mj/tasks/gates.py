@@ -14,8 +14,8 @@ from vrx_mj.tasks.frame import Frame, Pose, TaskStatus
 from vrx_mj.tasks.rules import PlainRules, TaskContext
 
 Side = Literal["outside", "before", "after"]
-Passage = Literal["forwards", "backwards"]
-GateFate = Literal["ahead", "crossed", "missed", "backwards"]
+_Passage = Literal["forwards", "backwards"]
+_GateFate = Literal["ahead", "crossed", "missed", "backwards"]
 """What became of a gate: `missed` if a later one was passed before it."""
 
 
@@ -54,7 +54,7 @@ def marker_names(gates: Iterable[tasks.Gate]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(name for gate in gates for name in (gate.left, gate.right)))
 
 
-def passage(gate: tasks.Gate, before: str, boat: str, frame: Frame) -> tuple[Side, Passage | None]:
+def passage(gate: tasks.Gate, before: str, boat: str, frame: Frame) -> tuple[Side, _Passage | None]:
     """Where the boat is in a gate now, and whether it has passed it since it was at `before`."""
     poses = frame.poses
     place = poses[boat]
@@ -72,8 +72,8 @@ FAILURE = 200.0
 class GatesState:
     """Of the gates, in their order."""
 
-    gates: list[GateFate] = field(default_factory=list)
-    """What became of them: see `GateFate`."""
+    gates: list[_GateFate] = field(default_factory=list)
+    """What became of them: see `_GateFate`."""
     sides: list[Side] = field(default_factory=list)
     """Where the boat was in them at the frame before: see `Side`."""
 
@@ -165,7 +165,7 @@ class FollowPath(_GateRules):
         """Points are lost, but there are never less than 0."""
         context.set_score(max(0.0, context.status.score - self._penalty))
 
-    def _pass(self, index: int, way: Passage, context: TaskContext) -> None:
+    def _pass(self, index: int, way: _Passage, context: TaskContext) -> None:
         """Take note of a gate that was passed, after which no gate before it counts."""
         fates = self.state.gates
         last = index == len(fates) - 1

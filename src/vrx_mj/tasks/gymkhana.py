@@ -16,7 +16,7 @@ from vrx_mj.tasks.rules import Outputs, PlainRules, SetPinger, TaskContext
 from vrx_mj.tasks.stationkeeping import distance
 
 
-def channel_referee(task: tasks.Gymkhana) -> Referee:
+def _channel_referee(task: tasks.Gymkhana) -> Referee:
     """The referee of the channel; points as in VRX 3, where a world cannot set them."""
     base = {own.name: getattr(task, own.name) for own in fields(tasks.TaskBase)}
     base |= vars(task.channel) | {"name": f"{task.name}_channel", "locked": False, "held": False}
@@ -49,7 +49,7 @@ class Gymkhana(PlainRules):
         self._boat, self._pinger = task.boat, task.pinger
         self._penalty = task.obstacle_penalty
         self._may_fail = task.profile != "vrx3"
-        self._channel = channel_referee(task)
+        self._channel = _channel_referee(task)
         self._sums = GymkhanaState()
         self.watched = self._channel.watched
 

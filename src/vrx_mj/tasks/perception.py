@@ -11,11 +11,11 @@ from vrx_mj.model import tasks
 from vrx_mj.tasks.frame import Count, Frame, Pose, TaskStatus
 from vrx_mj.tasks.rules import Outputs, PlaceObject, PlainRules, TaskContext
 
-MISSED = 10.0
+_MISSED = 10.0
 """The error of an object that nobody reported [m]."""
-MOST = 2.0
+_MOST = 2.0
 """The error of a reported one, at most [m]."""
-LANDMARK = frozenset({"type", "x", "y"})
+_LANDMARK = frozenset({"type", "x", "y"})
 """Keys of a report."""
 
 
@@ -33,7 +33,7 @@ class PerceptionState:
     shown: list[bool]
     """Whether they are up now."""
     errors: list[float]
-    """The least error of the reports of each [m], `MISSED` without any."""
+    """The least error of the reports of each [m], `_MISSED` without any."""
     round_time: float = 0.0
     """When this round of the sequence began, in elapsed time [s]."""
     gone: Count = 0
@@ -93,7 +93,7 @@ class Perception(PlainRules):
         """A report of a landmark: its type, x and y [m, ENU]."""
         if topic != "landmark":
             raise CommandError(f"perception takes no message {shown(topic)}; known: landmark")
-        if not isinstance(content, Mapping) or set(content) != LANDMARK:
+        if not isinstance(content, Mapping) or set(content) != _LANDMARK:
             what = (
                 f"the keys {', '.join(map(str, content)) or 'none'}" if isinstance(content, Mapping) else shown(content)
             )
@@ -107,7 +107,7 @@ class Perception(PlainRules):
 
     def _round(self, start: float) -> PerceptionState:
         count = len(self._objects)
-        return PerceptionState([False] * count, [MISSED] * count, round_time=start, found=[False] * count)
+        return PerceptionState([False] * count, [_MISSED] * count, round_time=start, found=[False] * count)
 
     def _report(self, landmark: Mapping[str, Any], frame: Frame, context: TaskContext) -> None:
         """Each report uses up an attempt, right or wrong, and counts for all objects of its type that are up."""
@@ -122,7 +122,7 @@ class Perception(PlainRules):
         for index in hits:
             name = self._objects[index].name
             error = math.hypot(landmark["x"] - frame.poses[name].x, landmark["y"] - frame.poses[name].y)
-            own.errors[index], own.found[index] = min(MOST, own.errors[index], error), True
+            own.errors[index], own.found[index] = min(_MOST, own.errors[index], error), True
             context.log(f"landmark {name} found, error {error:.2f} m")
         if not hits:
             context.log(f"landmark {landmark['type']} is not present now", "WARN")
@@ -142,7 +142,7 @@ class Perception(PlainRules):
         own.total += own.errors[index]
         context.act(PlaceObject(thing.name, thing.stash))
         context.set_score(own.total)
-        result = f"error {own.errors[index]:.2f} m" if own.found[index] else f"not found, {MISSED:g} m"
+        result = f"error {own.errors[index]:.2f} m" if own.found[index] else f"not found, {_MISSED:g} m"
         context.log(f"landmark {thing.name} disappears: {result}")
 
 

@@ -22,15 +22,15 @@ from vrx_mj.model.tasks import TaskBase
 from vrx_mj.tasks.frame import Frame, Message, Phase, TaskStatus
 from vrx_mj.tasks.rules import Action, Outputs, Release, Rules
 
-DUMP, STATUS = TypeAdapter[Any](dict[str, Any]), TypeAdapter[Any](TaskStatus)
+_DUMP, _STATUS = TypeAdapter[Any](dict[str, Any]), TypeAdapter[Any](TaskStatus)
 
-DEAD_TIME_VRX3 = 3.0
+_DEAD_TIME_VRX3 = 3.0
 """[s]; VRX 3 does not read the value of a world (ScoringPlugin.cc)."""
 
 
 def dead_time(task: TaskBase) -> float:
     """How long after a counted collision none counts [s]: in VRX the value of the world, cut to whole seconds."""
-    return DEAD_TIME_VRX3 if task.profile == "vrx3" else float(math.floor(task.collision_buffer))
+    return _DEAD_TIME_VRX3 if task.profile == "vrx3" else float(math.floor(task.collision_buffer))
 
 
 @dataclass(frozen=True)
@@ -49,18 +49,18 @@ def parsed_dump(text: str) -> dict[str, Any]:
         StateError: it is invalid.
     """
     try:
-        DUMP.validate_json(text, strict=True)  # its depth is bounded
+        _DUMP.validate_json(text, strict=True)  # its depth is bounded
     except ValidationError as error:
         raise StateError(f"the state of the task is damaged: {fault_text(error)}") from None
     parsed: dict[str, Any] = json.loads(text)
     return parsed
 
 
-def same_length(first: object, given: object) -> bool:
+def _same_length(first: object, given: object) -> bool:
     """Whether a list is as long as at first, if it was not empty, and so are those in it."""
     if not isinstance(first, list) or not first:
         return True
-    return isinstance(given, list) and len(given) == len(first) and all(map(same_length, first, given))
+    return isinstance(given, list) and len(given) == len(first) and all(map(_same_length, first, given))
 
 
 class Referee:
@@ -172,7 +172,7 @@ class Referee:
         """
         if state.get("type") != self.type:
             raise StateError(f"the state is of the task {shown(state.get('type'))}, not '{self.type}'")
-        self._fitting(STATUS, "sheet", asdict(self._start), state)
+        self._fitting(_STATUS, "sheet", asdict(self._start), state)
         self._rules.check(self._fitting(self._rules_kind, "rules", self._first, state))
 
     # Inside
@@ -194,7 +194,7 @@ class Referee:
             part = kind.validate_json(json.dumps(given), strict=True)
         except ValidationError as error:
             raise StateError(f"{trouble}: {fault_text(error)}") from None
-        if not all(same_length(first[key], given[key]) for key in first):
+        if not all(_same_length(first[key], given[key]) for key in first):
             raise StateError(f"{trouble}: a list of another length")
         return part
 

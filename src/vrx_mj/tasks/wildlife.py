@@ -20,7 +20,7 @@ from vrx_mj.tasks.rules import Outputs, PlainRules, TaskContext
 GATES = 8
 AXES = tuple((math.cos(math.tau * gate / GATES), math.sin(math.tau * gate / GATES)) for gate in range(GATES))
 """Of the gates: from the animal outwards."""
-KINDS = {
+_KINDS = {
     "avoid": "crocodile",
     "circumnavigate_clockwise": "platypus",
     "circumnavigate_counterclockwise": "turtle",
@@ -40,9 +40,9 @@ def gate_side(dx: float, dy: float, axis: tuple[float, float], radius: float) ->
     return "after" if across >= 0.0 else "before"
 
 
-Gate = Annotated[int, Field(ge=0, lt=GATES)]
+_Gate = Annotated[int, Field(ge=0, lt=GATES)]
 """Number of a gate around an animal."""
-ANNOUNCED = frozenset({"name", "x", "y", "z", "latitude", "longitude"})
+_ANNOUNCED = frozenset({"name", "x", "y", "z", "latitude", "longitude"})
 """Keys of an animal, as teams see it."""
 
 
@@ -54,7 +54,7 @@ class WildlifeState:
     """Circumnavigated is for good."""
     sides: list[list[Side | Literal["crossed"]]]
     """Of every gate, where the boat was when last looked at while engaged; `crossed` just after a crossing."""
-    circled: list[list[Gate]]
+    circled: list[list[_Gate]]
     """Gates crossed in the right sense since the circle began, in their order: one may be in it twice."""
     animals: list[dict[str, str | float | None]] = field(default_factory=list)
     """The animals as teams saw them last."""
@@ -130,8 +130,8 @@ class Wildlife(PlainRules):
             StateError: it has not.
         """
         for animal in state.animals:
-            if animal.keys() != ANNOUNCED or not all(isinstance(animal[axis], int | float) for axis in "xyz"):
-                raise StateError(f"the state does not fit the task: an animal needs {', '.join(sorted(ANNOUNCED))}")
+            if animal.keys() != _ANNOUNCED or not all(isinstance(animal[axis], int | float) for axis in "xyz"):
+                raise StateError(f"the state does not fit the task: an animal needs {', '.join(sorted(_ANNOUNCED))}")
 
     def outputs(self, status: TaskStatus) -> Outputs:
         """Where the animals are, from `running` on; who knows the georeference fills in latitude and longitude."""
@@ -213,4 +213,4 @@ class Wildlife(PlainRules):
 
 def _announced(animal: tasks.Animal, pose: Pose) -> dict[str, str | float | None]:
     place: dict[str, Any] = {"x": pose.x, "y": pose.y, "z": pose.z, "latitude": None, "longitude": None}
-    return {"name": KINDS[animal.goal], **place}
+    return {"name": _KINDS[animal.goal], **place}

@@ -9,16 +9,14 @@ from vrx_mj.errors import CommandError
 from vrx_mj.trials.records import Figure, Trial, track_of
 from vrx_mj.trials.vessel import Vessel, VesselState
 
-__all__ = ["MODES", "decay", "decay_figures"]
-
 MODES = {"heave": 0.1, "roll": math.radians(10.0), "pitch": math.radians(5.0)}
 """How far a vessel is put aside by default [m], [rad]."""
-UNITS = {"heave": "m", "roll": "rad", "pitch": "rad"}
-STEP = 0.02
+_UNITS = {"heave": "m", "roll": "rad", "pitch": "rad"}
+_STEP = 0.02
 """Time between two states [s]."""
-REST = 30.0
+_REST = 30.0
 """Time in which it comes to rest before, and longest time of the decay [s]."""
-SMALLEST = 0.02
+_SMALLEST = 0.02
 """Extremes below this share of the first are left out."""
 
 
@@ -38,18 +36,18 @@ def decay(vessel: Vessel, *, mode: str = "roll", amount: float | None = None) ->
     """
     if mode not in MODES:
         raise CommandError(f"invalid mode '{mode}': heave, roll or pitch is needed")
-    vessel.advance(0.0, 0.0, REST)
+    vessel.advance(0.0, 0.0, _REST)
     still = _value(vessel.state, mode)
     vessel.displace(mode, MODES[mode] if amount is None else amount)
     states = [vessel.state]
-    for _ in range(round(REST / STEP)):
-        vessel.advance(0.0, 0.0, STEP)
+    for _ in range(round(_REST / _STEP)):
+        vessel.advance(0.0, 0.0, _STEP)
         states.append(vessel.state)
-    time: FloatArray = np.arange(len(states), dtype=np.float64) * STEP
+    time: FloatArray = np.arange(len(states), dtype=np.float64) * _STEP
     values = np.array([_value(state, mode) for state in states]) - still
-    figures = decay_figures(time, values, UNITS[mode])
+    figures = decay_figures(time, values, _UNITS[mode])
     curves = {mode: (time, values)}
-    axes = ("time [s]", f"{mode} from rest [{UNITS[mode]}]")
+    axes = ("time [s]", f"{mode} from rest [{_UNITS[mode]}]")
     return Trial("decay", figures, curves, axes, track_of(states, [0.0] * len(states)))
 
 
@@ -60,7 +58,7 @@ def _value(state: VesselState, mode: str) -> float:
 def decay_figures(time: FloatArray, values: FloatArray, unit: str) -> dict[str, Figure]:
     """Period and damping of a decay about 0; not numbers where there are less than three extremes."""
     moments, sizes = _extremes(time, values)
-    kept = sizes >= SMALLEST * sizes[0]
+    kept = sizes >= _SMALLEST * sizes[0]
     count = int(np.argmin(kept)) if not kept.all() else len(kept)
     moments, sizes = moments[:count], sizes[:count]
     period = alpha = beta = math.nan

@@ -9,8 +9,6 @@ import numpy as np
 from vrx_mj.arrays import FloatArray
 from vrx_mj.trials.vessel import VesselState
 
-__all__ = ["Figure", "Track", "Trial", "crossing", "track_of"]
-
 
 @dataclass(frozen=True)
 class Figure:

@@ -9,31 +9,29 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.trials.records import Figure, Track, Trial, crossing, track_of
 from vrx_mj.trials.vessel import Vessel, VesselState
 
-__all__ = ["approach", "approach_remarks", "pull_out", "sailed", "spiral", "turning", "zigzag"]
-
-STEP = 0.02
+_STEP = 0.02
 """Time between two states of a track [s]."""
-SETTLED = 1e-3
-"""Relative change of a speed over `WATCH` at which it counts as steady."""
-WATCH = 5.0
+_SETTLED = 1e-3
+"""Relative change of a speed over `_WATCH` at which it counts as steady."""
+_WATCH = 5.0
 """[s]"""
-STRAIGHT = math.radians(0.5)
+_STRAIGHT = math.radians(0.5)
 """Rate of turn up to which an approach counts as straight [rad/s]."""
-LONGEST = 600.0
+_LONGEST = 600.0
 """Longest time of a part of a trial [s]."""
-FULL = 3.0 * math.pi
+_FULL = 3.0 * math.pi
 """Change of heading of a turning circle [rad]."""
-STEPS = 8
+_STEPS = 8
 """Helm settings of a spiral between midships and full helm."""
 
 
 def sailed(
-    vessel: Vessel, power: float, helm: float, done: Callable[[list[VesselState]], bool], most: float = LONGEST
+    vessel: Vessel, power: float, helm: float, done: Callable[[list[VesselState]], bool], most: float = _LONGEST
 ) -> list[VesselState]:
-    """States every `STEP` from now until a condition on them holds, or a time [s] is over."""
+    """States every `_STEP` from now until a condition on them holds, or a time [s] is over."""
     states = [vessel.state]
-    while not done(states) and len(states) < most / STEP:
-        vessel.advance(power, helm, STEP)
+    while not done(states) and len(states) < most / _STEP:
+        vessel.advance(power, helm, _STEP)
         states.append(vessel.state)
     return states
 
@@ -42,11 +40,11 @@ def _settled(value: Callable[[VesselState], float], least: float) -> Callable[[l
     """Whether a value has not changed for a while; changes below `least` count as none."""
 
     def steady(states: list[VesselState]) -> bool:
-        count = round(WATCH / STEP)
+        count = round(_WATCH / _STEP)
         if len(states) <= 2 * count:
             return False
         recent = [value(state) for state in states[-count::10]]
-        return max(recent) - min(recent) <= max(SETTLED * abs(recent[-1]), least)
+        return max(recent) - min(recent) <= max(_SETTLED * abs(recent[-1]), least)
 
     return steady
 
@@ -58,8 +56,8 @@ def approach(vessel: Vessel, power: float) -> list[VesselState]:
 
 def approach_remarks(states: list[VesselState]) -> tuple[str, ...]:
     """What is wrong with the end of an approach: the vessel turns with its helm midships."""
-    rate = float(np.mean([state.yaw_rate for state in states[-round(WATCH / STEP) :]]))
-    if abs(rate) <= STRAIGHT:
+    rate = float(np.mean([state.yaw_rate for state in states[-round(_WATCH / _STEP) :]]))
+    if abs(rate) <= _STRAIGHT:
         return ()
     turns = f"turns to {'port' if rate > 0.0 else 'starboard'} at {math.degrees(abs(rate)):.3g} deg/s"
     return (f"it does not keep a straight course: with the helm midships it {turns}",)
@@ -76,11 +74,11 @@ def turning(vessel: Vessel, *, power: float = 1.0, helm: float = 1.0) -> Trial:
         helm: -1 to 1, positive to port.
     """
     begun, side, turned = approach(vessel, power), math.copysign(1.0, helm), _Turned()
-    states = sailed(vessel, power, helm, lambda seen: side * turned.by(seen[-1]) >= FULL)
+    states = sailed(vessel, power, helm, lambda seen: side * turned.by(seen[-1]) >= _FULL)
     track, remarks = track_of(states, [helm] * len(states)), approach_remarks(begun)
     speed, heading, across = begun[-1].surge, side * track.heading, side * track.y
     last = track.heading * side >= heading[-1] - 2.0 * math.pi
-    straight, steady = math.nan if remarks else 1.0, 1.0 if side * turned.angle >= FULL else math.nan
+    straight, steady = math.nan if remarks else 1.0, 1.0 if side * turned.angle >= _FULL else math.nan
     if math.isnan(steady):
         remarks += (f"no steady turn: {math.degrees(heading[-1]):.3g} degrees with the helm in {track.time[-1]:.4g} s",)
     rate = steady * float(np.mean(side * track.yaw_rate[last]))
@@ -136,8 +134,8 @@ def zigzag(vessel: Vessel, *, power: float = 1.0, helm: float = 0.5, angle: floa
     turns: list[int] = []
     side, turned = 1.0, _Turned()
     turned.by(states[0])
-    while len(turns) < 4 and len(states) < LONGEST / STEP:
-        vessel.advance(power, side * helm, STEP)
+    while len(turns) < 4 and len(states) < _LONGEST / _STEP:
+        vessel.advance(power, side * helm, _STEP)
         states.append(vessel.state)
         helms.append(side * helm)
         turned.by(states[-1])
@@ -187,7 +185,7 @@ def pull_out(vessel: Vessel, *, power: float = 1.0, helm: float = 1.0) -> Trial:
         before = steady[-1].yaw_rate
         states = sailed(vessel, power, 0.0, lambda _: False, 60.0)
         track = track_of(states, [0.0] * len(states))
-        residual = float(np.mean(track.yaw_rate[-round(WATCH / STEP) :]))
+        residual = float(np.mean(track.yaw_rate[-round(_WATCH / _STEP) :]))
         figures[f"rate_{name}"] = Figure(math.degrees(before), "deg/s", f"rate of the turn to {name}")
         figures[f"residual_{name}"] = Figure(math.degrees(residual), "deg/s", "rate that is left 60 s after it")
         curves[f"after a turn to {name}"] = (track.time, np.degrees(track.yaw_rate))
@@ -206,7 +204,7 @@ def spiral(vessel: Vessel, *, power: float = 1.0, helm: float = 1.0) -> Trial:
         helm: largest helm, above 0 to 1.
     """
     approach(vessel, power)
-    down = [helm * number / STEPS for number in range(STEPS, -STEPS - 1, -1)]
+    down = [helm * number / _STEPS for number in range(_STEPS, -_STEPS - 1, -1)]
     branches, states, helms = [], [vessel.state], [0.0]
     for settings in (down, down[::-1]):
         rates = []
@@ -220,7 +218,7 @@ def spiral(vessel: Vessel, *, power: float = 1.0, helm: float = 1.0) -> Trial:
     apart = np.abs(there - back)
     noticed = at[apart > max(0.02 * float(np.ptp(there)), 1e-6)]
     figures = {
-        "loop_height": Figure(float(apart[STEPS]), "deg/s", "difference of the rates midships, there and back"),
+        "loop_height": Figure(float(apart[_STEPS]), "deg/s", "difference of the rates midships, there and back"),
         "loop_width": Figure(float(np.ptp(noticed)) if len(noticed) else 0.0, "", "helm between the loop's ends"),
         "rate_port": Figure(float(there[0]), "deg/s", "rate at the largest helm to port"),
         "rate_starboard": Figure(float(there[-1]), "deg/s", "rate at the largest helm to starboard"),

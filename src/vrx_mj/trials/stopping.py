@@ -6,8 +6,6 @@ from vrx_mj.trials.records import Figure, Trial, track_of
 from vrx_mj.trials.steering import approach, approach_remarks, sailed
 from vrx_mj.trials.vessel import Vessel
 
-__all__ = ["crash_stop"]
-
 
 def crash_stop(vessel: Vessel, *, power: float = 1.0, astern: float = 1.0) -> Trial:
     """Crash stop: engines astern at steady speed, until the vessel is dead in the water.

@@ -6,11 +6,9 @@ from typing import NamedTuple, Protocol
 from vrx_mj.errors import CommandError
 from vrx_mj.runtime.simulation import Simulation
 
-__all__ = ["SimulatedVessel", "Vessel", "VesselState"]
-
-FULL_HELM = math.radians(35.0)
+_FULL_HELM = math.radians(35.0)
 """Angle of rudders and turning engines at full helm [rad], unless they turn less."""
-AHEAD = 0.7
+_AHEAD = 0.7
 """Cosine of the angle to the bow up to which an engine drives the boat."""
 
 
@@ -65,12 +63,12 @@ class SimulatedVessel:
         self._sim, self._boat = sim, boat
         seen = sim.observe()[boat]
         thrusters = seen.thrusters.values()
-        self._engines = [engine for engine in thrusters if engine.direction[0] > AHEAD]
+        self._engines = [engine for engine in thrusters if engine.direction[0] > _AHEAD]
         rudders = seen.hull.rudders.values() if seen.hull else ()
-        self._rudders = {f"{rudder.name}_angle": min(rudder.max_angle, FULL_HELM) for rudder in rudders}
+        self._rudders = {f"{rudder.name}_angle": min(rudder.max_angle, _FULL_HELM) for rudder in rudders}
         if not self._rudders:
             turning = (engine for engine in self._engines if engine.max_angle > 0.0)
-            self._rudders = {f"{engine.name}_angle": min(engine.max_angle, FULL_HELM) for engine in turning}
+            self._rudders = {f"{engine.name}_angle": min(engine.max_angle, _FULL_HELM) for engine in turning}
 
     @property
     def helm(self) -> str:

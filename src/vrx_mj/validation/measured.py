@@ -15,9 +15,7 @@ from vrx_mj.runtime.observation import BoatObservation
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.validation.rows import Case, Findings, Row, at_most
 
-__all__ = ["measured_case"]
-
-READERS: dict[str, Callable[[BoatObservation], float]] = {
+_READERS: dict[str, Callable[[BoatObservation], float]] = {
     "x": lambda seen: float(seen.position[0]),
     "y": lambda seen: float(seen.position[1]),
     "z": lambda seen: float(seen.position[2]),
@@ -33,7 +31,7 @@ READERS: dict[str, Callable[[BoatObservation], float]] = {
     "speed": lambda seen: seen.speed,
 }
 """How a signal is read off a boat."""
-ANGLES = ("roll_deg", "pitch_deg", "heading_deg")
+_ANGLES = ("roll_deg", "pitch_deg", "heading_deg")
 """Signals that are the same after a full turn."""
 
 
@@ -96,7 +94,7 @@ def _sailed(sim: Simulation, boat: str, config: MeasuredCaseConfig, measured: Me
             now, current = stop, commands.get(stop, current)
         seen = sim.observe()[boat]
         for name, signal in config.signals.items():
-            found[name].append(READERS[signal.of or name](seen))
+            found[name].append(_READERS[signal.of or name](seen))
     return found
 
 
@@ -107,7 +105,7 @@ def _findings(ours: dict[str, list[float]], config: MeasuredCaseConfig, measured
         of = signal.of or name
         theirs, own = np.array(measured.signals[name]), np.array(ours[name])
         apart = own - theirs
-        if of in ANGLES:
+        if of in _ANGLES:
             apart = np.array([math.remainder(each, 360.0) for each in apart])
             own = theirs + apart
         known = np.isfinite(theirs)

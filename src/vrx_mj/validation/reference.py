@@ -8,8 +8,6 @@ import numpy as np
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.resources import root
 
-__all__ = ["folder", "mesh", "rows", "source"]
-
 
 def folder() -> Path:
     """Where the tables, meshes and worlds of the report are."""

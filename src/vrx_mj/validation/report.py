@@ -20,10 +20,8 @@ from vrx_mj.errors import VrxError
 from vrx_mj.outputs import write_files
 from vrx_mj.validation.rows import Case, Findings, Row
 
-__all__ = ["PAGE", "RESULTS", "Result", "counts", "page", "results_json", "run_cases", "write_report"]
-
 PAGE, RESULTS = "index.html", "results.json"
-NEEDED = ("mujoco", "numba", "numpy")
+_NEEDED = ("mujoco", "numba", "numpy")
 """Packages whose versions the report names."""
 
 
@@ -95,7 +93,7 @@ def _row_fields(row: Row) -> dict[str, Any]:
 
 
 def _machine() -> dict[str, str]:
-    versions = {name: version(name) for name in NEEDED}
+    versions = {name: version(name) for name in _NEEDED}
     own = {"vrx_mj": version("vrx-mj"), **versions}
     return {**own, "python": platform.python_version(), "platform": platform.platform()}
 

@@ -6,9 +6,7 @@ from dataclasses import dataclass
 
 from vrx_mj.draw.chart import Chart
 
-__all__ = ["Case", "Findings", "Row", "at_most", "between", "equal", "near"]
-
-KNOWN = 0.002
+_KNOWN = 0.002
 """Greatest distance from exact theory of a row that is known to be outside, as a share of it."""
 
 
@@ -43,7 +41,7 @@ class Row:
         """`inside`, `outside`, or `known`: outside, where exact theory is outside, too, and within 0.2 % of it."""
         if self.inside or self.theory is None or self.low <= self.theory <= self.high:
             return "inside" if self.inside else "outside"
-        return "known" if math.isclose(self.ours, self.theory, rel_tol=KNOWN) else "outside"
+        return "known" if math.isclose(self.ours, self.theory, rel_tol=_KNOWN) else "outside"
 
     @property
     def difference(self) -> float:

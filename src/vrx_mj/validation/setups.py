@@ -11,8 +11,6 @@ from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.validation.reference import folder
 
-__all__ = ["GRAVITY", "marine_simulation", "marine_world", "packaged_simulation"]
-
 GRAVITY = 9.81
 """Gravity of these worlds [m/s2], the value of most of the references."""
 

@@ -23,8 +23,6 @@ from vrx_mj.validation.cases import (
 )
 from vrx_mj.validation.rows import Case
 
-__all__ = ["CASES", "chosen"]
-
 CASES: tuple[Case, ...] = (
     *waves.CASES, *seas.CASES, *hydrostatics.CASES, *hulls.CASES, *pressures.CASES, *resolution.CASES,
     *otter.CASES, *wamv.CASES, *heron.CASES, *propellers.CASES, *spheres.CASES, *diffraction.CASES, *currents.CASES,

@@ -26,12 +26,12 @@ from vrx_mj.formats.urdf.xml_document import Markup, Table, read_bytes, read_tex
 LIBRARIES = frozenset({"robotx_gazebo", "vmrc_gazebo", "vorc_gazebo", "vrx_2019", "vrx_gazebo", "wave_gazebo"})
 """Packages of VRX, whose files may be missing: macros of ours stand for theirs."""
 
-TABLE = "formats.urdf.xml_document:table"
+_TABLE = "formats.urdf.xml_document:table"
 """What parses a text."""
 _ODD_TAG = re.compile(r"[^\w.-]")
 Fate = Literal["taken over", "approximated", "ignored", "not read"]
 """What became of a part of a file."""
-FIELDS: Mapping[str, Mapping[str, Sequence[Any]]] = json.loads((Path(__file__).parent / "fields.json").read_bytes())
+_FIELDS: Mapping[str, Mapping[str, Sequence[Any]]] = json.loads((Path(__file__).parent / "fields.json").read_bytes())
 """Of plugins and other elements of worlds the rows that fill keys of ours: the arguments of `Element.read`."""
 NEEDED = "needed"
 """The default of an element that must be there."""
@@ -143,8 +143,8 @@ class Element:
         return default if first is None else first.value(form)
 
     def fields(self, of: str) -> dict[str, Any]:
-        """What the rows of a table in `FIELDS` say, without those whose elements are missing. Raises ConfigError."""
-        found = {key: self.read(*row) for key, row in FIELDS[of].items()}
+        """What the rows of a table in `_FIELDS` say, without those whose elements are missing. Raises ConfigError."""
+        found = {key: self.read(*row) for key, row in _FIELDS[of].items()}
         return {key: value for key, value in found.items() if value is not None}
 
     def value(self, form: str) -> Any:
@@ -211,13 +211,13 @@ def parse_ahead(files: Iterable[Path]) -> None:
     for file in files:
         with contextlib.suppress(ConfigError):
             calls.append((read_text(file), display(file)))
-    ask_ahead(TABLE, calls, "the models of a world")
+    ask_ahead(_TABLE, calls, "the models of a world")
 
 
 def parsed(text: str, file: File) -> Element:
     """The root element of a text in a file. Raises ConfigError."""
     try:
-        table = ask(TABLE, text, file.name, returns=Table, about=file.name)
+        table = ask(_TABLE, text, file.name, returns=Table, about=file.name)
     except ReaderError as error:
         raise ConfigError([Problem(file.name, None, None, "", error.reason)]) from None
     whole = File(file.name, file.folder or Path(), tuple(text.split("\n")))

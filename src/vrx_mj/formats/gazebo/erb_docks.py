@@ -11,9 +11,9 @@ from vrx_mj.errors import ConfigError, Problem
 from vrx_mj.formats.gazebo.document import Note, Report
 from vrx_mj.formats.urdf.xml_document import read_bytes
 
-ENDING = ".sdf.erb"
-MOST_ROWS = 200
-LONGEST = 40_000
+_ENDING = ".sdf.erb"
+_MOST_ROWS = 200
+_LONGEST = 40_000
 """Characters of a layout."""
 _LAYOUT = re.compile(r"^[^#\n]*?\blayout\s{0,80}=\s{0,80}\[", re.MULTILINE)
 """A layout that is no comment."""
@@ -25,7 +25,7 @@ _NAME = re.compile(r"<model\s+name\s*=\s*[\"']([^\"'<>]{1,100})[\"']")
 
 def is_template(file: Path) -> bool:
     """Whether a file is a template of a dock."""
-    return file.name.lower().endswith(ENDING)
+    return file.name.lower().endswith(_ENDING)
 
 
 def template_content(file: Path, report: Report) -> tuple[dict[str, Any], Place]:
@@ -40,7 +40,7 @@ def template_content(file: Path, report: Report) -> tuple[dict[str, Any], Place]
     source = File(display(file), file.parent, tuple(text.split("\n")))
     found = _LAYOUT.search(text)
     place = Place(source, text.count("\n", 0, found.start()) + 1 if found else 1)
-    end = text.find("]", found.end(), found.end() + LONGEST) if found else -1
+    end = text.find("]", found.end(), found.end() + _LONGEST) if found else -1
     if found is None or end < 0 or not _END.match(text, end + 1):
         message = "expected `layout = ['X  X', ...]`: a template is Ruby, of which only this list is read"
         raise ConfigError([Problem(source.name, place.line, None, "layout", message)])
@@ -54,7 +54,7 @@ def template_content(file: Path, report: Report) -> tuple[dict[str, Any], Place]
 
 def _rows(text: str, place: Place) -> tuple[list[str], bool]:
     items, rest = _ITEM.findall(text), _ITEM.sub("", text).strip(" \t\r\n,")
-    if rest or len(items) > MOST_ROWS:
+    if rest or len(items) > _MOST_ROWS:
         message = f"expected rows in quotes, and true or false at last, got {shown(rest or text)}"
         raise ConfigError([Problem(place.file.name, place.line, None, "layout", message)])
     rows = [single + double for single, double, switch, comment, _ in items if not (switch or comment)]

@@ -11,11 +11,11 @@ from vrx_mj.config.search import display, is_inside
 from vrx_mj.errors import VrxError
 from vrx_mj.formats.urdf.xml_document import MAX_BYTES, read_bytes
 
-BUILT = {"build", "devel", "install", "log"}
+_BUILT = {"build", "devel", "install", "log"}
 """Folders of a workspace that are made from the others."""
 MOST_FILES = 2000
 MOST_FOLDERS = 20_000
-MOST_MEGABYTES = 32
+_MOST_MEGABYTES = 32
 DEEPEST = 50
 
 
@@ -46,8 +46,8 @@ def files_below(folder: Path, kinds: tuple[str, ...]) -> Iterator[Path]:
             found, size = found + 1, size + (length if length <= MAX_BYTES else 0)  # a longer one is not read
             if found > MOST_FILES:
                 raise VrxError(f"more than {MOST_FILES} files to read in {display(folder)}: name a smaller folder")
-            if size > MOST_MEGABYTES * 10**6:
-                raise VrxError(f"more than {MOST_MEGABYTES} MB to read in {display(folder)}: name a smaller folder")
+            if size > _MOST_MEGABYTES * 10**6:
+                raise VrxError(f"more than {_MOST_MEGABYTES} MB to read in {display(folder)}: name a smaller folder")
             yield file
 
 
@@ -59,7 +59,7 @@ def _places(folder: Path) -> Iterator[tuple[str, list[str]]]:
     except OSError as error:
         raise VrxError(f"{display(folder)}: cannot be read: {error.strerror}") from None
     for number, (place, folders, names) in enumerate(os.walk(top)):
-        folders[:] = sorted(name for name in folders if not name.startswith(".") and name not in BUILT)
+        folders[:] = sorted(name for name in folders if not name.startswith(".") and name not in _BUILT)
         if number > MOST_FOLDERS:
             raise VrxError(f"more than {MOST_FOLDERS} folders in {display(folder)}: name a smaller one")
         if folders and place[len(top) :].count(os.sep) > DEEPEST:

@@ -46,13 +46,13 @@ TITLE = "# What became of each part\n"
 """How that file begins: what is in a folder with one may be written over."""
 HEAD = "# Made by vrx-mj import from "
 """How each file that is written begins, so that a later import may write over it."""
-ROBOTS = (".urdf", ".urdf.xacro")
+_ROBOTS = (".urdf", ".urdf.xacro")
 """Ends of names of files of boats."""
-KINDS = (".world", ".world.xacro", ".launch", ".sdf", ".sdf.erb", *ROBOTS)
+_KINDS = (".world", ".world.xacro", ".launch", ".sdf", ".sdf.erb", *_ROBOTS)
 """Ends of names of files that a folder is searched for."""
-MARKS = ("<xacro:", "${", "$(")
+_MARKS = ("<xacro:", "${", "$(")
 """Text by which a description with something to expand is recognized."""
-EXPANDED = {"urdf", "arguments", "layouts", "suites"}
+_EXPANDED = {"urdf", "arguments", "layouts", "suites"}
 """Keys of a robot's YAML that are about its xacro."""
 FATES: tuple[Fate, ...] = ("taken over", "approximated", "ignored", "not read")
 
@@ -112,7 +112,7 @@ class Imported:
         else:
             if not os.path.lexists(file):
                 raise VrxError(f"no file or folder '{shortened(file)}'")
-            wanted = f"a file to import, which ends in {', '.join(KINDS)}; or a folder"
+            wanted = f"a file to import, which ends in {', '.join(_KINDS)}; or a folder"
             raise VrxError(f"'{file}' is {wrong_kind(file, wanted) or f'not {wanted}'}")
 
     def add_world(self, file: Path, arguments: Mapping[str, str]) -> str:
@@ -175,7 +175,7 @@ class Imported:
             text = _urdf(config.description_file, given)
         if "<link" not in text:
             check_library(config.description_file)
-        kept = {key: value for key, value in section.items() if key not in EXPANDED}
+        kept = {key: value for key, value in section.items() if key not in _EXPANDED}
         path = self.path_of("robots/", name, f"{text}{kept}", ".urdf")
         self.robots.add(file.resolve())
         if path in self.texts:
@@ -314,12 +314,12 @@ def import_files(source: Path, arguments: Mapping[str, str] | None = None) -> Im
         return made
     if arguments:
         raise VrxError(f"arguments NAME:=VALUE are for one launch file or xacro, not for the folder {display(source)}")
-    files = list(files_below(source, KINDS))
+    files = list(files_below(source, _KINDS))
     if not files:
-        raise VrxError(f"no file to import in {display(source)}: none ends in {', '.join(KINDS)}")
-    for file in sorted(files, key=lambda file: file.name.lower().endswith(ROBOTS)):  # launch files bring boats
+        raise VrxError(f"no file to import in {display(source)}: none ends in {', '.join(_KINDS)}")
+    for file in sorted(files, key=lambda file: file.name.lower().endswith(_ROBOTS)):  # launch files bring boats
         try:
-            if not file.name.lower().endswith(ROBOTS) or (file.resolve() not in made.robots and _has_links(file)):
+            if not file.name.lower().endswith(_ROBOTS) or (file.resolve() not in made.robots and _has_links(file)):
                 made.add(file, {})
         except VrxError as error:
             made.failed += str(error).splitlines()
@@ -350,7 +350,7 @@ def _cell(text: str) -> str:
 def _urdf(file: Path, arguments: Mapping[str, str]) -> str:
     """The URDF of a description, expanded if there is something to expand."""
     text = read_bytes(file).decode("utf-8", errors="replace")
-    if not any(mark in text for mark in MARKS):
+    if not any(mark in text for mark in _MARKS):
         return text
     with warnings.catch_warnings(action="ignore", category=VrxWarning):
         return expand(file, arguments=arguments, package_paths=package_paths())

@@ -27,16 +27,16 @@ from vrx_mj.formats.urdf.expand import LEFT_OUT, declared
 from vrx_mj.formats.urdf.xacro_files import Files
 from vrx_mj.frames import Pose, compose
 
-DEEPEST = 20
+_DEEPEST = 20
 """Launch files that may include each other."""
-FILE = 100
+_FILE = 100
 """Notes and elements, which are counted, that reading a file counts as."""
-OWN_ARGUMENTS = {"namespace", "locked"}
+_OWN_ARGUMENTS = {"namespace", "locked"}
 """Arguments of a boat's xacro that are the name of the boat and the lock of the task here."""
 SERVING = "vrx_mj_serve"
 """Type of the node that starts one of VRX's own launch files here."""
 _LAUNCHES_WORLDS = {"empty_world.launch", "willowgarage_world.launch"}
-Description = tuple[Path | str, dict[str, str]]
+_Description = tuple[Path | str, dict[str, str]]
 """The file of a robot's description or the name of one of ours, and the arguments of its xacro."""
 
 
@@ -100,7 +100,7 @@ class _Run:
         self.report = self.launch.report
         self.substitutions = Substitutions(self.files)
         self.places: dict[str, Place] = {}
-        self.descriptions: dict[str, Description] = {}
+        self.descriptions: dict[str, _Description] = {}
         self.open = list[Path]()
         self.documents: dict[Path, Element | None] = {}
         self.nodes: dict[str, Place] = {}
@@ -122,7 +122,7 @@ class _Run:
 
     def read(self, file: Path, scope: _Scope) -> set[str]:
         """Go through a file, and return the names of the arguments that it declares."""
-        spend(display(file), FILE)
+        spend(display(file), _FILE)
         if said := self.too_many(file):
             raise ConfigError([Problem(display(file), None, None, "", said)])
         if file not in self.documents:
@@ -142,8 +142,8 @@ class _Run:
         """What is wrong with the files that lead to this one, or nothing."""
         if file.resolve() in {other.resolve() for other in self.open}:
             return f"launch files include each other: {' > '.join(path.name for path in (*self.open, file))}"
-        deep = f"launch files include each other deeper than {DEEPEST} levels"
-        return deep if len(self.open) >= DEEPEST else ""
+        deep = f"launch files include each other deeper than {_DEEPEST} levels"
+        return deep if len(self.open) >= _DEEPEST else ""
 
     def take(self, element: Element, scope: _Scope) -> None:
         """Do what an element says, unless its `if` or `unless` says not to. Elements count as notes."""
@@ -292,7 +292,7 @@ class _Run:
         except VrxError:
             self.ignore(element, scope)
 
-    def description(self, element: Element, command: str) -> Description:
+    def description(self, element: Element, command: str) -> _Description:
         """File and arguments of a command of xacro; nothing is run."""
         words = [word for word in self.words(element, command, "command") if not word.startswith("-")]
         if len(words) < 2 or PurePosixPath(words[0]).name not in {"xacro", "xacro.py", "cat"}:
@@ -359,7 +359,7 @@ class _Run:
             self.report.problems += element.fault(text, "name").problems
         return replace(scope, namespace=namespace)
 
-    def spawned(self, element: Element, name: str, options: Mapping[str, str], scope: _Scope) -> Description | None:
+    def spawned(self, element: Element, name: str, options: Mapping[str, str], scope: _Scope) -> _Description | None:
         """File and arguments of what a node spawns; None, with a note: there is no such model of SDF."""
         what = f"<node> '{name}'"
         if "database" in options:
@@ -386,7 +386,7 @@ class _Run:
         if not given or not isinstance(robot, Path):
             return given
         declares = declared(robot, given, package_paths()) if robot.name.lower().endswith(".xacro") else ()
-        unknown = [key for key in given if key not in declares and key not in OWN_ARGUMENTS]
+        unknown = [key for key in given if key not in declares and key not in _OWN_ARGUMENTS]
         if unknown:
             listed = ", ".join(f"{key}:=" for key in unknown)
             self.report.note(element, "ignored", f"{robot.name} declares no {listed}", f"<node> '{name}'")
@@ -411,7 +411,7 @@ class _Run:
             self.places[safe_name(thing.name)] = element.place
         things.append(thing)
 
-    def described(self, element: Element, options: Mapping[str, str], scope: _Scope) -> Description:
+    def described(self, element: Element, options: Mapping[str, str], scope: _Scope) -> _Description:
         """File and arguments of the description that a node spawns."""
         if "file" in options:
             return self.robot_file(element, options["file"]), {}

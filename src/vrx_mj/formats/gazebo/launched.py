@@ -23,9 +23,9 @@ ENDING = ".launch"
 
 POSE = ("x", "y", "z", "R", "P", "Y")
 """Names of arguments for a pose."""
-FLAGS = ("urdf", "sdf", "stdin", "unpause", "b", "gazebo", "package_to_model", "h", "help")
+_FLAGS = ("urdf", "sdf", "stdin", "unpause", "b", "gazebo", "package_to_model", "h", "help")
 """Options of spawn_model without a value."""
-VALUED = ("file", "param", "database", "model", *POSE, "reference_frame", "gazebo_namespace", "robot_namespace",
+_VALUED = ("file", "param", "database", "model", *POSE, "reference_frame", "gazebo_namespace", "robot_namespace",
           "wait", "J", "entity", "topic", "timeout")  # fmt: skip
 """Options with a value, those of ROS 2 among them; that of -J is two words."""
 
@@ -82,14 +82,14 @@ def spawn_options(words: Iterable[str]) -> dict[str, str]:
     Raises:
         VrxError: an option is unknown, or lacks its value.
     """
-    known = [f"-{name}" for name in (*FLAGS, *VALUED)]
+    known = [f"-{name}" for name in (*_FLAGS, *_VALUED)]
     found, left = dict[str, str](), [word for word in words if ":=" not in word]  # those that roslaunch adds
     while left:
         word = left.pop(0)
         option = "-file" if word == "--urdf" else word.replace("--", "-", 1)
         if option not in known:
             raise UnknownNameError("option of spawn_model", word, known)
-        count = 0 if option[1:] in FLAGS else 2 if option == "-J" else 1
+        count = 0 if option[1:] in _FLAGS else 2 if option == "-J" else 1
         if len(left) < count or (count and left[0].replace("--", "-", 1) in known):
             raise VrxError(f"{option} needs a value")
         found[option[1:]] = " ".join(left[:count])

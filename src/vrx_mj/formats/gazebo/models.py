@@ -23,9 +23,9 @@ from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError
 from vrx_mj.formats.gazebo.document import NEEDED, Element, faults_at, is_file, parse_ahead, read_document
 
-CONFIG = "model.config"
+_CONFIG = "model.config"
 """What a folder of a model has beside its SDF."""
-MOST_AHEAD = 500
+_MOST_AHEAD = 500
 """Models that are parsed ahead."""
 ROBOT = "robot.yaml"
 """What a folder that is a robot has."""
@@ -68,7 +68,7 @@ def uri_name(uri: str) -> str:
 
 def has_model(name: str, near: Path) -> bool:
     """Whether a folder of this name is on the path of models."""
-    return model_folder(name, near) is not None
+    return _model_folder(name, near) is not None
 
 
 def model_file(text: str, near: Path | None) -> Path:
@@ -79,7 +79,7 @@ def model_file(text: str, near: Path | None) -> Path:
     """
     if text.startswith(SCHEME):
         name = text.removeprefix(SCHEME)
-        folder = model_folder(name, near or Path.cwd())
+        folder = _model_folder(name, near or Path.cwd())
         if folder is None:
             raise VrxError(f"no model '{name}' beside the file, nor on {PATHS[0]} or {PATHS[1]}")
         return folder / _main_file(folder)
@@ -150,9 +150,9 @@ def hold_models(file: Path, root: Element) -> None:
 def _read_ahead(root: Element, near: Path) -> None:
     """Have the models that a file includes parsed by two questions, not two for each."""
     uris = dict.fromkeys(one.text("uri").rstrip("/") for one in root.walk() if one.tag == "include")
-    near_by = (folder_in_reach(uri.rpartition("/")[2], near) for uri in list(uris)[:MOST_AHEAD])
+    near_by = (folder_in_reach(uri.rpartition("/")[2], near) for uri in list(uris)[:_MOST_AHEAD])
     folders, files = [*filter(None, near_by)], []
-    parse_ahead(folder / CONFIG for folder in folders if is_file(folder / CONFIG))
+    parse_ahead(folder / _CONFIG for folder in folders if is_file(folder / _CONFIG))
     for folder in folders:
         with contextlib.suppress(VrxError):
             files.append(folder / _main_file(folder))
@@ -186,7 +186,7 @@ def _included(include: Element, folder: Path) -> Source:
     return found._replace(model=replace(found.model, children=(*instead, *kept)))
 
 
-def model_folder(name: str, near: Path) -> Path | None:
+def _model_folder(name: str, near: Path) -> Path | None:
     """The folder of a model: beside the file, in `models` there or one above, or along the path; None without one.
 
     Raises:
@@ -207,7 +207,7 @@ def model_folder(name: str, near: Path) -> Path | None:
 def folder_in_reach(name: str, near: Path) -> Path | None:
     """The folder of a model, unless it is a link that leads elsewhere."""
     with contextlib.suppress(VrxError):
-        return model_folder(name, near)
+        return _model_folder(name, near)
     return None
 
 
@@ -217,12 +217,12 @@ def model_paths() -> list[Path]:
 
 
 def _is_model(folder: Path) -> bool:
-    return any(is_file(folder / name) for name in ("model.sdf", CONFIG, TEMPLATE))
+    return any(is_file(folder / name) for name in ("model.sdf", _CONFIG, TEMPLATE))
 
 
 def _main_file(folder: Path) -> str:
     """The SDF of a folder, as its `model.config` says; of several the one of the newest version."""
-    config = folder / CONFIG
+    config = folder / _CONFIG
     if is_file(folder / TEMPLATE) and not is_file(folder / "model.sdf"):
         return _within(folder, TEMPLATE)
     if not is_file(config):

@@ -38,12 +38,12 @@ from vrx_mj.formats.gazebo.worlds import NO_BOATS, GazeboWorld, gazebo_world, is
 from vrx_mj.formats.urdf.expand import arguments as declared_arguments
 from vrx_mj.packages import shell_word
 
-LAUNCH = (".launch",)
-MOST_LAUNCHES = 200
+_LAUNCH = (".launch",)
+_MOST_LAUNCHES = 200
 """Launch files of a folder that are read to choose one."""
-NEWER = ("vrx_gz", "vrx_ros")
+_NEWER = ("vrx_gz", "vrx_ros")
 """VRX's packages whose launch files are programs of ROS 2, or open no world."""
-LISTED = 3
+_LISTED = 3
 """Names of boats that a line lists."""
 
 
@@ -149,7 +149,7 @@ def file_of_folder(folder: Path, arguments: Mapping[str, str] | None = None) -> 
     if len(meant) > 1:
         raise _choice(folder, kind, meant)
     if failed:
-        lines = [f"{display(folder)}: launch files that are not read", *first_lines(failed, LISTED)]
+        lines = [f"{display(folder)}: launch files that are not read", *first_lines(failed, _LISTED)]
         warnings.warn("\n".join(lines), VrxWarning, stacklevel=4)
     return next(iter(meant))
 
@@ -167,12 +167,12 @@ def file_in(folder: str, name: str) -> str:
     """
     place = Path(folder) if is_folder(folder) else _package(folder)
     if place is None:
-        if folder not in PACKAGES and not (folder in NEWER and is_tool(name)):
+        if folder not in PACKAGES and not (folder in _NEWER and is_tool(name)):
             raise UnknownNameError("folder or package", folder, sorted({*packages_around(Path.cwd()), *PACKAGES}))
         if not is_tool(name):
             launch_of(name, {})  # raises where VRX has none of this name
         return f"{folder}/{name}" if stock_launch(name) else name
-    ends = (*LAUNCH, *WORLD_SUFFIXES, ".yaml")
+    ends = (*_LAUNCH, *WORLD_SUFFIXES, ".yaml")
     files = list(files_below(place, ends))
     path = f"/{name}"
     found = [file for file in files if f"/{file.relative_to(place).as_posix()}".endswith(path)]
@@ -192,8 +192,8 @@ def _package(name: str) -> Path | None:
 
 def _launches(folder: Path, arguments: Mapping[str, str]) -> tuple[dict[Path, Launch], list[str]]:
     """What launch files of a folder start, with those arguments that each takes, and messages of those with faults."""
-    files = list(files_below(folder, LAUNCH))
-    if len(files) > MOST_LAUNCHES:
+    files = list(files_below(folder, _LAUNCH))
+    if len(files) > _MOST_LAUNCHES:
         raise VrxError(f"{len(files)} launch files in {display(folder)}: name one, or a smaller folder")
     launches, failed = dict[Path, Launch](), list[str]()
     for file in files:
@@ -208,7 +208,7 @@ def _about(launch: Launch) -> str:
     """What a launch file opens, in a few words."""
     world = launch.world.name if isinstance(launch.world, Path) else str(launch.world)
     names = [boat.name for boat in launch.boats]
-    count = f"{len(names)} boat{'s' * (len(names) > 1)}: {first_names(names, LISTED)}" if names else "no boat"
+    count = f"{len(names)} boat{'s' * (len(names) > 1)}: {first_names(names, _LISTED)}" if names else "no boat"
     return f"{world}, {count if launch.fleet is None or names else launch.fleet.name}"
 
 
@@ -223,13 +223,13 @@ def _choice(folder: Path, kind: str, files: Mapping[Path, str], among: Sequence[
 def _reasons(folder: Path, launches: Mapping[Path, Launch]) -> Iterator[str]:
     """Why nothing of a folder can be opened: what there is instead of a launch file that opens a world."""
     if launches:
-        listed = ", ".join(short_names([*launches], folder)[:LISTED])
+        listed = ", ".join(short_names([*launches], folder)[:_LISTED])
         yield f"its launch files open no world: {listed}; give one to --fleet, with a world"
     for text, kinds in TABLE["instead"].items():
         files = list(files_below(folder, tuple(kinds)))
         names = [file.parent.name for file in files] if "model.sdf" in kinds else short_names(files, folder)
         if files:
-            yield text.format(", ".join(list(dict.fromkeys(names))[:LISTED]))
+            yield text.format(", ".join(list(dict.fromkeys(names))[:_LISTED]))
     links = links_below(folder)
     if links:
         yield f"no world; links are not followed: name the folder that {shown(display(links[0]))} leads to"

@@ -13,15 +13,15 @@ PACKAGES = LIBRARIES | {*TABLE["packages"]}
 """Packages of ROS and VRX that need not be there: what they hold is known here, or not needed."""
 NOWHERE = "/package:/"
 """Beginning of a path in such a package that is missing."""
-OURS = {"wamv_gazebo": "wamv", "cora_gazebo": "cora"}
+_OURS = {"wamv_gazebo": "wamv", "cora_gazebo": "cora"}
 """How the names of VRX's descriptions begin, and our robots."""
-DEEPEST = 5
+_DEEPEST = 5
 """Folders above a file in which the folder of its package is looked for."""
 
 
-def is_nowhere(path: str) -> bool:
+def _is_nowhere(path: str) -> bool:
     """Whether a path leads into a package that is missing, or that `vrx-mj ros packages` wrote for roslaunch alone."""
-    return path.startswith(NOWHERE) or any(map(is_built_in, list(Path(path).parents)[:DEEPEST]))
+    return path.startswith(NOWHERE) or any(map(is_built_in, list(Path(path).parents)[:_DEEPEST]))
 
 
 def named_world(path: str) -> Path | str:
@@ -30,13 +30,13 @@ def named_world(path: str) -> Path | str:
     Raises:
         UnknownNameError: it leads into a package of VRX, which has none of this name, nor a link to one.
     """
-    if not is_nowhere(path):
+    if not _is_nowhere(path):
         return home_path(path)
     parts = PurePosixPath(path).parts
     stem = parts[-1].partition(".")[0]
     known = catalogue("worlds")
     names = (f"vrx2019/{stem}" if "vrx_2019" in parts else stem, PLACES.get(stem, stem))
-    found = next((name for name in names if name in known), None) or linked(path) or linked(f"{path}.xacro")
+    found = next((name for name in names if name in known), None) or _linked(path) or _linked(f"{path}.xacro")
     if found is None:
         raise UnknownNameError("world of VRX", stem, known)
     return found
@@ -45,9 +45,9 @@ def named_world(path: str) -> Path | str:
 def robot_named(path: str) -> str | None:
     """The name here of a description of VRX's that is not at hand; None: it is another."""
     name = PurePosixPath(path).name
-    if not is_nowhere(path) or linked(path):
+    if not _is_nowhere(path) or _linked(path):
         return None
-    return next((robot for start, robot in OURS.items() if name.startswith(start)), None)
+    return next((robot for start, robot in _OURS.items() if name.startswith(start)), None)
 
 
 def package_left_out(path: str) -> str:
@@ -55,14 +55,14 @@ def package_left_out(path: str) -> str:
     return shortened(path.removeprefix(LEFT_OUT).partition("/")[0])
 
 
-def linked(path: str) -> Path | None:
+def _linked(path: str) -> Path | None:
     """The file of a user's to which a link of `vrx-mj ros packages --over` leads; None: there is no such file."""
     real = Path(os.path.realpath(path))
-    return real if is_file(real) and not is_nowhere(str(real)) else None
+    return real if is_file(real) and not _is_nowhere(str(real)) else None
 
 
 def object_named(path: str) -> str | None:
     """The name here of a model of VRX's that is not at hand, by the folder of its file; None: it is another."""
     file = PurePosixPath(path)
     name = file.parent.name
-    return name if is_nowhere(path) and file.name == "model.sdf" and name in catalogue("objects") else None
+    return name if _is_nowhere(path) and file.name == "model.sdf" and name in catalogue("objects") else None

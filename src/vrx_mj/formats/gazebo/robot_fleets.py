@@ -15,9 +15,9 @@ from vrx_mj.formats.gazebo.launched import fleet_of
 from vrx_mj.formats.gazebo.models import ROBOT, file_in_folder, is_gazebo_model, model_element, model_file
 from vrx_mj.formats.gazebo.sdf_boats import is_boat
 
-LISTED = 6
+_LISTED = 6
 """Names of models that a warning lists."""
-BESIDE = {"thrusters": "thruster_config.yaml", "components": "component_config.yaml"}
+_BESIDE = {"thrusters": "thruster_config.yaml", "components": "component_config.yaml"}
 """Keys of a fleet, and the files of VRX that a robot's folder may have for them."""
 
 
@@ -67,7 +67,7 @@ def robot_fleet(source: str | Path, arguments: Mapping[str, str] | None = None, 
     place = Place(File(file.name, file.absolute().parent))
     values: dict[str, Any] = {"name": name or kind_name(str(source)).partition(".")[0], "robot": file.name}
     if file.name == ROBOT:
-        values |= {key: name for key, name in BESIDE.items() if (file.parent / name).is_file()}
+        values |= {key: name for key, name in _BESIDE.items() if (file.parent / name).is_file()}
     if arguments:
         values["arguments"] = Section(arguments, place)
     return Section(values, place)
@@ -80,7 +80,7 @@ def _taken(file: Path) -> str:
     if len(names) < 2 or not all(names):
         return ""
     name = next((name for name in names if is_boat(model_element(Path(f"{file}#{name}")).model)), names[0])
-    others = first_names((each for each in names if each != name), LISTED)
+    others = first_names((each for each in names if each != name), _LISTED)
     text = f"{display(file)}: the boat is its model '{name}'; for another one: --fleet FILE#NAME, NAME one of {others}"
     warnings.warn(text, VrxWarning, stacklevel=5)
     return f"#{name}"

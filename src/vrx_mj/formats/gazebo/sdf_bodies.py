@@ -13,7 +13,7 @@ from vrx_mj.formats.urdf.model import ZERO, LinkRow, relative
 from vrx_mj.frames import Pose, compose
 from vrx_mj.rigid_bodies import MassProperties, joined, posed, rigid
 
-LEAST = 1e-9
+_LEAST = 1e-9
 """Smallest share of the largest moment of inertia, or moment [kg m2], that a principal moment has in MuJoCo."""
 
 
@@ -143,9 +143,9 @@ def _possible(inertia: FloatArray) -> FloatArray:
     moments, axes = np.linalg.eigh(inertia)
     if moments[2] <= 0.0:
         return inertia
-    least = max(LEAST * float(moments[2]), LEAST)
+    least = max(_LEAST * float(moments[2]), _LEAST)
     low, middle, high = np.maximum(moments, least)
     short = max(high - low - middle, 0.0)
-    if low == moments[0] and short <= LEAST * high:
+    if low == moments[0] and short <= _LEAST * high:
         return inertia
     return np.asarray(axes @ np.diag([low + short, middle, high]) @ axes.T)

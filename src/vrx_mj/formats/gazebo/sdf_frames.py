@@ -19,7 +19,7 @@ MODEL = "__model__"
 """Name of a model's own frame."""
 WORLD = "world"
 """Name of what does not move, and of its frame."""
-FARTHEST = 1e6
+_FARTHEST = 1e6
 """Largest coordinate of a pose [m]."""
 NESTED = "::"
 """What separates the name of a model in a model from a name in it."""
@@ -55,7 +55,7 @@ class Given(NamedTuple):
     """What a fault of it is at."""
 
 
-def given_pose(node: Node, farthest: float = FARTHEST) -> Given:
+def given_pose(node: Node, farthest: float = _FARTHEST) -> Given:
     """The `<pose>` of an element, whose angles may be in degrees, or a quaternion of any length above 0.
 
     Without one nothing is moved.

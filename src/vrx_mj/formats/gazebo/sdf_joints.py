@@ -13,26 +13,26 @@ from vrx_mj.formats.urdf.links import length_one
 from vrx_mj.formats.urdf.model import ZERO, Limits, relative
 from vrx_mj.frames import Pose, apply, rotation
 
-AXIS_OF_JOINT = (1, 5)
+_AXIS_OF_JOINT = (1, 5)
 """Version of SDF from which the axis of a joint is in the joint's frame, not in the model's."""
-FRAMES = (1, 7)
+_FRAMES = (1, 7)
 """Version of SDF from which `expressed_in` says so, and `use_parent_model_frame` is nothing."""
-AXES = {
+_AXES = {
     "fixed": 1, "revolute": 1, "continuous": 1, "prismatic": 1, "ball": 0, "universal": 2, "screw": 1, "revolute2": 2,
     "gearbox": 1,
 }  # fmt: skip
 """The types of joints of SDF, and how many axes each has."""
-UNLIMITED = ("fixed", "continuous")
+_UNLIMITED = ("fixed", "continuous")
 """Types of joints whose limits say nothing."""
 
-Vector = tuple[float, float, float]
+_Vector = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
 class Axis:
     """An axis of a joint, about which its child turns or along which it slides."""
 
-    xyz: Vector
+    xyz: _Vector
     """Its direction in the joint's frame, of length 1."""
     limits: Limits
     dynamics: dict[str, float]
@@ -65,8 +65,8 @@ class SdfJoint:
 def read_sdf_joint(model: Model, node: Node, scope: Scope) -> SdfJoint | None:
     """A `<joint>`; None where it does not name its ends. Problems are noted, not raised."""
     kind = node.attribute("type") or ""
-    if kind not in AXES:
-        node.fault(choice(kind, tuple(AXES)) if kind else f"required, but missing; one of {', '.join(AXES)}", "type")
+    if kind not in _AXES:
+        node.fault(choice(kind, tuple(_AXES)) if kind else f"required, but missing; one of {', '.join(_AXES)}", "type")
     parent, child = (_end(model, node, tag, scope) for tag in ("parent", "child"))
     if not parent or not child:
         return None
@@ -76,7 +76,7 @@ def read_sdf_joint(model: Model, node: Node, scope: Scope) -> SdfJoint | None:
     place = model.frames.placed(given, scope, usual)
     around = model.frames.pose(child) if child != WORLD else ZERO
     shift = given.pose if usual == child and not given.relative_to else relative(around, place)
-    tags = ("axis", "axis2")[: AXES.get(kind, 1)]
+    tags = ("axis", "axis2")[: _AXES.get(kind, 1)]
     axes = tuple(_axis(model, node, tag, kind, place, scope) for tag in tags)
     return SdfJoint(scope.name(node.required("name")), kind, parent, child, place, shift, axes, node)
 
@@ -113,7 +113,7 @@ def _frame_of_axis(model: Model, node: Node, axis: Node, scope: Scope) -> str:
     frame = (direction.attribute("expressed_in") or "") if direction else ""
     if frame:
         return model.frames.known(scope.name(frame), given_pose(node)._replace(node=node))
-    older = model.version < FRAMES and axis.flag("use_parent_model_frame", model.version < AXIS_OF_JOINT)
+    older = model.version < _FRAMES and axis.flag("use_parent_model_frame", model.version < _AXIS_OF_JOINT)
     return scope.model if older else ""
 
 
@@ -123,7 +123,7 @@ def _limits(axis: Node, kind: str) -> Limits:
     if limit is None:
         return Limits(-LARGEST, LARGEST)
     lower, upper = _bound(limit, "lower", -LARGEST), _bound(limit, "upper", LARGEST)
-    if kind not in UNLIMITED and lower > upper:
+    if kind not in _UNLIMITED and lower > upper:
         limit.fault(f"lower {lower:g} is above upper {upper:g}")
     return Limits(lower, upper, *(max(_bound(limit, tag, 0.0), 0.0) for tag in ("effort", "velocity")))
 

@@ -16,12 +16,12 @@ from vrx_mj.formats.urdf.links import check_inertia, gazebo_color, shape_name, s
 from vrx_mj.formats.urdf.model import ZERO, Inertial, Link, LinkRow, MeshRow
 from vrx_mj.rigid_bodies import MassProperties, joined, posed
 
-UNIT = 1.0
+_UNIT = 1.0
 """Mass [kg] and moments of inertia [kg m2] of a link that gives none, by SDF."""
-WATER = 1000.0
+_WATER = 1000.0
 """Density [kg/m3] of what a shape is full of whose file gives none, by SDF."""
 
-Color = tuple[float, float, float, float]
+_Color = tuple[float, float, float, float]
 
 
 def read_sdf_link(model: Model, name: str) -> LinkRow:
@@ -39,13 +39,13 @@ def _inertial(
     node, findings = link.child("inertial"), model.findings
     if node is None:
         findings.note("unit", name)
-        return Inertial(UNIT, model.in_table(ZERO, name), (UNIT, UNIT, UNIT, 0.0, 0.0, 0.0))
+        return Inertial(_UNIT, model.in_table(ZERO, name), (_UNIT, _UNIT, _UNIT, 0.0, 0.0, 0.0))
     if node.attribute_flag("auto"):
         rows = ((part, shape) for part, row in felt for shape in solid_mesh(row, model.files, findings))
         return _filled(node, list(rows))
-    mass = node.value("mass", UNIT, low=0)
+    mass = node.value("mass", _UNIT, low=0)
     tensor = node.child("inertia")
-    usual = {"ixx": UNIT, "iyy": UNIT, "izz": UNIT, "ixy": 0.0, "ixz": 0.0, "iyz": 0.0}
+    usual = {"ixx": _UNIT, "iyy": _UNIT, "izz": _UNIT, "ixy": 0.0, "ixz": 0.0, "iyz": 0.0}
     values = tuple(tensor.value(key, default) if tensor else default for key, default in usual.items())
     if mass == 0.0:
         findings.note("massless", name)
@@ -58,7 +58,7 @@ def _inertial(
 
 def _filled(node: Node, felt: Sequence[tuple[Node, Shape]]) -> Inertial | None:
     """Mass properties of shapes that are full of something, whose density is that of each, or of the link."""
-    usual = node.value("density", WATER, above=0)
+    usual = node.value("density", _WATER, above=0)
     full = (posed(_full(shape, part.value("density", usual, above=0)), shape.pose) for part, shape in felt)
     parts = [one for one in full if one.mass > 0.0]
     if not parts:
@@ -114,7 +114,7 @@ def _visual(node: Node, link: str, scope: Scope, model: Model) -> Visual | MeshR
     return shape_of(node, geometry, values | ({"color": color} if color else {}), Visual) if values else None
 
 
-def _color(visual: Node) -> Color | None:
+def _color(visual: Node) -> _Color | None:
     """The colour of a material: its diffuse or ambient one, or that of a stock material, as Gazebo/Red."""
     material = visual.child("material")
     if material is None:

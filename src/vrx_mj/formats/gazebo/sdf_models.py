@@ -25,11 +25,11 @@ from vrx_mj.formats.urdf.meshes import MeshFiles
 from vrx_mj.formats.urdf.xml_document import Markup
 from vrx_mj.frames import Pose, compose, inverse
 
-DEEPEST = 8
+_DEEPEST = 8
 """Models that may be in each other."""
-MOST_INCLUDES = 100
+_MOST_INCLUDES = 100
 """Models that a model may include altogether."""
-MOST_ELEMENTS = 50_000
+_MOST_ELEMENTS = 50_000
 """Elements of all of them together."""
 INSIDE = ("model", "include")
 """Tags of models in a model or a world."""
@@ -130,8 +130,8 @@ class Model:
 
     def _gather_model(self, node: Node, outer: Node, scope: Scope, folder: Path, depth: int) -> None:
         """Take in a model in another, whichever of the two says how it is called and placed."""
-        if depth >= DEEPEST:
-            node.fault(f"models are in each other deeper than {DEEPEST} levels")
+        if depth >= _DEEPEST:
+            node.fault(f"models are in each other deeper than {_DEEPEST} levels")
             return
         included = self._included(node, folder) if node.tag == "include" else (node, folder)
         model, place = included or (node, folder)
@@ -153,8 +153,8 @@ class Model:
     def _included(self, include: Node, folder: Path) -> tuple[Node, Path] | None:
         """The model that an `<include>` names, and its folder."""
         self._includes += 1
-        if self._includes > MOST_INCLUDES:
-            include.fault(f"more than {MOST_INCLUDES} models in one")
+        if self._includes > _MOST_INCLUDES:
+            include.fault(f"more than {_MOST_INCLUDES} models in one")
             return None
         try:
             name = uri_name(include.text("uri"))
@@ -169,8 +169,8 @@ class Model:
             include.fault(str(error), "uri")
             return None
         self._elements += sum(1 for _ in found.model.walk())
-        if self._elements > MOST_ELEMENTS:
-            include.fault(f"more than {MOST_ELEMENTS} elements in all models that are included")
+        if self._elements > _MOST_ELEMENTS:
+            include.fault(f"more than {_MOST_ELEMENTS} elements in all models that are included")
             return None
         place = found.file.absolute().parent
         tree = self._tree(found.model, place)

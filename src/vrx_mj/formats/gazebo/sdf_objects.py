@@ -30,22 +30,22 @@ from vrx_mj.formats.urdf.reader import ODD
 from vrx_mj.formats.urdf.tags import losses
 from vrx_mj.frames import Pose, compose
 
-DRAG = 25.0, 2.0
+_DRAG = 25.0, 2.0
 """Linear and angular drag [1/s] of what floats without VRX's buoyancy plugin: those of VRX's buoys."""
-DISPLACING = {"box", "sphere", "cylinder"}
+_DISPLACING = {"box", "sphere", "cylinder"}
 """Types of shapes that displace water."""
-FARTHEST = 1e9
+_FARTHEST = 1e9
 """Limit of a joint that has only the other one [rad or m]."""
-TYPES = {"screw": "revolute", "revolute2": "universal"}
+_TYPES = {"screw": "revolute", "revolute2": "universal"}
 """What types of joints of SDF are here that are called otherwise."""
-STATIC: tuple[Fate, str] = "taken over", "the model is static"
+_STATIC: tuple[Fate, str] = "taken over", "the model is static"
 """What becomes of the joints of a model that does not move."""
-QUIET = {"mesh", "unit"}
+_QUIET = {"mesh", "unit"}
 """Things that are odd in a file of which an object's notes say more, or nothing."""
-PRODUCT = 1e-9
+_PRODUCT = 1e-9
 """Share of the largest moment of inertia up to which a product is rounding."""
 
-Content = dict[str, Any]
+_Content = dict[str, Any]
 
 
 def object_document(file: Path) -> tuple[Section, str]:
@@ -86,10 +86,10 @@ def _is_composite(model: Element) -> bool:
     return not model.read("static", "switch") or any(model_name(one) in known for one in includes)
 
 
-def _composite(source: Source, report: Report) -> Content:
+def _composite(source: Source, report: Report) -> _Content:
     """A model that is made of others."""
     known, folder = catalogue("objects"), source.file.absolute().parent
-    objects: list[Content] = []
+    objects: list[_Content] = []
     for include in in_world_frame(source.model, source.file):
         if isinstance(include, ConfigError):
             raise include
@@ -138,18 +138,18 @@ class _Object:
         for node, text in model.lost:
             self.report.note(node, "ignored", text)
         for kind, things in findings.odd.items():
-            if kind not in QUIET:
+            if kind not in _QUIET:
                 self.report.note(self.element, "approximated", f"{ODD[kind]}: {shortened(', '.join(things))}")
         moving = [joint for joint in joints if joint.type != "gearbox"]
         tree = Tree(rows, places, moving, is_static=self.is_static)
         for joint in joints:
-            self.report.note(joint.node, *(STATIC if self.is_static else _fate(joint, tree)))
+            self.report.note(joint.node, *(_STATIC if self.is_static else _fate(joint, tree)))
         if tree.loose:
             text = f"no joint holds {shortened(', '.join(tree.loose))}: part of the first link's rigid body"
             self.report.note(model.links[tree.loose[0]][0], "approximated", text)
         return tree
 
-    def content(self) -> Content:
+    def content(self) -> _Content:
         """The keys of an object's file."""
         root, *others = self.tree.bodies
         shapes = [self.all_shapes(body) for body in self.tree.bodies]
@@ -179,9 +179,9 @@ class _Object:
     def joint(self, hinge: Hinge, name: str, links: Mapping[str, str]) -> At:
         """A joint between two bodies, whose links are called as in `links` here."""
         joint = hinge.joint
-        kind = TYPES.get(joint.type, joint.type)
+        kind = _TYPES.get(joint.type, joint.type)
         axes = [_axis(axis, free=kind == "continuous", sign=-1 if hinge.is_backward else 1) for axis in joint.axes]
-        content: Content = {
+        content: _Content = {
             "name": name,
             "type": kind,
             "parent": links[hinge.near.name],
@@ -191,17 +191,17 @@ class _Object:
         }
         return At(content, spot(joint.node.place))
 
-    def wet(self, shapes: Sequence[Content]) -> list[Content] | None:
+    def wet(self, shapes: Sequence[_Content]) -> list[_Content] | None:
         """The buoyancy of each body; None, with a note, for a model that would sink."""
         plugins = [node for node, scope in self.model.plugins if not scope.prefix and "buoyancy" in plugin_name(node)]
         wet = [part for one in plugins for part in self.buoyancy(one)]
         self.model.findings.settle()
         bodies = self.tree.bodies
-        drag = _drag(plugins[0]) if plugins else {"linear_drag": DRAG[0], "angular_drag": DRAG[1]}
+        drag = _drag(plugins[0]) if plugins else {"linear_drag": _DRAG[0], "angular_drag": _DRAG[1]}
         found = [[(drag, shape) for body, drag, shape in wet if body is own] for own in bodies]
         if not (wet or self.tree.is_anchored):
             solids = ((one for one in own["collisions"] if not isinstance(one, At)) for own in shapes)
-            found = [[(drag, dict(one)) for one in own if one["type"] in DISPLACING] for own in solids]
+            found = [[(drag, dict(one)) for one in own if one["type"] in _DISPLACING] for own in solids]
             volume = sum(BuoyancyElement.model_validate(one).volume for parts in found for _, one in parts)
             mass = sum(weight.mass for body in bodies if (weight := mass_of(body)))
             sinks = mass >= volume * WATER_DENSITY
@@ -216,7 +216,7 @@ class _Object:
             for parts in found
         ]  # fmt: skip
 
-    def buoyancy(self, plugin: Node) -> Iterator[tuple[Body, Content, Content]]:
+    def buoyancy(self, plugin: Node) -> Iterator[tuple[Body, _Content, _Content]]:
         """The shapes of a buoyancy plugin of VRX that displace water, each with its body and the plugin's drag."""
         known = {row.link.name: (body, pose) for body in self.tree.bodies for row, pose in body.parts}
         for part in plugin.children("buoyancy"):
@@ -226,21 +226,21 @@ class _Object:
                 continue
             body, pose = known[link]
             shape = _primitive(part, pose, self.report)
-            if shape and shape["type"] in DISPLACING:
+            if shape and shape["type"] in _DISPLACING:
                 yield body, _drag(plugin), shape
         self.report.note(plugin, "taken over", "`buoyancy`")
 
-    def inertia(self, body: Body) -> Content:
+    def inertia(self, body: Body) -> _Content:
         """What a body weighs; its products of inertia only where it has any."""
         found = mass_of(body)
         if found is None:
             row = body.parts[0][0].link
             raise ConfigError([row.place.problem(f"link '{row.name}'", "must have a mass: it moves")])
         *moments, xy, xz, yz = found.tensor()
-        products = [xy, xz, yz] if max(map(abs, (xy, xz, yz))) > PRODUCT * max(moments) else []
+        products = [xy, xz, yz] if max(map(abs, (xy, xz, yz))) > _PRODUCT * max(moments) else []
         return {"mass": found.mass, "center_of_mass": found.center.tolist(), "inertia": [*moments, *products]}
 
-    def all_shapes(self, body: Body) -> Content:
+    def all_shapes(self, body: Body) -> _Content:
         """The collisions and visuals of a body."""
         rows = [(row.collisions, row.visuals, pose) for row, pose in body.parts]
         return {
@@ -248,7 +248,7 @@ class _Object:
             "visuals": [shape for _, seen, pose in rows for one in seen if (shape := self.shape(one, pose))],
         }
 
-    def shape(self, shape: Shape | MeshRow, link: Pose) -> Content | At | None:
+    def shape(self, shape: Shape | MeshRow, link: Pose) -> _Content | At | None:
         """A shape in the frame of its body; None, with a note, where its mesh is not there."""
         pose = compose(link, shape.pose)
         place = {} if pose == ZERO else {"pose": list(pose)}
@@ -276,7 +276,7 @@ class _Object:
         return self.model.files.find(name)
 
 
-def buoyancy_of(include: Element, report: Report) -> Content | None:
+def buoyancy_of(include: Element, report: Report) -> _Content | None:
     """What the buoyancy plugin in an `<include>` of VRX 3 says, in the keys of an object; None without one."""
     plugins = (one for one in as_node(include).children("plugin") if "buoyancydrag" in plugin_name(one))
     if (plugin := next(plugins, None)) is None:
@@ -299,12 +299,12 @@ def same_buoyancy(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
     return first == second
 
 
-def follow_path(element: Element, report: Report) -> Content | None:
+def follow_path(element: Element, report: Report) -> _Content | None:
     """The path along which a model swims, by VRX's follow_plugin or gz-sim's TrajectoryFollower; None without one."""
     plugins = (one for one in element.all("plugin") if re.search("followplugin|trajectoryfollower", plugin_name(one)))
     if (plugin := next(plugins, None)) is None:
         return None
-    found: Content = {"loop": _loops(plugin, report)}
+    found: _Content = {"loop": _loops(plugin, report)}
     points = []
     for point in (point for group in plugin.all("waypoints") for point in group.all("waypoint")):
         x, y, *height = point.value("x y z" if len(point.own_text.split()) == 3 else "x y")
@@ -328,7 +328,7 @@ def _loops(plugin: Element, report: Report) -> bool:
     return forever is not None or plugin.read("loop", "switch", False)
 
 
-def _primitive(part: Node, link: Pose, report: Report) -> Content | None:
+def _primitive(part: Node, link: Pose, report: Report) -> _Content | None:
     """A primitive in the frame of its body; None, with a note: ours has none like it."""
     geometry = part.child("geometry")
     tag = shape_tag(geometry) if geometry else ""
@@ -350,7 +350,7 @@ def _distinct(names: Sequence[str], first: int = 2) -> list[str]:
 
 def _fate(joint: SdfJoint, tree: Tree) -> tuple[Fate, str]:
     """What became of a joint."""
-    kind = TYPES.get(joint.type, joint.type)
+    kind = _TYPES.get(joint.type, joint.type)
     if joint.type == "gearbox":
         return "ignored", "a gearbox couples two other joints; here each moves on its own"
     if joint in tree.loops:
@@ -362,16 +362,16 @@ def _fate(joint: SdfJoint, tree: Tree) -> tuple[Fate, str]:
     return ("taken over", "`joints`") if kind == joint.type else ("approximated", f"`joints`: a {kind} joint{left}")
 
 
-def _axis(axis: Axis, *, free: bool, sign: int) -> Content:
+def _axis(axis: Axis, *, free: bool, sign: int) -> _Content:
     """An axis of a joint."""
     lower, upper = axis.limits.lower, axis.limits.upper
-    found: Content = {"xyz": [sign * value for value in axis.xyz]}
+    found: _Content = {"xyz": [sign * value for value in axis.xyz]}
     if not free and (lower > -ENDLESS or upper < ENDLESS):
-        found["limits"] = [max(lower, -FARTHEST), min(upper, FARTHEST)]
+        found["limits"] = [max(lower, -_FARTHEST), min(upper, _FARTHEST)]
     return found | axis.dynamics
 
 
-def _drag(plugin: Node) -> Content:
+def _drag(plugin: Node) -> _Content:
     """Density and drag of a buoyancy plugin."""
     density = {"fluid_density": plugin.value("fluid_density", WATER_DENSITY)} if plugin.child("fluid_density") else {}
     level = plugin.value("fluid_level", 0.0)

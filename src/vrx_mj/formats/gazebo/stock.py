@@ -14,18 +14,18 @@ from vrx_mj.formats.urdf.elements import truth
 from vrx_mj.packages import shell_word
 from vrx_mj.resources import root
 
-CLASSIC, OLDER, WAVES, MARITIME = PACKAGES = ("vrx_gazebo", "vrx_2019", "wave_gazebo", "vorc_gazebo")
+_CLASSIC, _OLDER, _WAVES, _MARITIME = PACKAGES = ("vrx_gazebo", "vrx_2019", "wave_gazebo", "vorc_gazebo")
 """Packages that hold launch files; a launch file that two of them have is that of the earlier one."""
 
-FOLDER = root() / "assets" / "launch"
+_FOLDER = root() / "assets" / "launch"
 """Launch files of ours by VRX's names, in folders of their packages: arguments with VRX's defaults, and our node."""
 TABLE: Mapping[str, Any] = json.loads(Path(__file__).with_suffix(".json").read_bytes())
 """Of VRX's launch files: the boats of those that have several, what to do instead of arguments that have no effect here
 (nothing is lost where the value is the default), and those that open no world. Packages of ROS and VRX that need not be
 there, and what a folder may hold instead of worlds, by what to do with it and the ends of the files' names."""
-USUAL = {"paused": "false"}
+_USUAL = {"paused": "false"}
 """Defaults that are others than those of all launch files."""
-LOCKS = ("wamv_locked", "robot_locked")
+_LOCKS = ("wamv_locked", "robot_locked")
 """Arguments that hold a boat in its place."""
 
 
@@ -69,7 +69,7 @@ def _read(file: Path) -> StockLaunch:
     package, text = file.parent.name, file.read_text(encoding="utf-8")
     given = dict(re.findall(r'<arg name="(\w+)" default="(.*?)"/>', text))
     world = PurePosixPath(given["world"]).stem
-    own = {key: value for key, value in given.items() if key in {"thrust_config", *LOCKS} or key.endswith("_enabled")}
+    own = {key: value for key, value in given.items() if key in {"thrust_config", *_LOCKS} or key.endswith("_enabled")}
     alone = {"name": given["namespace"], "thrust_config": given["thrust_config"], "pose": [given[key] for key in POSE]}
     place, robot = Place(File(file.name, None)), "wamv" if given["urdf"] else "cora"
     boats = tuple(
@@ -79,10 +79,10 @@ def _read(file: Path) -> StockLaunch:
         for boat in TABLE["boats"].get(file.name, [alone])
         if len(own) > 1
     )  # fmt: skip
-    return StockLaunch(file.name, f"vrx2019/{world}" if package == OLDER else world, boats, given, package, file)
+    return StockLaunch(file.name, f"vrx2019/{world}" if package == _OLDER else world, boats, given, package, file)
 
 
-_ALL = tuple(_read(file) for package in PACKAGES for file in sorted((FOLDER / package).glob("*.launch")))
+_ALL = tuple(_read(file) for package in PACKAGES for file in sorted((_FOLDER / package).glob("*.launch")))
 _BY_PACKAGE: Mapping[tuple[str, str], StockLaunch] = {(launch.package, launch.name): launch for launch in _ALL}
 STOCK_LAUNCHES: Mapping[str, StockLaunch] = {launch.name: launch for launch in reversed(_ALL)}
 """VRX's launch files by their names."""
@@ -94,13 +94,13 @@ LAUNCHED: Mapping[str, str] = {
 """Worlds that VRX's launch files open if nothing else is said, where these have other names."""
 PLACES = {"sandisland": "sand_island", "sydneyregatta": "sydney_regatta", "nbpark": "vrx2023/nbpark"}
 """World files of VRX that have other names here."""
-ENDINGS = (".launch.py", ".launch.xml", ".launch", ".world.xacro", ".world", ".sdf")
+_ENDINGS = (".launch.py", ".launch.xml", ".launch", ".world.xacro", ".world", ".sdf")
 
 
 def world_message(name: str, known: Container[str]) -> str | None:
     """The message about a name that VRX has for a launch file or a world; None: it has no such name."""
     base = Path(name).name
-    stem = next((base[: -len(end)] for end in ENDINGS if base.lower().endswith(end)), base)
+    stem = next((base[: -len(end)] for end in _ENDINGS if base.lower().endswith(end)), base)
     ending = base[len(stem) :]
     launched = LAUNCHED.get(stem) if not ending or ending.startswith(".launch") else None
     place = PLACES.get(stem) if not ending.startswith(".launch") else None
@@ -123,25 +123,25 @@ def stock_launches(package: str) -> Sequence[StockLaunch]:
     """The launch files that a package of VRX has, or had in an earlier release."""
     own = [launch for launch in _ALL if launch.package == package]
     names = {launch.name for launch in own}
-    moved = [launch for launch in _ALL if package == CLASSIC and launch.package == OLDER and launch.name not in names]
+    moved = [launch for launch in _ALL if package == _CLASSIC and launch.package == _OLDER and launch.name not in names]
     return [*own, *moved]
 
 
 def unused(launch: StockLaunch, name: str, value: str) -> str:
     """What to do instead of an argument that has no effect here; empty if nothing is lost."""
-    if name in LOCKS:
+    if name in _LOCKS:
         if truth(value) is None:
             return "true or false is expected"
         held = truth(value) and not truth(launch.own.get(name, "true"))
         return "a boat is held by a task, until it is ready" if held else ""
-    usual = USUAL.get(name, launch.arguments[name])
+    usual = _USUAL.get(name, launch.arguments[name])
     same = value.lower() == usual or (truth(value) is not None and truth(value) == truth(usual))
     return "" if same else TABLE["unused"].get(name, "")
 
 
 def unlocks(launch: StockLaunch, given: Mapping[str, str]) -> bool:
     """Whether arguments of a launch file free its boat, which it would lock."""
-    return any(truth(given.get(name, "true")) is False and truth(launch.own.get(name, "")) for name in LOCKS)
+    return any(truth(given.get(name, "true")) is False and truth(launch.own.get(name, "")) for name in _LOCKS)
 
 
 _TOOLS: Mapping[str, Mapping[str, Any]] = TABLE["tools"]

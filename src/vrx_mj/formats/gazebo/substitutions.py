@@ -11,9 +11,9 @@ from vrx_mj.formats.gazebo.packages import NOWHERE, PACKAGES
 from vrx_mj.formats.urdf.expand import LEFT_OUT, evaluated_argument, packages_in
 from vrx_mj.formats.urdf.xacro_files import Files
 
-LONGEST = 20_000
+_LONGEST = 20_000
 """Characters of a text."""
-MOST = 4_000_000
+_MOST = 4_000_000
 """Characters of all texts of the launch files that one includes."""
 _SUBSTITUTION = re.compile(r"\$\(([^)]*)\)")
 _ONE_WORD = ("find", "arg", "anon", "env")
@@ -24,7 +24,7 @@ class Substitutions:
 
     def __init__(self, files: Files) -> None:
         self.files = files
-        self.left = MOST
+        self.left = _MOST
 
     def substituted(self, text: str, arguments: Mapping[str, str], folder: Path) -> str:
         """A text with each `$(...)` in it replaced, in a file in a folder. Raises VrxError."""
@@ -37,11 +37,11 @@ class Substitutions:
             if "$(" in text.rpartition(")")[2]:
                 raise VrxError("'$(' is never closed")
             found = _SUBSTITUTION.sub(lambda match: self._resolved(match[1], arguments, folder), text)
-        if len(found) > LONGEST:
-            raise VrxError(f"a text of more than {LONGEST} characters is too long")
+        if len(found) > _LONGEST:
+            raise VrxError(f"a text of more than {_LONGEST} characters is too long")
         self.left -= len(found)
         if self.left < 0:
-            raise VrxError(f"the texts come to more than {MOST / 1e6:g} MB")
+            raise VrxError(f"the texts come to more than {_MOST / 1e6:g} MB")
         return found
 
     def _resolved(self, text: str, arguments: Mapping[str, str], folder: Path) -> str:

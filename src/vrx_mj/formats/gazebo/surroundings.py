@@ -11,14 +11,14 @@ from vrx_mj.config.wording import shown
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.gazebo.document import POSE, Element, plugin_name
 
-Content = dict[str, Any]
+_Content = dict[str, Any]
 
-LONGEST_MESSAGE = 20_000
+_LONGEST_MESSAGE = 20_000
 """Characters of a message that VRX 3's worlds publish; theirs have 2,000."""
-WAVES_MODEL = "wavesmodelsystem"
-WAVE_PLUGINS = ("wavefieldmodelplugin", WAVES_MODEL)
+_WAVES_MODEL = "wavesmodelsystem"
+_WAVE_PLUGINS = ("wavefieldmodelplugin", _WAVES_MODEL)
 """In the names of plugins that make waves."""
-MODELS = ("pms", "cwr", "none")
+_MODELS = ("pms", "cwr", "none")
 """VRX's models of waves."""
 _KEY = re.compile(r'key:\s{0,80}"(\w{1,40})"')
 _VALUE = re.compile(r'(?:(?:double|int)_value|[xyz]):\s{0,80}([-+.\deE]{1,40})|string_value:\s{0,80}"(\w{1,20})"')
@@ -27,29 +27,29 @@ _VALUE = re.compile(r'(?:(?:double|int)_value|[xyz]):\s{0,80}([-+.\deE]{1,40})|s
 def wave_plugin(model: Element) -> Element | None:
     """The plugin that makes the waves of a model, of VRX or of asv_wave_sim."""
     plugins = ((one, plugin_name(one)) for one in model.walk() if one.tag == "plugin")
-    return next((one for one, name in plugins if any(wave in name for wave in WAVE_PLUGINS)), None)
+    return next((one for one, name in plugins if any(wave in name for wave in _WAVE_PLUGINS)), None)
 
 
-def wave_field(plugin: Element) -> Content:
+def wave_field(plugin: Element) -> _Content:
     """The sea of VRX's WavefieldModelPlugin, or of asv_wave_sim's WavesModel, whose tags are in `<wave>`."""
     wave = plugin.child("wave") or plugin
-    if WAVES_MODEL in plugin_name(plugin):
+    if _WAVES_MODEL in plugin_name(plugin):
         return _waves_of_algorithm(wave)
     model = _model(wave, wave.text("model") or "PMS")
     return without_ignored_keys(SeaConfig, {"model": model, **wave.fields("wave")})
 
 
-def _sinusoid(wave: Element) -> Content:
+def _sinusoid(wave: Element) -> _Content:
     given = wave.fields("sinusoid")
     return {"model": "regular", "height": 2.0 * given["amplitude"], "period": given["period"]}
 
 
-def _trochoid(wave: Element) -> Content:
+def _trochoid(wave: Element) -> _Content:
     """The waves that VRX's model `CWR` has, too, which are there from the start."""
     return {"model": "cwr", **wave.fields("trochoid"), "tau": 0.0}
 
 
-def _fft(wave: Element) -> Content:
+def _fft(wave: Element) -> _Content:
     """A sea that the wind has fully raised: Pierson and Moskowitz (1964), Hs = 2 U^2 sqrt(alpha / beta) / g at 19.5 m.
 
     From 10 m up to there a wind grows by 2.6 %.
@@ -66,7 +66,7 @@ _ALGORITHMS = {"fft": _fft, "sinusoid": _sinusoid, "trochoid": _trochoid}
 """Kinds of waves of asv_wave_sim, of which it makes the first by default."""
 
 
-def _waves_of_algorithm(wave: Element) -> Content:
+def _waves_of_algorithm(wave: Element) -> _Content:
     name = wave.text("algorithm") or "fft"
     if name not in _ALGORITHMS:
         raise wave.fault(str(UnknownNameError("algorithm", name, _ALGORITHMS)), "algorithm")
@@ -74,13 +74,13 @@ def _waves_of_algorithm(wave: Element) -> Content:
     return without_ignored_keys(SeaConfig, {"direction": direction, **_ALGORITHMS[name](wave)})
 
 
-def published_sea(plugin: Element) -> Content | None:
+def published_sea(plugin: Element) -> _Content | None:
     """The sea in the message that VRX 3's PublisherPlugin sends again and again; None: it sends another message."""
     message = next((one for one in plugin.all("message") if "wavefield" in one.attributes.get("topic", "")), None)
     if message is None:
         return None
-    if len(message.own_text) > LONGEST_MESSAGE:
-        raise message.fault(f"a message of more than {LONGEST_MESSAGE} characters is too long")
+    if len(message.own_text) > _LONGEST_MESSAGE:
+        raise message.fault(f"a message of more than {_LONGEST_MESSAGE} characters is too long")
     _, *rest = _KEY.split(message.own_text)
     texts = {
         name: " ".join(number or text for number, text in _VALUE.findall(body))
@@ -99,18 +99,18 @@ def published_sea(plugin: Element) -> Content | None:
 
 def _model(element: Element, name: str) -> str:
     """The model of VRX's waves that has a name."""
-    if name.lower() not in MODELS:
+    if name.lower() not in _MODELS:
         raise element.fault(f"expected PMS, CWR or none, got {shown(name)}", "model")
     return name.lower()
 
 
-def mean_wind(element: Element) -> Content | None:
+def mean_wind(element: Element) -> _Content | None:
     """The wind of gz-sim's `<wind>`, level and without gusts; None: it is calm."""
     x, y, _ = element.read("linear_velocity", "x y z", (0.0, 0.0, 0.0))
     return {"direction": math.degrees(math.atan2(y, x)), "mean_velocity": math.hypot(x, y)} if x or y else None
 
 
-def scene(element: Element) -> Content:
+def scene(element: Element) -> _Content:
     """Light, background, sky and fog; clouds are not drawn, nor taken over."""
     sky = element.child("sky")
     found = {"sky": sky is not None and (sky.fields("sky") or True), **element.fields("scene")}

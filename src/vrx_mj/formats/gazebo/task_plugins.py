@@ -10,12 +10,12 @@ from vrx_mj.formats.gazebo.document import NEEDED, Element, plugin_name
 from vrx_mj.formats.series.pieces import At
 from vrx_mj.formats.urdf.tags import sections
 
-Content = dict[str, Any]
+_Content = dict[str, Any]
 
-BOAT = "wamv"
-TOPICS = ("_topic", "_service", "_topic_name", "robot_namespace")
+_BOAT = "wamv"
+_TOPICS = ("_topic", "_service", "_topic_name", "robot_namespace")
 """How elements end that name topics."""
-OURS = {"", "vrx", "wamv", "scan_dock", "scan_dock_deliver"}
+_OURS = {"", "vrx", "wamv", "scan_dock", "scan_dock_deliver"}
 """How the names of topics begin that are the same here."""
 
 
@@ -25,7 +25,7 @@ def kind_of(plugin: Element) -> str | None:
     return found[1] if found and found[1] in _TASKS else None
 
 
-def task_of(plugins: Sequence[Element], objects: Sequence[Mapping[str, Any]]) -> tuple[Element, Content]:
+def task_of(plugins: Sequence[Element], objects: Sequence[Mapping[str, Any]]) -> tuple[Element, _Content]:
     """The task of a world's scoring plugins, and the plugin that says most of it.
 
     A gymkhana has three plugins; otherwise the first one counts. `objects` are those of the world.
@@ -40,17 +40,17 @@ def unread(plugin: Element) -> Iterator[tuple[Element, str]]:
     kind, known = kind_of(plugin), sections()["scoring plugin"]
     for child in plugin.children:
         text = child.own_text.strip("/")
-        if child.tag.endswith(TOPICS):
-            if text.partition("/")[0] not in OURS | {plugin.text("vehicle")}:
+        if child.tag.endswith(_TOPICS):
+            if text.partition("/")[0] not in _OURS | {plugin.text("vehicle")}:
                 yield child, "topics have the names that VRX gives them"
         elif child.tag == "frame":
-            if text not in {"", plugin.text("vehicle") or BOAT}:
+            if text not in {"", plugin.text("vehicle") or _BOAT}:
                 yield child, "poses are relative to the boat"
         elif child.tag not in known and f"{kind}/{child.tag}" not in known:
             yield child, "no such element is read of this plugin"
 
 
-def marked(plugin: Element) -> Content | None:
+def marked(plugin: Element) -> _Content | None:
     """How a plugin marks the places of its task."""
     markers = plugin.child("markers")
     if markers is None:
@@ -59,19 +59,19 @@ def marked(plugin: Element) -> Content | None:
     return markers.fields("markers") | ({"color": color} if color in COLORS else {})
 
 
-def _common(plugin: Element, own: Content) -> Content:
+def _common(plugin: Element, own: _Content) -> _Content:
     """What all tasks have, where it differs from our defaults; what a plugin leaves out is as in scoring_plugin.cc."""
     ours, found = TASKS.get(own["type"], TaskConfig).model_fields, plugin.fields("scoring plugin").items()
-    return {key: value for key, value in found if value not in {BOAT, own["type"], ours[key].default}}
+    return {key: value for key, value in found if value not in {_BOAT, own["type"], ours[key].default}}
 
 
-def _by_rows(plugin: Element, *_: object) -> Content:
+def _by_rows(plugin: Element, *_: object) -> _Content:
     """A task that has a row for each key."""
     kind = kind_of(plugin) or ""
     return {"type": kind.replace("acoustic", "acoustic_"), **plugin.fields(kind)}
 
 
-def _stationkeeping(plugin: Element, *_: object) -> Content:
+def _stationkeeping(plugin: Element, *_: object) -> _Content:
     name = plugin.text("task_name")
     found = plugin.fields("stationkeeping")
     usual = {"goal_cart"} if "goal" in found else set[str]()
@@ -80,26 +80,26 @@ def _stationkeeping(plugin: Element, *_: object) -> Content:
     return {"type": kind, **{key: value for key, value in found.items() if key not in usual}}
 
 
-def _wayfinding(plugin: Element, *_: object) -> Content:
+def _wayfinding(plugin: Element, *_: object) -> _Content:
     poses = [point.read("pose", "latitude longitude yaw") for point in plugin.all("waypoints/waypoint")]
     if not poses or None in poses:
         raise plugin.fault("each <waypoint> of <waypoints> needs a <pose>", "waypoints")
     return {"type": "wayfinding", "waypoints": poses}
 
 
-def _navigation(plugin: Element, *_: object) -> Content:
+def _navigation(plugin: Element, *_: object) -> _Content:
     points = plugin.fields("navigation points")
     by_points = bool(points) or plugin.text("task_name") == "follow_path"
     return {"type": "follow_path" if by_points else "navigation_course", **_channel(plugin), **points}
 
 
-def _channel(plugin: Element) -> Content:
+def _channel(plugin: Element) -> _Content:
     gates = plugin.all("gates/gate")
     pairs = [At([*gate.fields("gate").values()], gate.place) for gate in gates]
     return {**plugin.fields("channel"), **({"gates": pairs} if pairs else {}), **plugin.fields("gymkhana")}
 
 
-def _gymkhana(plugin: Element, plugins: Sequence[Element], _: object) -> Content:
+def _gymkhana(plugin: Element, plugins: Sequence[Element], _: object) -> _Content:
     channel = next((one for one in plugins if kind_of(one) == "navigation"), None)
     if channel is None:
         raise plugin.fault("a gymkhana needs a navigation scoring plugin")
@@ -108,23 +108,23 @@ def _gymkhana(plugin: Element, plugins: Sequence[Element], _: object) -> Content
     return {"type": "gymkhana", "channel": course, "pinger": pinger, **plugin.fields("gymkhana")}
 
 
-LIGHT = "robotx_light_buoy"
+_LIGHT = "robotx_light_buoy"
 """The light buoy that a task sets; VRX 3's have fixed colours."""
-HOLES = (("big", 5.0), ("small", 10.0))
+_HOLES = (("big", 5.0), ("small", 10.0))
 """Points for the holes of a placard by default."""
 _HOLE = re.compile(r"placard_?(\d)\w{0,40}?_(big|small)_hole")
 
 
-def _scan_dock(plugin: Element, _: object, objects: Sequence[Mapping[str, Any]]) -> Content:
+def _scan_dock(plugin: Element, _: object, objects: Sequence[Mapping[str, Any]]) -> _Content:
     targets, rows = plugin.all("targets/target"), plugin.fields("scandock")
-    light = next((one for one in objects if one["model"] == LIGHT), None)
+    light = next((one for one in objects if one["model"] == _LIGHT), None)
     dock = next((one for one in objects if re.match(r"(vrx_)?dock_(?!block)", one["model"])), None)
     if dock is None:
         raise plugin.fault("no dock is among the models of the world, which this task needs")
     name = plugin.text("task_name")
     usual = "scan_dock_deliver" if targets else "scan_and_dock" if light else "dock"
     known = name in {"dock", "scan_and_dock", "scan_dock_deliver"} and not (name == "dock" and light is not None)
-    found: Content = {"type": name if known else usual, "dock": dock["name"]}
+    found: _Content = {"type": name if known else usual, "dock": dock["name"]}
     if light is not None:
         found["light_buoy"] = light["name"]
     colors = [plugin.text(f"color_{i}").lower() for i in (1, 2, 3)]
@@ -132,7 +132,7 @@ def _scan_dock(plugin: Element, _: object, objects: Sequence[Mapping[str, Any]])
     return {**found, **sequence, **rows, **_targets(targets, len(rows["bays"]))}
 
 
-def _targets(targets: Sequence[Element], bays: int) -> Content:
+def _targets(targets: Sequence[Element], bays: int) -> _Content:
     """Points of holes, unless they are the usual ones of all bays."""
     found = []
     for target in targets:
@@ -140,11 +140,11 @@ def _targets(targets: Sequence[Element], bays: int) -> Content:
             raise target.fault("expected the topic of a hole, as vrx/dock_2022_placard1_big_hole/contain", "topic")
         points = target.read("bonus_points", default=0.0)
         found.append({"bay": int(hole[1]), "size": hole[2], "points": points})
-    usual = [{"bay": bay, "size": size, "points": points} for bay in range(1, bays + 1) for size, points in HOLES]
+    usual = [{"bay": bay, "size": size, "points": points} for bay in range(1, bays + 1) for size, points in _HOLES]
     return {"targets": found} if sorted(found, key=str) != sorted(usual, key=str) and found else {}
 
 
-_TASKS: Mapping[str, Callable[[Element, Sequence[Element], Sequence[Mapping[str, Any]]], Content]] = {
+_TASKS: Mapping[str, Callable[[Element, Sequence[Element], Sequence[Mapping[str, Any]]], _Content]] = {
     "acousticperception": _by_rows, "acoustictracking": _by_rows, "gymkhana": _gymkhana,
     "navigation": _navigation, "perception": _by_rows, "scandock": _scan_dock,
     "stationkeeping": _stationkeeping, "wayfinding": _wayfinding, "wildlife": _by_rows,

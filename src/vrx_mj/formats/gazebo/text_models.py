@@ -18,7 +18,7 @@ from vrx_mj.formats.gazebo.sdf_frames import pose_of, safe_name
 from vrx_mj.formats.gazebo.sdf_objects import model_section
 from vrx_mj.frames import Pose
 
-MOST_NOTES = 3
+_MOST_NOTES = 3
 """Parts of a model that is not taken over as it is, which a message names."""
 
 
@@ -86,4 +86,4 @@ def _notes(file: Path) -> tuple[str, ...]:
     report = Report()
     model_section(file, report)
     notes = dict.fromkeys(f"{note.what} {note.fate}: {note.ours}" for note in report.notes if note.fate != "taken over")
-    return tuple(first_lines(notes, MOST_NOTES))
+    return tuple(first_lines(notes, _MOST_NOTES))

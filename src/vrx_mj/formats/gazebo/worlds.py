@@ -40,36 +40,36 @@ from vrx_mj.formats.gazebo.task_plugins import kind_of, marked, task_of, unread
 from vrx_mj.formats.series.pieces import SYMBOLS, At, Piece, assembled, base_objects, located, named_as, thing
 from vrx_mj.formats.urdf.tags import losses
 
-TABLE: Mapping[str, Any] = json.loads(Path(__file__).with_suffix(".json").read_bytes())
+_TABLE: Mapping[str, Any] = json.loads(Path(__file__).with_suffix(".json").read_bytes())
 """Terrains of VRX, and the worlds of ours that have them, for VRX 3 where it is another one; the fates of models by
 their names and of plugins by what is found in theirs; elements of a wind plugin that name topics, and our names; and
 what a file without a world is `instead`, by its element."""
-BASES = TABLE["terrains"]
-WATER = {"ocean_waves", "coast_waves", "ocean", "waves"}
+_BASES = _TABLE["terrains"]
+_WATER = {"ocean_waves", "coast_waves", "ocean", "waves"}
 """Models that are the water, which is everywhere here, that of asv_wave_sim the last."""
-WINDS = {"usvgazebowindplugin", "usvwind"}
+_WINDS = {"usvgazebowindplugin", "usvwind"}
 """VRX's wind plugins."""
-ONCE = {"scene", "gui", "spherical_coordinates", "gravity", "physics", "wind"}
+_ONCE = {"scene", "gui", "spherical_coordinates", "gravity", "physics", "wind"}
 """Elements of which a world has one: in Gazebo the first, here in a xacro the last <scene>, as macros make one."""
 NO_BOATS = "none"
 """Name of the fleet without boats."""
-BALL = "blue_projectile"
-CLOSE = 2e-3
+_BALL = "blue_projectile"
+_CLOSE = 2e-3
 """Difference of numbers [m, rad] up to which an object is that of the base."""
-STEEP = 1e-3
+_STEEP = 1e-3
 """Slope up to which gravity points down."""
-GZ_SIM = (1, 7)
+_GZ_SIM = (1, 7)
 """Version of SDF from which a world is one of gz-sim."""
-STALE_LINK = "base_link"
+_STALE_LINK = "base_link"
 """What VRX's files of 2019 call the boat's link, which has another name since: their wind acts on nothing."""
-MOST_HINTS = 100
+_MOST_HINTS = 100
 """Unknown names of models for which a known one is guessed."""
-CANDIDATES = 20
+_CANDIDATES = 20
 """Parts of one kind that are tried, one after the other, where a world has one of them."""
-SHOWN = 6
+_SHOWN = 6
 """Notes that a warning lists."""
 
-Content = dict[str, Any]
+_Content = dict[str, Any]
 
 
 @dataclass(frozen=True)
@@ -116,8 +116,8 @@ def gazebo_world(file: Path, arguments: Mapping[str, str] | None = None) -> Gaze
         for problem, part in parts.items():
             place = Place(File(problem.file, None), problem.line, problem.column)
             unread.append(Note(place, problem.key or label(part), "not read", problem.message))
-        more = _alike(world, parts.values()) if turn >= CANDIDATES else []
-        told = f"{CANDIDATES} others of its kind cannot be read"
+        more = _alike(world, parts.values()) if turn >= _CANDIDATES else []
+        told = f"{_CANDIDATES} others of its kind cannot be read"
         unread += [Note(one.place, label(one), "not read", told) for one in more]
         left = {id(part) for part in (*parts.values(), *more)}
         world = replace(world, children=tuple(child for child in world.children if id(child) not in left))
@@ -161,11 +161,11 @@ def warn_of_losses(notes: Sequence[Note], source: str, *, stacklevel: int) -> No
         places = (":".join(map(str, filter(None, (note.place.file.name, note.place.line)))) for note in lost)
         lines = (f"{place}: {note.what} {note.fate}: {note.ours}" for place, note in zip(places, lost, strict=True))
         head = f"{source}: {len(lost)} of {len(once)} parts are not as in Gazebo (`vrx-mj import` lists all)"
-        warnings.warn("\n  ".join([head, *first_lines(lines, SHOWN)]), VrxWarning, stacklevel=stacklevel)
+        warnings.warn("\n  ".join([head, *first_lines(lines, _SHOWN)]), VrxWarning, stacklevel=stacklevel)
 
 
 def _no_world(root: Element) -> ConfigError:
-    instead, empty = TABLE["instead"], "this <sdf> has none" if root.tag == "sdf" else f"got <{root.tag}>"
+    instead, empty = _TABLE["instead"], "this <sdf> has none" if root.tag == "sdf" else f"got <{root.tag}>"
     inside = next((child.tag for child in root.children if child.tag in instead), root.tag)
     return root.fault(f"expected <sdf> with a <world>; {instead.get(inside, empty)}")
 
@@ -184,17 +184,17 @@ class _Reader:
         self.parts: dict[Problem, Element] = {}
         """What each problem is in."""
         self.pieces: list[Piece] = []
-        self.placed: list[tuple[Element, Content]] = []
+        self.placed: list[tuple[Element, _Content]] = []
         self.scoring: list[Element] = []
         self.terrain: Element | None = None
-        self.boats: list[Content] = []
+        self.boats: list[_Content] = []
         self.afloat: list[tuple[Element, str]] = []
         self.models: dict[str, Element | None] = {}
         self.known = known
         self.told: set[str] = set()
         self.hints: dict[str, str] = {}
         names = (one.attribute("name") for one in root.walk() if one.tag == "plugin")
-        self.newer = version_of(root) >= GZ_SIM or any(name.startswith(("gz::", "vrx::")) for name in names)
+        self.newer = version_of(root) >= _GZ_SIM or any(name.startswith(("gz::", "vrx::")) for name in names)
         """Whether the world is one of gz-sim: by its version of SDF, or by its plugins."""
 
     def world(self) -> GazeboWorld:
@@ -264,7 +264,7 @@ class _Reader:
     def is_second(self, tag: str, element: Element) -> bool:
         """Whether another element counts in the place of this one, which is noted."""
         last = tag == "scene" and self.file.suffix == ".xacro"
-        counts = self.root.all(tag)[-1 if last else 0] if tag in ONCE else element
+        counts = self.root.all(tag)[-1 if last else 0] if tag in _ONCE else element
         if counts is not element:
             text = f"a world has one <{tag}>: the {'last' if last else 'first'}, on line {counts.place.line}"
             self.report.note(element, "ignored", text)
@@ -277,7 +277,7 @@ class _Reader:
         else:
             self.add_piece(part, element, {part: content}, f"`{part}`")
 
-    def add_piece(self, part: str, element: Element, content: Content, ours: str) -> None:
+    def add_piece(self, part: str, element: Element, content: _Content, ours: str) -> None:
         """Add a piece of the world, in which may be keys of other parts."""
         self.pieces.append(Piece(part, label(element), element.place, (label(element),), content))
         self.report.note(element, "taken over", ours)
@@ -285,12 +285,12 @@ class _Reader:
     def take_include(self, element: Element) -> None:
         """Take over a model by its name."""
         name = model_name(element)
-        if name in BASES and self.terrain is not None:
+        if name in _BASES and self.terrain is not None:
             raise element.fault(f"a world has one terrain, which line {self.terrain.place.line} already gives")
-        if name in BASES:
+        if name in _BASES:
             self.terrain = element
-        elif name in TABLE["models"] and not (name in WATER and has_model(name, self.file.parent)):
-            self.report.note(element, *TABLE["models"][name])
+        elif name in _TABLE["models"] and not (name in _WATER and has_model(name, self.file.parent)):
+            self.report.note(element, *_TABLE["models"][name])
         else:
             self.place(element, name)
 
@@ -340,9 +340,9 @@ class _Reader:
             sea = surroundings.wave_field(waves)
             ours = f"`sea`{', fully raised by that wind' * (sea['model'] == 'pm')}"
             self.add_piece("sea", waves if model is element else element, {"sea": sea}, ours)
-        elif name in WATER:
+        elif name in _WATER:
             self.report.note(element, "taken over", "the water, which is everywhere")
-        return waves is not None or name in WATER
+        return waves is not None or name in _WATER
 
     def tell(self, model: str, folder: Path) -> None:
         """Note what becomes of the parts of a model, and of those in it."""
@@ -358,7 +358,7 @@ class _Reader:
 
     def hint(self, name: str) -> str:
         """What may be meant by the name of a model that is not there; guesses are slow, and are made of the first."""
-        if name not in self.hints and len(self.hints) < MOST_HINTS:
+        if name not in self.hints and len(self.hints) < _MOST_HINTS:
             close = nearest(name, self.known)
             self.hints[name] = f"did you mean '{close}'?" if close else NO_MODEL
         return self.hints.get(name, NO_MODEL)
@@ -401,18 +401,18 @@ class _Reader:
         name = plugin_name(element)
         if kind_of(element):
             self.scoring.append(element)
-        elif name in WINDS:
+        elif name in _WINDS:
             self.add("wind", element, element.fields("wind"))
             self.note_wind(element)
         elif "publisherplugin" in name:
             self.add("sea", element, surroundings.published_sea(element), "it publishes what nothing here listens to")
         else:
             known = "contain" if element.child("performer") else name
-            self.report.note(element, *next(said for pattern, *said in TABLE["plugins"] if re.search(pattern, known)))
+            self.report.note(element, *next(said for pattern, *said in _TABLE["plugins"] if re.search(pattern, known)))
 
     def take_wind(self, element: Element) -> None:
         """Take over the wind of gz-sim, which acts on boats with sails, areas or coefficients."""
-        plugin = next((one for one in self.root.all("plugin") if plugin_name(one) in WINDS), None)
+        plugin = next((one for one in self.root.all("plugin") if plugin_name(one) in _WINDS), None)
         if plugin is not None:
             self.report.note(element, "ignored", f"the wind is that of the plugin on line {plugin.place.line}")
             return
@@ -422,9 +422,9 @@ class _Reader:
 
     def note_wind(self, element: Element) -> None:
         """Note links that boats have no more, and topics of other names."""
-        if any(thing.text("link_name") == STALE_LINK for thing in element.all("wind_obj")):
+        if any(thing.text("link_name") == _STALE_LINK for thing in element.all("wind_obj")):
             self.report.note(element, "approximated", "its link `base_link` is the boat's here", "<wind_obj>")
-        for tag, topic in TABLE["topics"].items():
+        for tag, topic in _TABLE["topics"].items():
             if element.text(tag) not in {"", topic}:
                 self.report.note(element, "ignored", f"here it is `{topic}`", f"<{tag}>")
 
@@ -447,7 +447,7 @@ class _Reader:
     def take_gravity(self, element: Element) -> None:
         """Take over gravity."""
         x, y, z = element.value("x y z")
-        if z > 0 or math.hypot(x, y) > STEEP * -z:
+        if z > 0 or math.hypot(x, y) > _STEEP * -z:
             raise element.fault(f"gravity must point down, got {shown(element.own_text)}")
         if x or y:
             self.report.note(element, "approximated", "it points straight down")
@@ -460,7 +460,7 @@ class _Reader:
         if not extended:
             profile = NEWER if self.newer else CLASSIC
             self.pieces.insert(0, Piece("physics", profile, self.root.place, (), {"physics": {"profile": profile}}))
-        others: list[tuple[Element, Content]] = []
+        others: list[tuple[Element, _Content]] = []
         for element, content in self.placed:
             if any(_same(content, one) for one in base):
                 self.report.note(element, "taken over", "part of the world that this one extends")
@@ -474,7 +474,7 @@ class _Reader:
         if self.scoring:
             self.add_task(objects)
 
-    def check_names(self, placed: Iterable[tuple[Element, Content]], base: Sequence[Section]) -> None:
+    def check_names(self, placed: Iterable[tuple[Element, _Content]], base: Sequence[Section]) -> None:
         """Keep the problem of each model whose name another one has already, in the world or in its base."""
         first: dict[str, str] = {}
         if self.terrain is not None:
@@ -494,10 +494,10 @@ class _Reader:
         if self.terrain is None:
             return []
         element, name = self.terrain, model_name(self.terrain)
-        world = (TABLE["newer_terrains"] if self.newer else {}).get(name, BASES[name])
+        world = (_TABLE["newer_terrains"] if self.newer else {}).get(name, _BASES[name])
         found = base_objects(Section({"extends": world}, element.place))
         here = [content for _, content in self.placed]
-        missing = [one for one in found if one["model"] != BALL and not any(_same(other, one) for other in here)]
+        missing = [one for one in found if one["model"] != _BALL and not any(_same(other, one) for other in here)]
         if missing:
             self.report.note(element, "approximated", f"`extends: {world}`, which has {missing[0]['name']}, too")
         else:
@@ -505,7 +505,7 @@ class _Reader:
         self.pieces.insert(0, Piece("base", label(element), element.place, (label(element),), {"extends": world}))
         return list(found)
 
-    def add_task(self, objects: list[Content]) -> None:
+    def add_task(self, objects: list[_Content]) -> None:
         """Add the task of the scoring plugins."""
         named = [{"name": _plain(one.get("name", one["model"])), "model": str(_plain(one["model"]))} for one in objects]
         plugin, task = task_of(self.scoring, named)
@@ -528,7 +528,7 @@ def _same(content: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
     if _plain(content["model"]) != other["model"]:
         return False
     ours, theirs = _plain(content["pose"]), other.get("pose", (0.0,) * 6)
-    return all(abs(a - b) <= CLOSE for a, b in zip(ours, theirs, strict=True))
+    return all(abs(a - b) <= _CLOSE for a, b in zip(ours, theirs, strict=True))
 
 
 def _plain(value: Any) -> Any:

@@ -40,7 +40,7 @@ class PartsFile:
     """What VRX's own generator stops at, with its place, though the file is read here."""
 
 
-Form = Literal["name", "word", "number", "switch", "triple"]
+_Form = Literal["name", "word", "number", "switch", "triple"]
 Release = Literal["classic", "jazzy"]
 
 
@@ -49,7 +49,7 @@ class Parameter:
     """A parameter of a part's macro."""
 
     name: str
-    form: Form
+    form: _Form
     """`name`: of a link and a topic. `triple`: three numbers in one text."""
     meaning: str
     default: str | float | bool | None = None

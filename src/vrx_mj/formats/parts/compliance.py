@@ -31,7 +31,7 @@ from vrx_mj.resources import root
 Point = tuple[float, float, float]
 """x, y, z in base_link [m]."""
 
-FACE = 1e-9
+_FACE = 1e-9
 """How far beyond a face still counts as on it [m]: 0.8 - 0.5 is not 0.3 to the last bit."""
 INSET = 1e-3
 """Beside a face that two boxes share, a place this far inside one of them is in that one alone [m]."""
@@ -63,7 +63,7 @@ class Box(Config):
 
     def contains(self, point: Point) -> bool:
         """Whether a point is inside or on a face."""
-        return all(abs(x - near) <= FACE for x, near in zip(point, self.nearest(point).point, strict=True))
+        return all(abs(x - near) <= _FACE for x, near in zip(point, self.nearest(point).point, strict=True))
 
     def nearest(self, point: Point, inset: float = 0.0) -> "Spot":
         """The place nearest to a point that is at least `inset` [m], or half an edge, inside."""
@@ -209,7 +209,7 @@ def _permitted(instance: Instance, book: Rules) -> bool:
     return rules is None or all(key in " ".join(rules.parameters) for key in instance.parameters)
 
 
-WAYS = (("too far aft", "too far forward"), ("too far to starboard", "too far to port"), ("too low", "too high"))
+_WAYS = (("too far aft", "too far forward"), ("too far to starboard", "too far to port"), ("too low", "too high"))
 """Which way a part misses a box along x, y and z: below its least, above its greatest."""
 
 
@@ -328,7 +328,7 @@ def _outside(point: Point, boxes: Sequence[Box]) -> str:
     if near is None:
         return "no box exists for it"
     off = (x - there for x, there in zip(point, near.point, strict=True))
-    ways = (f"{abs(d):.4g} m {words[d > 0]}" for d, words in zip(off, WAYS, strict=True) if abs(d) > FACE)
+    ways = (f"{abs(d):.4g} m {words[d > 0]}" for d, words in zip(off, _WAYS, strict=True) if abs(d) > _FACE)
     return f"outside every box; it misses {near.box.name} by {near.distance:.4g} m: {', '.join(ways)}"
 
 

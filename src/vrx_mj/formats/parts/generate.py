@@ -19,12 +19,12 @@ from vrx_mj.formats.parts.catalogue import Kind, PartsFile
 from vrx_mj.formats.urdf.expand import expand
 from vrx_mj.resources import root
 
-FOLDER = root() / "assets" / "robots" / "wamv"
-MAIN = FOLDER / "wamv_gazebo" / "urdf" / "wamv_gazebo.urdf.xacro"
+_FOLDER = root() / "assets" / "robots" / "wamv"
+_MAIN = _FOLDER / "wamv_gazebo" / "urdf" / "wamv_gazebo.urdf.xacro"
 LAYOUTS = ("H", "T", "X")
 """Thruster layouts that need no file."""
 
-CHOICES = {"sensor_errors": ("none", "standalone", "rtk"), "camera_info": ("vrx", "centered")}
+_CHOICES = {"sensor_errors": ("none", "standalone", "rtk"), "camera_info": ("vrx", "centered")}
 """Arguments that are not VRX's, and their values."""
 
 _ARGUMENT = re.compile(r'<xacro:arg name="(\w+)" default="([^"]*)"/>')
@@ -37,13 +37,13 @@ _NAMESPACE = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}", re.ASCII)
 @cache
 def arguments_of_wamv() -> Mapping[str, str]:
     """Arguments of our `wamv_gazebo.urdf.xacro` that are free to set, with their defaults."""
-    found = _ARGUMENT.findall(MAIN.read_text(encoding="utf-8"))
+    found = _ARGUMENT.findall(_MAIN.read_text(encoding="utf-8"))
     return {name: default for name, default in found if not _OTHERS.fullmatch(name)}
 
 
 def example_file(kind: Kind) -> Path:
     """VRX's example of a thruster or component file, which is what a boat has that names no file."""
-    return FOLDER / "config" / f"{kind.removesuffix('s')}_config.yaml"
+    return _FOLDER / "config" / f"{kind.removesuffix('s')}_config.yaml"
 
 
 def xacro_text(parts: PartsFile) -> str:
@@ -92,7 +92,7 @@ def wamv_urdf(
             kind, written = parts.kind.removesuffix("s"), folder / f"{parts.kind}.xacro"
             written.write_text(xacro_text(parts), encoding="utf-8")
             given |= {f"yaml_{kind}_generation": "true", f"{kind}_xacro_file": written.as_posix()}
-        made = expand(file or MAIN, arguments=given, package_paths=(folder, *package_paths))
+        made = expand(file or _MAIN, arguments=given, package_paths=(folder, *package_paths))
     return str(made)  # without places in files that have gone
 
 
@@ -102,7 +102,7 @@ def _check(arguments: Mapping[str, str], namespace: str) -> None:
         if name not in known:
             raise UnknownNameError("argument of the WAM-V", name, known)
         switched = _SWITCHED if known[name] in _SWITCHED else (value,)
-        if value not in (values := CHOICES.get(name, switched)):
+        if value not in (values := _CHOICES.get(name, switched)):
             raise VrxError(f"argument {name}: {choice(value, values)}")
     layout = arguments.get("thruster_config", "H")
     if layout not in LAYOUTS:

@@ -19,47 +19,47 @@ from vrx_mj.formats.parts.catalogue import Instance, Kind, Parameter, PartsFile,
 from vrx_mj.formats.urdf.elements import numbers_of, truth
 from vrx_mj.formats.urdf.expand import Result, evaluated
 
-JAZZY_NAMES = frozenset({"sensor_name", "pinger_name"})
+_JAZZY_NAMES = frozenset({"sensor_name", "pinger_name"})
 """Parameters that only a pinger of VRX jazzy has."""
-HULL_LINKS = ("base", "dummy", "left_battery", "right_battery", "cpu_cases")
+_HULL_LINKS = ("base", "dummy", "left_battery", "right_battery", "cpu_cases")
 """Links of the bare hull, without their suffix `_link`."""
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_-]{0,63}")
 _WORD = re.compile(r"[A-Za-z0-9_./-]{1,64}")
 _EXPRESSION = re.compile(r"\$\{([^}]*)\}")
-LONGEST = 2000
+_LONGEST = 2000
 """Characters of a text with an expression in it."""
-MOST_HZ = 10_000.0
+_MOST_HZ = 10_000.0
 """Largest rate [Hz]; any other number is a coordinate or an angle."""
 
 
-def meant(parameter: Parameter, value: object) -> str | float | bool:
+def _meant(parameter: Parameter, value: object) -> str | float | bool:
     """What a parameter's value means.
 
     Raises:
         ValueError: it is nothing that the parameter can be, and why.
     """
     if parameter.form == "number":
-        return number(value, parameter.unit)
+        return _number(value, parameter.unit)
     if parameter.form == "switch":
-        return switch(value)
+        return _switch(value)
     if parameter.form == "triple":
         return triple(value)
     return _text(value, named=parameter.form == "name")
 
 
-def number(value: Any, unit: str = "") -> float:
+def _number(value: Any, unit: str = "") -> float:
     """A finite number, as YAML has it, in quotes, or as an expression."""
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         raise ValueError(f"expected a number, got {shown(value)}")  # noqa: TRY004
     text = _substituted(value) if isinstance(value, str) else repr(value)
-    limits = {"above": 0.0, "high": MOST_HZ} if unit == "Hz" else {"largest": MAX_COORDINATE}
+    limits = {"above": 0.0, "high": _MOST_HZ} if unit == "Hz" else {"largest": MAX_COORDINATE}
     try:
         return numbers_of(text, unit or "value", **limits)[0]
     except ValueError as error:
         raise ValueError(f"{error}{_result(value)}") from None
 
 
-def switch(value: object) -> bool:
+def _switch(value: object) -> bool:
     """True or false, as YAML has it, as a word, or as an expression."""
     text = _substituted(value) if isinstance(value, str) else repr(value)
     found = truth(str(switched(text.strip())))
@@ -74,7 +74,7 @@ def triple(value: object) -> str:
     try:
         if not isinstance(words, list | tuple) or len(words) != 3:
             raise ValueError
-        return " ".join(repr(number(word)).removesuffix(".0") for word in words)
+        return " ".join(repr(_number(word)).removesuffix(".0") for word in words)
     except ValueError as error:
         why = f": {error}" if error.args else ""
         raise ValueError(f"expected three numbers as in '1.0 0 -1.0', got {shown(value)}{why}") from None
@@ -90,7 +90,7 @@ def has_expression(value: object) -> bool:
     """Whether a value, or one in a list of values, needs evaluating."""
     if isinstance(value, list | tuple):
         return any(map(has_expression, value))
-    return isinstance(value, str) and len(value) <= LONGEST and _EXPRESSION.search(value) is not None
+    return isinstance(value, str) and len(value) <= _LONGEST and _EXPRESSION.search(value) is not None
 
 
 def _text(value: object, *, named: bool) -> str:
@@ -114,8 +114,8 @@ class Expression(str):
 
 def _substituted(text: str) -> str:
     """The text with its expressions worked out."""
-    if len(text) > LONGEST:
-        raise ValueError(f"expected at most {LONGEST} characters, got {shown(text)}")
+    if len(text) > _LONGEST:
+        raise ValueError(f"expected at most {_LONGEST} characters, got {shown(text)}")
     if not isinstance(text, Expression):
         return text
     if text.result.problem:
@@ -128,16 +128,16 @@ def _result(value: object) -> str:
     return f", of {shown(value)}" if has_expression(value) else ""
 
 
-def name_key(instance: Instance) -> str:
+def _name_key(instance: Instance) -> str:
     """The parameter that names a part."""
     if part_types()[instance.type].kind == "thrusters":
         return "prefix"
-    return "sensor_name" if JAZZY_NAMES & instance.parameters.keys() else "name"
+    return "sensor_name" if _JAZZY_NAMES & instance.parameters.keys() else "name"
 
 
 def name_of(instance: Instance) -> str:
     """What a part is called; empty where its file owes it a name."""
-    key = name_key(instance)
+    key = _name_key(instance)
     return str(instance.parameters.get(key) or part_types()[instance.type].default(key) or "")
 
 
@@ -152,9 +152,9 @@ def place_of(instance: Instance) -> tuple[float, float, float] | None:
     return x, y, z
 
 
-LIDAR_TYPES = ("16_beam", "32_beam")
+_LIDAR_TYPES = ("16_beam", "32_beam")
 """Lidars there are; any other type makes none, as in VRX."""
-FULL_TURN = 2.0 * math.pi
+_FULL_TURN = 2.0 * math.pi
 """An angle beyond this is rather meant in degrees [rad]."""
 
 
@@ -165,14 +165,14 @@ def _suspicious_values(instance: Instance) -> Iterator[tuple[str, str]]:
         if parameter is None or parameter.unit != "rad":
             continue
         angle = max(map(float, str(value).split()), key=abs)
-        if abs(angle) > FULL_TURN:
+        if abs(angle) > _FULL_TURN:
             hint = f"angles are in radians: ${{radians({angle:g})}}"
-            yield key, f"{angle:g} exceeds a full turn, {FULL_TURN:.4f}; {hint}"
+            yield key, f"{angle:g} exceeds a full turn, {_FULL_TURN:.4f}; {hint}"
     yield from _post(instance)
-    kind = instance.parameters.get("type", LIDAR_TYPES[0])
-    if instance.type == "lidar" and kind not in LIDAR_TYPES:
-        yield "type", f"VRX makes no lidar of type {shown(kind)}; known: {', '.join(LIDAR_TYPES)}"
-    if JAZZY_NAMES & instance.parameters.keys() and "position" in instance.parameters:
+    kind = instance.parameters.get("type", _LIDAR_TYPES[0])
+    if instance.type == "lidar" and kind not in _LIDAR_TYPES:
+        yield "type", f"VRX makes no lidar of type {shown(kind)}; known: {', '.join(_LIDAR_TYPES)}"
+    if _JAZZY_NAMES & instance.parameters.keys() and "position" in instance.parameters:
         message = "VRX jazzy takes it for the beacon's place in the world; the receiver is at base_link's origin"
         yield "position", message
 
@@ -189,7 +189,7 @@ def _post(instance: Instance) -> Iterator[tuple[str, str]]:
         yield "z", f"at {height:g} m its post is {length:.4g} m long, with a negative mass; {needed}"
 
 
-FILES = {"components": "component file", "thrusters": "thruster file"}
+_FILES = {"components": "component file", "thrusters": "thruster file"}
 
 _NOTHING = re.compile(r"\s*(---|\.\.\.)?\s*(#.*)?")
 
@@ -204,7 +204,7 @@ def load_parts(path: Path | str, kind: Kind) -> PartsFile:
         ConfigError: the file cannot be read or is wrong; every problem with its line, column and key.
     """
     file, reading = Path(path), _Reading(kind)
-    said = wrong_kind(file, f"a {FILES[kind]}")
+    said = wrong_kind(file, f"a {_FILES[kind]}")
     section = None if said else _content(file)
     parts = MARKS["thrusters"] | MARKS["components"]  # of the other file of parts each key has its own message
     said = said or (None if parts & set(section or {}) else other_kind(kind, section or {}))
@@ -308,7 +308,7 @@ def _unknown_type(name: str, kind: Kind) -> str:
     if name in catalogue().elsewhere:
         return catalogue().elsewhere[name]
     if found in part_types() and part_types()[found].kind != kind:
-        return f"'{found}' belongs in the {FILES[part_types()[found].kind]}; this is the {FILES[kind]}"
+        return f"'{found}' belongs in the {_FILES[part_types()[found].kind]}; this is the {_FILES[kind]}"
     if found in known:
         return f"no type named '{name}'; did you mean '{found}'?"
     return str(UnknownNameError("type", name, known))
@@ -326,14 +326,14 @@ def _read_instance(reading: _Reading, part: PartType, section: Section, loc: Loc
             continue
         place = reading.places[*loc, key] = section.entries[key].value
         try:
-            parameters[key] = meant(parameter, value)
+            parameters[key] = _meant(parameter, value)
         except ValueError as error:
             reading.wrong(place, (*loc, key), str(error))
         _check_generator(reading, parameter, value, (*loc, key))
     for parameter in part.parameters:
         if parameter.default is None and parameter.name not in section:
             reading.wrong(section.place, (*loc, parameter.name), "required, but missing")
-    if "name" in section and JAZZY_NAMES & section.keys():
+    if "name" in section and _JAZZY_NAMES & section.keys():
         message = "give 'name' (VRX classic) or 'sensor_name' or 'pinger_name' (VRX jazzy), not both"
         reading.wrong(section.place, loc, message)
     index = sum(instance.type == part.name for _, instance in reading.parts)
@@ -354,7 +354,7 @@ def _check_names(reading: _Reading) -> None:
     """Every part of a file needs a name of its own, and its link one that the hull does not have."""
     seen: dict[str, Place] = {}
     for loc, instance in reading.parts:
-        name, key = name_of(instance), name_key(instance)
+        name, key = name_of(instance), _name_key(instance)
         place = reading.places.get((*loc, key), instance.place)
         if (*loc, key) in reading.places and key not in instance.parameters:
             continue  # an invalid name is a problem already
@@ -362,7 +362,7 @@ def _check_names(reading: _Reading) -> None:
             default = "" if key in instance.parameters else ", as this one is by default"
             message = f"the part on line {seen[name].line} is named '{name}'{default}; each needs its own name"
             reading.wrong(place, (*loc, key), message)
-        elif name in HULL_LINKS and reading.kind == "components":
+        elif name in _HULL_LINKS and reading.kind == "components":
             reading.wrong(place, (*loc, key), f"the hull already has a link '{name}_link'; choose another name")
         if name:
             seen.setdefault(name, place)

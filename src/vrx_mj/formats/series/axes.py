@@ -21,17 +21,17 @@ from vrx_mj.errors import ConfigError, Problem, VrxWarning
 
 MOST_WORLDS = 10_000
 """Worlds of one file."""
-KEYS = ("steps", "macros", "sequence", "yamls")
+_KEYS = ("steps", "macros", "sequence", "yamls")
 """Keys of an axis."""
-Level = tuple[Any, str]
+_Level = tuple[Any, str]
 """Of nested content the type of what is at one level, and words for it."""
-STEPS: Level = Section, "steps, as in `0:`"
-CALLS: Sequence[Level] = (
+_STEPS: _Level = Section, "steps, as in `0:`"
+_CALLS: Sequence[_Level] = (
     (Section, "macros, each with a list of calls"),
     (Items, "a list of calls, where '-' alone is a call with the defaults"),
     (Section, "parameters"),
 )
-PATCHED = "begins with '+', as in a patch file; remove the '+'"
+_PATCHED = "begins with '+', as in a patch file; remove the '+'"
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,7 @@ def _odd_shapes(root: Section) -> Iterator[Problem]:
         yield problem_at(root, (), "no axes; an axis has `steps` and `macros`")
     for name, axis in root.items():
         if name.startswith("+"):
-            yield problem_at(root, (name,), PATCHED)
+            yield problem_at(root, (name,), _PATCHED)
         elif not isinstance(axis, Section):
             yield problem_at(root, (name,), f"an axis has `steps` and `macros`, got {shown(axis)}")
         elif "steps" not in axis:
@@ -130,22 +130,22 @@ def _odd_shapes(root: Section) -> Iterator[Problem]:
 
 
 def _odd_axis(root: Section, name: str, axis: Section) -> Iterator[Problem]:
-    for key in axis.keys() - set(KEYS):
-        message = PATCHED if key.startswith("+") else unknown_key(key, KEYS)
+    for key in axis.keys() - set(_KEYS):
+        message = _PATCHED if key.startswith("+") else unknown_key(key, _KEYS)
         yield problem_at(root, (name, key), message)
     steps = axis["steps"]
     if isinstance(steps, bool) or not isinstance(steps, int) or steps < 1:
         yield problem_at(root, (name, "steps"), f"expected a whole number of at least 1, got {shown(steps)}")
-    for key, levels in (("macros", CALLS), ("sequence", (STEPS, *CALLS)), ("yamls", (STEPS,))):
+    for key, levels in (("macros", _CALLS), ("sequence", (_STEPS, *_CALLS)), ("yamls", (_STEPS,))):
         yield from _odd_levels(root, (name, key), axis.get(key), levels)
-        steps = axis.get(key) if STEPS in levels else None
+        steps = axis.get(key) if _STEPS in levels else None
         for step in steps if isinstance(steps, Section) else ():
             if not (step.isascii() and step.isdigit() and len(step) < 10):
                 text = f"expected a whole number of 0 or more as step, got '{step}'"
                 yield problem_at(root, (name, key, step), text)
 
 
-def _odd_levels(root: Section, loc: Loc, content: Any, levels: Sequence[Level]) -> Iterator[Problem]:
+def _odd_levels(root: Section, loc: Loc, content: Any, levels: Sequence[_Level]) -> Iterator[Problem]:
     """What is wrong with nested content; a mapping may be left empty."""
     (kind, words), *below = levels
     if isinstance(content, kind):

@@ -14,9 +14,9 @@ from vrx_mj.formats.urdf.expand import Result, evaluated
 
 BLOCK = "/**"
 """What the name of a parameter that holds XML begins with."""
-BLOCK_OF_STEPS = 100
+_BLOCK_OF_STEPS = 100
 """Steps of each axis whose expressions are worked out at once."""
-Results = Mapping[tuple[str, int], Result]
+_Results = Mapping[tuple[str, int], Result]
 """What expressions come to, by their text and the step."""
 
 
@@ -74,11 +74,11 @@ def calls_around(series: Series, number: int) -> Iterator[Call]:
 
 def _block(axis: Axis, step: int) -> range:
     """The steps of a block."""
-    first = step // BLOCK_OF_STEPS * BLOCK_OF_STEPS
-    return range(first, min(axis.steps, first + BLOCK_OF_STEPS))
+    first = step // _BLOCK_OF_STEPS * _BLOCK_OF_STEPS
+    return range(first, min(axis.steps, first + _BLOCK_OF_STEPS))
 
 
-def _of_axis(series: Series, axis: Axis, step: int, results: Results) -> Iterator[tuple[str, Call]]:
+def _of_axis(series: Series, axis: Axis, step: int, results: _Results) -> Iterator[tuple[str, Call]]:
     literal = step in axis.sequence
     macros: Mapping[str, Any] = (axis.sequence[step] or {}) if literal else axis.macros
     above = (axis.name, "sequence", str(step)) if literal else (axis.name, "macros")
@@ -91,11 +91,11 @@ def _of_axis(series: Series, axis: Axis, step: int, results: Results) -> Iterato
             yield label, Call(label.strip("*"), values, place, loc, step)
 
 
-def _worked_out(series: Series, loc: tuple[str | int, ...], given: Section, step: int, results: Results) -> Section:
+def _worked_out(series: Series, loc: tuple[str | int, ...], given: Section, step: int, results: _Results) -> Section:
     values = {}
     for key, value in given.items():
         values[key] = _literal(key, value)
-        if values[key] is not EXPRESSION:
+        if values[key] is not _EXPRESSION:
             continue
         result = results[value, step]
         if result.problem:
@@ -105,7 +105,7 @@ def _worked_out(series: Series, loc: tuple[str | int, ...], given: Section, step
     return given.holding(values)
 
 
-EXPRESSION = object()
+_EXPRESSION = object()
 """Marks a text that is an expression of `n`."""
 
 
@@ -116,12 +116,12 @@ def _literal(key: str, value: object) -> object:
     bare = value.strip()
     if len(bare) > 1 and bare[0] == bare[-1] == "'":
         return bare[1:-1]
-    return value if key.startswith(BLOCK) and (not bare or bare.startswith("<")) else EXPRESSION
+    return value if key.startswith(BLOCK) and (not bare or bare.startswith("<")) else _EXPRESSION
 
 
-def _results(series: Series, steps: Mapping[str, int]) -> Results:
+def _results(series: Series, steps: Mapping[str, int]) -> _Results:
     """What the expressions of some steps of each axis come to, those of one world among them."""
-    key = tuple(step // BLOCK_OF_STEPS for step in steps.values())
+    key = tuple(step // _BLOCK_OF_STEPS for step in steps.values())
     if key not in series.results:
         texts = [
             (text, step)
@@ -138,5 +138,5 @@ def _expressions(axis: Axis) -> Iterator[str]:
     for calls in axis.macros.values():
         for call in calls:
             for key, value in call.items() if isinstance(call, Section) else ():
-                if _literal(key, value) is EXPRESSION:
+                if _literal(key, value) is _EXPRESSION:
                     yield value

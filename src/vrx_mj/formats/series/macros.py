@@ -25,9 +25,9 @@ REQUIRED = object()
 """Marks a parameter without a default, which must be given."""
 PLACES = {f"{name}{end}" for name in ("sydneyregatta", "sandisland", "marina") for end in ("", "_minus_scene")}
 """Macros that make a place."""
-PARTS = {"ocean_waves": "sea", "usv_wind_gazebo": "wind", "scene_macro": "scene", "insert_model": "objects"}
+_PARTS = {"ocean_waves": "sea", "usv_wind_gazebo": "wind", "scene_macro": "scene", "insert_model": "objects"}
 """What other macros make; of those that are not here it is the task."""
-BLOCKS = TABLE["blocks"]
+_BLOCKS = TABLE["blocks"]
 """Blocks of macros: the `element` in each, what is `inside` of it, and whether a call `needs` the block."""
 Line = tuple[str, Place]
 """A line of a xacro file, and where the axes file says it."""
@@ -54,7 +54,7 @@ def macros() -> Mapping[str, Macro]:
         if element.tag == "xacro:macro" and not name.startswith(("vrx_mj_", "include_all")):
             said = _PARAMETER.findall(element.attributes.get("params", ""))
             defaults = {key: _default(text) for stars, key, text in said if not stars}
-            part = "base" if name in PLACES else PARTS.get(name, "task")
+            part = "base" if name in PLACES else _PARTS.get(name, "task")
             found[name] = Macro(part, defaults, tuple(key for stars, key, _ in said if stars))
     return found
 
@@ -78,7 +78,7 @@ def lines_of(call: Call) -> list[Line]:
         if key not in known:
             raise call.fault(key, str(UnknownNameError(f"parameter of {call.macro}", key, known)))
     required = [key for key, value in macro.defaults.items() if value is REQUIRED]
-    for key in (*required, *(BLOCK + name for name in macro.blocks if BLOCKS[name]["needs"])):
+    for key in (*required, *(BLOCK + name for name in macro.blocks if _BLOCKS[name]["needs"])):
         if key not in call.parameters:
             raise call.fault(None, f"{call.macro} needs the parameter {key!r}")
     given = ((key, _text(call, key, value)) for key, value in macro.defaults.items() if key in call.parameters)
@@ -145,7 +145,7 @@ def _parsed(text: str, name: str) -> Element:
 
 def _odd_elements(block: str, element: Element) -> Iterator[str]:
     """What is wrong with the elements of a block."""
-    name, known = BLOCKS[block]["element"], BLOCKS[block]["inside"]
+    name, known = _BLOCKS[block]["element"], _BLOCKS[block]["inside"]
     if name and element.own_text and not element.children:
         yield f"expected elements <{name}>, got {shown(element.own_text)}"
     whole = block == name and element.child(name) is None  # of a fog the block may have what is in it

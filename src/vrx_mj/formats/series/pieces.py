@@ -14,9 +14,9 @@ from vrx_mj.config.search import SCHEME
 from vrx_mj.config.tree import Entry, Items, Place, Section, key_path, merged
 from vrx_mj.errors import ConfigError, Problem, VrxWarning
 
-SINGLE = ("base", "task")
+_SINGLE = ("base", "task")
 """Parts that a world has once; of others, such as the sea, the later one counts."""
-ORDER = ("extends", "description", "georeference", "terrain", "physics", "scene", "sea", "wind", "spawn", "camera",
+_ORDER = ("extends", "description", "georeference", "terrain", "physics", "scene", "sea", "wind", "spawn", "camera",
          "markers", "objects", "task")  # fmt: skip
 """Keys of a world's file as our own have them."""
 
@@ -62,14 +62,14 @@ SYMBOLS = re.compile(r"vrx_dock_([a-z]+_[a-z]+)__([a-z]+_[a-z]+)")
 """The floating docks of 2018 with fixed symbols, one folder for each pair."""
 TABLE: Mapping[str, Mapping[str, Any]] = json.loads(Path(__file__).with_name("names.json").read_bytes())
 """Blocks of the macros of VRX's worlds, and folders whose models go by another name."""
-Object = dict[str, Any]
+_Object = dict[str, Any]
 
 
-def thing(uri: At, pose: object, name: At | None = None) -> Object:
+def thing(uri: At, pose: object, name: At | None = None) -> _Object:
     """An object of a world; without a name until the world has all of them."""
     folder = str(uri.value).removeprefix(SCHEME).strip("/")
     symbols = SYMBOLS.fullmatch(folder)
-    known: Object = {"model": At("dock_2018_dynamic" if symbols else folder, uri.place), "pose": pose}
+    known: _Object = {"model": At("dock_2018_dynamic" if symbols else folder, uri.place), "pose": pose}
     if symbols:
         known["symbols"] = At([symbols[1], symbols[2]], uri.place)
     return known if name is None else {"name": name, **known}
@@ -97,7 +97,7 @@ def assembled(head: dict[str, Any], place: Place, pieces: Sequence[Piece]) -> Se
     if not any(piece.part == "sea" for piece in kept):
         section = merged(section, located({"sea": {"model": "none"}}, place))
     named = _all_named(section)
-    return named.holding({key: named[key] for key in ORDER if key in named})
+    return named.holding({key: named[key] for key in _ORDER if key in named})
 
 
 def counted(pieces: Sequence[Piece]) -> list[Piece]:
@@ -113,7 +113,7 @@ def counted(pieces: Sequence[Piece]) -> list[Piece]:
             kept.append(piece)
             continue
         line = first.place.line
-        if piece.part in SINGLE:
+        if piece.part in _SINGLE:
             message = f"a world has one {piece.part}, which '{first.name}' on line {line} already gives"
             raise ConfigError([Problem(piece.place.file.name, *piece.place[1:], key_path(piece.loc), message)])
         text = f"{piece.place.file.name}: {piece.name} is called on lines {line} and {piece.place.line}"

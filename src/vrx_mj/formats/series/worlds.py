@@ -22,10 +22,10 @@ from vrx_mj.formats.series.calls import BLOCK, Call, calls_around, calls_of
 from vrx_mj.formats.series.macros import PLACES, Line, lines_of, macros
 from vrx_mj.formats.series.pieces import Piece, counted
 
-MARK = "#"
+_MARK = "#"
 """Between the name of an axes file and the number of a world."""
-HEAD_OF_XACRO = '<sdf xmlns:xacro="http://ros.org/wiki/xacro">'
-Made = tuple[tuple[str | int, ...], int]
+_HEAD_OF_XACRO = '<sdf xmlns:xacro="http://ros.org/wiki/xacro">'
+_Made = tuple[tuple[str | int, ...], int]
 """A call: its path in the file, and the step of its axis."""
 
 
@@ -52,13 +52,13 @@ def world_document(source: str | Path) -> tuple[Section, str] | None:
         ConfigError: the file is wrong, or is not there.
         VrxError: the series has no world of this number.
     """
-    text, _, number = str(source).rpartition(MARK)
+    text, _, number = str(source).rpartition(_MARK)
     if is_path(source) or not (is_path(text) or number.isdigit()):
         return None
     series = read_series(file_of("worlds", text))
     if not re.fullmatch("[0-9]{1,9}", number) or int(number) >= series.count:
         last = series.count - 1
-        raise VrxError(f"{series.file.name}{MARK}{number}: no such world; the series has 0 to {last}")
+        raise VrxError(f"{series.file.name}{_MARK}{number}: no such world; the series has 0 to {last}")
     world = series_world(series, int(number))
     return read_source("worlds", world.section), world.name
 
@@ -96,7 +96,7 @@ def series_world(series: Series, number: int) -> SeriesWorld:
     return SeriesWorld(f"{series.stem}{number}", number, coordinate, section, _side(series, coordinate), stale)
 
 
-def _read(series: Series, number: int, calls: Sequence[Call], lines: Mapping[Made, list[Line]]) -> GazeboWorld:
+def _read(series: Series, number: int, calls: Sequence[Call], lines: Mapping[_Made, list[Line]]) -> GazeboWorld:
     """What calls make, read as a world of Gazebo. Raises ConfigError."""
     if not lines.keys() <= series.made.keys():
         series.made.update(_expanded_around(series, number, lines))
@@ -129,10 +129,10 @@ def _said_by(calls: Sequence[Call], section: Section) -> Section:
     return section
 
 
-def _lines(calls: Sequence[Call]) -> dict[Made, list[Line]]:
+def _lines(calls: Sequence[Call]) -> dict[_Made, list[Line]]:
     """Calls as xacro; an error lists what is wrong with any of them."""
     problems: list[Problem] = []
-    lines: dict[Made, list[Line]] = {}
+    lines: dict[_Made, list[Line]] = {}
     for call in calls:
         try:
             lines[call.loc, call.step] = lines_of(call)
@@ -143,7 +143,7 @@ def _lines(calls: Sequence[Call]) -> dict[Made, list[Line]]:
     return lines
 
 
-def _expanded_around(series: Series, number: int, lines: Mapping[Made, list[Line]]) -> dict[Made, Sequence[Element]]:
+def _expanded_around(series: Series, number: int, lines: Mapping[_Made, list[Line]]) -> dict[_Made, Sequence[Element]]:
     """What the calls of a world make, and those of others at once, unless one of these is wrong."""
     around = dict(lines)
     with warnings.catch_warnings(action="ignore", category=VrxWarning):
@@ -155,10 +155,10 @@ def _expanded_around(series: Series, number: int, lines: Mapping[Made, list[Line
     return _expanded(series, lines)
 
 
-def _expanded(series: Series, lines: Mapping[Made, list[Line]]) -> dict[Made, Sequence[Element]]:
+def _expanded(series: Series, lines: Mapping[_Made, list[Line]]) -> dict[_Made, Sequence[Element]]:
     place = Place(series.file, 1)
     within = ([("<call>", place), *own, ("</call>", place)] for own in lines.values())
-    root = expanded_calls([(HEAD_OF_XACRO, place), *itertools.chain(*within), ("</sdf>", place)])
+    root = expanded_calls([(_HEAD_OF_XACRO, place), *itertools.chain(*within), ("</sdf>", place)])
     return {key: call.children for key, call in zip(lines, root.children, strict=True)}
 
 
@@ -182,11 +182,11 @@ def _side(series: Series, coordinate: dict[str, int]) -> object:
 
 HEAD = "# World "
 """How the text of a world of a series begins."""
-WIDTH = 120
-STALE = """# VRX's wind acts on the link base_link, which boats no longer have; here it acts on the boat
+_WIDTH = 120
+_STALE = """# VRX's wind acts on the link base_link, which boats no longer have; here it acts on the boat
 # (`physics: {quirks: [wind_stale_link]}` for VRX's).
 """
-SHORT = 100
+_SHORT = 100
 """Characters of what is still written on one line."""
 _PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_/-]*")
 _WORDS = {"true", "false", "yes", "no", "on", "off", "null", "y", "n"}
@@ -194,7 +194,7 @@ _WORDS = {"true", "false", "yes", "no", "on", "off", "null", "y", "n"}
 
 def world_text(series: Series, world: SeriesWorld) -> str:
     """The file of a world: YAML under a comment with its origin, and with VRX's line of the coordinate."""
-    return _head(series, world) + (STALE if world.stale else "") + section_text(world.section)
+    return _head(series, world) + (_STALE if world.stale else "") + section_text(world.section)
 
 
 def side_text(series: Series, world: SeriesWorld) -> str:
@@ -233,7 +233,7 @@ _Dumper.add_representer(str, _text)
 _Dumper.add_representer(_Inline, _inline)
 
 
-def _dumped(tree: object, *, flow: bool | None = None, width: int = WIDTH) -> str:
+def _dumped(tree: object, *, flow: bool | None = None, width: int = _WIDTH) -> str:
     return yaml.dump(tree, Dumper=_Dumper, default_flow_style=flow, sort_keys=False, width=width, allow_unicode=True)
 
 
@@ -246,7 +246,7 @@ def _plain(value: object, *, inside: bool = False) -> object:
     """Dicts and lists of sections and items; short mappings inside of others on one line."""
     if isinstance(value, Section):
         content = {key: _plain(item, inside=True) for key, item in value.items()}
-        return _Inline(content) if inside and len(str(content)) < SHORT else content
+        return _Inline(content) if inside and len(str(content)) < _SHORT else content
     if isinstance(value, Items):
         return [_plain(item, inside=True) for item in value]
     return value

@@ -20,9 +20,9 @@ from vrx_mj.config.wording import choice, shown
 from vrx_mj.errors import ConfigError, Problem
 from vrx_mj.formats.urdf.model import Place
 
-ConfigT = TypeVar("ConfigT", bound=Config)
+_ConfigT = TypeVar("_ConfigT", bound=Config)
 
-SWITCHES = {"true": True, "1": True, "false": False, "0": False}
+_SWITCHES = {"true": True, "1": True, "false": False, "0": False}
 LARGEST = 1e12
 """Largest number that a file may give, in any unit."""
 
@@ -58,7 +58,7 @@ def own_name(text: str, most: int = 64) -> str:
 
 def truth(text: str) -> bool | None:
     """Whether a text is true, as SDF and roslaunch read it: true, false, 1 or 0 in any case; None: it is neither."""
-    return SWITCHES.get(text.strip().lower())
+    return _SWITCHES.get(text.strip().lower())
 
 
 @dataclass(frozen=True)
@@ -248,7 +248,7 @@ class Node:
         """What rows say: a value for each name."""
         return {name: self.read(tag) for name, tag in rows.items()}
 
-    def configured(self, model: type[ConfigT], values: Mapping[str, object]) -> ConfigT | None:
+    def configured(self, model: type[_ConfigT], values: Mapping[str, object]) -> _ConfigT | None:
         """A model of these values; what is wrong with them is a problem of this element."""
         try:
             return model.model_validate(values)

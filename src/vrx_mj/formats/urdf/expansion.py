@@ -48,11 +48,11 @@ class Located(str):
     def at(cls, text: str, element: Any) -> "Located":
         """The text of an element's attribute, or in the element."""
         located = cls(text)
-        located.place, located.tag = place_of(element), element.tagName
+        located.place, located.tag = _place_of(element), element.tagName
         return located
 
 
-def place_of(element: Any) -> Place:
+def _place_of(element: Any) -> Place:
     """The place of an element, or of what it was copied from."""
     place: Place = element.getUserData("place")
     return place
@@ -231,7 +231,7 @@ class Expansion:
             if known is None and isinstance(cause, UnknownPackageError):
                 return Expanded(missing=str(cause))
             raise ConfigError([_problem(error, cause, self, known)]) from None
-        places = [place_of(element) for element in document.getElementsByTagName("*")]
+        places = [_place_of(element) for element in document.getElementsByTagName("*")]
         files = {file: number for number, file in enumerate(dict.fromkeys(place.file for place in places))}
         spots = tuple((files[place.file], place.line or 1, place.column or 1) for place in places)
         paths = tuple(str((file.folder or Path()) / Path(file.name).name) for file in files)
@@ -270,7 +270,7 @@ class Expansion:
         root = document.documentElement
         include = document.createElement("xacro:include")
         include.setAttribute("filename", self.macros)
-        include.setUserData("place", place_of(root), None)
+        include.setUserData("place", _place_of(root), None)
         root.insertBefore(include, root.firstChild)
 
     def handle(self, operation: int, key: str, data: Place, source: Any, copy: Any) -> None:
@@ -304,7 +304,7 @@ class Expansion:
         self.include(node, macros, symbols, work)
 
     def _call(self, node: Any, macros: Any, symbols: Any) -> bool:
-        self.calls.append(place_of(node))
+        self.calls.append(_place_of(node))
         try:
             return bool(self.call(node, macros, symbols))
         except xacro.XacroException as error:
@@ -325,7 +325,7 @@ def _where() -> str:
     frame: FrameType | None = sys._getframe(1)
     while frame is not None and _element(frame) is None:
         frame = frame.f_back
-    place = place_of(_element(frame)) if frame is not None else None
+    place = _place_of(_element(frame)) if frame is not None else None
     return f"{place.file.name}:{place.line}: " if place else ""
 
 
@@ -359,7 +359,7 @@ def _check_names(element: Any) -> None:
     """Refuse names that are not those of XML, which expressions may give, and write numbers as texts."""
     for name in (element.tagName, *element.attributes.keys()):
         if not isinstance(name, str) or not _NAME.fullmatch(name):
-            file, line, column = place_of(element)
+            file, line, column = _place_of(element)
             message = f"'{name}' is not a valid name for an element or attribute"
             raise ConfigError([Problem(file.name, line, column, f"<{element.tagName}>", message)])
     for attribute in element.attributes.values():
@@ -452,7 +452,7 @@ class _Trail:
             self._at(element)
             self.expression = ""
         if function == "handle_macro_call" and element is not None:
-            self.calls.append((str(element.tagName).removeprefix("xacro:"), place_of(element)))
+            self.calls.append((str(element.tagName).removeprefix("xacro:"), _place_of(element)))
             self.macros = [str(name) for name in _names(local["macros"])]
         elif function == "eval_default_arg" and local["default"] is not None:
             self._at(local["macro"].body)
@@ -471,8 +471,8 @@ class _Trail:
         return f" ({', '.join(list(said)[:_SHOWN_CALLERS])})" if said else ""
 
     def _at(self, element: Any) -> None:
-        if place_of(element).file.name != self.library:
-            self.place, self.tag = place_of(element), element.tagName
+        if _place_of(element).file.name != self.library:
+            self.place, self.tag = _place_of(element), element.tagName
 
 
 def _names(table: Any) -> list[Any]:
@@ -503,7 +503,7 @@ def _element(frame: FrameType) -> Any:
         node = frame.f_locals.get(name)
         if isinstance(node, minidom.Text | minidom.Comment):
             node = node.parentNode
-        if isinstance(node, minidom.Element) and place_of(node) is not None:
+        if isinstance(node, minidom.Element) and _place_of(node) is not None:
             return node
     return None
 

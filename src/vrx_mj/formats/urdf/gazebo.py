@@ -23,18 +23,18 @@ from vrx_mj.formats.urdf.model import Gazebo, Urdf, UrdfThruster
 from vrx_mj.frames import compose
 
 SPEEDS = Tag("use_angvel_cmd", False), "commands are no speeds of the propeller [rad/s]: {} is ignored"
-MAPPINGS = {0.0: "linear", 1.0: "glf"}
-WIND = Tag("coeff_vector|wind_coeff_vector", (0.0, 0.0, 0.0), labels="x y yaw")
-FORWARD = (1.0, 0.0, 0.0)
-USUAL_THRUST = 250.0
+_MAPPINGS = {0.0: "linear", 1.0: "glf"}
+_WIND = Tag("coeff_vector|wind_coeff_vector", (0.0, 0.0, 0.0), labels="x y yaw")
+_FORWARD = (1.0, 0.0, 0.0)
+_USUAL_THRUST = 250.0
 """Largest force [N] where a file gives none: the WAM-V's."""
-FREEFLOATING_THRUST = 100.0
+_FREEFLOATING_THRUST = 100.0
 """Largest force [N] of freefloating_gazebo_control.cpp for a thruster that gives none."""
-STEEPEST = 5.5
+_STEEPEST = 5.5
 """Largest slope of the normal force of a foil by its aspect ratio; 6.13 is that of an endless blade."""
-ASV_FOILS = {"asv_sim2-sail-lift-drag-system": "sail", "asv_sim2-foil-lift-drag-system": "rudder"}
-LIFTED = "; its coefficients are ours, as the plugin's lift, 8 sin(2 angle), is five times a sail's"
-SHARES = "commands are shares of the largest thrust, -1 to 1"
+_ASV_FOILS = {"asv_sim2-sail-lift-drag-system": "sail", "asv_sim2-foil-lift-drag-system": "rudder"}
+_LIFTED = "; its coefficients are ours, as the plugin's lift, 8 sin(2 angle), is five times a sail's"
+_SHARES = "commands are shares of the largest thrust, -1 to 1"
 
 
 @dataclass
@@ -47,7 +47,7 @@ class Robot(Scope):
 
     def thrust(
         self, node: Node, link: str, drive: Mapping[str, Any], *, name: str = "", propeller: str | None = None,
-        engine: str | None = None, axis: tuple[float, float, float] = FORWARD,
+        engine: str | None = None, axis: tuple[float, float, float] = _FORWARD,
     ) -> None:  # fmt: skip
         """Keeps a thruster, if its values are such as there are."""
         astern = {"max_force_reverse": -abs(drive["max_force_reverse"])}
@@ -85,11 +85,11 @@ def _thrusters(node: Node, robot: Robot) -> None:
         robot.warn(node, "no <thruster> in it")
     for part in parts:
         link, mapping = robot.link(part, "linkName"), part.value("mappingType", 0.0)
-        if mapping not in MAPPINGS:
+        if mapping not in _MAPPINGS:
             part.fault(f"expected 0 (linear) or 1 (logistic), got {part.text('mappingType')}", "mappingType")
         propeller, engine = robot.joint(part, "propJointName"), robot.joint(part, "engineJointName")
         steers = part.flag("enableAngle", part.child("angleTopic") is not None)
-        drive = part.fields(FIELDS["thruster"]) | {"mapping": MAPPINGS.get(mapping, "linear"), "timeout": timeout}
+        drive = part.fields(FIELDS["thruster"]) | {"mapping": _MAPPINGS.get(mapping, "linear"), "timeout": timeout}
         name = part.text("cmdTopic").rpartition("/")[2].removesuffix("_thrust_cmd")
         name = name or robot.local(link).removesuffix("_propeller_link")
         engine = (engine or robot.hinge(link, above=1)) if steers else None
@@ -126,10 +126,10 @@ def _uuv_thruster(node: Node, robot: Robot) -> None:
     joint, least = robot.urdf.above.get(link), abs(node.value("thrustMin", 0.0))
     largest = max(node.value("thrustMax", 0.0), 0.0) or _converted(node)
     if largest <= 0.0:
-        robot.warn(node, f"no thrustMax and no largest input; the largest thrust is {USUAL_THRUST:g} N")
-        largest = USUAL_THRUST
-    robot.warn(node, SHARES)
-    axis = joint.axis if joint and joint.type in {"continuous", "revolute"} else FORWARD
+        robot.warn(node, f"no thrustMax and no largest input; the largest thrust is {_USUAL_THRUST:g} N")
+        largest = _USUAL_THRUST
+    robot.warn(node, _SHARES)
+    axis = joint.axis if joint and joint.type in {"continuous", "revolute"} else _FORWARD
     drive = {"max_force_forward": largest, "max_force_reverse": least or largest}
     robot.thrust(node, link, drive, propeller=joint.name if joint else None, axis=axis)
 
@@ -153,13 +153,13 @@ def _freefloating(node: Node, robot: Robot) -> None:
             continue
         link = robot.warned_link(part, "name")
         over = part.value("effortOverWater", 0.0, low=0)
-        largest = part.value("effort|effortUnderWater", 0.0 if over else FREEFLOATING_THRUST, low=0)
+        largest = part.value("effort|effortUnderWater", 0.0 if over else _FREEFLOATING_THRUST, low=0)
         if over and over != largest:
             robot.warn(part, f"one largest thrust under and over water: {largest or over:g} N")
         largest = largest or over
         drive = {"max_force_forward": largest, "max_force_reverse": largest}
         if link:
-            robot.warn(part, SHARES)
+            robot.warn(part, _SHARES)
         robot.thrust(part, link, drive, engine=robot.hinge(link), axis=(0.0, 0.0, -1.0))
 
 
@@ -167,25 +167,25 @@ def _foil(node: Node, robot: Robot) -> None:
     """A rudder, keel or sail of usv_sim_lsa (foil_dynamics_plugin.cpp) or of asv_sim (LiftDragModel.cc).
 
     The normal force of usv_sim's rudder is 2 `mult_lift` sin(angle), over which `mult_drag` is written; asv_sim's lift
-    has the slope `cla`. Ours has that slope by its aspect ratio and, beyond `STEEPEST`, by its area.
+    has the slope `cla`. Ours has that slope by its aspect ratio and, beyond `_STEEPEST`, by its area.
     """
     link, kind = robot.warned_link(node, "link_name"), node.text("link_type")
     if not link:
         return
-    theirs = plugin_kind(node) in ASV_FOILS
-    kind = ASV_FOILS.get(plugin_kind(node), kind)
+    theirs = plugin_kind(node) in _ASV_FOILS
+    kind = _ASV_FOILS.get(plugin_kind(node), kind)
     name, joint = robot.local(link).removesuffix("_link"), robot.hinge(link)
     x, y, z = node.values("cp", "x y z", (0.0, 0.0, 0.0))
     area = node.value("area", 1.0, above=0)
     entry: dict[str, object] = {"center": (x, y, z), "joint": joint, "max_angle": math.pi / 2}
     if kind == "sail" and joint:
-        robot.warn(node, "a sail on a sheet: its command is how far the boom goes to lee" + ("" if theirs else LIFTED))
+        robot.warn(node, "a sail on a sheet: its command is how far the boom goes to lee" + ("" if theirs else _LIFTED))
         curve = {"coefficients": _sail_rows(node)} if theirs else {}
         if (sail := node.configured(SailEntry, entry | curve | {"area": area})) is not None:
             robot.sails[name] = sail
     elif kind in {"rudder", "keel"}:
         steep = node.value("cla", math.tau) if theirs else 2.0 * node.value("mult_drag|mult_lift", 1.5, above=0)
-        slope = min(steep, STEEPEST)
+        slope = min(steep, _STEEPEST)
         if joint is None:
             entry["center"] = compose(robot.urdf.pose(link, robot.urdf.root), (x, y, z, 0.0, 0.0, 0.0))[:3]
         entry |= {"area": area * steep / slope, "aspect_ratio": 2.25 * slope / (6.13 - slope)}
@@ -265,7 +265,7 @@ def _wind(node: Node, robot: Robot) -> None:
     parts, root = node.children("wind_obj"), robot.local(robot.urdf.root)
     ours = [part for part in parts if robot.local(part.text("link_name"), hard_coded=True) == root]
     holder = next(iter((*ours, *parts)), node)
-    robot.wind = holder.read(WIND) if parts or node.text(WIND.path) else None
+    robot.wind = holder.read(_WIND) if parts or node.text(_WIND.path) else None
 
 
 def _fossen(node: Node, robot: Robot) -> None:
@@ -273,18 +273,18 @@ def _fossen(node: Node, robot: Robot) -> None:
     robot.water |= read_fossen(node, robot)
 
 
-TRIANGLES = "its damping and drag of each triangle are not simulated; all drag is derived from the hull"
+_TRIANGLES = "its damping and drag of each triangle are not simulated; all drag is derived from the hull"
 """Of the water of asv_wave_sim, which acts on the triangles of the hull."""
-THRUSTERS: Mapping[str, Callable[[Node, Robot], None]] = {
+_THRUSTERS: Mapping[str, Callable[[Node, Robot], None]] = {
     "usv_gazebo_thrust_plugin": _thrusters,
     "gz-sim-thruster-system": _newer_thruster,
     "uuv_thruster_plugin": _uuv_thruster,
     "uuv_thruster_ros_plugin": _uuv_thruster,
     "freefloating_gazebo_control": _freefloating,
-    **dict.fromkeys(("foil_dynamics_plugin", *ASV_FOILS), _foil),
+    **dict.fromkeys(("foil_dynamics_plugin", *_ASV_FOILS), _foil),
 }
-PLUGINS: Mapping[str, Callable[[Node, Robot], None]] = {
-    **THRUSTERS,
+_PLUGINS: Mapping[str, Callable[[Node, Robot], None]] = {
+    **_THRUSTERS,
     **dict.fromkeys(INSTRUMENTS, read_instrument),
     "usv_gazebo_dynamics_plugin": _hydrodynamics,
     "usv_gazebo_wind_plugin": _wind,
@@ -293,8 +293,8 @@ PLUGINS: Mapping[str, Callable[[Node, Robot], None]] = {
     "gz-sim-hydrodynamics-system": _fossen,
     "gz-sim-buoyancy-system": lambda node, robot: robot.water.update(read_buoyancy(node)),
     "ArduPilotPlugin": lambda node, robot: robot.controls.extend(read_controls(node, robot)),
-    "gz-waves1-hydrodynamics-system": lambda node, robot: robot.warn(node, TRIANGLES),
-    "HydrodynamicsPlugin": lambda node, robot: robot.warn(node, TRIANGLES),
+    "gz-waves1-hydrodynamics-system": lambda node, robot: robot.warn(node, _TRIANGLES),
+    "HydrodynamicsPlugin": lambda node, robot: robot.warn(node, _TRIANGLES),
 }
 """What reads a plugin, by its kind."""
 QUIET_PLUGINS: frozenset[str] = frozenset(TABLES["quiet_plugins"])
@@ -303,7 +303,7 @@ QUIET_PLUGINS: frozenset[str] = frozenset(TABLES["quiet_plugins"])
 
 def is_thruster(filename: str) -> bool:
     """Whether a plugin of this `filename` is a thruster."""
-    return library(filename) in THRUSTERS
+    return library(filename) in _THRUSTERS
 
 
 def read_gazebo(urdf: Urdf, tags: Sequence[Node], findings: Findings) -> Gazebo:
@@ -343,8 +343,8 @@ def _read_element(node: Node, robot: Robot) -> None:
         read_sensor(sensor, reference or robot.urdf.root, robot, alone=types.count(kind) == 1)
     for plugin in node.children("plugin"):
         kind = plugin_kind(plugin)
-        if kind in PLUGINS:
-            PLUGINS[kind](plugin, robot)
+        if kind in _PLUGINS:
+            _PLUGINS[kind](plugin, robot)
         elif plugin.text("thruster/linkName"):
             robot.warn(plugin, f"the plugin {plugin.attribute('filename')} is read as VRX's thrust plugin, by its tags")
             _thrusters(plugin, robot)

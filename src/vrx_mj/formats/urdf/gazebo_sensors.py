@@ -15,9 +15,9 @@ from vrx_mj.formats.urdf.elements import FIELDS, Findings, Node, Rows, Tag, own_
 from vrx_mj.formats.urdf.model import ZERO, Gazebo, Urdf, chained
 from vrx_mj.frames import Pose
 
-HARD_CODED = ("wamv/", "cora/")
+_HARD_CODED = ("wamv/", "cora/")
 """Prefixes that VRX's files write whatever the boat's namespace is."""
-USUAL_RATE = 100.0
+_USUAL_RATE = 100.0
 """Rate [Hz] of a sensor that Gazebo would read at every step."""
 
 _GENERATION = re.compile(r"^(ignition-gazebo|gz-sim)\d*-")
@@ -91,7 +91,7 @@ class Scope(Gazebo):
     def local(self, name: str, *, hard_coded: bool = False) -> str:
         """A frame's or link's name without slash in front and namespace, nor one that VRX hard-codes."""
         name = self.urdf.local(name.lstrip("/"))
-        for prefix in HARD_CODED if hard_coded else ():
+        for prefix in _HARD_CODED if hard_coded else ():
             name = name.removeprefix(prefix)
         return name
 
@@ -119,28 +119,28 @@ class Scope(Gazebo):
         rate: float = node.read(tag)
         if rate == 0:
             name = child.tag if child else tag.path.rpartition("|")[2]
-            self.warn(node, f"has no {name}; it is read at {USUAL_RATE:g} Hz, not at every step")
-        return rate or USUAL_RATE
+            self.warn(node, f"has no {name}; it is read at {_USUAL_RATE:g} Hz, not at every step")
+        return rate or _USUAL_RATE
 
 
-Values = dict[str, Any]
-STEPS = {"ball_shooter_plugin": 0.001, "BallShooterPlugin": 0.004}
+_Values = dict[str, Any]
+_STEPS = {"ball_shooter_plugin": 0.001, "BallShooterPlugin": 0.004}
 """Duration [s] of a physics step, for which VRX's launchers push a ball, by plugin."""
-Ignored = tuple[tuple[Tag, str], ...]
+_Ignored = tuple[tuple[Tag, str], ...]
 """Tags that are not simulated, and what is said of them."""
 _OFFSETS = "rpyOffsets", "xyzOffsets", "rpyOffset", "xyzOffset"
-LENS: Ignored = tuple(
+LENS: _Ignored = tuple(
     (Tag(f"distortion{key}"), "lens distortion is not simulated") for key in ("K1", "K2", "K3", "T1", "T2")
 )
-OFFSETS: Ignored = tuple((Tag(tag, (0.0, 0.0, 0.0), "m, rad"), "{} is ignored") for tag in _OFFSETS)
-LABELLED = ("boundingbox_camera", "segmentation_camera")
+OFFSETS: _Ignored = tuple((Tag(tag, (0.0, 0.0, 0.0), "m, rad"), "{} is ignored") for tag in _OFFSETS)
+_LABELLED = ("boundingbox_camera", "segmentation_camera")
 """Types of a camera that says what it sees."""
 LINK, TOPIC = "bodyName|robot_base_frame", "topicName|topic|odom_topic|cameraName"
 FRAME = "frameId|frameName|frame_id|odom_frame|projectile/frame"
 """Tags of what all plugins of sensors have, whoever makes them."""
 SENSOR_RATE = Tag("update_rate", 0.0, "Hz", low=0)
 PLUGIN_RATE: Mapping[str, Any] = {"path": "updateRateHZ|updateRate"}
-CONFIGS: Mapping[str, type[Config]] = {
+_CONFIGS: Mapping[str, type[Config]] = {
     config.model_fields["type"].default: config for config in get_args(get_args(SensorConfig)[0])
 }
 """Configurations of sensors by their type."""
@@ -188,12 +188,12 @@ INSTRUMENTS, SENSORS = (
 """Plugins that are sensors, and Gazebo's own sensors by their type."""
 
 
-def _fields(node: Node | None, rows: Rows) -> Values:
+def _fields(node: Node | None, rows: Rows) -> _Values:
     return node.fields(rows) if node else {name: tag.default for name, tag in rows.items()}
 
 
-def _hector(node: Node, *_: object) -> Values:
-    found: Values = {}
+def _hector(node: Node, *_: object) -> _Values:
+    found: _Values = {}
     for key, prefix in INSTRUMENTS[plugin_kind(node)].prefixes.items():
         found[key] = {}
         for name, tag in FIELDS["hector"].items():
@@ -204,17 +204,17 @@ def _hector(node: Node, *_: object) -> Values:
     return found
 
 
-def _plain_imu(node: Node, *_: object) -> Values:
+def _plain_imu(node: Node, *_: object) -> _Values:
     """Gazebo's own ROS plugin has one noise for everything."""
     noise = {"noise": (node.read(FIELDS["noise"]["noise"]),) * 3}
     return {"acceleration": noise, "angular_velocity": noise}
 
 
-def _shooter(node: Node, _: Node | None, scope: Scope, link: str) -> Values:
+def _shooter(node: Node, _: Node | None, scope: Scope, link: str) -> _Values:
     found = node.fields(FIELDS["shooter"])
     if any(found["muzzle"][3:]):
         scope.warn(node, "the angles of the projectile's pose are ignored")
-    impulse, muzzle = found["impulse"] * STEPS[plugin_kind(node)], found["muzzle"][:3]
+    impulse, muzzle = found["impulse"] * _STEPS[plugin_kind(node)], found["muzzle"][:3]
     return found | {"impulse": impulse, "muzzle": muzzle, "frame": scope.local(link)}
 
 
@@ -242,7 +242,7 @@ def _add(
     """Keeps a sensor, if its values are such as there are."""
     own = node.tag == "sensor"
     rate = SENSOR_RATE if own or kind.rate is None else replace(SENSOR_RATE, **kind.rate)
-    read = READERS.get(kind.name)
+    read = _READERS.get(kind.name)
     values = {
         "type": kind.type,
         "name": name,
@@ -253,12 +253,12 @@ def _add(
         **({"rate": scope.rate(node, rate)} if own or kind.rate else {}),
         **(read(node, plugin, scope, link) if read else node.fields(FIELDS[kind.fields])),
     }
-    sensor: Any = None if node.findings.problems else node.configured(CONFIGS[kind.type], values)
+    sensor: Any = None if node.findings.problems else node.configured(_CONFIGS[kind.type], values)
     if sensor is not None:
         scope.sensors.append(sensor)
 
 
-def _camera(node: Node, plugin: Node | None, scope: Scope, link: str) -> Values:
+def _camera(node: Node, plugin: Node | None, scope: Scope, link: str) -> _Values:
     camera = node.child("camera")
     if camera is None:
         node.fault("required, but missing", "camera")
@@ -267,11 +267,11 @@ def _camera(node: Node, plugin: Node | None, scope: Scope, link: str) -> Values:
     optical = next((end for end in (f"{link}_optical", f"{link}_optical_frame") if end in scope.urdf.links), link)
     frame = plugin.text("frameName", optical) if plugin else optical
     found = camera.fields(FIELDS["camera"]) | _fields(plugin, FIELDS["camera_plugin"])
-    labels = found["labels"] or node.attribute("type") in LABELLED
+    labels = found["labels"] or node.attribute("type") in _LABELLED
     return found | {"noise": _noise(camera.child("noise"), scope), "frame": scope.local(frame), "labels": labels}
 
 
-def _lidar(node: Node, plugin: Node | None, scope: Scope, _: str) -> Values:
+def _lidar(node: Node, plugin: Node | None, scope: Scope, _: str) -> _Values:
     ray = node.child("ray|lidar")
     if ray is None or ray.child("scan/horizontal") is None:
         node.fault("required, but missing", "ray / scan / horizontal")
@@ -297,9 +297,9 @@ def _lidar(node: Node, plugin: Node | None, scope: Scope, _: str) -> Values:
     }
 
 
-def _gps(node: Node, _: Node | None, scope: Scope, __: str) -> Values:
+def _gps(node: Node, _: Node | None, scope: Scope, __: str) -> _Values:
     """SDF gives its receiver, `navsat` or `gps`, horizontal and vertical noise."""
-    found: Values = {}
+    found: _Values = {}
     for key in ("position", "velocity"):
         body = node.child(f"navsat/{key}_sensing|gps/{key}_sensing")
         across, up = (_noise(body and body.child(way, "noise"), scope) for way in ("horizontal", "vertical"))
@@ -307,12 +307,12 @@ def _gps(node: Node, _: Node | None, scope: Scope, __: str) -> Values:
     return found
 
 
-def _imu(node: Node, _: Node | None, scope: Scope, __: str) -> Values:
+def _imu(node: Node, _: Node | None, scope: Scope, __: str) -> _Values:
     tags = {"acceleration": "linear_acceleration", "angular_velocity": "angular_velocity"}
     return {key: _errors(node, tag, scope) for key, tag in tags.items()}
 
 
-def _errors(node: Node, tag: str, scope: Scope) -> Values:
+def _errors(node: Node, tag: str, scope: Scope) -> _Values:
     """SDF's noise of three axes; its dynamic bias wanders with a stationary deviation of s sqrt(tau / 2).
 
     Reference: gz-sensors, GaussianNoiseModel.cc: b' = -b / tau + s w.
@@ -334,7 +334,7 @@ def _noise(node: Node | None, scope: Scope) -> float:
     return node.value("stddev", 0.0, low=0)
 
 
-READERS: Mapping[str, Callable[[Node, Node | None, Scope, str], Values]] = {
+_READERS: Mapping[str, Callable[[Node, Node | None, Scope, str], _Values]] = {
     "hector_gps": _hector,
     "hector_imu": _hector,
     "plain_imu": _plain_imu,

@@ -14,25 +14,25 @@ from vrx_mj.formats.urdf.elements import Node, Tag
 from vrx_mj.formats.urdf.gazebo_sensors import Scope
 from vrx_mj.formats.urdf.model import UrdfThruster
 
-AXES = ("xU", "yV", "zW", "kP", "mQ", "nR")
+_AXES = ("xU", "yV", "zW", "kP", "mQ", "nR")
 """Coefficients along the axes of motion: surge, sway, heave, roll, pitch, yaw."""
-FOSSEN = {axis: (f"{axis[0]}Dot{axis[1]}", axis, f"{axis}abs{axis[1]}", f"{axis}{axis[1]}") for axis in AXES}
+_FOSSEN = {axis: (f"{axis[0]}Dot{axis[1]}", axis, f"{axis}abs{axis[1]}", f"{axis}{axis[1]}") for axis in _AXES}
 """Tags of added mass [kg, kg m2], linear [N s/m, N m s] and quadratic drag, the last by its newer and older name."""
 CURRENT = Tag("default_current", (0.0, 0.0, 0.0), "m/s"), "{} is ignored: the water has no current here"
-TYPES = ("COMMAND", "EFFORT", "POSITION", "VELOCITY")
+_TYPES = ("COMMAND", "EFFORT", "POSITION", "VELOCITY")
 
 _COEFFICIENT = re.compile(r"[xyzkmn](Dot)?[UVWPQR][UVWPQR]?|[xyzkmn][UVWPQR]abs[UVWPQR]")
 
-Known = dict[str, Any]
+_Known = dict[str, Any]
 """Fields of `HydrodynamicsConfig` that a file gives; in a six None is what it does not."""
 
 
-def read_fossen(node: Node, scope: Scope) -> Known:
+def read_fossen(node: Node, scope: Scope) -> _Known:
     """Added mass and drag of gz-sim's Hydrodynamics along each axis; a drag that it does not give is not known.
 
     Fossen's derivatives are negative where they resist; the plugin takes its water for still.
     """
-    used = {tag for tags in FOSSEN.values() for tag in tags}
+    used = {tag for tags in _FOSSEN.values() for tag in tags}
     positive = [tag for tag in used if node.value(tag, 0.0) > 0.0]
     if positive:
         names = ", ".join(sorted(positive))
@@ -42,9 +42,9 @@ def read_fossen(node: Node, scope: Scope) -> Known:
     if crossed:
         scope.warn(node, f"coefficients off the diagonal are ignored: {', '.join(crossed)}")
     scope.check(node, [CURRENT])
-    paths = [(mass, drag, f"{newer}|{older}") for mass, drag, newer, older in FOSSEN.values()]
+    paths = [(mass, drag, f"{newer}|{older}") for mass, drag, newer, older in _FOSSEN.values()]
     found = [[abs(node.value(path, 0.0)) if node.child(path) else None for path in along] for along in paths]
-    known: Known = {
+    known: _Known = {
         "added_mass": (0.0,) * 6 if node.flag("disable_added_mass", False) else tuple(mass for mass, *_ in found),
         "drag_linear": tuple(_drag(linear, quadratic) for _, linear, quadratic in found),
         "drag_quadratic": tuple(_drag(quadratic, linear) for _, linear, quadratic in found),
@@ -58,7 +58,7 @@ def _drag(own: float | None, other: float | None) -> float | None:
     return 0.0 if own is None and other is not None else own
 
 
-def read_buoyancy(node: Node) -> Known:
+def read_buoyancy(node: Node) -> _Known:
     """The density of the water; what lifts are the shapes, which gz-sim too takes."""
     if node.child("uniform_fluid_density|graded_buoyancy") is None:
         return {}
@@ -89,8 +89,8 @@ def read_controls(node: Node, scope: Scope) -> list[Control]:
     found = []
     for index, part in enumerate(node.children("control")):
         name, kind = scope.joint(part, "jointName"), part.text("type", "VELOCITY").upper()
-        if kind not in TYPES:
-            part.fault(choice(kind, TYPES), "type")
+        if kind not in _TYPES:
+            part.fault(choice(kind, _TYPES), "type")
         least, most = part.value("servo_min", 1000.0), part.value("servo_max", 2000.0)
         if least == most:
             part.fault(f"servo_min and servo_max must differ, got {least:g} for both")

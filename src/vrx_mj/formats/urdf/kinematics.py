@@ -17,7 +17,7 @@ from vrx_mj.formats.urdf.tags import losses
 from vrx_mj.formats.urdf.xml_document import parse_robot
 from vrx_mj.frames import rotation
 
-FIXED = "fixed"
+_FIXED = "fixed"
 
 
 def reading(
@@ -62,7 +62,7 @@ def turns(links: Sequence[str], joints: Sequence[rows.Row]) -> dict[str, FloatAr
     for name, kind, parent, child, pose, axis, rest in joints:
         origin = np.eye(4)
         origin[:3, :3], origin[:3, 3] = rotation(*pose[3:]), pose[:3]
-        made.append(yourdfpy.Joint(name, kind if rest else FIXED, parent, child, origin, np.array(axis)))
+        made.append(yourdfpy.Joint(name, kind if rest else _FIXED, parent, child, origin, np.array(axis)))
         if rest:
             resting[name] = rest
     model = yourdfpy.URDF(yourdfpy.Robot("", [yourdfpy.Link(name) for name in links], made), load_meshes=False)

@@ -26,7 +26,7 @@ def stand_ins() -> Mapping[str, Mapping[str, Any]]:
     return table
 
 
-def stand_in(name: str, pose: Pose, color: Color | None, scale: Scale = (1.0, 1.0, 1.0)) -> tuple[Visual, ...]:
+def _stand_in(name: str, pose: Pose, color: Color | None, scale: Scale = (1.0, 1.0, 1.0)) -> tuple[Visual, ...]:
     """What is drawn where a URDF wants a mesh of VRX, which it names by this path; nothing for other meshes.
 
     `pose` is where the URDF draws the mesh in its link, `scale` how large; `color` is what it asks for, if it does.
@@ -48,7 +48,7 @@ def with_shapes(row: LinkRow, files: MeshFiles, findings: Findings) -> Link:
     return replace(
         row.link,
         collisions=tuple(felt for shape in row.collisions for felt in solid_mesh(shape, files, findings)),
-        visuals=tuple(seen for shape in row.visuals for seen in seen_mesh(shape, files, findings)),
+        visuals=tuple(seen for shape in row.visuals for seen in _seen_mesh(shape, files, findings)),
     )
 
 
@@ -63,7 +63,7 @@ def solid_mesh(shape: Shape | MeshRow, files: MeshFiles, findings: Findings) -> 
         findings.problems.append(shape.place.problem(shape.key, str(error)))
 
 
-def seen_mesh(shape: Visual | MeshRow, files: MeshFiles, findings: Findings) -> Iterator[Visual]:
+def _seen_mesh(shape: Visual | MeshRow, files: MeshFiles, findings: Findings) -> Iterator[Visual]:
     """What is seen of a shape; a mesh that is missing is drawn by ours for it, if there are any.
 
     A mesh that is only looked at refuses no robot: one that cannot be read is left out.
@@ -74,7 +74,7 @@ def seen_mesh(shape: Visual | MeshRow, files: MeshFiles, findings: Findings) -> 
     try:
         yield _found(shape, files, Visual)
     except MissingMeshError:
-        instead = stand_in(shape.file, shape.pose, shape.color, shape.scale)
+        instead = _stand_in(shape.file, shape.pose, shape.color, shape.scale)
         if not instead:
             findings.note("mesh", shape.file)
         yield from instead

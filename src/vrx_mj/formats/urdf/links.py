@@ -17,21 +17,21 @@ from vrx_mj.formats.urdf.elements import FIELDS, LARGEST, Findings, Node, own_na
 from vrx_mj.formats.urdf.model import Color, Inertial, Joint, Limits, Link, LinkRow, MeshRow
 from vrx_mj.frames import Pose
 
-GEOMETRIES = ("box", "sphere", "cylinder", "capsule", "mesh")
-POST = "_post_link"
+_GEOMETRIES = ("box", "sphere", "cylinder", "capsule", "mesh")
+_POST = "_post_link"
 """How VRX's generator ends the name of a sensor's post; it may have a negative length, and so a negative mass."""
-VRX_IMU = (0.1, 0.000083, 0.000083, 0.0125)
+_VRX_IMU = (0.1, 0.000083, 0.000083, 0.0125)
 """Mass and moments that VRX gives its IMU. No body has them, but so light a part does not matter."""
-SLIGHT = 1.1
+_SLIGHT = 1.1
 """How far a moment may exceed the sum of the others before the inertia of a heavy link is an error."""
-THIN, ROUNDED = 1e-6, 1e-12
+_THIN, _ROUNDED = 1e-6, 1e-12
 """Squares [m2] of radii of gyration, 1 mm and 1 um: moments off by less come of rounding, and are no error; or are
 not worth a word."""
-LAST_DIGITS = 1e-7
+_LAST_DIGITS = 1e-7
 """Moments [kg m2] that are off by less come of rounding, however light the link: files write seven decimals."""
 ONE = (1.0, 1.0, 1.0)
 """Scale of a mesh that is drawn as it is."""
-ANY_MESH = "mesh.obj"
+_ANY_MESH = "mesh.obj"
 """Stands for the file of a mesh while what else is said of it is checked."""
 ShapeT = TypeVar("ShapeT", bound=Shape)
 
@@ -65,7 +65,7 @@ def read_link(node: Node, around: Surroundings) -> LinkRow:
     )
 
 
-def read_pose(node: Node | None) -> Pose:
+def _read_pose(node: Node | None) -> Pose:
     """The pose in an element's `<origin>`; what is missing is zero."""
     origin = node.child("origin") if node else None
     if origin is None:
@@ -107,7 +107,7 @@ def _is_short_post(node: Node, name: str) -> bool:
     """Whether this is a sensor's post that ends below the deck: VRX writes length and mass as they come out."""
     mass = node.child("inertial", "mass")
     try:
-        return name.endswith(POST) and mass is not None and -math.inf < float(mass.attribute("value") or 1.0) <= 0.0
+        return name.endswith(_POST) and mass is not None and -math.inf < float(mass.attribute("value") or 1.0) <= 0.0
     except ValueError:
         return False
 
@@ -120,7 +120,7 @@ def _inertial(node: Node, name: str, around: Surroundings) -> Inertial | None:
     mass = mass_node.number("value", low=0) if mass_node else math.nan
     diagonal = [inertia.number(key) if inertia else math.nan for key in ("ixx", "iyy", "izz")]
     products = [inertia.number(key, 0.0) if inertia else math.nan for key in ("ixy", "ixz", "iyz")]
-    pose = read_pose(inertial)
+    pose = _read_pose(inertial)
     if not all(map(math.isfinite, (mass, *diagonal, *products))):
         return None
     if mass == 0:
@@ -138,10 +138,10 @@ def check_inertia(node: Node, name: str, values: tuple[float, ...], around: Surr
     xx, yy, zz, xy, xz, yz = tensor
     low, middle, high = moments = np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]).tolist()
     words = ", ".join(f"{moment:.6g}" for moment in moments)
-    if low < -ROUNDED * mass:
-        around.impossible.append((node, name, low < -max(1e-9 * high, THIN * mass, LAST_DIGITS), f"{words} kg m2"))
-    elif high - low - middle > max(1e-6 * (low + middle), ROUNDED * mass) and (mass, *tensor[:3]) != VRX_IMU:
-        far = high - low - middle > max((SLIGHT - 1.0) * (low + middle), THIN * mass, LAST_DIGITS)
+    if low < -_ROUNDED * mass:
+        around.impossible.append((node, name, low < -max(1e-9 * high, _THIN * mass, _LAST_DIGITS), f"{words} kg m2"))
+    elif high - low - middle > max(1e-6 * (low + middle), _ROUNDED * mass) and (mass, *tensor[:3]) != _VRX_IMU:
+        far = high - low - middle > max((_SLIGHT - 1.0) * (low + middle), _THIN * mass, _LAST_DIGITS)
         more = "and the largest is more than the sum of the other two"
         around.impossible.append((node, name, far, f"{words} kg m2, {more}"))
 
@@ -166,7 +166,7 @@ def _visual(node: Node, link: str, around: Surroundings) -> Visual | MeshRow | N
 
 def shape_of(node: Node, geometry: Node, values: dict[str, Any], kind: type[ShapeT]) -> ShapeT | MeshRow | None:
     """A shape of these values; of a mesh the row."""
-    if values["type"] != "mesh" or node.configured(kind, {**values, "file": ANY_MESH}) is None:
+    if values["type"] != "mesh" or node.configured(kind, {**values, "file": _ANY_MESH}) is None:
         return node.configured(kind, values)
     mesh = geometry.child("mesh") or geometry
     key = "uri" if mesh.child("uri") else "filename"
@@ -188,13 +188,13 @@ def _shape(node: Node, geometry: Node) -> dict[str, Any] | None:
     shapes = [Node(child, f"{geometry.path} / {child.tag}", geometry.findings) for child in geometry.element]
     if len(shapes) != 1:
         found = ", ".join(shape.tag for shape in shapes) or "nothing"
-        geometry.fault(f"expected one of {', '.join(GEOMETRIES)}, got {found}")
+        geometry.fault(f"expected one of {', '.join(_GEOMETRIES)}, got {found}")
         return None
     shape, known = shapes[0], len(geometry.findings.problems)
-    if shape.tag not in GEOMETRIES:
-        geometry.fault(choice(shape.tag, GEOMETRIES))
+    if shape.tag not in _GEOMETRIES:
+        geometry.fault(choice(shape.tag, _GEOMETRIES))
         return None
-    values: dict[str, Any] = {"type": shape.tag, "pose": read_pose(node)}
+    values: dict[str, Any] = {"type": shape.tag, "pose": _read_pose(node)}
     if shape.tag == "mesh":
         values["file"] = shape.required("filename")
         if shape.attribute("scale") is not None:
@@ -236,7 +236,7 @@ def read_joint(node: Node, links: Collection[str]) -> Joint:
     axis = _axis(node, kind)
     kind, limits = freed(kind, _limits(node, kind))
     rest = min(max(0.0, limits.lower), limits.upper) if limits and kind in BOUNDED else 0.0
-    pose, place = read_pose(node), node.place
+    pose, place = _read_pose(node), node.place
     return Joint(name, kind, parent, child, pose, axis=axis, limits=limits, place=place, rest=rest)
 
 

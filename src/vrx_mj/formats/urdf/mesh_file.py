@@ -19,9 +19,9 @@ import trimesh
 from vrx_mj.errors import VrxError
 from vrx_mj.formats.urdf.meshes import Color, MeshData
 
-MOST_TRIANGLES = 200_000
+_MOST_TRIANGLES = 200_000
 """MuJoCo's own limit for STL files."""
-LARGEST = 1e5
+_LARGEST = 1e5
 """Farthest point [m] that makes sense in a mesh."""
 _UNIT = re.compile(rb"<unit\b[^>]{0,300}?\bmeter\s{0,9}=\s{0,9}[\"']\s{0,9}([0-9.eE+-]{1,99})\s{0,9}[\"']")
 _COLORS = re.compile(
@@ -59,13 +59,13 @@ def mesh(path: str, name: str) -> MeshData:
     if not parts:
         raise VrxError(f"mesh {name} is empty: it has no triangles")
     count = sum(len(part.faces) for part in parts)
-    if count > MOST_TRIANGLES:
-        raise VrxError(f"mesh {name} has {count:,} triangles; at most {MOST_TRIANGLES:,} are allowed: simplify it, for "
-                       "example with Blender's Decimate")  # fmt: skip
+    if count > _MOST_TRIANGLES:
+        raise VrxError(f"mesh {name} has {count:,} triangles; at most {_MOST_TRIANGLES:,} are allowed: simplify it, "
+                       "for example with Blender's Decimate")  # fmt: skip
     return _checked(name, _merged(parts, unit))
 
 
-def glb(path: str, name: str) -> bytes:
+def _glb(path: str, name: str) -> bytes:
     """The mesh of a file as glTF, whose y axis is up.
 
     Raises:
@@ -127,8 +127,8 @@ def _checked(name: str, found: MeshData) -> MeshData:
     if not np.isfinite(points).all():
         raise VrxError(f"mesh {name} is broken: the coordinates of a point are not finite")
     largest = float(np.abs(points).max())
-    if largest > LARGEST:
-        raise VrxError(f"mesh {name} reaches {largest:.3g} m from its origin; at most {LARGEST:g} m: check its unit")
+    if largest > _LARGEST:
+        raise VrxError(f"mesh {name} reaches {largest:.3g} m from its origin; at most {_LARGEST:g} m: check its unit")
     distinct = len(np.unique(points, axis=0))
     if distinct < 4:
         raise VrxError(f"mesh {name} has {distinct} different points; a shape needs at least 4")

@@ -23,7 +23,7 @@ from vrx_mj.formats.urdf.xacro_files import Files
 _PACKAGE = re.compile(r"(package|model)://([^/]*)/(.*)", re.DOTALL)
 _SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*)://")
 _MESH = re.compile(r"""(<mesh\s[^<>]*?\bfilename\s*=\s*)("[^"<]*"|'[^'<]*')""")
-SHOWN_BASES = 12
+_SHOWN_BASES = 12
 """Folders that a message lists."""
 _QUOTES = {"&quot;": '"', "&apos;": "'"}
 
@@ -78,7 +78,7 @@ class MeshFiles(Files):
                 yield base / path
 
     def _shown_bases(self) -> str:
-        return first_names(dict.fromkeys(map(display, self.bases)), SHOWN_BASES)
+        return first_names(dict.fromkeys(map(display, self.bases)), _SHOWN_BASES)
 
 
 def with_file_uris(text: str, files: MeshFiles) -> str:
@@ -110,17 +110,17 @@ def _inside(file: Path, base: Path) -> str:
     return written.as_posix()
 
 
-MAX_BYTES = 50_000_000
+_MAX_BYTES = 50_000_000
 """Largest mesh file that is read."""
-FLAT = 1e-6
+_FLAT = 1e-6
 """Thickness, as a share of the largest extent, below which a mesh is a plane or a line."""
 
-MEMORY, MEMORY_PER_BYTE = 256 << 20, 16
+_MEMORY, _MEMORY_PER_BYTE = 256 << 20, 16
 """What reading a mesh may take [bytes]: this, and so much for each byte of its file."""
-SECONDS, BYTES_PER_SECOND = 4, 2_000_000
+_SECONDS, _BYTES_PER_SECOND = 4, 2_000_000
 """Processor time of reading a mesh: this [s], and a second for so many bytes."""
 
-Found = TypeVar("Found")
+_Found = TypeVar("_Found")
 Color = tuple[float, float, float, float]
 
 
@@ -140,7 +140,7 @@ class MeshData:
         """Whether all points lie in a plane, so that nothing can collide with it."""
         centred = self.points - self.points.mean(axis=0)
         extents = np.linalg.svd(centred, compute_uv=False)
-        return bool(extents[-1] <= FLAT * extents[0])
+        return bool(extents[-1] <= _FLAT * extents[0])
 
 
 def read_mesh(path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0)) -> MeshData:
@@ -176,7 +176,7 @@ def obj_text(mesh: MeshData) -> str:
 def mesh_bytes(path: Path) -> bytes:
     """The content of a mesh file as it is. The same errors as of `read_mesh`, but it is not looked into."""
     try:
-        return read_limited(path, MAX_BYTES)
+        return read_limited(path, _MAX_BYTES)
     except ReadingError as error:
         raise VrxError(f"mesh {shortened(path.name)} {error}") from None
 
@@ -191,14 +191,14 @@ def mesh_glb(path: Path) -> bytes:
     return _asked("glb", path, len(mesh_bytes(path)), bytes)
 
 
-def _asked(what: str, path: Path, size: int, returns: type[Found]) -> Found:
+def _asked(what: str, path: Path, size: int, returns: type[_Found]) -> _Found:
     """What the process without rights gives of a mesh file."""
     name = shortened(path.name)
     if path.suffix.lower() not in MESH_SUFFIXES:
         raise VrxError(f"expected a mesh that ends in {one_of(MESH_SUFFIXES)}, got '{name}'")
     return ask(
         f"formats.urdf.mesh_file:{what}", path.absolute(), name, returns=returns, about=f"mesh {name}", reads=[path],
-        memory=MEMORY + size * MEMORY_PER_BYTE, seconds=SECONDS + size // BYTES_PER_SECOND,
+        memory=_MEMORY + size * _MEMORY_PER_BYTE, seconds=_SECONDS + size // _BYTES_PER_SECOND,
     )  # fmt: skip
 
 

@@ -135,7 +135,7 @@ class UrdfThruster:
     """Direction of the thrust in the propeller's link, of length 1."""
 
 
-Water = dict[str, float | tuple[float | None, ...] | tuple[HullConfig, ...]]
+_Water = dict[str, float | tuple[float | None, ...] | tuple[HullConfig, ...]]
 
 
 @dataclass
@@ -144,7 +144,7 @@ class Gazebo:
 
     thrusters: list[UrdfThruster] = field(default_factory=list)
     hydrodynamics: HydrodynamicsConfig | None = None
-    water: Water = field(default_factory=dict)
+    water: _Water = field(default_factory=dict)
     """Fields of `HydrodynamicsConfig` that are known where the rest is not; in a six None is what is not."""
     wind: tuple[float, float, float] | None = None
     """Coefficients, from VRX's wind plugin."""

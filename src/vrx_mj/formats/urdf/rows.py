@@ -16,10 +16,10 @@ from vrx_mj.frames import Pose, angles
 
 Row = tuple[str, str, str, str, Pose, tuple[float, float, float], float]
 """Of a joint name, type, names of parent and child, pose in the parent at 0 [m, rad], axis, and value at rest."""
-Turns = Callable[[Sequence[str], Sequence[Row]], dict[str, FloatArray]]
-LIGHT = 0.01
+_Turns = Callable[[Sequence[str], Sequence[Row]], dict[str, FloatArray]]
+_LIGHT = 0.01
 """Share of a robot's mass below which a link's impossible inertia does not matter."""
-SLENDER = 0.1
+_SLENDER = 0.1
 """Share of the largest moments of all links up to which it does not matter either."""
 
 
@@ -30,7 +30,7 @@ def robot_of(
     joints: Mapping[str, Joint],
     around: Surroundings,
     tags: Sequence[Node],
-    turns: Turns | None = None,
+    turns: _Turns | None = None,
 ) -> Urdf:
     """A robot whose links hang together and can exist, with what its tags mean, unless something is wrong with it.
 
@@ -50,7 +50,7 @@ def _asked(links: Sequence[str], joints: Sequence[Row]) -> dict[str, FloatArray]
 
 
 def jointed(
-    root: Node, file: Path, links: Mapping[str, Link], joints: Mapping[str, Joint], top: str, turns_of: Turns
+    root: Node, file: Path, links: Mapping[str, Link], joints: Mapping[str, Joint], top: str, turns_of: _Turns
 ) -> Urdf:
     """A robot without plugins and sensors, its joints at rest."""
     rows = [(one.name, one.type, one.parent, one.child, one.pose, one.axis, one.rest) for one in joints.values()]
@@ -96,7 +96,7 @@ def check_masses(links: Mapping[str, Link], around: Surroundings, root: Node) ->
         root.fault("no link has a mass", root.tag)
     for node, name, far, words in around.impossible:
         inertial = links[name].inertial
-        if far and inertial and (inertial.mass > LIGHT * total or max(map(abs, inertial.tensor)) > SLENDER * moment):
+        if far and inertial and (inertial.mass > _LIGHT * total or max(map(abs, inertial.tensor)) > _SLENDER * moment):
             node.fault(f"impossible moments of inertia: about the principal axes they are {words}")
         else:
             around.findings.note("inertia", name)

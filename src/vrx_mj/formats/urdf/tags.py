@@ -18,8 +18,8 @@ from vrx_mj.formats.urdf.model import Place
 from vrx_mj.formats.urdf.xml_document import Markup
 
 _TEXT = (Path(__file__).parent / "tags.json").read_bytes()  # the process without rights may read no file later
-Side = Literal["boat", "object", "world"]
-SIDES = get_args(Side)
+_Side = Literal["boat", "object", "world"]
+_SIDES = get_args(_Side)
 
 
 class Entry(NamedTuple):
@@ -47,7 +47,7 @@ def sections() -> Mapping[str, Mapping[str, Mapping[str, Any]]]:
         name: {
             path: {
                 side: Entry(*(row[side] if isinstance(row, dict) else row))
-                for side in (row if isinstance(row, dict) else SIDES)
+                for side in (row if isinstance(row, dict) else _SIDES)
             }
             for path, row in rows.items()
         }
@@ -67,7 +67,7 @@ def _holders(section: str) -> frozenset[str]:
     return frozenset(path.rpartition("/")[0] for path in sections()[section])
 
 
-def losses(root: Markup, section: str, side: Side) -> list[Loss]:
+def losses(root: Markup, section: str, side: _Side) -> list[Loss]:
     """What is lost of an element and of all in it, each kind once."""
     found: dict[tuple[str, str], list[Loss]] = {}
     for key, loss in _lost(root, section, "", side):
@@ -77,7 +77,7 @@ def losses(root: Markup, section: str, side: Side) -> list[Loss]:
     ]  # fmt: skip
 
 
-def _lost(element: Any, section: str, base: str, side: Side) -> Iterator[tuple[tuple[str, str], Loss]]:
+def _lost(element: Any, section: str, base: str, side: _Side) -> Iterator[tuple[tuple[str, str], Loss]]:
     """The losses of an element whose attributes and children are in a section, by their kind."""
     rows = sections()[section]
     for name, value in element.attrib.items():
@@ -97,7 +97,7 @@ def _lost(element: Any, section: str, base: str, side: Side) -> Iterator[tuple[t
             yield from _lost(child, *section_below(section, path), side)
 
 
-def _why(rows: Mapping[str, Mapping[str, Entry]], path: str, value: str, side: Side) -> str:
+def _why(rows: Mapping[str, Mapping[str, Entry]], path: str, value: str, side: _Side) -> str:
     """Why something is lost; empty if nothing is."""
     row = rows.get(path)
     if row is None:

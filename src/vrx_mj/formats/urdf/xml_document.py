@@ -22,9 +22,9 @@ from vrx_mj.formats.urdf.model import Place
 
 MAX_BYTES = 4_000_000
 """Longest file that is read."""
-DEEPEST = 60
+_DEEPEST = 60
 """Levels of elements in elements."""
-MOST_NODES = 50_000
+_MOST_NODES = 50_000
 """Elements and attributes in a file."""
 
 WORDING: Mapping[str, Mapping[str, str]] = json.loads((Path(__file__).parent / "wording.json").read_bytes())
@@ -48,7 +48,7 @@ class Markup(ET.Element):
         self.place = place
 
 
-Row = tuple[int, int, int, int, str, dict[str, str], str]
+_Row = tuple[int, int, int, int, str, dict[str, str], str]
 """Of an element the row of the one around it (-1: none), number of its file, line, column, tag, attributes, and its own
 text without blanks around it."""
 
@@ -57,7 +57,7 @@ text without blanks around it."""
 class Table:
     """The elements of a file, in its order."""
 
-    rows: tuple[Row, ...]
+    rows: tuple[_Row, ...]
 
 
 def read_bytes(file: Path) -> bytes:
@@ -115,7 +115,7 @@ def parse_robot(text: str, name: str) -> Markup:
 
 def table_of(root: Any) -> Table:
     """A tree of elements as a table."""
-    rows: list[Row] = []
+    rows: list[_Row] = []
     waiting = [(-1, root)]
     while waiting:
         around, element = waiting.pop()
@@ -228,10 +228,10 @@ class _Parser:
 
     def start(self, tag: str, attributes: dict[str, str]) -> None:
         self.nodes += 1 + len(attributes)
-        if len(self.open) >= DEEPEST:
-            raise _fault(self.here(), f"<{tag}>", f"elements are nested deeper than {DEEPEST} levels")
-        if self.nodes > MOST_NODES:
-            raise _fault(self.here(), f"<{tag}>", f"more than {MOST_NODES} elements and attributes in a file")
+        if len(self.open) >= _DEEPEST:
+            raise _fault(self.here(), f"<{tag}>", f"elements are nested deeper than {_DEEPEST} levels")
+        if self.nodes > _MOST_NODES:
+            raise _fault(self.here(), f"<{tag}>", f"more than {_MOST_NODES} elements and attributes in a file")
         self.declared |= {key[6:] for key in attributes if key.startswith("xmlns:")}
         for prefix in (one.partition(":")[0] for one in (tag, *attributes) if ":" in one):
             if prefix not in self.declared:

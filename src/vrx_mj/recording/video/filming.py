@@ -33,21 +33,21 @@ if TYPE_CHECKING:
     from PIL import ImageFont
     from PIL.Image import Image
 
-Picture = ByteArray
+_Picture = ByteArray
 VIEWS = ("both", "chase", "above")
 """Views of a video; both: behind a boat, with the view from above in a corner."""
-LARGEST = 4096
+_LARGEST = 4096
 """Pixels along a side, at most."""
-INSET, INSET_EDGE = 0.34, 0.02
+_INSET, _INSET_EDGE = 0.34, 0.02
 """Width of the view from above in the corner, and its distance from the edges, of the picture's width."""
-INSET_RATE = 5
+_INSET_RATE = 5
 """Views in the corner per second, each for several pictures: a boat moves a pixel or two between them."""
-EVENT_TIME = 4.0
+_EVENT_TIME = 4.0
 """How long an event is shown in the picture, in the video's time [s]."""
-MOST_EVENTS = 3
-LEAST, MOST = 0.001, 1000.0
+_MOST_EVENTS = 3
+_LEAST, _MOST = 0.001, 1000.0
 """Pictures per second, and simulated seconds per second, at least and at most."""
-FRAME = (235, 245, 255)
+_FRAME = (235, 245, 255)
 
 
 @dataclass(frozen=True)
@@ -128,13 +128,13 @@ class Film:
         self._footage, self._shot = Footage(recorded), shot
         if shot.view not in VIEWS:
             raise UnknownNameError("view", shot.view, VIEWS)
-        self.size = checked_size(shot.size or size)
-        self.rate = Fraction(positive("fps", fps if shot.fps is None else shot.fps)).limit_denominator(
-            round(1.0 / LEAST)
+        self.size = _checked_size(shot.size or size)
+        self.rate = Fraction(_positive("fps", fps if shot.fps is None else shot.fps)).limit_denominator(
+            round(1.0 / _LEAST)
         )
-        self.times = self._times(positive("speed", shot.speed))
+        self.times = self._times(_positive("speed", shot.speed))
         """Simulated time of every picture [s]."""
-        boat, found = followed(recorded, shot.boat), {name: self._footage.path(name) for name in recorded.boats}
+        boat, found = _followed(recorded, shot.boat), {name: self._footage.path(name) for name in recorded.boats}
         if not len(found[boat]):
             raise VideoError(f"invalid boat '{boat}': it is in no row of the recording")
         paths = {name: path for name, path in found.items() if len(path)}
@@ -142,9 +142,9 @@ class Film:
         self._paths, self._colors = paths, boat_colors(recorded.boats, boats)
         self._eyes = (eye,) if eye else self._views(list(paths.values()), paths[boat])
         self._stage: tuple[int, Stage] | None = None
-        self._inset: tuple[float, Picture] | None = None
+        self._inset: tuple[float, _Picture] | None = None
 
-    def pictures(self, progress: Callable[[int, int], None] | None = None) -> Iterator[Picture]:
+    def pictures(self, progress: Callable[[int, int], None] | None = None) -> Iterator[_Picture]:
         """Every picture (height, width, 3), drawn when it is asked for."""
         for number, time in enumerate(self.times, 1):
             picture = self.picture(time)
@@ -152,7 +152,7 @@ class Film:
                 progress(number, len(self.times))
             yield picture
 
-    def picture(self, time: float) -> Picture:
+    def picture(self, time: float) -> _Picture:
         """The picture of a simulated time [s]."""
         shown = self._seen(time, self._eyes[0], self.size)
         if len(self._eyes) > 1:
@@ -173,27 +173,27 @@ class Film:
         chase = () if view == "above" else (Chase(path, level).eye,)
         return chase if view == "chase" else (*chase, Above(paths, level, width / height).eye)
 
-    def _inset_at(self, time: float) -> Picture:
+    def _inset_at(self, time: float) -> _Picture:
         """The view from above in a thin frame: that of the last time at which it is drawn."""
-        step = max(1, round(self.rate / INSET_RATE)) * self._shot.speed / float(self.rate)
+        step = max(1, round(self.rate / _INSET_RATE)) * self._shot.speed / float(self.rate)
         begin = self.times[0] + math.floor((time - self.times[0]) / step + 1e-6) * step
         if self._inset is None or self._inset[0] != begin:
             width, height = self.size
-            seen = self._seen(begin, self._eyes[1], (even(INSET * width), even(INSET * height)))
+            seen = self._seen(begin, self._eyes[1], (_even(_INSET * width), _even(_INSET * height)))
             line = max(1, round(height / 360))
-            framed = np.full(np.add(seen.shape, (2 * line, 2 * line, 0)), FRAME, np.uint8)
+            framed = np.full(np.add(seen.shape, (2 * line, 2 * line, 0)), _FRAME, np.uint8)
             framed[line:-line, line:-line] = seen
             self._inset = begin, framed
         return self._inset[1]
 
-    def _seen(self, time: float, eye_at: Callable[[float], Eye], size: tuple[int, int]) -> Picture:
+    def _seen(self, time: float, eye_at: Callable[[float], Eye], size: tuple[int, int]) -> _Picture:
         """What an eye sees at a time [s], with the boats' names."""
         moment, eye = self._footage.at(time), eye_at(time)
         shown = self._staged(moment.boat_set).draw(moment, eye, size)
         if self._shot.captions:
             boats = self._footage.recorded.companies[moment.boat_set].parameters.boats
             labels = {boat.name: boat_label(boat.name, boat.robot) for boat in boats}
-            name_boats(shown, view_of(eye, *size), self._footage.places(moment), self._colors, labels)
+            _name_boats(shown, view_of(eye, *size), self._footage.places(moment), self._colors, labels)
         return shown
 
     def _staged(self, boat_set: int) -> Stage:
@@ -205,14 +205,14 @@ class Film:
             self._stage = boat_set, Stage(self._footage.recorded.companies[boat_set], self._paths, self.size, own)
         return self._stage[1]
 
-    def _write(self, shown: Picture, time: float) -> None:
+    def _write(self, shown: _Picture, time: float) -> None:
         """Time, task and score, and what has just happened."""
         world, status = str(self._footage.recorded.properties.get("world")), self._footage.status_at(time)
         lines = [clock_line(world, time, self._shot.speed)]
-        write_lines(shown, lines if status is None else [*lines, *task_lines(*status)])
-        since = time - EVENT_TIME * self._shot.speed
+        _write_lines(shown, lines if status is None else [*lines, *task_lines(*status)])
+        since = time - _EVENT_TIME * self._shot.speed
         events = [event for event in self._footage.recorded.events if since < event.time <= time and event.time > 0.0]
-        write_lines(shown, [f"{event.time:.1f} s  {event.text}" for event in events[-MOST_EVENTS:]], bottom=True)
+        _write_lines(shown, [f"{event.time:.1f} s  {event.text}" for event in events[-_MOST_EVENTS:]], bottom=True)
 
     def _times(self, speed: float) -> tuple[float, ...]:
         """Simulated times of the pictures [s]."""
@@ -227,7 +227,7 @@ class Film:
         return tuple(begin + number * step for number in range(math.floor((end - begin) / step + 1e-6) + 1))
 
 
-def followed(recorded: Record, boat: str | None) -> str:
+def _followed(recorded: Record, boat: str | None) -> str:
     """The boat that is followed: the given one, or that which the task scores, or the first.
 
     Raises:
@@ -244,34 +244,34 @@ def followed(recorded: Record, boat: str | None) -> str:
     return boat or (scored if scored in boats else next(iter(boats)))
 
 
-def checked_size(size: tuple[int, int]) -> tuple[int, int]:
+def _checked_size(size: tuple[int, int]) -> tuple[int, int]:
     """Width and height [pixels], even, as videos need them."""
-    if any(side < 16 or side > LARGEST or side % 2 for side in size):
+    if any(side < 16 or side > _LARGEST or side % 2 for side in size):
         width, height = size
-        raise VideoError(f"invalid size {width}x{height}: two even numbers of pixels from 16 to {LARGEST} are needed")
+        raise VideoError(f"invalid size {width}x{height}: two even numbers of pixels from 16 to {_LARGEST} are needed")
     return size
 
 
-def positive(name: str, value: float) -> float:
+def _positive(name: str, value: float) -> float:
     """A number that pictures can be counted by."""
-    if not LEAST <= value <= MOST:
-        raise VideoError(f"invalid {name} {value:g}: a number from {LEAST:g} to {MOST:g} is needed")
+    if not _LEAST <= value <= _MOST:
+        raise VideoError(f"invalid {name} {value:g}: a number from {_LEAST:g} to {_MOST:g} is needed")
     return value
 
 
-def even(number: float) -> int:
+def _even(number: float) -> int:
     """The even number nearest to a number."""
     return 2 * round(number / 2.0)
 
 
-def set_in(picture: Picture, inset: Picture) -> None:
+def set_in(picture: _Picture, inset: _Picture) -> None:
     """Set a small picture into the upper right corner of a large one, as far as it is inside."""
-    edge = round(INSET_EDGE * picture.shape[1])
+    edge = round(_INSET_EDGE * picture.shape[1])
     place = picture[edge : edge + len(inset), max(picture.shape[1] - edge - inset.shape[1], 0) :][:, : inset.shape[1]]
     place[:] = inset[: len(place), : place.shape[1]]
 
 
-def lay(picture: Picture, tile: ByteArray, column: int, row: int) -> None:
+def lay(picture: _Picture, tile: ByteArray, column: int, row: int) -> None:
     """Lay a tile (height, width, 4) of colours and opacities over a picture, its upper left corner at a pixel."""
     above, before = max(-row, 0), max(-column, 0)
     place = picture[row + above : max(row + len(tile), 0), column + before : max(column + tile.shape[1], 0)]
@@ -280,19 +280,19 @@ def lay(picture: Picture, tile: ByteArray, column: int, row: int) -> None:
     place[:] = (place * (255 - opacity) + part[..., :3] * opacity + 127) // 255
 
 
-Rgb = tuple[int, int, int]
+_Rgb = tuple[int, int, int]
 
-FONT = "DejaVuSans.ttf"
+_FONT = "DejaVuSans.ttf"
 """The font that matplotlib carries."""
-TEXT_SHARE, NAME_SHARE = 0.034, 0.026
+_TEXT_SHARE, _NAME_SHARE = 0.034, 0.026
 """Heights of letters, of the picture's height."""
-SMALLEST = 9
+_SMALLEST = 9
 """Height of letters at least [pixels]."""
-PANEL = (8, 22, 34, 150)
-WHITE: Rgb = (255, 255, 255)
-TAG_HEIGHT = 2.3
+_PANEL = (8, 22, 34, 150)
+_WHITE: _Rgb = (255, 255, 255)
+_TAG_HEIGHT = 2.3
 """Height of a name over its boat's origin [m]."""
-FARTHEST = 250.0
+_FARTHEST = 250.0
 """Distance up to which boats are named [m]."""
 PHASES = 4
 """Steps per pixel in which names move to the side."""
@@ -323,58 +323,62 @@ def project(view: View, place: FloatArray, width: int, height: int) -> tuple[flo
     return column, row, ahead
 
 
-def write_lines(picture: Picture, lines: Sequence[str], *, bottom: bool = False) -> None:
+def _write_lines(picture: _Picture, lines: Sequence[str], *, bottom: bool = False) -> None:
     """Write lines on a dark panel in the upper left corner of a picture, or in the lower one."""
     from PIL import Image, ImageDraw
 
     if not lines:
         return
-    size = max(SMALLEST, round(len(picture) * TEXT_SHARE))
-    font, edge, step = font_of(size), size // 2, round(1.35 * size)
+    size = max(_SMALLEST, round(len(picture) * _TEXT_SHARE))
+    font, edge, step = _font_of(size), size // 2, round(1.35 * size)
     width = math.ceil(max(font.getlength(line) for line in lines)) + 2 * edge
-    panel = Image.new("RGBA", (width, len(lines) * step + edge), (*PANEL[:3], 0))
+    panel = Image.new("RGBA", (width, len(lines) * step + edge), (*_PANEL[:3], 0))
     draw = ImageDraw.Draw(panel)
-    draw.rounded_rectangle((0, 0, panel.width - 1, panel.height - 1), radius=edge, fill=PANEL)
+    draw.rounded_rectangle((0, 0, panel.width - 1, panel.height - 1), radius=edge, fill=_PANEL)
     for number, line in enumerate(lines):
-        draw.text((edge, edge // 2 + number * step), line, font=font, fill=(*WHITE, 255))
+        draw.text((edge, edge // 2 + number * step), line, font=font, fill=(*_WHITE, 255))
     lay(picture, np.asarray(panel), edge, len(picture) - edge - panel.height if bottom else edge)
 
 
-def name_boats(
-    picture: Picture, view: View, places: Mapping[str, FloatArray], colors: Mapping[str, Rgb], labels: Mapping[str, str]
+def _name_boats(
+    picture: _Picture,
+    view: View,
+    places: Mapping[str, FloatArray],
+    colors: Mapping[str, _Rgb],
+    labels: Mapping[str, str],
 ) -> None:
-    """Write the labels of boats at places (3,) [m] over them, if they are in view and no farther than `FARTHEST`."""
+    """Write the labels of boats at places (3,) [m] over them, if they are in view and no farther than `_FARTHEST`."""
     height, width = picture.shape[:2]
-    size = max(SMALLEST, round(height * NAME_SHARE))
+    size = max(_SMALLEST, round(height * _NAME_SHARE))
     for name, place in places.items():
-        spot = project(view, np.add(place, (0.0, 0.0, TAG_HEIGHT)), width, height)
-        if spot is not None and spot[2] < FARTHEST:
+        spot = project(view, np.add(place, (0.0, 0.0, _TAG_HEIGHT)), width, height)
+        if spot is not None and spot[2] < _FARTHEST:
             column, phase = divmod(round(PHASES * spot[0]), PHASES)
             tile = name_tile(labels[name], colors[name], size, phase)
             lay(picture, tile, column - tile.shape[1] // 2, round(spot[1]) - len(tile) + 2)
 
 
 @lru_cache(maxsize=1024)
-def name_tile(text: str, color: Rgb, size: int, phase: int) -> ByteArray:
+def name_tile(text: str, color: _Rgb, size: int, phase: int) -> ByteArray:
     """A name (height, width, 4) with a dark rim, over the middle of its last row but one; `phase` moves it right."""
     from PIL import Image, ImageDraw
 
-    font = font_of(size)
+    font = _font_of(size)
     middle = math.ceil(font.getlength(text) / 2.0) + 2
-    tile, foot = Image.new("RGBA", (2 * middle, 2 * size), (*PANEL[:3], 0)), (middle + phase / PHASES, 2 * size - 2)
+    tile, foot = Image.new("RGBA", (2 * middle, 2 * size), (*_PANEL[:3], 0)), (middle + phase / PHASES, 2 * size - 2)
     ImageDraw.Draw(tile).text(
-        foot, text, font=font, fill=(*color, 255), anchor="mb", stroke_width=1, stroke_fill=(*PANEL[:3], 255)
+        foot, text, font=font, fill=(*color, 255), anchor="mb", stroke_width=1, stroke_fill=(*_PANEL[:3], 255)
     )
     return np.asarray(tile)
 
 
 @cache
-def font_of(size: int) -> ImageFont.FreeTypeFont:
+def _font_of(size: int) -> ImageFont.FreeTypeFont:
     """Letters of a height [pixels]."""
     import matplotlib as mpl
     from PIL import ImageFont
 
-    return ImageFont.truetype(str(Path(mpl.get_data_path()) / "fonts" / "ttf" / FONT), size)
+    return ImageFont.truetype(str(Path(mpl.get_data_path()) / "fonts" / "ttf" / _FONT), size)
 
 
 def draw_video(recording: Path, video: Path, shot: Shot) -> str:
@@ -398,29 +402,29 @@ def parse_size(text: str | None) -> tuple[int, int] | None:
     return int(found[1]), int(found[2])
 
 
-Pictures = Iterator[ByteArray]
-Encoder = Callable[[Path, Pictures, int, Fraction], None]
+_Pictures = Iterator[ByteArray]
+_Encoder = Callable[[Path, _Pictures, int, Fraction], None]
 """Writes a file of pictures (height, width, 3), so many of them, so many per second."""
 
-X264 = {
+_X264 = {
     "crf": "27", "preset": "superfast", "x264-params": "subme=0:partitions=none:b-adapt=0:weightp=0:psy=0:scenecut=0",
 }  # fmt: skip
 """Encoding of MP4: less `crf` is better; the parameters save a third of the time."""
-WEBP_QUALITY, WEBP_EFFORT = 72, 4
-COLORS = 128
+_WEBP_QUALITY, _WEBP_EFFORT = 72, 4
+_COLORS = 128
 """Colours of a GIF."""
 
 
-def encoder_of(path: Path) -> tuple[Encoder, tuple[int, int], float]:
+def encoder_of(path: Path) -> tuple[_Encoder, tuple[int, int], float]:
     """What writes a file, by its suffix, width and height [pixels] and pictures per second if none are asked for.
 
     Raises:
         VideoError: unknown suffix, or its encoder is not installed.
     """
-    if path.suffix.lower() not in ENCODERS:
-        raise VideoError(f"invalid video '{path}': a name that ends in {', '.join(ENCODERS)} is needed")
-    kind = ENCODERS[path.suffix.lower()]
-    if kind[0] is write_mp4:
+    if path.suffix.lower() not in _ENCODERS:
+        raise VideoError(f"invalid video '{path}': a name that ends in {', '.join(_ENCODERS)} is needed")
+    kind = _ENCODERS[path.suffix.lower()]
+    if kind[0] is _write_mp4:
         try:
             import av  # noqa: F401
         except ImportError:
@@ -430,12 +434,12 @@ def encoder_of(path: Path) -> tuple[Encoder, tuple[int, int], float]:
     return kind
 
 
-def write_mp4(path: Path, pictures: Pictures, count: int, rate: Fraction) -> None:
+def _write_mp4(path: Path, pictures: _Pictures, count: int, rate: Fraction) -> None:
     """H.264 in an MP4 that plays everywhere and from its first bytes."""
     import av
 
     with av.open(str(path), "w", format="mp4", options={"movflags": "+faststart"}) as container:
-        stream: Any = container.add_stream("libx264", rate=rate, options=X264)
+        stream: Any = container.add_stream("libx264", rate=rate, options=_X264)
         stream.pix_fmt = "yuv420p"
         for number, picture in enumerate(pictures):
             if number == 0:
@@ -445,28 +449,28 @@ def write_mp4(path: Path, pictures: Pictures, count: int, rate: Fraction) -> Non
         container.mux(stream.encode())
 
 
-def write_webp(path: Path, pictures: Pictures, count: int, rate: Fraction) -> None:
+def _write_webp(path: Path, pictures: _Pictures, count: int, rate: Fraction) -> None:
     """An animated WebP that loops."""
-    reel = reel_of(pictures, count)
+    reel = _reel_of(pictures, count)
     stops = [round(1000 * number / rate) for number in range(count + 1)]
     durations = [end - begin for begin, end in pairwise(stops)]
     reel.save(  # every picture whole: differences between lossy pictures leave ghosts on moving water
-        path, format="WEBP", save_all=True, duration=durations, loop=0, quality=WEBP_QUALITY, method=WEBP_EFFORT,
+        path, format="WEBP", save_all=True, duration=durations, loop=0, quality=_WEBP_QUALITY, method=_WEBP_EFFORT,
         kmin=0, kmax=1,
     )  # fmt: skip
 
 
-def write_gif(path: Path, pictures: Pictures, count: int, rate: Fraction) -> None:
+def _write_gif(path: Path, pictures: _Pictures, count: int, rate: Fraction) -> None:
     """A GIF that loops; its clock counts hundredths of a second."""
     from PIL.Image import Dither, fromarray
 
-    frames = (fromarray(picture).quantize(COLORS, dither=Dither.NONE) for picture in pictures)
+    frames = (fromarray(picture).quantize(_COLORS, dither=Dither.NONE) for picture in pictures)
     first = next(frames)
     duration = 10 * max(2, round(100 / rate))
     first.save(path, format="GIF", save_all=True, append_images=frames, duration=duration, loop=0)
 
 
-def reel_of(pictures: Iterable[ByteArray], count: int) -> Image:
+def _reel_of(pictures: Iterable[ByteArray], count: int) -> Image:
     """An image of `count` frames which are made when they are asked for, in turn: pillow takes lists, of GB."""
     from PIL.Image import Image, fromarray
 
@@ -490,9 +494,9 @@ def reel_of(pictures: Iterable[ByteArray], count: int) -> Image:
     return Reel()
 
 
-ENCODERS: dict[str, tuple[Encoder, tuple[int, int], float]] = {
-    ".mp4": (write_mp4, (1280, 720), 25.0),
-    ".webp": (write_webp, (800, 450), 12.5),
-    ".gif": (write_gif, (640, 360), 12.5),
+_ENCODERS: dict[str, tuple[_Encoder, tuple[int, int], float]] = {
+    ".mp4": (_write_mp4, (1280, 720), 25.0),
+    ".webp": (_write_webp, (800, 450), 12.5),
+    ".gif": (_write_gif, (640, 360), 12.5),
 }
 """By suffix: encoder, width and height [pixels], and pictures per second."""

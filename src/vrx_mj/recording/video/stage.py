@@ -35,21 +35,21 @@ from vrx_mj.sensors.view import SMALLEST, View
 from vrx_mj.tasks.frame import TaskStatus
 from vrx_mj.tasks.registry import TASK_KINDS
 
-CALM = 1.2
+_CALM = 1.2
 """Standard deviation over which a followed path is smoothed [s]."""
-TURN_CALM = 2.0
+_TURN_CALM = 2.0
 """Standard deviation over which a followed heading is smoothed [s]."""
-SMOOTHED = 10.0
+_SMOOTHED = 10.0
 """Places of a smoothed path per second."""
 BEHIND, HIGH, AHEAD = 11.0, 3.6, 5.0
 """Distances of the chasing camera behind the boat and over the water, and of its target before the boat [m]."""
-FIELD = 1.15
+_FIELD = 1.15
 """Horizontal field of view [rad]."""
 ROOM = 12.0
 """Width of water around the boats in the view from above [m]."""
-LEAST = 22.0
+_LEAST = 22.0
 """Half the height of what is seen from above, at least [m]."""
-NEAR, FAR = 0.3, 6000.0
+_NEAR, _FAR = 0.3, 6000.0
 """Distances that are seen [m]."""
 
 
@@ -61,11 +61,11 @@ class Eye:
     """Position (3,) [m]."""
     rotation: FloatArray
     """Rotation (3, 3) from camera to world axes; x forward, y left, z up."""
-    field: float = FIELD
+    field: float = _FIELD
     """Horizontal field of view [rad]."""
 
 
-def looking(position: Sequence[float], target: Sequence[float], up: Sequence[float], field: float = FIELD) -> Eye:
+def looking(position: Sequence[float], target: Sequence[float], up: Sequence[float], field: float = _FIELD) -> Eye:
     """An eye at `position` that looks at `target` [m]; `up` is what is up in the picture.
 
     Raises:
@@ -86,17 +86,17 @@ def looking(position: Sequence[float], target: Sequence[float], up: Sequence[flo
 
 def view_of(eye: Eye, width: int, height: int) -> View:
     """What an eye sees in a picture of a size [pixels]."""
-    half, above = math.tan(eye.field / 2.0), eye.rotation[2, 0] < -STEEP
+    half, above = math.tan(eye.field / 2.0), eye.rotation[2, 0] < -_STEEP
     return View(
         position=eye.position,
         rotation=eye.rotation,
         half_width=half,
         half_height=half * height / width,
-        near=NEAR,
-        far=FAR,
+        near=_NEAR,
+        far=_FAR,
         focal_length=width / (2.0 * half),
         end=sky_distance(float(eye.position[2])),
-        smallest=SMALLEST_ABOVE if above else SMALLEST,
+        smallest=_SMALLEST_ABOVE if above else SMALLEST,
     )
 
 
@@ -106,8 +106,8 @@ class Chase:
     def __init__(self, path: FloatArray, level: float) -> None:
         """Follow a path (n, 4): time [s], east, north [m] and heading [rad], over water at `level` [m]."""
         self._level = level
-        self._times, self._places = smoothed(path[:, 0], path[:, 1:3], CALM)
-        _, self._headings = smoothed(path[:, 0], path[:, 3:4], TURN_CALM)
+        self._times, self._places = smoothed(path[:, 0], path[:, 1:3], _CALM)
+        _, self._headings = smoothed(path[:, 0], path[:, 3:4], _TURN_CALM)
 
     def eye(self, time: float) -> Eye:
         """Where it is at a time [s]."""
@@ -124,7 +124,7 @@ class Above:
     def __init__(self, paths: Sequence[FloatArray], level: float, aspect: float) -> None:
         """Follow paths as `Chase` does one; `aspect` is the picture's width by its height."""
         self._level, self._aspect = level, aspect
-        self._paths = [smoothed(path[:, 0], path[:, 1:3], CALM) for path in paths]
+        self._paths = [smoothed(path[:, 0], path[:, 1:3], _CALM) for path in paths]
         self._spans = [(path[0, 0], path[-1, 0]) for path in paths]
         self._half = max(self._needed(time) for time in np.unique(np.concatenate([path[:, 0] for path in paths]))[::10])
 
@@ -132,7 +132,7 @@ class Above:
         """Where it is at a time [s]: as high as all boats need over the whole recording."""
         low, high = self._box(time)
         middle = (low + high) / 2.0
-        height = self._level + self._half / math.tan(FIELD / 2.0) * self._aspect
+        height = self._level + self._half / math.tan(_FIELD / 2.0) * self._aspect
         return looking((*middle, height), (*middle, self._level), (0.0, 1.0, 0.0))
 
     def _box(self, time: float) -> tuple[FloatArray, FloatArray]:
@@ -149,7 +149,7 @@ class Above:
         """Half the height [m] of a picture that holds the boats."""
         low, high = self._box(time)
         width, height = (high - low) / 2.0 + ROOM
-        return max(float(height), float(width) / self._aspect, LEAST)
+        return max(float(height), float(width) / self._aspect, _LEAST)
 
 
 def smoothed(time: FloatArray, values: FloatArray, calm: float) -> tuple[FloatArray, FloatArray]:
@@ -161,7 +161,7 @@ def smoothed(time: FloatArray, values: FloatArray, calm: float) -> tuple[FloatAr
 
     if len(time) < 2:
         return time, values
-    count = max(2, math.ceil((time[-1] - time[0]) * SMOOTHED) + 1)
+    count = max(2, math.ceil((time[-1] - time[0]) * _SMOOTHED) + 1)
     grid = np.linspace(time[0], time[-1], count)
     even = np.column_stack([np.interp(grid, time, column) for column in values.T])
     mirrored = np.pad(even, ((count - 1, count - 1), (0, 0)), "reflect", reflect_type="odd")
@@ -260,13 +260,13 @@ def between(first: FloatArray, second: FloatArray, time: float, turns: list[int]
     return row
 
 
-STEEP = 0.5
+_STEEP = 0.5
 """Height of the view's axis [unit vector], negative, from which a picture is one from above."""
-SMALLEST_ABOVE = 1.0
+_SMALLEST_ABOVE = 1.0
 """Geoms of a smaller radius [pixels] are not drawn in a picture from above, which has many."""
-RELIEF = 5.0
+_RELIEF = 5.0
 """How much more the slopes of waves shade a sea that is seen from above, where little of the sky mirrors in it."""
-LIGHTER = 0.14
+_LIGHTER = 0.14
 """Share of the sky by which a sea that is seen from above is lighter."""
 
 
@@ -317,12 +317,12 @@ class Stage:
         for geom, rgba in painted(model, self._displays, moment.marks, moment.time).items():
             model.geom_rgba[geom] = rgba
         view = view_of(eye, width, height)
-        above = view.rotation[2, 0] < -STEEP
+        above = view.rotation[2, 0] < -_STEEP
         with announced(draw_surface, "the sea's pictures", 8):
-            self._sea.move_into(view, data, moment.time, relief=RELIEF if above else 1.0)
+            self._sea.move_into(view, data, moment.time, relief=_RELIEF if above else 1.0)
         if above:  # waves are shaded more, and do not glitter
             mirrored, glitter = self._sea.palette.T
-            np.clip(mirrored + LIGHTER, EDGE, 1.0 - EDGE, out=mirrored)
+            np.clip(mirrored + _LIGHTER, EDGE, 1.0 - EDGE, out=mirrored)
             np.minimum(glitter, PLAIN, out=glitter)
         drawn = np.empty((height, width, 3), np.uint8)
         self._foam.move(moment.time, self._sea.drawn_height)
@@ -335,20 +335,20 @@ class Stage:
         self._canvas.close()
 
 
-Strip = tuple[FloatArray, FloatArray]
+_Strip = tuple[FloatArray, FloatArray]
 """Edges (n, 2, 3) [m] and opacities (n,) of foam, the freshest first; the first edge is on the right of the way."""
-Height = Callable[[FloatArray, FloatArray], npt.ArrayLike]
+_Height = Callable[[FloatArray, FloatArray], npt.ArrayLike]
 
 LASTS = 14.0
 """How long foam is seen [s]."""
-PIECES_PER_SECOND = 5.0
-PIECES = math.floor(LASTS * PIECES_PER_SECOND) + 2
+_PIECES_PER_SECOND = 5.0
+PIECES = math.floor(LASTS * _PIECES_PER_SECOND) + 2
 """Pieces of a wake at most."""
-FOAM = "vrx_mj/foam"
+_FOAM = "vrx_mj/foam"
 """Name of the skin that is the foam, and of its material and texture."""
 FULL_SPEED = 2.0
 """Speed from which foam is as white as it gets [m/s]."""
-SLOWEST = 0.25
+_SLOWEST = 0.25
 """Speed below which a hull leaves no foam [m/s]."""
 WHITE = 0.38
 """Opacity of fresh foam."""
@@ -370,14 +370,14 @@ class Wake:
         steps = np.hypot(*np.diff(self._place, axis=0).T) / np.maximum(np.diff(self._time), 1e-9)
         self._speed = np.concatenate([steps[:1], steps]) if len(steps) else np.zeros(len(path))
 
-    def strip(self, now: float, height: Height) -> Strip:
+    def strip(self, now: float, height: _Height) -> _Strip:
         """The foam at a time [s] on a sea of a height."""
         time, place, speed = self._time, self._place, self._speed
         first = max(time[0], now - LASTS)
         if len(time) < 2 or first >= min(now, time[-1]):
             return np.zeros((0, 2, 3)), np.zeros(0)
         # pieces keep their places on the water while the boat goes on: their times are whole steps of a clock
-        left = np.arange(np.ceil(first * PIECES_PER_SECOND), np.ceil(now * PIECES_PER_SECOND)) / PIECES_PER_SECOND
+        left = np.arange(np.ceil(first * _PIECES_PER_SECOND), np.ceil(now * _PIECES_PER_SECOND)) / _PIECES_PER_SECOND
         left = np.concatenate([[min(now, time[-1])], left[::-1]])
         spots = np.column_stack([np.interp(left, time, place[:, axis]) for axis in (0, 1)])
         fast = np.interp(left, time, speed)
@@ -387,7 +387,7 @@ class Wake:
         half = 0.5 * (WIDTH + SPREAD * age)[:, None] * np.column_stack([-along[:, 1], along[:, 0]])
         edges = np.stack([spots + half, spots - half], axis=1)
         z = np.asarray(height(edges[..., 0], edges[..., 1])) + OVER
-        opacity = WHITE * np.clip((fast - SLOWEST) / (FULL_SPEED - SLOWEST), 0.0, 1.0) * (1.0 - age / LASTS)
+        opacity = WHITE * np.clip((fast - _SLOWEST) / (FULL_SPEED - _SLOWEST), 0.0, 1.0) * (1.0 - age / LASTS)
         return np.concatenate([edges, z[..., None]], axis=-1), opacity
 
 
@@ -407,9 +407,9 @@ class Foam(Skin):
             )
             white = np.full((2, 256, 4), 255, np.uint8)
             white[..., 3] = np.arange(256)
-            add_skin(spec, FOAM, white, self.vertices, self.palette, triangles, opacity=0.99)
+            add_skin(spec, _FOAM, white, self.vertices, self.palette, triangles, opacity=0.99)
 
-    def move(self, time: float, height: Height) -> None:
+    def move(self, time: float, height: _Height) -> None:
         """Lay the foam of a time [s] on a sea of a height: that of its facets, which would hide what lies lower."""
         places, shades = self.vertices.reshape(-1, PIECES, 2, 3), self.palette.reshape(-1, PIECES, 2, 2)
         for number, wake in enumerate(self._wakes):

@@ -12,21 +12,19 @@ from vrx_mj.rl.options import PERIOD
 from vrx_mj.rl.problem import Entry, Judged, Problem, Spot, Team, folded, open_water
 from vrx_mj.rl.refereed import Rows
 
-__all__ = ["Docking"]
-
-AWAY = (8.0, 18.0)
+_AWAY = (8.0, 18.0)
 """Distances of the start from the bay's mouth, least and greatest [m]."""
-BESIDE = 6.0
+_BESIDE = 6.0
 """Greatest distance of the start from the bay's axis [m]."""
-TURNED = np.radians(60.0)
+_TURNED = np.radians(60.0)
 """Greatest angle between the bow and the bay's axis at the start [rad]."""
-HOLD = 3.0
+_HOLD = 3.0
 """A boat has docked when it was inside for so long [s]."""
-NEAR = 5.0
+_NEAR = 5.0
 """Within this distance of the middle of the bay's zone the speed of the approach counts [m]."""
-SLOW, FAST = 1.0, 2.0
+_SLOW, _FAST = 1.0, 2.0
 """Speeds up to which docking is worth all, and from which on nothing [m/s]."""
-WORTH = 10.0
+_WORTH = 10.0
 """Greatest reward for having docked."""
 
 
@@ -67,9 +65,9 @@ class Docking(Problem):
     def start(self, row: int, random: np.random.Generator) -> list[Spot]:
         """A bay, and a place before it."""
         self._goal[row] = x, y, inward, _, _, mouth = self._bays[int(random.integers(len(self._bays)))]
-        away, beside = mouth + random.uniform(*AWAY), random.uniform(-BESIDE, BESIDE)
+        away, beside = mouth + random.uniform(*_AWAY), random.uniform(-_BESIDE, _BESIDE)
         start = x - away * np.cos(inward) - beside * np.sin(inward), y - away * np.sin(inward) + beside * np.cos(inward)
-        return [(*start, inward + random.uniform(-TURNED, TURNED), 0.0)]
+        return [(*start, inward + random.uniform(-_TURNED, _TURNED), 0.0)]
 
     def begin(self, who: BoolArray, team: Team) -> None:
         """No boat has held yet."""
@@ -89,18 +87,18 @@ class Docking(Problem):
         _, _, inward, half_depth, half_width, _ = self._goal.T[:, :, None]
         straight, going = np.cos(inward - team.yaw) > 0.0, going[:, None]
         self._inside = (np.abs(along) <= half_depth) & (np.abs(aside) <= half_width) & straight
-        speed, near = np.hypot(team.own[..., 0], team.own[..., 1]), np.hypot(along, aside) <= NEAR
+        speed, near = np.hypot(team.own[..., 0], team.own[..., 1]), np.hypot(along, aside) <= _NEAR
         self._fastest = np.where(near, np.maximum(self._fastest, np.where(going, speed, 0.0)), 0.0)
         held, cost = np.where(self._inside, self._held + going, 0), _cost(along, aside)
-        docked = held >= round(HOLD / PERIOD)
-        worth = WORTH * np.clip((FAST - self._fastest) / (FAST - SLOW), 0.0, 1.0)
+        docked = held >= round(_HOLD / PERIOD)
+        worth = _WORTH * np.clip((_FAST - self._fastest) / (_FAST - _SLOW), 0.0, 1.0)
         reward = 0.1 * (self._cost - cost) + 0.1 * (held - self._held) + worth * docked
         self._cost, self._held = cost, held
         return Judged(reward, docked)
 
     def facts(self) -> dict[str, npt.NDArray[np.generic]]:
         """Whether the boat is inside and has docked, and how fast it came."""
-        docked = self._held >= round(HOLD / PERIOD)
+        docked = self._held >= round(_HOLD / PERIOD)
         return {"inside": self._inside.copy(), "docked": docked, "approach_speed": self._fastest.copy()}
 
     def drawn(self) -> dict[str, npt.NDArray[np.generic]]:

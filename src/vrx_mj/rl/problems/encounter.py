@@ -17,31 +17,13 @@ from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.rl.problem import CLEAR, Entry, Judged, Problem, Spot, Team, folded, open_water
 from vrx_mj.rl.refereed import Rows
 
-__all__ = [
-    "GIVE_WAY",
-    "HEAD_ON",
-    "OVERTAKEN",
-    "OVERTAKING",
-    "ROLES",
-    "STAND_ON",
-    "Encounter",
-    "approach",
-    "bearings",
-    "departure",
-    "gone_by",
-    "keeps_clear",
-    "pose_score",
-    "range_score",
-    "roles",
-]
-
 HEAD_ON, GIVE_WAY, STAND_ON, OVERTAKING, OVERTAKEN = range(5)
 ROLES = ("head-on", "gives way", "stands on", "overtaking", "overtaken")
-ABAFT = np.radians(112.5)
+_ABAFT = np.radians(112.5)
 """Who comes from more than 22.5 degrees abaft the beam is overtaking: rule 13 (b)."""
-NEARLY = np.radians(15.0)
+_NEARLY = np.radians(15.0)
 """Courses so near to reciprocal are nearly so, and who is so near the bow is nearly ahead; rule 14 gives no number."""
-READILY = np.radians(30.0)
+_READILY = np.radians(30.0)
 """An alteration of course that is readily apparent (rule 8 (b)), and departs wholly from a course that is kept."""
 
 
@@ -57,9 +39,9 @@ def roles(bearing: FloatArray, yaw: FloatArray) -> IntArray:
     stern sector overtakes, unless the other is in its own as well (13). Else who has the other to starboard gives way
     (15), and the other one stands on (17).
     """
-    reciprocal = np.abs(np.abs(folded(yaw[:, :1] - yaw[:, 1:])) - np.pi) <= NEARLY
-    head_on = reciprocal & (np.abs(bearing) <= NEARLY).all(axis=1, keepdims=True)
-    astern = np.abs(bearing) > ABAFT
+    reciprocal = np.abs(np.abs(folded(yaw[:, :1] - yaw[:, 1:])) - np.pi) <= _NEARLY
+    head_on = reciprocal & (np.abs(bearing) <= _NEARLY).all(axis=1, keepdims=True)
+    astern = np.abs(bearing) > _ABAFT
     overtaken = astern & ~astern[:, ::-1]
     crossing = np.where(bearing < 0.0, GIVE_WAY, STAND_ON)
     role: IntArray = np.select([np.repeat(head_on, 2, axis=1), overtaken, overtaken[:, ::-1]],
@@ -100,7 +82,7 @@ def departure(turn: FloatArray, speed: FloatArray, speed_before: FloatArray) -> 
     `turn` [rad] from that course over 30 degrees, plus the change of speed over the speed before.
     """
     slower = np.abs(speed - speed_before) / np.maximum(speed_before, 0.5)
-    share: FloatArray = np.minimum(np.abs(turn) / READILY + slower, 1.0)
+    share: FloatArray = np.minimum(np.abs(turn) / _READILY + slower, 1.0)
     return share
 
 
@@ -123,19 +105,19 @@ def pose_score(role: IntArray, bearing: FloatArray, kept: FloatArray) -> FloatAr
     return np.select(cases, [abeam * abeam[:, ::-1], astern, np.ones_like(bearing)], kept)
 
 
-AHEAD = 18.0
+_AHEAD = 18.0
 """Time from the start to the collision if both kept on [s]."""
-BEYOND = 20.0
+_BEYOND = 20.0
 """Distance of a goal from the point where they would collide [m]."""
-SPEED, SLOW, FAST = 1.5, 0.8, 2.0
+_SPEED, _SLOW, _FAST = 1.5, 0.8, 2.0
 """Speeds of who meets or crosses, is overtaken, and overtakes [m/s]."""
-WANTED = 15.0
+_WANTED = 15.0
 """A closest approach beyond this costs nothing [m]."""
-AGREED = 15.0
+_AGREED = 15.0
 """Within this distance, with risk of collision, who stands on may act: rule 17 (a) (ii), (b) [m]."""
-ARRIVED = 5.0
+_ARRIVED = 5.0
 """A boat is at its goal within this distance [m]."""
-OPENED = 1.0
+_OPENED = 1.0
 """They have passed when they are behind each other, and farther apart than they were at the least by this [m]: waves
 shake them by less."""
 
@@ -185,11 +167,11 @@ class Encounter(Problem):
         kind, course, side = int(random.integers(3)), random.uniform(-np.pi, np.pi), random.choice((-1.0, 1.0))
         apart = (np.radians(180.0 + random.uniform(-5.0, 5.0)), side * np.radians(random.uniform(50.0, 130.0)),
                  np.radians(random.uniform(-10.0, 10.0)))[kind]  # fmt: skip
-        ways = [(course, FAST if kind == 2 else SPEED), (course + apart, SLOW if kind == 2 else SPEED)]
+        ways = [(course, _FAST if kind == 2 else _SPEED), (course + apart, _SLOW if kind == 2 else _SPEED)]
         if random.random() < 0.5:
             ways.reverse()
-        self._goals[row] = [(BEYOND * np.cos(way), BEYOND * np.sin(way)) for way, _ in ways]
-        return [(-AHEAD * speed * np.cos(way), -AHEAD * speed * np.sin(way), way, speed) for way, speed in ways]
+        self._goals[row] = [(_BEYOND * np.cos(way), _BEYOND * np.sin(way)) for way, _ in ways]
+        return [(-_AHEAD * speed * np.cos(way), -_AHEAD * speed * np.sin(way), way, speed) for way, speed in ways]
 
     def begin(self, who: BoolArray, team: Team) -> None:
         """The roles of both."""
@@ -220,7 +202,7 @@ class Encounter(Problem):
         self._follow(team, gap, meet)
         fault, touched = self._faults(team, gap, meet), meet & (gap < CLEAR)
         self._collided |= touched
-        inside = (far < ARRIVED) & team.present & ~touched[:, None]
+        inside = (far < _ARRIVED) & team.present & ~touched[:, None]
         leaves = inside & (self._passed | ~both)[:, None]
         own = 0.1 * (self._far - far) - 0.1 * fault + 5.0 * (inside & ~self._reached) - 10.0 * touched[:, None]
         own = np.where(team.present, own + 5.0 * np.where(leaves, self._scores(), 0.0), 0.0)
@@ -244,12 +226,12 @@ class Encounter(Problem):
     def _faults(self, team: Team, gap: FloatArray, meet: BoolArray) -> FloatArray:
         """(n, 2), 0 to 1; none once they have passed. What the stand-on vessel departs is added up for its score."""
         time, distance = approach(team.x, team.y, *team.velocity())
-        port = np.clip(folded(team.yaw - self._course) / READILY, 0.0, 1.0)
-        risk = np.clip(1.0 - distance / WANTED, 0.0, 1.0)[:, None]
+        port = np.clip(folded(team.yaw - self._course) / _READILY, 0.0, 1.0)
+        risk = np.clip(1.0 - distance / _WANTED, 0.0, 1.0)[:, None]
         clear = np.minimum(risk + np.where(self._role == HEAD_ON, port, 0.0), 1.0)
         off = departure(folded(team.yaw - self._course), _speeds(team), self._speed)
         late = np.where(self._role == STAND_ON, port, 0.0)
-        holds = np.where((gap < AGREED)[:, None], late, off)
+        holds = np.where((gap < _AGREED)[:, None], late, off)
         before, closing = (meet & ~self._passed)[:, None], (time > 0.0)[:, None]
         self._steps += before[:, 0]
         self._held += np.where(before, holds, 0.0)
@@ -263,12 +245,12 @@ class Encounter(Problem):
         now = bearings(team.x, team.y, team.yaw)
         self._bearing = np.where(nearer[:, None], now, self._bearing)
         behind = gone_by(self._role, team.x, team.y, self._course)
-        self._passed = np.where(meet, behind & (gap > self._closest + OPENED), self._passed)
+        self._passed = np.where(meet, behind & (gap > self._closest + _OPENED), self._passed)
 
     def _scores(self) -> FloatArray:
         """The present scores, (n, 2): 0 until the boats have passed, and after a collision."""
         kept = 1.0 - self._held / np.maximum(self._steps, 1)[:, None]
-        safe = range_score(self._closest, CLEAR, WANTED)
+        safe = range_score(self._closest, CLEAR, _WANTED)
         counts = (safe * self._passed * ~self._collided)[:, None]
         scores: FloatArray = counts * pose_score(self._role, self._bearing, kept)
         return scores

@@ -7,14 +7,12 @@ from vrx_mj.arrays import BoolArray, FloatArray
 from vrx_mj.rl.problem import Entry, Judged, Problem, Spot, Team, open_water
 from vrx_mj.rl.refereed import Rows
 
-__all__ = ["FollowPath"]
-
 COUNT = 6
-LEGS = (15.0, 25.0)
+_LEGS = (15.0, 25.0)
 """Distances from one gate to the next, least and greatest [m]."""
-BEND = np.radians(40.0)
+_BEND = np.radians(40.0)
 """Greatest bend between one gate and the next, either way [rad]."""
-WIDTH = 10.0
+_WIDTH = 10.0
 """Width of a gate [m]; VRX's are 10 to 20 m wide."""
 
 
@@ -50,8 +48,8 @@ class FollowPath(Problem):
         place, course = np.zeros(2), random.uniform(-np.pi, np.pi)
         heading = course
         for number in range(COUNT):
-            bend = random.uniform(-BEND, BEND)
-            place = place + random.uniform(*LEGS) * np.array([np.cos(course + bend), np.sin(course + bend)])
+            bend = random.uniform(-_BEND, _BEND)
+            place = place + random.uniform(*_LEGS) * np.array([np.cos(course + bend), np.sin(course + bend)])
             course += bend
             self._gates[row, number] = *place, course
         return [(0.0, 0.0, heading, 0.0)]
@@ -66,8 +64,8 @@ class FollowPath(Problem):
     def observe(self, team: Team) -> FloatArray:
         """The ends of the present gate and the middle of the next from the boat."""
         x, y, course = self._gate(0)
-        left, right = x - 0.5 * WIDTH * np.sin(course), x + 0.5 * WIDTH * np.sin(course)
-        up, down = y + 0.5 * WIDTH * np.cos(course), y - 0.5 * WIDTH * np.cos(course)
+        left, right = x - 0.5 * _WIDTH * np.sin(course), x + 0.5 * _WIDTH * np.sin(course)
+        up, down = y + 0.5 * _WIDTH * np.cos(course), y - 0.5 * _WIDTH * np.cos(course)
         next_x, next_y, _ = self._gate(1)
         more = (self._at < COUNT - 1).astype(np.float64)
         parts = (*team.toward(left, up), *team.toward(right, down), *team.toward(next_x, next_y), more)
@@ -79,7 +77,7 @@ class FollowPath(Problem):
         reward = 0.1 * (self._gap - gap)
         over = (self._along < 0.0) & (along >= 0.0) & (self._at < COUNT)
         share = np.where(over, -self._along / np.where(over, along - self._along, 1.0), 0.0)
-        passed = over & (np.abs(self._aside + share * (aside - self._aside)) <= 0.5 * WIDTH)
+        passed = over & (np.abs(self._aside + share * (aside - self._aside)) <= 0.5 * _WIDTH)
         reward += np.where(over, np.where(passed, 2.0 + self._in_a_row, -2.0), 0.0)
         self._passed += passed
         self._missed += over & ~passed

@@ -9,22 +9,20 @@ from vrx_mj.rl.options import PERIOD
 from vrx_mj.rl.problem import Entry, Judged, Problem, Spot, Team, crowded, folded, open_water
 from vrx_mj.rl.refereed import Rows
 
-__all__ = ["Formation"]
-
-SHAPES = ("line", "column", "wedge", "circle")
-SPACING = 12.0
+_SHAPES = ("line", "column", "wedge", "circle")
+_SPACING = 12.0
 """Distance between neighbours [m]."""
-SPEEDS = (0.6, 1.2)
+_SPEEDS = (0.6, 1.2)
 """Speeds of the leader, least and greatest [m/s]."""
-BENDS = 0.08
+_BENDS = 0.08
 """The leader's yaw rate swings to this at most [rad/s]; half of that at the end of the widest arm is 0.7 m/s."""
-SWING = 40.0
+_SWING = 40.0
 """Period of the leader's yaw rate [s]."""
-OFF = 3.0
+_OFF = 3.0
 """A boat starts no farther beside or behind its place than this [m]."""
-FARTHER = 10.0
+_FARTHER = 10.0
 """A boat that is lost forfeits what it is off and so much more [m], for the time left."""
-TURNED = np.radians(45.0)
+_TURNED = np.radians(45.0)
 """Greatest angle between the bow and the leader's course at the start [rad]."""
 
 
@@ -52,7 +50,7 @@ class Formation(Problem):
     def __init__(self, rows: Rows) -> None:
         super().__init__(rows)
         n, boats = self.n, self.size
-        self._shapes = np.array([slots(shape, boats, SPACING) for shape in SHAPES]).reshape(len(SHAPES), boats, 2)
+        self._shapes = np.array([slots(shape, boats, _SPACING) for shape in _SHAPES]).reshape(len(_SHAPES), boats, 2)
         self._slots = np.zeros((n, boats, 2))
         self._leader = np.zeros((n, 3))
         self._speed, self._bend, self._phase, self._time = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
@@ -60,17 +58,17 @@ class Formation(Problem):
 
     def start(self, row: int, random: np.random.Generator) -> list[Spot]:
         """A shape and a leader, and the boats near their places."""
-        self._slots[row] = self._shapes[random.integers(len(SHAPES))]
+        self._slots[row] = self._shapes[random.integers(len(_SHAPES))]
         self._leader[row] = 0.0, 0.0, random.uniform(-np.pi, np.pi)
-        self._speed[row], self._bend[row] = random.uniform(*SPEEDS), random.uniform(0.0, BENDS)
+        self._speed[row], self._bend[row] = random.uniform(*_SPEEDS), random.uniform(0.0, _BENDS)
         self._phase[row], self._time[row] = random.uniform(-np.pi, np.pi), 0.0
         return [self.entrance(row, boat, random) for boat in range(self.size)]
 
     def entrance(self, row: int, boat: int, random: np.random.Generator) -> Spot:
         """Near its place, where that is by now."""
         x, y = (float(part[0, boat]) for part in self._places(slice(row, row + 1))[:2])
-        dx, dy = random.uniform(-OFF, OFF), random.uniform(-OFF, OFF)
-        heading = float(self._leader[row, 2]) + random.uniform(-TURNED, TURNED)
+        dx, dy = random.uniform(-_OFF, _OFF), random.uniform(-_OFF, _OFF)
+        heading = float(self._leader[row, 2]) + random.uniform(-_TURNED, _TURNED)
         return x + dx, y + dy, heading, float(self._speed[row])
 
     def begin(self, who: BoolArray, team: Team) -> None:
@@ -97,7 +95,7 @@ class Formation(Problem):
 
     def forfeit(self, left: IntArray) -> FloatArray:
         """What it is off, 10 m more, and having another too near, for all steps left."""
-        lost: FloatArray = (1.0 + 0.1 * (self._off + FARTHER)) * left[:, None]
+        lost: FloatArray = (1.0 + 0.1 * (self._off + _FARTHER)) * left[:, None]
         return lost
 
     def facts(self) -> dict[str, npt.NDArray[np.generic]]:
@@ -106,7 +104,7 @@ class Formation(Problem):
 
     def _rate(self) -> FloatArray:
         """The leaders' yaw rates (n,) [rad/s]."""
-        rate: FloatArray = self._bend * np.sin(2.0 * np.pi * self._time / SWING + self._phase)
+        rate: FloatArray = self._bend * np.sin(2.0 * np.pi * self._time / _SWING + self._phase)
         return rate
 
     def _go_on(self, going: BoolArray) -> None:

@@ -7,14 +7,12 @@ from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.rl.problem import Entry, Judged, Problem, Spot, Team, folded, open_water, pose_error
 from vrx_mj.rl.refereed import Rows
 
-__all__ = ["StationKeeping", "Wayfinding"]
-
-GOAL_DISTANCE = 10.0
+_GOAL_DISTANCE = 10.0
 """Greatest distance of the pose to hold from the start [m]."""
-WAYPOINTS = 3
-LEGS = (10.0, 25.0)
+_WAYPOINTS = 3
+_LEGS = (10.0, 25.0)
 """Distances from one waypoint to the next, least and greatest [m]."""
-REACHED = 1.5
+_REACHED = 1.5
 """A waypoint is reached when VRX's error of its pose is below this [m]."""
 
 
@@ -39,7 +37,7 @@ class StationKeeping(Problem):
 
     def start(self, row: int, random: np.random.Generator) -> list[Spot]:
         """Goals are spread evenly over the disc; the boat starts at the origin."""
-        distance, bearing = GOAL_DISTANCE * np.sqrt(random.random()), random.uniform(-np.pi, np.pi)
+        distance, bearing = _GOAL_DISTANCE * np.sqrt(random.random()), random.uniform(-np.pi, np.pi)
         heading = random.uniform(-np.pi, np.pi)
         self._goal[row] = distance * np.cos(bearing), distance * np.sin(bearing), heading
         return [(0.0, 0.0, random.uniform(-np.pi, np.pi), 0.0)]
@@ -68,7 +66,7 @@ class StationKeeping(Problem):
 
     def forfeit(self, left: IntArray) -> FloatArray:
         """The error that the boat has, and 10 m more, for all steps left."""
-        lost: FloatArray = 0.1 * (self._error + GOAL_DISTANCE) * left[:, None]
+        lost: FloatArray = 0.1 * (self._error + _GOAL_DISTANCE) * left[:, None]
         return lost
 
     def facts(self) -> dict[str, npt.NDArray[np.generic]]:
@@ -99,15 +97,15 @@ class Wayfinding(Problem):
 
     def __init__(self, rows: Rows) -> None:
         super().__init__(rows)
-        self._points, self._all = np.zeros((self.n, WAYPOINTS, 3)), np.arange(self.n)
+        self._points, self._all = np.zeros((self.n, _WAYPOINTS, 3)), np.arange(self.n)
         self._at, self._error = np.zeros((self.n, 1), np.int64), np.zeros((self.n, 1))
 
     def start(self, row: int, random: np.random.Generator) -> list[Spot]:
         """A chain of waypoints from the origin on."""
         place = np.zeros(2)
-        for number in range(WAYPOINTS):
+        for number in range(_WAYPOINTS):
             bearing = random.uniform(-np.pi, np.pi)
-            place = place + random.uniform(*LEGS) * np.array([np.cos(bearing), np.sin(bearing)])
+            place = place + random.uniform(*_LEGS) * np.array([np.cos(bearing), np.sin(bearing)])
             self._points[row, number] = *place, random.uniform(-np.pi, np.pi)
         return [(0.0, 0.0, random.uniform(-np.pi, np.pi), 0.0)]
 
@@ -119,18 +117,18 @@ class Wayfinding(Problem):
     def observe(self, team: Team) -> FloatArray:
         """Both waypoints from the boat; after the last one it is the present one."""
         (x, y, yaw), (next_x, next_y, _) = self._point(0), self._point(1)
-        turn, more = folded(yaw - team.yaw), (self._at < WAYPOINTS - 1).astype(np.float64)
+        turn, more = folded(yaw - team.yaw), (self._at < _WAYPOINTS - 1).astype(np.float64)
         parts = (*team.toward(x, y), np.sin(turn), np.cos(turn), *team.toward(next_x, next_y), more)
         return np.stack(parts, axis=-1)
 
     def judge(self, team: Team, going: BoolArray) -> Judged:
         """Gain by what the error has become less."""
         error = self._now(team)
-        there = (error < REACHED) & (self._at < WAYPOINTS)
+        there = (error < _REACHED) & (self._at < _WAYPOINTS)
         reward = 0.1 * (self._error - error) + 5.0 * there
         self._at += there
         self._error = self._now(team)
-        return Judged(reward, self._at >= WAYPOINTS)
+        return Judged(reward, self._at >= _WAYPOINTS)
 
     def drawn(self) -> dict[str, npt.NDArray[np.generic]]:
         """The waypoints, (n, 3, 3): x, y [m] and heading [rad] of each."""
@@ -142,7 +140,7 @@ class Wayfinding(Problem):
 
     def _point(self, later: int) -> FloatArray:
         """(3, n, 1): x, y [m] and heading [rad] of the present waypoint, or of one after it."""
-        points: FloatArray = self._points[self._all, np.minimum(self._at[:, 0] + later, WAYPOINTS - 1)]
+        points: FloatArray = self._points[self._all, np.minimum(self._at[:, 0] + later, _WAYPOINTS - 1)]
         return points.T[:, :, None]
 
     def _now(self, team: Team) -> FloatArray:

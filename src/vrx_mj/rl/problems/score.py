@@ -9,13 +9,11 @@ from vrx_mj.rl.refereed import RefereedRow
 from vrx_mj.runtime.task_runner import TaskObservation
 from vrx_mj.tasks.registry import TASK_KINDS
 
-__all__ = ["Score"]
-
-COMMON_OUTPUTS = ("type", "name", "boat", "state", "elapsed_time", "num_collisions", "score")
+_COMMON_OUTPUTS = ("type", "name", "boat", "state", "elapsed_time", "num_collisions", "score")
 """Outputs that all tasks have."""
 
 
-LOST = 100.0
+_LOST = 100.0
 """What the scored boat forfeits by sinking or capsizing, in the unit of its task's score."""
 
 
@@ -90,13 +88,13 @@ class Score(Problem):
 
     def forfeit(self, left: IntArray) -> FloatArray:
         """For the scored boat more than most tasks pay."""
-        lost: FloatArray = np.where(np.arange(self.size) == self.anchor, LOST, 0.0)[None] * (left > 0)[:, None]
+        lost: FloatArray = np.where(np.arange(self.size) == self.anchor, _LOST, 0.0)[None] * (left > 0)[:, None]
         return lost
 
     def facts(self) -> dict[str, npt.NDArray[np.generic]]:
         """The score and the other outputs of the task."""
         task = self._task
         outputs = np.empty(1, object)
-        outputs[0] = {name: value for name, value in task.items() if name not in COMMON_OUTPUTS}
+        outputs[0] = {name: value for name, value in task.items() if name not in _COMMON_OUTPUTS}
         common = {name: np.array([task[name]]) for name in ("score", "state", "num_collisions")}
         return {**common, "outputs": outputs}

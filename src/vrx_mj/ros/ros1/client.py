@@ -12,12 +12,12 @@ from vrx_mj.errors import CommandError, NetworkError
 from vrx_mj.ros.messages import Message, decode, encode, service_md5sum
 from vrx_mj.ros.ros1.connection import LARGEST_CALL, LARGEST_HEADER, decode_header, encode_header, framed
 
-MASTER = "http://localhost:11311"
-OPENING = 10.0
+_MASTER = "http://localhost:11311"
+_OPENING = 10.0
 """Wall time that a connection may take [s]."""
-LONGEST_CALL = 120.0
+_LONGEST_CALL = 120.0
 """Wall time that a service may take [s]."""
-PAUSE = 0.2
+_PAUSE = 0.2
 """Wall time between two looks for a service [s]."""
 
 
@@ -25,7 +25,7 @@ class Client:
     """A caller of a master's graph, with a name and a namespace."""
 
     def __init__(self, name: str, uri: str | None = None, namespace: str | None = None) -> None:
-        self.uri = uri or os.environ.get("ROS_MASTER_URI") or MASTER
+        self.uri = uri or os.environ.get("ROS_MASTER_URI") or _MASTER
         given = os.environ.get("ROS_NAMESPACE", "") if namespace is None else namespace
         self.namespace = f"/{given.strip('/')}/" if given.strip("/") else "/"
         self.name = f"{self.namespace}{name}"
@@ -49,7 +49,7 @@ class Client:
         while not self._api(service):
             if time.monotonic() > end:
                 raise NetworkError(f"the service {service} did not come within {seconds:g} s at the master {self.uri}")
-            time.sleep(PAUSE)
+            time.sleep(_PAUSE)
 
     def call(self, service: str, kind: str, request: Message) -> Message:
         """Call a service, and return its response.
@@ -63,8 +63,8 @@ class Client:
             raise NetworkError(f"no service {service} at the master {self.uri}")
         place = urlsplit(api)
         try:
-            with socket.create_connection((place.hostname, place.port), OPENING) as line:
-                line.settimeout(LONGEST_CALL)
+            with socket.create_connection((place.hostname, place.port), _OPENING) as line:
+                line.settimeout(_LONGEST_CALL)
                 fields = {"service": service, "md5sum": service_md5sum(kind), "callerid": self.name, "type": kind}
                 line.sendall(encode_header(fields))
                 answer = decode_header(_frame(line, LARGEST_HEADER))

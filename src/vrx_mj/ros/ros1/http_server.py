@@ -14,26 +14,26 @@ from vrx_mj.ros.network import Notices
 from vrx_mj.ros.parameters import value_size
 from vrx_mj.ros.ros1.xmlrpc import LARGEST_HEAD, answer_bytes, checked_size, fault_bytes, read, read_head
 
-Answerer = Callable[[str, Sequence[Any], str], Awaitable[Any]]
+_Answerer = Callable[[str, Sequence[Any], str], Awaitable[Any]]
 """Takes a method, its values and the caller's address; gives a value, or raises CommandError or Fault."""
 
-HANDSHAKE = 10.0
+_HANDSHAKE = 10.0
 """Wall time in which a first request must begin to come [s]."""
-IDLE = 60.0
+_IDLE = 60.0
 """Wall time that a connection is kept for another request [s]."""
 STALL = 5.0
 """Wall time in which a head that has begun, and each portion of a body or an answer, must be through [s]."""
-PORTION = 1 << 16
+_PORTION = 1 << 16
 """[bytes]"""
-ALL_BODIES = 1 << 27
+_ALL_BODIES = 1 << 27
 """Bytes of all bodies and answers that have come, or wait to be taken, at one time."""
-MOST_CALLS = 1000
+_MOST_CALLS = 1000
 """Of one system.multicall."""
 CALLS_SHARE = 0.25
 """Of the wall time that answers may take in the long run."""
 CALLS_BURST = 0.5
 """Wall time of answers that are given at once: a launch file or a recorder calls hundreds of times [s]."""
-LARGEST_ANSWER = 1 << 26
+_LARGEST_ANSWER = 1 << 26
 """Bytes of the values that a system.multicall gives, about."""
 
 
@@ -68,13 +68,13 @@ class HttpServer:
     """
 
     def __init__(
-        self, title: str, answer: Answerer, connection_limit: ConnectionLimit, notices: Notices,
+        self, title: str, answer: _Answerer, connection_limit: ConnectionLimit, notices: Notices,
         names: Names | None = None,
     ) -> None:  # fmt: skip
         self.title = title
         self._answer, self._connection_limit, self._notices = answer, connection_limit, notices
         self._names = names or Names()
-        self._intake = Intake(ALL_BODIES)
+        self._intake = Intake(_ALL_BODIES)
         self._lane, self._lane_of_large = Lane(), Lane()
         self._servers: list[asyncio.Server] = []
         self._is_open = True
@@ -131,7 +131,7 @@ class HttpServer:
             writer.transport.abort()
 
     async def _requests(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, place: Place) -> None:
-        timeout, goes_on = HANDSHAKE, True
+        timeout, goes_on = _HANDSHAKE, True
         reached = str((writer.get_extra_info("sockname") or ("",))[0])
         while goes_on:
             words, fields = await self._head(reader, place, timeout)
@@ -148,7 +148,7 @@ class HttpServer:
             body = await self._body(reader, place, size)
             answer = await self._answered(body, place, lambda: writer.transport.is_closing() or reader.at_eof())
             await self._send(writer, "200 OK", answer, place, keep=goes_on)
-            timeout = IDLE
+            timeout = _IDLE
 
     async def _head(
         self, reader: asyncio.StreamReader, place: Place, timeout: float
@@ -163,7 +163,7 @@ class HttpServer:
         self._connection_limit.wait(place)
         body = bytearray()
         while len(body) < size:
-            goal = min(size, len(body) + PORTION)
+            goal = min(size, len(body) + _PORTION)
             async with asyncio.timeout(STALL):
                 while len(body) < goal:
                     part = await reader.read(goal - len(body))
@@ -200,8 +200,8 @@ class HttpServer:
         for call in _calls(values):
             answers.append(await self._one_of_many(call, host))
             size += value_size(answers[-1])
-            if size > LARGEST_ANSWER:
-                raise CommandError(f"system.multicall: answers of more than {LARGEST_ANSWER} bytes")
+            if size > _LARGEST_ANSWER:
+                raise CommandError(f"system.multicall: answers of more than {_LARGEST_ANSWER} bytes")
             await asyncio.sleep(0)
         return answers
 
@@ -227,15 +227,15 @@ class HttpServer:
             head += "Allow: POST\r\n"
         data = memoryview(f"{head}\r\n".encode() + body)
         self._connection_limit.wait(place)
-        for at in range(0, len(data), PORTION):
+        for at in range(0, len(data), _PORTION):
             self._intake.hold(place, len(data) - at)
-            writer.write(data[at : at + PORTION])
+            writer.write(data[at : at + _PORTION])
             async with asyncio.timeout(STALL):
                 await writer.drain()
         self._intake.hold(place, 0)
 
 
 def _calls(values: Sequence[object]) -> list[object]:
-    if len(values) != 1 or not isinstance(values[0], list) or len(values[0]) > MOST_CALLS:
-        raise CommandError(f"system.multicall needs one list of at most {MOST_CALLS} calls")
+    if len(values) != 1 or not isinstance(values[0], list) or len(values[0]) > _MOST_CALLS:
+        raise CommandError(f"system.multicall needs one list of at most {_MOST_CALLS} calls")
     return values[0]

@@ -13,12 +13,12 @@ from vrx_mj.ros.graph import Graph
 from vrx_mj.ros.parameters import LONGEST, is_legal, is_type, joined, resolve, updates
 from vrx_mj.ros.ros1.xmlrpc import BROKEN, LARGEST_REPLY, Proxy, address
 
-NODE_TIMEOUT = 5.0
+_NODE_TIMEOUT = 5.0
 """Wall time that a node may take for an answer [s]."""
 MOST_NODES = 512
 """Nodes with calls under way, at most; beyond that the calls to the slowest one are dropped."""
 
-MOST_CALLS = 2000
+_MOST_CALLS = 2000
 """Of one node that wait, at most."""
 
 
@@ -37,7 +37,7 @@ class Notifier:
             del self._waiting[slowest]
             self._tasks.pop(slowest).cancel()
         calls = self._waiting.setdefault(api, {})
-        if len(calls) < MOST_CALLS or (method, about) in calls:
+        if len(calls) < _MOST_CALLS or (method, about) in calls:
             calls[method, about] = (about, *values)
         if api not in self._tasks:
             self._tasks[api] = asyncio.get_running_loop().create_task(self._work(api))
@@ -55,7 +55,7 @@ class Notifier:
         try:
             while calls:
                 key = next(iter(calls))
-                await proxy.call(key[0], "/master", *calls.pop(key), timeout=NODE_TIMEOUT)
+                await proxy.call(key[0], "/master", *calls.pop(key), timeout=_NODE_TIMEOUT)
         except ConnectionRefusedError:
             self._unreachable(api)
         except (*BROKEN, Fault, TypeError, OverflowError):
@@ -67,7 +67,7 @@ class Notifier:
 
 
 Reply = tuple[int, str, Any]
-REGISTERING = frozenset(
+_REGISTERING = frozenset(
     f"{verb}{what}"
     for verb in ("register", "unregister", "subscribe", "unsubscribe")
     for what in ("Publisher", "Subscriber", "Service", "Param")
@@ -122,7 +122,7 @@ class Master:
             return [*self._methods, "system.listMethods", "system.multicall"]
         if method not in self._methods:
             raise Fault(1, f'method "{method[:100]}" is not supported')
-        if method in REGISTERING and values and isinstance(values[0], str) and joined(values[0]) in self.graph.local:
+        if method in _REGISTERING and values and isinstance(values[0], str) and joined(values[0]) in self.graph.local:
             return [-1, f"ERROR: {joined(values[0])} is the simulation's own node: another name is needed", 0]
         return list(self.call(method, values))
 

@@ -24,9 +24,9 @@ from vrx_mj.ros.ros1.registrar import Link, MasterAccess, Registrar, SystemState
 from vrx_mj.ros.ros1.subscription import MOST_PUBLISHERS, Subscription, call_service
 from vrx_mj.ros.ros1.xmlrpc import BROKEN, LARGEST_REPLY, Proxy, address
 
-RESTRICTED = {"shutdown", "publisherUpdate", "paramUpdate"}
+_RESTRICTED = {"shutdown", "publisherUpdate", "paramUpdate"}
 """Only for programs on this machine and the master's."""
-MASTER = "/master"
+_MASTER = "/master"
 """The caller that masters say they are."""
 
 
@@ -79,7 +79,7 @@ class Slave:
             return [-1, "caller_id must be a string", 0]
         if count >= 0 and len(values) != count + 1:
             return [-1, "Error: bad call arity", 0]
-        if method in RESTRICTED and not self.trusted(host):
+        if method in _RESTRICTED and not self.trusted(host):
             text = f"{host} ({values[0][:100]}) called {method}: only this machine and the master's machine may"
             self.notices.write("WARN", method, host, text)
             return [-1, f"{method} is refused: {host} is neither this machine nor the master's", 0]
@@ -126,7 +126,7 @@ class Slave:
         return 1, f"ready on {host}:{port}", ["TCPROS", host, port]
 
     def _shutdown(self, caller: str, *reason: object) -> Reply:
-        if self.is_masters_own and caller == MASTER:
+        if self.is_masters_own and caller == _MASTER:
             return -1, "shutdown is refused: this master does not end this node", 0
         self.end(f"{caller[:100]} shut it down: {str(reason[0])[:200] if reason else 'no reason given'}")
         return 1, "shutdown", 0
@@ -142,11 +142,11 @@ def _listed(topics: Mapping[str, Publication] | Mapping[str, Subscription]) -> l
     return [[topic.name, topic.type] for topic in topics.values()]
 
 
-PUBLIC = {"/rosout", "/rosout_agg", "/clock", "/tf", "/tf_static", "/statistics", "/diagnostics"}
+_PUBLIC = {"/rosout", "/rosout_agg", "/clock", "/tf", "/tf_static", "/statistics", "/diagnostics"}
 """Topics on which anybody publishes."""
-CONNECT_TIMEOUT = 10.0
+_CONNECT_TIMEOUT = 10.0
 """Wall time in which a subscriber should have connected [s]."""
-MOST_WAITING = 1000
+_MOST_WAITING = 1000
 
 
 class Watch:
@@ -168,7 +168,7 @@ class Watch:
         unknown_publishers = {
             (topic, node)
             for topic, nodes in publishers.items()
-            if topic not in PUBLIC and topic not in inputs and topic not in self._publications
+            if topic not in _PUBLIC and topic not in inputs and topic not in self._publications
             if not set(subscribers.get(topic, [])) - {self._graph.node}
             for node in nodes
             if node not in self._graph.local
@@ -211,8 +211,8 @@ class Watch:
             if node not in self._graph.local and node not in publication.met
         }
         now = self.clock()
-        since = {pair: self._since.get(pair, now) for pair in sorted(waiting)[:MOST_WAITING]}
-        late = {node: topic for (topic, node), begun in since.items() if now - begun > CONNECT_TIMEOUT}
+        since = {pair: self._since.get(pair, now) for pair in sorted(waiting)[:_MOST_WAITING]}
+        late = {node: topic for (topic, node), begun in since.items() if now - begun > _CONNECT_TIMEOUT}
         self._since = {pair: begun for pair, begun in since.items() if pair[1] not in late}
         return [(topic, node) for node, topic in late.items()]
 
@@ -251,16 +251,16 @@ async def _answers(uri: str) -> bool:
     return True
 
 
-INCOMING_BYTES = 1 << 27
+_INCOMING_BYTES = 1 << 27
 """Bytes of messages and requests that have begun to come, of all together."""
-MOST_SOURCES = 1024
+_MOST_SOURCES = 1024
 """Connections to publishers of other processes, at most."""
-MOST_LATCHED = 64
+_MOST_LATCHED = 64
 """Latched messages of other processes that are kept, at most."""
-DEFAULT_MASTER = "http://localhost:11311"
-OPEN_TIMEOUT = 15.0
+_DEFAULT_MASTER = "http://localhost:11311"
+_OPEN_TIMEOUT = 15.0
 """Wall time to find the master and to register [s]."""
-CLOSE_TIMEOUT = 2.0
+_CLOSE_TIMEOUT = 2.0
 
 
 class Node:
@@ -277,7 +277,7 @@ class Node:
         self.slave = Slave(name, master_uri, self.publications, self.subscriptions, notices)
         self.slave.is_masters_own = access.master is not None
         self.tcpros_listener = TcprosListener(
-            self._meet, connection_limit, Intake(INCOMING_BYTES), notices, self._changed
+            self._meet, connection_limit, Intake(_INCOMING_BYTES), notices, self._changed
         )
         self.api = HttpServer(f"node {name}", self.slave.answer, connection_limit, notices, access.names)
         self.registrar = Registrar(name, master_uri, access.link, notices)
@@ -404,7 +404,7 @@ class Node:
                 self.tcpros_listener.intake,
                 self.graph.notices,
                 self.graph.uri,
-                lambda: sum(len(topic.sources) for topic in self.subscriptions.values()) < MOST_SOURCES,
+                lambda: sum(len(topic.sources) for topic in self.subscriptions.values()) < _MOST_SOURCES,
             )
             self.subscriptions[name].update(self.graph.registrations.apis("publisher", name))
 
@@ -420,7 +420,7 @@ class Node:
 
     def _received(self, name: str, message: Message, sender: str, latched: bool) -> None:
         """A message of another process has come."""
-        kept = latched and ((name, sender) in self._kept or len(self._kept) < MOST_LATCHED)
+        kept = latched and ((name, sender) in self._kept or len(self._kept) < _MOST_LATCHED)
         if kept:
             self._kept.add((name, sender))
         self.graph.publish(name, self.subscriptions[name].type, message, sender, latched=kept, origin=self)
@@ -499,7 +499,7 @@ class Ros1:
 
     def __init__(self, graph: Graph, *, master_uri: str | None = None, host: str = "127.0.0.1") -> None:
         """Nothing is opened yet."""
-        self.master_uri = (master_uri or os.environ.get("ROS_MASTER_URI") or DEFAULT_MASTER).rstrip("/")
+        self.master_uri = (master_uri or os.environ.get("ROS_MASTER_URI") or _DEFAULT_MASTER).rstrip("/")
         self.on_shutdown: Callable[[str], None] | None = None
         """Called by the network's thread with the reason when `rosnode kill` or the master ends our node."""
         self._graph, self._host = graph, host
@@ -514,9 +514,9 @@ class Ros1:
             NetworkError: that cannot be done, and why.
         """
         try:
-            return self._graph.network.call(self._open(), OPEN_TIMEOUT)
+            return self._graph.network.call(self._open(), _OPEN_TIMEOUT)
         except TimeoutError:
-            raise NetworkError(f"{self.master_uri} does not answer within {OPEN_TIMEOUT:.0f} s") from None
+            raise NetworkError(f"{self.master_uri} does not answer within {_OPEN_TIMEOUT:.0f} s") from None
 
     @property
     def traffic(self) -> Traffic:
@@ -530,7 +530,7 @@ class Ros1:
         """Withdraw all, and close every connection. Nothing happens where there is nothing to close."""
         if self._access is not None:
             with contextlib.suppress(TimeoutError):
-                self._graph.network.call(self._end(), CLOSE_TIMEOUT)
+                self._graph.network.call(self._end(), _CLOSE_TIMEOUT)
 
     def settle(self, timeout: float = 5.0) -> None:
         """Wait until the master knows all that is offered; TimeoutError: it does not, so long [s]."""

@@ -28,15 +28,15 @@ from vrx_mj.ros.network import Network, Notices
 from vrx_mj.ros.parameters import LONGEST
 from vrx_mj.ros.ros1.connection import LARGEST_CALL, LARGEST_HEADER, Splitter, decode_header, encode_header, framed
 
-HIGH_WATER = 1 << 18
+_HIGH_WATER = 1 << 18
 """Bytes that asyncio holds of a connection before its outbox fills."""
-MOST_FRAMES = 256
+_MOST_FRAMES = 256
 """Messages that wait for one subscriber, at most."""
-PIECE = 1 << 18
+_PIECE = 1 << 18
 """Bytes that are given to asyncio at one time: it copies what it cannot send."""
-MOST_IDLE_TALK = 1 << 16
+_MOST_IDLE_TALK = 1 << 16
 """Bytes that a subscriber may send after its header, of which nothing is used."""
-MOST_MET = 1000
+_MOST_MET = 1000
 """Names of subscribers that are remembered."""
 _LENGTH = struct.Struct("<I")
 
@@ -75,7 +75,7 @@ class Publication:
 
     def refusal(self, header: Mapping[str, str]) -> str | None:
         """Why somebody cannot subscribe."""
-        if len(self.met) >= MOST_MET:
+        if len(self.met) >= _MOST_MET:
             self.met.clear()
         self.met.add(header["callerid"][:LONGEST])
         wanted, own = header["md5sum"], md5sum(self.type)
@@ -143,12 +143,12 @@ class Reader:
         self.node = header["callerid"][:LONGEST]
         self.number = next(publication.stream.numbers)
         self.sent = self.messages = 0
-        self._outbox: Outbox[bytearray] = Outbox(publication.stream.counts, MOST_FRAMES, self._write)
+        self._outbox: Outbox[bytearray] = Outbox(publication.stream.counts, _MOST_FRAMES, self._write)
         self._rest = memoryview(b"")
         """What asyncio has not been given yet of the message that is being sent."""
         self._blocked = False
         self._talk = 0
-        transport.set_write_buffer_limits(high=HIGH_WATER)
+        transport.set_write_buffer_limits(high=_HIGH_WATER)
 
     def send(self, frame: bytearray) -> None:
         """Send a message now or later."""
@@ -157,7 +157,7 @@ class Reader:
     def received(self, data: bytes) -> None:
         """It sends something; nothing is expected."""
         self._talk += len(data)
-        if self._talk > MOST_IDLE_TALK:
+        if self._talk > _MOST_IDLE_TALK:
             self.transport.abort()
 
     def blocked(self, *, now: bool) -> None:
@@ -190,11 +190,11 @@ class Reader:
                 self.sent += len(frame)
                 self.messages += 1
                 self.publication.stream.counts.sent += len(frame)
-            piece, self._rest = self._rest[:PIECE], self._rest[PIECE:]
+            piece, self._rest = self._rest[:_PIECE], self._rest[_PIECE:]
             self.transport.write(piece)
 
 
-REQUEST_TIMEOUT = 10.0
+_REQUEST_TIMEOUT = 10.0
 """Wall time in which a request must begin to come, and in which an answer must be taken [s]."""
 
 
@@ -233,7 +233,7 @@ class Provided:
             caller.transport.abort()
 
 
-def is_persistent(header: Mapping[str, str]) -> bool:
+def _is_persistent(header: Mapping[str, str]) -> bool:
     """Whether who sent a header wants to call more than once."""
     return header.get("persistent", "").lower() in {"1", "true"}
 
@@ -251,13 +251,13 @@ class Caller:
         place: Place,
     ) -> None:
         self.service, self.transport, self.node = service, transport, header["callerid"][:LONGEST]
-        self._persistent = is_persistent(header)
+        self._persistent = _is_persistent(header)
         self._network = network
         self._splitter = Splitter(LARGEST_CALL, intake, place)
         self._stall = Stall(transport.abort)
         self._busy = self._lost = self._blocked = False
         service.callers.add(self)
-        self._timer = None if self._persistent else network.loop.call_later(REQUEST_TIMEOUT, transport.abort)
+        self._timer = None if self._persistent else network.loop.call_later(_REQUEST_TIMEOUT, transport.abort)
 
     def received(self, data: bytes) -> None:
         """A piece of a request; CommandError: it is too large."""
@@ -309,7 +309,7 @@ class Caller:
         self._busy = False
         if not self._persistent:
             self.transport.close()
-            self._timer = self._network.loop.call_later(REQUEST_TIMEOUT, self.transport.abort)
+            self._timer = self._network.loop.call_later(_REQUEST_TIMEOUT, self.transport.abort)
             return
         if not self._blocked:
             self.transport.resume_reading()
@@ -334,7 +334,7 @@ HEADER_TIMEOUT = 10.0
 """Wall time in which a header must come [s]."""
 
 Role = Reader | Caller
-Meet = Callable[[Mapping[str, str], asyncio.Transport, Place], Role | None]
+_Meet = Callable[[Mapping[str, str], asyncio.Transport, Place], Role | None]
 """Takes a header; sends ours and gives who that is, or None if it asked for nothing more. CommandError: refused."""
 
 
@@ -342,7 +342,7 @@ Meet = Callable[[Mapping[str, str], asyncio.Transport, Place], Role | None]
 class TcprosListener:
     """Listens for TCPROS."""
 
-    meet: Meet
+    meet: _Meet
     connection_limit: ConnectionLimit
     intake: Intake
     notices: Notices
@@ -443,7 +443,7 @@ class Incoming(asyncio.Protocol):
 
     def _greet(self, header: Mapping[str, str]) -> None:
         assert self.transport is not None
-        lasts = "topic" in header or is_persistent(header)
+        lasts = "topic" in header or _is_persistent(header)
         if lasts and not self._listener.connection_limit.settle(self._place):
             raise CommandError("too many connections")
         role = self._listener.meet(header, self.transport, self._place)

@@ -17,16 +17,16 @@ from vrx_mj.ros.ros1.http_server import HttpServer
 from vrx_mj.ros.ros1.master import Master
 from vrx_mj.ros.ros1.xmlrpc import ANSWER_TIMEOUT, BROKEN, LARGEST_REPLY, Proxy, address
 
-MOST_AT_ONCE = 100
+_MOST_AT_ONCE = 100
 """Calls that are sent together."""
-Request = tuple[str, Sequence[object]]
+_Request = tuple[str, Sequence[object]]
 """Method and values."""
 
 
 class Link(Protocol):
     """The way to a master."""
 
-    async def many(self, requests: Sequence[Request], timeout: float = ANSWER_TIMEOUT) -> list[object]:
+    async def many(self, requests: Sequence[_Request], timeout: float = ANSWER_TIMEOUT) -> list[object]:
         """The value of each call; None where it failed. OSError and so on: the master cannot be reached."""
 
     def close(self) -> None:
@@ -39,7 +39,7 @@ class NearLink:
     def __init__(self, master: Master) -> None:
         self._master = master
 
-    async def many(self, requests: Sequence[Request], timeout: float = ANSWER_TIMEOUT) -> list[object]:
+    async def many(self, requests: Sequence[_Request], timeout: float = ANSWER_TIMEOUT) -> list[object]:
         """As `Link` has it."""
         del timeout  # it answers at once
         return [_value(list(self._master.call(method, values))) for method, values in requests]
@@ -55,18 +55,18 @@ class FarLink:
         self._proxy = Proxy(uri)
         self._takes_many = True
 
-    async def many(self, requests: Sequence[Request], timeout: float = ANSWER_TIMEOUT) -> list[object]:
+    async def many(self, requests: Sequence[_Request], timeout: float = ANSWER_TIMEOUT) -> list[object]:
         """As `Link` has it."""
         values: list[object] = []
-        for start in range(0, len(requests), MOST_AT_ONCE):
-            values += await self._some(requests[start : start + MOST_AT_ONCE], timeout)
+        for start in range(0, len(requests), _MOST_AT_ONCE):
+            values += await self._some(requests[start : start + _MOST_AT_ONCE], timeout)
         return values
 
     def close(self) -> None:
         """Close the connection."""
         self._proxy.close()
 
-    async def _some(self, requests: Sequence[Request], timeout: float) -> list[object]:
+    async def _some(self, requests: Sequence[_Request], timeout: float) -> list[object]:
         if self._takes_many and len(requests) > 1:
             calls = [{"methodName": method, "params": list(values)} for method, values in requests]
             try:
@@ -93,7 +93,7 @@ def _value(reply: object) -> object:
 
 MASTER_TIMEOUT = 3.0
 """Wall time that a master may take to answer [s]."""
-PARAMETERS = {"/rosdistro": "noetic\n", "/rosversion": "1.16.0\n"}
+_PARAMETERS = {"/rosdistro": "noetic\n", "/rosversion": "1.16.0\n"}
 """What roscore sets, and tools read."""
 
 
@@ -174,7 +174,7 @@ def _own(graph: Graph, uri: str, where: str, port: int, host: str) -> tuple[Mast
             f"give --host {where} or --host 0.0.0.0"
         )
     known = f"http://{where if not is_loopback(where) and where != 'localhost' else announced(host, where)}:{port}/"
-    for name, value in {**PARAMETERS, "/run_id": str(uuid.uuid4())}.items():
+    for name, value in {**_PARAMETERS, "/run_id": str(uuid.uuid4())}.items():
         graph.set_parameter(name, value, graph.node)
     return Master(graph, known), hosts
 
@@ -214,20 +214,20 @@ def _who(where: str, port: int) -> str:
     return "" if holder is None else f"; port {port} is held by {holder}"
 
 
-PERIOD = 2.0
+_PERIOD = 2.0
 """Wall time between two looks at what the master knows [s]."""
-SOONEST = 0.25
+_SOONEST = 0.25
 """And at least, however often the master changes."""
-WITHDRAW_TIMEOUT = 1.0
+_WITHDRAW_TIMEOUT = 1.0
 """Wall time to take all back at the end [s]."""
-SLOW = 30.0
+_SLOW = 30.0
 """Wall time for a portion of the parameters: roscore takes a second for some MB of a robot's description [s]."""
 PORTION = 1 << 17
 """Bytes of parameters that are sent together, about."""
-METHODS = {"publisher": "Publisher", "subscriber": "Subscriber", "service": "Service"}
+_METHODS = {"publisher": "Publisher", "subscriber": "Subscriber", "service": "Service"}
 SystemState = list[dict[str, list[str]]]
 """Nodes by name: of publishers, of subscribers, of services."""
-Key = tuple[str, str, str]
+_Key = tuple[str, str, str]
 
 
 class Registrar:
@@ -236,7 +236,7 @@ class Registrar:
     def __init__(self, node: str, uri: str, link: Link, notices: Notices) -> None:
         self.node, self.uri = node, uri
         self.link, self.notices = link, notices
-        self.wished: Callable[[], dict[Key, list[str]]] = dict
+        self.wished: Callable[[], dict[_Key, list[str]]] = dict
         """Gives by node, kind and name the values of the call that registers it, after the node's name and its own."""
         self.parameters: Callable[[], Mapping[str, Any]] = dict
         """Gives what is to be set, by absolute name."""
@@ -251,26 +251,26 @@ class Registrar:
         """The node's own URI."""
         self.replaced: Callable[[str], None] = lambda reason: None
         """Called when another node of the same name has registered."""
-        self._done: dict[Key, list[str]] = {}
+        self._done: dict[_Key, list[str]] = {}
         self._set: dict[str, Any] = {}
         self._is_lost = False
 
     async def run(self) -> None:
         """Do it until another node of the same name has taken over."""
         loop = asyncio.get_running_loop()
-        looked = -SOONEST
+        looked = -_SOONEST
         while True:
             self.wake.clear()
-            pause = PERIOD
+            pause = _PERIOD
             try:
                 await self._settle()
-                if loop.time() - looked >= SOONEST:
+                if loop.time() - looked >= _SOONEST:
                     looked = loop.time()
                     self._look(*await self._state())
                     if await self._is_replaced():
                         return
                 else:
-                    pause = SOONEST
+                    pause = _SOONEST
                 if self._is_lost:
                     self.notices.forget("lost", self.uri)
                     self.notices.write("INFO", "found", self.uri, f"the master at {self.uri} answers again")
@@ -287,7 +287,7 @@ class Registrar:
         calls += [("deleteParam", (self.node, name)) for name in self._set]
         self.wished, self._done, self.parameters, self._set = dict, {}, dict, {}
         try:
-            async with asyncio.timeout(WITHDRAW_TIMEOUT):
+            async with asyncio.timeout(_WITHDRAW_TIMEOUT):
                 await self.link.many(calls)
         except (*BROKEN, Fault):
             pass  # it is gone, and has forgotten us with all else
@@ -308,7 +308,7 @@ class Registrar:
             )
             self._set = {name: value for name, value in self._set.items() if name in parameters}
             for some in _portions({n: value for n, value in parameters.items() if self._set.get(n, self) != value}):
-                await self.link.many([("setParam", (self.node, *pair)) for pair in some.items()], SLOW)
+                await self.link.many([("setParam", (self.node, *pair)) for pair in some.items()], _SLOW)
                 self._set |= some
             keys = [key for key, values in wished.items() if self._done.get(key) != values]
             replies = await self.link.many([self._call("register", key, wished[key]) for key in keys])
@@ -322,11 +322,11 @@ class Registrar:
         elif kind == "subscriber" and isinstance(reply, list):
             self.publishers(name, [uri for uri in reply if isinstance(uri, str)])
 
-    def _call(self, verb: str, key: Key, values: list[str]) -> Request:
+    def _call(self, verb: str, key: _Key, values: list[str]) -> _Request:
         node, kind, name = key
         if verb == "unregister":
             values = values[:1] if kind == "service" else values[-1:]
-        return f"{verb}{METHODS[kind]}", (node, name, *values)
+        return f"{verb}{_METHODS[kind]}", (node, name, *values)
 
     async def _state(self) -> tuple[SystemState, dict[str, str]]:
         raw: Any
@@ -340,7 +340,7 @@ class Registrar:
 
     def _look(self, state: SystemState, types: Mapping[str, str]) -> None:
         """What of ours the master does not know any more has to be registered again."""
-        known = dict(zip(METHODS, state, strict=False))
+        known = dict(zip(_METHODS, state, strict=False))
         missing = [key for key in self._done if key[0] not in known.get(key[1], {}).get(key[2], [])]
         for key in missing:
             del self._done[key]

@@ -15,17 +15,17 @@ from vrx_mj.ros.ros1.publication import keep_alive
 from vrx_mj.ros.ros1.xmlrpc import BROKEN, LARGEST_REPLY, Proxy, address
 
 MOST_PUBLISHERS = 64
-LARGEST_MESSAGE = 1 << 22
+_LARGEST_MESSAGE = 1 << 22
 """Bytes, at most: commands are small."""
-LARGEST_LATCHED = 1 << 20
+_LARGEST_LATCHED = 1 << 20
 """Bytes of a latched message that is kept for who subscribes later, at most."""
-LONGEST_CALL = 600.0
+_LONGEST_CALL = 600.0
 """Wall time that a service may take [s]."""
-MOST_AT_ONCE = 64
+_MOST_AT_ONCE = 64
 """Messages of one piece of a stream that are read; only the newest ones."""
-MOST_PER_SECOND = 5000
+_MOST_PER_SECOND = 5000
 """Messages of one publisher; if there are more, it has to wait."""
-HANDSHAKE = 10.0
+_HANDSHAKE = 10.0
 """Wall time in which a connection must be made [s]."""
 FIRST_PAUSE, LONGEST_PAUSE = 0.5, 8.0
 """Wall time until a connection is tried again [s]."""
@@ -137,7 +137,7 @@ class Source:
         """Connect, and stay until the connection ends."""
         host, port = await self._where()
         loop = asyncio.get_running_loop()
-        async with asyncio.timeout(HANDSHAKE):
+        async with asyncio.timeout(_HANDSHAKE):
             transport, receiver = await loop.create_connection(
                 lambda: Receiver(self), host, port, family=socket.AF_INET
             )
@@ -187,7 +187,7 @@ class Receiver(asyncio.Protocol):
         self._place.host = str((transport.get_extra_info("peername") or ("?",))[0])
         keep_alive(transport)
         transport.write(encode_header(self._topic.header()))
-        self._timer = self._loop.call_later(HANDSHAKE, transport.abort)
+        self._timer = self._loop.call_later(_HANDSHAKE, transport.abort)
 
     def data_received(self, data: bytes) -> None:
         """A piece of what it sends."""
@@ -222,7 +222,7 @@ class Receiver(asyncio.Protocol):
         self._check(header)
         self._latching = header.get("latching") == "1"
         self._sender = header.get("callerid", "")[:LONGEST] or self._source.uri
-        self._splitter.largest = LARGEST_MESSAGE
+        self._splitter.largest = _LARGEST_MESSAGE
         if self._timer is not None:
             self._timer.cancel()
 
@@ -239,15 +239,15 @@ class Receiver(asyncio.Protocol):
         while (frame := self._splitter.take()) is not None:
             frames.append(frame)
         self._source.messages += len(frames)
-        for frame in frames[-MOST_AT_ONCE:]:
+        for frame in frames[-_MOST_AT_ONCE:]:
             self._source.received += len(frame)
-            message, kept = decode(frame, self._topic.type), self._latching and len(frame) <= LARGEST_LATCHED
+            message, kept = decode(frame, self._topic.type), self._latching and len(frame) <= _LARGEST_LATCHED
             self._topic.take(self._topic.name, message, sender, kept)
         self._stall.holds(len(self._splitter))
-        if len(frames) > MOST_AT_ONCE:
+        if len(frames) > _MOST_AT_ONCE:
             assert self.transport is not None
             self.transport.pause_reading()
-            self._timer = self._loop.call_later(len(frames) / MOST_PER_SECOND, self._resume)
+            self._timer = self._loop.call_later(len(frames) / _MOST_PER_SECOND, self._resume)
 
     def _abort(self) -> None:
         if self.transport is not None:
@@ -270,10 +270,10 @@ async def call_service(
         OSError, EOFError, TimeoutError: it does not answer.
     """
     host, port = address(uri, "rosrpc")
-    async with asyncio.timeout(HANDSHAKE):
+    async with asyncio.timeout(_HANDSHAKE):
         reader, writer = await asyncio.open_connection(host, port, family=socket.AF_INET)
     try:
-        async with asyncio.timeout(HANDSHAKE):
+        async with asyncio.timeout(_HANDSHAKE):
             probe = {} if make is not None else {"probe": "1"}
             writer.write(encode_header({"callerid": node, "md5sum": "*", "service": name} | probe))
             header = decode_header(await _frame(reader, LARGEST_HEADER))
@@ -287,9 +287,9 @@ async def call_service(
         if header.get("md5sum") not in {"*", service_md5sum(type_name)}:
             raise CommandError(f"{name}: its {type_name} differs from the one that is known here")
         writer.write(framed(encode(make(type_name), f"{type_name}Request")))
-        async with asyncio.timeout(LONGEST_CALL):
+        async with asyncio.timeout(_LONGEST_CALL):
             done = await reader.readexactly(1)
-            body = await _frame(reader, LARGEST_MESSAGE)
+            body = await _frame(reader, _LARGEST_MESSAGE)
         if done != b"\x01":
             raise CommandError(f"{name}: {body[:1000].decode('utf-8', 'replace')}")
         return type_name, decode(body, f"{type_name}Response")

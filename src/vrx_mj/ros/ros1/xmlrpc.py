@@ -13,10 +13,10 @@ from xmlrpc.client import Fault
 from vrx_mj.errors import CommandError
 from vrx_mj.ros.access import host_of
 
-DEEPEST = 128
+_DEEPEST = 128
 """Elements within each other: some forty levels of lists or structures."""
-MOST_ELEMENTS = 400_000
-BITE = 1 << 15
+_MOST_ELEMENTS = 400_000
+_BITE = 1 << 15
 """Bytes that are read before others get their turn."""
 
 
@@ -30,8 +30,8 @@ class _Unmarshaller(xmlrpc.client.Unmarshaller):
     def start(self, tag: str, attrs: Mapping[str, str]) -> None:
         self._depth += 1
         self._elements += 1
-        if self._depth > DEEPEST or self._elements > MOST_ELEMENTS:
-            raise CommandError(f"more than {DEEPEST} elements within each other, or {MOST_ELEMENTS} in all")
+        if self._depth > _DEEPEST or self._elements > _MOST_ELEMENTS:
+            raise CommandError(f"more than {_DEEPEST} elements within each other, or {_MOST_ELEMENTS} in all")
         super().start(tag, dict(attrs))
 
     def end(self, tag: str) -> None:
@@ -50,8 +50,8 @@ async def read(body: bytes | bytearray) -> tuple[tuple[object, ...], str | None]
     parser: Any = xmlrpc.client.ExpatParser(target)
     parser._parser.StartDoctypeDeclHandler = _refuse
     try:
-        for at in range(0, len(body), BITE):
-            parser.feed(body[at : at + BITE])
+        for at in range(0, len(body), _BITE):
+            parser.feed(body[at : at + _BITE])
             if at:
                 await asyncio.sleep(0)
         parser.close()
@@ -62,7 +62,7 @@ async def read(body: bytes | bytearray) -> tuple[tuple[object, ...], str | None]
         raise CommandError(f"not XML-RPC: {type(error).__name__} {error}"[:200]) from None
 
 
-def call_bytes(method: str, values: Sequence[object]) -> bytes:
+def _call_bytes(method: str, values: Sequence[object]) -> bytes:
     """A call."""
     marshalled: Any = tuple(values)
     return xmlrpc.client.dumps(marshalled, method).encode("utf-8", "xmlcharrefreplace")
@@ -87,7 +87,7 @@ def _refuse(*_: object) -> NoReturn:
 
 
 LARGEST_HEAD = 1 << 14
-LARGEST_BODY = 1 << 24
+_LARGEST_BODY = 1 << 24
 """Bytes of a call or an answer, at most: descriptions of robots have some MB."""
 LARGEST_REPLY = 1 << 16
 """Bytes of what a node answers to what it is asked here, at most."""
@@ -123,7 +123,7 @@ async def read_head(reader: asyncio.StreamReader, first: bytes = b"") -> tuple[l
     return words, fields
 
 
-def body_size(fields: Mapping[str, str], most: int = LARGEST_BODY) -> int | None:
+def _body_size(fields: Mapping[str, str], most: int = _LARGEST_BODY) -> int | None:
     """Bytes of the body; None where the length is not given.
 
     Raises:
@@ -159,7 +159,7 @@ def address(uri: str, scheme: str = "http") -> tuple[str, int]:
 class Proxy:
     """Calls to one XML-RPC server, one at a time, over a connection that is kept."""
 
-    def __init__(self, uri: str, largest: int = LARGEST_BODY) -> None:
+    def __init__(self, uri: str, largest: int = _LARGEST_BODY) -> None:
         """`largest`: bytes that an answer may have."""
         self.uri, self._largest = uri, largest
         self._lock = asyncio.Lock()
@@ -173,7 +173,7 @@ class Proxy:
             CommandError: no XML-RPC, or no URI.
             Fault: the call failed there.
         """
-        request = call_bytes(method, values)
+        request = _call_bytes(method, values)
         async with self._lock, asyncio.timeout(timeout):
             kept = self._streams is not None
             try:
@@ -215,7 +215,7 @@ class Proxy:
             words, fields = await read_head(reader)
             if not words[0].startswith("HTTP/") or words[1] != "200":
                 raise CommandError(f"{self.uri} answers '{' '.join(words)[:60]}' instead of XML-RPC")
-            size = body_size(fields, self._largest)
+            size = _body_size(fields, self._largest)
             body = await (reader.readexactly(size) if size is not None else _all(reader, self._largest))
             keep = size is not None and words[0] == "HTTP/1.1" and fields.get("connection", "").lower() != "close"
         finally:
@@ -235,9 +235,9 @@ async def _all(reader: asyncio.StreamReader, most: int) -> bytes:
     return bytes(body)
 
 
-BROWSERS_OWN = ("origin", "sec-fetch-", "access-control-request-")
+_BROWSERS_OWN = ("origin", "sec-fetch-", "access-control-request-")
 """Beginnings of fields that browsers alone add."""
-CONTENT_TYPE = "text/xml"
+_CONTENT_TYPE = "text/xml"
 
 
 class RequestError(CommandError):
@@ -263,18 +263,18 @@ def checked_size(words: Sequence[str], fields: Mapping[str, str], is_ours: Calla
     if words[0] != "POST":
         raise RequestError("405 Method Not Allowed", f"this is XML-RPC: '{' '.join(words)[:60]}' is not a POST")
     for name, value in fields.items():
-        if name.startswith(BROWSERS_OWN):
+        if name.startswith(_BROWSERS_OWN):
             text = f"a web page may not call ROS, but a browser sent {name}: {ascii(value)[1:100]}"
             raise RequestError("403 Forbidden", text.removesuffix("'"))
     if "host" in fields and not is_ours(host_of(fields["host"])):
         text = "an address or name of this machine is needed; to give it another one, set ROS_HOSTNAME or ROS_IP"
         raise RequestError("421 Misdirected Request", f"invalid Host {ascii(fields['host'])[:100]}: {text}")
-    kind = fields.get("content-type", CONTENT_TYPE)
-    if kind.partition(";")[0].strip().lower() != CONTENT_TYPE:
+    kind = fields.get("content-type", _CONTENT_TYPE)
+    if kind.partition(";")[0].strip().lower() != _CONTENT_TYPE:
         raise RequestError(
-            "415 Unsupported Media Type", f"invalid Content-Type {ascii(kind)[:100]}: {CONTENT_TYPE} is needed"
+            "415 Unsupported Media Type", f"invalid Content-Type {ascii(kind)[:100]}: {_CONTENT_TYPE} is needed"
         )
-    size = body_size(dict(fields))
+    size = _body_size(dict(fields))
     if size is None:
         raise RequestError("411 Length Required", "a request needs a Content-Length")
     return size

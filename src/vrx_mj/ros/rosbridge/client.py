@@ -32,7 +32,7 @@ from vrx_mj.ros.rosbridge.republisher import Republisher
 from vrx_mj.ros.rosbridge.rosapi import Rosapi
 from vrx_mj.ros.rosbridge.topics import Offered, Services, Subscription, Topics, Written, node_name, respond
 
-MOST_FRAGMENTS = 1 << 25
+_MOST_FRAGMENTS = 1 << 25
 """Characters of all clients' fragments that wait for the rest of their messages, at most."""
 
 
@@ -55,7 +55,7 @@ class Hub:
         self.graph = graph
         self.counts = Counts()
         self.flooding: set[Pace] = set()
-        self.fragments = Intake(MOST_FRAGMENTS)
+        self.fragments = Intake(_MOST_FRAGMENTS)
         self.topics = Topics(graph)
         self.services = Services(graph)
         self.clients: dict[int, Ending] = {}
@@ -74,9 +74,9 @@ class Hub:
         self._notices.write("WARN", kind, peer, f"rosbridge: {peer}: {text}")
 
 
-MOST_OPEN = 16
+_MOST_OPEN = 16
 """Messages of a client of which fragments are missing, at most: the oldest are thrown away."""
-MOST_PIECES = 10_000
+_MOST_PIECES = 10_000
 
 
 class Fragments:
@@ -96,7 +96,7 @@ class Fragments:
         identity, data = text(message, "id"), message.get("data")
         if not isinstance(data, str):
             raise CommandError("fragment: data is missing, or not a string")
-        total = _whole(message, "total", 1, MOST_PIECES)
+        total = _whole(message, "total", 1, _MOST_PIECES)
         number = _whole(message, "num", 0, total - 1)
         pieces = self._open.setdefault(identity, {})
         self._size += len(data) - len(pieces.get(number, ""))
@@ -108,7 +108,7 @@ class Fragments:
             whole = "".join(pieces[number] for number in sorted(pieces))
             self._forget(identity)
             return whole
-        if len(self._open) > MOST_OPEN:
+        if len(self._open) > _MOST_OPEN:
             self._forget(next(iter(self._open)))
         self._intake.hold(self._place, self._size)
         return None
@@ -131,8 +131,8 @@ def _whole(message: Operation, key: str, low: int, high: int) -> int:
     return value
 
 
-MOST_ADVERTISED = 1024
-MOST_LATCHED = 8 << 20
+_MOST_ADVERTISED = 1024
+_MOST_LATCHED = 8 << 20
 """Characters of JSON of the messages that are kept for one client, at most."""
 
 
@@ -163,8 +163,8 @@ class Publishing:
 
     def advertise(self, name: str, type_name: str, latch: bool) -> None:
         """Say that this client publishes; CommandError: the topic has another type, or there are too many."""
-        if name not in self._topics and len(self._topics) >= MOST_ADVERTISED:
-            raise CommandError(f"advertise: this client has {MOST_ADVERTISED} topics; no more are accepted")
+        if name not in self._topics and len(self._topics) >= _MOST_ADVERTISED:
+            raise CommandError(f"advertise: this client has {_MOST_ADVERTISED} topics; no more are accepted")
         if name not in self._topics:
             self._hub.topics.advertise(name, type_name, self._number, latched=latch)
         elif self._topics[name].type != type_name:
@@ -189,7 +189,7 @@ class Publishing:
             advertised.reported = True
             graph.inbox.unknown_publisher(name, type_name, self._sender)
         if advertised.latch and not is_kept:
-            raise CommandError(f"publish: {name} is latched, but {MOST_LATCHED} characters are already kept")
+            raise CommandError(f"publish: {name} is latched, but {_MOST_LATCHED} characters are already kept")
 
     def end(self) -> None:
         """The client has gone."""
@@ -200,7 +200,7 @@ class Publishing:
     def _keep(self, name: str, size: int) -> bool:
         """Whether a latched message of so many characters may be kept."""
         others = sum(advertised.kept for other, advertised in self._topics.items() if other != name)
-        if others + size > MOST_LATCHED:
+        if others + size > _MOST_LATCHED:
             return False
         self._topics[name].kept = size
         return True
@@ -212,10 +212,10 @@ CLIENT_BURST = 0.2
 """What those of one may take at once [s]."""
 MOST_ANSWERS, MOST_MESSAGES = 2000, 1000
 """Of a client, that wait; a client that leaves more answers unread is disconnected."""
-LEVELS = ("none", "error", "warning", "info")
-DEEPEST = 2
+_LEVELS = ("none", "error", "warning", "info")
+_DEEPEST = 2
 """Operations within operations: a PNG in fragments."""
-MOST_SUBSCRIPTIONS = 4096
+_MOST_SUBSCRIPTIONS = 4096
 """Why a connection is closed (RFC 6455: policy)."""
 
 
@@ -295,7 +295,7 @@ class Client:
 
     def status(self, level: str, what: str, identity: object = None) -> None:
         """Send it what is wrong, if it wants lines of that level."""
-        if LEVELS.index(level) <= LEVELS.index(self._level):
+        if _LEVELS.index(level) <= _LEVELS.index(self._level):
             message = {"op": "status", "level": level, "msg": what}
             self.send(message | {"id": identity} if isinstance(identity, str) else message)
 
@@ -344,8 +344,8 @@ class Client:
     def _handle(self, message: Operation, depth: int) -> None:
         kind = message["op"]
         if kind in {"fragment", "png"}:
-            if depth >= DEEPEST:
-                raise CommandError(f"{kind}: nested operations are more than {DEEPEST} deep")
+            if depth >= _DEEPEST:
+                raise CommandError(f"{kind}: nested operations are more than {_DEEPEST} deep")
             inner = self._fragments.add(message) if kind == "fragment" else from_png(_data(message), MOST_INCOMING)
             if inner is not None:
                 self._handle(operation(inner), depth + 1)
@@ -377,8 +377,8 @@ class Client:
         known = self._hub.graph.type_of(name)
         if not asked and known is None:
             raise CommandError(f"subscribe: the type of topic {name} is not known yet; give it as type")
-        if written not in self._subscriptions and len(self._subscriptions) >= MOST_SUBSCRIPTIONS:
-            raise CommandError(f"subscribe: this client has {MOST_SUBSCRIPTIONS} topics; no more are accepted")
+        if written not in self._subscriptions and len(self._subscriptions) >= _MOST_SUBSCRIPTIONS:
+            raise CommandError(f"subscribe: this client has {_MOST_SUBSCRIPTIONS} topics; no more are accepted")
         subscription = self._subscriptions.get(written) or Subscription(written, self._messages)
         subscription.add(identity, wish)
         type_name = known_type(asked or known or "")
@@ -420,8 +420,8 @@ class Client:
 
     def _set_level(self, message: Operation) -> None:
         level = text(message, "level")
-        if level not in LEVELS:
-            raise CommandError(f"set_level: invalid level {level!r}; allowed: {', '.join(LEVELS)}")
+        if level not in _LEVELS:
+            raise CommandError(f"set_level: invalid level {level!r}; allowed: {', '.join(_LEVELS)}")
         self._level = level
 
     def _forget(self) -> None:

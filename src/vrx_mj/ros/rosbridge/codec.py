@@ -22,8 +22,8 @@ from vrx_mj.ros import messages
 from vrx_mj.ros.limits import Frame, pieces
 from vrx_mj.ros.messages import INTEGERS, MOMENT, SPAN, Field, Message, fields
 
-Numbers = npt.NDArray[Any]
-EFFORT = 1
+_Numbers = npt.NDArray[Any]
+_EFFORT = 1
 """zlib's level: a loop that serves everybody has no time for more."""
 
 
@@ -33,7 +33,7 @@ def png(text: bytes) -> str:
     height = max(1, math.ceil(len(text) / (3 * width)))
     image = Image.frombytes("RGB", (width, height), text.ljust(3 * width * height, b"\n"))
     file = io.BytesIO()
-    image.save(file, "png", compress_level=EFFORT)
+    image.save(file, "png", compress_level=_EFFORT)
     return base64.b64encode(file.getvalue()).decode("ascii")
 
 
@@ -57,13 +57,13 @@ def from_png(data: str, largest: int) -> str:
         raise CommandError("data is not a base64 PNG that holds text") from error
 
 
-FLOAT32_MAX = float(np.finfo(np.float32).max)
-FLOATS = frozenset({"float32", "float64"})
-PARTS = {"secs": "sec", "nsecs": "nanosec", "sec": "sec", "nanosec": "nanosec"}
-SHOWN = 60
+_FLOAT32_MAX = float(np.finfo(np.float32).max)
+_FLOATS = frozenset({"float32", "float64"})
+_PARTS = {"secs": "sec", "nsecs": "nanosec", "sec": "sec", "nanosec": "nanosec"}
+_SHOWN = 60
 """Characters of a wrong value that are shown, at most."""
 _short = reprlib.Repr()
-_short.maxstring = _short.maxlong = _short.maxother = SHOWN
+_short.maxstring = _short.maxlong = _short.maxother = _SHOWN
 
 
 def taken(value: object, type_name: str, now: float, place: str) -> Message:
@@ -123,21 +123,21 @@ def _array(values: bytes | list[object], type_name: str, now: float, place: str)
     return np.array(_each(values, type_name, now, place), layout) if made is None else made
 
 
-def _numbers(values: list[object], type_name: str, layout: str) -> Numbers | None:
+def _numbers(values: list[object], type_name: str, layout: str) -> _Numbers | None:
     """An array of a list that is right as it is, which is quick for long ones; None where it holds null or worse."""
     kinds = set(map(type, values))
     if type_name in INTEGERS and kinds == {int}:
         low, high = INTEGERS[type_name]
         integers = cast("list[int]", values)
         return np.array(integers, layout) if low <= min(integers) and max(integers) <= high else None
-    if type_name not in FLOATS or not kinds <= {int, float}:
+    if type_name not in _FLOATS or not kinds <= {int, float}:
         return None
     try:
         made = np.array(values, np.float64)
     except OverflowError:
         return None
     finite = made[np.isfinite(made)]
-    too_large = type_name == "float32" and np.abs(finite).max(initial=0.0) > FLOAT32_MAX
+    too_large = type_name == "float32" and np.abs(finite).max(initial=0.0) > _FLOAT32_MAX
     return None if too_large else made.astype(layout)
 
 
@@ -193,8 +193,8 @@ def _float(value: object, type_name: str, place: str) -> float:
         number = float(value)
     except OverflowError as error:
         raise _wrong(place, value, f"{type_name}, a number") from error
-    if type_name == "float32" and math.isfinite(number) and abs(number) > FLOAT32_MAX:
-        raise _wrong(place, value, f"{type_name}, a number of at most {FLOAT32_MAX:.7g}")
+    if type_name == "float32" and math.isfinite(number) and abs(number) > _FLOAT32_MAX:
+        raise _wrong(place, value, f"{type_name}, a number of at most {_FLOAT32_MAX:.7g}")
     return number
 
 
@@ -205,12 +205,12 @@ def _moment(value: object, type_name: str, now: float, place: str) -> Message:
         raise _wrong(place, value, f"a {type_name}, {{secs, nsecs}}")
     moment = messages.stamp(0.0) if type_name == MOMENT else messages.duration(0.0)
     for name, number in value.items():
-        if name not in PARTS:
+        if name not in _PARTS:
             raise CommandError(f"{place}: a {type_name} has no field {_shown(name)}; known: secs, nsecs")
         whole = _integer(number, "int32", f"{place}.{name}")
         if type_name == MOMENT and whole < 0:
             raise _wrong(f"{place}.{name}", number, "a time of 0 or more")
-        setattr(moment, PARTS[name], whole)
+        setattr(moment, _PARTS[name], whole)
     return moment
 
 
@@ -228,19 +228,19 @@ def _wrong(place: str, value: object, allowed: str) -> CommandError:
 def _shown(value: object) -> str:
     """A value as far as it fits into a line."""
     text = _short.repr(value)
-    return text if len(text) <= SHOWN else f"{text[:SHOWN]}..."
+    return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."
 
 
 def _known(name: str, known: Mapping[str, Field]) -> str:
-    close = nearest(name, known) if len(name) <= SHOWN else None
+    close = nearest(name, known) if len(name) <= _SHOWN else None
     return f"did you mean '{close}'?" if close else f"known: {', '.join(known) or 'none'}"
 
 
-Writer = Callable[[Any], Any]
-BYTES = frozenset({"uint8", "char"})
-LIGHT = 500
+_Writer = Callable[[Any], Any]
+_BYTES = frozenset({"uint8", "char"})
+_LIGHT = 500
 """What a message has at least, about [bytes]."""
-TYPED_ARRAYS = {
+_TYPED_ARRAYS = {
     "byte": (72, "int8"),
     "int8": (72, "int8"),
     "uint16": (69, "<u2"),
@@ -253,9 +253,9 @@ TYPED_ARRAYS = {
     "float64": (86, "<f8"),
 }
 """Tag (RFC 8746) and layout of an array of each type."""
-MOST_FRAGMENTS = 1000
+_MOST_FRAGMENTS = 1000
 """Fragments of a message, at most: a smaller fragment_size is raised."""
-MARK = secrets.token_hex(16)
+_MARK = secrets.token_hex(16)
 """Placeholder of bytes in JSON until they are put there: no client can send it."""
 _names = itertools.count()
 
@@ -290,7 +290,7 @@ class Parcel:
             if self._png[0] != topic:
                 self._png = topic, json_bytes({"op": "png", "data": png(b"".join(parts))})
             parts = (self._png[1],)
-        return fragments(parts, fragment_size)
+        return _fragments(parts, fragment_size)
 
     def _body(self, encoding: str) -> bytes:
         if encoding not in self._bodies:
@@ -317,7 +317,7 @@ def reply_frames(message: Mapping[str, object], compression: str, fragment_size:
     whole = json_bytes(message)
     if compression == "png":
         whole = json_bytes({"op": "png", "data": png(whole)})
-    return list(fragments((whole,), fragment_size)), False
+    return list(_fragments((whole,), fragment_size)), False
 
 
 def plain(message: Message, type_name: str) -> dict[str, object]:
@@ -334,24 +334,24 @@ def json_bytes(value: object) -> bytes:
         if not isinstance(part, Base64):
             return _item(part)
         found.append(part.text)
-        return MARK
+        return _MARK
 
     try:
         text = json.dumps(value, allow_nan=False, separators=(",", ":"), default=rest)
     except ValueError:
         found.clear()
         text = json.dumps(_finite(value), allow_nan=False, separators=(",", ":"), default=rest)
-    pieces = text.encode("ascii").split(MARK.encode("ascii"))
+    pieces = text.encode("ascii").split(_MARK.encode("ascii"))
     return b"".join(itertools.chain.from_iterable(zip(pieces, [*found, b""], strict=True)))
 
 
-def fragments(parts: Frame, size: int) -> Iterator[Frame]:
+def _fragments(parts: Frame, size: int) -> Iterator[Frame]:
     """JSON cut into pieces of so many characters, if it is longer and that is not 0; each is made at its turn."""
     length = sum(map(len, parts))
     if size <= 0 or length <= size:
         yield parts
         return
-    size = max(size, math.ceil(length / MOST_FRAGMENTS))
+    size = max(size, math.ceil(length / _MOST_FRAGMENTS))
     name, total = str(next(_names)), sum(math.ceil(len(part) / size) for part in parts)
     for number, piece in enumerate(pieces(parts, size)):
         data = {"op": "fragment", "id": name, "data": piece.decode("ascii"), "num": number, "total": total}
@@ -359,7 +359,7 @@ def fragments(parts: Frame, size: int) -> Iterator[Frame]:
 
 
 def _weight(message: Message, type_name: str) -> int:
-    weight = LIGHT
+    weight = _LIGHT
     for name, kind in _varying(type_name):
         value = getattr(message, name)
         if isinstance(value, np.ndarray):
@@ -383,7 +383,7 @@ def _varying(type_name: str) -> list[tuple[str, str]]:
 
 
 @cache
-def _writers(type_name: str, cbor: bool) -> Writer:
+def _writers(type_name: str, cbor: bool) -> _Writer:
     """What turns a message of a type into a mapping."""
     parts = [(field.name, _writer(field, cbor)) for field in fields(type_name).values()]
 
@@ -393,34 +393,34 @@ def _writers(type_name: str, cbor: bool) -> Writer:
     return write
 
 
-def _writer(field: Field, cbor: bool) -> Writer | None:
+def _writer(field: Field, cbor: bool) -> _Writer | None:
     """What turns a field's value into what is written; None: it is that already."""
     if field.length < 0:
         return _single_writer(field.type, cbor)
-    if field.type in BYTES:
+    if field.type in _BYTES:
         return _bytes if cbor else _base64
-    if cbor and field.type in TYPED_ARRAYS:
-        tag, layout = TYPED_ARRAYS[field.type]
+    if cbor and field.type in _TYPED_ARRAYS:
+        tag, layout = _TYPED_ARRAYS[field.type]
         return lambda values: cbor2.CBORTag(tag, np.asarray(values).astype(layout).tobytes())
     one = _single_writer(field.type, cbor)
     return _list if one is None else lambda values: [one(value) for value in values]
 
 
-def _single_writer(type_name: str, cbor: bool) -> Writer | None:
+def _single_writer(type_name: str, cbor: bool) -> _Writer | None:
     if type_name in {MOMENT, SPAN}:
         return lambda moment: {"secs": moment.sec, "nsecs": moment.nanosec}
     return _writers(type_name, cbor) if "/" in type_name else None
 
 
-def _bytes(values: Numbers | Sequence[int]) -> bytes:
+def _bytes(values: _Numbers | Sequence[int]) -> bytes:
     return values.tobytes() if isinstance(values, np.ndarray) else bytes(values)
 
 
-def _base64(values: Numbers | Sequence[int]) -> Base64:
+def _base64(values: _Numbers | Sequence[int]) -> Base64:
     return Base64(np.ascontiguousarray(values).data if isinstance(values, np.ndarray) else bytes(values))
 
 
-def _list(values: Numbers | Sequence[object]) -> list[object]:
+def _list(values: _Numbers | Sequence[object]) -> list[object]:
     return values.tolist() if isinstance(values, np.ndarray) else list(values)
 
 

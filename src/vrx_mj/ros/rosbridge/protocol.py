@@ -10,11 +10,11 @@ from vrx_mj.errors import CommandError
 
 MOST_INCOMING = 4 << 20
 """Bytes of a message from a client, at most; put together from its fragments also."""
-MOST_TEXT = 256
+_MOST_TEXT = 256
 """Characters of a name, a type or an id, at most."""
-MOST_QUEUE = 1000
-COMPRESSIONS = ("none", "png", "cbor", "cbor-raw")
-NAME = re.compile(r"/?[A-Za-z][A-Za-z0-9_/]*")
+_MOST_QUEUE = 1000
+_COMPRESSIONS = ("none", "png", "cbor", "cbor-raw")
+_NAME = re.compile(r"/?[A-Za-z][A-Za-z0-9_/]*")
 
 Operation = Mapping[str, Any]
 """A client's message."""
@@ -56,8 +56,8 @@ def text(message: Operation, key: str, default: str | None = None) -> str:
     if not isinstance(value, str):
         missing = "is missing" if key not in message else f"{reprlib.repr(value)} is not a string"
         raise CommandError(f"{message['op']}: {key} {missing}")
-    if len(value) > MOST_TEXT:
-        raise CommandError(f"{message['op']}: {key} has {len(value)} characters; at most {MOST_TEXT}")
+    if len(value) > _MOST_TEXT:
+        raise CommandError(f"{message['op']}: {key} has {len(value)} characters; at most {_MOST_TEXT}")
     return value
 
 
@@ -86,12 +86,12 @@ def flag(message: Operation, key: str, default: bool) -> bool:
 def options(message: Operation) -> Options:
     """How a subscription or a call wants to be answered."""
     compression = text(message, "compression", "none")
-    if compression not in COMPRESSIONS:
-        known = ", ".join(COMPRESSIONS)
+    if compression not in _COMPRESSIONS:
+        known = ", ".join(_COMPRESSIONS)
         raise CommandError(f"{message['op']}: invalid compression {compression!r}; allowed: {known}")
     return Options(
         throttle=number(message, "throttle_rate", 1e9) / 1000.0,
-        queue=min(int(number(message, "queue_length", 1e9)), MOST_QUEUE),
+        queue=min(int(number(message, "queue_length", 1e9)), _MOST_QUEUE),
         fragment_size=int(number(message, "fragment_size", 1e9)),
         compression=compression,
     )
@@ -99,8 +99,8 @@ def options(message: Operation) -> Options:
 
 def absolute(name: str) -> str:
     """A topic's, service's or parameter's name with its slash; CommandError: it is invalid."""
-    if NAME.fullmatch(name) is None or len(name) > MOST_TEXT:
+    if _NAME.fullmatch(name) is None or len(name) > _MOST_TEXT:
         raise CommandError(
-            f"{name[:MOST_TEXT]!r} is not a name: at most {MOST_TEXT} letters, digits, '_' and '/', a letter first"
+            f"{name[:_MOST_TEXT]!r} is not a name: at most {_MOST_TEXT} letters, digits, '_' and '/', a letter first"
         )
     return "/" + "/".join(part for part in name.split("/") if part)

@@ -16,17 +16,17 @@ from vrx_mj.ros.interface import Answer
 from vrx_mj.ros.messages import Message, new
 from vrx_mj.ros.table.boats import transform
 
-PACKAGE = "tf2_web_republisher"
-ARRAY, PROGRESS = f"{PACKAGE}/TFArray", f"{PACKAGE}/TFSubscriptionActionFeedback"
-GOAL, CANCEL, FEEDBACK = (f"/{PACKAGE}/{name}" for name in ("goal", "cancel", "feedback"))
-STILL, MOVING, FRAMES = "/tf_static", "/tf", "tf2_msgs/TFMessage"
-RATES = 0.1, 100.0
+_PACKAGE = "tf2_web_republisher"
+_ARRAY, _PROGRESS = f"{_PACKAGE}/TFArray", f"{_PACKAGE}/TFSubscriptionActionFeedback"
+_GOAL, _CANCEL, _FEEDBACK = (f"/{_PACKAGE}/{name}" for name in ("goal", "cancel", "feedback"))
+_STILL, _MOVING, _FRAMES = "/tf_static", "/tf", "tf2_msgs/TFMessage"
+_RATES = 0.1, 100.0
 """Messages per second of wall time for one page, from and to [Hz]."""
-MOST_ASKED, MOST_SOURCES, MOST_FRAMES, DEEPEST = 64, 256, 10_000, 100
+_MOST_ASKED, _MOST_SOURCES, _MOST_FRAMES, _DEEPEST = 64, 256, 10_000, 100
 """Requests that are served, the oldest of which goes; frames that each has; frames that are known; in each other."""
-LEAST_TIMEOUT = 1.0
+_LEAST_TIMEOUT = 1.0
 """Wall time for which nobody may listen before a request ends [s]."""
-ACTIVE = 1
+_ACTIVE = 1
 """Of actionlib_msgs/GoalStatus."""
 
 
@@ -41,7 +41,7 @@ class _Asked:
     """A TFSubscriptionGoal, or a request of the service, which has its fields."""
     make: Callable[[list[Message]], Message]
     """Makes the topic's message of transforms."""
-    timeout: float = LEAST_TIMEOUT
+    timeout: float = _LEAST_TIMEOUT
     heard: float = -math.inf
     """When somebody was last seen to listen [s]."""
     sent: dict[str, tuple[FloatArray, FloatArray]] = field(default_factory=dict)
@@ -61,33 +61,33 @@ class Republisher:
     def open(self) -> None:
         """Offer the service; topics come with the first page that uses them."""
         self._graph.wires.append(self)
-        service = Service(self._graph.node, f"{PACKAGE}/RepublishTFs", self._serve)
+        service = Service(self._graph.node, f"{_PACKAGE}/RepublishTFs", self._serve)
         self._graph.provide("/republish_tfs", service)
 
     def registered(self, kind: str, name: str) -> None:
         """A page that is about to publish a goal has somebody who listens."""
-        if kind == "publisher" and name == GOAL and not self._graph.is_local("subscriber", GOAL):
+        if kind == "publisher" and name == _GOAL and not self._graph.is_local("subscriber", _GOAL):
             node, register = self._graph.node, self._graph.register
-            register("subscriber", GOAL, node, f"{PACKAGE}/TFSubscriptionActionGoal")
-            register("subscriber", CANCEL, node, "actionlib_msgs/GoalID")
-            register("publisher", FEEDBACK, node, PROGRESS)
-            self.listened |= {GOAL, CANCEL}
+            register("subscriber", _GOAL, node, f"{_PACKAGE}/TFSubscriptionActionGoal")
+            register("subscriber", _CANCEL, node, "actionlib_msgs/GoalID")
+            register("publisher", _FEEDBACK, node, _PROGRESS)
+            self.listened |= {_GOAL, _CANCEL}
 
     def deliver(self, name: str, type_name: str, message: Message) -> None:
         """Take frames, goals, and the end of goals."""
-        if name in {MOVING, STILL} and self._asked:
+        if name in {_MOVING, _STILL} and self._asked:
             for one in message.transforms:
                 self._keep(one.header.frame_id.lstrip("/"), one.child_frame_id.lstrip("/"), one.transform)
-        elif name == CANCEL:
+        elif name == _CANCEL:
             self._end(message.id)
-        elif name == GOAL:
-            status = {"goal_id": message.goal_id, "status": ACTIVE}
-            asked = _Asked(FEEDBACK, PROGRESS, message.goal, lambda found: new(
-                PROGRESS, header=message.header, status=status, feedback={"transforms": found}))  # fmt: skip
+        elif name == _GOAL:
+            status = {"goal_id": message.goal_id, "status": _ACTIVE}
+            asked = _Asked(_FEEDBACK, _PROGRESS, message.goal, lambda found: new(
+                _PROGRESS, header=message.header, status=status, feedback={"transforms": found}))  # fmt: skip
             try:
                 self._begin(message.goal_id.id, asked)
             except CommandError as error:
-                self._graph.notices.write("WARN", "goal", GOAL, f"{GOAL}: {error}")
+                self._graph.notices.write("WARN", "goal", _GOAL, f"{_GOAL}: {error}")
 
     def replaced(self, node: str, uri: str) -> None:
         """Nodes that have gone are seen by their topics."""
@@ -96,31 +96,31 @@ class Republisher:
         """There is none."""
 
     def _serve(self, request: Message, _caller: str, answer: Answer) -> None:
-        topic = f"/{PACKAGE}/tf_repub_{next(self._numbers)}"
-        timeout = max(request.timeout.sec + 1e-9 * request.timeout.nanosec, LEAST_TIMEOUT)
+        topic = f"/{_PACKAGE}/tf_repub_{next(self._numbers)}"
+        timeout = max(request.timeout.sec + 1e-9 * request.timeout.nanosec, _LEAST_TIMEOUT)
         try:
-            self._begin(topic, _Asked(topic, ARRAY, request, lambda found: new(ARRAY, transforms=found), timeout))
+            self._begin(topic, _Asked(topic, _ARRAY, request, lambda found: new(_ARRAY, transforms=found), timeout))
         except CommandError as error:
             answer(None, str(error))
         else:
-            answer(new(f"{PACKAGE}/RepublishTFsResponse", topic_name=topic), "")
+            answer(new(f"{_PACKAGE}/RepublishTFsResponse", topic_name=topic), "")
 
     def _begin(self, key: str, asked: _Asked) -> None:
-        wanted, (low, high) = asked.wanted, RATES
-        if not low <= wanted.rate <= high or len(wanted.source_frames) > MOST_SOURCES:
+        wanted, (low, high) = asked.wanted, _RATES
+        if not low <= wanted.rate <= high or len(wanted.source_frames) > _MOST_SOURCES:
             what = f"rate {wanted.rate:g} Hz of {len(wanted.source_frames)} frames"
-            raise CommandError(f"invalid {what}; allowed: {low:g} to {high:g} Hz, {MOST_SOURCES} frames")
-        if len(self._asked) >= MOST_ASKED:
+            raise CommandError(f"invalid {what}; allowed: {low:g} to {high:g} Hz, {_MOST_SOURCES} frames")
+        if len(self._asked) >= _MOST_ASKED:
             self._end(next(iter(self._asked)))
         self._asked[key] = asked
-        if asked.topic != FEEDBACK:
-            self._graph.register("publisher", asked.topic, self._graph.node, ARRAY)
-        if not {MOVING, STILL} <= self.listened:
-            self.listened |= {MOVING, STILL}
-            for name in (STILL, MOVING):
-                self._graph.register("subscriber", name, self._graph.node, FRAMES)
+        if asked.topic != _FEEDBACK:
+            self._graph.register("publisher", asked.topic, self._graph.node, _ARRAY)
+        if not {_MOVING, _STILL} <= self.listened:
+            self.listened |= {_MOVING, _STILL}
+            for name in (_STILL, _MOVING):
+                self._graph.register("subscriber", name, self._graph.node, _FRAMES)
                 for message in self._graph.latched(name):
-                    self.deliver(name, FRAMES, message)
+                    self.deliver(name, _FRAMES, message)
         asked.heard = asyncio.get_running_loop().time()
         self._send(key, asked)
 
@@ -142,12 +142,12 @@ class Republisher:
 
     def _end(self, key: str) -> None:
         asked = self._asked.pop(key, None)
-        if asked is not None and asked.topic != FEEDBACK:
+        if asked is not None and asked.topic != _FEEDBACK:
             self._graph.unregister("publisher", asked.topic, self._graph.node)
         if not self._asked:
-            self.listened -= {MOVING, STILL}
+            self.listened -= {_MOVING, _STILL}
             self._frames.clear()
-            for name in (MOVING, STILL):
+            for name in (_MOVING, _STILL):
                 self._graph.unregister("subscriber", name, self._graph.node)
 
     def _moved(self, asked: _Asked) -> list[Message]:
@@ -170,13 +170,13 @@ class Republisher:
         at, turn = moved.translation, moved.rotation
         place, by = np.array([at.x, at.y, at.z]), np.array([turn.w, turn.x, turn.y, turn.z])
         is_sound = abs(np.linalg.norm(by) - 1.0) < 0.01 and np.isfinite(place).all()  # tf2 takes no others
-        if is_sound and (child in self._frames or len(self._frames) < MOST_FRAMES):
+        if is_sound and (child in self._frames or len(self._frames) < _MOST_FRAMES):
             self._frames[child] = parent, place, by
 
     def _in_root(self, frame: str) -> tuple[str, FloatArray, FloatArray]:
         """The root of a frame's tree, position and quaternion in that; an empty name for a loop."""
         place, turn = np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])
-        for _ in range(DEEPEST):
+        for _ in range(_DEEPEST):
             if frame not in self._frames:
                 return frame, place, turn
             frame, at, by = self._frames[frame]

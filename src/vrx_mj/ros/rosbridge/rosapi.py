@@ -24,8 +24,8 @@ from vrx_mj.ros.rosbridge.codec import json_bytes
 from vrx_mj.ros.rosbridge.protocol import absolute
 from vrx_mj.ros.rosbridge.topics import Services
 
-EXAMPLES = dict.fromkeys(INTEGERS, "0") | {"float32": "0.0", "float64": "0.0", "bool": "False", "string": ""}
-MOMENTS = {
+_EXAMPLES = dict.fromkeys(INTEGERS, "0") | {"float32": "0.0", "float64": "0.0", "bool": "False", "string": ""}
+_MOMENTS = {
     "fieldnames": ["secs", "nsecs"],
     "fieldtypes": ["int32", "int32"],
     "fieldarraylen": [-1, -1],
@@ -35,14 +35,14 @@ MOMENTS = {
 }
 
 
-def typedefs(type_name: str) -> list[dict[str, object]]:
+def _typedefs(type_name: str) -> list[dict[str, object]]:
     """A message type, then those that it uses; UnknownNameError: the type is unknown."""
     waiting, definitions = [known_type(type_name)], {}
     while waiting:
         name = waiting.pop(0)
         if name in definitions:
             continue
-        definitions[name] = {"type": name} | (MOMENTS if name in {MOMENT, SPAN} else _typedef(name))
+        definitions[name] = {"type": name} | (_MOMENTS if name in {MOMENT, SPAN} else _typedef(name))
         if name not in {MOMENT, SPAN}:
             waiting += [field.type for field in fields(name).values() if _is_message(field)]
     return list(definitions.values())
@@ -56,7 +56,7 @@ def _typedef(name: str) -> dict[str, object]:
         "fieldnames": [field.name for field in parts],
         "fieldtypes": [ros1_name(field.type) if "/" in field.type else field.type for field in parts],
         "fieldarraylen": [field.length for field in parts],
-        "examples": ["[]" if field.length >= 0 else EXAMPLES.get(field.type, "{}") for field in parts],
+        "examples": ["[]" if field.length >= 0 else _EXAMPLES.get(field.type, "{}") for field in parts],
         "constnames": [key for key, _, _ in constants],
         "constvalues": [str(value) for _, _, value in constants],
     }
@@ -70,10 +70,10 @@ MOST_PARAMETERS = 1024
 """Parameters that clients may set."""
 MOST_TEXT = 1 << 20
 """Characters of JSON in all of them."""
-ACTION = frozenset({"cancel", "feedback", "goal", "result", "status"})
+_ACTION = frozenset({"cancel", "feedback", "goal", "result", "status"})
 """Topics of an action."""
 
-Values = dict[str, Any]
+_Values = dict[str, Any]
 
 
 class Rosapi:
@@ -85,74 +85,74 @@ class Rosapi:
 
     def provide(self) -> None:
         """Register all services."""
-        for name, arguments in ARGUMENTS.items():
-            type_name = TYPES.get(name) or "".join(part.capitalize() for part in name.split("_"))
+        for name, arguments in _ARGUMENTS.items():
+            type_name = _TYPES.get(name) or "".join(part.capitalize() for part in name.split("_"))
             method = getattr(self, f"_on_{name}")
             answer = _named(self._at_once(method) if "param" in name else method, arguments)
             self._services.build_in(f"/rosapi/{name}", f"rosapi/{type_name}", answer)
 
-    def _at_once(self, method: Callable[[object], Coroutine[object, None, Values]]) -> Callable[[object], object]:
+    def _at_once(self, method: Callable[[object], Coroutine[object, None, _Values]]) -> Callable[[object], object]:
         """The method, its answer made at once where the parameters are this process's: that is time of the client."""
         return lambda asked: method(asked) if self._graph.remote_master is not None else _finished(method(asked))
 
-    def _on_topics(self, _: object) -> Values:
+    def _on_topics(self, _: object) -> _Values:
         types = self._graph.topics()
         return {"topics": list(types), "types": list(types.values())}
 
-    def _on_topics_for_type(self, asked: object) -> Values:
+    def _on_topics_for_type(self, asked: object) -> _Values:
         wanted = ros1_name(_argument(asked, "type"))
         return {"topics": [name for name, kind in self._graph.topics().items() if kind == wanted]}
 
-    def _on_topics_and_raw_types(self, _: object) -> Values:
+    def _on_topics_and_raw_types(self, _: object) -> _Values:
         types = self._graph.topics()
         texts = [definition(kind) if kind in known_types() else "" for kind in types.values()]
         return {"topics": list(types), "types": list(types.values()), "typedefs_full_text": texts}
 
-    def _on_topic_type(self, asked: object) -> Values:
+    def _on_topic_type(self, asked: object) -> _Values:
         return {"type": self._graph.type_of(absolute(_argument(asked, "topic"))) or ""}
 
-    def _on_services(self, _: object) -> Values:
+    def _on_services(self, _: object) -> _Values:
         return {"services": sorted(self._graph.registrations.names("service"))}
 
-    def _on_services_for_type(self, asked: object) -> Values:
+    def _on_services_for_type(self, asked: object) -> _Values:
         wanted = ros1_name(_argument(asked, "type"))
         known = sorted(self._graph.services.items())
         return {"services": [name for name, service in known if ros1_name(service.type) == wanted]}
 
-    def _on_service_type(self, asked: object) -> Values | Awaitable[Values]:
+    def _on_service_type(self, asked: object) -> _Values | Awaitable[_Values]:
         name = absolute(_argument(asked, "service"))
         service = self._graph.services.get(name)
         if service is None and self._graph.registrations.apis("service", name):
             return self._type_elsewhere(name)
         return {"type": ros1_name(service.type) if service else ""}
 
-    async def _type_elsewhere(self, name: str) -> Values:
+    async def _type_elsewhere(self, name: str) -> _Values:
         assert self._graph.remote_call is not None, "who else has registered it"
         type_name, _ = await self._graph.remote_call(name, None)
         return {"type": type_name}
 
-    def _on_service_node(self, asked: object) -> Values:
+    def _on_service_node(self, asked: object) -> _Values:
         return {"node": self._node(absolute(_argument(asked, "service")))}
 
-    def _on_service_host(self, asked: object) -> Values:
+    def _on_service_host(self, asked: object) -> _Values:
         name = absolute(_argument(asked, "service"))
         self._node(name)
         return {"host": self._services.host(name)}
 
-    def _on_service_request_details(self, asked: object) -> Values:
-        return {"typedefs": typedefs(f"{ros1_name(_argument(asked, 'type'))}Request")}
+    def _on_service_request_details(self, asked: object) -> _Values:
+        return {"typedefs": _typedefs(f"{ros1_name(_argument(asked, 'type'))}Request")}
 
-    def _on_service_response_details(self, asked: object) -> Values:
-        return {"typedefs": typedefs(f"{ros1_name(_argument(asked, 'type'))}Response")}
+    def _on_service_response_details(self, asked: object) -> _Values:
+        return {"typedefs": _typedefs(f"{ros1_name(_argument(asked, 'type'))}Response")}
 
-    def _on_message_details(self, asked: object) -> Values:
-        return {"typedefs": typedefs(_argument(asked, "type"))}
+    def _on_message_details(self, asked: object) -> _Values:
+        return {"typedefs": _typedefs(_argument(asked, "type"))}
 
-    def _on_nodes(self, _: object) -> Values:
+    def _on_nodes(self, _: object) -> _Values:
         nodes = self._graph.registrations.nodes
         return {"nodes": sorted(nodes, key=lambda node: (node != self._graph.node, node))}
 
-    def _on_node_details(self, asked: object) -> Values:
+    def _on_node_details(self, asked: object) -> _Values:
         node, known = absolute(_argument(asked, "node")), self._graph.registrations
         if node not in known.nodes:
             raise UnknownNameError("node", node, known.nodes)
@@ -162,27 +162,27 @@ class Rosapi:
             for key, kind in names.items()
         }
 
-    def _on_publishers(self, asked: object) -> Values:
+    def _on_publishers(self, asked: object) -> _Values:
         return {"publishers": self._holders("publisher", absolute(_argument(asked, "topic")))}
 
-    def _on_subscribers(self, asked: object) -> Values:
+    def _on_subscribers(self, asked: object) -> _Values:
         return {"subscribers": self._holders("subscriber", absolute(_argument(asked, "topic")))}
 
-    def _on_action_servers(self, _: object) -> Values:
+    def _on_action_servers(self, _: object) -> _Values:
         parts: dict[str, set[str]] = {}
         for name in self._graph.topics():
             space, _, last = name.rpartition("/")
             parts.setdefault(space, set()).add(last)
-        return {"action_servers": [space for space, names in parts.items() if names >= ACTION]}
+        return {"action_servers": [space for space, names in parts.items() if names >= _ACTION]}
 
-    def _on_get_time(self, _: object) -> Values:
+    def _on_get_time(self, _: object) -> _Values:
         now = stamp(self._graph.time)
         return {"time": {"secs": now.sec, "nsecs": now.nanosec}}
 
-    async def _on_get_param_names(self, _: object) -> Values:
+    async def _on_get_param_names(self, _: object) -> _Values:
         return {"names": sorted(await self._parameters.names())}
 
-    async def _on_get_param(self, asked: object) -> Values:
+    async def _on_get_param(self, asked: object) -> _Values:
         default = _argument(asked, "default", "")
         try:
             return {"value": json_bytes(await self._parameters.get(_parameter(asked))).decode("ascii")}
@@ -191,7 +191,7 @@ class Rosapi:
         except TypeError as error:
             raise CommandError(f"get_param: {error}") from error
 
-    async def _on_set_param(self, asked: object) -> Values:
+    async def _on_set_param(self, asked: object) -> _Values:
         text = _argument(asked, "value")
         try:
             value = json.loads(text)
@@ -200,14 +200,14 @@ class Rosapi:
         await self._parameters.set(_parameter(asked), value)
         return {}
 
-    async def _on_has_param(self, asked: object) -> Values:
+    async def _on_has_param(self, asked: object) -> _Values:
         return {"exists": await self._parameters.has(_parameter(asked))}
 
-    async def _on_delete_param(self, asked: object) -> Values:
+    async def _on_delete_param(self, asked: object) -> _Values:
         await self._parameters.delete(_parameter(asked))
         return {}
 
-    async def _on_search_param(self, asked: object) -> Values:
+    async def _on_search_param(self, asked: object) -> _Values:
         return {"global_name": await self._parameters.search(_parameter(asked))}
 
     def _holders(self, kind: str, name: str) -> list[str]:
@@ -283,7 +283,7 @@ class ClientParameters:
         return str(await self._graph.remote_master("searchParam", (name.strip("/"),)) or "")
 
 
-def _finished(answer: Coroutine[object, None, Values]) -> Values:
+def _finished(answer: Coroutine[object, None, _Values]) -> _Values:
     """The result of a coroutine that waits for nothing."""
     try:
         answer.send(None)
@@ -306,7 +306,7 @@ def _overlap(one: str, other: str) -> bool:
     return f"{one}/".startswith(f"{other.rstrip('/')}/") or f"{other}/".startswith(f"{one}/")
 
 
-ARGUMENTS: dict[str, tuple[str, ...]] = {
+_ARGUMENTS: dict[str, tuple[str, ...]] = {
     "topics": (),
     "topics_for_type": ("type",),
     "topics_and_raw_types": (),
@@ -333,7 +333,7 @@ ARGUMENTS: dict[str, tuple[str, ...]] = {
     "search_param": ("name",),
 }
 """Every service, and its request's fields in their order."""
-TYPES = {"action_servers": "GetActionServers"}
+_TYPES = {"action_servers": "GetActionServers"}
 """Those whose type is not the service's name in capitals."""
 
 

@@ -25,14 +25,14 @@ from vrx_mj.ros.rosbridge.protocol import MOST_INCOMING
 MOST_CLIENTS = 64
 MOST_OF_A_HOST = MOST_CLIENTS * 3 // 4
 """Clients of one host that is not this one."""
-MOST_HANDSHAKES = 64
+_MOST_HANDSHAKES = 64
 """Connections that are in their handshake; with one more the oldest goes."""
-HANDSHAKE = 10.0
+_HANDSHAKE = 10.0
 """Wall time for a handshake [s]."""
-ALIVE = 60.0
+_ALIVE = 60.0
 """Wall time after which who does not answer is gone [s]."""
-CLOSING = 1.0
-OPENING = 10.0
+_CLOSING = 1.0
+_OPENING = 10.0
 _websockets_logger = logging.getLogger(f"{__name__}.websockets")
 _websockets_logger.setLevel(logging.CRITICAL)  # it would print a traceback for each peer that speaks something else
 
@@ -48,7 +48,7 @@ class Socket(ServerConnection):
         """It was accepted."""
         super().connection_made(transport)
         self._handshakes[self] = None
-        if len(self._handshakes) > MOST_HANDSHAKES:
+        if len(self._handshakes) > _MOST_HANDSHAKES:
             oldest, _ = self._handshakes.popitem(last=False)
             oldest.transport.abort()
 
@@ -100,7 +100,7 @@ class Rosbridge:
         """Open it; returns where it is. NetworkError: it cannot be opened, and why."""
         messages.typestore()  # it takes a while, which the first client should not wait
         try:
-            self._network.call(self._open(), OPENING)
+            self._network.call(self._open(), _OPENING)
         except (OSError, TimeoutError) as error:
             raise NetworkError(refusal("rosbridge", self.host, self.port, error)) from error
         shown = f"[{self.host}]" if ":" in self.host else self.host
@@ -116,7 +116,7 @@ class Rosbridge:
         """Withdraw all, close every connection, and wait until that is done."""
         if not self._network.loop.is_closed():
             with contextlib.suppress(TimeoutError):
-                self._network.call(self._close(), 2.0 * CLOSING)
+                self._network.call(self._close(), 2.0 * _CLOSING)
 
     async def _open(self) -> None:
         self._server = await serve(
@@ -127,10 +127,10 @@ class Rosbridge:
             compression=None,
             max_size=MOST_INCOMING,
             max_queue=2,
-            open_timeout=HANDSHAKE,
-            ping_interval=ALIVE / 2.0,
-            ping_timeout=ALIVE,
-            close_timeout=CLOSING / 2.0,
+            open_timeout=_HANDSHAKE,
+            ping_interval=_ALIVE / 2.0,
+            ping_timeout=_ALIVE,
+            close_timeout=_CLOSING / 2.0,
             logger=_websockets_logger,
             create_connection=functools.partial(Socket, self._handshakes),  # type: ignore[arg-type]  # it makes one
         )
@@ -152,7 +152,7 @@ class Rosbridge:
                 text = f"{ascii(asked)[:100]} is not a name of this machine; to give it that name, set ROS_HOSTNAME"
                 return self._refusal(connection, http.HTTPStatus.MISDIRECTED_REQUEST, "host", text)
             if not self._origins.welcome(origin, host):
-                text = f"pages of {ascii(origin)[1:-1][:200]} may not connect{allowing(origin)}"
+                text = f"pages of {ascii(origin)[1:-1][:200]} may not connect{_allowing(origin)}"
                 return self._refusal(connection, http.HTTPStatus.FORBIDDEN, f"origin {origin}", text)
         text = self._crowd(peer)
         return connection.respond(http.HTTPStatus.SERVICE_UNAVAILABLE, f"{text}\n") if text else None
@@ -181,13 +181,13 @@ class Rosbridge:
             return
         self._server.close()
         try:
-            await asyncio.wait_for(self._server.wait_closed(), CLOSING)
+            await asyncio.wait_for(self._server.wait_closed(), _CLOSING)
         except TimeoutError:
             for client in self._hub.clients.values():
                 client.abort()
 
 
-def allowing(origin: str) -> str:
+def _allowing(origin: str) -> str:
     """How to allow an origin, if it is one."""
     try:
         return f"; to allow them: --allow-origin {checked_origins([origin])[0]}"

@@ -17,7 +17,7 @@ from vrx_mj.ros.messages import Message, known_types, ros1_name
 from vrx_mj.ros.rosbridge.codec import Parcel, plain, request, taken
 from vrx_mj.ros.rosbridge.protocol import Options
 
-MOST_IDS = 256
+_MOST_IDS = 256
 """Subscriptions of one topic by one client, at most."""
 
 
@@ -49,9 +49,9 @@ class Subscription:
 
     def add(self, identity: str, options: Options) -> None:
         """One more, or other options for one; CommandError: there are too many."""
-        if identity not in self._wishes and len(self._wishes) >= MOST_IDS:
+        if identity not in self._wishes and len(self._wishes) >= _MOST_IDS:
             raise CommandError(
-                f"subscribe: {self.topic} has {MOST_IDS} subscriptions of this client; no more are accepted"
+                f"subscribe: {self.topic} has {_MOST_IDS} subscriptions of this client; no more are accepted"
             )
         self._wishes[identity] = options
         self._choose()
@@ -115,14 +115,14 @@ class Subscription:
         self._waiting = deque(self._waiting, maxlen=self._options.queue)
 
 
-NODES = "/rosbridge/client_"
-MOST_TOPICS = 10_000
+_NODES = "/rosbridge/client_"
+_MOST_TOPICS = 10_000
 """Topics that clients may bring, at most."""
 
 
 def node_name(number: int) -> str:
     """The node that a client is to the others."""
-    return f"{NODES}{number}"
+    return f"{_NODES}{number}"
 
 
 class Topics:
@@ -204,8 +204,8 @@ class Topics:
         known = self._graph.type_of(name)
         if known is not None and known != type_name:
             raise CommandError(f"topic {name} is a {known}, not a {type_name}")
-        if name not in self._held and len(self._held) >= MOST_TOPICS:
-            raise CommandError(f"topic {name}: there are already {MOST_TOPICS} topics; no more are accepted")
+        if name not in self._held and len(self._held) >= _MOST_TOPICS:
+            raise CommandError(f"topic {name}: there are already {_MOST_TOPICS} topics; no more are accepted")
 
     def _release(self, name: str) -> None:
         self._held[name] -= 1
@@ -213,13 +213,13 @@ class Topics:
             del self._held[name]
 
 
-LONGEST_CALL = 600.0
+_LONGEST_CALL = 600.0
 """Wall time after which a call has failed, unless it gives another time, and at most [s]."""
-MOST_CALLS = 256
+_MOST_CALLS = 256
 """Calls of one client that wait, at most."""
-MOST_ELSEWHERE = 64
+_MOST_ELSEWHERE = 64
 """Calls of services of other processes that wait, at most: each has a connection."""
-MOST_OFFERED = 256
+_MOST_OFFERED = 256
 """Services that one client offers, at most."""
 
 
@@ -301,8 +301,8 @@ class Services:
         holder = self.offered.get(name)
         if self._graph.registrations.apis("service", name) and (holder is None or holder.client is not offered.client):
             raise CommandError(f"service {name}: it is already offered by {self.host(name)}")
-        if sum(other.client is offered.client for other in self.offered.values()) >= MOST_OFFERED:
-            raise CommandError(f"service {name}: a client may offer {MOST_OFFERED} services; no more are accepted")
+        if sum(other.client is offered.client for other in self.offered.values()) >= _MOST_OFFERED:
+            raise CommandError(f"service {name}: a client may offer {_MOST_OFFERED} services; no more are accepted")
         self.offered[name] = offered
 
         def call(request: Message, caller: str, answer: Answer) -> None:
@@ -350,8 +350,8 @@ class Services:
         elif service is not None:
             message = request(arguments, f"{service.type}Request", self._graph.time, name)
             service.call(message, caller.sender, self._answer(self._begin(name, call, timeout)))
-        elif len(self._tasks) >= MOST_ELSEWHERE:
-            raise CommandError(f"{name}: {MOST_ELSEWHERE} calls of other processes are waiting; no more are accepted")
+        elif len(self._tasks) >= _MOST_ELSEWHERE:
+            raise CommandError(f"{name}: {_MOST_ELSEWHERE} calls of other processes are waiting; no more are accepted")
         else:
             key = self._begin(name, call, timeout)
             self._wait_for(self._call_elsewhere(name, arguments), key)
@@ -384,11 +384,11 @@ class Services:
 
     def _begin(self, name: str, call: Pending, timeout: float) -> str:
         """Wait for the answer to a call; returns its id."""
-        if sum(other.caller.number == call.caller.number for other in self._calls.values()) >= MOST_CALLS:
-            raise CommandError(f"{name}: {MOST_CALLS} calls of this client wait for answers; no more are accepted")
+        if sum(other.caller.number == call.caller.number for other in self._calls.values()) >= _MOST_CALLS:
+            raise CommandError(f"{name}: {_MOST_CALLS} calls of this client wait for answers; no more are accepted")
         key = f"call_service:{name}:{next(self._numbers)}"
         self._calls[key] = call
-        longest = min(timeout or LONGEST_CALL, LONGEST_CALL)
+        longest = min(timeout or _LONGEST_CALL, _LONGEST_CALL)
         call.timer = asyncio.get_running_loop().call_later(longest, self._late, key, longest)
         return key
 

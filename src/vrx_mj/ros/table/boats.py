@@ -25,10 +25,10 @@ from vrx_mj.ros.table.host import Host, header, turned, vector
 from vrx_mj.ros.table.viewers import with_meshes_inside
 from vrx_mj.runtime.hull import Propeller
 
-ORDERED = ("name", "robot", "arguments", "thrusters", "components", "sensors", "pose")
+_ORDERED = ("name", "robot", "arguments", "thrusters", "components", "sensors", "pose")
 """What of a boat's entry its URDF depends on."""
-ANGLE = "_angle"
-SIDES = (("left", "right"), ("left_rear", "right_rear"))
+_ANGLE = "_angle"
+_SIDES = (("left", "right"), ("left_rear", "right_rear"))
 """Engines that VRX's twist2thrust drives: of layouts H and T, and of X."""
 
 
@@ -55,8 +55,8 @@ def _thruster_inputs(host: Host, boat: str) -> Iterator[Input]:
             host.push(boat, name, message.data)
 
         yield Input(command_topic(boat, name), "std_msgs/Float32", take, boat)
-        stem = f"/{boat}/thrusters/{name.removesuffix(ANGLE)}"
-        tail, done = ("pos", take) if name.endswith(ANGLE) else ("thrust", push)
+        stem = f"/{boat}/thrusters/{name.removesuffix(_ANGLE)}"
+        tail, done = ("pos", take) if name.endswith(_ANGLE) else ("thrust", push)
         yield Input(f"{stem}/{tail}", "std_msgs/Float64", done, boat, VRX3)
 
 
@@ -72,7 +72,7 @@ def _cmd_drive(host: Host, boat: str, name: str) -> Input:
 
 def command_topic(boat: str, name: str) -> str:
     """VRX's topic of a command, `/wamv/thrusters/left_thrust_cmd` for `left`."""
-    stem = name.removesuffix(ANGLE)
+    stem = name.removesuffix(_ANGLE)
     return f"/{boat}/thrusters/{stem}{'_thrust_cmd' if stem == name else '_thrust_angle'}"
 
 
@@ -102,7 +102,7 @@ def twist_commands(host: Host, boat: str, ahead: float, around: float) -> dict[s
     """
     names = host.sim.command_names(boat)
     newtons = any(thruster.in_newtons for thruster in host.sim.world.parameters.thrusters_of(boat))
-    for left, right in SIDES:
+    for left, right in _SIDES:
         if left in names and right in names and not newtons:
             return {left: ahead - around, right: ahead + around}
     return engine_commands(engines_of(host.sim.world, boat), Wheel(power=ahead, turn=around))
@@ -117,7 +117,7 @@ def description(world: World, boat: str) -> str:
     own = next(own for own in world.parameters.boats if own.name == boat)
     if own.description:
         return in_namespace(own.description, boat)
-    config = BoatConfig(**{key: getattr(own, key) for key in ORDERED})
+    config = BoatConfig(**{key: getattr(own, key) for key in _ORDERED})
     return _urdf(boat, config.order)
 
 
@@ -129,7 +129,7 @@ def _urdf(boat: str, order: Order) -> str:
 WORLD_FRAME = "map"
 BASE = "base_link"
 """What the frame of a boat's root link is called, whatever the link's own name."""
-FIXED = "fixed"
+_FIXED = "fixed"
 
 
 class BoatJoint(NamedTuple):
@@ -177,16 +177,16 @@ def _joints_of_links(robot: Urdf, boat: str) -> Iterator[BoatJoint]:
             np.array(joint.pose[:3]),
             np.array(quaternion(*joint.pose[3:])),
             np.array(joint.axis),
-            joint.type != FIXED and not joint.locked,
+            joint.type != _FIXED and not joint.locked,
             np.array(robot.places[link][:3]),
         )
 
 
-JOINT_RATE = 100.0
+_JOINT_RATE = 100.0
 """[Hz], as VRX's."""
-FRAME_RATE = 50.0
+_FRAME_RATE = 50.0
 """[Hz], as VRX 3's."""
-NEAR = 1e-6
+_NEAR = 1e-6
 """Places that are this near are one [m]."""
 
 
@@ -239,9 +239,9 @@ class BoatFrames:
         that of bags and rosbridge has its meshes inside.
         """
         stem = f"/{self.boat}"
-        joint_states = partial(Output, f"{stem}/joint_states", "sensor_msgs/JointState", self.joints, JOINT_RATE)
+        joint_states = partial(Output, f"{stem}/joint_states", "sensor_msgs/JointState", self.joints, _JOINT_RATE)
         yield joint_states(dialects=BOTH, recorded="rows")
-        for name, frames, rate in (("pose", self.moving, FRAME_RATE), ("pose_static", self.still, 0.0)):
+        for name, frames, rate in (("pose", self.moving, _FRAME_RATE), ("pose_static", self.still, 0.0)):
 
             def make(frames: Callable[[], list[Message]] = frames) -> Message:
                 return new("tf2_msgs/TFMessage", transforms=frames())
@@ -368,7 +368,7 @@ def _joints_of(row: Thruster, moving: Sequence[BoatJoint]) -> ThrusterJoints:
 
 
 def _at(place: FloatArray, moving: Sequence[BoatJoint]) -> BoatJoint | None:
-    return next((joint for joint in moving if np.abs(joint.place - place).max() < NEAR), None)
+    return next((joint for joint in moving if np.abs(joint.place - place).max() < _NEAR), None)
 
 
 def _propeller(row: Thruster) -> FloatArray:

@@ -18,11 +18,11 @@ from vrx_mj.ros.messages import Message, new
 from vrx_mj.ros.table.host import Host, JointAxis, Placed, header, pose_message, twist_message, vector
 from vrx_mj.runtime.applied import AppliedForce
 
-STATE_RATE = 100.0
+_STATE_RATE = 100.0
 """[Hz]; Gazebo's is that of its physics, at most 1000."""
-REVOLUTE, CONTINUOUS, PRISMATIC, BALL, UNIVERSAL = 0, 1, 2, 4, 5
+_REVOLUTE, _CONTINUOUS, _PRISMATIC, _BALL, _UNIVERSAL = 0, 1, 2, 4, 5
 """Types of joints: constants of gazebo_msgs/GetJointProperties."""
-METRICS_RATE = 5.0
+_METRICS_RATE = 5.0
 """[Hz], as Gazebo's."""
 
 
@@ -35,13 +35,13 @@ def gazebo_outputs(host: Host) -> Iterator[Output]:
     def links() -> Message:
         return _states("gazebo_msgs/LinkStates", dict(host.bodies.all_links()))
 
-    yield Output("/gazebo/model_states", "gazebo_msgs/ModelStates", models, STATE_RATE, recorded="rows")
-    yield Output("/gazebo/link_states", "gazebo_msgs/LinkStates", links, STATE_RATE, recorded="rows")
+    yield Output("/gazebo/model_states", "gazebo_msgs/ModelStates", models, _STATE_RATE, recorded="rows")
+    yield Output("/gazebo/link_states", "gazebo_msgs/LinkStates", links, _STATE_RATE, recorded="rows")
     yield Output(
         "/gazebo/performance_metrics",
         "gazebo_msgs/PerformanceMetrics",
         lambda: _metrics(host),
-        METRICS_RATE,
+        _METRICS_RATE,
         recorded="nowhere",
     )
 
@@ -397,12 +397,12 @@ def _joint_properties(host: Host, asked: Message) -> Mapping[str, object]:
 def _joint_type(axes: Sequence[JointAxis]) -> int:
     """GetJointProperties' number of a type of joint."""
     if axes[0].kind == mujoco.mjtJoint.mjJNT_BALL:
-        return BALL
+        return _BALL
     if axes[0].kind == mujoco.mjtJoint.mjJNT_SLIDE:
-        return PRISMATIC
+        return _PRISMATIC
     if len(axes) > 1:
-        return UNIVERSAL
-    return REVOLUTE if axes[0].limited else CONTINUOUS
+        return _UNIVERSAL
+    return _REVOLUTE if axes[0].limited else _CONTINUOUS
 
 
 def _floats(host: Host, name: str) -> bool:

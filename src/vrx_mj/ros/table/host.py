@@ -18,9 +18,9 @@ from vrx_mj.runtime.applied import AppliedForces
 from vrx_mj.runtime.observation import Observation
 from vrx_mj.runtime.simulation import Simulation
 
-AXES = frozenset({"axis", "axis2", "ball"})
+_AXES = frozenset({"axis", "axis2", "ball"})
 """What the names of MuJoCo's joints of an object have after that of the joint."""
-WORLD_FRAMES = frozenset({"", "world", "map", "/map"})
+_WORLD_FRAMES = frozenset({"", "world", "map", "/map"})
 """What Gazebo takes for the world's frame."""
 
 
@@ -52,7 +52,7 @@ class JointAxis(NamedTuple):
     """[N m s/rad], of a slide [N s/m]."""
 
 
-CARRIER = "carrier/"
+_CARRIER = "carrier/"
 """How the name of a body begins that holds a boat for its task: it is no link, as in Gazebo."""
 
 
@@ -72,7 +72,7 @@ class Bodies:
         objects = {item.name: item.body for item in parameters.objects}
         docks = {dock.name: dock.bodies[0] for dock in parameters.docks}
         bodies = {str(model.body(index).name): index for index in range(1, model.nbody)}
-        known = {name: index for name, index in bodies.items() if not name.startswith(CARRIER)}
+        known = {name: index for name, index in bodies.items() if not name.startswith(_CARRIER)}
         singles = {name: known[body] for name, body in {**objects, **docks, **boats}.items() if body in known}
         self._balls = {singles[name] for name in ball_names(parameters)}
         self._singles = {index: name for name, index in singles.items()}
@@ -82,7 +82,7 @@ class Bodies:
             for model_name in _nested(name) if name.partition("/")[0] not in boats else [_gazebo(name)]:
                 self._models.setdefault(model_name, index)
                 self._parts.setdefault(model_name, []).append(name)
-        self._links = {link_name(body, boats): index for body, index in known.items()}
+        self._links = {_link_name(body, boats): index for body, index in known.items()}
         self._joints: dict[str, list[int]] = {}
         for joint in range(model.njnt):
             if model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_FREE and model.jnt_bodyid[joint] in known.values():
@@ -176,7 +176,7 @@ class Bodies:
 
     def frame(self, name: str) -> Placed | None:
         """A frame of reference: None for the world's, else a model's or a link's; UnknownNameError if it is unknown."""
-        if name in WORLD_FRAMES:
+        if name in _WORLD_FRAMES:
             return None
         is_model = "::" not in name or name in self._models
         return self.model(name) if is_model else self.link(name)
@@ -208,7 +208,7 @@ class Bodies:
 def _joint_name(name: str, boats: Collection[str]) -> str:
     """Gazebo's name of a joint: `raft::hinge` for its axis `raft/hinge/axis` in the MJCF."""
     whole, _, last = name.rpartition("/")
-    return link_name(whole if last in AXES else name, boats)
+    return _link_name(whole if last in _AXES else name, boats)
 
 
 def _gazebo(name: str) -> str:
@@ -222,7 +222,7 @@ def _nested(name: str) -> Iterator[str]:
     return ("::".join(steps[: count + 1]) for count in range(len(steps)))
 
 
-def link_name(body: str, boats: Collection[str]) -> str:
+def _link_name(body: str, boats: Collection[str]) -> str:
     """`wamv::wamv/base_link` for a boat's link, `gate::red::link` for the others."""
     owner = body.partition("/")[0]
     return f"{owner}::{body}" if owner in boats else body.replace("/", "::")
@@ -230,7 +230,7 @@ def link_name(body: str, boats: Collection[str]) -> str:
 
 def collision_name(model: mujoco.MjModel, geom: int, boats: Collection[str]) -> str:
     """Gazebo's name of a shape, as `wamv::wamv/base_link::collision`."""
-    link = link_name(model.body(int(model.geom_bodyid[geom])).name, boats)
+    link = _link_name(model.body(int(model.geom_bodyid[geom])).name, boats)
     return f"{link}::{model.geom(geom).name.rpartition('/')[2] or 'collision'}"
 
 
@@ -264,7 +264,7 @@ def header(time: float, frame: str = "") -> Message:
     return new("std_msgs/Header", stamp=stamp(time), frame_id=frame)
 
 
-ROUND = 10.0
+_ROUND = 10.0
 """Of the coordinates of the frame `start` [m]."""
 
 
@@ -274,7 +274,7 @@ class Scenery:
     def __init__(self, first: Parameters, boats: Collection[str] = ()) -> None:
         """Begin in a world; `boats`: those that are known already, in the order in which they came."""
         places = [(*boat.pose[:2], 0.0) for boat in first.boats] or [(0.0, 0.0, 0.0)]
-        self.start: FloatArray = ROUND * np.round(np.mean(places, axis=0) / ROUND)
+        self.start: FloatArray = _ROUND * np.round(np.mean(places, axis=0) / _ROUND)
         """Position (3,) of the frame `start` in `map` [m]: amid the boats that there were at first."""
         self.markers: tuple[Sequence[str], Message] | None = None
         """Names of the objects and docks that were drawn, and what of them."""

@@ -19,13 +19,13 @@ from vrx_mj.runtime.observation import Observation
 
 Source = Literal["truth", "navigator"]
 """What a boat is localized by: as it is, or its GPS and inertial unit."""
-ODOMETRY = "nav_msgs/Odometry"
-UNTURNED = np.eye(4)[0]
-RATE = 30.0
+_ODOMETRY = "nav_msgs/Odometry"
+_UNTURNED = np.eye(4)[0]
+_RATE = 30.0
 """[Hz], as robot_localization's."""
-HIGHEST = 1e5
+_HIGHEST = 1e5
 """Altitude of a place that is asked about [m]."""
-KNOWN, AUGMENTED = 3, 2
+_KNOWN, _AUGMENTED = 3, 2
 """COVARIANCE_TYPE_KNOWN of sensor_msgs/NavSatFix, and STATUS_GBAS_FIX of NavSatStatus, as robot_localization's."""
 
 
@@ -70,10 +70,10 @@ class Localization:
 
     def outputs(self) -> Iterator[Output]:
         """Where it is, by all and by the fix alone, and the first as a fix."""
-        output = partial(Output, rate=RATE, dialects=BOTH, recorded="nowhere")
-        yield output(f"{self._stem}/odometry/filtered", ODOMETRY, self._filtered)
+        output = partial(Output, rate=_RATE, dialects=BOTH, recorded="nowhere")
+        yield output(f"{self._stem}/odometry/filtered", _ODOMETRY, self._filtered)
         if self._earth is not None:
-            yield output(f"{self._stem}/odometry/gps", ODOMETRY, self._by_gps)
+            yield output(f"{self._stem}/odometry/gps", _ODOMETRY, self._by_gps)
             yield output(f"{self._stem}/gps/filtered", "sensor_msgs/NavSatFix", self._as_fix)
 
     def services(self) -> Iterator[Service]:
@@ -91,7 +91,7 @@ class Localization:
         turn = matrix_quaternion(self._axes.T @ located.rotation)
         twist = {"linear": vector(located.velocity), "angular": vector(located.spin)}
         return new(
-            ODOMETRY,
+            _ODOMETRY,
             header=header(self._host.sim.time, f"{self._boat}/odom"),
             child_frame_id=f"{self._boat}/{BASE}",
             pose=self._pose(located.position, located.pose_covariance, turn),
@@ -107,9 +107,9 @@ class Localization:
         if time == self._sent:
             return None
         self._sent = time
-        return new(ODOMETRY, header=header(time, f"{self._boat}/odom"), pose=self._pose(place, covariance))
+        return new(_ODOMETRY, header=header(time, f"{self._boat}/odom"), pose=self._pose(place, covariance))
 
-    def _pose(self, place: FloatArray, covariance: FloatArray, turn: FloatArray = UNTURNED) -> dict[str, object]:
+    def _pose(self, place: FloatArray, covariance: FloatArray, turn: FloatArray = _UNTURNED) -> dict[str, object]:
         """geometry_msgs/PoseWithCovariance in the boat's frame; position and covariance are in the world's axes."""
         axes = np.kron(np.eye(2), self._axes)
         pose = {"position": vector(self._in_odom(place)), "orientation": turned(turn)}
@@ -120,9 +120,9 @@ class Localization:
         return new(
             "sensor_msgs/NavSatFix",
             header=header(self._host.sim.time, f"{self._boat}/{BASE}"),
-            status={"status": AUGMENTED},
+            status={"status": _AUGMENTED},
             position_covariance=(turn @ located.pose_covariance[:3, :3] @ turn.T).reshape(-1),
-            position_covariance_type=KNOWN,
+            position_covariance_type=_KNOWN,
             **self._geodetic(located.position),
         )
 
@@ -151,8 +151,8 @@ class Localization:
         """(3,) of a geographic_msgs/GeoPoint in `map` [m]."""
         latitude, longitude = point.latitude, point.longitude
         altitude = None if math.isnan(point.altitude) else point.altitude  # geographic_msgs: it is not specified
-        if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0 and abs(altitude or 0.0) <= HIGHEST):
-            allowed = f"latitudes to 90 degrees, longitudes to 180 degrees, altitudes to {HIGHEST:g} m"
+        if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0 and abs(altitude or 0.0) <= _HIGHEST):
+            allowed = f"latitudes to 90 degrees, longitudes to 180 degrees, altitudes to {_HIGHEST:g} m"
             raise CommandError(f"invalid place {latitude}, {longitude}, {altitude}; allowed: {allowed}, either way")
         assert self._earth is not None, "services are offered where there is one"
         return np.array(self._earth.to_enu(latitude, longitude, altitude))

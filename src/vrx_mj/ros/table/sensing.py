@@ -32,19 +32,19 @@ from vrx_mj.sensors.readings import (
 )
 from vrx_mj.sensors.view import intrinsics
 
-JPEG_QUALITY = 80
+_JPEG_QUALITY = 80
 """As image_transport's default."""
-FLOAT32, UINT16 = 7, 4
+_FLOAT32, _UINT16 = 7, 4
 """Of sensor_msgs/PointField."""
-KNOWN_DIAGONAL = 2
+_KNOWN_DIAGONAL = 2
 """COVARIANCE_TYPE_DIAGONAL_KNOWN of sensor_msgs/NavSatFix."""
-UNKNOWN_VARIANCE, NOT_MEASURED = 1000.0, -1.0
+_UNKNOWN_VARIANCE, _NOT_MEASURED = 1000.0, -1.0
 """Variance [rad2, rad2/s2] of an angle that is not measured, as u-blox's driver has it; element 0 of a covariance of
 sensor_msgs/Imu that says that there is no such measurement."""
-MARKER_PERIOD = 10.0
+_MARKER_PERIOD = 10.0
 """Between two markers of where a beacon really is [s]."""
 
-POINT = np.dtype(
+_POINT = np.dtype(
     {
         "names": ["x", "y", "z", "intensity", "ring"],
         "formats": ["<f4", "<f4", "<f4", "<f4", "<u2"],
@@ -186,7 +186,7 @@ def _detections(reading: Reading) -> Message | None:
 
 
 def _compressed(reading: Reading) -> Message:
-    data = np.frombuffer(reading.data.jpeg(JPEG_QUALITY), np.uint8)
+    data = np.frombuffer(reading.data.jpeg(_JPEG_QUALITY), np.uint8)
     return new("sensor_msgs/CompressedImage", header=_head(reading), format="rgb8; jpeg compressed bgr8", data=data)
 
 
@@ -230,13 +230,19 @@ def _camera_info(info: CameraInfo, time: float, frame: str) -> Message:
 
 def _points(reading: Reading) -> Message:
     cloud: PointCloud = reading.data
-    rows = np.empty(len(cloud.points), POINT)
+    rows = np.empty(len(cloud.points), _POINT)
     for axis, name in enumerate("xyz"):
         rows[name] = cloud.points[:, axis]
     rows["intensity"], rows["ring"] = cloud.intensity, cloud.ring
     fields = [
-        new("sensor_msgs/PointField", name=name, offset=offset, datatype=UINT16 if name == "ring" else FLOAT32, count=1)
-        for name, offset in zip(POINT.names or (), (0, 4, 8, 12, 16), strict=True)
+        new(
+            "sensor_msgs/PointField",
+            name=name,
+            offset=offset,
+            datatype=_UINT16 if name == "ring" else _FLOAT32,
+            count=1,
+        )
+        for name, offset in zip(_POINT.names or (), (0, 4, 8, 12, 16), strict=True)
     ]
     return new(
         "sensor_msgs/PointCloud2",
@@ -244,8 +250,8 @@ def _points(reading: Reading) -> Message:
         height=1,
         width=len(rows),
         fields=fields,
-        point_step=POINT.itemsize,
-        row_step=POINT.itemsize * len(rows),
+        point_step=_POINT.itemsize,
+        row_step=_POINT.itemsize * len(rows),
         data=rows.view(np.uint8).reshape(-1),
         is_dense=True,
     )
@@ -298,7 +304,7 @@ def _fix(reading: Reading) -> Message:
         longitude=fix.longitude,
         altitude=fix.altitude,
         position_covariance=np.array(fix.position_covariance),
-        position_covariance_type=KNOWN_DIAGONAL,
+        position_covariance_type=_KNOWN_DIAGONAL,
     )
 
 
@@ -330,7 +336,7 @@ def _apparent_wind(reading: Reading) -> Message:
 def _compass(reading: Reading) -> Message:
     """As drivers of receivers with two antennas: a yaw; roll and pitch are unknown, and accelerations not measured."""
     data: Heading = reading.data
-    yaw, unknown = 0.5 * data.heading, UNKNOWN_VARIANCE
+    yaw, unknown = 0.5 * data.heading, _UNKNOWN_VARIANCE
     return new(
         "sensor_msgs/Imu",
         header=_head(reading),
@@ -338,7 +344,7 @@ def _compass(reading: Reading) -> Message:
         orientation_covariance=np.array(covariance(unknown, unknown, data.heading_variance)),
         angular_velocity=vector((0.0, 0.0, data.rate_of_turn)),
         angular_velocity_covariance=np.array(covariance(unknown, unknown, data.rate_of_turn_variance)),
-        linear_acceleration_covariance=np.array((NOT_MEASURED, *[0.0] * 8)),
+        linear_acceleration_covariance=np.array((_NOT_MEASURED, *[0.0] * 8)),
     )
 
 
@@ -424,7 +430,7 @@ def _markers(host: Host, sensor: Mounted, stems: Stems) -> Iterator[Output]:
 
     marker, key = "visualization_msgs/Marker", (sensor.boat, sensor.name)
     yield Output(f"{stems.vrx}/marker/signal", marker, _signal, sensor.config.rate, key)
-    yield Output(f"{stems.vrx}/marker/ground_truth", marker, ball, 1.0 / MARKER_PERIOD, latched=True)
+    yield Output(f"{stems.vrx}/marker/ground_truth", marker, ball, 1.0 / _MARKER_PERIOD, latched=True)
 
 
 def _place_beacon(host: Host, sensor: Mounted, stems: Stems) -> Iterator[Input]:

@@ -16,16 +16,16 @@ from vrx_mj.ros.messages import Message, duration, fields, new, stamp
 from vrx_mj.ros.table.host import Host, collision_name, header, turned
 from vrx_mj.ros.table.vrx3 import in_vrx3, parameters, with_vrx3
 
-RATE = 1.0
+_RATE = 1.0
 """Of a task's info and errors [Hz]."""
-CONTACT_RATE = 10.0
-ANIMAL_RATE = 1.0
+_CONTACT_RATE = 10.0
+_ANIMAL_RATE = 1.0
 """[Hz], VRX 3's default."""
-COLORS = 3
+_COLORS = 3
 TASK_INFO = "/vrx/task/info"
-COLOR_SEQUENCE = "/vrx/scan_dock_deliver/color_sequence"
-ERRORS = ("pose_error", "mean_pose_error")
-INFO = "vrx_gazebo/Task"
+_COLOR_SEQUENCE = "/vrx/scan_dock_deliver/color_sequence"
+_ERRORS = ("pose_error", "mean_pose_error")
+_INFO = "vrx_gazebo/Task"
 
 
 def task_outputs(host: Host) -> Iterator[Output]:
@@ -33,8 +33,8 @@ def task_outputs(host: Host) -> Iterator[Output]:
     task = host.sim.task
     if task is None:
         return
-    yield Output(TASK_INFO, INFO, lambda: _info(_task(host)), RATE)
-    yield Output(TASK_INFO, "ros_gz_interfaces/ParamVec", lambda: _info_parameters(host), RATE, dialects=VRX3)
+    yield Output(TASK_INFO, _INFO, lambda: _info(_task(host)), _RATE)
+    yield Output(TASK_INFO, "ros_gz_interfaces/ParamVec", lambda: _info_parameters(host), _RATE, dialects=VRX3)
     yield from _contacts(host, "/vrx")
     yield from TASK_TOPICS[task["type"]].outputs(host)
 
@@ -52,8 +52,8 @@ def task_services(host: Host) -> Iterator[Service]:
 
 
 def _errors(host: Host, stem: str, vrx3_stem: str = "") -> Iterator[Output]:
-    for key in ERRORS:
-        output = Output(f"{stem}/{key}", "std_msgs/Float64", partial(_number, host, key), RATE)
+    for key in _ERRORS:
+        output = Output(f"{stem}/{key}", "std_msgs/Float64", partial(_number, host, key), _RATE)
         yield from with_vrx3(output, f"{vrx3_stem or stem}/{key}")
 
 
@@ -66,7 +66,7 @@ def _goal_and_errors(host: Host, stem: str, vrx3_stem: str = "") -> Iterator[Out
 def _station_keeping(host: Host) -> Iterator[Output]:
     """The mean error has 2019's name, too."""
     yield from _goal_and_errors(host, "/vrx/station_keeping", "/vrx/stationkeeping")
-    yield Output("/vrx/station_keeping/rms_error", "std_msgs/Float64", partial(_number, host, "mean_pose_error"), RATE)
+    yield Output("/vrx/station_keeping/rms_error", "std_msgs/Float64", partial(_number, host, "mean_pose_error"), _RATE)
 
 
 def _animal_poses(host: Host) -> Iterator[Output]:
@@ -79,7 +79,7 @@ def _animal_poses(host: Host) -> Iterator[Output]:
             path = _animals(host)
             return None if path is None else path.poses[index]
 
-        pose = Output("", "geographic_msgs/GeoPoseStamped", animal, ANIMAL_RATE)
+        pose = Output("", "geographic_msgs/GeoPoseStamped", animal, _ANIMAL_RATE)
         yield in_vrx3(pose, f"/vrx/wildlife/animal{index}/pose")
 
 
@@ -111,7 +111,7 @@ def _color_sequence(host: Host) -> Iterator[Service]:
         success = _sent_colors(host, [request.color1, request.color2, request.color3])
         return new("vrx_gazebo/ColorSequenceResponse", success=success)
 
-    for name in ("/vrx/scan_dock/color_sequence", COLOR_SEQUENCE):
+    for name in ("/vrx/scan_dock/color_sequence", _COLOR_SEQUENCE):
         yield Service(name, "vrx_gazebo/ColorSequence", colors)
 
 
@@ -120,12 +120,12 @@ def _vrx3_color_sequence(host: Host) -> Iterator[Input]:
 
     def colors(message: Message) -> None:
         names = list(message.data)
-        if len(names) != COLORS:
-            raise CommandError(f"{len(names)} colours: {COLORS} are needed, as in ['red', 'green', 'blue']")
+        if len(names) != _COLORS:
+            raise CommandError(f"{len(names)} colours: {_COLORS} are needed, as in ['red', 'green', 'blue']")
         if not _sent_colors(host, names):
             raise CommandError("no sequence of colours is accepted now: only one, while the task runs")
 
-    yield Input(COLOR_SEQUENCE, "ros_gz_interfaces/StringVec", colors, dialects=VRX3)
+    yield Input(_COLOR_SEQUENCE, "ros_gz_interfaces/StringVec", colors, dialects=VRX3)
 
 
 def _sent_colors(host: Host, colors: list[str]) -> bool:
@@ -140,7 +140,7 @@ def _contacts(host: Host, stem: str) -> Iterator[Output]:
     """What the boat touches, unless VRX_DEBUG=false silences it."""
     if os.environ.get("VRX_DEBUG") != "false":
         make = partial(_contact, host)
-        yield Output(f"{stem}/debug/contact", "vrx_gazebo/Contact", make, CONTACT_RATE, recorded="nowhere")
+        yield Output(f"{stem}/debug/contact", "vrx_gazebo/Contact", make, _CONTACT_RATE, recorded="nowhere")
 
 
 def _gymkhana(host: Host) -> Iterator[Output]:
@@ -151,8 +151,8 @@ def _gymkhana(host: Host) -> Iterator[Output]:
         return _info({**task, "name": "gymkhana_blackbox", "score": float(task.get("mean_pose_error", 0.0))})
 
     channel, box = "/vrx/gymkhana_channel", "/vrx/gymkhana_blackbox"
-    yield Output(f"{channel}/task/info", INFO, lambda: _info(_task(host)["channel"]), RATE)
-    yield Output(f"{box}/task/info", INFO, blackbox, RATE)
+    yield Output(f"{channel}/task/info", _INFO, lambda: _info(_task(host)["channel"]), _RATE)
+    yield Output(f"{box}/task/info", _INFO, blackbox, _RATE)
     yield from _contacts(host, channel)
     yield from _contacts(host, box)
     yield from _goal_and_errors(host, box)
@@ -164,7 +164,7 @@ def _task(host: Host) -> Mapping[str, Any]:
 
 def _info(task: Mapping[str, Any]) -> Message:
     return new(
-        INFO,
+        _INFO,
         name=task["name"],
         state=task["state"],
         ready_time=stamp(task["ready_time"]),
@@ -179,7 +179,7 @@ def _info(task: Mapping[str, Any]) -> Message:
 
 def _info_parameters(host: Host) -> Message:
     info = _info(_task(host))
-    values = {name: getattr(info, name) for name in fields(INFO)}
+    values = {name: getattr(info, name) for name in fields(_INFO)}
     times = {name: value.sec + 1e-9 * value.nanosec for name, value in values.items() if name.endswith("_time")}
     return parameters(header(host.sim.time), values | times)
 
@@ -235,8 +235,8 @@ def _waypoints(host: Host, stem: str) -> Iterator[Output]:
 
     for output in (
         Output(f"{stem}/waypoints", "geographic_msgs/GeoPath", route, latched=True),
-        Output(f"{stem}/min_errors", "std_msgs/Float64MultiArray", least, RATE),
-        Output(f"{stem}/mean_error", "std_msgs/Float64", partial(_number, host, "mean_error"), RATE),
+        Output(f"{stem}/min_errors", "std_msgs/Float64MultiArray", least, _RATE),
+        Output(f"{stem}/mean_error", "std_msgs/Float64", partial(_number, host, "mean_error"), _RATE),
     ):
         yield from with_vrx3(output, output.name)
 

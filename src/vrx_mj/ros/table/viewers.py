@@ -24,7 +24,7 @@ from vrx_mj.sensors.displays import displays_of
 MARKERS, START = "/vrx_mj/markers", "start"
 CUBE, SPHERE, CYLINDER, TRIANGLES, DELETE_ALL = 1, 2, 3, 11, 3
 """Types of visualization_msgs/Marker, and an action."""
-SHAPES: Mapping[int, int] = {
+_SHAPES: Mapping[int, int] = {
     mujoco.mjtGeom.mjGEOM_BOX: CUBE,
     mujoco.mjtGeom.mjGEOM_SPHERE: SPHERE,
     mujoco.mjtGeom.mjGEOM_ELLIPSOID: SPHERE,
@@ -64,10 +64,10 @@ def _markers(world: World, start: FloatArray) -> Iterator[Message]:
     for geom in range(model.ngeom):
         name, body = model.geom(geom).name, model.body(model.geom_bodyid[geom]).name
         touches = model.geom_contype[geom] or model.geom_conaffinity[geom]
-        if touches or name in shown or body.startswith(boats) or int(model.geom_type[geom]) not in SHAPES:
+        if touches or name in shown or body.startswith(boats) or int(model.geom_type[geom]) not in _SHAPES:
             continue
         space = "docks" if body.startswith(docks) else "objects" if model.geom_bodyid[geom] else "shore"
-        shape, quaternion = SHAPES[int(model.geom_type[geom])], np.empty(4)
+        shape, quaternion = _SHAPES[int(model.geom_type[geom])], np.empty(4)
         mujoco.mju_mat2Quat(quaternion, data.geom_xmat[geom])
         x, y, z = (2.0 * float(value) for value in model.geom_size[geom])
         sizes = {TRIANGLES: (1.0, 1.0, 1.0), CYLINDER: (x, x, y)}

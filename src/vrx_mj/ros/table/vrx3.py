@@ -25,7 +25,7 @@ PACKAGES = (
     "visualization_msgs",
 )
 """Packages of the types that VRX 3's topics have."""
-KINDS = {bool: (1, "bool_value"), int: (2, "integer_value"), float: (3, "double_value"), str: (4, "string_value")}
+_KINDS = {bool: (1, "bool_value"), int: (2, "integer_value"), float: (3, "double_value"), str: (4, "string_value")}
 """Of rcl_interfaces/ParameterType, and the field that has the value."""
 
 
@@ -36,7 +36,7 @@ def parameters(header: Message, values: Mapping[str, str | bool | int | float]) 
 
 
 def _value(value: str | float) -> Message:
-    number, field = KINDS[type(value)]
+    number, field = _KINDS[type(value)]
     empty: dict[str, Any] = {
         "bool_value": False,
         "integer_value": 0,

@@ -21,9 +21,9 @@ from vrx_mj.ros.table.host import Host, collision_name, header, vector
 from vrx_mj.ros.table.viewers import START
 from vrx_mj.ros.table.vrx3 import with_vrx3
 
-WORLD = "/vrx_mj/world"
-Row = dict[str, Any]
-Place = tuple[float, float, float]
+_WORLD = "/vrx_mj/world"
+_Row = dict[str, Any]
+_Place = tuple[float, float, float]
 
 
 def chart_output(host: Host) -> Output:
@@ -36,7 +36,7 @@ def chart_output(host: Host) -> Output:
     """
 
     @lru_cache(maxsize=1)
-    def chart(course: tuple[Place, ...]) -> Message:
+    def chart(course: tuple[_Place, ...]) -> Message:
         world = host.sim.world
         colors = host.scenery.colors(world.parameters)
         boats = {
@@ -46,10 +46,10 @@ def chart_output(host: Host) -> Output:
         text = json.dumps({**_ground(host), "course": course, "boats": boats}, separators=(",", ":"))
         return new("std_msgs/String", data=text)
 
-    return Output(WORLD, "std_msgs/String", lambda: chart(_course(host)), latched=True)
+    return Output(_WORLD, "std_msgs/String", lambda: chart(_course(host)), latched=True)
 
 
-def _course(host: Host) -> tuple[Place, ...]:
+def _course(host: Host) -> tuple[_Place, ...]:
     """Where the task now asks a team to go."""
     task = host.sim.task or {}
     if task.get("type") == "acoustic_tracking":
@@ -58,7 +58,7 @@ def _course(host: Host) -> tuple[Place, ...]:
     return tuple((float(place["x"]), float(place["y"]), float(place.get("yaw", 0.0))) for place in places)
 
 
-def _ground(host: Host) -> Row:
+def _ground(host: Host) -> _Row:
     """What boats that come and go do not change; drawn up once for a simulation, which takes a tenth of a second."""
     if host.scenery.ground is None:
         scene = map_of(host.sim.world)
@@ -75,11 +75,11 @@ def _ground(host: Host) -> Row:
 
 
 CLOCK = "/clock"
-TF_RATE = 50.0
+_TF_RATE = 50.0
 """[Hz], as robot_state_publisher's."""
-WIND_RATE = 10.0
-CONTACT_RATE = 10.0
-COLLISION = 5
+_WIND_RATE = 10.0
+_CONTACT_RATE = 10.0
+_COLLISION = 5
 """A kind of ros_gz_interfaces/Entity."""
 
 
@@ -107,14 +107,14 @@ def world_outputs(host: Host, boat_frames: Sequence[BoatFrames], clock_rate: flo
 
     rows = partial(Output, dialects=BOTH, recorded="rows")
     yield rows(CLOCK, "rosgraph_msgs/Clock", clock, clock_rate, latched=waits)
-    yield rows("/tf", "tf2_msgs/TFMessage", moving, TF_RATE)
+    yield rows("/tf", "tf2_msgs/TFMessage", moving, _TF_RATE)
     for dialects, frames in ((VRX, still), (VRX3, vrx3_still)):
         yield rows("/tf_static", "tf2_msgs/TFMessage", frames, latched=True, dialects=dialects)
     yield chart_output(host)
     if os.environ.get("VRX_DEBUG") != "false":
         yield from _wind(host)
         make = partial(_contacts, host)
-        yield Output("/vrx/contacts", "ros_gz_interfaces/Contacts", make, CONTACT_RATE, dialects=VRX3)
+        yield Output("/vrx/contacts", "ros_gz_interfaces/Contacts", make, _CONTACT_RATE, dialects=VRX3)
 
 
 def _wind(host: Host) -> Iterator[Output]:
@@ -128,7 +128,7 @@ def _wind(host: Host) -> Iterator[Output]:
         return new("std_msgs/Float64", data=math.degrees(math.remainder(toward, math.tau)))
 
     for name, make in (("/vrx/debug/wind/speed", speed), ("/vrx/debug/wind/direction", direction)):
-        yield from with_vrx3(Output(name, "std_msgs/Float64", make, WIND_RATE, recorded="rows"), name)
+        yield from with_vrx3(Output(name, "std_msgs/Float64", make, _WIND_RATE, recorded="rows"), name)
 
 
 def _contacts(host: Host) -> Message:
@@ -137,7 +137,7 @@ def _contacts(host: Host) -> Message:
     for contact in host.sim.data.contact:
         pair = [(int(geom), collision_name(host.sim.model, int(geom), boats)) for geom in contact.geom]
         if contact.dist < 0.0 and any(name.partition("::")[0] in boats for _, name in pair):
-            sides = [kind("ros_gz_interfaces/Entity")(geom, name, COLLISION) for geom, name in pair]
+            sides = [kind("ros_gz_interfaces/Entity")(geom, name, _COLLISION) for geom, name in pair]
             where, normal = (new("geometry_msgs/Vector3", **vector(xyz)) for xyz in (contact.pos, contact.frame[:3]))
             found.append(kind("ros_gz_interfaces/Contact")(*sides, [where], [normal], np.array([-contact.dist]), []))
     return kind("ros_gz_interfaces/Contacts")(header(host.sim.time), found)

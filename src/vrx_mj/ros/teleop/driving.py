@@ -19,12 +19,12 @@ from vrx_mj.frames import compass
 from vrx_mj.runtime.timing import Pause
 from vrx_mj.signals import ended_by_signals
 
-Values = Mapping[str, Any]
-MOST_INCOMING = 32 << 20
+_Values = Mapping[str, Any]
+_MOST_INCOMING = 32 << 20
 """Bytes of a message, at most: a world with a long shore takes some 100 kB."""
-MOST_WAITING = 64
+_MOST_WAITING = 64
 """Calls whose answers are waited for, at most."""
-OPENING = 5.0
+_OPENING = 5.0
 """Wall time that a connection may take [s]."""
 
 
@@ -42,18 +42,18 @@ class Bridge:
         self._socket = _connected(url, self._stack)
         self.is_open = True
         """Whether the connection stands."""
-        self._listeners: dict[str, Callable[[Values], None]] = {}
+        self._listeners: dict[str, Callable[[_Values], None]] = {}
         self._calls: dict[str, Callable[[Any, bool], None]] = {}
         self._advertised: set[str] = set()
         self._numbers = itertools.count()
 
-    def subscribe(self, topic: str, kind: str, take: Callable[[Values], None], *, period: float = 0.0) -> None:
+    def subscribe(self, topic: str, kind: str, take: Callable[[_Values], None], *, period: float = 0.0) -> None:
         """Have `take` called with the topic's messages, one every `period` [s] of wall time at most."""
         self._listeners[topic] = take
         throttle = round(1000.0 * period)
         self._send({"op": "subscribe", "topic": topic, "type": kind, "throttle_rate": throttle, "queue_length": 1})
 
-    def publish(self, topic: str, kind: str, message: Values, *, last: bool) -> None:
+    def publish(self, topic: str, kind: str, message: _Values, *, last: bool) -> None:
         """Send a message; with the `last` one the topic is left to others."""
         if topic not in self._advertised:
             self._advertised.add(topic)
@@ -63,10 +63,10 @@ class Bridge:
             self._advertised.remove(topic)
             self._send({"op": "unadvertise", "topic": topic})
 
-    def call(self, service: str, arguments: Values, take: Callable[[Any, bool], None]) -> None:
+    def call(self, service: str, arguments: _Values, take: Callable[[Any, bool], None]) -> None:
         """Call a service; `take` gets the response and True, or what went wrong and False."""
-        if len(self._calls) >= MOST_WAITING:
-            take(f"{service}: {MOST_WAITING} calls are already waiting", False)
+        if len(self._calls) >= _MOST_WAITING:
+            take(f"{service}: {_MOST_WAITING} calls are already waiting", False)
             return
         identity = f"call:{next(self._numbers)}"
         self._calls[identity] = take
@@ -88,7 +88,7 @@ class Bridge:
         self.is_open = False
         self._stack.close()
 
-    def _send(self, operation: Values) -> None:
+    def _send(self, operation: _Values) -> None:
         try:
             self._socket.send(json.dumps(operation))
         except ConnectionClosed:
@@ -113,7 +113,7 @@ def _connected(url: str, stack: contextlib.ExitStack) -> ClientConnection:
     """A connection, which the stack ends."""
     try:
         return stack.enter_context(
-            connect(url, max_size=MOST_INCOMING, compression=None, open_timeout=OPENING, proxy=None)
+            connect(url, max_size=_MOST_INCOMING, compression=None, open_timeout=_OPENING, proxy=None)
         )
     except (InvalidURI, ValueError):
         raise NetworkError(
@@ -128,20 +128,20 @@ def _connected(url: str, stack: contextlib.ExitStack) -> ClientConnection:
         raise NetworkError(f"the server at {url} is not a rosbridge: {error}") from None
 
 
-WORLD = "/vrx_mj/world"
-TWIST = "geometry_msgs/Twist"
-COMMANDED = re.compile(r"/(.+)/cmd_vel")
+_WORLD = "/vrx_mj/world"
+_TWIST = "geometry_msgs/Twist"
+_COMMANDED = re.compile(r"/(.+)/cmd_vel")
 """Topics of boats: each takes one."""
-SEEN_PERIOD = 0.2
+_SEEN_PERIOD = 0.2
 """Wall time between two looks at where boats are [s]."""
-ASKED_PERIOD = 1.0
+_ASKED_PERIOD = 1.0
 """Wall time between two questions which boats there are [s]."""
-STILL = 0.6
+_STILL = 0.6
 """Wall time without `/clock` after which time counts as paused [s]."""
-SETTLES = 1.0
+_SETTLES = 1.0
 """Wall time after which the clock shows a pause, or its end [s]."""
 
-Clock = Callable[[], float]
+_Clock = Callable[[], float]
 
 
 class Motion(NamedTuple):
@@ -158,7 +158,7 @@ class Motion(NamedTuple):
 class Scene:
     """Filled by the messages of one connection."""
 
-    def __init__(self, bridge: Bridge, clock: Clock = time.monotonic) -> None:
+    def __init__(self, bridge: Bridge, clock: _Clock = time.monotonic) -> None:
         self.name = ""
         self.x_from_east = 0.0
         """Direction of the world's x axis [rad], counter-clockwise from east."""
@@ -177,11 +177,11 @@ class Scene:
         self._ticked, self._asked = clock(), -math.inf
         self._meant, self._asked_pause = False, -math.inf
         for topic, kind, take, period in (
-            (WORLD, "std_msgs/String", self._world, 0.0),
-            ("/clock", "rosgraph_msgs/Clock", self._tick, SEEN_PERIOD),
-            ("/gazebo/model_states", "gazebo_msgs/ModelStates", self._see, SEEN_PERIOD),
-            ("/vrx/debug/wind/speed", "std_msgs/Float64", self._blow, SEEN_PERIOD),
-            ("/vrx/debug/wind/direction", "std_msgs/Float64", self._veer, SEEN_PERIOD),
+            (_WORLD, "std_msgs/String", self._world, 0.0),
+            ("/clock", "rosgraph_msgs/Clock", self._tick, _SEEN_PERIOD),
+            ("/gazebo/model_states", "gazebo_msgs/ModelStates", self._see, _SEEN_PERIOD),
+            ("/vrx/debug/wind/speed", "std_msgs/Float64", self._blow, _SEEN_PERIOD),
+            ("/vrx/debug/wind/direction", "std_msgs/Float64", self._veer, _SEEN_PERIOD),
         ):
             bridge.subscribe(topic, kind, take, period=period)
 
@@ -194,7 +194,7 @@ class Scene:
     def is_paused(self) -> bool:
         """Whether time is paused."""
         now = self._clock()
-        return self._meant if now - self._asked_pause < SETTLES else now - self._ticked > STILL
+        return self._meant if now - self._asked_pause < _SETTLES else now - self._ticked > _STILL
 
     def note_pause(self, *, paused: bool) -> None:
         """Time was stopped, or goes on: clocks from before may still be on their way."""
@@ -208,16 +208,16 @@ class Scene:
 
     def follow(self) -> None:
         """Ask which boats there are, if it is time; a world that is paused answers too."""
-        if self._clock() - self._asked > ASKED_PERIOD:
+        if self._clock() - self._asked > _ASKED_PERIOD:
             self._asked = self._clock()
-            self._bridge.call("/rosapi/topics_for_type", {"type": TWIST}, self._count)
+            self._bridge.call("/rosapi/topics_for_type", {"type": _TWIST}, self._count)
 
     def _count(self, answer: Any, well: bool) -> None:
         if well:
-            found = [COMMANDED.fullmatch(topic) for topic in answer["topics"]]
+            found = [_COMMANDED.fullmatch(topic) for topic in answer["topics"]]
             self.boats = tuple(sorted((match.group(1) for match in found if match), key=_by_number))
 
-    def _world(self, message: Values) -> None:
+    def _world(self, message: _Values) -> None:
         chart = json.loads(message["data"])
         self.name, self.keeps_velocity = chart["name"], chart["cmd_vel"] == "velocity"
         self.x_from_east = chart["x_from_east"]
@@ -228,17 +228,17 @@ class Scene:
         }
         self._asked = -math.inf  # boats may have come or gone
 
-    def _tick(self, message: Values) -> None:
+    def _tick(self, message: _Values) -> None:
         self.time, self._ticked = message["clock"]["secs"] + 1e-9 * message["clock"]["nsecs"], self._clock()
 
-    def _see(self, message: Values) -> None:
+    def _see(self, message: _Values) -> None:
         rows = zip(message["name"], message["pose"], message["twist"], strict=True)
         self.motions = {name: _motion(pose["orientation"], twist["linear"]) for name, pose, twist in rows}
 
-    def _blow(self, message: Values) -> None:
+    def _blow(self, message: _Values) -> None:
         self.wind_speed = message["data"]
 
-    def _veer(self, message: Values) -> None:
+    def _veer(self, message: _Values) -> None:
         self.wind_direction = message["data"]
 
 
@@ -255,18 +255,18 @@ def _by_number(name: str) -> tuple[str, int]:
     return stem, int(name[len(stem) :] or 0)
 
 
-Say = Callable[[str], None]
-PERIOD = 0.1
+_Say = Callable[[str], None]
+_PERIOD = 0.1
 """Wall time between two commands of a boat [s]: VRX forgets them after a second."""
-LOOK = 0.03
+_LOOK = 0.03
 """Wall time between two looks at the keys [s]."""
 RETRY = 1.0
 """Wall time between two tries to connect again [s]."""
 GREETING = 5.0
 """Wall time in which a world's chart must come [s]."""
-REST = Wheel()
-ANGLE = "_angle"
-TIME = ("time", "p: pause or resume; backspace: reset")
+_REST = Wheel()
+_ANGLE = "_angle"
+_TIME = ("time", "p: pause or resume; backspace: reset")
 
 
 def drive(url: str, *, boat: str | None = None) -> None:
@@ -288,7 +288,7 @@ def drive(url: str, *, boat: str | None = None) -> None:
             )
         helmsman = Helmsman(url, boat, say=terminal.write_line)
         try:
-            for name, text in (*(row for row in HELP if row[0] != TIME[0]), TIME):
+            for name, text in (*(row for row in HELP if row[0] != _TIME[0]), _TIME):
                 terminal.write_line(f"  {name:<10} {text}")
             terminal.write_line("Ctrl-C stops the boats that you drove and quits.")
             while True:
@@ -301,7 +301,7 @@ def drive(url: str, *, boat: str | None = None) -> None:
 class Helmsman:
     """Takes keys and drives, over a connection that may be lost and come again."""
 
-    def __init__(self, url: str, boat: str | None, *, say: Say, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(self, url: str, boat: str | None, *, say: _Say, clock: Callable[[], float] = time.monotonic) -> None:
         """Connect, and wait for the world's chart; errors are those of `drive`."""
         self._url, self._say, self._clock = url, say, clock
         self._bridge = Bridge(url)
@@ -331,9 +331,9 @@ class Helmsman:
             return
         self._scene.follow()
         if pressed or self._pause.is_over(self._clock()):
-            self._pause.begin(self._clock(), PERIOD)
+            self._pause.begin(self._clock(), _PERIOD)
             self._send()
-        self._bridge.listen(LOOK)
+        self._bridge.listen(_LOOK)
         self._meet()
         self._note_loss()
 
@@ -365,8 +365,8 @@ class Helmsman:
     def close(self) -> None:
         """Stop the boats that were driven, and end the connection."""
         for boat, wheel in self._sent.items():
-            if wheel != REST:
-                self._command(boat, REST)
+            if wheel != _REST:
+                self._command(boat, _REST)
         self._bridge.close()
 
     def _press(self, key: str) -> bool:
@@ -378,7 +378,7 @@ class Helmsman:
             self._scene.note_pause(paused=pause)
         elif key == "backspace":
             for boat in self.pilot.wheels:
-                self._command(boat, REST)
+                self._command(boat, _REST)
             self.pilot.reset()
             self._sent.clear()
             self._call("reset_world", "the simulation is reset")
@@ -397,17 +397,17 @@ class Helmsman:
     def _send(self) -> None:
         """What is asked for, as long as it is; and once that nothing is asked for any more."""
         for boat, wheel in self.pilot.wheels.items():
-            if wheel != REST or self._sent.get(boat) != REST:
+            if wheel != _REST or self._sent.get(boat) != _REST:
                 self._command(boat, wheel)
                 self._sent[boat] = wheel
 
     def _command(self, boat: str, wheel: Wheel) -> None:
         if self._scene.keeps_velocity:
             twist = {"linear": {"x": wheel.power, "y": 0.0, "z": 0.0}, "angular": {"x": 0.0, "y": 0.0, "z": wheel.turn}}
-            self._bridge.publish(f"/{boat}/cmd_vel", TWIST, twist, last=wheel == REST)
+            self._bridge.publish(f"/{boat}/cmd_vel", _TWIST, twist, last=wheel == _REST)
             return
         for topic, value in topics(boat, self._scene.engines.get(boat, ()), wheel).items():
-            self._bridge.publish(topic, "std_msgs/Float32", {"data": value}, last=wheel == REST)
+            self._bridge.publish(topic, "std_msgs/Float32", {"data": value}, last=wheel == _REST)
 
     def _meet(self) -> None:
         """Boats may have come or gone."""
@@ -421,10 +421,10 @@ class Helmsman:
         until = self._clock() + GREETING
         while not self._scene.is_known:
             self._scene.follow()
-            self._bridge.listen(LOOK)
+            self._bridge.listen(_LOOK)
             if self._clock() > until or not self._bridge.is_open:
                 raise NetworkError(
-                    f"the server at {self._url} is not `vrx-mj serve`: it has no {WORLD} or no boats' topics"
+                    f"the server at {self._url} is not `vrx-mj serve`: it has no {_WORLD} or no boats' topics"
                 )
 
     def _note_loss(self) -> None:
@@ -433,7 +433,7 @@ class Helmsman:
 
     def _reconnect(self) -> None:
         """Try, if it is time; keys have to be pressed anew afterwards."""
-        time.sleep(LOOK)
+        time.sleep(_LOOK)
         if self._clock() < self._retry:
             return
         self._retry = self._clock() + RETRY
@@ -457,6 +457,6 @@ def topics(boat: str, engines: Sequence[Engine], wheel: Wheel) -> Mapping[str, f
     """Values of a boat's topics of thrusters that do what is asked."""
     commands = engine_commands(engines, wheel)
     return {
-        f"/{boat}/thrusters/{name.removesuffix(ANGLE)}_thrust_{'angle' if name.endswith(ANGLE) else 'cmd'}": value
+        f"/{boat}/thrusters/{name.removesuffix(_ANGLE)}_thrust_{'angle' if name.endswith(_ANGLE) else 'cmd'}": value
         for name, value in commands.items()
     }

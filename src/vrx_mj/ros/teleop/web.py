@@ -15,8 +15,8 @@ from vrx_mj.errors import NetworkError
 from vrx_mj.ros.access import host_of, is_loopback
 from vrx_mj.ros.network import who_listens
 
-PAGE_PORT = 8090
-LOOPBACK = "127.0.0.1"
+_PAGE_PORT = 8090
+_LOOPBACK = "127.0.0.1"
 FILES = {
     "/": ("index.html", "text/html"),
     "/page.css": ("page.css", "text/css"),
@@ -27,9 +27,9 @@ FILES = {
     "/words.js": ("words.js", "text/javascript"),
 }
 """What there is, by path: the file and its type."""
-SETTINGS = "/settings.json"
+_SETTINGS = "/settings.json"
 """Path of the page's settings: `url` of the rosbridge, and `boat`."""
-SILENCE = 10.0
+_SILENCE = 10.0
 """Wall time after which a browser that says nothing is let go [s]."""
 MOST_CONNECTIONS = 64
 """Each has a thread; with one more the oldest is closed, as browsers open some that they do not use."""
@@ -60,15 +60,15 @@ class PageServer(http.server.ThreadingHTTPServer):
         self._connections: OrderedDict[socket.socket, None] = OrderedDict()
         self._lock = threading.Lock()
         try:
-            super().__init__((LOOPBACK, port), _Answering)
+            super().__init__((_LOOPBACK, port), _Answering)
         except OSError as error:
             by = who_listens(port) or "an unknown program"
-            raise NetworkError(f"port {port} of {LOOPBACK} is taken by {by}: {error.strerror}") from None
+            raise NetworkError(f"port {port} of {_LOOPBACK} is taken by {by}: {error.strerror}") from None
 
     @property
     def page(self) -> str:
         """What to open in a browser."""
-        return f"http://{LOOPBACK}:{self.server_address[1]}/"
+        return f"http://{_LOOPBACK}:{self.server_address[1]}/"
 
     def process_request(self, request: Any, client_address: Any) -> None:
         """Answer a connection in a thread of its own."""
@@ -95,7 +95,7 @@ class _Answering(http.server.BaseHTTPRequestHandler):
     """One connection."""
 
     server: PageServer
-    timeout = SILENCE
+    timeout = _SILENCE
     server_version, sys_version = "vrx-mj", ""
 
     def do_GET(self) -> None:
@@ -134,7 +134,7 @@ class _Answering(http.server.BaseHTTPRequestHandler):
             )
             return http.HTTPStatus.MISDIRECTED_REQUEST, "text/plain", text.encode()
         path = self.path.partition("?")[0]
-        if path == SETTINGS:
+        if path == _SETTINGS:
             return http.HTTPStatus.OK, "application/json", self.server.settings
         if path not in FILES:
             text = f"no file {path[:200]}; known: {', '.join(FILES)}\n"

@@ -13,66 +13,64 @@ from vrx_mj.validation.reference import source
 from vrx_mj.validation.rows import Case, Findings, Row, at_most, near
 from vrx_mj.validation.setups import packaged_simulation
 
-__all__ = ["CASES"]
-
-Amplitudes = npt.NDArray[np.complex128]
-PERIOD, AMPLITUDE, SAMPLES = 3.0, 0.01, 60
-PLACE = 1.7, -0.9
+_Amplitudes = npt.NDArray[np.complex128]
+_PERIOD, _AMPLITUDE, _SAMPLES = 3.0, 0.01, 60
+_PLACE = 1.7, -0.9
 """Of the hull's origin [m]."""
-CENTER = -0.1
+_CENTER = -0.1
 """Of its centre of mass, ahead of that [m]."""
-MOTIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
-KINDS = ("diffraction", "froude_krylov")
-PHASE = np.exp(2j * math.pi * np.arange(SAMPLES) / SAMPLES)
+_MOTIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+_KINDS = ("diffraction", "froude_krylov")
+_PHASE = np.exp(2j * math.pi * np.arange(_SAMPLES) / _SAMPLES)
 
 
-def _reference() -> dict[tuple[float, float], Amplitudes]:
+def _reference() -> dict[tuple[float, float], _Amplitudes]:
     """Complex amplitudes (kinds, motions) by heading and by where the wave goes [degrees]."""
-    found: dict[tuple[float, float], Amplitudes] = {}
+    found: dict[tuple[float, float], _Amplitudes] = {}
     for row in table_rows("diffraction"):
         course = float(row["heading"]), float(row["toward"])
-        forces = found.setdefault(course, np.zeros((len(KINDS), len(MOTIONS)), np.complex128))
+        forces = found.setdefault(course, np.zeros((len(_KINDS), len(_MOTIONS)), np.complex128))
         value = complex(float(row["real"]), float(row["imaginary"]))
-        forces[KINDS.index(row["kind"]), MOTIONS.index(row["motion"])] = value
+        forces[_KINDS.index(row["kind"]), _MOTIONS.index(row["motion"])] = value
     return found
 
 
 def _forces(heading: float, toward: float) -> FloatArray:
     """Forces (samples, kinds, motions) over a period on the hull, held, and as a third kind the wave's height."""
     along = [math.cos(math.radians(toward)), math.sin(math.radians(toward))]
-    sea = {"model": "regular", "height": 2.0 * AMPLITUDE, "period": PERIOD, "direction": along, "density": 1025.0}
+    sea = {"model": "regular", "height": 2.0 * _AMPLITUDE, "period": _PERIOD, "direction": along, "density": 1025.0}
     sim, turn = packaged_simulation("bowed_box", sea=sea), math.radians(heading)
     (boat,) = sim.boats
-    pose = [*PLACE, 0.0, 0.0, 0.0, turn]
-    found = np.zeros((SAMPLES, 3, len(MOTIONS)))
-    for sample in range(SAMPLES):
+    pose = [*_PLACE, 0.0, 0.0, 0.0, turn]
+    found = np.zeros((_SAMPLES, 3, len(_MOTIONS)))
+    for sample in range(_SAMPLES):
         sim.set_boat(boat, pose=pose, velocity=[0.0] * 6)
         forces = sim.forces(boat)
         found[sample, :2] = forces["diffraction"], forces["hydrostatics"]
         found[sample, 2] = _crest(sim, turn)
-        sim.step(duration=PERIOD / SAMPLES)
+        sim.step(duration=_PERIOD / _SAMPLES)
     return found
 
 
 def _crest(sim: Simulation, turn: float) -> float:
     """Height of the wave at the centre of mass, at the end of the step [m]."""
-    x, y = PLACE[0] + CENTER * math.cos(turn), PLACE[1] + CENTER * math.sin(turn)
+    x, y = _PLACE[0] + _CENTER * math.cos(turn), _PLACE[1] + _CENTER * math.sin(turn)
     return float(sim.sea.height(x, y, sim.time + sim.timestep))
 
 
-def headings() -> Findings:
+def _headings() -> Findings:
     """Forces in five headings."""
     rows: list[Row] = []
     charts = []
     for (heading, toward), theirs in _reference().items():
         samples = _forces(heading, toward)
-        swings = np.tensordot(PHASE, samples, 1)  # of e^(-i omega t)
+        swings = np.tensordot(_PHASE, samples, 1)  # of e^(-i omega t)
         ours = swings[:2] / swings[2, 0]
         course = f"heading {heading:g}, wave toward {toward:g} degrees"
         size = np.repeat([np.linalg.norm(theirs[0, :3]), np.linalg.norm(theirs[0, 3:])], 3)
         rows += [
             near(f"{motion}, {course}", "N/m" if i < 3 else "N m/m", abs(theirs[0, i]), abs(ours[0, i]), relative=0.02)
-            for i, motion in enumerate(MOTIONS)
+            for i, motion in enumerate(_MOTIONS)
             if abs(theirs[0, i]) > 0.1 * size[i]
         ]  # fmt: skip
         for kind, label in enumerate(("diffraction", "Froude-Krylov")):
@@ -85,16 +83,16 @@ def headings() -> Findings:
     return Findings(tuple(rows), tuple(charts))
 
 
-def _chart(samples: FloatArray, theirs: Amplitudes, course: str) -> Chart:
+def _chart(samples: FloatArray, theirs: _Amplitudes, course: str) -> Chart:
     """Diffraction over a period, from the passage of a crest on."""
     first = int(samples[:, 2, 0].argmax())
-    times = np.array(PERIOD / SAMPLES * np.arange(SAMPLES), np.float64)
-    turn = np.exp(-2j * math.pi / PERIOD * times)
+    times = np.array(_PERIOD / _SAMPLES * np.arange(_SAMPLES), np.float64)
+    turn = np.exp(-2j * math.pi / _PERIOD * times)
     series: list[Series] = []
     for i in range(3):
-        closed = np.array(AMPLITUDE * (theirs[i] * turn).real, np.float64)
+        closed = np.array(_AMPLITUDE * (theirs[i] * turn).real, np.float64)
         series.append(Series("" if series else "Capytaine", times, closed, reference=True))
-        series.append(Series(MOTIONS[i], times, np.roll(samples[:, 0, i], -first)))
+        series.append(Series(_MOTIONS[i], times, np.roll(samples[:, 0, i], -first)))
     return Chart(f"Diffraction of a wave of 1 cm, {course}", "time [s]", "force [N]", tuple(series))
 
 
@@ -108,6 +106,6 @@ CASES = (
         "above a tenth of the whole force or moment, and the difference of all three with their phases.",
         source=source("diffraction"),
         files=("physics/radiation.py", "physics/vessel.py", "physics/panels.py", "adapters/hydro.py"),
-        run=headings,
+        run=_headings,
     ),
 )

@@ -11,9 +11,7 @@ from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.validation.rows import Case, Findings, between, near
 from vrx_mj.validation.setups import GRAVITY, marine_simulation, packaged_simulation
 
-__all__ = ["CASES"]
-
-ADRIFT = (
+_ADRIFT = (
     ("skiff", "stern to it", 0.0), ("wamv", "stern to it", 0.0), ("wamv", "beam to it", 0.5 * math.pi),
     ("wamv", "bow into it", math.pi), ("otter", "stern to it", 0.0), ("heron", "stern to it", 0.0),
     ("heron", "bow into it", math.pi),
@@ -21,7 +19,7 @@ ADRIFT = (
 """Robots in a swell, and their headings [rad]; it travels along 0."""
 
 
-def sphere_orbit() -> Findings:
+def _sphere_orbit() -> Findings:
     """The orbit of a neutral sphere, and its drift."""
     sim, length, amplitude = packaged_simulation("orbit"), 10.0, 0.1
     k = 2.0 * math.pi / length
@@ -69,7 +67,7 @@ def _sailed(sim: Simulation, duration: float, samples: int) -> tuple[FloatArray,
     return np.array(times), np.array(places)
 
 
-def current_adrift() -> Findings:
+def _current_adrift() -> Findings:
     """Boats adrift in a current."""
     speed, found, series = 0.5, [], []
     for robot in ("skiff", "wamv"):
@@ -82,13 +80,13 @@ def current_adrift() -> Findings:
     return Findings(tuple(found), (Chart("Speed of the boats", "time [s]", "speed [m/s]", (still, *series)),))
 
 
-def swell_adrift() -> Findings:
+def _swell_adrift() -> Findings:
     """Boats adrift in a long swell."""
     amplitude, period = 2.48, 20.0
     omega = 2.0 * math.pi / period
     stokes = omega * omega**2 / GRAVITY * amplitude**2
     rows, series, times = [], [], np.zeros(1)
-    for robot, name, heading in ADRIFT:
+    for robot, name, heading in _ADRIFT:
         boats = [{"name": "a", "pose": [0.0, 0.0, 0.0, 0.0, 0.0, heading]}]
         fleet = {"robot": robot, "boats": boats, "sensors": "none"}
         sim = marine_simulation(fleet, sea={"model": "regular", "height": 2.0 * amplitude, "period": period})
@@ -102,7 +100,7 @@ def swell_adrift() -> Findings:
     return Findings(tuple(rows), (Chart("Way of the boats along the swell", "time [s]", "way [m]", (line, *series)),))
 
 
-def beam_wind() -> Findings:
+def _beam_wind() -> Findings:
     """A boat that the wind drives sideways."""
     wind = 10.0
     sim = packaged_simulation("beam_wind")
@@ -131,7 +129,7 @@ CASES = (
         "periods.",
         source="Linear theory: orbits of radius a e^(k z); Stokes (1847): drift omega k a^2 e^(2 k z).",
         files=("physics/afloat.py", "physics/flotation.py", "physics/kinematics.py", "runtime/loop.py"),
-        run=sphere_orbit,
+        run=_sphere_orbit,
     ),
     Case(
         name="current-adrift",
@@ -139,7 +137,7 @@ CASES = (
         setup="The robots skiff and wamv without commands in flat water with a current of 0.5 m/s, from rest.",
         source="All forces of the water are on the velocity through it: the boat ends with the current's.",
         files=("physics/current.py", "physics/drag.py", "runtime/loop.py"),
-        run=current_adrift,
+        run=_current_adrift,
     ),
     Case(
         name="swell-adrift",
@@ -151,7 +149,7 @@ CASES = (
         "omega k a^2 (Stokes, 1847), 0.019 m/s; the band is up to three times this. In VRX it drifts against the "
         "waves.",
         files=("physics/kinematics.py", "physics/hydrostatics.py", "physics/vessel.py", "physics/drag.py"),
-        run=swell_adrift,
+        run=_swell_adrift,
     ),
     Case(
         name="beam-wind",
@@ -162,6 +160,6 @@ CASES = (
         "the apparent wind drives, not the true one. The file's numbers are in both: the row shows that they act, not "
         "that a boat has them.",
         files=("physics/windage.py", "physics/wind.py", "physics/drag.py", "runtime/loop.py"),
-        run=beam_wind,
+        run=_beam_wind,
     ),
 )

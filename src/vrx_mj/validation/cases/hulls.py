@@ -11,18 +11,16 @@ from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.validation.rows import Case, Findings, Row, between, near
 from vrx_mj.validation.setups import GRAVITY, packaged_simulation
 
-__all__ = ["CASES"]
-
-LENGTH, BEAM, DRAFT, DENSITY, MASS = 4.0, 2.0, 0.5, 1025.0, 4100.0
-SURGE_ADDED, HEAVE_ADDED = 900.0, 3000.0
+_LENGTH, _BEAM, _DRAFT, _DENSITY, _MASS = 4.0, 2.0, 0.5, 1025.0, 4100.0
+_SURGE_ADDED, _HEAVE_ADDED = 900.0, 3000.0
 """Added mass in the barge's file [kg]."""
-STIFFNESS = DENSITY * GRAVITY * LENGTH * BEAM
+_STIFFNESS = _DENSITY * GRAVITY * _LENGTH * _BEAM
 """C33 [N/m]."""
-PERIOD = 2.0 * math.pi * math.sqrt((MASS + HEAVE_ADDED) / STIFFNESS)
+_PERIOD = 2.0 * math.pi * math.sqrt((_MASS + _HEAVE_ADDED) / _STIFFNESS)
 """Of heave [s]."""
-DROP = 0.05
+_DROP = 0.05
 """Height from which it is let go [m]."""
-WORLD = "assets/validation/worlds/barge.yaml"
+_WORLD = "assets/validation/worlds/barge.yaml"
 
 
 def _water(sim: Simulation, pose: FloatArray) -> FloatArray:
@@ -32,33 +30,33 @@ def _water(sim: Simulation, pose: FloatArray) -> FloatArray:
     return sim.forces(boat)["hydrostatics"]
 
 
-def afloat() -> Findings:
+def _afloat() -> Findings:
     """Stiffness of the barge in a run."""
     sim, step, rows = packaged_simulation("barge"), 1e-3, []
-    volume, lever = LENGTH * BEAM * DRAFT, 0.5 * DRAFT - 0.5
-    weight = DENSITY * GRAVITY
+    volume, lever = _LENGTH * _BEAM * _DRAFT, 0.5 * _DRAFT - 0.5
+    weight = _DENSITY * GRAVITY
     closed = (
-        ("C33, heave", "N/m", 2, STIFFNESS),
-        ("C44, roll", "N m/rad", 3, weight * (LENGTH * BEAM**3 / 12.0 + volume * lever)),
-        ("C55, pitch", "N m/rad", 4, weight * (BEAM * LENGTH**3 / 12.0 + volume * lever)),
+        ("C33, heave", "N/m", 2, _STIFFNESS),
+        ("C44, roll", "N m/rad", 3, weight * (_LENGTH * _BEAM**3 / 12.0 + volume * lever)),
+        ("C55, pitch", "N m/rad", 4, weight * (_BEAM * _LENGTH**3 / 12.0 + volume * lever)),
     )
     for name, unit, axis, reference in closed:
         aside = step * np.eye(6)[axis]
         slope = (_water(sim, -aside)[axis] - _water(sim, aside)[axis]) / (2.0 * step)
         rows.append(near(name, unit, reference, float(slope), relative=1e-3))
-    rows.append(near("force at rest", "N", MASS * GRAVITY, float(_water(sim, np.zeros(6))[2]), relative=1e-3))
+    rows.append(near("force at rest", "N", _MASS * GRAVITY, float(_water(sim, np.zeros(6))[2]), relative=1e-3))
     return Findings(tuple(rows))
 
 
-def froude_krylov() -> Findings:
+def _froude_krylov() -> Findings:
     """Forces of a wave on the fixed barge."""
     k, height = (2.0 * math.pi / 3.0) ** 2 / GRAVITY, 0.02
     rows: list[Row] = []
     charts = []
-    for name, direction, along, across in (("head", (1.0, 0.0), LENGTH, BEAM), ("beam", (0.0, 1.0), BEAM, LENGTH)):
+    for name, direction, along, across in (("head", (1.0, 0.0), _LENGTH, _BEAM), ("beam", (0.0, 1.0), _BEAM, _LENGTH)):
         share = math.sin(0.5 * k * along) / (0.5 * k * along)
-        heave = STIFFNESS * math.exp(-k * DRAFT) * share
-        push = 2.0 * DENSITY * GRAVITY * across * math.sin(0.5 * k * along) * (1.0 - math.exp(-k * DRAFT)) / k
+        heave = _STIFFNESS * math.exp(-k * _DRAFT) * share
+        push = 2.0 * _DENSITY * GRAVITY * across * math.sin(0.5 * k * along) * (1.0 - math.exp(-k * _DRAFT)) / k
         ours, chart = _wave_force(name, direction, height, (heave, push))
         rows += [
             near(f"heave, {name} wave", "N/m", heave, ours[2], relative=5e-3),
@@ -93,37 +91,37 @@ def _wave_force(
         (
             Series("closed forms", times, up * np.cos(phase), reference=True),
             Series("", times, -along * np.sin(phase), reference=True),
-            Series("heave less weight", times, forces[:, 2] - MASS * GRAVITY),
+            Series("heave less weight", times, forces[:, 2] - _MASS * GRAVITY),
             Series("surge" if direction[0] else "sway", times, forces[:, 0 if direction[0] else 1]),
         ),
     )
     return [float(value) for value in amplitude], chart
 
 
-def heave() -> Findings:
+def _heave() -> Findings:
     """Free heave without damping: its period and its energy."""
     sim = packaged_simulation("barge")
     (boat,) = sim.boats
-    sim.set_boat(boat, pose=(0.0, 0.0, DROP, 0.0, 0.0, 0.0))
-    heights, speeds = [DROP], [0.0]
-    for _ in range(round(20.0 * PERIOD / sim.timestep)):
+    sim.set_boat(boat, pose=(0.0, 0.0, _DROP, 0.0, 0.0, 0.0))
+    heights, speeds = [_DROP], [0.0]
+    for _ in range(round(20.0 * _PERIOD / sim.timestep)):
         sim.advance(1)
         seen = sim.observe()[boat]
         heights.append(float(seen.position[2]))
         speeds.append(float(seen.velocity[2]))
     z, w = np.array(heights), np.array(speeds)
     times = np.arange(len(z), dtype=np.float64) * sim.timestep
-    energy = 0.5 * (MASS + HEAVE_ADDED) * w**2 + 0.5 * STIFFNESS * z**2
-    whole = round(PERIOD / sim.timestep)
+    energy = 0.5 * (_MASS + _HEAVE_ADDED) * w**2 + 0.5 * _STIFFNESS * z**2
+    whole = round(_PERIOD / sim.timestep)
     up = np.flatnonzero((z[:-1] < 0.0) & (z[1:] >= 0.0))
     crossings = sim.timestep * (up - z[up] / (z[up + 1] - z[up]))
     rows = (
-        near("period", "s", PERIOD, float(np.diff(crossings).mean()), relative=2e-3),
+        near("period", "s", _PERIOD, float(np.diff(crossings).mean()), relative=2e-3),
         near("energy, mean of the 20th period over that of the first", "", 1.0,
              float(energy[-whole:].mean() / energy[:whole].mean()), relative=1e-4),
     )  # fmt: skip
-    closed = DROP * np.cos(2.0 * math.pi / PERIOD * times)
-    first = times < 5.0 * PERIOD
+    closed = _DROP * np.cos(2.0 * math.pi / _PERIOD * times)
+    first = times < 5.0 * _PERIOD
     chart = Chart(
         "Height of the barge",
         "time [s]",
@@ -133,17 +131,17 @@ def heave() -> Findings:
     return Findings(rows, (chart,))
 
 
-def step_halved() -> Findings:
+def _step_halved() -> Findings:
     """The order of the scheme in time."""
     until, steps, errors = 2.0, (0.02, 0.01, 0.005, 0.0025), []
     for step in steps:
         physics = {"profile": "marine", "gravity": GRAVITY, "timestep": step}
         sim = packaged_simulation("barge", physics=physics)
         (boat,) = sim.boats
-        sim.set_boat(boat, pose=(0.0, 0.0, DROP, 0.0, 0.0, 0.0))
+        sim.set_boat(boat, pose=(0.0, 0.0, _DROP, 0.0, 0.0, 0.0))
         sim.step(duration=until)
         height = float(sim.observe()[boat].position[2])
-        errors.append(abs(height - DROP * math.cos(2.0 * math.pi / PERIOD * until)))
+        errors.append(abs(height - _DROP * math.cos(2.0 * math.pi / _PERIOD * until)))
     rows = tuple(
         between(f"order from {coarse:g} to {fine:g} s", "", 0.95, 1.1, math.log2(errors[i] / errors[i + 1]))
         for i, (coarse, fine) in enumerate(itertools.pairwise(steps))
@@ -155,7 +153,7 @@ def step_halved() -> Findings:
     return Findings(rows, (Chart("Error of the height after 2 s", "log10 of the step [s]", "log10 of it [m]", lines),))
 
 
-def impact() -> Findings:
+def _impact() -> Findings:
     """A blow against a quay: the impulse with the mass of the water that goes along."""
     quay = {"name": "quay", "pose": [4, 0, 0, 0, 0, 0], "layout": "XXX\nXXX\nXXX\n"}
     rows: list[Row] = []
@@ -170,7 +168,7 @@ def impact() -> Findings:
             sim.advance(1)
             speeds.append(float(sim.observe()[boat].velocity[0]))
         impulse, back = sim.timestep * sum(forces), -speeds[-1]
-        reference = (MASS + SURGE_ADDED) * (speed + back)
+        reference = (_MASS + _SURGE_ADDED) * (speed + back)
         rows.append(near(f"impulse at {speed:g} m/s, e {back / speed:.3f}", "N s", reference, impulse, relative=0.02))
         (first, *_) = np.flatnonzero(forces)
         seen = slice(max(int(first) - 10, 0), int(first) + 60)
@@ -181,7 +179,7 @@ def impact() -> Findings:
     return Findings(tuple(rows), (Chart("Impulse of the quay so far", "time [s]", "impulse [N s]", tuple(series)),))
 
 
-def float_contact() -> Findings:
+def _float_contact() -> Findings:
     """A blow against a buoy, by the length of the step."""
     buoy = {"name": "buoy", "model": "mb_marker_buoy_red", "pose": [3.6, 0, 0, 0, 0, 0], "mooring": None}
     steps, impulses, series = (0.0005, 0.02, 0.01, 0.005), [], []
@@ -206,65 +204,65 @@ def float_contact() -> Findings:
     return Findings(rows, (Chart("Impulse on the barge so far", "time [s]", "impulse [N s]", tuple(series)),))
 
 
-HULL = ("physics/panels.py", "physics/vessel.py", "runtime/loop.py")
+_HULL = ("physics/panels.py", "physics/vessel.py", "runtime/loop.py")
 CASES = (
     Case(
         name="barge-afloat",
         title="A barge in a run",
-        setup=f"{WORLD}: a box of 4 x 2 x 1 m, 4100 kg, KG 0.5 m, in still water. Stiffness is the central "
+        setup=f"{_WORLD}: a box of 4 x 2 x 1 m, 4100 kg, KG 0.5 m, in still water. Stiffness is the central "
         "difference of the forces that the simulation reports in poses 1 mm or 1 mrad aside.",
         source="C33 = rho g A, C44 = rho g (I_T + V (KB - KG)), C55 = rho g (I_L + V (KB - KG)); weight is rho g V.",
-        files=HULL,
-        run=afloat,
+        files=_HULL,
+        run=_afloat,
     ),
     Case(
         name="froude-krylov",
         title="Wave forces on a fixed barge",
-        setup=f"{WORLD} with a regular wave of 3 s and an amplitude of 1 cm from ahead and from the side; the barge "
+        setup=f"{_WORLD} with a regular wave of 3 s and an amplitude of 1 cm from ahead and from the side; the barge "
         "is put back before each of 60 samples over a period. Forces are first harmonics per metre of wave "
         "amplitude.",
         source="Airy's pressure rho g a e^(k z) cos(k x - omega t) integrated over the box, per metre: heave rho g "
         "A e^(-k d) sin(k l / 2) / (k l / 2), the ends 2 rho g b sin(k l / 2) (1 - e^(-k d)) / k.",
         files=("physics/panels.py", "physics/wave_box.py", "physics/vessel.py"),
-        run=froude_krylov,
+        run=_froude_krylov,
     ),
     Case(
         name="heave-undamped",
         title="Free heave without damping",
-        setup=f"{WORLD}, let go 5 cm too high, for 20 periods. Nothing damps it, so the energy of motion, added mass "
+        setup=f"{_WORLD}, let go 5 cm too high, for 20 periods. Nothing damps it, so the energy of motion, added mass "
         "included, and of stiffness must stay; compared are its means over whole periods.",
         source="2 pi sqrt((m + A33) / C33), and conservation of energy.",
-        files=("physics/added_mass.py", *HULL),
-        run=heave,
+        files=("physics/added_mass.py", *_HULL),
+        run=_heave,
     ),
     Case(
         name="step-halved",
         title="Order of the scheme in time",
-        setup=f"{WORLD}, let go 5 cm too high, with steps of 20, 10, 5 and 2.5 ms; the error of the height after 2 s.",
+        setup=f"{_WORLD}, let go 5 cm too high, with steps of 20, 10, 5 and 2.5 ms; the error of the height after 2 s.",
         source="The closed form of free heave. The scheme is MuJoCo's semi-implicit Euler, which is of first order: "
         "half the step, half the error.",
         files=("runtime/loop.py",),
-        run=step_halved,
+        run=_step_halved,
     ),
     Case(
         name="added-mass-impact",
         title="A blow with added mass",
-        setup=f"{WORLD}, which runs into a fixed quay at 0.2 and 0.5 m/s without drag. The impulse is the sum of the "
+        setup=f"{_WORLD}, which runs into a fixed quay at 0.2 and 0.5 m/s without drag. The impulse is the sum of the "
         "contact force over the steps; e is the ratio of the speeds after and before.",
         source="The momentum that changes is the boat's and the water's that goes along: (m + A11) (1 + e) v. Added "
         "mass that is only a force would leave it out of the blow.",
         files=("physics/added_mass.py", "runtime/loop.py"),
-        run=impact,
+        run=_impact,
     ),
     Case(
         name="float-contact",
         title="A blow against a buoy, by the length of the step",
-        setup=f"{WORLD}, without damping, which runs at 1 m/s into a marker buoy without mooring. The impulse is the "
+        setup=f"{_WORLD}, without damping, which runs at 1 m/s into a marker buoy without mooring. The impulse is the "
         "sum of the contact force over 4 s, at steps of 20, 10 and 5 ms.",
         source="The same run at a step of 0.5 ms. Drag of what floats is part of its inertia, so that a long step "
         "does not give a light buoy more or less of a blow.",
         files=("physics/flotation.py", "physics/afloat.py", "runtime/loop.py"),
-        run=float_contact,
+        run=_float_contact,
         quick=False,
     ),
 )

@@ -12,23 +12,21 @@ from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.validation.rows import Case, Findings, near
 from vrx_mj.validation.setups import GRAVITY, packaged_simulation
 
-__all__ = ["CASES"]
-
-THRUST = 0.02216 / 2.0
+_THRUST = 0.02216 / 2.0
 """k of the thrust k n^2 of a propeller [N s2/rad2]."""
-HULL_MASS, PAYLOAD = 55.0, 25.0
-ASIDE = 0.395
+_HULL_MASS, _PAYLOAD = 55.0, 25.0
+_ASIDE = 0.395
 """Of a propeller and a hull from the middle [m]."""
-CROSS_FLOW = 1.004184471
+_CROSS_FLOW = 1.004184471
 """Hoerner's coefficient for a hull 0.25 m wide with this draft."""
-FULL_THRUST = 119.682
+_FULL_THRUST = 119.682
 """Thrust of a propeller at full command [N], in assets/robots/otter/robot.yaml."""
-TANK = "otter_tank"
-SURGE_DAMPING = 24.4 * GRAVITY / (6.0 * 0.5144)
+_TANK = "otter_tank"
+_SURGE_DAMPING = 24.4 * GRAVITY / (6.0 * 0.5144)
 """|X_u| [N s/m]: 24.4 kg of bollard pull at 6 knots."""
-SETTLING = 1.0
+_SETTLING = 1.0
 """Time constants of sway and yaw [s]."""
-PERIODS = {"heave": 0.680, "roll": 0.975, "pitch": 1.149}
+_PERIODS = {"heave": 0.680, "roll": 0.975, "pitch": 1.149}
 """Damped periods [s] of his M, D and G, the shortest first; the matrices below have 0.6798, 0.9750 and 1.1486."""
 
 
@@ -63,20 +61,20 @@ class Published(NamedTuple):
     """Draft of a hull [m]."""
 
 
-def published() -> Published:
+def _published() -> Published:
     """The matrices, by their formulas."""
-    density, length, beam, pontoon, aside, fullness, block = 1025.0, 2.0, 1.08, 0.25, ASIDE, 0.75, 0.4
-    mass = HULL_MASS + PAYLOAD
+    density, length, beam, pontoon, aside, fullness, block = 1025.0, 2.0, 1.08, 0.25, _ASIDE, 0.75, 0.4
+    mass = _HULL_MASS + _PAYLOAD
     payload = np.array([0.05, 0.0, -0.35])
-    center = (HULL_MASS * np.array([0.2, 0.0, -0.2]) + PAYLOAD * payload) / mass
+    center = (_HULL_MASS * np.array([0.2, 0.0, -0.2]) + _PAYLOAD * payload) / mass
     radii = np.diag([(0.4 * beam) ** 2, (0.25 * length) ** 2, (0.25 * length) ** 2])
     shift, extra = _cross(center), _cross(payload)
-    inertia = HULL_MASS * radii - HULL_MASS * shift @ shift - PAYLOAD * extra @ extra
+    inertia = _HULL_MASS * radii - _HULL_MASS * shift @ shift - _PAYLOAD * extra @ extra
     rigid = np.zeros((6, 6))
     rigid[:3, :3], rigid[3:, 3:] = mass * np.eye(3), inertia
     about = _moved(center)
     rigid = about.T @ rigid @ about
-    added = np.diag([0.1 * HULL_MASS, 1.5 * HULL_MASS, HULL_MASS, *(np.array([0.2, 0.8, 1.7]) * np.diag(inertia))])
+    added = np.diag([0.1 * _HULL_MASS, 1.5 * _HULL_MASS, _HULL_MASS, *(np.array([0.2, 0.8, 1.7]) * np.diag(inertia))])
     whole = rigid + added
     volume, plane = mass / density, fullness * length * pontoon
     draft = volume / (2.0 * block * pontoon * length)
@@ -89,8 +87,8 @@ def published() -> Published:
     stiff = np.diag([0.0, 0.0, *restoring, 0.0])
     flotation = _moved(np.array([-0.2, 0.0, 0.0]))
     relative = [2.0 * ratio * math.sqrt(stiff[i, i] * whole[i, i]) for ratio, i in ((0.3, 2), (0.2, 3), (0.4, 4))]
-    sway, yaw = whole[1, 1] / SETTLING, whole[5, 5] / SETTLING
-    damping = np.diag([SURGE_DAMPING, sway, *relative, yaw])
+    sway, yaw = whole[1, 1] / _SETTLING, whole[5, 5] / _SETTLING
+    damping = np.diag([_SURGE_DAMPING, sway, *relative, yaw])
     return Published(rigid, added, damping, flotation.T @ stiff @ flotation, center, inertia, draft)
 
 
@@ -112,29 +110,29 @@ def _accelerations(sim: Simulation, pose: FloatArray, velocity: FloatArray) -> F
 
 def periods() -> Findings:
     """Free motions about rest, linearised."""
-    sim, step, still = packaged_simulation(TANK), 1e-4, np.zeros(6)
+    sim, step, still = packaged_simulation(_TANK), 1e-4, np.zeros(6)
     by_pose, by_velocity = np.zeros((6, 6)), np.zeros((6, 6))
     for axis in range(6):
         aside = step * np.eye(6)[axis]
         by_pose[:, axis] = (_accelerations(sim, aside, still) - _accelerations(sim, -aside, still)) / (2.0 * step)
         by_velocity[:, axis] = (_accelerations(sim, still, aside) - _accelerations(sim, still, -aside)) / (2.0 * step)
     ours = _periods(by_pose, by_velocity)
-    ours += [math.nan] * (len(PERIODS) - len(ours))
+    ours += [math.nan] * (len(_PERIODS) - len(ours))
     rows = [
         near(f"damped period of {motion}", "s", reference, value, relative=0.01)
-        for (motion, reference), value in zip(PERIODS.items(), ours, strict=False)
+        for (motion, reference), value in zip(_PERIODS.items(), ours, strict=False)
     ]
     return Findings(tuple(rows))
 
 
 def _command(rate: float) -> float:
     """The command of the shipped robot that has the thrust k n^2 of a propeller at a rate n [rad/s]."""
-    return THRUST * rate**2 / FULL_THRUST
+    return _THRUST * rate**2 / _FULL_THRUST
 
 
-def surge() -> Findings:
+def _surge() -> Findings:
     """Speeds at three rates of the propellers."""
-    sim, rows = packaged_simulation(TANK), []
+    sim, rows = packaged_simulation(_TANK), []
     series: list[Series] = []
     (boat,) = sim.boats
     for rate in (60.0, 80.0, 100.0):
@@ -144,7 +142,7 @@ def surge() -> Findings:
             sim.step({boat: {"left": _command(rate), "right": _command(rate)}}, duration=0.2)
             times.append(sim.time)
             speeds.append(float(sim.observe()[boat].velocity[0]))
-        reference = 2.0 * THRUST * rate**2 / SURGE_DAMPING
+        reference = 2.0 * _THRUST * rate**2 / _SURGE_DAMPING
         rows.append(near(f"speed at {rate:g} rad/s", "m/s", reference, speeds[-1], relative=0.01))
         label = "closed form" if not series else ""
         series.append(Series(label, [0.0, times[-1]], [reference] * 2, reference=True))
@@ -156,11 +154,11 @@ def _acceleration(otter: Published, pose: FloatArray, velocity: FloatArray, push
     """Accelerations (6,) of his equations: all coefficients, but for the payload's weight as an external force."""
     momentum = otter.added @ velocity
     coupling = np.block([[np.zeros((3, 3)), -_cross(momentum[:3])], [-_cross(momentum[:3]), -_cross(momentum[3:])]])
-    spin, about, mass = velocity[3:], _moved(otter.center), HULL_MASS + PAYLOAD
+    spin, about, mass = velocity[3:], _moved(otter.center), _HULL_MASS + _PAYLOAD
     rigid = np.block([[mass * _cross(spin), np.zeros((3, 3))], [np.zeros((3, 3)), -_cross(otter.inertia @ spin)]])
     places = np.linspace(-1.0, 1.0, 21)
     across = velocity[1] + places * velocity[5]
-    drag = -0.5 * 1026.0 * otter.draft * CROSS_FLOW * 0.1 * np.abs(across) * across
+    drag = -0.5 * 1026.0 * otter.draft * _CROSS_FLOW * 0.1 * np.abs(across) * across
     load = push - otter.damping @ velocity - (about.T @ rigid @ about + coupling) @ velocity - otter.stiffness @ pose
     load[1] += drag.sum()
     load[5] += (places * drag).sum() - 10.0 * otter.damping[5, 5] * abs(velocity[5]) * velocity[5]
@@ -194,12 +192,12 @@ def _runge_kutta(otter: Published, push: FloatArray, steps: int, dt: float) -> F
     return np.array(found)
 
 
-def turn() -> Findings:
+def _turn() -> Findings:
     """A turn to starboard, by our run and by Runge and Kutta's method on his equations."""
-    left, right = THRUST * 100.0**2, THRUST * 80.0**2
-    push = np.array([left + right, 0.0, 0.0, 0.0, 0.0, ASIDE * (left - right)])
-    theirs = _runge_kutta(published(), push, 3000, 0.02)
-    sim, path = packaged_simulation(TANK), [(0.0, 0.0)]
+    left, right = _THRUST * 100.0**2, _THRUST * 80.0**2
+    push = np.array([left + right, 0.0, 0.0, 0.0, 0.0, _ASIDE * (left - right)])
+    theirs = _runge_kutta(_published(), push, 3000, 0.02)
+    sim, path = packaged_simulation(_TANK), [(0.0, 0.0)]
     (boat,) = sim.boats
     for _ in range(300):
         sim.step({boat: {"left": _command(100.0), "right": _command(80.0)}}, duration=0.2)
@@ -222,43 +220,43 @@ def turn() -> Findings:
     return Findings(rows, (Chart("Turn of the Otter", "way to starboard [m]", "way ahead [m]", lines),))
 
 
-ROBOT = "Robot otter in assets/validation/worlds/otter_tank.yaml"
-SOURCE = (
+_ROBOT = "Robot otter in assets/validation/worlds/otter_tank.yaml"
+_SOURCE = (
     "Fossen (2021), Handbook of Marine Craft Hydrodynamics and Motion Control, and his otter.py of the Python Vehicle "
     "Simulator (commit 61a8f41): mass, added mass, damping and stiffness by its formulas, worked out a second time."
 )
-FILES = ("mjcf/hulls.py", "physics/added_mass.py", "physics/vessel.py", "runtime/loop.py")
+_FILES = ("mjcf/hulls.py", "physics/added_mass.py", "physics/vessel.py", "runtime/loop.py")
 CASES = (
     Case(
         name="otter-periods",
         title="Free motions of the Otter",
-        setup=f"{ROBOT}, a hull of matrices (hydrostatics: matrix) at rest. Accelerations in one step from poses "
+        setup=f"{_ROBOT}, a hull of matrices (hydrostatics: matrix) at rest. Accelerations in one step from poses "
         "0.1 mm or mrad aside and from velocities of 0.1 mm/s or mrad/s make the linear system; its damped periods are "
         "those of its eigenvalues: of heave and pitch coupled with surge, and of roll coupled with sway and yaw.",
-        source=f"{SOURCE} Eigenvalues of M, D and G about rest without trim, with the payload 0.05 m ahead of midships "
-        "and a time constant of 1 s in sway. Earlier versions of it have the payload amidships and no damping in "
-        "sway: 0.681, 0.975 and 1.136 s.",
-        files=FILES,
+        source=f"{_SOURCE} Eigenvalues of M, D and G about rest without trim, with the payload 0.05 m ahead of "
+        "midships and a time constant of 1 s in sway. Earlier versions of it have the payload amidships and no damping "
+        "in sway: 0.681, 0.975 and 1.136 s.",
+        files=_FILES,
         run=periods,
     ),
     Case(
         name="otter-surge",
         title="Speeds of the Otter",
-        setup=f"{ROBOT} with both propellers at 60, 80 and 100 rad/s, 20 s from rest. The weight of the payload as "
+        setup=f"{_ROBOT} with both propellers at 60, 80 and 100 rad/s, 20 s from rest. The weight of the payload as "
         "an external force, with which the file trims the boat and pushes it ahead (1.118 m/s instead of 1.029), is "
         "left out: mass and stiffness have it already.",
-        source=f"{SOURCE} 2 k n^2 = |X_u| u.",
-        files=FILES,
-        run=surge,
+        source=f"{_SOURCE} 2 k n^2 = |X_u| u.",
+        files=_FILES,
+        run=_surge,
     ),
     Case(
         name="otter-turn",
         title="Turn of the Otter",
-        setup=f"{ROBOT} from rest with its left propeller at 100 rad/s and its right one at 80, 60 s, without that "
+        setup=f"{_ROBOT} from rest with its left propeller at 100 rad/s and its right one at 80, 60 s, without that "
         "external force and without the lag of propellers.",
-        source=f"{SOURCE} His equations of six degrees of freedom with cross-flow drag, by Runge and Kutta's method of "
-        "order 4, steps of 0.02 s.",
-        files=("physics/crossflow.py", *FILES),
-        run=turn,
+        source=f"{_SOURCE} His equations of six degrees of freedom with cross-flow drag, by Runge and Kutta's method "
+        "of order 4, steps of 0.02 s.",
+        files=("physics/crossflow.py", *_FILES),
+        run=_turn,
     ),
 )

@@ -12,26 +12,24 @@ from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.validation.rows import Case, Findings, at_most
 from vrx_mj.validation.setups import marine_simulation
 
-__all__ = ["CASES"]
-
-SEAS: Mapping[str, Mapping[str, Any]] = {
+_SEAS: Mapping[str, Mapping[str, Any]] = {
     "swell": {"model": "regular", "height": 4.96, "period": 20.0},
     "sea": {"model": "jonswap", "significant_height": 1.0, "peak_period": 8.0, "spreading": 8, "components": 60},
 }
 """Of 2.48 m in amplitude, on which the boats are lifted, and one whose waves are 100 m long, in which they are held."""
-BOATS = (("wamv", -0.151, 0.6), ("heron", 0.0, 2.0), ("barge_4m", 0.0, -0.4))
+_BOATS = (("wamv", -0.151, 0.6), ("heron", 0.0, 2.0), ("barge_4m", 0.0, -0.4))
 """Robots, where they float [m], and their headings [rad]; the waves travel along 0."""
-SAMPLES, STEP = 40, 0.5
+_SAMPLES, _STEP = 40, 0.5
 """How often the forces are compared, and how far apart [s]."""
-DIVIDED = 1
+_DIVIDED = 1
 """Times that each triangle of a mesh is divided in four."""
 
 
-def wave_pressure() -> Findings:
+def _wave_pressure() -> Findings:
     """Forces and torques of the pressure on boats in waves."""
     rows, charts = [], []
-    for name, sea in SEAS.items():
-        for robot, rest, heading in BOATS:
+    for name, sea in _SEAS.items():
+        for robot, rest, heading in _BOATS:
             fleet = {"robot": robot, "boats": [{"name": "a", "pose": [0, 0, 0, 0, 0, heading]}], "sensors": "none"}
             sim = marine_simulation(fleet, sea=sea, seed=5)
             times, ours, exact = _compared(sim, rest, heading, lifted=name == "swell")
@@ -61,9 +59,9 @@ def _compared(
     (boat,) = sim.boats
     (hull,) = sim.world.parameters.hulls
     assert hull.vessel is not None, "no hull of its own"
-    mesh = _divided(np.array(hull.vessel.vertices)[np.array(hull.vessel.triangles)], DIVIDED)
+    mesh = _divided(np.array(hull.vessel.vertices)[np.array(hull.vessel.triangles)], _DIVIDED)
     times, ours, exact = [], [], []
-    for _ in range(SAMPLES):
+    for _ in range(_SAMPLES):
         then = sim.time + sim.timestep  # a force is that of the time at which its step ends
         height = float(sim.sea.height(0.0, 0.0, then)) if lifted else 0.0
         sim.set_boat(boat, pose=(0.0, 0.0, rest + height, 0.0, 0.0, heading))
@@ -71,7 +69,7 @@ def _compared(
         times.append(then)
         ours.append(sim.forces(boat)["hydrostatics"])
         exact.append(_integral(sim, mesh @ turn.T + origin, origin + turn @ np.array(hull.body_com), then))
-        sim.step(duration=STEP)
+        sim.step(duration=_STEP)
     return np.array(times), np.array(ours), np.array(exact)
 
 
@@ -120,6 +118,6 @@ CASES = (
         source="The pressure of all waves at every point, integrated over the wet part of the mesh, each of whose "
         "triangles is divided in four (NumPy); in the run the waves are added up at the nodes of a box.",
         files=("physics/wave_box.py", "physics/panels.py", "physics/panel_mesh.py", "physics/kinematics.py"),
-        run=wave_pressure,
+        run=_wave_pressure,
     ),
 )

@@ -12,20 +12,18 @@ from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.validation.rows import Case, Findings, Row, near
 from vrx_mj.validation.setups import packaged_simulation
 
-__all__ = ["CASES"]
-
-TANK = "propeller_tank"
-FULL, DIAMETER, VANISHING, LAG, POWER = 80.0, 0.2, 4.0, 0.5, 900.0
+_TANK = "propeller_tank"
+_FULL, _DIAMETER, _VANISHING, _LAG, _POWER = 80.0, 0.2, 4.0, 0.5, 900.0
 """Thrust of full command [N], diameter [m], speed without thrust [m/s], time constant [s] and power [W]."""
-DRAG = 12.0, 18.0
+_DRAG = 12.0, 18.0
 """Linear and quadratic drag ahead of the boat [N s/m, N s2/m2]."""
-DEPTH = 0.3
+_DEPTH = 0.3
 """Of the propeller under the boat's origin [m]."""
-COMMANDS = {1.0: 80.0, 0.5: 20.0}
+_COMMANDS = {1.0: 80.0, 0.5: 20.0}
 """Thrust at rest by command [N]: numbers of the boat's file."""
-RATE = 25.0
+_RATE = 25.0
 """Rate of the shaft at full thrust [1/s]; the thrust does not depend on which it is."""
-DENSITY = 1025.0
+_DENSITY = 1025.0
 
 
 def _held(sim: Simulation, command: float, *, height: float = 0.0, speed: float = 0.0) -> float:
@@ -38,46 +36,46 @@ def _held(sim: Simulation, command: float, *, height: float = 0.0, speed: float 
 
 def _settled(command: float, **keys: Any) -> Simulation:
     """A run whose propeller has got to the thrust of a command: within 2e-6."""
-    sim = packaged_simulation(TANK, **keys)
+    sim = packaged_simulation(_TANK, **keys)
     for _ in range(26):
-        sim.step({sim.boats[0]: {"propeller": command}}, duration=0.5 * LAG)
+        sim.step({sim.boats[0]: {"propeller": command}}, duration=0.5 * _LAG)
     return sim
 
 
-def lag() -> Findings:
+def _lag() -> Findings:
     """Thrust and energy after a step of the command."""
-    sim, until = packaged_simulation(TANK), 4.0 * LAG
+    sim, until = packaged_simulation(_TANK), 4.0 * _LAG
     (boat,) = sim.boats
     times, thrusts = [], []
     for _ in range(round(until / sim.timestep)):
         thrusts.append(_held(sim, 1.0))
         times.append(sim.time)
     rows = [
-        near(f"thrust after {share:g} time constants", "N", FULL * -math.expm1(-share),
-             thrusts[round(share * LAG / sim.timestep) - 1], relative=1e-3)
+        near(f"thrust after {share:g} time constants", "N", _FULL * -math.expm1(-share),
+             thrusts[round(share * _LAG / sim.timestep) - 1], relative=1e-3)
         for share in (0.5, 1.0, 2.0, 4.0)
     ]  # fmt: skip
-    energy = POWER * quad(lambda t: (-math.expm1(-t / LAG)) ** 1.5, 0.0, until)[0]
+    energy = _POWER * quad(lambda t: (-math.expm1(-t / _LAG)) ** 1.5, 0.0, until)[0]
     rows.append(near("energy after 4 time constants", "J", energy, sim.energy(boat), relative=5e-3))
-    closed = [-FULL * math.expm1(-time / LAG) for time in times]
+    closed = [-_FULL * math.expm1(-time / _LAG) for time in times]
     lines = Series("closed form", times, closed, reference=True), Series("ours", times, thrusts)
     return Findings(tuple(rows), (Chart("Thrust at rest after full command", "time [s]", "thrust [N]", lines),))
 
 
 def _open_water(thrust: float, speed: float) -> float:
     """Thrust [N] of rho D^4 n^2 (a - b J) at a speed [m/s], at the rate that gives a thrust [N] at rest."""
-    a = FULL / (DENSITY * DIAMETER**4 * RATE**2)
-    b = a * RATE * DIAMETER / VANISHING
-    rate = RATE * math.sqrt(thrust / FULL)
-    return DENSITY * DIAMETER**4 * rate**2 * (a - b * speed / (rate * DIAMETER))
+    a = _FULL / (_DENSITY * _DIAMETER**4 * _RATE**2)
+    b = a * _RATE * _DIAMETER / _VANISHING
+    rate = _RATE * math.sqrt(thrust / _FULL)
+    return _DENSITY * _DIAMETER**4 * rate**2 * (a - b * speed / (rate * _DIAMETER))
 
 
-def speed() -> Findings:
+def _speed() -> Findings:
     """Thrust in a stream from ahead, and the speed that the boat gets to."""
     rows: list[Row] = []
     series: list[Series] = []
     speeds = (0.0, 0.5, 1.0, 1.5)
-    for command, thrust in COMMANDS.items():
+    for command, thrust in _COMMANDS.items():
         still, stream = _settled(command), _settled(command, current={"speed": 1.0, "direction": 180.0})
         pulls = [_held(still, command, speed=each) for each in speeds]
         rows += [
@@ -89,8 +87,8 @@ def speed() -> Findings:
         label = "open-water line" if not series else ""
         series.append(Series(label, speeds, [_open_water(thrust, each) for each in speeds], reference=True))
         series.append(Series(f"{thrust:g} N at rest", speeds, pulls, kind="points"))
-    for command, thrust in COMMANDS.items():
-        root = brentq(lambda u, t=thrust: _open_water(t, u) - DRAG[0] * u - DRAG[1] * u * u, 0.0, VANISHING)
+    for command, thrust in _COMMANDS.items():
+        root = brentq(lambda u, t=thrust: _open_water(t, u) - _DRAG[0] * u - _DRAG[1] * u * u, 0.0, _VANISHING)
         name = f"speed of the boat, {thrust:g} N at rest"
         rows.append(near(name, "m/s", float(root), _top_speed(command), relative=2e-3))
     chart = Chart("Thrust of the propeller", "speed through the water [m/s]", "thrust [N]", tuple(series))
@@ -99,7 +97,7 @@ def speed() -> Findings:
 
 def _top_speed(command: float) -> float:
     """The speed [m/s] of the boat after 30 s from rest."""
-    sim = packaged_simulation(TANK)
+    sim = packaged_simulation(_TANK)
     (boat,) = sim.boats
     for _ in range(60):
         sim.step({boat: {"propeller": command}}, duration=0.5)
@@ -112,10 +110,10 @@ def _wet_share(depth: float) -> float:
     return float(chords) / math.pi
 
 
-def ventilation() -> Findings:
+def _ventilation() -> Findings:
     """Thrust of a disc that comes out of the water."""
     sim, depths = _settled(1.0), np.linspace(-1.25, 1.25, 11)
-    shares = [_held(sim, 1.0, height=DEPTH - 0.5 * DIAMETER * depth) / FULL for depth in depths.tolist()]
+    shares = [_held(sim, 1.0, height=_DEPTH - 0.5 * _DIAMETER * depth) / _FULL for depth in depths.tolist()]
     rows = tuple(
         near(f"share of the thrust, centre {depth:g} radii deep", "", _wet_share(depth), share, absolute=1e-4)
         for depth, share in zip(depths.tolist(), shares, strict=True)
@@ -129,38 +127,38 @@ def ventilation() -> Findings:
     return Findings(rows, (chart,))
 
 
-WORLD = "assets/validation/worlds/propeller_tank.yaml"
-FILES = ("physics/propeller.py", "runtime/loop.py")
-ROUND = "The numbers of the boat's file are in both: the rows show that they act, not that a propeller has them."
+_WORLD = "assets/validation/worlds/propeller_tank.yaml"
+_FILES = ("physics/propeller.py", "runtime/loop.py")
+_ROUND = "The numbers of the boat's file are in both: the rows show that they act, not that a propeller has them."
 CASES = (
     Case(
         name="propeller-lag",
         title="A propeller's lag and energy",
-        setup=f"{WORLD}: a boat that is put back before every step, with full command from time 0. Its propeller has "
+        setup=f"{_WORLD}: a boat that is put back before every step, with full command from time 0. Its propeller has "
         "80 N at rest, a time constant of 0.5 s and 900 W.",
         source="T (1 - e^(-t / tau)), and the integral of P (T / T_full)^1.5 by quadrature: power goes with the third "
-        f"power of the shaft's rate, thrust with the second. {ROUND}",
-        files=FILES,
-        run=lag,
+        f"power of the shaft's rate, thrust with the second. {_ROUND}",
+        files=_FILES,
+        run=_lag,
     ),
     Case(
         name="propeller-speed",
         title="A propeller's thrust at speed",
-        setup=f"{WORLD} at full and at half command: put back at speeds of 0 to 1.5 m/s, and at rest in a current "
+        setup=f"{_WORLD} at full and at half command: put back at speeds of 0 to 1.5 m/s, and at rest in a current "
         "from ahead; and free in still water for 30 s.",
         source="Open-water line T = rho D^4 n^2 (a - b J), J = u / (n D), with a and b of 80 N at rest and none at 4 "
-        f"m/s; the root of it and of drag, 12 u + 18 u^2. {ROUND}",
-        files=("physics/current.py", *FILES),
-        run=speed,
+        f"m/s; the root of it and of drag, 12 u + 18 u^2. {_ROUND}",
+        files=("physics/current.py", *_FILES),
+        run=_speed,
     ),
     Case(
         name="propeller-ventilation",
         title="A propeller that comes out of the water",
-        setup=f"{WORLD}: the boat held at heights at which the propeller's centre is between 1.25 radii under the "
+        setup=f"{_WORLD}: the boat held at heights at which the propeller's centre is between 1.25 radii under the "
         "surface and as much above it, at full command.",
         source="The share of the disc that is under water, by quadrature of its chords. Air that is drawn down makes a "
         "real propeller lose more, and earlier.",
-        files=FILES,
-        run=ventilation,
+        files=_FILES,
+        run=_ventilation,
     ),
 )

@@ -13,16 +13,14 @@ from vrx_mj.validation.cases.seas import PERIOD, moment
 from vrx_mj.validation.rows import Case, Findings, Row, between
 from vrx_mj.validation.setups import GRAVITY, marine_world
 
-__all__ = ["CASES"]
-
-DENSITY, LENGTH, BEAM, DRAFT = 1025.0, 4.0, 2.0, 0.5
+_DENSITY, _LENGTH, _BEAM, _DRAFT = 1025.0, 4.0, 2.0, 0.5
 """Water [kg/m3] and size of the fixed barge [m]."""
-WAVE = (2.0 * math.pi / 3.0) ** 2 / GRAVITY
+_WAVE = (2.0 * math.pi / 3.0) ** 2 / GRAVITY
 """Wavenumber of a period of 3 s in deep water [rad/m]."""
-CUTS = (2, 4, 8, 16)
+_CUTS = (2, 4, 8, 16)
 """Parts into which the barge's beam is cut; its length has twice as many."""
-COUNTS = (15, 30, 60, 120, 240)
-CALM = 1e6
+_COUNTS = (15, 30, 60, 120, 240)
+_CALM = 1e6
 """Pressure that is added, so that all panels are wet [Pa]."""
 
 
@@ -37,11 +35,11 @@ def _side(across: tuple[FloatArray, FloatArray], place: FloatArray) -> list[Floa
 
 def _barge(cuts: int) -> FloatArray:
     """Bottom, bow and stern of a barge (n, 3, 3) [m], the water at z = 0."""
-    x = np.linspace(-0.5 * LENGTH, 0.5 * LENGTH, 2 * cuts + 1)
-    y, z = np.linspace(-0.5 * BEAM, 0.5 * BEAM, cuts + 1), np.linspace(-DRAFT, 0.0, cuts // 2 + 1)
-    bottom = np.array([(0.0, 1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, -DRAFT)])
-    bow = np.array([(0.0, 0.0, 0.5 * LENGTH), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
-    stern = np.array([(0.0, 0.0, -0.5 * LENGTH), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0)])
+    x = np.linspace(-0.5 * _LENGTH, 0.5 * _LENGTH, 2 * cuts + 1)
+    y, z = np.linspace(-0.5 * _BEAM, 0.5 * _BEAM, cuts + 1), np.linspace(-_DRAFT, 0.0, cuts // 2 + 1)
+    bottom = np.array([(0.0, 1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, -_DRAFT)])
+    bow = np.array([(0.0, 0.0, 0.5 * _LENGTH), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
+    stern = np.array([(0.0, 0.0, -0.5 * _LENGTH), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0)])
     return np.array(_side((y, x), bottom) + _side((y, z), bow) + _side((z, y), stern))
 
 
@@ -50,42 +48,42 @@ def _force(cuts: int, phase: float) -> FloatArray:
     corners = _barge(cuts).reshape(-1, 3)
     mesh = panels_of(corners, np.arange(len(corners)).reshape(-1, 3))
     x, _, z = mesh.points
-    wave = DENSITY * GRAVITY * np.exp(WAVE * z) * np.cos(WAVE * x + phase)
-    still = np.full(len(x), CALM)
+    wave = _DENSITY * GRAVITY * np.exp(_WAVE * z) * np.cos(_WAVE * x + phase)
+    still = np.full(len(x), _CALM)
     with_wave, without = (wrench_of_pressures(mesh, pressures) for pressures in (still + wave, still))
     return np.asarray(with_wave - without)
 
 
-def panels() -> Findings:
+def _panels() -> Findings:
     """Froude-Krylov forces by the number of panels."""
-    long, deep = 0.5 * WAVE * LENGTH, math.exp(-WAVE * DRAFT)
-    heave = DENSITY * GRAVITY * LENGTH * BEAM * deep * math.sin(long) / long
-    surge = 2.0 * DENSITY * GRAVITY * BEAM * math.sin(long) * (1.0 - deep) / WAVE
+    long, deep = 0.5 * _WAVE * _LENGTH, math.exp(-_WAVE * _DRAFT)
+    heave = _DENSITY * GRAVITY * _LENGTH * _BEAM * deep * math.sin(long) / long
+    surge = 2.0 * _DENSITY * GRAVITY * _BEAM * math.sin(long) * (1.0 - deep) / _WAVE
     errors = {
-        "heave": [abs(float(_force(cuts, 0.0)[2]) / heave - 1.0) for cuts in CUTS],
-        "surge": [abs(float(_force(cuts, 0.5 * math.pi)[0]) / surge - 1.0) for cuts in CUTS],
+        "heave": [abs(float(_force(cuts, 0.0)[2]) / heave - 1.0) for cuts in _CUTS],
+        "surge": [abs(float(_force(cuts, 0.5 * math.pi)[0]) / surge - 1.0) for cuts in _CUTS],
     }
     rows = [
         between(f"order of the error of {name}, from {a} to {b} panels across", "", 1.9, 2.1, math.log2(one / other))
         for name, found in errors.items()
-        for (a, one), (b, other) in itertools.pairwise(zip(CUTS, found, strict=True))
+        for (a, one), (b, other) in itertools.pairwise(zip(_CUTS, found, strict=True))
     ]
-    return Findings(tuple(rows), (_chart("Error of the force", "panels across", CUTS, errors, 2.0),))
+    return Findings(tuple(rows), (_chart("Error of the force", "panels across", _CUTS, errors, 2.0),))
 
 
-def components() -> Findings:
+def _components() -> Findings:
     """Vertical velocity of the surface by the number of components."""
     exact = moment(2) / moment(0)
     errors = []
-    for count in COUNTS:
+    for count in _COUNTS:
         sea = {"model": "jonswap", "significant_height": 1.0, "peak_period": PERIOD, "components": count}
         waves = marine_world(sea=sea).parameters.sea.waves
         errors.append(abs(math.fsum(wave.frequency**2 for wave in waves) / len(waves) / exact - 1.0))
     rows: list[Row] = [
         between(f"order of the error of m2 / m0, from {a} to {b} components", "", 0.5, 2.0, math.log2(one / other))
-        for (a, one), (b, other) in itertools.pairwise(zip(COUNTS, errors, strict=True))
+        for (a, one), (b, other) in itertools.pairwise(zip(_COUNTS, errors, strict=True))
     ]
-    return Findings(tuple(rows), (_chart("Error of m2 / m0", "components", COUNTS, {"m2 / m0": errors}, 1.0),))
+    return Findings(tuple(rows), (_chart("Error of m2 / m0", "components", _COUNTS, {"m2 / m0": errors}, 1.0),))
 
 
 def _chart(title: str, axis: str, numbers: tuple[int, ...], errors: dict[str, list[float]], order: float) -> Chart:
@@ -106,7 +104,7 @@ CASES = (
         source="Closed form, rho g A e^(-k d) sinc(k l / 2) and 2 rho g b sin(k l / 2) (1 - e^(-k d)) / k per metre. "
         "The pressure is linear over a panel: twice as many each way leave a quarter of the error, order 2.",
         files=("physics/panels.py",),
-        run=panels,
+        run=_panels,
     ),
     Case(
         name="components-doubled",
@@ -117,6 +115,6 @@ CASES = (
         "and m2 lacks the spread inside bands: order 2 where a spectrum ends, 0.5 for a tail of omega^-5 without end; "
         "this one ends at six times the peak's frequency.",
         files=("physics/spectra.py",),
-        run=components,
+        run=_components,
     ),
 )

@@ -14,18 +14,16 @@ from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.validation.rows import Case, Findings, Row, at_most, equal
 from vrx_mj.validation.setups import marine_simulation, marine_world, packaged_simulation
 
-__all__ = ["CASES"]
-
-SKIFF: Mapping[str, Any] = {"usv_count": 1, "robot": "skiff"}
-SEA = {"model": "jonswap", "significant_height": 0.4, "peak_period": 4.0, "spreading": 10.0}
-BREAKING = {"model": "regular", "height": 2.2, "period": 3.2}
+_SKIFF: Mapping[str, Any] = {"usv_count": 1, "robot": "skiff"}
+_SEA = {"model": "jonswap", "significant_height": 0.4, "peak_period": 4.0, "spreading": 10.0}
+_BREAKING = {"model": "regular", "height": 2.2, "period": 3.2}
 """0.14 of its length high: the steepest that a world takes."""
 
-POWER = ("propeller", "left", "right")
+_POWER = ("propeller", "left", "right")
 """Commands of engines that push ahead."""
 
 
-def calm_hour() -> Findings:
+def _calm_hour() -> Findings:
     """An hour in still water."""
     sim = packaged_simulation("barge")
     (boat,) = sim.boats
@@ -46,9 +44,9 @@ def _track(sim: Simulation, sign: float) -> FloatArray:
     return np.array(rows)
 
 
-def mirrored() -> Findings:
+def _mirrored() -> Findings:
     """Turns to port and to starboard."""
-    port, starboard = (_track(marine_simulation(SKIFF), sign) for sign in (1.0, -1.0))
+    port, starboard = (_track(marine_simulation(_SKIFF), sign) for sign in (1.0, -1.0))
     apart = np.abs(port[:, :2] - starboard[:, :2] * (1.0, -1.0)).max()
     turned = np.abs(np.sin(port[:, 2] + starboard[:, 2])).max()
     chart = Chart(
@@ -68,9 +66,9 @@ def mirrored() -> Findings:
     return Findings(rows, (chart,))
 
 
-def same_bits() -> Findings:
+def _same_bits() -> Findings:
     """One boat alone, among others, and as a row of a batch."""
-    sea = {**SEA, "components": 20}
+    sea = {**_SEA, "components": 20}
     places = [{"name": f"boat{i}", "pose": [40.0 * i, 0.0, 0.0, 0.0, 0.0, 0.0]} for i in range(8)]
     few, many = ({"robot": "skiff", "boats": places[:count]} for count in (1, 8))
     alone, among = marine_simulation(few, sea=sea), marine_simulation(many, sea=sea)
@@ -101,7 +99,7 @@ def _capsize() -> Simulation:
 
 
 def _breaking_sea() -> Simulation:
-    return packaged_simulation("barge", sea=BREAKING)
+    return packaged_simulation("barge", sea=_BREAKING)
 
 
 def _drop() -> Simulation:
@@ -117,25 +115,25 @@ def _pile_up() -> Simulation:
         {"name": f"boat{i}", "pose": [9.0 * math.cos(a), 9.0 * math.sin(a), 0.0, 0.0, 0.0, a - math.pi]}
         for i, a in enumerate(angles)
     ]
-    return marine_simulation({"robot": "skiff", "boats": boats}, sea={**SEA, "components": 20})
+    return marine_simulation({"robot": "skiff", "boats": boats}, sea={**_SEA, "components": 20})
 
 
 def _beaching() -> Simulation:
     """A WAM-V that runs up a shore, in a sea."""
     boat = {"name": "boat", "pose": [150.0, 105.0, 0.0, 0.0, 0.0, 0.4]}
-    return marine_simulation({"robot": "wamv", "sensors": "none", "boats": [boat]}, extends="sand_island", sea=SEA)
+    return marine_simulation({"robot": "wamv", "sensors": "none", "boats": [boat]}, extends="sand_island", sea=_SEA)
 
 
 def _boat_over() -> Simulation:
     """A WAM-V upside down in a sea."""
     pose = (0.0, 0.0, 1.0, 2.8, 0.3, 0.0)
     boat = {"name": "boat", "pose": list(pose)}
-    sim = marine_simulation({"robot": "wamv", "sensors": "none", "boats": [boat]}, sea=SEA)
+    sim = marine_simulation({"robot": "wamv", "sensors": "none", "boats": [boat]}, sea=_SEA)
     sim.set_boat("boat", pose=pose, velocity=(1.0, 0.0, 0.0, 2.0, 0.5, 0.5))
     return sim
 
 
-ROUGH: tuple[tuple[str, Callable[[], Simulation]], ...] = (
+_ROUGH: tuple[tuple[str, Callable[[], Simulation]], ...] = (
     ("a barge that falls in upside down", _capsize),
     ("a barge in waves on the point of breaking", _breaking_sea),
     ("a barge dropped from 5 m", _drop),
@@ -145,12 +143,12 @@ ROUGH: tuple[tuple[str, Callable[[], Simulation]], ...] = (
 )
 
 
-def finite() -> Findings:
+def _finite() -> Findings:
     """Rough treatment: every state stays finite."""
     rows: list[Row] = []
-    for name, made in ROUGH:
+    for name, made in _ROUGH:
         sim, bad = made(), 0
-        commands = {boat: {name: 1.0 for name in sim.command_names(boat) if name in POWER} for boat in sim.boats}
+        commands = {boat: {name: 1.0 for name in sim.command_names(boat) if name in _POWER} for boat in sim.boats}
         try:
             for _ in range(200):
                 sim.step(commands, duration=0.1)
@@ -168,7 +166,7 @@ CASES = (
         setup="assets/validation/worlds/barge.yaml, a barge at rest in still water without damping, for an hour.",
         source="Nothing acts that would move it.",
         files=("physics/panels.py", "physics/vessel.py", "runtime/loop.py"),
-        run=calm_hour,
+        run=_calm_hour,
     ),
     Case(
         name="mirrored",
@@ -177,7 +175,7 @@ CASES = (
         "track is mirrored on the x axis.",
         source="The boat is the same on both sides, so the tracks must be.",
         files=("physics/drag.py", "physics/thrust.py", "runtime/loop.py"),
-        run=mirrored,
+        run=_mirrored,
     ),
     Case(
         name="same-bits",
@@ -186,7 +184,7 @@ CASES = (
         "four rows of a batch beside single runs of the same seeds, 5 s.",
         source="A boat does not feel how many others there are, nor how its run is computed.",
         files=("runtime/loop.py", "runtime/batch.py"),
-        run=same_bits,
+        run=_same_bits,
     ),
     Case(
         name="rough-treatment",
@@ -196,6 +194,6 @@ CASES = (
         "falls in upside down, and one that runs up the shore of Sand Island. 20 s each, looked at ten times a second.",
         source="Numbers stay finite: what breaks, slams or is hit loses energy, and never gains any without bound.",
         files=("runtime/loop.py", "physics/panels.py"),
-        run=finite,
+        run=_finite,
     ),
 )

@@ -15,22 +15,20 @@ from vrx_mj.validation.reference import source
 from vrx_mj.validation.rows import Case, Findings, Row, between, near
 from vrx_mj.validation.setups import packaged_simulation
 
-__all__ = ["CASES"]
-
-WORLD = "assets/validation/worlds"
-IEA_EXTREMES = (
+_WORLD = "assets/validation/worlds"
+_IEA_EXTREMES = (
     ("first trough", 2.21, 2.23, -0.892, -0.868),
     ("first crest", 4.37, 4.45, 0.631, 0.651),
     ("second trough", 6.52, 6.63, -0.496, -0.466),
 )
 """Times [s] and heights [m] after a drop of 1 m: five codes and CFD."""
-HEAVE = {3.0: (0.115, 0.118), 4.0: (0.99, 1.18), 4.4: (1.77, 1.88), 5.0: (1.42, 1.53), 6.0: (1.12, 1.16),
+_HEAVE = {3.0: (0.115, 0.118), 4.0: (0.99, 1.18), 4.4: (1.77, 1.88), 5.0: (1.42, 1.53), 6.0: (1.12, 1.16),
          8.0: (1.03, 1.03), 11.0: (1.01, 1.01)}  # fmt: skip
 """Heave over the amplitude of the wave by its period [s]: lowest and highest of the codes."""
-RADIUS = 5.0
-NUMBERS = (0.3, 0.5, 0.7, 1.0, 1.4, 2.0)
+_RADIUS = 5.0
+_NUMBERS = (0.3, 0.5, 0.7, 1.0, 1.4, 2.0)
 """Wavenumbers times radius at which radiation is compared; the decay's is 1.03."""
-RELATIVE = {4.4: 1.56, 5.0: 1.41, 11.0: 1.00}
+_RELATIVE = {4.4: 1.56, 5.0: 1.41, 11.0: 1.00}
 """The same without diffraction, in the relative form, in the frequency domain."""
 
 
@@ -68,10 +66,10 @@ def decay() -> Findings:
     times, heights = _decay("iea_sphere", 1.0, 12.0)
     exact = {each["extreme"]: float(each["height"]) for each in _in_theory()}
     rows: list[Row] = []
-    for (name, early, late, low, high), (time, height) in zip(IEA_EXTREMES, _extremes(times, heights), strict=False):
+    for (name, early, late, low, high), (time, height) in zip(_IEA_EXTREMES, _extremes(times, heights), strict=False):
         row = between(f"{name}, height", "m", low, high, height)
         rows += [replace(row, theory=exact[name]), between(f"{name}, time", "s", early, late, time)]
-    middles = [(0.5 * (early + late), 0.5 * (low + high)) for _, early, late, low, high in IEA_EXTREMES]
+    middles = [(0.5 * (early + late), 0.5 * (low + high)) for _, early, late, low, high in _IEA_EXTREMES]
     at, of = np.array(middles).T
     chart = Chart(
         "Height of the sphere",
@@ -82,7 +80,7 @@ def decay() -> Findings:
     return Findings(tuple(rows), (chart,))
 
 
-def decay_in_theory() -> Findings:
+def _decay_in_theory() -> Findings:
     """The benchmark of IEA OES against its own equation with exact coefficients."""
     physics = {"profile": "marine", "gravity": 9.81, "timestep": 0.001}
     times, heights = _decay("iea_sphere", 1.0, 8.0, physics=physics)
@@ -96,7 +94,7 @@ def decay_in_theory() -> Findings:
     return Findings(tuple(rows))
 
 
-def tank_decay() -> Findings:
+def _tank_decay() -> Findings:
     """The tests of Kramer et al."""
     rows, series, crests = [], [], []
     for drop in (0.03, 0.09, 0.15):
@@ -134,18 +132,18 @@ def _heave(period: float, world: str) -> float:
     return float(2.0 * abs(turned.mean()) / (0.5 * height))
 
 
-def heave_in_waves() -> Findings:
+def _heave_in_waves() -> Findings:
     """Heave with diffraction, and in the relative form."""
     rows, ours, relative = [], [], []
-    for period, (low, high) in HEAVE.items():
+    for period, (low, high) in _HEAVE.items():
         found = _heave(period, "iea_sphere")
         rows.append(between(f"heave at {period:g} s", "", 0.98 * low, 1.02 * high, found))
         ours.append(found)
-    for period, reference in RELATIVE.items():
+    for period, reference in _RELATIVE.items():
         found = _heave(period, "iea_sphere_relative")
         rows.append(near(f"heave at {period:g} s, relative form", "", reference, found, relative=0.05))
         relative.append(found)
-    periods, middle = np.array(list(HEAVE)), np.array([0.5 * sum(pair) for pair in HEAVE.values()])
+    periods, middle = np.array(list(_HEAVE)), np.array([0.5 * sum(pair) for pair in _HEAVE.values()])
     chart = Chart(
         "Heave over the wave's amplitude",
         "period [s]",
@@ -153,22 +151,22 @@ def heave_in_waves() -> Findings:
         (
             Series("codes", periods, middle, kind="points", reference=True),
             Series("ours, with diffraction", periods, np.array(ours)),
-            Series("ours, relative form", np.array(list(RELATIVE)), np.array(relative), kind="points"),
+            Series("ours, relative form", np.array(list(_RELATIVE)), np.array(relative), kind="points"),
         ),
     )
     return Findings(tuple(rows), (chart,))
 
 
-def radiation() -> Findings:
+def _radiation() -> Findings:
     """Added mass and damping in heave of the sphere's file, and added mass at both ends of the frequencies."""
     table = json.loads((root() / "assets" / "robots" / "sphere" / "hydro.json").read_text(encoding="utf-8"))
-    displaced = table["density"] * 2.0 / 3.0 * math.pi * RADIUS**3
+    displaced = table["density"] * 2.0 / 3.0 * math.pi * _RADIUS**3
     rows = [
         near("A33 / (rho V), frequency 0", "", 0.831, table["added_mass_zero"][2][2] / displaced, relative=0.03),
         near("A33 / (rho V), infinite", "", 0.5, table["added_mass_infinite"][2][2] / displaced, relative=0.03),
     ]
     omega = np.array(table["frequencies"])
-    numbers = omega**2 * RADIUS / table["gravity"]
+    numbers = omega**2 * _RADIUS / table["gravity"]
     ours = {
         "A33 / (rho V)": np.array(table["added_mass"])[:, 2, 2] / displaced,
         "B33 / (rho V omega)": np.array(table["damping"])[:, 2, 2] / (displaced * omega),
@@ -190,7 +188,7 @@ def radiation() -> Findings:
         rows += [
             near(f"{name}, k a {ka:g}", "", value, _at(ka, numbers, ours[name]), relative=0.005)
             for ka, value in zip(exact[0], reference, strict=True)
-            if ka in NUMBERS
+            if ka in _NUMBERS
         ]
     return Findings(tuple(rows), tuple(charts))
 
@@ -202,43 +200,43 @@ def _at(number: float, numbers: FloatArray, values: FloatArray) -> float:
     return float(sum(y[i] * np.prod([(number - x[j]) / (x[i] - x[j]) for j in range(4) if j != i]) for i in range(4)))
 
 
-MEMORY = ("physics/radiation.py", "physics/vessel.py", "adapters/pole_fit.py", "adapters/hydro.py")
+_MEMORY = ("physics/radiation.py", "physics/vessel.py", "adapters/pole_fit.py", "adapters/hydro.py")
 CASES = (
     Case(
         name="sphere-decay",
         title="Free decay of a sphere that makes waves",
-        setup=f"{WORLD}/iea_sphere.yaml: radius 5 m, 261.8 t, half under water of 1000 kg/m3, let go 1 m too high. "
+        setup=f"{_WORLD}/iea_sphere.yaml: radius 5 m, 261.8 t, half under water of 1000 kg/m3, let go 1 m too high. "
         "Added mass and memory are from Capytaine: make_spheres.py.",
         source="Wendt et al. (2019), benchmark of IEA OES: lowest and highest of five codes and CFD.",
-        files=MEMORY,
+        files=_MEMORY,
         run=decay,
     ),
     Case(
         name="sphere-theory",
         title="Free decay of a sphere, in theory",
-        setup=f"{WORLD}/iea_sphere.yaml as in sphere-decay, in steps of 1 ms: at 10 ms all is half a step early.",
+        setup=f"{_WORLD}/iea_sphere.yaml as in sphere-decay, in steps of 1 ms: at 10 ms all is half a step early.",
         source=source("hemisphere_decay"),
-        files=MEMORY,
-        run=decay_in_theory,
+        files=_MEMORY,
+        run=_decay_in_theory,
     ),
     Case(
         name="sphere-tank",
         title="Free decay of a sphere in a tank",
-        setup=f"{WORLD}/kramer_sphere.yaml: diameter 0.3 m, 7.056 kg, water of 998.2 kg/m3, g 9.82 m/s2, let go at "
+        setup=f"{_WORLD}/kramer_sphere.yaml: diameter 0.3 m, 7.056 kg, water of 998.2 kg/m3, g 9.82 m/s2, let go at "
         "30, 90 and 150 mm.",
         source="Kramer et al. (2021), Highly accurate experimental heave decay tests with a floating sphere.",
-        files=MEMORY,
-        run=tank_decay,
+        files=_MEMORY,
+        run=_tank_decay,
     ),
     Case(
         name="sphere-heave",
         title="Heave of a sphere in regular waves",
-        setup=f"{WORLD}/iea_sphere.yaml in waves of 0.1 m, for 30 periods, with the forces of diffraction in its file; "
-        "in iea_sphere_relative.yaml without, by the relative form.",
+        setup=f"{_WORLD}/iea_sphere.yaml in waves of 0.1 m, for 30 periods, with the forces of diffraction in its "
+        "file; in iea_sphere_relative.yaml without, by the relative form.",
         source="Wendt et al. (2019): lowest and highest of the codes, within 2 %. Relative form: (C_FK - omega2 A + i "
         "omega B) of the water's motion at the centre of buoyancy, in the frequency domain.",
-        files=MEMORY,
-        run=heave_in_waves,
+        files=_MEMORY,
+        run=_heave_in_waves,
         quick=False,
     ),
     Case(
@@ -248,6 +246,6 @@ CASES = (
         source="Hulme (1982): 0.831 of the displaced mass at frequency 0, 0.5 at infinite frequency. Between: "
         + source("hemisphere"),
         files=("adapters/hydro.py",),
-        run=radiation,
+        run=_radiation,
     ),
 )

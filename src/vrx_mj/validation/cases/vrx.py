@@ -15,32 +15,30 @@ from vrx_mj.validation.reference import rows, source
 from vrx_mj.validation.rows import Case, Findings, Row, at_most
 from vrx_mj.validation.setups import packaged_simulation
 
-__all__ = ["CASES"]
-
-Pilot = Callable[[Simulation, float], None]
+_Pilot = Callable[[Simulation, float], None]
 """Sails a run on for a time [s]."""
-TABLES = "oracle"
+_TABLES = "oracle"
 """Folder of the tables that VRX's code has made; its README says how."""
-RUNS = (
+_RUNS = (
     "straight_100", "turn_L100_R50", "reverse_100", "decay_heave_p30", "decay_roll_p15", "decay_pitch_p8",
     "drift_wind6_beam", "head_seas_W01", "head_seas_W02", "head_seas_W02_thrust70", "waves_wind_thrust", "zigzag_20",
     "turn_added_mass", "decay_roll_added_mass",
 )  # fmt: skip
-ROBOTS = {"wamv": "wamv", "wamv_am1": "wamv_added_mass/robot.yaml"}
+_ROBOTS = {"wamv": "wamv", "wamv_am1": "wamv_added_mass/robot.yaml"}
 """Robots by the set of coefficients that a run has."""
-STRAIGHT, TURNED = 20.0, math.radians(20.0)
+_STRAIGHT, _TURNED = 20.0, math.radians(20.0)
 """Time before the first turn of the zig-zag [s], and the yaw at which it turns to the other side [rad]."""
-COLUMNS = (
+_COLUMNS = (
     ("x_m", "dx_m", "x", "m"), ("y_m", "dy_m", "y", "m"), ("z_m", "dz_m", "z", "m"),
     ("roll_rad", "droll_rad", "roll", "rad"), ("pitch_rad", "dpitch_rad", "pitch", "rad"),
     ("yaw_rad", "dyaw_rad", "yaw", "rad"),
 )  # fmt: skip
 """Columns of a run and of the spread, names and units."""
-FACTOR, FLOOR = 3.0, 2e-6
+_FACTOR, _FLOOR = 3.0, 2e-6
 """Band of a run: so many times the spread, or what the files' eight digits leave [m], [rad]."""
-KEPT = 1e-9
+_KEPT = 1e-9
 """Difference from a record of ours, which other processors may round otherwise [m]."""
-DESCRIBED = {
+_DESCRIBED = {
     "scale": "scale", "angle": "angle_rad", "steepness": "steepness", "amplitude": "amplitude_m",
     "period": "period_s", "tau": "tau_s", "gain": "gain",
 }  # fmt: skip
@@ -48,24 +46,24 @@ DESCRIBED = {
 
 @cache
 def _cases() -> dict[str, dict[str, str]]:
-    return {row["case"]: row for row in rows(f"{TABLES}/trajectories/trajectory_cases")}
+    return {row["case"]: row for row in rows(f"{_TABLES}/trajectories/trajectory_cases")}
 
 
 def _sea(name: str) -> dict[str, Any]:
     """The keys of a sea of VRX's table."""
     if name in {"calm", "none"}:
         return {"model": "none"}
-    (row,) = (row for row in rows(f"{TABLES}/wave_sets") if row["wave_set"] == name)
+    (row,) = (row for row in rows(f"{_TABLES}/wave_sets") if row["wave_set"] == name)
     other = "amplitude" if row["model"] == "PMS" else "gain"
-    numbers: dict[str, Any] = {key: float(row[column]) for key, column in DESCRIBED.items() if key != other}
+    numbers: dict[str, Any] = {key: float(row[column]) for key, column in _DESCRIBED.items() if key != other}
     direction = [float(row["dir_x"]), float(row["dir_y"])]
     return {"model": row["model"].lower(), "number": int(row["number"]), "direction": direction, **numbers}
 
 
-def seas() -> Findings:
+def _seas() -> Findings:
     """Heights of VRX's seas."""
     found: dict[str, list[dict[str, str]]] = {}
-    for row in rows(f"{TABLES}/wave_heights"):
+    for row in rows(f"{_TABLES}/wave_heights"):
         found.setdefault(row["wave_set"], []).append(row)
     rows_found: list[Row] = []
     for name, points in found.items():
@@ -84,11 +82,11 @@ def _simulation(case: dict[str, str]) -> Simulation:
         "objects": [{"model": "wamv", "coefficients": [0.5, 0.5, 0.33]}],
     }
     pose = [float(case[key]) for key in ("x0", "y0", "z0", "roll0", "pitch0", "yaw0")]
-    spawn = {"robot": ROBOTS[case["dyn_set"]], "pose": pose, "thrusters": "H", "sensors": "none"}
+    spawn = {"robot": _ROBOTS[case["dyn_set"]], "pose": pose, "thrusters": "H", "sensors": "none"}
     return packaged_simulation("vrx_run", sea=_sea(case["wave_set"]), wind=wind, spawn=spawn)
 
 
-def _steady(case: dict[str, str]) -> Pilot:
+def _steady(case: dict[str, str]) -> _Pilot:
     """Commands that stay the same, as `t>=0:L=1 R=0.5` of the table."""
     sides = dict(part.split("=") for part in case["commands"].partition(":")[2].split())
     commands = {"wamv": {"left": float(sides["L"]), "right": float(sides["R"])}}
@@ -99,7 +97,7 @@ def _steady(case: dict[str, str]) -> Pilot:
     return sail
 
 
-def _zigzag() -> Pilot:
+def _zigzag() -> _Pilot:
     """80 % for 20 s, then to starboard until the yaw passes -20 degrees, to port until +20 degrees, and so on."""
     turns = {0: (0.8, 0.8), -1: (1.0, 0.4), 1: (0.4, 1.0)}
     side = 0
@@ -107,9 +105,9 @@ def _zigzag() -> Pilot:
     def sail(sim: Simulation, duration: float) -> None:
         nonlocal side
         for _ in range(sim.steps_in(duration)):
-            if side == 0 and sim.time + sim.timestep > STRAIGHT - 1e-9:
+            if side == 0 and sim.time + sim.timestep > _STRAIGHT - 1e-9:
                 side = -1
-            elif side * sim.observe()["wamv"].heading >= TURNED:
+            elif side * sim.observe()["wamv"].heading >= _TURNED:
                 side = -side
             left, right = turns[side]
             sim.step({"wamv": {"left": left, "right": right}}, duration=sim.timestep)
@@ -119,9 +117,9 @@ def _zigzag() -> Pilot:
 
 def _run(case: dict[str, str]) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Times (n,), VRX's poses and ours (n, 6) of a case."""
-    file = f"{TABLES}/trajectories/{case['case']}"
+    file = f"{_TABLES}/trajectories/{case['case']}"
     golden = rows(f"{file}__implicit" if case["dyn_set"] == "wamv_am1" else file)
-    theirs = np.array([[float(row[column]) for column, *_ in COLUMNS] for row in golden])
+    theirs = np.array([[float(row[column]) for column, *_ in _COLUMNS] for row in golden])
     times = np.array([float(row["t_s"]) for row in golden])
     sail = _zigzag() if case["case"].startswith("zigzag") else _steady(case)
     sim, ours = _simulation(case), []
@@ -135,16 +133,16 @@ def _run(case: dict[str, str]) -> tuple[FloatArray, FloatArray, FloatArray]:
     return times, theirs, found
 
 
-def runs() -> Findings:
+def _runs() -> Findings:
     """Runs of VRX's boat."""
-    spread = {row["case"]: row for row in rows(f"{TABLES}/trajectories/trajectory_integrator_spread")}
+    spread = {row["case"]: row for row in rows(f"{_TABLES}/trajectories/trajectory_integrator_spread")}
     found: list[Row] = []
     charts = []
-    for name in RUNS:
+    for name in _RUNS:
         times, theirs, ours = _run(_cases()[name])
         apart = np.abs(ours - theirs).max(axis=0)
-        for (_, column, quantity, unit), value in zip(COLUMNS, apart.tolist(), strict=True):
-            bound = max(FACTOR * float(spread[name][f"max_{column}"]), FLOOR)
+        for (_, column, quantity, unit), value in zip(_COLUMNS, apart.tolist(), strict=True):
+            bound = max(_FACTOR * float(spread[name][f"max_{column}"]), _FLOOR)
             found.append(at_most(f"{name}: greatest difference of {quantity}", unit, bound, value))
         charts += _charts(name, times, theirs, ours)
     return Findings(tuple(found), tuple(charts))
@@ -168,7 +166,7 @@ def _charts(name: str, times: FloatArray, theirs: FloatArray, ours: FloatArray) 
     return []
 
 
-def kept() -> Findings:
+def _kept() -> Findings:
     """The run of a world with boats, buoys and a dock."""
     sim, found = Simulation(compile_world("example_course", fleet="trio")), []
     sim.reset(seed=7)
@@ -180,12 +178,12 @@ def kept() -> Findings:
         ):  # fmt: skip
             apart = float(np.abs(np.array([float(row[column]) for column in columns]) - ours).max())
             found.append(
-                at_most(f"{row['boat']}: greatest difference of {quantity} from the record", unit, KEPT, apart)
+                at_most(f"{row['boat']}: greatest difference of {quantity} from the record", unit, _KEPT, apart)
             )
     return Findings(tuple(found))
 
 
-SOURCE = (
+_SOURCE = (
     "VRX's own C++ (osrf/vrx, gazebo_classic, commit c9b9388), compiled unmodified: assets/validation/oracle, whose "
     "README says how."
 )
@@ -194,9 +192,9 @@ CASES = (
         name="vrx-seas",
         title="Profile vrx: heights of VRX's seas",
         setup="Worlds of profile vrx with eight seas of VRX's two models, at 60 places and times each.",
-        source=SOURCE,
+        source=_SOURCE,
         files=("physics/waves.py",),
-        run=seas,
+        run=_seas,
     ),
     Case(
         name="vrx-runs",
@@ -204,11 +202,11 @@ CASES = (
         setup="assets/validation/worlds/vrx_run.yaml: a WAM-V in a world of profile vrx with a step of 10 ms, ahead, "
         "astern, in a turn, a zig-zag, free decays, in wind and in waves, 30 to 120 s; a turn and a decay of one with "
         "added mass in all motions.",
-        source=f"{SOURCE} It was integrated with Gazebo's scheme at 1 ms; with added mass, that in the mass matrix, by "
-        "Runge and Kutta's. The band is three times the difference that its own results show between steps of 1 and 10 "
-        "ms; of decay_roll_added_mass that is more than the motion itself.",
+        source=f"{_SOURCE} It was integrated with Gazebo's scheme at 1 ms; with added mass, that in the mass matrix, "
+        "by Runge and Kutta's. The band is three times the difference that its own results show between steps of 1 and "
+        "10 ms; of decay_roll_added_mass that is more than the motion itself.",
         files=("physics/hydrostatics.py", "physics/drag.py", "physics/thrust.py", "physics/wind.py", "runtime/loop.py"),
-        run=runs,
+        run=_runs,
     ),
     Case(
         name="vrx-kept",
@@ -216,6 +214,6 @@ CASES = (
         setup="The world example_course with the fleet trio, seed 7, 60 s with left 0.6 and right 0.4.",
         source=source("vrx_run"),
         files=("runtime/loop.py", "physics/hydrostatics.py", "physics/drag.py", "physics/thrust.py", "physics/wind.py"),
-        run=kept,
+        run=_kept,
     ),
 )

@@ -7,10 +7,8 @@ from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.validation.rows import Case, Findings, near
 from vrx_mj.validation.setups import marine_simulation
 
-__all__ = ["CASES"]
-
-COMMANDS = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
-PULLS = (9.0, 53.0, 85.0, 120.0, 157.0, 182.0, 219.0, 240.0)
+_COMMANDS = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
+_PULLS = (9.0, 53.0, 85.0, 120.0, 157.0, 182.0, 219.0, 240.0)
 """Measured bollard pull of a propeller at those commands [N]."""
 
 
@@ -30,15 +28,15 @@ def _pull(sim: Simulation, command: float) -> float:
     return 0.5 * whole * float(center[0]) / sim.timestep
 
 
-def bollard() -> Findings:
+def _bollard() -> Findings:
     """Pull at rest at eight commands."""
     sim = marine_simulation({"robot": "wamv", "boats": [{"name": "a", "pose": [0, 0, 0, 0, 0, 0]}]})
-    ours = [_pull(sim, command) for command in COMMANDS]
+    ours = [_pull(sim, command) for command in _COMMANDS]
     rows = tuple(
         near(f"pull at command {command:g}", "N", pull, own, absolute=5.0)
-        for command, pull, own in zip(COMMANDS, PULLS, ours, strict=True)
+        for command, pull, own in zip(_COMMANDS, _PULLS, ours, strict=True)
     )
-    lines = Series("measured", list(COMMANDS), list(PULLS), reference=True), Series("ours", list(COMMANDS), ours)
+    lines = Series("measured", list(_COMMANDS), list(_PULLS), reference=True), Series("ours", list(_COMMANDS), ours)
     return Findings(rows, (Chart("Bollard pull of a WAM-V 16", "command", "pull of a propeller [N]", lines),))
 
 
@@ -52,6 +50,6 @@ CASES = (
         source="Sarda, E. I., Qu, H., Bertaska, I. R., von Ellenrieder, K. D. (2016), Station-keeping control of an "
         "unmanned surface vehicle exposed to current and wind disturbances, Ocean Engineering 127: one propeller.",
         files=("physics/propeller.py", "runtime/loop.py", "mjcf/hulls.py"),
-        run=bollard,
+        run=_bollard,
     ),
 )

@@ -12,10 +12,8 @@ from vrx_mj.validation.reference import rows, source
 from vrx_mj.validation.rows import Case, Findings, Row, near
 from vrx_mj.validation.setups import GRAVITY, marine_simulation
 
-__all__ = ["CASES"]
 
-
-def simulated_wavenumber(period: float, depth: float) -> float:
+def _simulated_wavenumber(period: float, depth: float) -> float:
     """The wavenumber [rad/m] of the surface of a regular wave, from its height at two places."""
     sea = {"model": "regular", "height": 0.02, "period": period}
     surface = marine_simulation(sea=sea if math.isinf(depth) else {**sea, "depth": depth}).sea
@@ -23,18 +21,18 @@ def simulated_wavenumber(period: float, depth: float) -> float:
     return math.acos(float(surface.height(place, 0.0, 0.0)) / float(surface.height(0.0, 0.0, 0.0))) / place
 
 
-def airy() -> Findings:
+def _airy() -> Findings:
     """Lengths of linear waves in deep and shallow water."""
     found: list[Row] = []
     for row in rows("airy"):
         period, depth = float(row["period"]), float(row["depth"])
         where = "deep water" if math.isinf(depth) else f"{depth:g} m of water"
-        name, ours = f"wavenumber, {period:g} s in {where}", simulated_wavenumber(period, depth)
+        name, ours = f"wavenumber, {period:g} s in {where}", _simulated_wavenumber(period, depth)
         found.append(near(name, "rad/m", float(row["wavenumber"]), ours, relative=1e-6))
     return Findings(tuple(found))
 
 
-def stokes5() -> Findings:
+def _stokes5() -> Findings:
     """Speed, crest and trough of steep waves."""
     found: list[Row] = []
     for row in rows("stokes5"):
@@ -89,7 +87,7 @@ CASES = (
         "surface: the arc cosine of its height at some distance from a crest over that at the crest.",
         source=source("airy"),
         files=("linear_waves.py", "physics/spectra.py", "physics/waves.py"),
-        run=airy,
+        run=_airy,
     ),
     Case(
         name="stokes5",
@@ -98,6 +96,6 @@ CASES = (
         "reference's length; crest and trough are heights of the simulated surface.",
         source=source("stokes5"),
         files=("physics/spectra.py", "physics/waves.py"),
-        run=stokes5,
+        run=_stokes5,
     ),
 )

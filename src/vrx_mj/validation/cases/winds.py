@@ -14,48 +14,46 @@ from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.validation.rows import Case, Findings, Row, near
 from vrx_mj.validation.setups import GRAVITY, marine_simulation, packaged_simulation
 
-__all__ = ["CASES"]
-
-SPEED = 12.0
+_SPEED = 12.0
 """Mean wind at 10 m [m/s]."""
-HEIGHTS = (0.5, 2.0, 5.0, 20.0, 50.0)
-EXPONENT = 0.11
-SEEDS, HOURS, SAMPLE = 3, 3.0, 0.5
+_HEIGHTS = (0.5, 2.0, 5.0, 20.0, 50.0)
+_EXPONENT = 0.11
+_SEEDS, _HOURS, _SAMPLE = 3, 3.0, 0.5
 """Records of gusts, the length of one, and the time between samples [s]."""
-SLOWEST, FASTEST = 1.0 / 600.0, 0.5
+_SLOWEST, _FASTEST = 1.0 / 600.0, 0.5
 """Frequencies of gusts in a world [Hz]."""
-BANDS = ((0.0, 0.01), (0.01, 0.05), (0.05, 0.2), (0.2, 1.0))
+_BANDS = ((0.0, 0.01), (0.01, 0.05), (0.05, 0.2), (0.2, 1.0))
 """Bands in which energies are compared [Hz]."""
-STEP = 0.02
-GUST, TURN, KEPT = 1.5, 8.0, 1.0
+_STEP = 0.02
+_GUST, _TURN, _KEPT = 1.5, 8.0, 1.0
 """Standard deviations of gusts [m/s] and of the direction [degrees], and the time constant of both [s]."""
-RECORD = 7200.0
+_RECORD = 7200.0
 """Length of their record [s]."""
 
 
 def _windy(**wind: Any) -> Simulation:
-    physics = {"profile": "marine", "gravity": GRAVITY, "timestep": STEP}
-    return marine_simulation(physics=physics, wind={"mean_velocity": SPEED, "direction": 0.0, **wind})
+    physics = {"profile": "marine", "gravity": GRAVITY, "timestep": _STEP}
+    return marine_simulation(physics=physics, wind={"mean_velocity": _SPEED, "direction": 0.0, **wind})
 
 
 def _froya(z: float) -> float:
     """Mean wind [m/s] at a height [m] in ISO 19901-1."""
-    return SPEED * (1.0 + 0.0573 * math.sqrt(1.0 + 0.15 * SPEED) * math.log(z / 10.0))
+    return _SPEED * (1.0 + 0.0573 * math.sqrt(1.0 + 0.15 * _SPEED) * math.log(z / 10.0))
 
 
-def profile() -> Findings:
+def _profile() -> Findings:
     """Mean wind over height, and what it does to a low boat."""
-    roughness = 10.0 * math.exp(-1.0 / (0.0573 * math.sqrt(1.0 + 0.15 * SPEED)))
-    logarithm, power = _windy(roughness=roughness), _windy(exponent=EXPONENT)
+    roughness = 10.0 * math.exp(-1.0 / (0.0573 * math.sqrt(1.0 + 0.15 * _SPEED)))
+    logarithm, power = _windy(roughness=roughness), _windy(exponent=_EXPONENT)
     rows: list[Row] = []
-    for z in HEIGHTS:
+    for z in _HEIGHTS:
         rows += [
             near(f"logarithmic, at {z:g} m", "m/s", _froya(z), _ahead(logarithm, z), relative=1e-6),
-            near(f"power law, at {z:g} m", "m/s", SPEED * (z / 10.0) ** EXPONENT, _ahead(power, z), relative=1e-6),
+            near(f"power law, at {z:g} m", "m/s", _SPEED * (z / 10.0) ** _EXPONENT, _ahead(power, z), relative=1e-6),
         ]
-    sim = packaged_simulation("beam_wind", wind={"mean_velocity": SPEED, "direction": 90, "exponent": EXPONENT})
+    sim = packaged_simulation("beam_wind", wind={"mean_velocity": _SPEED, "direction": 90, "exponent": _EXPONENT})
     sim.step(duration=60.0)
-    low = SPEED * (0.3 / 10.0) ** EXPONENT
+    low = _SPEED * (0.3 / 10.0) ** _EXPONENT
     drift = brentq(lambda v: 0.5 * 1.225 * 1.1 * 0.9 * (low - v) ** 2 - 60.0 * v - 220.0 * v * v, 0.0, low)
     seen = float(sim.observe()[sim.boats[0]].velocity[1])
     rows.append(near("speed to lee of a boat 0.3 m high, power law", "m/s", float(drift), seen, relative=1e-3))
@@ -66,9 +64,9 @@ def profile() -> Findings:
         "height [m]",
         (
             Series("ISO 19901-1, power law", [_froya(z) for z in fine.tolist()], fine, reference=True),
-            Series("", SPEED * (fine / 10.0) ** EXPONENT, fine, reference=True),
-            Series("logarithmic", [_ahead(logarithm, z) for z in HEIGHTS], HEIGHTS, kind="points"),
-            Series("power law", [_ahead(power, z) for z in HEIGHTS], HEIGHTS, kind="points"),
+            Series("", _SPEED * (fine / 10.0) ** _EXPONENT, fine, reference=True),
+            Series("logarithmic", [_ahead(logarithm, z) for z in _HEIGHTS], _HEIGHTS, kind="points"),
+            Series("power law", [_ahead(power, z) for z in _HEIGHTS], _HEIGHTS, kind="points"),
         ),
     )
     return Findings(tuple(rows), (chart,))
@@ -89,41 +87,41 @@ def _energy(first: float, last: float, speed: float, z: float) -> float:
     return float(quad(lambda f: _npd(f, speed, z), first, last, limit=200, epsrel=1e-9)[0])
 
 
-def gusts() -> Findings:
+def _gusts() -> Findings:
     """Variance and spectrum of records of NPD gusts."""
     rows: list[Row] = []
-    times = np.arange(0.0, 3600.0 * HOURS, SAMPLE)
-    frequency = np.array(np.fft.rfftfreq(len(times), SAMPLE), np.float64)
-    for speed, z in ((SPEED, 10.0), (20.0, 10.0), (SPEED, 4.0)):
-        mean = speed * (z / 10.0) ** EXPONENT
-        sim = _windy(mean_velocity=mean, spectrum="npd", components=100, height=z, exponent=EXPONENT)
+    times = np.arange(0.0, 3600.0 * _HOURS, _SAMPLE)
+    frequency = np.array(np.fft.rfftfreq(len(times), _SAMPLE), np.float64)
+    for speed, z in ((_SPEED, 10.0), (20.0, 10.0), (_SPEED, 4.0)):
+        mean = speed * (z / 10.0) ** _EXPONENT
+        sim = _windy(mean_velocity=mean, spectrum="npd", components=100, height=z, exponent=_EXPONENT)
         power = np.zeros(len(frequency))
-        for seed in range(SEEDS):
+        for seed in range(_SEEDS):
             sim.reset(seed)
             gust = sim.wind.velocity(times)[:, 0] - mean
-            power += 2.0 * np.abs(np.fft.rfft(gust)) ** 2 / len(times) ** 2 / SEEDS
-        whole = _energy(SLOWEST, FASTEST, speed, z)
+            power += 2.0 * np.abs(np.fft.rfft(gust)) ** 2 / len(times) ** 2 / _SEEDS
+        whole = _energy(_SLOWEST, _FASTEST, speed, z)
         name = f"variance at {z:g} m, {speed:g} m/s at 10 m"
         rows.append(near(name, "m2/s2", whole, float(power[1:].sum()), relative=0.02))
-        if (speed, z) == (SPEED, 10.0):
+        if (speed, z) == (_SPEED, 10.0):
             shown = power
-    for first, last in BANDS:
+    for first, last in _BANDS:
         seen = float(shown[1:][(frequency[1:] >= first) & (frequency[1:] < last)].sum())
-        closed = _energy(max(first, SLOWEST), min(last, FASTEST), SPEED, 10.0)
-        name = f"variance from {first:g} to {last:g} Hz, {SPEED:g} m/s at 10 m"
+        closed = _energy(max(first, _SLOWEST), min(last, _FASTEST), _SPEED, 10.0)
+        name = f"variance from {first:g} to {last:g} Hz, {_SPEED:g} m/s at 10 m"
         rows.append(near(name, "m2/s2", closed, seen, relative=0.05))
     return Findings(tuple(rows), (_spectrum(frequency, shown),))
 
 
 def _spectrum(frequency: FloatArray, power: FloatArray) -> Chart:
     """Density of the records in twenty bands, and the formula."""
-    edges = np.geomspace(SLOWEST, FASTEST, 21)
+    edges = np.geomspace(_SLOWEST, _FASTEST, 21)
     middles = np.sqrt(edges[1:] * edges[:-1])
     width = edges[1:] - edges[:-1]
     density = [power[(frequency >= a) & (frequency < b)].sum() for a, b in pairwise(edges)] / width
-    closed = [_npd(f, SPEED, 10.0) for f in middles.tolist()]
+    closed = [_npd(f, _SPEED, 10.0) for f in middles.tolist()]
     return Chart(
-        f"Spectrum of {SEEDS} records of {HOURS:g} h, {SPEED:g} m/s at 10 m",
+        f"Spectrum of {_SEEDS} records of {_HOURS:g} h, {_SPEED:g} m/s at 10 m",
         "log10 of the frequency [Hz]",
         "log10 of the density [m2/s2/Hz]",
         (
@@ -133,7 +131,7 @@ def _spectrum(frequency: FloatArray, power: FloatArray) -> Chart:
     )
 
 
-def wander() -> Findings:
+def _wander() -> Findings:
     """A direction that turns, and gusts and a direction that wander."""
     rows: list[Row] = []
     rate, times = 2.0, np.linspace(0.0, 360.0, 73)
@@ -144,19 +142,19 @@ def wander() -> Findings:
         near("rate of a turning wind", "deg/s", rate, float(slope), relative=1e-4),
         near("its direction at time 0", "deg", 30.0, float(start), absolute=0.05),
     ]
-    keys = {"var_gain": GUST, "var_time": KEPT, "var_direction": TURN, "var_direction_time": KEPT}
-    sim, samples = _windy(seed=1, **keys), np.arange(20.0, RECORD + 20.0, 0.1)
+    keys = {"var_gain": _GUST, "var_time": _KEPT, "var_direction": _TURN, "var_direction_time": _KEPT}
+    sim, samples = _windy(seed=1, **keys), np.arange(20.0, _RECORD + 20.0, 0.1)
     east, north, _ = sim.wind.velocity(samples).T
     lags = np.arange(31)
     times = np.array(0.1 * lags, np.float64)
-    series = [Series("closed form", times, np.exp(-times / KEPT), reference=True)]
-    kinds = ("gusts", np.hypot(east, north), GUST), ("direction", np.degrees(np.arctan2(north, east)), TURN)
+    series = [Series("closed form", times, np.exp(-times / _KEPT), reference=True)]
+    kinds = ("gusts", np.hypot(east, north), _GUST), ("direction", np.degrees(np.arctan2(north, east)), _TURN)
     for name, record, deviation in kinds:
         off = record - record.mean()
         variance = float((off**2).mean())
         kept = [float((off[lag:] * off[: len(off) - lag]).mean()) / variance for lag in lags]
-        spread = 3.0 * math.sqrt(2.0 * KEPT / RECORD)
-        sway = 3.0 * math.sqrt((1.0 - 3.0 * math.exp(-2.0)) * KEPT / RECORD)
+        spread = 3.0 * math.sqrt(2.0 * _KEPT / _RECORD)
+        sway = 3.0 * math.sqrt((1.0 - 3.0 * math.exp(-2.0)) * _KEPT / _RECORD)
         rows += [
             near(f"variance of the {name} over its closed form", "", 1.0, variance / deviation**2, relative=spread),
             near(f"correlation of the {name} after a time constant", "", math.exp(-1.0), kept[10],
@@ -170,34 +168,34 @@ CASES = (
     Case(
         name="wind-profile",
         title="The wind over height",
-        setup=f"Worlds with a mean wind of {SPEED:g} m/s at 10 m over a logarithmic profile, whose roughness length "
-        f"makes it that of ISO 19901-1, and over a power law of {EXPONENT:g}; and the boat of beam_wind.yaml, whose "
+        setup=f"Worlds with a mean wind of {_SPEED:g} m/s at 10 m over a logarithmic profile, whose roughness length "
+        f"makes it that of ISO 19901-1, and over a power law of {_EXPONENT:g}; and the boat of beam_wind.yaml, whose "
         "areas are 0.3 m high, in the latter.",
         source="ISO 19901-1: U (1 + C ln(z / 10)), C = 0.0573 sqrt(1 + 0.15 U), which is a logarithmic profile of "
         "roughness 10 e^(-1 / C); U (z / 10)^0.11; the root of beam-wind with the wind at 0.3 m.",
         files=("physics/wind.py", "physics/windage.py", "runtime/weather.py"),
-        run=profile,
+        run=_profile,
     ),
     Case(
         name="wind-gusts",
         title="Gusts of the NPD spectrum",
-        setup=f"Worlds whose wind has spectrum npd with 100 components, over a power law of {EXPONENT:g}: {SEEDS} "
-        f"records of {HOURS:g} h, every {SAMPLE:g} s. Their power is that of their Fourier series.",
+        setup=f"Worlds whose wind has spectrum npd with 100 components, over a power law of {_EXPONENT:g}: {_SEEDS} "
+        f"records of {_HOURS:g} h, every {_SAMPLE:g} s. Their power is that of their Fourier series.",
         source="ISO 19901-1: S(f) = 320 (U / 10)^2 (z / 10)^0.45 / (1 + x^n)^(5 / 3 n), x = 172 f (z / 10)^(2/3) (U / "
         "10)^(-3/4), n = 0.468, integrated between 1/600 and 0.5 Hz, where it holds.",
         files=("physics/gusts.py", "physics/wind.py", "runtime/weather.py"),
-        run=gusts,
+        run=_gusts,
     ),
     Case(
         name="wind-wander",
         title="A wind that turns and wanders",
-        setup=f"A wind that turns by 2 degrees/s from 30 degrees, for two turns; one with gusts of {GUST:g} m/s and a "
-        f"direction of {TURN:g} degrees that are Gauss-Markov processes, both with a time constant of {KEPT:g} s: "
-        f"{RECORD / 3600.0:g} h, every 0.1 s.",
+        setup=f"A wind that turns by 2 degrees/s from 30 degrees, for two turns; one with gusts of {_GUST:g} m/s and a "
+        f"direction of {_TURN:g} degrees that are Gauss-Markov processes, both with a time constant of {_KEPT:g} s: "
+        f"{_RECORD / 3600.0:g} h, every 0.1 s.",
         source="Variance sigma^2, correlation e^(-t / tau). The bands are three standard deviations of what a record "
         "of T = 7200 tau shows: sqrt(2 tau / T) of the variance, by Bartlett (1946) sqrt((1 - 3 e^-2) tau / T) of the "
         "correlation after tau.",
         files=("physics/wind.py", "runtime/weather.py"),
-        run=wander,
+        run=_wander,
     ),
 )
