@@ -90,8 +90,8 @@ class AnimalConfig(Config):
 class TaskConfig(Config):
     """What all tasks have."""
 
-    scores: ClassVar[str]
-    """What the score is, in a line."""
+    held: ClassVar[bool] = False
+    """Whether the boat is held throughout."""
     type: str
     """Which task this is."""
     name: str = ""
@@ -118,7 +118,6 @@ class TaskConfig(Config):
 class StationkeepingTask(TaskConfig):
     """Hold a pose."""
 
-    scores: ClassVar[str] = "mean error of the pose, in m; lower is better"
     type: Literal["stationkeeping", "station_keeping"]
     goal: Geodetic | None = None
     """Latitude, longitude [degrees] and yaw [rad, from east] to hold."""
@@ -134,7 +133,6 @@ class StationkeepingTask(TaskConfig):
 class WayfindingTask(TaskConfig):
     """Visit poses, in any order."""
 
-    scores: ClassVar[str] = "mean of the least errors at the waypoints, in m; lower is better"
     type: Literal["wayfinding"]
     waypoints: Annotated[tuple[Geodetic, ...], NotEmpty] | None = None
     """Latitude, longitude [degrees] and yaw [rad, from east] of each."""
@@ -148,7 +146,7 @@ class WayfindingTask(TaskConfig):
 class PerceptionTask(TaskConfig):
     """Locate and name objects that show up before the boat, which is held throughout."""
 
-    scores: ClassVar[str] = "mean error of the reported places, in m, 10 for a missed object; lower is better"
+    held: ClassVar[bool] = True
     type: Literal["perception"]
     objects: Annotated[tuple[ShownObject, ...], NotEmpty]
     """What shows up: time, duration, type, name and pose of each."""
@@ -159,14 +157,12 @@ class PerceptionTask(TaskConfig):
 class NavigationTask(ChannelConfig, TaskConfig):
     """Pass the gates of a channel in order."""
 
-    scores: ClassVar[str] = "time per gate with penalties, in s, 200 for a failure; lower is better"
     type: Literal["navigation_course"]
 
 
 class FollowPathTask(ChannelConfig, TaskConfig):
     """Pass the gates of a channel; some may be left out."""
 
-    scores: ClassVar[str] = "points of gates, less those of collisions; higher is better"
     type: Literal["follow_path"]
     points_per_gate_crossed: NonNegative = 10.0
     """Points for a gate [points]."""
@@ -179,7 +175,6 @@ class FollowPathTask(ChannelConfig, TaskConfig):
 class DockTask(TaskConfig):
     """Dock where the light buoy and the placards demand it; deliver balls through holes."""
 
-    scores: ClassVar[str] = "points of the colours, the docking and the balls; higher is better"
     type: Literal["dock", "scan_and_dock", "scan_dock_deliver"]
     dock: str
     """Name of the dock: of an object or of an entry of `docks`."""
@@ -220,7 +215,6 @@ _DOCKS: dict[str, dict[str, Any]] = {
 class WildlifeTask(TaskConfig):
     """Keep away from some animals and circle others."""
 
-    scores: ClassVar[str] = "time less bonuses, in s; lower is better"
     type: Literal["wildlife"]
     collision_buffer: NonNegative = 10.0
     """Dead time after a counted collision [s]."""
@@ -237,7 +231,6 @@ class WildlifeTask(TaskConfig):
 class GymkhanaTask(TaskConfig):
     """Pass a channel, then find a beacon behind obstacles."""
 
-    scores: ClassVar[str] = "mean distance to the beacon with penalties, in m, 200 without the channel; lower is better"
     type: Literal["gymkhana"]
     channel: ChannelConfig
     """Its course, gates, obstacle_penalty and collision_buffer."""
@@ -250,7 +243,6 @@ class GymkhanaTask(TaskConfig):
 class AcousticPerceptionTask(TaskConfig):
     """Reach a beacon under water."""
 
-    scores: ClassVar[str] = "time until the beacon is reached, in s; lower is better"
     type: Literal["acoustic_perception"]
     pinger: Vec3
     """x, y, z of the beacon [m]."""
@@ -261,7 +253,6 @@ class AcousticPerceptionTask(TaskConfig):
 class AcousticTrackingTask(TaskConfig):
     """Follow a moving beacon."""
 
-    scores: ClassVar[str] = "mean horizontal distance to the beacon with penalties, in m; lower is better"
     type: Literal["acoustic_tracking"]
     pinger: str
     """Name of the object that carries the beacon."""
@@ -293,8 +284,3 @@ TASKS: Mapping[str, type[TaskConfig]] = {
     if name != "station_keeping"  # another name of stationkeeping
 }
 """Models of the tasks, by type."""
-SCORES: Mapping[str, str] = {name: model.scores for name, model in TASKS.items()} | {
-    "dock": "points of the docking; higher is better",
-    "scan_and_dock": "points of the colours and the docking; higher is better",
-}
-"""What the score of a task is, by type."""

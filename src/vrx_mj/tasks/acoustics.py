@@ -84,7 +84,6 @@ class AcousticTracking(PlainRules):
         self.state = AcousticTrackingState()
         self._boat, self._pinger = task.boat, task.pinger
         self._height, self._penalty = task.pinger_depth, task.obstacle_penalty
-        self.watched = (self._pinger,)
 
     def update(self, frame: Frame, context: TaskContext) -> None:
         """Take the distance of a frame into the mean, and have the beacon sound from where it is."""

@@ -146,7 +146,6 @@ class Docking(PlainRules):
         self._stay = task.min_dock_time
         self._early_zones = self._announces = task.profile != "vrx3"
         self._symbol = next((bay.symbol for bay in reversed(self._bays) if bay.right), None)
-        self.watched = (self._anchor, *self._balls)
 
     @property
     def progress(self) -> dict[str, object]:

@@ -5,7 +5,6 @@ References: VRX navigation_scoring_plugin.cc of gazebo_classic, and VRX 3 Naviga
 """
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Literal, NamedTuple
 
@@ -49,11 +48,6 @@ def side_of(gate: Gate, x: float, y: float) -> Side:
     return "after" if east * along_x + north * along_y >= 0.0 else "before"
 
 
-def marker_names(gates: Iterable[tasks.Gate]) -> tuple[str, ...]:
-    """Names of the buoys of gates, each once."""
-    return tuple(dict.fromkeys(name for gate in gates for name in (gate.left, gate.right)))
-
-
 def passage(gate: tasks.Gate, before: str, boat: str, frame: Frame) -> tuple[Side, _Passage | None]:
     """Where the boat is in a gate now, and whether it has passed it since it was at `before`."""
     poses = frame.poses
@@ -84,7 +78,6 @@ class _GateRules(PlainRules):
     def __init__(self, task: tasks.Navigation | tasks.FollowPath) -> None:
         self._boat, self._gates, self._penalty = task.boat, task.gates, task.obstacle_penalty
         self.state = GatesState(["ahead"] * len(self._gates), ["outside"] * len(self._gates))
-        self.watched = marker_names(self._gates)
 
     @property
     def progress(self) -> dict[str, object]:

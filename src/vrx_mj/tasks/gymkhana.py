@@ -51,7 +51,6 @@ class Gymkhana(PlainRules):
         self._may_fail = task.profile != "vrx3"
         self._channel = _channel_referee(task)
         self._sums = GymkhanaState()
-        self.watched = self._channel.watched
 
     @property
     def state(self) -> GymkhanaState:

@@ -53,7 +53,6 @@ class Perception(PlainRules):
 
     def __init__(self, task: tasks.Perception) -> None:
         self._boat, self._objects, self._loops = task.boat, task.objects, task.loop_forever
-        self.watched = tuple(dict.fromkeys(thing.name for thing in self._objects))
         self.state = self._round(0.0)
 
     @property

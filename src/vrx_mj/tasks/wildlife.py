@@ -80,7 +80,6 @@ class Wildlife(PlainRules):
         self.counts_hits = not self._classic
         self._radius, self._bonus = task.engagement_distance, task.time_bonus
         self._rate = task.publication_rate
-        self.watched = tuple(animal.name for animal in self._animals)
         count = len(self._animals)
         self.state = WildlifeState(
             ["never_engaged"] * count, [["outside"] * GATES for _ in range(count)], [[] for _ in range(count)]
@@ -104,9 +103,9 @@ class Wildlife(PlainRules):
             return
         context.set_score(min(status.duration, status.elapsed))
         boat = frame.poses[self._boat]
-        for number, name in enumerate(self.watched):
-            if self.state.status[number] != "circumnavigated":
-                self._look_at(number, frame.poses[name], boat, context)
+        for number, animal in enumerate(self._animals):
+            if not self._done(number):
+                self._look_at(number, frame.poses[animal.name], boat, context)
         self._publish(frame, status)
         if all(self._done(number) for number in range(len(self._animals)) if not self._avoided(number)):
             self._complete(context)
@@ -115,7 +114,8 @@ class Wildlife(PlainRules):
         """Any collision starts over all circles under way."""
         for number, circled in enumerate(self.state.circled):
             if circled and not self._done(number):
-                context.log(f"the circle around {self.watched[number]} starts over: collision with {other}", "WARN")
+                name = self._animals[number].name
+                context.log(f"the circle around {name} starts over: collision with {other}", "WARN")
                 circled.clear()
 
     def timeout_score(self, status: TaskStatus) -> float | None:
@@ -163,7 +163,7 @@ class Wildlife(PlainRules):
 
     def _look_at(self, number: int, animal: Pose, boat: Pose, context: TaskContext) -> None:
         """Engage, leave, or go on with the circle: one of them at a frame."""
-        own, name = self.state, self.watched[number]
+        own, name = self.state, self._animals[number].name
         distance = math.dist((boat.x, boat.y, boat.z), (animal.x, animal.y, animal.z))
         if own.status[number] != "engaged":
             if distance <= self._radius:
@@ -178,7 +178,7 @@ class Wildlife(PlainRules):
 
     def _circle(self, number: int, dx: float, dy: float, context: TaskContext) -> None:
         """See which gates the boat has crossed, and in which sense."""
-        own, name = self.state, self.watched[number]
+        own, name = self.state, self._animals[number].name
         right = "after" if self._animals[number].goal == "circumnavigate_counterclockwise" else "before"
         sides, circled = own.sides[number], own.circled[number]
         for gate, axis in enumerate(AXES):
