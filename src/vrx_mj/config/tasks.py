@@ -115,19 +115,24 @@ class TaskConfig(Config):
         return tuple(key for key in ("goal", "waypoints") if getattr(self, key, None))
 
 
-class StationkeepingTask(TaskConfig):
-    """Hold a pose."""
+class GoalConfig(Config):
+    """A pose, in one of two frames."""
 
-    type: Literal["stationkeeping", "station_keeping"]
     goal: Geodetic | None = None
     """Latitude, longitude [degrees] and yaw [rad, from east] to hold."""
     goal_cart: Cartesian | None = None
     """The same as x, y [m] and yaw [rad, from x] in the world frame."""
-    heading: Switch = True
-    """Whether the yaw counts."""
 
     def _faults(self) -> Iterator[Fault]:
         return exclusive(self, "goal", "goal_cart", required=True)
+
+
+class StationkeepingTask(GoalConfig, TaskConfig):
+    """Hold a pose."""
+
+    type: Literal["stationkeeping", "station_keeping"]
+    heading: Switch = True
+    """Whether the yaw counts."""
 
 
 class WayfindingTask(TaskConfig):

@@ -254,7 +254,7 @@ def _fixed(site: Site) -> dict[str, Pose]:
     return still | {dock.name: dock.pose for dock in site.docks if not dock.config.dynamic}
 
 
-def _goal(task: tasks.StationkeepingTask, site: Site) -> Goal:
+def _goal(task: tasks.GoalConfig, site: Site) -> Goal:
     key = "goal" if task.goal else "goal_cart"
     goal = task.goal or task.goal_cart
     assert goal is not None, "checked with the task"
