@@ -223,10 +223,9 @@ def _paths(world: Parameters, poses: Mapping[str, Pose]) -> Iterator[Path]:
 def _beacons(task: tasks.Task | None, poses: Mapping[str, Pose]) -> Iterator[Beacon]:
     if isinstance(task, tasks.AcousticTracking):
         yield Beacon(task.pinger, poses[task.pinger].x, poses[task.pinger].y)
-    elif isinstance(task, tasks.Gymkhana):
-        yield Beacon("black box", task.pinger.x, task.pinger.y)
-    elif isinstance(task, tasks.AcousticPerception):
-        yield Beacon("beacon", task.pinger.x, task.pinger.y, task.goal_tolerance)
+    name = "black box" if isinstance(task, tasks.Gymkhana) else "beacon"
+    radius = task.goal_tolerance if isinstance(task, tasks.AcousticPerception) else 0.0
+    yield from (Beacon(name, pinger.x, pinger.y, radius) for pinger in tasks.parts_of(task, tasks.Pinger))
 
 
 def _showings(task: tasks.Task | None, poses: Mapping[str, Pose]) -> Iterator[Showing]:
