@@ -99,11 +99,11 @@ class TaskConfig(Config):
     boat: str | None = None
     """The boat that is scored; by default the fleet's first."""
     initial_state_duration: NonNegative = 10.0
-    """How long the boat is held at the start [s]."""
+    """Time for which the boat is held at the start [s]."""
     ready_state_duration: NonNegative = 10.0
-    """How long it is free before the run counts [s]."""
+    """Time for which it is free before the run counts [s]."""
     running_state_duration: NonNegative = 300.0
-    """How long the run may take [s]."""
+    """Longest time that the run may take [s]."""
     collision_buffer: NonNegative = 3.0
     """Dead time after a counted collision [s]."""
     locked: Switch = True
@@ -121,7 +121,7 @@ class GoalConfig(Config):
     goal: Geodetic | None = None
     """Latitude, longitude [degrees] and yaw [rad, from east] to hold."""
     goal_cart: Cartesian | None = None
-    """The same as x, y [m] and yaw [rad, from x] in the world frame."""
+    """The same pose as x, y [m] and yaw [rad, from x] in the world frame."""
 
     def _faults(self) -> Iterator[Fault]:
         return exclusive(self, "goal", "goal_cart", required=True)
@@ -142,7 +142,7 @@ class WayfindingTask(TaskConfig):
     waypoints: Annotated[tuple[Geodetic, ...], NotEmpty] | None = None
     """Latitude, longitude [degrees] and yaw [rad, from east] of each."""
     waypoints_cart: Annotated[tuple[Cartesian, ...], NotEmpty] | None = None
-    """The same as x, y [m] and yaw [rad, from x] in the world frame."""
+    """The same poses as x, y [m] and yaw [rad, from x] in the world frame."""
 
     def _faults(self) -> Iterator[Fault]:
         return exclusive(self, "waypoints", "waypoints_cart", required=True)
@@ -198,7 +198,7 @@ class DockTask(TaskConfig):
     enable_color_checker: Switch = True
     """Whether a report of the colours is taken; by default not in dock."""
     min_dock_time: NonNegative = 10.0
-    """How long to stay in the bay [s]."""
+    """Time to stay in the bay [s]."""
     targets: tuple[TargetConfig, ...] | None = None
     """Points of holes; by default in scan_dock_deliver all holes of the dock: 5 points for a big one, 10 for a small
     one."""

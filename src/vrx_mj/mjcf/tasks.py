@@ -213,7 +213,7 @@ _ANIMALS: Mapping[str, _Habit] = {
 }
 """What VRX wants of the animals, by the first word of their model."""
 _POINTS = {"big": 5.0, "small": 10.0}
-"""For a ball in a hole, VRX's."""
+"""Points of a ball in a hole, VRX's."""
 _LEFT = re.compile(r"red_bound_(\d+)")
 _PARTNERS = ("green", "white", "blue", "black")
 """First words of the right buoys of gates; a gate has one of them."""

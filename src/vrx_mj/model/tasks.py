@@ -68,7 +68,7 @@ class Goal:
 
 @dataclass(frozen=True, kw_only=True)
 class Pinger:
-    """Where a beacon is."""
+    """Place of a beacon."""
 
     __pydantic_config__ = STRICT
     x: Real
@@ -149,9 +149,9 @@ class Bay:
     symbol: Text
     """Symbol that the task makes the placard show."""
     internal: Box
-    """Where a boat is in it."""
+    """Zone in which a boat is in it."""
     external: Box
-    """Where a boat is before it."""
+    """Zone in which a boat is before it."""
     dock_allowed: bool
     """Whether it is the right one."""
 

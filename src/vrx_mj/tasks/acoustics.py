@@ -12,7 +12,7 @@ from vrx_mj.tasks.frame import Count, Frame, TaskStatus
 from vrx_mj.tasks.rules import Outputs, PlainRules, SetPinger, TaskContext
 
 _PINGER_PERIOD = 0.1
-"""Between two messages of where the moving beacon is, at least [s]; VRX's."""
+"""Least time between two messages of where the moving beacon is [s]; VRX's."""
 
 
 @dataclass
@@ -20,7 +20,7 @@ class AcousticPerceptionState:
     """What the boat has done so far."""
 
     distance: float | None = None
-    """To the beacon [m], in space; None before the first frame, at which the beacon is put to its place."""
+    """Distance to the beacon [m], in space; None before the first frame, at which the beacon is put to its place."""
 
 
 class AcousticPerception(PlainRules):
@@ -64,7 +64,7 @@ class AcousticTrackingState:
 
     frames: Count = 0
     total: float = 0.0
-    """Of the distances [m]."""
+    """Sum of the distances [m]."""
     error: float = 0.0
     """The last distance [m]."""
     due: float = 0.0

@@ -22,13 +22,13 @@ class Gate(NamedTuple):
     """Where a gate is now; buoys drift."""
 
     x: float
-    """Of the middle [m], east."""
+    """Middle of the gate [m], east."""
     y: float
-    """[m], north."""
+    """Middle of the gate [m], north."""
     yaw: float
     """Direction in which to cross it [rad], counter-clockwise from x."""
     width: float
-    """[m]; as in VRX between the buoys' origins in space, so that their heights count."""
+    """Width [m]; as in VRX between the buoys' origins in space, so that their heights count."""
 
 
 def gate_between(left: Pose, right: Pose) -> Gate:
@@ -64,7 +64,7 @@ FAILURE = 200.0
 
 @dataclass
 class GatesState:
-    """Of the gates, in their order."""
+    """State of each gate, in their order."""
 
     gates: list[_GateFate] = field(default_factory=list)
     """What became of them: see `_GateFate`."""

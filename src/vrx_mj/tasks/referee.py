@@ -39,7 +39,7 @@ class Verdict:
 
     actions: tuple[Action, ...]
     lines: tuple[tuple[str, str], ...]
-    """Of the log: text and level."""
+    """Lines of the log: text and level."""
 
 
 def parsed_dump(text: str) -> dict[str, Any]:

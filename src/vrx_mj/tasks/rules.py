@@ -38,7 +38,7 @@ class ShowSymbol:
 
     placard: str
     symbol: str
-    """As `red_circle`."""
+    """Symbol, such as `red_circle`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +47,7 @@ class SetPinger:
 
     boat: str
     position: tuple[float, float, float]
-    """[m, ENU]."""
+    """Position [m, ENU]."""
 
 
 Action = Release | PlaceObject | LightUp | ShowSymbol | SetPinger
@@ -124,7 +124,7 @@ class PlainRules:
     counts_hits = True
     """Whether a hit goes into the count of collisions."""
     title = "the task"
-    """In error messages."""
+    """Name in error messages."""
 
     @property
     def progress(self) -> Mapping[str, object]:

@@ -18,7 +18,7 @@ from vrx_mj.ros.table.vrx3 import in_vrx3, parameters, with_vrx3
 from vrx_mj.tasks.registry import TASK_KINDS, Form
 
 _RATE = 1.0
-"""Of a task's info and errors [Hz]."""
+"""Rate of a task's info and numbers [Hz]."""
 _CONTACT_RATE = 10.0
 _ANIMAL_RATE = 1.0
 """[Hz], VRX 3's default."""
@@ -122,7 +122,7 @@ def _color_sequence(host: Host) -> Iterator[Service]:
 
 
 def _vrx3_color_sequence(host: Host) -> Iterator[Input]:
-    """The same as a topic."""
+    """The colours of the light buoy as a topic."""
 
     def colors(message: Message) -> None:
         names = list(message.data)
@@ -296,4 +296,4 @@ MORE_TOPICS: Mapping[str, MoreTopics] = {
     "wildlife": MoreTopics(outputs=_animal_poses),
     "gymkhana": MoreTopics("/vrx/gymkhana_blackbox", outputs=_gymkhana),
 }
-"""By type of task."""
+"""Topics and services by type of task."""
