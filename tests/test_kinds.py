@@ -2,28 +2,32 @@
 
 import re
 from collections.abc import Collection, Mapping
+from dataclasses import fields, make_dataclass
 from pathlib import Path
+from types import SimpleNamespace
 from typing import get_args
 
 import pytest
 
+from unit.tasks.samples import SAMPLES
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.config.tasks import TASKS
 from vrx_mj.control.captain import SKIPPERS
 from vrx_mj.mjcf.tasks import _RESOLVERS
-from vrx_mj.model.tasks import Task
+from vrx_mj.model import tasks
 from vrx_mj.ros.table.sensing import TOPICS
-from vrx_mj.ros.table.tasks import TASK_TOPICS
+from vrx_mj.ros.table.tasks import MORE_TOPICS, MoreTopics, topics_of
 from vrx_mj.sensors.registry import SENSOR_KINDS
 from vrx_mj.tasks.registry import TASK_KINDS
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 
 
-def rows(page: str) -> set[str]:
-    """Types in the first column of a page's tables."""
-    lines = re.findall(r"^\| ([^|]*) \|", (DOCS / page).read_text(encoding="utf-8"), re.MULTILINE)
-    return {name.strip(" `") for line in lines for name in line.split(",")}
+def rows(page: str, column: int = 0) -> set[str]:
+    """Types in a column of a page's tables."""
+    lines = re.findall(r"^\| (.*) \|$", (DOCS / page).read_text(encoding="utf-8"), re.MULTILINE)
+    cells = [line.split(" | ") for line in lines]
+    return {name.strip(" `") for row in cells if len(row) > column for name in row[column].split(",")}
 
 
 def forgotten(what: str, parts: Mapping[str, Collection[str]]) -> list[str]:
@@ -49,31 +53,73 @@ SENSOR_PARTS: dict[str, Collection[str]] = {
     },
     "row in docs/sensors.md": rows("sensors.md"),
 }
+
+
+def hears(topics):
+    """Whether there is a topic or a service by which messages reach a task."""
+    return any(True for part in (topics.inputs, topics.services) for _ in part(None))
+
+
+def classic_topics(kind):
+    """Names of the topics and services of a type of task on ROS 1."""
+    host = SimpleNamespace(sim=SimpleNamespace(task=None, world=SimpleNamespace(parameters=SimpleNamespace(task=None))))
+    return {topic.name for topic in topics_of(host, kind) if "vrx" in topic.dialects}
+
+
+def listed_topics(page):
+    """Names in the first column of a page's tables; what has no slash before it is beside the name before."""
+    found, stem = set(), ""
+    for cell in re.findall(r"^\| ([^|]*) \|", (DOCS / page).read_text(encoding="utf-8"), re.MULTILINE):
+        for name in re.findall(r"`([^`]+)`", cell):
+            stem = name.rpartition("/")[0] if name.startswith("/") else stem
+            found.add(name if name.startswith("/") else f"{stem}/{name}")
+    return found
+
+
 TASK_PARTS: dict[str, Collection[str]] = {
-    "configuration: AnyTask in config/tasks.py": set(TASKS),
-    "parameters: _RESOLVERS in mjcf/tasks.py": {name for name, config in TASKS.items() if config in _RESOLVERS},
-    "compiled form: Task in model/tasks.py": {
-        name for kind in get_args(get_args(Task)[0]) for name in get_args(kind.__annotations__["type"])
-    },
+    "configuration: Task in config/tasks.py": set(TASKS),
+    "compiled form: Task in model/tasks.py": set(tasks.TASKS),
     "record: TASK_KINDS in tasks/registry.py": set(TASK_KINDS),
+    "topic or service for its message: MORE_TOPICS in ros/table/tasks.py": {
+        name
+        for name in TASK_KINDS
+        if name not in SAMPLES or not SAMPLES[name].message or hears(MORE_TOPICS.get(name, MoreTopics()))
+    },
     "controller: SKIPPERS in control/captain.py": set(SKIPPERS),
-    "topics: TASK_TOPICS in ros/table/tasks.py": set(TASK_TOPICS),
+    "sample: SAMPLES in tests/unit/tasks/samples.py": set(SAMPLES),
     "row in docs/tasks.md": rows("tasks.md"),
+    "row in docs/controllers.md": rows("controllers.md", 1),
+    "topics in docs/ros.md": {name for name in TASK_KINDS if classic_topics(name) <= listed_topics("ros.md")},
 }
 PARTS = {"sensor": SENSOR_PARTS, "task": TASK_PARTS}
 
 
 @pytest.mark.parametrize("what", PARTS)
 def test_every_type_has_all_its_parts(what):
-    assert forgotten(what, PARTS[what]) == []
+    assert "\n".join(forgotten(what, PARTS[what])) == ""
 
 
-@pytest.mark.parametrize(("what", "part"), [(what, part) for what, parts in PARTS.items() for part in parts])
-def test_who_forgets_a_part_is_told_which(what, part):
-    incomplete = {name: set(types) | ({"new"} if name != part else set()) for name, types in PARTS[what].items()}
-    assert forgotten(what, incomplete) == [f"{what} 'new' has no {part}"]
+def test_a_forgotten_part_is_named():
+    parts = {"record: KINDS": {"old", "new"}, "topics: TOPICS": {"old"}, "row in docs/a.md": {"old", "new", "| type |"}}
+    assert forgotten("task", parts) == ["task 'new' has no topics: TOPICS"]
 
 
 @pytest.mark.parametrize("name", SENSOR_KINDS)
 def test_records_are_found_by_the_type_of_their_configuration(name):
     assert SENSOR_KINDS[name].type == name == SENSOR_KINDS[name].config.model_fields["type"].default
+
+
+def fields_from_nowhere(compiled, config):
+    """Fields of a compiled task that are neither keys of its file nor found in the world."""
+    return [own.name for own in fields(compiled) if own.name not in _RESOLVERS and not gives(config, own.name)]
+
+
+def gives(config, key):
+    return key in config.model_fields or hasattr(config, key)
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_a_field_of_a_compiled_task_is_a_key_of_its_file_or_in_the_resolvers_of_mjcf_tasks(name):
+    assert fields_from_nowhere(tasks.TASKS[name], TASKS[name]) == []
+    more = make_dataclass("More", ["laps"], bases=(tasks.TASKS[name],), frozen=True, kw_only=True)
+    assert fields_from_nowhere(more, TASKS[name]) == ["laps"]

@@ -307,10 +307,24 @@ def test_contributing_shows_the_layers_that_are_checked():
 
 def test_files_that_contributing_names_exist():
     text = read("CONTRIBUTING.md").split("## Where things go")[1].split("\n## ")[0]
-    named = {name for name in re.findall(r"`([\w./]+/[\w./]*)`", text) if not re.search(r"NAME|\*", name)}
+    prose = re.sub(r"```.*?```", "", text, flags=re.DOTALL)
+    named = {name for name in re.findall(r"`([\w.][\w./]*/[\w./]*)`", prose) if not re.search(r"NAME|\*", name)}
     places = [REPO, REPO / "src" / "vrx_mj"]
     assert {name for name in named if not any((place / name).exists() for place in places)} == set()
     assert len(named) > 30
+
+
+def test_diffs_in_contributing_start_from_lines_that_are_there():
+    diffs = re.findall(r"```diff\n(.*?)```", read("CONTRIBUTING.md"), re.DOTALL)
+    files = [part.partition("\n") for diff in diffs for part in re.split(r"^--- (?:a/)?", diff, flags=re.MULTILINE)[1:]]
+    missing = [
+        (file, line[1:])
+        for file, _, lines in files
+        for line in lines.splitlines()
+        if line[0] in " -" and line[1:] not in read(file).splitlines()
+    ]
+    assert missing == []
+    assert len(files) > 5
 
 
 def test_limits_are_few_enough_to_know_each():

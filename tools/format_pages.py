@@ -32,6 +32,7 @@ from vrx_mj.formats.series.macros import REQUIRED, macros
 from vrx_mj.formats.urdf import gazebo, gazebo_sensors, gz_sim
 from vrx_mj.formats.urdf.elements import FIELDS, Tag
 from vrx_mj.formats.urdf.tags import Entry, sections
+from vrx_mj.tasks.registry import TASK_KINDS
 
 REPO = Path(__file__).resolve().parents[1]
 FOLDER = REPO / "docs" / "formats"
@@ -84,10 +85,9 @@ class Writer:
 
     def section(self, title: str, model: type[Config], level: str) -> str:
         """A heading, what the model is, and its table of keys."""
-        score = getattr(model, "scores", None)
         lines = [f"{level} {title}\n", f"{(model.__doc__ or '').strip()}\n"]
-        if score is not None:
-            lines.append(f"Score: {score}.\n")
+        if kind := TASK_KINDS.get(title.rpartition(", ")[2]):
+            lines.append(f"Score: {kind.meaning}.\n")
         return "\n".join(lines) + "\n" + self.table(model, title)
 
     def table(self, model: type[Config], title: str) -> str:

@@ -21,7 +21,7 @@ from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.sensors.anemometer import apparent_wind
 from vrx_mj.sensors.errors import Draw
 from vrx_mj.sensors.imu import inertia
-from vrx_mj.sensors.places import Mount, Place, carried
+from vrx_mj.sensors.places import Mount, Place, place_of_mount
 
 _FORWARD_RIGHT_DOWN = ((1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, -1.0))
 """Axes of the board in those of the boat, forward-left-up."""
@@ -91,7 +91,7 @@ class Board:
         seen = self._sim.observe()[self._boat]
         velocity = rotation_matrix(seen.quaternion) @ seen.velocity
         pose = np.concatenate((seen.position, seen.quaternion))
-        return carried(pose, np.concatenate((velocity, seen.angular_velocity)), self._mount)
+        return place_of_mount(pose, np.concatenate((velocity, seen.angular_velocity)), self._mount)
 
     def _north_east_down(self, vector: FloatArray) -> list[float]:
         """A vector (3,) of the world's axes."""

@@ -108,10 +108,11 @@ def _angles(boat: "Boat") -> Iterator[str]:
 
 def _tasks(*, verbose: bool) -> Iterator[str]:
     """A line for each type of task: what its score is; verbose: with its keys."""
-    from vrx_mj.config.tasks import SCORES, TASKS, TaskConfig
+    from vrx_mj.config.tasks import TASKS, TaskConfig
+    from vrx_mj.tasks.registry import TASK_KINDS
 
     for name, task in TASKS.items():
-        yield f"{name}: {SCORES[name]}"
+        yield f"{name}: {TASK_KINDS[name].meaning}"
         if verbose:
             yield from _keys(task, [key for key in task.model_fields if key not in TaskConfig.model_fields])
     if verbose:

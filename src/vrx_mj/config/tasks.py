@@ -90,8 +90,8 @@ class AnimalConfig(Config):
 class TaskConfig(Config):
     """What all tasks have."""
 
-    scores: ClassVar[str]
-    """What the score is, in a line."""
+    held: ClassVar[bool] = False
+    """Whether the boat is held throughout."""
     type: str
     """Which task this is."""
     name: str = ""
@@ -99,11 +99,11 @@ class TaskConfig(Config):
     boat: str | None = None
     """The boat that is scored; by default the fleet's first."""
     initial_state_duration: NonNegative = 10.0
-    """How long the boat is held at the start [s]."""
+    """Time for which the boat is held at the start [s]."""
     ready_state_duration: NonNegative = 10.0
-    """How long it is free before the run counts [s]."""
+    """Time for which it is free before the run counts [s]."""
     running_state_duration: NonNegative = 300.0
-    """How long the run may take [s]."""
+    """Longest time that the run may take [s]."""
     collision_buffer: NonNegative = 3.0
     """Dead time after a counted collision [s]."""
     locked: Switch = True
@@ -115,31 +115,34 @@ class TaskConfig(Config):
         return tuple(key for key in ("goal", "waypoints") if getattr(self, key, None))
 
 
-class StationkeepingTask(TaskConfig):
-    """Hold a pose."""
+class GoalConfig(Config):
+    """A pose, in one of two frames."""
 
-    scores: ClassVar[str] = "mean error of the pose, in m; lower is better"
-    type: Literal["stationkeeping", "station_keeping"]
     goal: Geodetic | None = None
     """Latitude, longitude [degrees] and yaw [rad, from east] to hold."""
     goal_cart: Cartesian | None = None
-    """The same as x, y [m] and yaw [rad, from x] in the world frame."""
-    heading: Switch = True
-    """Whether the yaw counts."""
+    """The same pose as x, y [m] and yaw [rad, from x] in the world frame."""
 
     def _faults(self) -> Iterator[Fault]:
         return exclusive(self, "goal", "goal_cart", required=True)
 
 
+class StationkeepingTask(GoalConfig, TaskConfig):
+    """Hold a pose."""
+
+    type: Literal["stationkeeping", "station_keeping"]
+    heading: Switch = True
+    """Whether the yaw counts."""
+
+
 class WayfindingTask(TaskConfig):
     """Visit poses, in any order."""
 
-    scores: ClassVar[str] = "mean of the least errors at the waypoints, in m; lower is better"
     type: Literal["wayfinding"]
     waypoints: Annotated[tuple[Geodetic, ...], NotEmpty] | None = None
     """Latitude, longitude [degrees] and yaw [rad, from east] of each."""
     waypoints_cart: Annotated[tuple[Cartesian, ...], NotEmpty] | None = None
-    """The same as x, y [m] and yaw [rad, from x] in the world frame."""
+    """The same poses as x, y [m] and yaw [rad, from x] in the world frame."""
 
     def _faults(self) -> Iterator[Fault]:
         return exclusive(self, "waypoints", "waypoints_cart", required=True)
@@ -148,7 +151,7 @@ class WayfindingTask(TaskConfig):
 class PerceptionTask(TaskConfig):
     """Locate and name objects that show up before the boat, which is held throughout."""
 
-    scores: ClassVar[str] = "mean error of the reported places, in m, 10 for a missed object; lower is better"
+    held: ClassVar[bool] = True
     type: Literal["perception"]
     objects: Annotated[tuple[ShownObject, ...], NotEmpty]
     """What shows up: time, duration, type, name and pose of each."""
@@ -159,14 +162,12 @@ class PerceptionTask(TaskConfig):
 class NavigationTask(ChannelConfig, TaskConfig):
     """Pass the gates of a channel in order."""
 
-    scores: ClassVar[str] = "time per gate with penalties, in s, 200 for a failure; lower is better"
     type: Literal["navigation_course"]
 
 
 class FollowPathTask(ChannelConfig, TaskConfig):
     """Pass the gates of a channel; some may be left out."""
 
-    scores: ClassVar[str] = "points of gates, less those of collisions; higher is better"
     type: Literal["follow_path"]
     points_per_gate_crossed: NonNegative = 10.0
     """Points for a gate [points]."""
@@ -179,7 +180,6 @@ class FollowPathTask(ChannelConfig, TaskConfig):
 class DockTask(TaskConfig):
     """Dock where the light buoy and the placards demand it; deliver balls through holes."""
 
-    scores: ClassVar[str] = "points of the colours, the docking and the balls; higher is better"
     type: Literal["dock", "scan_and_dock", "scan_dock_deliver"]
     dock: str
     """Name of the dock: of an object or of an entry of `docks`."""
@@ -198,7 +198,7 @@ class DockTask(TaskConfig):
     enable_color_checker: Switch = True
     """Whether a report of the colours is taken; by default not in dock."""
     min_dock_time: NonNegative = 10.0
-    """How long to stay in the bay [s]."""
+    """Time to stay in the bay [s]."""
     targets: tuple[TargetConfig, ...] | None = None
     """Points of holes; by default in scan_dock_deliver all holes of the dock: 5 points for a big one, 10 for a small
     one."""
@@ -220,7 +220,6 @@ _DOCKS: dict[str, dict[str, Any]] = {
 class WildlifeTask(TaskConfig):
     """Keep away from some animals and circle others."""
 
-    scores: ClassVar[str] = "time less bonuses, in s; lower is better"
     type: Literal["wildlife"]
     collision_buffer: NonNegative = 10.0
     """Dead time after a counted collision [s]."""
@@ -237,7 +236,6 @@ class WildlifeTask(TaskConfig):
 class GymkhanaTask(TaskConfig):
     """Pass a channel, then find a beacon behind obstacles."""
 
-    scores: ClassVar[str] = "mean distance to the beacon with penalties, in m, 200 without the channel; lower is better"
     type: Literal["gymkhana"]
     channel: ChannelConfig
     """Its course, gates, obstacle_penalty and collision_buffer."""
@@ -250,7 +248,6 @@ class GymkhanaTask(TaskConfig):
 class AcousticPerceptionTask(TaskConfig):
     """Reach a beacon under water."""
 
-    scores: ClassVar[str] = "time until the beacon is reached, in s; lower is better"
     type: Literal["acoustic_perception"]
     pinger: Vec3
     """x, y, z of the beacon [m]."""
@@ -261,7 +258,6 @@ class AcousticPerceptionTask(TaskConfig):
 class AcousticTrackingTask(TaskConfig):
     """Follow a moving beacon."""
 
-    scores: ClassVar[str] = "mean horizontal distance to the beacon with penalties, in m; lower is better"
     type: Literal["acoustic_tracking"]
     pinger: str
     """Name of the object that carries the beacon."""
@@ -293,8 +289,3 @@ TASKS: Mapping[str, type[TaskConfig]] = {
     if name != "station_keeping"  # another name of stationkeeping
 }
 """Models of the tasks, by type."""
-SCORES: Mapping[str, str] = {name: model.scores for name, model in TASKS.items()} | {
-    "dock": "points of the docking; higher is better",
-    "scan_and_dock": "points of the colours and the docking; higher is better",
-}
-"""What the score of a task is, by type."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.control.buoy_map import Lookout
-from vrx_mj.control.guidance import Point, approach_speed, around, clear_of, wrapped
+from vrx_mj.control.guidance import Point, approach_speed, around, clear_of, wrap_angle
 from vrx_mj.control.navigation import Estimate, sensor_named
 from vrx_mj.control.pilot import POSITION_RATE
 from vrx_mj.control.skipper import Commands, Skipper
@@ -50,7 +50,7 @@ class Roam:
     def likely(self, place: Point, reach: float) -> bool:
         """Whether a place may be of the course: it lies ahead of the beginning, and not too far off."""
         bearing = math.atan2(place[1] - self._place[1], place[0] - self._place[0])
-        return math.dist(place, self._place) < reach and abs(wrapped(bearing - self._heading)) < _ASIDE
+        return math.dist(place, self._place) < reach and abs(wrap_angle(bearing - self._heading)) < _ASIDE
 
     @property
     def _goal(self) -> Point:
@@ -66,7 +66,7 @@ ANGLE_NOISE = 0.01
 _DEPTH, _DEPTH_NOISE = -1.0, 1.5
 """What is known of a still beacon's height [m] before anything is heard: in the upper 3 m of the water."""
 _HEIGHT = 2.0
-"""Of a moving beacon over the water, or under it [m]; VRX 3's swims under it and is heard from over it."""
+"""Height or depth of a moving beacon [m]; VRX 3's swims under water and is heard from over it."""
 _SWERVE = 0.5
 """Acceleration of a moving beacon [m/s2], as noise of 1 s."""
 _LEAST_ELEVATION = 4.0 * ANGLE_NOISE
@@ -74,26 +74,26 @@ _LEAST_ELEVATION = 4.0 * ANGLE_NOISE
 
 
 @dataclass(frozen=True)
-class Heard:
-    """One sound, in the local frame."""
+class SoundBearing:
+    """Direction and range of a beacon as one sound gives them, in the local frame."""
 
     position: FloatArray
-    """(3,): of the boat, then [m]."""
+    """Position of the boat at that time, (3,) [m]."""
     direction: FloatArray
-    """(3,): unit vector to the beacon."""
+    """Unit vector to the beacon, (3,)."""
     range: float
-    """[m]; noise can make it negative."""
+    """Range [m]; noise can make it negative."""
     elevation: float
-    """[rad], above the horizontal."""
+    """Elevation above the horizontal [rad]."""
 
 
-def heard(sound: "Sound", seen: Estimate, age: float) -> Heard:
+def sound_bearing(sound: "Sound", seen: Estimate, age: float) -> SoundBearing:
     """A receiver's reading, `age` [s] old, by a boat that is now as `seen`."""
     level = math.cos(sound.elevation)
     own = (level * math.cos(sound.bearing), level * math.sin(sound.bearing), math.sin(sound.elevation))
     direction = seen.rotation @ own
     position = np.array([seen.x - seen.vx * age, seen.y - seen.vy * age, seen.z])
-    return Heard(position, direction, float(sound.range), math.asin(max(-1.0, min(1.0, float(direction[2])))))
+    return SoundBearing(position, direction, float(sound.range), math.asin(max(-1.0, min(1.0, float(direction[2])))))
 
 
 class StillBeacon:
@@ -110,7 +110,7 @@ class StillBeacon:
         self.place: tuple[float, float] | None = None
         """East and north [m]; None before the first sound."""
 
-    def update(self, sound: Heard) -> None:
+    def update(self, sound: SoundBearing) -> None:
         """Take a sound in."""
         distance = max(1.0, abs(sound.range))
         if self.place is not None:
@@ -135,7 +135,7 @@ class MovingBeacon:
         self._covariance = np.diag([0.0, 0.0, 1.0, 1.0])
         self._time = 0.0
 
-    def update(self, sound: Heard, t: float) -> None:
+    def update(self, sound: SoundBearing, t: float) -> None:
         """Take a sound of the time `t` [s] in."""
         place, covariance = _on_water(sound)
         if self._state is None:
@@ -165,7 +165,7 @@ class MovingBeacon:
         return np.asarray(step @ state)
 
 
-def _on_water(sound: Heard) -> tuple[FloatArray, FloatArray]:
+def _on_water(sound: SoundBearing) -> tuple[FloatArray, FloatArray]:
     """Where a sound puts the beacon [m], east and north, and the covariance [m2]."""
     level = math.cos(sound.elevation)
     distance, weight = sound.range * level, RANGE_NOISE**-2
@@ -203,7 +203,7 @@ class Listener(Skipper):
         """Forget what was heard."""
         self._count = -1
 
-    def sound(self, boat: "BoatObservation", seen: Estimate, t: float) -> Heard | None:
+    def sound(self, boat: "BoatObservation", seen: Estimate, t: float) -> SoundBearing | None:
         """What was heard since the last call, if anything."""
         name = sensor_named(boat, "pinger") or sensor_named(boat, "receiver")
         if name is None:
@@ -212,7 +212,7 @@ class Listener(Skipper):
         if reading.sequence == self._count:
             return None
         self._count = reading.sequence
-        return heard(reading.data, seen, t - reading.time)
+        return sound_bearing(reading.data, seen, t - reading.time)
 
 
 class BeaconSeeker(Listener):

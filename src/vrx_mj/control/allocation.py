@@ -21,7 +21,7 @@ _IDLE = 2.0
 _INDEPENDENT = 0.1
 """Thrusters push every way if the least singular value of their columns is above this share of the largest."""
 _HALVINGS = 12
-"""Of the interval in which a share is sought: to 1/4096."""
+"""Halvings of the interval in which a share is sought: to 1/4096."""
 
 
 class Propeller(Protocol):
@@ -33,7 +33,7 @@ class Propeller(Protocol):
 
     @property
     def direction(self) -> tuple[float, float, float]:
-        """Of a positive force, unit vector, body frame."""
+        """Direction of a positive force, a unit vector in the body frame."""
 
     @property
     def max_angle(self) -> float:
@@ -105,7 +105,7 @@ class Allocation:
         for name, own in self._slices:
             thruster, (along, *across) = self._thrusters[name], forces[own].tolist()
             if across:
-                angle, along = _turned(along, across[0], thruster.max_angle)
+                angle, along = _angle_and_force(along, across[0], thruster.max_angle)
                 commands[f"{name}_angle"] = angle
             commands[name] = thruster.command(along)
         return Thrust(commands, float(given[0]), float(given[1]), float(given[2]))
@@ -149,12 +149,12 @@ def _within(force: Sequence[float], thruster: Propeller) -> bool:
     slack = 1e-9
     if len(force) == 1:
         return -thruster.max_reverse - slack <= force[0] <= thruster.max_forward + slack
-    angle, along = _turned(force[0], force[1], thruster.max_angle)
+    angle, along = _angle_and_force(force[0], force[1], thruster.max_angle)
     in_reach = abs(angle) <= thruster.max_angle + slack
     return in_reach and -thruster.max_reverse - slack <= along <= thruster.max_forward + slack
 
 
-def _turned(along: float, across: float, reach: float) -> tuple[float, float]:
+def _angle_and_force(along: float, across: float, reach: float) -> tuple[float, float]:
     """Steering angle [rad] and force [N] of a thruster that is to push ahead and to port and turns by `reach` [rad].
 
     It pushes astern where it turns less far for it, or cannot turn far enough; in between, it goes on ahead.

@@ -32,7 +32,7 @@ class Cluster(NamedTuple):
     """Returns that belong together."""
 
     x: float
-    """Of the middle [m], level axes as the points."""
+    """Position of the middle [m], in the level axes of the points."""
     y: float
     extent: float
     """Largest horizontal distance across [m]."""
@@ -44,7 +44,7 @@ class Cluster(NamedTuple):
     """Their number."""
 
 
-def leveled(
+def level_points(
     points: npt.ArrayLike, mount: tuple[FloatArray, FloatArray], attitude: FloatArray, *, reach: float
 ) -> FloatArray:
     """Lidar returns in level axes, (n, 3) [m]: east, north and up from the boat's origin.
@@ -66,10 +66,10 @@ def leveled(
 
 def clusters(points: FloatArray, *, low: float = -0.6, high: float = 3.5) -> list[Cluster]:
     """Clusters of level returns, (n, 3) [m], between two heights [m]; the boat's origin floats near 0."""
-    return [_cluster(part) for part in grouped(points[(points[:, 2] > low) & (points[:, 2] < high)])]
+    return [_cluster(part) for part in connected_groups(points[(points[:, 2] > low) & (points[:, 2] < high)])]
 
 
-def grouped(points: FloatArray) -> list[FloatArray]:
+def connected_groups(points: FloatArray) -> list[FloatArray]:
     """Points, (n, 3) [m], in groups of those that belong together, seen from above."""
     if not len(points):
         return []
@@ -118,7 +118,7 @@ def standing_free(
 
     Of level returns, (n, 3) [m]: clusters up to `widest` [m] across that keep `apart` [m] from all wider ones.
     """
-    groups = grouped(points[(points[:, 2] > low) & (points[:, 2] < high)])
+    groups = connected_groups(points[(points[:, 2] > low) & (points[:, 2] < high)])
     found = [(_cluster(group), group) for group in groups]
     small = [cluster for cluster, _ in found if cluster.extent <= widest]
     broad = [group for cluster, group in found if cluster.extent > widest]
@@ -145,9 +145,9 @@ _HIGHEST = 2.0
 _SHARE = 0.4
 """Weight of the last look in a buoy's place."""
 _SURE = 2
-"""So many looks are needed for a place, and so many votes for a colour."""
+"""Looks that a place needs, and votes that a colour needs."""
 FORGET = 12.0
-"""For how long [s] a buoy within `_CLEAR` may not be seen before it is forgotten."""
+"""Time after which a buoy within `_CLEAR` that is not seen is forgotten [s]."""
 _CLEAR = 18.0
 """Up to this distance [m] the lidar sees every buoy that nothing hides, though waves heave it between two rings."""
 _MARKER = 0.68
@@ -165,15 +165,15 @@ class Buoy:
     y: float
     """[m]"""
     z: float = 0.4
-    """Of what the last look saw of it, above the boat's origin [m]."""
+    """Height above the boat's origin of what the last look saw of it [m]."""
     seen: int = 1
-    """How often."""
+    """Number of looks that saw it."""
     last: float = 0.0
     """When [s]."""
     looks: int = 0
-    """How often it was looked at through a camera from near."""
+    """Number of looks through a camera from near."""
     tried: float = 0.0
-    """For how long it was tried to see it [s]."""
+    """Time spent on trying to see it [s]."""
     votes: Counter[str] = field(default_factory=Counter)
     """Kinds that the looks at it found, see `kind`."""
 
@@ -216,7 +216,7 @@ class BuoyMap:
         for cluster in found:
             if cluster.extent < _WIDEST and cluster.top < _HIGHEST:
                 self._see(here[0] + cluster.x, here[1] + cluster.y, (cluster.bottom + cluster.top) / 2.0, time)
-        self.buoys = [buoy for buoy in self.buoys if not self._gone(buoy, here, time)]
+        self.buoys = [buoy for buoy in self.buoys if not self._is_gone(buoy, here, time)]
 
     def _see(self, x: float, y: float, z: float, time: float) -> None:
         known = min(self.buoys, key=lambda buoy: math.dist(buoy.place, (x, y)), default=None)
@@ -230,7 +230,7 @@ class BuoyMap:
             known.z, known.last = z, time
 
     @staticmethod
-    def _gone(buoy: Buoy, here: Point, time: float) -> bool:
+    def _is_gone(buoy: Buoy, here: Point, time: float) -> bool:
         unseen = time - buoy.last
         if buoy.seen < _SURE and unseen > FORGET:
             return True
@@ -258,9 +258,9 @@ _REACH = 75.0
 _SHORE = 3.0
 """What is nearer than this [m] to something wide is taken for a part of it: a stone of the shore, not a buoy."""
 _NEAREST, _FARTHEST = 6.0, 45.0
-"""From where to where a buoy is looked at through the camera [m]."""
+"""Least and largest distance at which a buoy is looked at through the camera [m]."""
 _ENOUGH = 4
-"""So many votes settle a kind."""
+"""Votes that settle a kind."""
 _PLAIN = 25.0
 """What was looked at from nearer than this [m] and not recognized counts; further off a wave may hide it."""
 _WINDOW = (1.4, 2.4)
@@ -287,7 +287,7 @@ class Lookout:
         reading = boat.sensors[lidar]
         if not hasattr(reading.data, "points"):
             return False
-        points = leveled(reading.data.points, mounting(reading), seen.rotation, reach=_REACH)
+        points = level_points(reading.data.points, mounting(reading), seen.rotation, reach=_REACH)
         free, wide = standing_free(points, widest=_WIDEST, apart=_SHORE)
         self.map.see((seen.x, seen.y), free, t)
         self.banks = banks(wide, (seen.x, seen.y))
@@ -298,7 +298,7 @@ class Lookout:
     def _color(self, boat: "BoatObservation", seen: Estimate, t: float) -> None:
         """Look through the camera at those buoys in view whose kind is not settled."""
         camera = camera_ahead(boat)
-        strange = [buoy for buoy in self.map.sure if buoy.last == t and self._wanted(buoy, seen)]
+        strange = [buoy for buoy in self.map.sure if buoy.last == t and self._is_worth_a_look(buoy, seen)]
         if camera is None or not strange:
             return
         reading = boat.sensors[camera]
@@ -316,7 +316,7 @@ class Lookout:
                 buoy.votes[kind] += 1
 
     @staticmethod
-    def _wanted(buoy: Buoy, seen: Estimate) -> bool:
+    def _is_worth_a_look(buoy: Buoy, seen: Estimate) -> bool:
         distance, bearing = seen.to(buoy.x, buoy.y)
         settled = bool(buoy.kind) and max(buoy.votes.values()) >= _ENOUGH
         ahead = abs(math.remainder(bearing - seen.heading, math.tau)) < _FIELD

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from vrx_mj.control.acoustics import Roam, in_a_row
 from vrx_mj.control.buoy_map import Buoy, Lookout
-from vrx_mj.control.guidance import Point, clear_course, wrapped
+from vrx_mj.control.guidance import Point, clear_course, wrap_angle
 from vrx_mj.control.navigation import Estimate
 from vrx_mj.control.skipper import Commands, Skipper
 
 _NARROWEST, _WIDEST = 5.0, 32.0
-"""Of gates [m]: VRX's are 8 to 29."""
+"""Widths of gates [m]: VRX's are 8 to 29."""
 _TURNING = 8.0
 """Metres of way that a radian of turning is worth, in choosing the next gate."""
 _FARTHEST = 75.0
@@ -41,7 +41,7 @@ def gate_of(red: Point, partner: Point) -> Gate:
     return Gate(red, partner, middle, math.atan2(east, -north), math.hypot(east, north))
 
 
-def paired(reds: Sequence[Point], partners: Sequence[Point]) -> list[Gate]:
+def pair_buoys(reds: Sequence[Point], partners: Sequence[Point]) -> list[Gate]:
     """The gates of buoys that are each other's nearest of the other kind, and neither too near nor too far.
 
     Once those have found each other, the same is asked of who is left.
@@ -72,9 +72,9 @@ def next_gate(here: Point, course: float | None, gates: Iterable[Gate]) -> Gate 
 
     def effort(gate: Gate) -> float:
         bearing = math.atan2(gate.middle[1] - here[1], gate.middle[0] - here[0])
-        turns = abs(wrapped(gate.course - bearing))
+        turns = abs(wrap_angle(gate.course - bearing))
         if course is not None:
-            turns += abs(wrapped(bearing - course))
+            turns += abs(wrap_angle(bearing - course))
         return math.dist(here, gate.middle) + _TURNING * turns
 
     near = [gate for gate in gates if math.dist(here, gate.middle) < _FARTHEST]
@@ -136,7 +136,7 @@ _BERTH = 2.7
 _OFF_BANK = 3.5
 """How far to keep from a shore [m]."""
 _REACH = 16.0
-"""From how far a buoy is steered clear of [m]: time for a turn of 60 degrees at 2 m/s."""
+"""Distance from which the boat steers clear of a buoy [m]: time for a turn of 60 degrees at 2 m/s."""
 _RUN_UP = 9.0
 """How far before a gate to be lined up with it [m]."""
 _RUN_OUT = 7.0
@@ -156,15 +156,15 @@ _GATE_PATIENCE = 75.0
 _DOUBT = 30.0
 """How long after a gate others may be looked for that lie nearer than the next one known [s]."""
 _SIGHT = 70.0
-"""From how far buoys of unknown kind are gone to [m]."""
+"""Distance within which the boat goes to buoys of unknown kind [m]."""
 _LOOK_FROM = 14.0
-"""From how far they are looked at [m]: there a buoy is 40 pixels high."""
+"""Distance at which they are looked at [m]: there a buoy is 40 pixels high."""
 _TRIED = 12.0
-"""For so long it is tried to see one of them better [s]."""
+"""Time spent on trying to see one of them better [s]."""
 _ON_THE_WAY = 0.2
 """Share of the time on the way there that counts as trying: something may bar the way."""
 _TRIED_HALF = 40.0
-"""For so long it is tried to find the partner of a buoy, by looking around from near it [s]."""
+"""Time spent on looking around from near a buoy for its partner [s]."""
 _READABLE = 8
 """After so many pictures without a colour no more are asked for."""
 _EXIT = ("blue", "black")
@@ -176,9 +176,9 @@ class Channel(Skipper):
     """Crosses the gates of a channel, red to starboard, and keeps clear of all buoys.
 
     Perception (`Lookout`): twice a second the lidar locates buoys, and the camera ahead identifies new ones. Two buoys
-    that are each other's nearest, one of them red, are a gate (`gates.paired`). The first gate is the one with a white
+    that are each other's nearest, one of them red, are a gate (`pair_buoys`). The first gate is the one with a white
     buoy, the next is the one with the least distance and turning. Guidance: to a point `_RUN_UP` before the gate's
-    opening and straight on, on the nearest clear course (`avoidance.clear_course`). Later gates count as walls. If a
+    opening and straight on, on the nearest clear course (`clear_course`). Later gates count as walls. If a
     thing of unknown kind, or a red buoy without a partner, is nearer than the next gate, the boat inspects it first;
     if nothing is known it searches ahead (`Roam`).
 
@@ -226,7 +226,7 @@ class Channel(Skipper):
 
     def _choose(self, t: float) -> Gate | None:
         """The gate that is next, of those known now."""
-        gates = self._known()
+        gates = self._known_gates()
         if self._done:
             last = self._done[-1]
             gate = next_gate(last.middle, last.course, gates)
@@ -251,20 +251,22 @@ class Channel(Skipper):
 
     def _half(self, to: _Bearing, within: float = _SIGHT) -> Buoy | None:
         """The nearest buoy, `within` a distance [m], that needs a partner: a red one, or the white one of the entry."""
-        paired_up = {place for gate in self._known() for place in (gate.red, gate.partner)}
+        paired_up = {place for gate in self._known_gates() for place in (gate.red, gate.partner)}
         halves = self.lookout.map.of("red", *(() if self._done else ("white",)))
         halves = [buoy for buoy in halves if self._new(buoy.place) and buoy.place not in paired_up]
         near = [buoy for buoy in halves if buoy.tried < _TRIED_HALF and to(*buoy.place)[0] < within]
         return min(near, key=lambda buoy: to(*buoy.place)[0], default=None)
 
-    def _known(self) -> list[Gate]:
+    def _known_gates(self) -> list[Gate]:
         """The gates that are not crossed yet, as far as they are known."""
         if self._chart is not None:
             places = self.navigator.place
             return [gate_of(places(red), places(other)) for red, other in self._chart[len(self._done) :][:1]]
         seen = self.lookout.map
         reds, partners = seen.of("red"), seen.of(*_PARTNERS)
-        return paired([b.place for b in reds if self._new(b.place)], [b.place for b in partners if self._new(b.place)])
+        return pair_buoys(
+            [b.place for b in reds if self._new(b.place)], [b.place for b in partners if self._new(b.place)]
+        )
 
     def _new(self, place: Point) -> bool:
         """Whether a buoy is of no gate that was crossed."""
@@ -282,7 +284,7 @@ class Channel(Skipper):
         slope = abs(across) / (_RUN_OUT - along) if along < -0.5 else math.inf
         lined_up = slope < _STEEPEST and slope * _RUN_OUT < max(0.5, room - _BERTH)
         ahead = _RUN_OUT if lined_up else -_RUN_UP
-        walls = [point for other in self._known() if other != gate for point in wall(other)]
+        walls = [point for other in self._known_gates() if other != gate for point in wall(other)]
         if along > -1.5 and not lined_up:
             walls += wall(gate)
         return self.go(seen, t, (middle[0] + ahead * cos, middle[1] + ahead * sin), walls)
@@ -290,7 +292,7 @@ class Channel(Skipper):
     def _note(self, seen: Estimate, t: float) -> None:
         """See whether a gate was crossed, whichever; they are known again by their middles, as buoys drift."""
         sides = []
-        for gate in self._known():
+        for gate in self._known_gates():
             before = next((side for middle, side in self._sides if math.dist(middle, gate.middle) < _OLD), "")
             side = side_of(gate, (seen.x, seen.y))
             if before == "before" and side == "after":
@@ -311,7 +313,7 @@ class Channel(Skipper):
         reach = min(_REACH, distance + _BERTH)
         course = clear_course((seen.x, seen.y), bearing, discs, reach=reach, before=self._course)
         self._course = course
-        off = wrapped(course - seen.heading)
+        off = wrap_angle(course - seen.heading)
         speed = share * min(_CRUISE * self.pilot.top_speed, _FASTEST) * max(0.12, math.cos(off) ** 3)
         return self.pilot.sail(seen, t, speed * math.cos(course), speed * math.sin(course), course)
 
@@ -340,7 +342,7 @@ class Channel(Skipper):
         return self._searched[1]
 
     def _walls(self) -> list[Point]:
-        return [point for gate in self._known() for point in wall(gate)]
+        return [point for gate in self._known_gates() for point in wall(gate)]
 
     def _strange(self, to: _Bearing, within: float = _SIGHT) -> Buoy | None:
         """The nearest buoy of unknown kind, `within` a distance [m], that is not given up and may be of the course."""

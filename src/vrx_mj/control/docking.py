@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from vrx_mj.control.acoustics import Roam, in_a_row
-from vrx_mj.control.guidance import Point, clear_course, wrapped
+from vrx_mj.control.guidance import Point, clear_course, wrap_angle
 from vrx_mj.control.navigation import Estimate
 from vrx_mj.control.placards import DockLookout, Face, Tower
 from vrx_mj.control.skipper import Commands, Skipper
@@ -37,13 +37,13 @@ _KEEP_OFF = 7.0
 _OFF_BANK = 3.5
 """How far to keep from whatever the lidar sees [m]."""
 _REACH = 16.0
-"""From how far that is steered clear of [m]."""
+"""Distance from which the boat steers clear of that [m]."""
 _FACE_PATIENCE = 40.0
 """How long to try to read what may be a placard, once within `_NEAR` [s]."""
 _NEAR = 40.0
 """[m]"""
 _LAMP_RANGE = 32.0
-"""From where the lights are read [m]: there a lamp is 5 pixels wide."""
+"""Distance from which the lights are read [m]: there a lamp is 5 pixels wide."""
 _TOWER_PATIENCE = 70.0
 """How long to try for a tower that may be the light buoy [s]."""
 _TOWER_REACH = 180.0
@@ -136,7 +136,7 @@ class Docking(Skipper):
 
     def _last_resort(self, seen: Estimate, task: "TaskObservation") -> Face | None:
         """A bay, once there is just time enough to dock there: the right one, one of its colour, or the nearest."""
-        wanted = self._wanted(task) or ""
+        wanted = self._wanted_symbol(task) or ""
 
         def worth(face: Face) -> tuple[bool, bool, float]:
             other_color = face.symbol.partition("_")[0] != wanted.partition("_")[0]
@@ -167,7 +167,7 @@ class Docking(Skipper):
         distance, bearing = seen.to(*tower.place)
         if distance > _LAMP_RANGE:
             return self._go(seen, t, tower.place)
-        if abs(wrapped(bearing - seen.heading)) < 0.5:
+        if abs(wrap_angle(bearing - seen.heading)) < 0.5:
             self._colors = self.lookout.watch(boat, seen, tower, t)
             if self._colors:
                 self.messages["color_sequence"] = self._colors
@@ -175,10 +175,10 @@ class Docking(Skipper):
 
     def _right_bay(self, task: Mapping[str, object]) -> Face | None:
         """The face that shows the symbol that is looked for."""
-        wanted = self._wanted(task)
+        wanted = self._wanted_symbol(task)
         return next((face for face in self.lookout.faces if face.symbol and face.symbol == wanted), None)
 
-    def _wanted(self, task: "TaskObservation") -> str | None:
+    def _wanted_symbol(self, task: "TaskObservation") -> str | None:
         """The symbol that is looked for, as far as the task or the lights show it."""
         if self._colors:
             lights = f"{self._colors[0]}_{_SHAPES[self._colors[2]]}"
@@ -233,9 +233,9 @@ class Docking(Skipper):
 
     def _along(self, bay: Face, seen: Estimate, t: float, to: float) -> Commands:
         """Move along the bay's axis to a distance [m] before the placard, the bow toward it."""
-        heading = wrapped(bay.facing + math.pi)
+        heading = wrap_angle(bay.facing + math.pi)
         ahead, left = bay.offset(seen.x, seen.y)
-        wide = abs(left) > _IN_LINE[0] or abs(wrapped(heading - seen.heading)) > _IN_LINE[1]
+        wide = abs(left) > _IN_LINE[0] or abs(wrap_angle(heading - seen.heading)) > _IN_LINE[1]
         if to < ahead and ahead > COMMIT and wide:
             to = max(to, min(ahead, LINE_UP - 3.0))
         out = max(-SLOW, min(SLOW, _AXIS_RATE * (to - ahead)))
@@ -260,7 +260,7 @@ class Docking(Skipper):
             return self.pilot.sail(seen, t, math.cos(back), math.sin(back), seen.heading)
         course = clear_course((seen.x, seen.y), bearing, discs, reach=min(_REACH, distance), before=self._course)
         self._course = course
-        speed = min(_CRUISE, 0.3 + 0.35 * distance) * max(0.1, math.cos(wrapped(course - seen.heading)) ** 3)
+        speed = min(_CRUISE, 0.3 + 0.35 * distance) * max(0.1, math.cos(wrap_angle(course - seen.heading)) ** 3)
         return self.pilot.sail(seen, t, speed * math.cos(course), speed * math.sin(course), course)
 
     def _stuck(self, seen: Estimate, t: float) -> bool:

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from vrx_mj.config.layouts import Layout, LayoutName, spots
-from vrx_mj.control.guidance import CHORD, SPACING, Point, Spot, Track, rounded, wrapped
+from vrx_mj.control.guidance import CHORD, SPACING, Point, Spot, Track, round_corners, wrap_angle
 from vrx_mj.control.navigation import Estimate, Navigator, TangentPlane
 from vrx_mj.control.pilot import Pilot
 from vrx_mj.control.velocity import VelocityKeeper, craft_of
@@ -50,10 +50,10 @@ class Muster:
             return seen
         if blind:
             raise SensorError(f"no GPS receiver or no IMU: {', '.join(blind)}; the other boats of the fleet have both")
-        return {name: self._shared(self._navigators[name], own) for name, own in seen.items()}
+        return {name: self._in_fleet_frame(self._navigators[name], own) for name, own in seen.items()}
 
-    def _shared(self, navigator: Navigator, own: Estimate) -> Estimate:
-        """In the fleet's frame; over a fleet's breadth the axes of both are parallel."""
+    def _in_fleet_frame(self, navigator: Navigator, own: Estimate) -> Estimate:
+        """An estimate in the fleet's frame, whose axes are parallel to the boat's own over a fleet's breadth."""
         assert navigator.plane is not None, "navigates by ground truth"
         if self.plane is None:
             self.plane = navigator.plane
@@ -66,7 +66,7 @@ WAITING_LAG = 15.0
 _DRIFTING = 0.3
 """A boat slower than this over ground [m/s] carries its track along, instead of laying it."""
 _COURSE_ASTERN = -0.5
-"""So does one whose course is farther off its heading than this cosine: 120 degrees."""
+"""Cosine of the angle between course and heading beyond which it does so, too: 120 degrees."""
 _SMOOTH = 1.5
 """Time constant with which the course of a boat is smoothed [s]."""
 
@@ -75,11 +75,11 @@ class PathLeader:
     """A virtual leader, which goes along a path and waits for boats that fall behind."""
 
     name: str | None = None
-    """Of the boat that leads."""
+    """Name of the boat that leads."""
 
     def __init__(self, path: Sequence[Point], speed: float, radius: float) -> None:
         """Along a path at a speed [m/s], its corners made arcs of a radius [m]."""
-        self.track = Track(rounded(path, radius))
+        self.track = Track(round_corners(path, radius))
         self.along = 0.0
         """How far it has come [m]."""
         self.speed = 0.0
@@ -95,12 +95,12 @@ class PathLeader:
         """Go on until the time `t` [s]; the boat that is furthest behind its slot is so by `lag` [m]."""
         self.along = min(self.along + self.speed * max(0.0, t - self._then), self.track.length)
         pace = self._full * max(0.0, min(1.0, 1.0 - lag / WAITING_LAG))
-        self.speed = 0.0 if self.arrived else pace
+        self.speed = 0.0 if self.has_arrived else pace
         self.pose = self.track.spot(self.along)[:3]
         self._then = t
 
     @property
-    def arrived(self) -> bool:
+    def has_arrived(self) -> bool:
         """Whether it is at the end of its path."""
         return self.along >= self.track.length
 
@@ -114,7 +114,7 @@ class BoatLeader:
 
     def __init__(self, name: str) -> None:
         self.name = name
-        """Of the boat that leads."""
+        """Name of the boat that leads."""
         self.track = Track([(0.0, 0.0), (1.0, 0.0)])
         self.along = 0.0
         """How far it has come [m]."""
@@ -222,7 +222,7 @@ def _rank(place: Point) -> tuple[float, float, float]:
     return round(-ahead, 6), round(abs(left), 6), -left  # to a rounding, for mirrored places are equal
 
 
-def assigned(places: Sequence[Point], goals: Sequence[Point]) -> list[int]:
+def assignment(places: Sequence[Point], goals: Sequence[Point]) -> list[int]:
     """The goal of each place, such that the distances [m] together are least; as many goals as places."""
     gaps = np.array([[math.dist(place, goal) for goal in goals] for place in places]).reshape(len(places), len(goals))
     return [int(goal) for goal in linear_sum_assignment(gaps)[1]]
@@ -295,7 +295,7 @@ class Formation:
         if leader is None:
             _check_way(path, speed, radius)
         self.apart = apart
-        self._first = _checked(shape, spacing, apart)
+        self._first = _check_formation(shape, spacing, apart)
         self._origin = origin
         self._new_leader = partial(PathLeader, path, speed, radius) if leader is None else partial(BoatLeader, leader)
         self.reset(0)
@@ -312,7 +312,7 @@ class Formation:
         self.off: dict[str, float] = {}
         """How far each boat was from its slot, which hangs on the leader's track, at the last call [m]."""
         self.off_shape: dict[str, float] = {}
-        """The same from its place in the rigid shape, which turns with the leader's heading [m].
+        """Distance of each boat from its place in the rigid shape, which turns with the leader's heading [m].
 
         Larger than `off` where the leader turns: the slots turn when its track does."""
         self._helms: dict[str, tuple[VelocityKeeper, Pilot]] = {}
@@ -324,7 +324,7 @@ class Formation:
             UnknownNameError: no shape has that name.
             VrxError: boats would be nearer together than they may be.
         """
-        self.shape, self.spacing = _checked(shape, self.spacing if spacing is None else spacing, self.apart)
+        self.shape, self.spacing = _check_formation(shape, self.spacing if spacing is None else spacing, self.apart)
         if reassign:
             self.places = {}
 
@@ -354,7 +354,7 @@ class Formation:
         boats = [name for name in seen if name != leading]
         first = len(seen) - len(boats)
         if self.places.keys() != set(boats):
-            order = assigned([(seen[name].x, seen[name].y) for name in boats], [goal[:2] for goal in goals[first:]])
+            order = assignment([(seen[name].x, seen[name].y) for name in boats], [goal[:2] for goal in goals[first:]])
             self.places = {name: first + number for name, number in zip(boats, order, strict=True)}
         self.goals = {name: goals[number] for name, number in self.places.items()}
         x, y, heading = self.leader.pose
@@ -377,7 +377,7 @@ class Formation:
         north = vy + _SKID * (vy - own.vy) + steady * math.sin(goal.direction)
         heading = math.atan2(north, east)
         surge = vx * math.cos(own.heading) + vy * math.sin(own.heading)
-        turn = goal.curvature * speed + _HEADING_RATE * wrapped(heading - own.heading)
+        turn = goal.curvature * speed + _HEADING_RATE * wrap_angle(heading - own.heading)
         turn = max(-_FASTEST_TURN, min(_FASTEST_TURN, turn))
         return keeper(own, t, max(-_ASTERN, min(keeper.top_speed, surge)), turn)
 
@@ -397,7 +397,7 @@ def _check_way(path: Sequence[Point], speed: float, radius: float) -> None:
         raise VrxError(f"invalid radius {radius:g} m: a number of 0 or more is needed")
 
 
-def _checked(shape: str, spacing: float, apart: float) -> tuple[str, float]:
+def _check_formation(shape: str, spacing: float, apart: float) -> tuple[str, float]:
     """A shape and a spacing [m], if there is such a shape and boats in it are further than `apart` [m]."""
     if shape not in SHAPES:
         raise UnknownNameError("shape", shape, known=SHAPES)

@@ -13,12 +13,12 @@ from vrx_mj.control.velocity import Craft
 Point = tuple[float, float]
 """East and north [m]."""
 _BRUTE = 7
-"""So many places are put in order by trying all orders."""
+"""Number of places up to which all orders are tried."""
 _MARGIN = 0.1
 """Beyond the rim of a disc [m]."""
 
 
-def wrapped(angle: float) -> float:
+def wrap_angle(angle: float) -> float:
     """The angle [rad] within half a turn either way."""
     return math.remainder(angle, math.tau)
 
@@ -134,11 +134,11 @@ class Spot(NamedTuple):
     y: float
     """North [m]."""
     direction: float
-    """Of the track [rad], counter-clockwise from east."""
+    """Direction of the track [rad], counter-clockwise from east."""
     curvature: float
-    """Of the track [1/m], positive to port."""
+    """Curvature of the track [1/m], positive to port."""
     left: float
-    """Of the track [m]."""
+    """Length of the track that is left [m]."""
 
     def pace(self, speed: float) -> float:
         """The speed [m/s] of this spot when that of its track has a `speed`: in a turn, the outer side goes faster."""
@@ -158,7 +158,7 @@ class Track:
 
     @property
     def length(self) -> float:
-        """From start to end [m]."""
+        """Length of the track [m]."""
         return self._lengths[-1]
 
     @property
@@ -184,7 +184,7 @@ class Track:
         came = math.atan2(here[1] - before[1], here[0] - before[0])
         goes = math.atan2(after[1] - here[1], after[0] - here[0])
         x, y = here[0] - left * math.sin(direction), here[1] + left * math.cos(direction)
-        return Spot(x, y, direction, wrapped(goes - came) / CHORD, left)
+        return Spot(x, y, direction, wrap_angle(goes - came) / CHORD, left)
 
     def _place(self, along: float) -> Point:
         leg = min(max(bisect_right(self._lengths, along), 1), len(self._points) - 1)
@@ -194,7 +194,7 @@ class Track:
         return x0 + share * (x1 - x0) + self._shift[0], y0 + share * (y1 - y0) + self._shift[1]
 
 
-def rounded(points: Sequence[Point], radius: float) -> list[Point]:
+def round_corners(points: Sequence[Point], radius: float) -> list[Point]:
     """The way through points with corners made arcs of a radius [m], or less where legs are too short for that."""
     way = [points[0]]
     for before, corner, after in zip(points, points[1:], points[2:], strict=False):
@@ -203,10 +203,10 @@ def rounded(points: Sequence[Point], radius: float) -> list[Point]:
 
 
 def _arc(before: Point, corner: Point, after: Point, radius: float) -> list[Point]:
-    """From where it leaves the one leg to where it joins the other, tangent to both."""
+    """Arc between two legs, tangent to both, from one to the other."""
     one, other = math.dist(before, corner), math.dist(corner, after)
     heading = math.atan2(corner[1] - before[1], corner[0] - before[0])
-    turn = wrapped(math.atan2(after[1] - corner[1], after[0] - corner[0]) - heading)
+    turn = wrap_angle(math.atan2(after[1] - corner[1], after[0] - corner[0]) - heading)
     bend = math.tan(0.5 * abs(turn))
     cut = min(radius * bend, 0.5 * one, 0.5 * other)  # of each leg
     if bend < 1e-9 or cut < 1e-9:
@@ -269,7 +269,7 @@ class Course:
 
     def sail(self, seen: Estimate, vx: float, vy: float, heading: float) -> dict[str, float]:
         """Commands for a velocity over ground [m/s, east and north]; at rest, for a heading [rad]."""
-        off = wrapped(self._bow(seen, vx, vy, heading) - seen.heading)
+        off = wrap_angle(self._bow(seen, vx, vy, heading) - seen.heading)
         along = vx * math.cos(seen.heading) + vy * math.sin(seen.heading)
         wanted = max(0.0, along) if math.hypot(vx, vy) > _SLOW else 0.0
         if self._by_rudder and wanted < (least := _TURNING_SPEED * self._top) and math.hypot(vx, vy) > _SLOW:
@@ -292,7 +292,7 @@ class Course:
             return seen.heading
         if math.hypot(seen.vx, seen.vy) > _SLIDING:
             course = math.atan2(seen.vy, seen.vx)
-            return course if abs(wrapped(course - seen.heading)) < math.pi / 2 else course + math.pi
+            return course if abs(wrap_angle(course - seen.heading)) < math.pi / 2 else course + math.pi
         return heading
 
 
@@ -307,7 +307,7 @@ def _balance(drag: tuple[float, float], moment: float) -> float:
 _COURSE_STEP = math.radians(5.0)
 """Between the courses tried [rad]."""
 _MOST = 26
-"""So many steps to either side are tried: 130 degrees."""
+"""Steps to either side that are tried: 130 degrees."""
 _CHARGE = 6.0
 """What it costs to go straight through something near, in radians of turning away."""
 _AGAIN = 0.15

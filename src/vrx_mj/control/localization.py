@@ -58,7 +58,7 @@ class Localizer:
     """Estimates from one boat's sensors, call by call."""
 
     def __init__(self, gps: "Mounted", imu: "Mounted", earth: Geodetic, antenna: FloatArray) -> None:
-        """Of two sensors in a world on the Earth; fixes are of the antenna's place on the boat, (3,) [m]."""
+        """Use two sensors in a world on the Earth; fixes are of the `antenna`, a place on the boat (3,) [m]."""
         self._gps, self._imu, self._earth, self._antenna = gps.config, imu, earth, antenna
         self._axes = np.array([earth.from_east_north_up(*axis) for axis in np.eye(3)]).T
         self._time = self._turned = -np.inf

@@ -59,7 +59,7 @@ class TangentPlane:
 
     @staticmethod
     def _radii(latitude: float) -> tuple[float, float]:
-        """Of the meridian and of the parallel at a latitude [degrees], in m."""
+        """Radii of the meridian's curvature and of the parallel at a latitude [degrees], in m."""
         angle = math.radians(latitude)
         root = math.sqrt(1.0 - _ECCENTRICITY2 * math.sin(angle) ** 2)
         return SEMI_MAJOR * (1.0 - _ECCENTRICITY2) / root**3, SEMI_MAJOR / root * math.cos(angle)
@@ -172,7 +172,7 @@ class Navigator:
             self._antenna = tuple(float(value) for value in mount.position)
 
     def _readings(self, boat: "BoatObservation") -> "tuple[Reading, Reading] | None":
-        """Of GPS and inertial unit; None without a GPS."""
+        """Readings of GPS and inertial unit; None without a GPS."""
         try:
             gps, imu = sensor_named(boat, "gps"), sensor_named(boat, "imu")
             if gps and imu:

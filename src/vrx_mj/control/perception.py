@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.arrays import ByteArray, FloatArray
-from vrx_mj.control.buoy_map import CELL, grouped
+from vrx_mj.control.buoy_map import CELL, connected_groups
 from vrx_mj.control.navigation import Estimate
 from vrx_mj.control.pictures import camera_ahead, intrinsics, mounting, project
 from vrx_mj.control.skipper import Commands, Skipper
@@ -43,9 +43,9 @@ class Blob:
 
     color: str
     column: float
-    """Of its middle."""
+    """Column of its middle [pixels]."""
     row: float
-    """Of its middle, from the top."""
+    """Row of its middle, from the top [pixels]."""
     width: float
     height: float
     pale: bool
@@ -57,7 +57,7 @@ class Kind:
     """What something is."""
 
     type: str
-    """As the task calls it."""
+    """Name of its type in reports."""
     width: float
     """[m]"""
 
@@ -75,7 +75,7 @@ _MARKERS: dict[str, dict[str, Kind]] = {
 }
 """Tall things, by colour; widths from VRX's models."""
 _CANS = {"red": Kind("surmark950410", 0.46), "green": Kind("surmark950400", 0.46)}
-"""Of 2019, in pale colours."""
+"""Objects of VRX 2019, in pale colours."""
 _BALLS: dict[str, dict[str, tuple[Kind, ...]]] = {
     SYDNEY: {"orange": (Kind("mb_round_buoy_orange", 0.51),), "black": (Kind("mb_round_buoy_black", 0.51),)},
     OLD: {"black": (Kind("polyform_a3", 0.432), Kind("polyform_a5", 0.686), Kind("polyform_a7", 0.991))},
@@ -121,8 +121,8 @@ def blobs(picture: ByteArray, horizon: float) -> list[Blob]:
     water = np.median(part, axis=1)[:, None, :]
     kinds = _kinds(part, np.broadcast_to(water, part.shape))
     found = [blob for kind in range(1, len(_NAMES)) for blob in _of_kind(kinds, kind, part)]
-    found = [_placed(blob, first) for blob in sorted(found, key=lambda blob: -blob.width * blob.height)]
-    return [blob for blob in _joined(found) if blob.height > _FLAT * blob.width]
+    found = [_full_size(blob, first) for blob in sorted(found, key=lambda blob: -blob.width * blob.height)]
+    return [blob for blob in _merge_parts(found) if blob.height > _FLAT * blob.width]
 
 
 def _kinds(pixels: FloatArray, water: FloatArray) -> npt.NDArray[np.int_]:
@@ -152,7 +152,7 @@ def _of_kind(kinds: npt.NDArray[np.int_], kind: int, pixels: FloatArray) -> list
     if len(rows) < _SMALL:
         return []
     half = CELL / 2.0  # pixels within two of each other belong together
-    groups = grouped(np.stack([columns, rows], axis=1).astype(np.float64) * half)
+    groups = connected_groups(np.stack([columns, rows], axis=1).astype(np.float64) * half)
     return [_blob(np.rint(group / half).astype(int), _NAMES[kind], pixels) for group in groups if len(group) >= _SMALL]
 
 
@@ -163,13 +163,13 @@ def _blob(places: npt.NDArray[np.int_], color: str, pixels: FloatArray) -> Blob:
     return Blob(color, (left + right) / 2.0, (top + bottom) / 2.0, right - left + 1.0, bottom - top + 1.0, pale)
 
 
-def _placed(blob: Blob, first: int) -> Blob:
-    """The same in pixels of the whole picture."""
+def _full_size(blob: Blob, first: int) -> Blob:
+    """The blob in pixels of the whole picture."""
     column, row = blob.column * _STEP + (_STEP - 1) / 2.0, blob.row * _STEP + first + (_STEP - 1) / 2.0
     return Blob(blob.color, column, row, blob.width * _STEP, blob.height * _STEP, blob.pale)
 
 
-def _joined(found: list[Blob]) -> list[Blob]:
+def _merge_parts(found: list[Blob]) -> list[Blob]:
     """Parts of one thing, which a band divides, put together; bands and shadows left out. The largest come first."""
     whole: list[Blob] = []
     for blob in found:
@@ -226,7 +226,7 @@ class Sight:
     y: float
     """North [m]: as above."""
     count: int = 1
-    """In so many pictures."""
+    """Number of pictures in which it was seen."""
     last: float = 0.0
     """When [s]."""
     reported: bool = False

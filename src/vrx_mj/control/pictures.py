@@ -60,13 +60,13 @@ _CONTRAST = 40.0
 _LEAN = 0.22
 """Share of the brightest channel by which one colour must lead."""
 _DEEP = 0.45
-"""The same for blue, which water has, too: 0.1 to 0.3 of it."""
+"""Least saturation of blue, of which water has 0.1 to 0.3."""
 _ORANGE = 0.13
 """Green over blue, as a share of red over blue, from which red is orange: 0 of VRX's red buoys, 0.19 of its orange."""
 
 
 class Look(NamedTuple):
-    """How something looks."""
+    """Colour and shape of something in a picture."""
 
     color: str
     """red, orange, green, blue, yellow, white or black."""
@@ -156,16 +156,16 @@ def _hue(pixel: FloatArray) -> str:
 
 def middle_part(mask: BoolArray) -> BoolArray:
     """What of a mask is joined, along columns and then along rows, to its most crowded ones near the middle."""
-    columns = _run(mask.sum(axis=0))
+    columns = _middle_run(mask.sum(axis=0))
     part = np.zeros_like(mask)
     part[:, columns] = mask[:, columns]
-    rows = _run(part.sum(axis=1))
+    rows = _middle_run(part.sum(axis=1))
     whole = np.zeros_like(mask)
     whole[rows] = part[rows]
     return whole
 
 
-def _run(crowd: npt.NDArray[np.int_]) -> slice:
+def _middle_run(crowd: npt.NDArray[np.int_]) -> slice:
     """The run of numbers above 0 about the largest, those near the middle preferred."""
     middle = len(crowd) / 2.0 - 0.5
     weight = crowd * np.exp(-(((np.arange(len(crowd)) - middle) / (0.35 * len(crowd))) ** 2))

@@ -10,7 +10,7 @@ import math
 from collections.abc import Mapping
 
 from vrx_mj.control.allocation import Allocation, Propeller, Thrust
-from vrx_mj.control.guidance import Course, approach_speed, wrapped
+from vrx_mj.control.guidance import Course, approach_speed, wrap_angle
 from vrx_mj.control.navigation import Estimate
 from vrx_mj.control.velocity import Craft, wamv_of
 
@@ -93,7 +93,7 @@ class Pilot:
 
     def _moment(self, seen: Estimate, heading: float, turn: float) -> float:
         """About the centre of mass [N m]."""
-        wanted = turn + _HEADING_RATE * wrapped(heading - seen.heading)
+        wanted = turn + _HEADING_RATE * wrap_angle(heading - seen.heading)
         wanted = max(-_FASTEST_TURN, min(_FASTEST_TURN, wanted))
         push = self.craft.inertia * _TURN_RATE * (wanted - seen.turn)
         return push + self.craft.turning_drag(wanted) - self._observed[2]

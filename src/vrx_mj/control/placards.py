@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from vrx_mj.arrays import BoolArray, ByteArray, FloatArray
 from vrx_mj.constants import EARLY
-from vrx_mj.control.buoy_map import Cluster, banks, grouped, leveled, standing_free
-from vrx_mj.control.guidance import Point, wrapped
+from vrx_mj.control.buoy_map import Cluster, banks, connected_groups, level_points, standing_free
+from vrx_mj.control.guidance import Point, wrap_angle
 from vrx_mj.control.navigation import Estimate, sensor_named
 from vrx_mj.control.pictures import camera_ahead, cutout, middle_part, mounting
 from vrx_mj.runtime.timing import Pause
@@ -23,7 +23,7 @@ _LOW, _HIGH = 0.9, 3.8
 _NEAR, _TALL = 18.0, 0.9
 """Within that distance [m] a panel shows at least so much of its height [m], or it is something lower."""
 _NARROW, _WIDE = 1.4, 2.5
-"""Of a panel [m]: VRX's are 2 m wide."""
+"""Width of a panel [m]: VRX's are 2 m wide."""
 _THICK = 0.12
 """Returns of a plane lie at most so far off it [m]: the lidar errs by 1 cm, and the dock rolls."""
 _MOST = 0.6
@@ -39,7 +39,7 @@ _VIVID = 0.55
 
 Fog of half the depth of colour halves it: there a symbol is read from nearer."""
 _FAINT = 40.0
-"""Of 255: what is darker has no colour."""
+"""Brightness, of 255, below which nothing has a colour."""
 _LEANS = tuple(np.linspace(-0.3, 0.3, 9))
 """Slopes that the sides of symbols may have in a picture, in waves."""
 
@@ -49,17 +49,17 @@ class Face:
     """One side of a panel."""
 
     x: float
-    """Of its middle [m]."""
+    """Position of its middle, along x [m]."""
     y: float
     """[m]"""
     facing: float
     """Direction away from it [rad]."""
     seen: int = 1
-    """How often."""
+    """Number of looks that saw it."""
     looks: int = 0
-    """How often it was looked at through a camera from near."""
+    """Number of looks through a camera from near."""
     tried: float = 0.0
-    """For how long it was tried to see it from before [s]."""
+    """Time spent on trying to see it from before [s]."""
     votes: Counter[str] = field(default_factory=Counter)
     """Symbols read."""
 
@@ -121,7 +121,7 @@ class FaceMap:
 def faces(points: FloatArray) -> list[Face]:
     """The faces of panels among level returns, (n, 3) [m] from the boat's origin; each faces the boat."""
     high = points[points[:, 2] > _LOW]
-    found = [_face(part) for part in grouped(high) if len(part) >= 5]
+    found = [_face(part) for part in connected_groups(high) if len(part) >= 5]
     return [face for face in found if face is not None]
 
 
@@ -211,7 +211,7 @@ def _fill(mask: BoolArray) -> float:
 
 
 def _shape(mask: BoolArray) -> str:
-    """Of a mask that fills its box from side to side."""
+    """Shape of a mask that fills its box from side to side."""
     fill = _fill(mask)
     third = max(1, len(mask) // 3)
     upper, lower = float(mask[:third].mean()), float(mask[-third:].mean())
@@ -226,7 +226,7 @@ def _shape(mask: BoolArray) -> str:
 
 OFF = "off"
 _LEAST = 4
-"""So many pixels of one colour are a lamp that is lit."""
+"""Pixels of one colour that make a lit lamp."""
 _PURE = 0.6
 """Share of the vivid pixels that have the lamp's colour."""
 _GAP = 0.07
@@ -284,17 +284,17 @@ _BLINKING = 0.4
 _REACH = 120.0
 """How far the lidar's returns are taken [m]."""
 _LEGIBLE = (5.0, 45.0)
-"""From where to where a symbol is read [m]: nearer it does not fit into the picture, further it is 15 pixels."""
+"""Distances at which a symbol is read [m]: nearer it does not fit into the picture, further it is 15 pixels."""
 _PLAIN = 25.0
-"""From where a symbol is read in any haze of VRX's [m]."""
+"""Distance at which a symbol is read in any haze of VRX's [m]."""
 _OBLIQUE = 1.0
 """Largest angle [rad] off its axis from which a placard is read."""
 _FIELD = 0.6
 """Half the angle [rad] in which something is well inside the picture: VRX's camera sees 0.7 to either side."""
 _READ, _LOOKS = 5, 12
-"""So many symbols read are enough, and so many pictures without one."""
+"""Symbols read that are enough, and pictures without one."""
 _GLANCES = 7
-"""So many pictures of a tower show whether it is lit: its period is 5 s, of which it is dark for 2."""
+"""Pictures of a tower that show whether it is lit: its period is 5 s, of which it is dark for 2."""
 _PANEL = (1.1, 1.4)
 """Half the width and height [m] of what is looked at of a placard, about `_PANEL_HEIGHT`."""
 _PANEL_HEIGHT = 1.9
@@ -304,7 +304,7 @@ _LAMP_HEIGHT = 1.3
 _LAMP = (0.35, 1.4)
 """Half the width and height of what is looked at there [m]: the whole buoy, 0.5 m up or down in waves."""
 _LAMP_SIGHT = 60.0
-"""From how far a lit lamp is looked for in passing [m]."""
+"""Distance from which a lit lamp is looked for in passing [m]."""
 _LAMP_PLAIN = 35.0
 """What shows no colours from within this distance [m] is not a light buoy, in any haze of VRX's."""
 _LOW_TOWER, _HIGH_TOWER = 1.15, 3.2
@@ -382,7 +382,9 @@ class DockLookout:
             return
         self._look_pause.begin(t, _PERIOD)
         reading = boat.sensors[lidar]
-        points = leveled(reading.data.points, mounting(reading), seen.rotation, reach=30.0 if near_only else _REACH)
+        points = level_points(
+            reading.data.points, mounting(reading), seen.rotation, reach=30.0 if near_only else _REACH
+        )
         self._map.see((seen.x, seen.y), faces(points))
         if near_only:
             return
@@ -395,7 +397,7 @@ class DockLookout:
             if len(wide) and float(np.hypot(wide[:, 0] - east, wide[:, 1] - north).min()) < _OFFSHORE:
                 tower.seen = max(1, tower.seen - 1)
         if self._picture_pause.is_over(t):
-            self._read(boat, seen, t)
+            self._read_signs(boat, seen, t)
 
     def watch(self, boat: "BoatObservation", seen: Estimate, tower: Tower, t: float) -> list[str] | None:
         """Take one more look at a tower's lamps, if it is time to; the three colours once they are known."""
@@ -432,7 +434,7 @@ class DockLookout:
         }
         self._banks = {cell: when for cell, when in self._banks.items() if cell in near and t - when < _BANK_MEMORY}
 
-    def _read(self, boat: "BoatObservation", seen: Estimate, t: float) -> None:
+    def _read_signs(self, boat: "BoatObservation", seen: Estimate, t: float) -> None:
         """Read the symbols that can be read from here, and see which towers are lit."""
         signs = [face for face in self._map.faces if _legible(face, seen)]
         towers = [tower for tower in self.towers if not tower.lit and tower.looks < _GLANCES and _in_view(tower, seen)]
@@ -455,12 +457,12 @@ class DockLookout:
 
 def _legible(face: Face, seen: Estimate) -> bool:
     distance, bearing = seen.to(*face.place)
-    if not _LEGIBLE[0] < distance < _LEGIBLE[1] or abs(wrapped(bearing - seen.heading)) > _FIELD:
+    if not _LEGIBLE[0] < distance < _LEGIBLE[1] or abs(wrap_angle(bearing - seen.heading)) > _FIELD:
         return False
     unread = sum(face.votes.values()) < _READ and face.looks < _LOOKS
-    return unread and abs(wrapped(bearing + math.pi - face.facing)) < _OBLIQUE
+    return unread and abs(wrap_angle(bearing + math.pi - face.facing)) < _OBLIQUE
 
 
 def _in_view(tower: Tower, seen: Estimate) -> bool:
     distance, bearing = seen.to(*tower.place)
-    return distance < _LAMP_SIGHT and abs(wrapped(bearing - seen.heading)) < _FIELD
+    return distance < _LAMP_SIGHT and abs(wrap_angle(bearing - seen.heading)) < _FIELD

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from vrx_mj.runtime.task_runner import TaskObservation
 
 Commands = dict[str, Any]
-"""Of one boat, by thruster."""
+"""Commands by boat, each by thruster, and messages under `task`."""
 
 
 def task_of(obs: Mapping[str, Any]) -> "TaskObservation":
@@ -40,12 +40,12 @@ class Skipper:
         self.navigator = Navigator()
         self._pilot: Pilot | None = None
         self.messages: dict[str, Any] = {}
-        """To the task, sent with the next commands."""
+        """Messages to the task, sent with the next commands."""
         self.begin()
 
     @property
     def pilot(self) -> Pilot:
-        """Of the boat."""
+        """Pilot of the boat."""
         assert self._pilot is not None, "no boat was seen yet"
         return self._pilot
 

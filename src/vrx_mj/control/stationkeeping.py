@@ -16,7 +16,7 @@ _NEAR = 6.0
 
 The turn takes the WAM-V 7 s at most and the rest of the way as long; at 6 m the heading weighs 0.18 in the score."""
 _NEAR_WITHOUT_SWAY = 1.0
-"""The same of a boat that cannot push sideways, in its lengths: it stays where it is then, and turns if it can."""
+"""That distance of a boat that cannot push sideways, in its lengths; within it the boat turns if it can."""
 
 
 class Berth:

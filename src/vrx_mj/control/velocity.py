@@ -28,14 +28,14 @@ _TUNED = 0.2
 
 @dataclass(frozen=True)
 class Craft:
-    """Of a boat in calm water. Drag is linear and quadratic, and opposes each axis of its own."""
+    """Model of a boat in calm water. Drag is linear and quadratic, and opposes each axis of its own."""
 
     mass: float
-    """With what it carries [kg]."""
+    """Mass of the boat with its load [kg]."""
     inertia: float
     """About the vertical through the centre of mass [kg m2]."""
     centre: float
-    """Of mass, ahead of `base_link` [m]."""
+    """Centre of mass, ahead of `base_link` [m]."""
     surge_drag: tuple[float, float]
     """[N s/m] and [N s2/m2]"""
     sway_drag: tuple[float, float]
@@ -43,9 +43,9 @@ class Craft:
     yaw_drag: tuple[float, float]
     """[N m s] and [N m s2]"""
     length: float = 4.9
-    """Of the hull [m]."""
+    """Length of the hull [m]."""
     rudders: Mapping[str, "Rudder"] = field(default_factory=dict)
-    """By name."""
+    """Rudders by name."""
 
     def drag(self, surge: float, sway: float) -> tuple[float, float]:
         """What holds the boat back at a velocity [m/s] ahead and to port: the forces [N] that keep it up."""
@@ -143,7 +143,7 @@ _TURN_RATE = 2.5
 _SLACK = 1.0
 """Thrusters that miss what is asked of them by more than this [N, N m] are at their limits."""
 _HALVINGS = 6
-"""Of the interval in which the share of the force to port is sought: to 1/64."""
+"""Halvings of the interval in which the share of the force to port is sought: to 1/64."""
 _INTEGRAL = 0.2
 """What the integral takes over of that each second, as a share of the rate: wind and unknown drag, in some 5 s."""
 
@@ -180,11 +180,11 @@ class VelocityKeeper:
         around = self.craft.inertia * _TURN_RATE * (turn - seen.turn)
         force = self.craft.drag(surge, 0.0)[0] + ahead + self._pushed[0]
         moment = self.craft.turning_drag(turn) + around + self._pushed[2]
-        thrust = self._allocated(force, sway, moment)
+        thrust = self._allocate(force, sway, moment)
         self._integrate(t, (ahead, force, thrust.surge), (aside, sway, thrust.sway), (around, moment, thrust.yaw))
         return {**thrust.commands, **self.craft.rudder_angles(moment, seen.surge, thrust.surge)}
 
-    def _allocated(self, force: float, sway: float, moment: float) -> Thrust:
+    def _allocate(self, force: float, sway: float, moment: float) -> Thrust:
         """The force ahead goes before that to port, which is made less where the thrusters cannot give both."""
         thrust = self._allocation(force, sway, moment)
         if sway == 0.0 or abs(thrust.surge - force) < _SLACK:

@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from vrx_mj.control.guidance import Point, best_order, wrapped
+from vrx_mj.control.guidance import Point, best_order, wrap_angle
 from vrx_mj.control.navigation import Estimate
 from vrx_mj.control.skipper import Commands, Skipper
 from vrx_mj.control.stationkeeping import Berth
@@ -20,13 +20,13 @@ _FAIR = 0.25
 _WAYPOINT_TIME = 12.0
 """How long a waypoint is tried for, once near [s]: a half turn takes 7 s."""
 _CLOSE = 4.0
-"""From this distance [m] on that patience runs out."""
+"""Distance from a waypoint within which that time runs [m]."""
 
 
 def waypoint_error(seen: Estimate, place: Point, heading: float) -> float:
     """The error [m] that wayfinding keeps the least of: e = d + 0.75^d h of the distance d [m] and heading error h."""
     distance, _ = seen.to(*place)
-    return distance + math.pow(0.75, distance) * abs(wrapped(heading - seen.heading))
+    return distance + math.pow(0.75, distance) * abs(wrap_angle(heading - seen.heading))
 
 
 class WaypointFollower(Skipper):
@@ -77,7 +77,7 @@ class WaypointFollower(Skipper):
             self._go_on(here)
 
     def _go_on(self, here: int) -> None:
-        """To the next waypoint, or to the worst; if that is fair, stay."""
+        """Go on to the next waypoint, or to the worst; if that is fair, stay."""
         if len(self._order) > 1:
             self._order.pop(0)
         else:

@@ -3,7 +3,7 @@
 import math
 from typing import TYPE_CHECKING
 
-from vrx_mj.control.guidance import Point, around, best_order, orbit, wrapped
+from vrx_mj.control.guidance import Point, around, best_order, orbit, wrap_angle
 from vrx_mj.control.navigation import Estimate
 from vrx_mj.control.skipper import Commands, Skipper
 
@@ -12,21 +12,21 @@ if TYPE_CHECKING:
     from vrx_mj.runtime.task_runner import TaskObservation
 
 _SENSES = {"platypus": -1.0, "turtle": 1.0}
-"""Of the circles: clockwise and counter-clockwise."""
+"""Senses of the circles: clockwise and counter-clockwise."""
 _RADIUS = 5.5
-"""Of the circles [m]: half of what engages, so that neither a gust nor the boat's own length spoils it."""
+"""Radius of the circles [m]: half of what engages, so that neither a gust nor the boat's own length spoils it."""
 _TIGHT = 4.0
-"""Of a circle beside a crocodile [m]: as small as the boat's length allows without touching the animal."""
+"""Radius of a circle beside a crocodile [m]: as small as the boat's length allows without touching the animal."""
 _ENGAGED = 9.0
 """Within this distance [m] a way around an animal counts for sure; the task demands 10 m, in space."""
 _CLEARANCE = 13.0
-"""From a crocodile [m]: what engages it, and 3 m for what it swims between two messages."""
+"""Distance from a crocodile [m]: what engages it, and 3 m for what it swims between two messages."""
 _ROOM = 5.0
-"""From animals on the way [m]: a boat's length."""
+"""Distance from animals on the way [m]: a boat's length."""
 _WIDTH = 3.0
 """This far off a circle [m] the course is 45 degrees toward it."""
 _TOUCH = 3.0
-"""From anything [m], at the least."""
+"""Least distance from anything [m]."""
 _CENTRIPETAL = 0.55
 """Acceleration in a circle at most [m/s2]: 160 N for the WAM-V."""
 _CLOSED = math.tau + math.radians(30.0)
@@ -72,7 +72,7 @@ class WildlifeCircler(Skipper):
             self._swept, self._bearing = 0.0, None
         if distance <= _ENGAGED:
             if self._bearing is not None:
-                self._swept += _SENSES[name] * wrapped(bearing - self._bearing)
+                self._swept += _SENSES[name] * wrap_angle(bearing - self._bearing)
             self._bearing = bearing
 
     def _circle(self, seen: Estimate, t: float, number: int, animals: list[tuple[str, Point]]) -> Commands:
@@ -107,12 +107,12 @@ class WildlifeCircler(Skipper):
 
     @staticmethod
     def _radius(centre: Point, animals: list[tuple[str, Point]]) -> float:
-        """Of the circle [m]: smaller beside a crocodile."""
+        """Radius of a circle [m]: smaller beside a crocodile."""
         free = [math.dist(centre, place) - _CLEARANCE + 1.0 for name, place in animals if name not in _SENSES]
         return max(_TIGHT, min([_RADIUS, *free]))
 
     def _speed(self, off: float, radius: float) -> float:
-        """How fast [m/s], so far off the circle [m]."""
+        """Speed [m/s] at a distance `off` from the circle [m]."""
         circling = math.sqrt(_CENTRIPETAL * radius)
         braked = math.sqrt(circling**2 + 2.0 * self.pilot.braking * max(0.0, off - _WIDTH))
         return min(braked, 0.95 * self.pilot.top_speed)

@@ -149,16 +149,9 @@ def course_of(world: Parameters) -> Course:
     )
 
 
-def gates_of(task: tasks.Task | None) -> tuple[tasks.Gate, ...]:
-    """The gates of a task, or of its channel."""
-    found: tuple[tasks.Gate, ...] = getattr(task.channel if isinstance(task, tasks.Gymkhana) else task, "gates", ())
-    return found
-
-
 def symbols_of(world: Parameters) -> dict[str, str]:
     """What every placard of a world shows, by its name: what the task makes it show, or what it shows by itself."""
-    bays = world.task.bays if isinstance(world.task, tasks.Dock) else ()
-    wanted = {bay.placard: bay.symbol for bay in bays}
+    wanted = {bay.placard: bay.symbol for bay in tasks.parts_of(world.task, tasks.Bay)}
     return {placard.name: wanted.get(placard.name, placard.symbol) for placard in world.placards}
 
 
@@ -182,7 +175,7 @@ def _pose(pose: StartPose) -> Pose:
 
 
 def _gates(task: tasks.Task | None, poses: Mapping[str, Pose]) -> Iterator[GateBar]:
-    for number, gate in enumerate(gates_of(task), start=1):
+    for number, gate in enumerate(tasks.parts_of(task, tasks.Gate), start=1):
         left, right = poses[gate.left], poses[gate.right]
         yield GateBar(number, (left.x, left.y), (right.x, right.y), gate_between(left, right).yaw)
 
@@ -230,15 +223,13 @@ def _paths(world: Parameters, poses: Mapping[str, Pose]) -> Iterator[Path]:
 def _beacons(task: tasks.Task | None, poses: Mapping[str, Pose]) -> Iterator[Beacon]:
     if isinstance(task, tasks.AcousticTracking):
         yield Beacon(task.pinger, poses[task.pinger].x, poses[task.pinger].y)
-    elif isinstance(task, tasks.Gymkhana):
-        yield Beacon("black box", task.pinger.x, task.pinger.y)
-    elif isinstance(task, tasks.AcousticPerception):
-        yield Beacon("beacon", task.pinger.x, task.pinger.y, task.goal_tolerance)
+    name = "black box" if isinstance(task, tasks.Gymkhana) else "beacon"
+    radius = task.goal_tolerance if isinstance(task, tasks.AcousticPerception) else 0.0
+    yield from (Beacon(name, pinger.x, pinger.y, radius) for pinger in tasks.parts_of(task, tasks.Pinger))
 
 
 def _showings(task: tasks.Task | None, poses: Mapping[str, Pose]) -> Iterator[Showing]:
-    if not isinstance(task, tasks.Perception):
-        return
-    for item in task.objects:
+    for item in tasks.parts_of(task, tasks.Shown):
+        assert task is not None
         x, y, *_ = ahead_of(poses[task.boat], item.pose)
         yield Showing(item.name, item.type, x, y, item.time, item.time + item.duration)

@@ -33,13 +33,13 @@ from vrx_mj.mjcf.pieces import Part, Piece, Pieces
 from vrx_mj.mjcf.placement import PlacedObject, place_docks, place_fields, place_objects
 from vrx_mj.mjcf.robots import boat_rows, fitted, stiffness
 from vrx_mj.mjcf.scene import scene_parameters, scene_values
-from vrx_mj.mjcf.tasks import Touch, lock_of, task_parameters, touch_sensor, touches_of, waypoints
+from vrx_mj.mjcf.tasks import Touch, lock_of, task_parameters, touch_sensor, touches_of
 from vrx_mj.mjcf.terrain import shoreline, terrain_piece
 from vrx_mj.mjcf.wind import air_parameters, newcomer_wind, own_load, warn_if_unmoved, warn_if_unpushed, wind_parameters
 from vrx_mj.mjcf.world import World, joined_world
 from vrx_mj.model.boats import Spawn
 from vrx_mj.model.site import Georeference
-from vrx_mj.model.tasks import Task
+from vrx_mj.model.tasks import Goal, Task, parts_of
 from vrx_mj.model.world import FORMAT, Parameters, checked_parameters, tree_of
 
 _STIFF = 2.0
@@ -239,6 +239,7 @@ class _Assembly:
 
     def _parameters(self, seed: int) -> Parameters:
         config, earth = self.config, self.config.georeference
+        goals = tuple((goal.x, goal.y, goal.yaw) for goal in parts_of(self.task, Goal))
         return Parameters(
             format=FORMAT,
             name=config.name,
@@ -256,8 +257,8 @@ class _Assembly:
             **self.rows.tables,
             spawn=_spawn_parameters(config),
             task=self.task,
-            waypoints=waypoints(self.task),
-            markers=tuple(marker_rows(config.markers, waypoints(self.task))),
+            waypoints=goals,
+            markers=tuple(marker_rows(config.markers, goals)),
             georeference=Georeference(**earth.model_dump(exclude={"folder"})) if earth else None,
             terrain=config.terrain,
             shoreline=shoreline(config.terrain, config.folder) if config.terrain else (),

@@ -34,11 +34,12 @@ from vrx_mj.mjcf.parameters import Rows
 from vrx_mj.mjcf.pieces import Part
 from vrx_mj.mjcf.placement import PlacedDock, PlacedObject, place_docks, place_objects
 from vrx_mj.mjcf.robots import boat_rows, fitted
-from vrx_mj.mjcf.tasks import Touch, named_things, thing_touches, touch_sensor
+from vrx_mj.mjcf.tasks import Touch, thing_touches, touch_sensor
 from vrx_mj.mjcf.wind import own_load, warn_if_unpushed
 from vrx_mj.mjcf.world import World, joined_world
 from vrx_mj.model.boats import Boat
 from vrx_mj.model.site import Dock, Object
+from vrx_mj.model.tasks import names_in
 from vrx_mj.model.world import Parameters, checked_rows, tree_of
 
 _OWNED = {
@@ -179,7 +180,7 @@ def without(world: World, name: str) -> World:
     check_name("boat, object or dock", name, _things(old))
     if old.task and old.task.boat == name:
         raise CommandError(f"{name} cannot be removed: it is the boat that the task '{old.task.name}' scores")
-    if old.task and name in map(owner_of, named_things(old.task)):
+    if old.task and name in (owner_of(thing) for *_, thing in names_in(old.task)):
         raise CommandError(f"{name} cannot be removed: the task '{old.task.name}' needs it")
     stay = staying(old, name)
     new: dict[str, Any] = _kept(old, stay)

@@ -8,8 +8,8 @@ heave, roll and pitch (VRX's riser and pivot joints); switching the weld off rel
 import re
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, Literal
+from dataclasses import dataclass, fields
+from typing import Any, Literal, cast
 
 from vrx_mj.config import tasks
 from vrx_mj.config.fleet import BoatConfig
@@ -31,6 +31,8 @@ from vrx_mj.model.tasks import Goal, Pinger, TaskBase
 
 _Row = dict[str, Any]
 _Loc = tuple[str | int, ...]
+_Shooter = tuple[str, str]
+"""Names of a boat and of one of its ball shooters."""
 
 
 class Site:
@@ -42,6 +44,7 @@ class Site:
         boats: Sequence[BoatConfig],
         objects: Sequence[PlacedObject],
         docks: Sequence[PlacedDock],
+        shooters: Sequence[_Shooter] = (),
     ) -> None:
         assert config.task is not None, "a world without a task"
         self.config = config
@@ -49,6 +52,7 @@ class Site:
         self.boats = [boat.name for boat in boats]
         self.objects = {item.name: item for item in objects}
         self.docks = docks
+        self.shooters = shooters
         self._found: list[Problem] = []
 
     def fault(self, loc: _Loc, message: str) -> None:
@@ -80,17 +84,16 @@ class Site:
             self.fault(loc, f"'{name}' is static; a floating object is needed")
         return item
 
-    def dock(self, loc: _Loc, name: str) -> PlacedDock | None:
-        """The dock of a name, which has bays; None if it is not there."""
+    def dock(self, name: str) -> _Row:
+        """The frame, bays and holes of the dock of a name; none of them if it is not there."""
         try:
             dock = find_dock(self.docks, name)
+            if dock.berths.bays:
+                return dock_zones(dock)
+            self.fault(("dock",), f"'{name}' has no bays")
         except UnknownNameError as error:
-            self.fault(loc, str(error))
-            return None
-        if not dock.berths.bays:
-            self.fault(loc, f"'{name}' has no bays")
-            return None
-        return dock
+            self.fault(("dock",), str(error))
+        return {"anchor": "", "bays": [], "holes": []}
 
     def place(self, loc: _Loc, value: tuple[float, float, float], *, geodetic: bool) -> Goal:
         """A place on the water from [latitude, longitude, yaw from east] or [x, y, yaw from x]; m, degrees and rad."""
@@ -193,23 +196,6 @@ def thing_touches(objects: Sequence[PlacedObject], docks: Sequence[PlacedDock]) 
         yield Touch(dock.name, dock_entry(dock).bodies[0], tree=True)
 
 
-def named_things(task: model.Task) -> frozenset[str]:
-    """Names of the objects, docks and placards that a task's rules refer to."""
-    names: list[str | None] = []
-    match task:
-        case model.Navigation(gates=gates) | model.FollowPath(gates=gates):
-            names = [name for gate in gates for name in (gate.left, gate.right)]
-        case model.Gymkhana(channel=channel):
-            names = [name for gate in channel.gates for name in (gate.left, gate.right)]
-        case model.Perception(objects=things) | model.Wildlife(animals=things):
-            names = [thing.name for thing in things]
-        case model.Dock(anchor=anchor, light_buoy=light):
-            names = [anchor, light, *(bay.placard for bay in task.bays)]
-        case model.AcousticTracking(pinger=name):
-            names = [name]
-    return frozenset(name for name in names if name)
-
-
 def lock_of(task: TaskBase, links: Mapping[str, str], poses: Mapping[str, Pose]) -> Lock | None:
     """What holds a task's boat; None if nothing does."""
     if not task.locked:
@@ -219,8 +205,6 @@ def lock_of(task: TaskBase, links: Mapping[str, str], poses: Mapping[str, Pose])
 
 
 _Habit = Literal["avoid", "circumnavigate_clockwise", "circumnavigate_counterclockwise"]
-_Shooter = tuple[str, str]
-"""Names of a boat and of one of its ball shooters."""
 
 _ANIMALS: Mapping[str, _Habit] = {
     "crocodile": "avoid",
@@ -229,7 +213,7 @@ _ANIMALS: Mapping[str, _Habit] = {
 }
 """What VRX wants of the animals, by the first word of their model."""
 _POINTS = {"big": 5.0, "small": 10.0}
-"""For a ball in a hole, VRX's."""
+"""Points of a ball in a hole, VRX's."""
 _LEFT = re.compile(r"red_bound_(\d+)")
 _PARTNERS = ("green", "white", "blue", "black")
 """First words of the right buoys of gates; a gate has one of them."""
@@ -250,71 +234,44 @@ def task_parameters(
     task = config.task
     if task is None:
         return None
-    site = Site(config, boats, objects, docks)
-    boat = site.boat()
-    still = {item.name: item.pose for item in objects if item.config.kind == "static"}
-    common = {
-        "type": "stationkeeping" if isinstance(task, tasks.StationkeepingTask) else task.type,
-        "name": task.name or task.type,
-        "boat": boat,
-        "profile": NEWER if config.physics.profile == NEWER else CLASSIC,
-        "durations": (task.initial_state_duration, task.ready_state_duration, task.running_state_duration),
-        "collision_buffer": task.collision_buffer,
-        "locked": task.locked,
-        "held": isinstance(task, tasks.PerceptionTask),
-        "fixed": still | {dock.name: dock.pose for dock in docks if not dock.config.dynamic},
-        "rivals": (),
-    }
-    if isinstance(task, tasks.DockTask):
-        common["balls"] = tuple(ball_name(*shooter) for shooter in shooters if shooter[0] == boat)
-    kind, resolve = _RESOLVERS[type(task)]
-    resolved = kind(**common, **resolve(task, site))
+    site = Site(config, boats, objects, docks, shooters)
+    kind = model.TASKS[_type(task)]
+    values: _Row = {}
+    for key in (own.name for own in fields(kind)):
+        resolve = _RESOLVERS.get(key)
+        values[key] = resolve(task, site) if resolve else getattr(task, key)
     site.check()
-    return resolved
+    return cast(model.Task, kind(**values))
 
 
-def waypoints(task: model.Task | None) -> tuple[tuple[float, float, float], ...]:
-    """The task's goal or waypoints as (x, y, yaw) in world coordinates, m and rad."""
-    goals = (task.goal,) if isinstance(task, model.Stationkeeping) else ()
-    places = task.waypoints if isinstance(task, model.Wayfinding) else goals
-    return tuple((place.x, place.y, place.yaw) for place in places)
+def _type(task: TaskConfig) -> str:
+    return "stationkeeping" if task.type == "station_keeping" else task.type
 
 
-def _stationkeeping(task: tasks.StationkeepingTask, site: Site) -> _Row:
+def _fixed(site: Site) -> dict[str, Pose]:
+    """Where the objects and docks are that never move."""
+    still = {item.name: item.pose for item in site.objects.values() if item.config.kind == "static"}
+    return still | {dock.name: dock.pose for dock in site.docks if not dock.config.dynamic}
+
+
+def _goal(task: tasks.GoalConfig, site: Site) -> Goal:
     key = "goal" if task.goal else "goal_cart"
     goal = task.goal or task.goal_cart
     assert goal is not None, "checked with the task"
-    return {"goal": site.place((key,), goal, geodetic=key == "goal"), "heading": task.heading}
+    return site.place((key,), goal, geodetic=key == "goal")
 
 
-def _wayfinding(task: tasks.WayfindingTask, site: Site) -> _Row:
+def _waypoints(task: tasks.WayfindingTask, site: Site) -> tuple[Goal, ...]:
     key = "waypoints" if task.waypoints else "waypoints_cart"
-    places = task.waypoints or task.waypoints_cart or ()
-    geodetic = key == "waypoints"
-    return {
-        "waypoints": tuple(site.place((key, index), place, geodetic=geodetic) for index, place in enumerate(places))
-    }
+    places = enumerate(task.waypoints or task.waypoints_cart or ())
+    return tuple(site.place((key, index), place, geodetic=key == "waypoints") for index, place in places)
 
 
-def _perception(task: tasks.PerceptionTask, site: Site) -> _Row:
-    shown = (_shown(site, ("objects", index, "name"), item) for index, item in enumerate(task.objects))
-    return {"objects": tuple(shown), "loop_forever": task.loop_forever}
-
-
-def _shown(site: Site, loc: _Loc, item: ShownObject) -> model.Shown:
-    thing = site.object(loc, item.name, floating=True)
+def _shown(site: Site, index: int, item: ShownObject) -> model.Shown:
+    thing = site.object(("objects", index, "name"), item.name, floating=True)
     kind = item.type or (_model_of(thing) if thing else "")
     stash = thing.pose if thing else item.pose
     return model.Shown(**{**item.model_dump(), "type": kind, "stash": stash})
-
-
-def _navigation(task: tasks.NavigationTask, site: Site) -> _Row:
-    return {"gates": _gates(site, (), task), "obstacle_penalty": task.obstacle_penalty}
-
-
-def _follow_path(task: tasks.FollowPathTask, site: Site) -> _Row:
-    keys = {"points_per_gate_crossed", "bonus", "obstacle_penalty"}
-    return {"gates": _gates(site, (), task), **task.model_dump(include=keys)}
 
 
 def _gates(site: Site, at: _Loc, channel: ChannelConfig) -> tuple[model.Gate, ...]:
@@ -346,26 +303,18 @@ def _red_right(parts: Sequence[str]) -> list[tuple[str, str]]:
     return [(f"red_bound_{i}", partners[i][0]) for _, i in numbers if partners[i]]
 
 
-def _dock(task: tasks.DockTask, site: Site) -> _Row:
-    dock = site.dock(("dock",), task.dock)
-    zones: _Row = dock_zones(dock) if dock else {"anchor": "", "bays": [], "holes": []}
-    if task.light_buoy is not None:
-        buoy = site.object(("light_buoy",), task.light_buoy)
-        if buoy and buoy.config.light is None:
-            site.fault(("light_buoy",), f"'{task.light_buoy}' has no `light`")
-    keys = {"light_buoy", "color_sequence", "color_bonus_points", "dock_bonus_points", "correct_dock_bonus_points"}
-    keys |= {"enable_color_checker", "min_dock_time"}
-    return {
-        "dock": task.dock,
-        "anchor": zones["anchor"],
-        "bays": _bays(task, site, zones["bays"]) if dock else (),
-        "holes": _holes(task, site, zones) if dock else (),
-        **task.model_dump(include=keys),
-    }
+def _light_buoy(task: tasks.DockTask, site: Site) -> str | None:
+    buoy = site.object(("light_buoy",), task.light_buoy) if task.light_buoy is not None else None
+    if buoy and buoy.config.light is None:
+        site.fault(("light_buoy",), f"'{task.light_buoy}' has no `light`")
+    return task.light_buoy
 
 
-def _bays(task: tasks.DockTask, site: Site, known: Sequence[_Row]) -> tuple[model.Bay, ...]:
+def _bays(task: tasks.DockTask, site: Site) -> tuple[model.Bay, ...]:
     """The dock's bays with what the task gives for them, in their order."""
+    known = site.dock(task.dock)["bays"]
+    if not known:
+        return ()
     if len(task.bays) != len(known):
         names = _listed(str(bay["name"]) for bay in known)
         site.fault(("bays",), f"'{task.dock}' has {len(known)} bays, {names}; got {len(task.bays)}")
@@ -379,12 +328,13 @@ def _bays(task: tasks.DockTask, site: Site, known: Sequence[_Row]) -> tuple[mode
     )
 
 
-def _holes(task: tasks.DockTask, site: Site, zones: _Row) -> tuple[model.Hole, ...]:
+def _holes(task: tasks.DockTask, site: Site) -> tuple[model.Hole, ...]:
     """The holes that count, with their points."""
-    known, names = (
-        {(hole["bay"], hole["size"]): hole for hole in zones["holes"]},
-        [bay["name"] for bay in zones["bays"]],
-    )
+    zones = site.dock(task.dock)
+    if not zones["bays"]:
+        return ()
+    known = {(hole["bay"], hole["size"]): hole for hole in zones["holes"]}
+    names = [bay["name"] for bay in zones["bays"]]
     if task.targets is None:
         counts = task.type == "scan_dock_deliver"
         return tuple(model.Hole(**hole, points=_POINTS[hole["size"]]) for hole in zones["holes"]) if counts else ()
@@ -398,12 +348,12 @@ def _holes(task: tasks.DockTask, site: Site, zones: _Row) -> tuple[model.Hole, .
     return tuple(rows)
 
 
-def _wildlife(task: tasks.WildlifeTask, site: Site) -> _Row:
+def _animals(task: tasks.WildlifeTask, site: Site) -> tuple[model.Animal, ...]:
     all_of_them = [AnimalConfig(name=name) for name, item in site.objects.items() if _habit(_model_of(item))]
     animals = tuple(_animal(site, index, animal) for index, animal in enumerate(task.animals or all_of_them))
     if not animals:
         site.fault(("animals",), f"the world has no animals; models of animals start with {', '.join(_ANIMALS)}")
-    return {"animals": animals, **task.model_dump(include={"engagement_distance", "time_bonus", "publication_rate"})}
+    return animals
 
 
 def _animal(site: Site, index: int, animal: AnimalConfig) -> model.Animal:
@@ -421,34 +371,42 @@ def _habit(kind: str) -> _Habit | None:
     return _ANIMALS.get(kind.partition("_")[0])
 
 
-def _gymkhana(task: tasks.GymkhanaTask, site: Site) -> _Row:
+def _channel(task: tasks.GymkhanaTask, site: Site) -> model.Channel:
     channel = task.channel
-    limits = channel.model_dump(include={"obstacle_penalty", "collision_buffer"})
-    return {
-        "channel": model.Channel(gates=_gates(site, ("channel",), channel), **limits),
-        "pinger": site.point(("pinger",), task.pinger),
-        "obstacle_penalty": task.obstacle_penalty,
-    }
+    return model.Channel(
+        gates=_gates(site, ("channel",), channel),
+        obstacle_penalty=channel.obstacle_penalty,
+        collision_buffer=channel.collision_buffer,
+    )
 
 
-def _acoustic_perception(task: tasks.AcousticPerceptionTask, site: Site) -> _Row:
-    return {"pinger": site.point(("pinger",), task.pinger), "goal_tolerance": task.goal_tolerance}
+def _pinger(task: tasks.GymkhanaTask | tasks.AcousticPerceptionTask | tasks.AcousticTrackingTask, site: Site) -> object:
+    """A point, or the name of what carries the beacon."""
+    if isinstance(task, tasks.AcousticTrackingTask):
+        site.object(("pinger",), task.pinger, floating=True)
+        return task.pinger
+    return site.point(("pinger",), task.pinger)
 
 
-def _acoustic_tracking(task: tasks.AcousticTrackingTask, site: Site) -> _Row:
-    site.object(("pinger",), task.pinger, floating=True)
-    return task.model_dump(include={"pinger", "pinger_depth", "obstacle_penalty"})
-
-
-_RESOLVERS: dict[type[tasks.TaskConfig], tuple[Callable[..., model.Task], Callable[[Any, Site], _Row]]] = {
-    tasks.StationkeepingTask: (model.Stationkeeping, _stationkeeping),
-    tasks.WayfindingTask: (model.Wayfinding, _wayfinding),
-    tasks.PerceptionTask: (model.Perception, _perception),
-    tasks.NavigationTask: (model.Navigation, _navigation),
-    tasks.FollowPathTask: (model.FollowPath, _follow_path),
-    tasks.DockTask: (model.Dock, _dock),
-    tasks.WildlifeTask: (model.Wildlife, _wildlife),
-    tasks.GymkhanaTask: (model.Gymkhana, _gymkhana),
-    tasks.AcousticPerceptionTask: (model.AcousticPerception, _acoustic_perception),
-    tasks.AcousticTrackingTask: (model.AcousticTracking, _acoustic_tracking),
+_RESOLVERS: Mapping[str, Callable[[Any, Site], object]] = {
+    "type": lambda task, _: _type(task),
+    "name": lambda task, _: task.name or task.type,
+    "boat": lambda _, site: site.boat(),
+    "profile": lambda _, site: NEWER if site.config.physics.profile == NEWER else CLASSIC,
+    "durations": lambda task, _: (task.initial_state_duration, task.ready_state_duration, task.running_state_duration),
+    "fixed": lambda _, site: _fixed(site),
+    "rivals": lambda *_: (),
+    "goal": _goal,
+    "waypoints": _waypoints,
+    "objects": lambda task, site: tuple(_shown(site, index, item) for index, item in enumerate(task.objects)),
+    "gates": lambda task, site: _gates(site, (), task),
+    "channel": _channel,
+    "pinger": _pinger,
+    "animals": _animals,
+    "anchor": lambda task, site: site.dock(task.dock)["anchor"],
+    "bays": _bays,
+    "holes": _holes,
+    "balls": lambda _, site: tuple(ball_name(*shooter) for shooter in site.shooters if shooter[0] == site.boat()),
+    "light_buoy": _light_buoy,
 }
+"""How a field of a compiled task is found in the world, alike in all tasks; another one is as the file gives it."""

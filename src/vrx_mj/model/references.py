@@ -122,33 +122,14 @@ def _task(world: Parameters, task: tasks.Task) -> Iterator[str]:
     for name in task.fixed:
         if name not in still:
             yield f"task.fixed: '{name}' is not an object or dock that never moves"
-    known = moving | set(task.fixed)
-    for place, name in _watched(task):
-        if name not in known:
-            yield f"task.{place}: there is no object or dock '{name}'"
-    if isinstance(task, tasks.Dock):
-        signs = {placard.name for placard in world.placards}
-        for number, bay in enumerate(task.bays):
-            if bay.placard is not None and bay.placard not in signs:
-                yield f"task.bays[{number}].placard: there is no placard '{bay.placard}'"
-        if task.light_buoy is not None and task.light_buoy not in {light.name for light in world.lights}:
-            yield f"task.light_buoy: there is no light '{task.light_buoy}'"
-
-
-def _watched(task: tasks.Task) -> Iterator[tuple[str, str]]:
-    """Places and names of what a task looks at."""
-    channel = task.channel if isinstance(task, tasks.Gymkhana) else task
-    for number, gate in enumerate(getattr(channel, "gates", ())):
-        yield f"gates[{number}].left", gate.left
-        yield f"gates[{number}].right", gate.right
-    for key in ("objects", "animals"):
-        for number, thing in enumerate(getattr(task, key, ())):
-            yield f"{key}[{number}].name", thing.name
-    if isinstance(task, tasks.Dock):
-        yield "anchor", task.anchor
-        yield from ((f"balls[{number}]", ball) for number, ball in enumerate(task.balls))
-    if isinstance(task, tasks.AcousticTracking):
-        yield "pinger", task.pinger
+    known = {
+        "object or dock": moving | set(task.fixed),
+        "placard": {placard.name for placard in world.placards},
+        "light": {light.name for light in world.lights},
+    }
+    for place, kind, name in tasks.names_in(task):
+        if name not in known[kind]:
+            yield f"task.{place}: there is no {kind} '{name}'"
 
 
 def _same_length(one: str, rows: Sequence[object], other: str, things: Sequence[object]) -> Iterator[str]:

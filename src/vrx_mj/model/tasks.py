@@ -1,8 +1,8 @@
 """The task of a compiled world, resolved: one dataclass for each set of rules."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Annotated, Literal
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, fields, is_dataclass
+from typing import Annotated, Literal, TypeVar, get_args, get_type_hints
 
 from pydantic import Field
 
@@ -13,6 +13,13 @@ _MOST = 100_000
 _Latitude = Annotated[float, Field(ge=-90.0, le=90.0)] | None
 _Longitude = Annotated[float, Field(ge=-180.0, le=180.0)] | None
 _Size = tuple[NonNegative, NonNegative, NonNegative]
+_Kind = TypeVar("_Kind")
+_THING = "object or dock"
+
+
+def _name_of(kind: str) -> Mapping[str, str]:
+    """Metadata of a field that names something in the world."""
+    return {"name_of": kind}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,7 +68,7 @@ class Goal:
 
 @dataclass(frozen=True, kw_only=True)
 class Pinger:
-    """Where a beacon is."""
+    """Place of a beacon."""
 
     __pydantic_config__ = STRICT
     x: Real
@@ -81,9 +88,9 @@ class Gate:
     """Two buoys."""
 
     __pydantic_config__ = STRICT
-    left: Text
+    left: Text = field(metadata=_name_of(_THING))
     """Name of the buoy on the left."""
-    right: Text
+    right: Text = field(metadata=_name_of(_THING))
     """Name of the buoy on the right."""
 
 
@@ -111,7 +118,7 @@ class Shown:
     """How long it is shown [s]."""
     type: Text
     """What a right report calls it."""
-    name: Text
+    name: Text = field(metadata=_name_of(_THING))
     """Name of the object."""
     pose: Pose
     """Pose in the boat's frame [m, rad]."""
@@ -137,14 +144,14 @@ class Bay:
     __pydantic_config__ = STRICT
     name: Text
     """Name of the bay."""
-    placard: Text | None
+    placard: Text | None = field(metadata=_name_of("placard"))
     """Name of its placard."""
     symbol: Text
     """Symbol that the task makes the placard show."""
     internal: Box
-    """Where a boat is in it."""
+    """Zone in which a boat is in it."""
     external: Box
-    """Where a boat is before it."""
+    """Zone in which a boat is before it."""
     dock_allowed: bool
     """Whether it is the right one."""
 
@@ -171,7 +178,7 @@ class Animal:
     """Something that swims."""
 
     __pydantic_config__ = STRICT
-    name: Text
+    name: Text = field(metadata=_name_of(_THING))
     """Name of the object."""
     model: Text
     """Its model."""
@@ -243,15 +250,15 @@ class Dock(TaskBase):
     type: Literal["dock", "scan_and_dock", "scan_dock_deliver"]
     dock: Text
     """Name that the file gives the dock."""
-    anchor: Text
+    anchor: Text = field(metadata=_name_of(_THING))
     """Name of the dock."""
     bays: Annotated[tuple[Bay, ...], Field(min_length=1, max_length=_MOST)]
     """The bays."""
     holes: Annotated[tuple[Hole, ...], Field(max_length=_MOST)]
     """The holes that count."""
-    balls: Annotated[tuple[Text, ...], Field(max_length=_MOST)] = field(metadata=late(2))
+    balls: Annotated[tuple[Text, ...], Field(max_length=_MOST)] = field(metadata={**late(2), **_name_of(_THING)})
     """Names of the boat's balls."""
-    light_buoy: Text | None
+    light_buoy: Text | None = field(metadata=_name_of("light"))
     """Name of the light buoy."""
     color_sequence: tuple[Text, Text, Text]
     """What it shows."""
@@ -311,7 +318,7 @@ class AcousticTracking(TaskBase):
     """Follow a beacon that moves."""
 
     type: Literal["acoustic_tracking"]
-    pinger: Text
+    pinger: Text = field(metadata=_name_of(_THING))
     """Name of the object under which the beacon hangs."""
     pinger_depth: Real
     """Height of the beacon [m]."""
@@ -333,3 +340,38 @@ Task = Annotated[
     Field(discriminator="type"),
 ]
 """A task of any type."""
+
+TASKS: Mapping[str, type[TaskBase]] = {
+    name: kind for kind in get_args(get_args(Task)[0]) for name in get_args(get_type_hints(kind)["type"])
+}
+"""Compiled forms of tasks, by type."""
+
+
+def parts_of(task: TaskBase | None, kind: type[_Kind]) -> Iterator[_Kind]:
+    """All parts of a kind in a task, such as its gates, in the order of its fields."""
+    return (part for _, part in _walk("", task) if isinstance(part, kind))
+
+
+def names_in(task: TaskBase) -> Iterator[tuple[str, str, str]]:
+    """Names by which a task refers to its world: place in the task, kind of thing, name."""
+    for place, part in _walk("", task):
+        for own in fields(part) if is_dataclass(part) else ():
+            kind = own.metadata.get("name_of", "")
+            found = _walk(f"{place}.{own.name}", vars(part).get(own.name)) if kind else ()
+            yield from ((spot.removeprefix("."), kind, name) for spot, name in found if isinstance(name, str))
+
+
+def followed_things(task: TaskBase) -> tuple[str, ...]:
+    """Names of the objects and docks whose poses a task's rules need, each once."""
+    return tuple(dict.fromkeys(name for _, kind, name in names_in(task) if kind == _THING))
+
+
+def _walk(place: str, part: object) -> Iterator[tuple[str, object]]:
+    """A part of a task with its place, then the parts of that."""
+    yield place, part
+    if isinstance(part, tuple):
+        for number, item in enumerate(part):
+            yield from _walk(f"{place}[{number}]", item)
+    elif is_dataclass(part):
+        for name, item in vars(part).items():
+            yield from _walk(f"{place}.{name}", item)

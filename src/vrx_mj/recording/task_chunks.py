@@ -20,8 +20,9 @@ from rerun.chunk import Chunk
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.bays import RGB
 from vrx_mj.draw.colors import Rgb, shade
-from vrx_mj.draw.course import Course, course_of, gates_of, poses_of, zone_corners
+from vrx_mj.draw.course import Course, course_of, poses_of, zone_corners
 from vrx_mj.model import tasks
+from vrx_mj.model.tasks import parts_of
 from vrx_mj.model.world import Parameters
 from vrx_mj.recording.eyes import spread
 from vrx_mj.recording.packing import pack_rows
@@ -325,7 +326,7 @@ class TaskChunks:
         """All gates, if one has another colour, or has drifted."""
         following = fates.index("ahead") if "ahead" in fates and not self._referee.finished else -1
         colors = [FATES["next" if number == following else fate] for number, fate in enumerate(fates)]
-        ends = [(poses[gate.left], poses[gate.right]) for gate in gates_of(self._task)]
+        ends = [(poses[gate.left], poses[gate.right]) for gate in parts_of(self._task, tasks.Gate)]
         drawn = self._drawn
         if drawn and drawn[1] == colors and (time - drawn[0] < _DRIFT_EVERY or _drift(drawn[2], ends) < _DRIFT):
             return
@@ -449,7 +450,7 @@ class TaskMarks:
     def __init__(self, task: tasks.Task, append: Callable[[str, float, Any, _Fields], None]) -> None:
         """`append`: has fields of an archetype written."""
         self.points = TASK_KINDS[task.type].unit == "points"
-        self._gates = ["ahead"] * len(gates_of(task))
+        self._gates = ["ahead"] * len(list(parts_of(task, tasks.Gate)))
         self._score = 0.0
         self._append = append
 
@@ -482,7 +483,7 @@ class TaskMarks:
 def legend_chunks(parameters: Parameters) -> Iterator[Chunk]:
     """Names, colours and shapes of the marks that a world may have."""
     task = parameters.task
-    gates = bool(gates_of(task))
+    gates = any(parts_of(task, tasks.Gate))
     points = task is not None and TASK_KINDS[task.type].unit == "points"
     shown = {"contacts": True, "gates passed": gates, "gates missed": gates, "score changes": points}
     for kind, (color, shape) in KINDS.items():

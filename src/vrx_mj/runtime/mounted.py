@@ -10,7 +10,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.mjcf.objects import ball_name
 from vrx_mj.mjcf.world import World
 from vrx_mj.sensors.kinds import SensorKind
-from vrx_mj.sensors.places import Mount, Place, carried
+from vrx_mj.sensors.places import Mount, Place, place_of_mount
 from vrx_mj.sensors.registry import SENSOR_KINDS
 
 
@@ -48,7 +48,7 @@ class Mounted:
 
     def place(self, qpos: FloatArray, qvel: FloatArray, mount: Mount | None = None) -> Place:
         """Where it is and how it moves in a state of the world, or another frame on the same body."""
-        return carried(qpos[self.qpos : self.qpos + 7], qvel[self.dof : self.dof + 6], mount or self.mount)
+        return place_of_mount(qpos[self.qpos : self.qpos + 7], qvel[self.dof : self.dof + 6], mount or self.mount)
 
     @property
     def marks(self) -> slice:

@@ -18,7 +18,7 @@ class Draw:
 
     def __init__(self, seed: int, boat: str, sensor: str, index: int, rate: float, *, life: int = 0) -> None:
         self.key = _key(seed, boat, sensor, life)
-        """Of the sensor's stream."""
+        """Key of the sensor's stream."""
         self.index = index
         """Number of the measurement."""
         self.rate = rate
@@ -35,7 +35,7 @@ class Draw:
 
 @lru_cache(maxsize=4096)
 def _key(seed: int, boat: str, sensor: str, life: int) -> int:
-    """Of a sensor's stream; a boat that has a name again after another, in its next `life`, has streams of its own."""
+    """Key of a sensor's stream; a boat with the name of one that left, in its next `life`, has streams of its own."""
     return stream_key(seed, "sensor", boat, sensor, *([life] if life else []))
 
 

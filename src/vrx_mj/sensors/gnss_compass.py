@@ -32,7 +32,7 @@ def _measure(by: Measurement) -> Heading:
     return heading(by.config, by.place, by.x_from_east, by.draw)
 
 
-def _recorded(numbers: FloatArray, config: GnssCompassConfig) -> Heading:
+def _from_numbers(numbers: FloatArray, config: GnssCompassConfig) -> Heading:
     angle, turn = numbers.tolist()
     return _with_variances(angle, turn, config)
 
@@ -40,7 +40,7 @@ def _recorded(numbers: FloatArray, config: GnssCompassConfig) -> Heading:
 GNSS_COMPASS = SensorKind(
     GnssCompassConfig,
     _measure,
-    RecordedNumbers(lambda _: 2, _recorded, fields=2),
+    RecordedNumbers(lambda _: 2, _from_numbers, fields=2),
     plots=(
         Plot("heading", "Heading [deg]", lambda data: compass(data.heading)),
         Plot("rate_of_turn", "Rate of turn [deg/s]", lambda data: math.degrees(data.rate_of_turn)),

@@ -31,7 +31,7 @@ def fix(config: GpsConfig, place: Place, earth: Geodetic, draw: Draw) -> Fix:
     return Fix(*earth.geodetic(*position), np.array([north, -east, up]), spread)
 
 
-def _recorded(numbers: FloatArray, _config: GpsConfig) -> Fix:
+def _from_numbers(numbers: FloatArray, _config: GpsConfig) -> Fix:
     latitude, longitude, altitude = (float(value) for value in numbers[:3])
     return Fix(latitude, longitude, altitude, numbers[3:6], tuple(float(value) for value in numbers[6:]))
 
@@ -39,7 +39,7 @@ def _recorded(numbers: FloatArray, _config: GpsConfig) -> Fix:
 GPS = SensorKind(
     GpsConfig,
     lambda measurement: fix(measurement.config, measurement.place, measurement.earth, measurement.draw),
-    RecordedNumbers(lambda _: 15, _recorded),
+    RecordedNumbers(lambda _: 15, _from_numbers),
     plots=(
         Plot("latitude", "Latitude [deg]", lambda data: data.latitude),
         Plot("longitude", "Longitude [deg]", lambda data: data.longitude),

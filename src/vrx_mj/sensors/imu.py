@@ -86,14 +86,14 @@ def _measure(by: Measurement) -> Inertia:
     return inertia(by.config, by.place, by.place_before, by.interval, by.gravity, by.draw, by.x_from_east)
 
 
-def _recorded(numbers: FloatArray, config: ImuConfig) -> Inertia:
+def _from_numbers(numbers: FloatArray, config: ImuConfig) -> Inertia:
     return Inertia(numbers[:4], numbers[4:7], numbers[7:], *_covariances(config))
 
 
 IMU = SensorKind(
     ImuConfig,
     _measure,
-    RecordedNumbers(lambda _: 10, _recorded, fields=3),
+    RecordedNumbers(lambda _: 10, _from_numbers, fields=3),
     plots=(
         Plot("acceleration", "Acceleration [m/s2]", lambda data: data.linear_acceleration, axes=True),
         Plot("turning", "Turning [deg/s]", lambda data: np.degrees(data.angular_velocity), axes=True),

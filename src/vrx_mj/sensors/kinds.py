@@ -27,7 +27,7 @@ class Measurement(Protocol):
 
     @property
     def place_before(self) -> Place | None:
-        """The same at the sensor's last measurement; None at the first."""
+        """Place at the sensor's last measurement; None at the first."""
 
     @property
     def interval(self) -> float:

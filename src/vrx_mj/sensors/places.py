@@ -48,7 +48,7 @@ class Place(NamedTuple):
     """(3,) angular velocity [rad/s], world axes."""
 
 
-def carried(pose: FloatArray, velocity: FloatArray, mount: Mount) -> Place:
+def place_of_mount(pose: FloatArray, velocity: FloatArray, mount: Mount) -> Place:
     """Where a mount is and how it moves on a free body.
 
     Args:

@@ -187,7 +187,7 @@ class ApparentWind:
     speed: float
     """Speed [m/s]."""
     angle: float
-    """Where it comes from [rad], counter-clockwise from the bow, from -pi to pi."""
+    """Direction that it comes from [rad], counter-clockwise from the bow, from -pi to pi."""
 
 
 @dataclass(frozen=True)

@@ -43,7 +43,7 @@ def half_heights(config: CameraConfig) -> tuple[float, float]:
 SMALLEST = 0.25
 """Radius of geoms in the picture that are drawn at least [pixels]."""
 _MARGIN = 0.03
-"""By how much the sea is drawn wider than the view [rad]."""
+"""Margin by which the sea is drawn wider than the view [rad]."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class View:
     rotation: FloatArray
     """(3, 3), camera to world axes; x forward, y left, z up."""
     half_width: float
-    """Of the picture, at distance 1."""
+    """Half width of the picture at distance 1."""
     half_height: float
     near: float
     """[m]"""

@@ -12,7 +12,7 @@ from vrx_mj.tasks.frame import Count, Frame, TaskStatus
 from vrx_mj.tasks.rules import Outputs, PlainRules, SetPinger, TaskContext
 
 _PINGER_PERIOD = 0.1
-"""Between two messages of where the moving beacon is, at least [s]; VRX's."""
+"""Least time between two messages of where the moving beacon is [s]; VRX's."""
 
 
 @dataclass
@@ -20,7 +20,7 @@ class AcousticPerceptionState:
     """What the boat has done so far."""
 
     distance: float | None = None
-    """To the beacon [m], in space; None before the first frame, at which the beacon is put to its place."""
+    """Distance to the beacon [m], in space; None before the first frame, at which the beacon is put to its place."""
 
 
 class AcousticPerception(PlainRules):
@@ -64,7 +64,7 @@ class AcousticTrackingState:
 
     frames: Count = 0
     total: float = 0.0
-    """Of the distances [m]."""
+    """Sum of the distances [m]."""
     error: float = 0.0
     """The last distance [m]."""
     due: float = 0.0
@@ -84,7 +84,6 @@ class AcousticTracking(PlainRules):
         self.state = AcousticTrackingState()
         self._boat, self._pinger = task.boat, task.pinger
         self._height, self._penalty = task.pinger_depth, task.obstacle_penalty
-        self.watched = (self._pinger,)
 
     def update(self, frame: Frame, context: TaskContext) -> None:
         """Take the distance of a frame into the mean, and have the beacon sound from where it is."""

@@ -25,7 +25,7 @@ class Box:
     """An upright box in the frame of a dock; its faces belong to it."""
 
     center: _Point
-    """[m]"""
+    """Centre [m]."""
     size: _Point
     """Length of the edges [m]."""
 
@@ -46,7 +46,7 @@ class Box:
             enters, leaves = max(enters, first), min(leaves, last)
         return enters <= leaves
 
-    def entered(self, before: Sequence[float], now: Sequence[float], reach: float) -> bool:
+    def is_entered(self, before: Sequence[float], now: Sequence[float], reach: float) -> bool:
         """Whether something has come in between two frames; at most `reach` [m] apart, or it did not come that way."""
         if self.contains(before):
             return False
@@ -93,7 +93,7 @@ class Hole(NamedTuple):
     size: str
     points: float
     box: Box
-    """In the dock's frame, for the ball's centre."""
+    """Box in the dock's frame, for the ball's centre."""
 
 
 @dataclass
@@ -107,17 +107,17 @@ class DockingState:
     bay: str = ""
     """The bay it is in; empty if in none."""
     time_in_bay: float = 0.0
-    """For how long it has been there [s]."""
+    """Time since it came there [s]."""
     left: str = ""
     """The bay that it has backed out of, for the points."""
     colors_open: bool = False
     """Whether the colours may be sent."""
     colors: list[str] = field(default_factory=list)
-    """Those sent."""
+    """Colours sent."""
     balls: dict[str, Place] = field(default_factory=dict)
     """Where the balls were at the frame before, in the dock's frame [m]."""
     seen: float = 0.0
-    """When that was [s]."""
+    """Time of that frame [s]."""
     hits: list[dict[str, float | str]] = field(default_factory=list)
     """Holes hit: time [s], ball, bay, size and points."""
 
@@ -146,7 +146,6 @@ class Docking(PlainRules):
         self._stay = task.min_dock_time
         self._early_zones = self._announces = task.profile != "vrx3"
         self._symbol = next((bay.symbol for bay in reversed(self._bays) if bay.right), None)
-        self.watched = (self._anchor, *self._balls)
 
     @property
     def progress(self) -> dict[str, object]:
@@ -242,7 +241,7 @@ class Docking(PlainRules):
             before = own.balls.get(ball, now)
             own.balls[ball] = now
             if before != now:
-                for_points += [(ball, hole) for hole in self._holes if hole.box.entered(before, now, reach)]
+                for_points += [(ball, hole) for hole in self._holes if hole.box.is_entered(before, now, reach)]
         own.seen = frame.time
         if for_points and context.status.phase == "running":
             ball, hole = for_points[-1]

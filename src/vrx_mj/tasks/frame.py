@@ -37,10 +37,10 @@ class TaskStatus:
     running_time: float
     """When it starts to run."""
     duration: float
-    """For how long it may run."""
+    """Longest time for which it may run."""
     phase: Phase = "initial"
     elapsed: float = 0.0
-    """Since it began to run."""
+    """Time since it began to run."""
     score: float = 0.0
     collisions: Count = 0
     last_hit: float = 0.0
@@ -49,11 +49,11 @@ class TaskStatus:
 
     @property
     def remaining(self) -> float:
-        """Until it times out."""
+        """Time until it times out."""
         return self.duration - self.elapsed
 
     def info(self) -> dict[str, object]:
-        """By the names of VRX's task message; times in s."""
+        """Status by the names of VRX's task message; times in s."""
         return {
             "state": self.phase,
             "ready_time": self.ready_time,
@@ -84,13 +84,13 @@ class Pose:
     """Position and attitude of a body's link origin."""
 
     x: float
-    """[m], east."""
+    """Position [m], east."""
     y: float
-    """[m], north."""
+    """Position [m], north."""
     z: float
-    """[m], up."""
+    """Position [m], up."""
     quaternion: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
-    """(w, x, y, z), body to world."""
+    """Quaternion (w, x, y, z), body to world."""
 
     @property
     def yaw(self) -> float:
@@ -115,7 +115,7 @@ class Frame:
     time: float
     """Simulated time [s], from the world's start."""
     poses: Mapping[str, Pose]
-    """By name of the boat, object or ball; a dock has the name of its placement."""
+    """Poses by name of the boat, object or ball; a dock has the name of its placement."""
     touches: Mapping[str, float] = field(default_factory=dict)
     """What the scored boat has touched, by name, and when it last did [s]; nothing that it never touched."""
     messages: tuple[Message, ...] = ()

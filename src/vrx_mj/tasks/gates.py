@@ -5,7 +5,6 @@ References: VRX navigation_scoring_plugin.cc of gazebo_classic, and VRX 3 Naviga
 """
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Literal, NamedTuple
 
@@ -23,13 +22,13 @@ class Gate(NamedTuple):
     """Where a gate is now; buoys drift."""
 
     x: float
-    """Of the middle [m], east."""
+    """Middle of the gate [m], east."""
     y: float
-    """[m], north."""
+    """Middle of the gate [m], north."""
     yaw: float
     """Direction in which to cross it [rad], counter-clockwise from x."""
     width: float
-    """[m]; as in VRX between the buoys' origins in space, so that their heights count."""
+    """Width [m]; as in VRX between the buoys' origins in space, so that their heights count."""
 
 
 def gate_between(left: Pose, right: Pose) -> Gate:
@@ -49,11 +48,6 @@ def side_of(gate: Gate, x: float, y: float) -> Side:
     return "after" if east * along_x + north * along_y >= 0.0 else "before"
 
 
-def marker_names(gates: Iterable[tasks.Gate]) -> tuple[str, ...]:
-    """Names of the buoys of gates, each once."""
-    return tuple(dict.fromkeys(name for gate in gates for name in (gate.left, gate.right)))
-
-
 def passage(gate: tasks.Gate, before: str, boat: str, frame: Frame) -> tuple[Side, _Passage | None]:
     """Where the boat is in a gate now, and whether it has passed it since it was at `before`."""
     poses = frame.poses
@@ -70,7 +64,7 @@ FAILURE = 200.0
 
 @dataclass
 class GatesState:
-    """Of the gates, in their order."""
+    """State of each gate, in their order."""
 
     gates: list[_GateFate] = field(default_factory=list)
     """What became of them: see `_GateFate`."""
@@ -84,7 +78,6 @@ class _GateRules(PlainRules):
     def __init__(self, task: tasks.Navigation | tasks.FollowPath) -> None:
         self._boat, self._gates, self._penalty = task.boat, task.gates, task.obstacle_penalty
         self.state = GatesState(["ahead"] * len(self._gates), ["outside"] * len(self._gates))
-        self.watched = marker_names(self._gates)
 
     @property
     def progress(self) -> dict[str, object]:

@@ -33,9 +33,9 @@ class GymkhanaState:
 
     frames: Count = 0
     total: float = 0.0
-    """Of the distances to the beacon [m]."""
+    """Sum of the distances to the beacon [m]."""
     error: float = 0.0
-    """The last [m]."""
+    """The last distance [m]."""
     channel: dict[str, Any] = field(default_factory=dict)
     """What the channel's referee dumped."""
 
@@ -51,7 +51,6 @@ class Gymkhana(PlainRules):
         self._may_fail = task.profile != "vrx3"
         self._channel = _channel_referee(task)
         self._sums = GymkhanaState()
-        self.watched = self._channel.watched
 
     @property
     def state(self) -> GymkhanaState:

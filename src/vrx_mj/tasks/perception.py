@@ -28,7 +28,7 @@ def ahead_of(boat: Pose, pose: Sequence[float]) -> tuple[float, float, float, fl
 
 @dataclass
 class PerceptionState:
-    """Of the objects, in the order of the task."""
+    """State of each object, in the order of the task."""
 
     shown: list[bool]
     """Whether they are up now."""
@@ -37,11 +37,11 @@ class PerceptionState:
     round_time: float = 0.0
     """When this round of the sequence began, in elapsed time [s]."""
     gone: Count = 0
-    """How many have been up in this round and are gone."""
+    """Number of objects that have been up in this round and are gone."""
     attempts: Count = 0
-    """How many reports are taken now: one for each object that is up, whatever its type."""
+    """Number of reports that are taken now: one for each object that is up, whatever its type."""
     total: float = 0.0
-    """Of the errors of those that are gone [m]."""
+    """Sum of the errors of those that are gone [m]."""
     found: list[bool] = field(default_factory=list)
     """Whether there was a report of each."""
 
@@ -53,7 +53,6 @@ class Perception(PlainRules):
 
     def __init__(self, task: tasks.Perception) -> None:
         self._boat, self._objects, self._loops = task.boat, task.objects, task.loop_forever
-        self.watched = tuple(dict.fromkeys(thing.name for thing in self._objects))
         self.state = self._round(0.0)
 
     @property

@@ -18,7 +18,7 @@ from vrx_mj.config.loading import fault_text
 from vrx_mj.config.wording import shown
 from vrx_mj.constants import EARLY
 from vrx_mj.errors import StateError
-from vrx_mj.model.tasks import TaskBase
+from vrx_mj.model.tasks import TaskBase, followed_things
 from vrx_mj.tasks.frame import Frame, Message, Phase, TaskStatus
 from vrx_mj.tasks.rules import Action, Outputs, Release, Rules
 
@@ -39,7 +39,7 @@ class Verdict:
 
     actions: tuple[Action, ...]
     lines: tuple[tuple[str, str], ...]
-    """Of the log: text and level."""
+    """Lines of the log: text and level."""
 
 
 def parsed_dump(text: str) -> dict[str, Any]:
@@ -70,6 +70,7 @@ class Referee:
         initial, ready, running = task.durations
         self.type, self.name, self.boat = task.type, task.name, task.boat
         self.buffer = dead_time(task)
+        self.watched = (task.boat, *(name for name in followed_things(task) if name != task.boat))
         self.held_throughout = task.held
         self.locked = task.locked
         self._start = TaskStatus(initial, initial + ready, running)
@@ -83,11 +84,6 @@ class Referee:
         self._load_rules(self._first)
         self._actions: list[Action] = []
         self._lines: list[tuple[str, str]] = []
-
-    @property
-    def watched(self) -> tuple[str, ...]:
-        """Names of the bodies that a frame must hold: the boat, and what the rules want."""
-        return (self.boat, *(name for name in self._rules.watched if name != self.boat))
 
     @property
     def finished(self) -> bool:

@@ -38,7 +38,7 @@ class ShowSymbol:
 
     placard: str
     symbol: str
-    """As `red_circle`."""
+    """Symbol, such as `red_circle`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +47,7 @@ class SetPinger:
 
     boat: str
     position: tuple[float, float, float]
-    """[m, ENU]."""
+    """Position [m, ENU]."""
 
 
 Action = Release | PlaceObject | LightUp | ShowSymbol | SetPinger
@@ -87,10 +87,6 @@ class Rules(Protocol):
     def progress(self) -> Mapping[str, object]:
         """How far the parts of the task are, such as gates, for maps and recordings: plain data."""
 
-    @property
-    def watched(self) -> tuple[str, ...]:
-        """Names of bodies, besides the boat, that every frame must hold."""
-
     def enter(self, phase: Phase, frame: Frame, context: TaskContext) -> None:
         """The task enters `ready`, `running` or `finished` (by `context.status.timed_out` or not) at this frame."""
 
@@ -125,11 +121,10 @@ class PlainRules:
     """What most tasks have: phases and hits change nothing, the score stays when time is up, and no messages."""
 
     state: Any
-    watched: tuple[str, ...] = ()
     counts_hits = True
     """Whether a hit goes into the count of collisions."""
     title = "the task"
-    """In error messages."""
+    """Name in error messages."""
 
     @property
     def progress(self) -> Mapping[str, object]:

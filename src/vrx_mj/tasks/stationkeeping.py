@@ -32,9 +32,9 @@ class StationkeepingState:
 
     frames: Count = 0
     total: float = 0.0
-    """Of the errors [m]."""
+    """Sum of the errors [m]."""
     error: float = 0.0
-    """The last [m]."""
+    """The last error [m]."""
 
 
 class Stationkeeping(PlainRules):

@@ -15,7 +15,7 @@ class WayfindingState:
     """The least errors."""
 
     errors: list[float] = field(default_factory=list)
-    """Of each waypoint since the run began [m], as station-keeping has them; none before."""
+    """Least error of each waypoint since the run began [m], as station-keeping has them; none before."""
 
 
 class Wayfinding(PlainRules):

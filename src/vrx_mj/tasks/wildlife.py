@@ -19,7 +19,7 @@ from vrx_mj.tasks.rules import Outputs, PlainRules, TaskContext
 
 GATES = 8
 AXES = tuple((math.cos(math.tau * gate / GATES), math.sin(math.tau * gate / GATES)) for gate in range(GATES))
-"""Of the gates: from the animal outwards."""
+"""Directions of the gates, from the animal outwards."""
 _KINDS = {
     "avoid": "crocodile",
     "circumnavigate_clockwise": "platypus",
@@ -53,13 +53,13 @@ class WildlifeState:
     status: list[Literal["never_engaged", "engaged", "not_engaged", "circumnavigated"]]
     """Circumnavigated is for good."""
     sides: list[list[Side | Literal["crossed"]]]
-    """Of every gate, where the boat was when last looked at while engaged; `crossed` just after a crossing."""
+    """For every gate, where the boat was when last looked at while engaged; `crossed` just after a crossing."""
     circled: list[list[_Gate]]
     """Gates crossed in the right sense since the circle began, in their order: one may be in it twice."""
     animals: list[dict[str, str | float | None]] = field(default_factory=list)
     """The animals as teams saw them last."""
     published: Count = 0
-    """How often it was."""
+    """Number of times that they were published."""
 
 
 class Wildlife(PlainRules):
@@ -80,7 +80,6 @@ class Wildlife(PlainRules):
         self.counts_hits = not self._classic
         self._radius, self._bonus = task.engagement_distance, task.time_bonus
         self._rate = task.publication_rate
-        self.watched = tuple(animal.name for animal in self._animals)
         count = len(self._animals)
         self.state = WildlifeState(
             ["never_engaged"] * count, [["outside"] * GATES for _ in range(count)], [[] for _ in range(count)]
@@ -104,18 +103,19 @@ class Wildlife(PlainRules):
             return
         context.set_score(min(status.duration, status.elapsed))
         boat = frame.poses[self._boat]
-        for number, name in enumerate(self.watched):
-            if self.state.status[number] != "circumnavigated":
-                self._look_at(number, frame.poses[name], boat, context)
+        for number, animal in enumerate(self._animals):
+            if not self._is_circled(number):
+                self._look_at(number, frame.poses[animal.name], boat, context)
         self._publish(frame, status)
-        if all(self._done(number) for number in range(len(self._animals)) if not self._avoided(number)):
+        if all(self._is_circled(number) for number in range(len(self._animals)) if not self._is_avoided(number)):
             self._complete(context)
 
     def hit(self, other: str, frame: Frame, context: TaskContext) -> None:
         """Any collision starts over all circles under way."""
         for number, circled in enumerate(self.state.circled):
-            if circled and not self._done(number):
-                context.log(f"the circle around {self.watched[number]} starts over: collision with {other}", "WARN")
+            if circled and not self._is_circled(number):
+                name = self._animals[number].name
+                context.log(f"the circle around {name} starts over: collision with {other}", "WARN")
                 circled.clear()
 
     def timeout_score(self, status: TaskStatus) -> float | None:
@@ -139,17 +139,17 @@ class Wildlife(PlainRules):
 
     # Inside
 
-    def _avoided(self, number: int) -> bool:
+    def _is_avoided(self, number: int) -> bool:
         return self._animals[number].goal == "avoid"
 
-    def _done(self, number: int) -> bool:
+    def _is_circled(self, number: int) -> bool:
         return self.state.status[number] == "circumnavigated"
 
     def _bonuses(self) -> float:
-        """For animals circled, and for those to avoid that were never engaged [s]."""
+        """Sum of the bonuses for animals circled, and for those to avoid that were never engaged [s]."""
         status = self.state.status
         earned = (
-            status[number] == ("never_engaged" if self._avoided(number) else "circumnavigated")
+            status[number] == ("never_engaged" if self._is_avoided(number) else "circumnavigated")
             for number in range(len(status))
         )
         return self._bonus * sum(earned)
@@ -163,22 +163,22 @@ class Wildlife(PlainRules):
 
     def _look_at(self, number: int, animal: Pose, boat: Pose, context: TaskContext) -> None:
         """Engage, leave, or go on with the circle: one of them at a frame."""
-        own, name = self.state, self.watched[number]
+        own, name = self.state, self._animals[number].name
         distance = math.dist((boat.x, boat.y, boat.z), (animal.x, animal.y, animal.z))
         if own.status[number] != "engaged":
             if distance <= self._radius:
-                lost = self._avoided(number) and own.status[number] == "never_engaged"
+                lost = self._is_avoided(number) and own.status[number] == "never_engaged"
                 context.log(f"{name} engaged" + (": its bonus is lost" if lost else ""), "WARN" if lost else "INFO")
                 own.status[number] = "engaged"
         elif distance > self._radius:
             own.status[number] = "not_engaged"
             self._start_over(number, f"{name} left", context)
-        elif not self._avoided(number):
+        elif not self._is_avoided(number):
             self._circle(number, boat.x - animal.x, boat.y - animal.y, context)
 
     def _circle(self, number: int, dx: float, dy: float, context: TaskContext) -> None:
         """See which gates the boat has crossed, and in which sense."""
-        own, name = self.state, self.watched[number]
+        own, name = self.state, self._animals[number].name
         right = "after" if self._animals[number].goal == "circumnavigate_counterclockwise" else "before"
         sides, circled = own.sides[number], own.circled[number]
         for gate, axis in enumerate(AXES):
@@ -208,9 +208,9 @@ class Wildlife(PlainRules):
         if self._rate and frame.time < status.running_time + own.published / self._rate - EARLY:
             return
         own.published += 1
-        own.animals = [_announced(animal, frame.poses[animal.name]) for animal in self._animals]
+        own.animals = [_announcement(animal, frame.poses[animal.name]) for animal in self._animals]
 
 
-def _announced(animal: tasks.Animal, pose: Pose) -> dict[str, str | float | None]:
+def _announcement(animal: tasks.Animal, pose: Pose) -> dict[str, str | float | None]:
     place: dict[str, Any] = {"x": pose.x, "y": pose.y, "z": pose.z, "latitude": None, "longitude": None}
     return {"name": _KINDS[animal.goal], **place}

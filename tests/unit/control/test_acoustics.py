@@ -4,7 +4,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from vrx_mj.control.acoustics import ANGLE_NOISE, RANGE_NOISE, MovingBeacon, StillBeacon, heard
+from vrx_mj.control.acoustics import ANGLE_NOISE, RANGE_NOISE, MovingBeacon, StillBeacon, sound_bearing
 from vrx_mj.control.navigation import Estimate
 
 
@@ -26,18 +26,18 @@ def sound_of(place, seen, rng=None):
 
 def test_a_sound_without_noise_is_where_the_beacon_is():
     seen = estimate(3.0, 4.0, heading=2.0, z=0.1)
-    found = heard(sound_of((20.0, -10.0, -2.0), seen), seen, 0.0)
+    found = sound_bearing(sound_of((20.0, -10.0, -2.0), seen), seen, 0.0)
     assert found.position + found.range * found.direction == pytest.approx((20.0, -10.0, -2.0))
 
 
 def test_a_late_sound_was_heard_where_the_boat_was():
     moving = Estimate(10.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, np.eye(3))
-    assert heard(sound_of((50.0, 0.0, 0.0), moving), moving, 0.1).position == pytest.approx((9.8, 0.0, 0.0))
+    assert sound_bearing(sound_of((50.0, 0.0, 0.0), moving), moving, 0.1).position == pytest.approx((9.8, 0.0, 0.0))
 
 
 def test_a_still_beacon_without_noise_is_found_at_once():
     beacon, seen = StillBeacon(), estimate(0.0, 0.0)
-    beacon.update(heard(sound_of((30.0, 40.0, -2.0), seen), seen, 0.0))
+    beacon.update(sound_bearing(sound_of((30.0, 40.0, -2.0), seen), seen, 0.0))
     assert beacon.place == pytest.approx((30.0, 40.0), abs=0.2)  # what is known of its depth pulls a little
 
 
@@ -46,7 +46,7 @@ def test_a_way_to_a_still_beacon_sharpens_its_place(seed):
     rng, beacon, place = np.random.default_rng(seed), StillBeacon(), (40.0, 20.0, -2.0)
     for step in range(30):
         seen = estimate(step * 1.1, 0.0, heading=0.1 * step)
-        beacon.update(heard(sound_of(place, seen, rng), seen, 0.0))
+        beacon.update(sound_bearing(sound_of(place, seen, rng), seen, 0.0))
     assert math.dist(beacon.place, place[:2]) < 0.7  # five times the 0.13 m of 30 crossing bearings of 1 % of 25 m
 
 
@@ -55,7 +55,7 @@ def test_near_by_the_elevation_tells_the_distance(height):
     beacon, seen = MovingBeacon(), estimate(0.0, 0.0)
     sound = sound_of((8.0, 0.0, height), seen)
     sound.range += 5.0  # of no weight beside the angle
-    beacon.update(heard(sound, seen, 0.0), 0.0)
+    beacon.update(sound_bearing(sound, seen, 0.0), 0.0)
     assert beacon.at(0.0)[0] == pytest.approx(8.0, abs=0.15)
 
 
@@ -65,7 +65,7 @@ def test_a_moving_beacon_is_followed_with_its_velocity(seed):
     for t in range(60):
         place = (0.6 * t, 10.0 - 0.3 * t, 2.0)
         seen = estimate(place[0] - 6.0, place[1] + 3.0, heading=0.05 * t)
-        beacon.update(heard(sound_of(place, seen, rng), seen, 0.0), float(t))
+        beacon.update(sound_bearing(sound_of(place, seen, rng), seen, 0.0), float(t))
         found.append(np.array(beacon.at(float(t))) - (*place[:2], 0.6, -0.3))
     off = np.array(found[20:])
     assert np.hypot(off[:, 0], off[:, 1]).mean() < 0.6  # a sound alone: 0.3 m by its elevation, and outliers
@@ -79,12 +79,12 @@ def test_nothing_is_known_before_the_first_sound():
 
 def test_a_late_sound_was_heard_astern_of_the_boat_whatever_its_course():
     moving = Estimate(10.0, 5.0, 0.0, 0.0, 2.0, -3.0, 0.0, np.eye(3))
-    assert heard(sound_of((50.0, 0.0, 0.0), moving), moving, 0.1).position == pytest.approx((9.8, 5.3, 0.0))
+    assert sound_bearing(sound_of((50.0, 0.0, 0.0), moving), moving, 0.1).position == pytest.approx((9.8, 5.3, 0.0))
 
 
 def test_a_sound_weighs_by_its_noise_along_and_across():
     """Information is one over the variance: of ranges ahead, of angles times the distance aside."""
     beacon, seen = StillBeacon(), estimate(0.0, 0.0)
-    beacon.update(heard(sound_of((100.0, 0.0, 0.0), seen), seen, 0.0))
+    beacon.update(sound_bearing(sound_of((100.0, 0.0, 0.0), seen), seen, 0.0))
     assert beacon._information[0, 0] == pytest.approx(RANGE_NOISE**-2)
     assert beacon._information[1, 1] == pytest.approx((100.0 * ANGLE_NOISE) ** -2)

@@ -6,7 +6,17 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from vrx_mj.control.buoy_map import FORGET, Buoy, BuoyMap, Cluster, banks, clusters, grouped, leveled, standing_free
+from vrx_mj.control.buoy_map import (
+    FORGET,
+    Buoy,
+    BuoyMap,
+    Cluster,
+    banks,
+    clusters,
+    connected_groups,
+    level_points,
+    standing_free,
+)
 
 
 def cluster(x, y, extent=0.4, top=0.9):
@@ -67,13 +77,13 @@ def yaw(angle):
 
 
 def test_a_return_ahead_of_a_boat_that_heads_north_lies_north():
-    level = leveled([[10.0, 0.0, -1.0]], MOUNT, yaw(math.pi / 2), reach=50.0)
+    level = level_points([[10.0, 0.0, -1.0]], MOUNT, yaw(math.pi / 2), reach=50.0)
     np.testing.assert_allclose(level, [[0.0, 10.7, 0.8]], atol=1e-12)
 
 
 def test_the_boat_itself_and_what_is_out_of_reach_are_left_out():
     own, far, kept = [-2.0, 1.0, -1.0], [60.0, 0.0, 0.0], [5.0, 5.0, 0.0]
-    level = leveled([own, far, kept], MOUNT, np.eye(3), reach=50.0)
+    level = level_points([own, far, kept], MOUNT, np.eye(3), reach=50.0)
     np.testing.assert_allclose(level, [[5.7, 5.0, 1.8]])
 
 
@@ -97,7 +107,7 @@ def flooded(points):
 def test_groups_are_those_of_a_flood_over_the_cells(count):
     points = np.random.default_rng(count).uniform(-8.0, 8.0, (count, 3))
     number = {tuple(point): row for row, point in enumerate(points)}
-    found = {frozenset(number[tuple(point)] for point in group) for group in grouped(points)}
+    found = {frozenset(number[tuple(point)] for point in group) for group in connected_groups(points)}
     assert found == flooded(points)
 
 

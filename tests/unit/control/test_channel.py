@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrx_mj.control.channel import gate_of, next_gate, opening, paired, side_of, wall
+from vrx_mj.control.channel import gate_of, next_gate, opening, pair_buoys, side_of, wall
 
 COURSES = {  # red and partner of each gate in order: VRX's short_navigation_course1, navigation_phase2_3, short..._5
     "short": [((0, 12), (0, 0)), ((-20, 0), (-10, -10)), ((-34, -6), (-36, -18)), ((-44, 4), (-58, 4))],
@@ -44,7 +44,7 @@ def test_wherever_a_gate_is_red_lies_a_quarter_turn_to_starboard_of_its_course(x
 @pytest.mark.parametrize("course", COURSES.values(), ids=COURSES)
 def test_pairs_and_their_order_are_those_of_the_course(course):
     wanted = [gate_of(red, partner) for red, partner in course]
-    found = paired([red for red, _ in course], [partner for _, partner in reversed(course)])
+    found = pair_buoys([red for red, _ in course], [partner for _, partner in reversed(course)])
     assert set(found) == set(wanted)
     for here, after in pairwise(wanted):
         left = [gate for gate in wanted if wanted.index(gate) > wanted.index(here)]
@@ -52,14 +52,14 @@ def test_pairs_and_their_order_are_those_of_the_course(course):
 
 
 def test_neither_a_pair_too_far_apart_nor_one_too_near_is_a_gate():
-    assert paired([(0.0, 0.0)], [(40.0, 0.0)]) == []
-    assert paired([(0.0, 0.0)], [(3.0, 0.0)]) == []
-    assert paired([(0.0, 0.0)], []) == []
+    assert pair_buoys([(0.0, 0.0)], [(40.0, 0.0)]) == []
+    assert pair_buoys([(0.0, 0.0)], [(3.0, 0.0)]) == []
+    assert pair_buoys([(0.0, 0.0)], []) == []
     assert next_gate((0.0, 0.0), 0.0, []) is None
 
 
 def test_a_third_buoy_is_left_over_and_those_left_over_pair_up():
-    gates = paired([(0.0, 0.0), (0.0, 10.0)], [(12.0, 1.0), (12.0, 14.0), (30.0, 5.0)])
+    gates = pair_buoys([(0.0, 0.0), (0.0, 10.0)], [(12.0, 1.0), (12.0, 14.0), (30.0, 5.0)])
     assert {(gate.red, gate.partner) for gate in gates} == {((0.0, 0.0), (12.0, 1.0)), ((0.0, 10.0), (12.0, 14.0))}
 
 

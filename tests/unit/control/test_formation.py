@@ -17,11 +17,11 @@ from vrx_mj.control.formation import (
     Formation,
     PathLeader,
     apart_velocity,
-    assigned,
+    assignment,
     pursuit,
     slots,
 )
-from vrx_mj.control.guidance import Spot, Track, rounded
+from vrx_mj.control.guidance import Spot, Track, round_corners
 from vrx_mj.control.navigation import Estimate
 from vrx_mj.errors import UnknownNameError, VrxError
 
@@ -69,7 +69,7 @@ def test_neighbours_are_a_spacing_apart(shape, n, spacing):
 @given(places=PLACES, data=st.data())
 def test_boats_take_the_places_that_are_nearest_all_in_all(places, data):
     goals = data.draw(st.permutations([(y - 1.0, 2.0 * x) for x, y in places]))
-    order = assigned(places, goals)
+    order = assignment(places, goals)
     ways = [
         math.fsum(math.dist(place, goals[k]) for place, k in zip(places, way, strict=True))
         for way in permutations(range(len(goals)))
@@ -124,7 +124,7 @@ def test_boats_that_meet_head_on_both_go_to_starboard():
 
 
 def test_rounded_corners_are_arcs_of_the_radius():
-    track = Track(rounded([(0, 0), (40, 0), (40, 60)], 10.0))
+    track = Track(round_corners([(0, 0), (40, 0), (40, 60)], 10.0))
     assert track.length == pytest.approx(30 + 5 * math.pi + 50, abs=0.01)  # its chords are 0.5 m
     middle = track.spot(30 + 2.5 * math.pi, left=2.0)
     assert math.hypot(middle.x - 30, middle.y - 10) == pytest.approx(8.0, abs=0.01)
@@ -134,8 +134,8 @@ def test_rounded_corners_are_arcs_of_the_radius():
 
 
 def test_a_short_leg_makes_the_arc_smaller_and_a_straight_corner_none():
-    assert rounded([(0, 0), (4, 0), (4, 50)], 10.0)[1] == pytest.approx((2.0, 0.0))
-    assert rounded([(0, 0), (4, 0), (50, 0)], 10.0) == [(0, 0), (4, 0), (50, 0)]
+    assert round_corners([(0, 0), (4, 0), (4, 50)], 10.0)[1] == pytest.approx((2.0, 0.0))
+    assert round_corners([(0, 0), (4, 0), (50, 0)], 10.0) == [(0, 0), (4, 0), (50, 0)]
 
 
 def test_a_track_goes_on_straight_at_both_ends():
@@ -155,7 +155,7 @@ def test_a_virtual_leader_goes_slower_for_boats_that_are_behind_and_waits():
     assert speeds == [2.0, 2.0, 1.0, 0.0, 0.0, 2.0]
     assert leader.along == 5.0
     leader.move({}, 100.0, 0.0)
-    assert (leader.along, leader.speed, leader.arrived) == (100.0, 0.0, True)
+    assert (leader.along, leader.speed, leader.has_arrived) == (100.0, 0.0, True)
 
 
 def test_a_boat_that_leads_lays_the_track_of_the_others():

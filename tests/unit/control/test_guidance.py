@@ -5,7 +5,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from vrx_mj.control.guidance import approach_speed, around, best_order, clear_course, clear_of, orbit, wrapped
+from vrx_mj.control.guidance import approach_speed, around, best_order, clear_course, clear_of, orbit, wrap_angle
 
 places = st.tuples(st.floats(-50, 50), st.floats(-50, 50))
 
@@ -89,8 +89,8 @@ def test_many_places_are_all_visited_nearest_first():
 
 @given(angle=st.floats(-100, 100))
 def test_wrapped_is_within_half_a_turn(angle):
-    assert abs(wrapped(angle)) <= math.pi
-    assert math.cos(wrapped(angle)) == pytest.approx(math.cos(angle))
+    assert abs(wrap_angle(angle)) <= math.pi
+    assert math.cos(wrap_angle(angle)) == pytest.approx(math.cos(angle))
 
 
 # Courses past buoys

@@ -245,7 +245,7 @@ PARTS = "red_bound_0, red_bound_1, red_bound_2, green_bound_0, green_bound_1, gr
         (
             {"type": "dock", "dock": "d", "bays": BAYS[:1], "light_buoy": "red"},
             [DOCK, RED],
-            "task.light_buoy: 'red' has no `light`\n<world>: task.bays: 'd' has 3 bays, bay1, bay2, bay3; got 1",
+            "task.bays: 'd' has 3 bays, bay1, bay2, bay3; got 1\n<world>: task.light_buoy: 'red' has no `light`",
         ),
         (
             {"type": "dock", "dock": "d", "bays": BAYS[::-1], "targets": [{"bay": 4, "size": "big", "points": 1}]},

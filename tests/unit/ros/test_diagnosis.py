@@ -15,7 +15,7 @@ from vrx_mj.ros.diagnosis import Diagnosis, TopicHints, meant_topic
 from vrx_mj.ros.interface import Command
 from vrx_mj.ros.messages import new
 from vrx_mj.ros.table import make_tables
-from vrx_mj.ros.table.tasks import TASK_TOPICS, elsewhere
+from vrx_mj.ros.table.tasks import elsewhere, topics_of
 
 
 @pytest.mark.parametrize(
@@ -276,10 +276,8 @@ def test_hints(tables, topic, kind, hint):
 def test_no_topic_of_the_worlds_own_task_is_said_to_be_anothers(own):
     world = SimpleNamespace(parameters=SimpleNamespace(task=None))
     host = SimpleNamespace(sim=SimpleNamespace(task={"type": own}, world=world))
-    found, topics = elsewhere(host), TASK_TOPICS[own]
-    assert not found.keys() & {
-        one.name for one in (*topics.outputs(host), *topics.inputs(host), *topics.services(host))
-    }
+    found = elsewhere(host)
+    assert not found.keys() & {one.name for one in topics_of(host, own)}
     assert "/vrx/wayfinding/waypoints" in found
 
 

@@ -9,7 +9,7 @@ from vrx_mj.config.sensors import AnemometerConfig
 from vrx_mj.frames import quaternion
 from vrx_mj.sensors.anemometer import apparent_wind, wind_reading
 from vrx_mj.sensors.errors import Draw
-from vrx_mj.sensors.places import Mount, carried
+from vrx_mj.sensors.places import Mount, place_of_mount
 
 QUIET = AnemometerConfig(name="wind", link="mast", noise=0.0)
 DRAW = Draw(1, "a", "wind", 12, 10.0)
@@ -20,7 +20,7 @@ HEEL = math.radians(20.0)
 def felt(blows, *, at=(0.0, 0.0, 0.0), roll=0.0, pitch=0.0, yaw=0.0, velocity=(0.0, 0.0, 0.0), spin=(0.0, 0.0, 0.0)):
     """Speed and angle at a place of a boat with a velocity (world axes) and a spin (its own) in a wind, (3,) [m/s]."""
     pose = np.array([0.0, 0.0, 0.0, *quaternion(roll, pitch, yaw)])
-    place = carried(pose, np.array([*velocity, *spin]), Mount.of(at, LEVEL))
+    place = place_of_mount(pose, np.array([*velocity, *spin]), Mount.of(at, LEVEL))
     flow = apparent_wind(lambda _time, _height: np.array(blows, float), 0.0, 0.0, place)
     found = wind_reading(QUIET, flow, DRAW)
     return found.speed, found.angle
@@ -63,7 +63,7 @@ def test_a_heeled_mast_feels_less_of_a_beam_wind_and_all_of_one_ahead():
 @pytest.mark.parametrize(("up", "level", "height"), [(9.0, 0.0, 9.0), (9.0, 1.5, 7.5), (-1.0, 0.0, 0.0)])
 def test_the_wind_is_that_at_the_sensors_height_above_the_water(up, level, height):
     pose = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
-    place = carried(pose, np.zeros(6), Mount.of((0.0, 0.0, up), LEVEL))
+    place = place_of_mount(pose, np.zeros(6), Mount.of((0.0, 0.0, up), LEVEL))
     flow = apparent_wind(lambda time, z: np.array([time, z, 0.0]), 7.0, level, place)
     assert flow.tolist() == [7.0, height, 0.0]
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from vrx_mj.config.sensors import P3dConfig, PingerConfig
 from vrx_mj.frames import conjugate, quaternion, quaternion_product, rotation, rotation_vector
 from vrx_mj.sensors.errors import Draw
-from vrx_mj.sensors.places import Mount, Place, carried
+from vrx_mj.sensors.places import Mount, Place, place_of_mount
 from vrx_mj.sensors.registry import sound, truth
 
 angle = st.floats(-3.1, 3.1)
@@ -27,7 +27,7 @@ def test_a_place_is_that_of_mujocos_site():
     mujoco.mj_forward(model, data)
     turn = np.empty(9)
     mujoco.mju_quat2Mat(turn, model.site_quat[0])
-    place = carried(data.qpos, data.qvel, Mount.of((0.3, -0.2, 1.3), turn.reshape(3, 3)))
+    place = place_of_mount(data.qpos, data.qvel, Mount.of((0.3, -0.2, 1.3), turn.reshape(3, 3)))
     speed = np.empty(6)
     mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_SITE, 0, speed, 0)
     assert place.position == pytest.approx(data.site_xpos[0], abs=1e-14)

@@ -10,7 +10,7 @@ from unit.tasks.streams import begin, buoys, courses, frame, gate_names, look, p
 from vrx_mj.config.objects import load_object
 from vrx_mj.errors import CommandError
 from vrx_mj.model import tasks
-from vrx_mj.tasks.gates import FAILURE, Gate, NavigationCourse, gate_between, marker_names, passage, side_of
+from vrx_mj.tasks.gates import FAILURE, Gate, gate_between, passage, side_of
 from vrx_mj.tasks.registry import make_referee
 
 COURSES = courses()
@@ -88,11 +88,6 @@ def test_a_passage_needs_both_sides_in_a_row(before, x, way):
 def test_beside_a_gate_there_is_no_passage():
     seen = frame(1.0, (1, 5.1), left=(0, -5), right=(0, 5))
     assert passage(tasks.Gate(left="left", right="right"), "before", "wamv", seen) == ("outside", None)
-
-
-def test_marker_names_are_listed_once():
-    gates = [tasks.Gate(left="a", right="b"), tasks.Gate(left="c", right="b")]
-    assert marker_names(gates) == ("a", "b", "c")
 
 
 @pytest.mark.parametrize("course", COURSES)
@@ -356,9 +351,10 @@ def test_a_gate_crossed_before_the_run_does_not_count():
     assert referee.progress == {"gates": ["ahead"] * 3}
 
 
-def test_its_bodies_are_the_markers():
-    rules = NavigationCourse(task("navigation_course", gates=gate_names(2), obstacle_penalty=10.0))
-    assert rules.watched == ("red_0", "green_0", "red_1", "green_1")
+def test_its_bodies_are_the_markers_each_once():
+    gates = [{"left": "a", "right": "b"}, {"left": "c", "right": "b"}]
+    referee = make_referee(task("navigation_course", gates=gates, obstacle_penalty=10.0))
+    assert referee.watched == ("wamv", "a", "b", "c")
 
 
 def test_a_channel_takes_no_message():

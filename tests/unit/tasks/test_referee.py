@@ -226,8 +226,18 @@ def test_without_a_dead_time_every_later_touch_counts():
 # All types
 
 
-def test_there_is_a_sample_of_every_type():
-    assert set(SAMPLES) == set(TASK_KINDS)
+FORMS = {"number": float, "numbers": list, "text": str, "place": dict, "places": list}
+
+
+@pytest.mark.parametrize("kind", TYPES)
+def test_records_list_all_outputs_in_their_forms(kind):
+    referee, seen = make_referee(sample(kind)), {}
+    for each in restless(kind, 1):
+        referee.look(each)
+        seen |= referee.outputs
+    forms = TASK_KINDS[kind].outputs
+    assert seen.keys() == forms.keys()
+    assert all(form is None or isinstance(seen[key], FORMS[form]) for key, form in forms.items())
 
 
 def test_an_unknown_type():

@@ -2,7 +2,7 @@
 
 import math
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -15,16 +15,16 @@ from vrx_mj.ros.interface import VRX3, Input, Output, Service
 from vrx_mj.ros.messages import Message, duration, fields, new, stamp
 from vrx_mj.ros.table.host import Host, collision_name, header, turned
 from vrx_mj.ros.table.vrx3 import in_vrx3, parameters, with_vrx3
+from vrx_mj.tasks.registry import TASK_KINDS, Form
 
 _RATE = 1.0
-"""Of a task's info and errors [Hz]."""
+"""Rate of a task's info and numbers [Hz]."""
 _CONTACT_RATE = 10.0
 _ANIMAL_RATE = 1.0
 """[Hz], VRX 3's default."""
 _COLORS = 3
 TASK_INFO = "/vrx/task/info"
 _COLOR_SEQUENCE = "/vrx/scan_dock_deliver/color_sequence"
-_ERRORS = ("pose_error", "mean_pose_error")
 _INFO = "vrx_gazebo/Task"
 
 
@@ -36,37 +36,42 @@ def task_outputs(host: Host) -> Iterator[Output]:
     yield Output(TASK_INFO, _INFO, lambda: _info(_task(host)), _RATE)
     yield Output(TASK_INFO, "ros_gz_interfaces/ParamVec", lambda: _info_parameters(host), _RATE, dialects=VRX3)
     yield from _contacts(host, "/vrx")
-    yield from TASK_TOPICS[task["type"]].outputs(host)
+    yield from _outputs(host, task["type"])
 
 
 def task_inputs(host: Host) -> Iterator[Input]:
     """Topics that the world's task subscribes to."""
-    task = host.sim.task
-    return iter(()) if task is None else TASK_TOPICS[task["type"]].inputs(host)
+    return _of_task(host).inputs(host)
 
 
 def task_services(host: Host) -> Iterator[Service]:
     """Services of the world's task."""
-    task = host.sim.task
-    return iter(()) if task is None else TASK_TOPICS[task["type"]].services(host)
+    return _of_task(host).services(host)
 
 
-def _errors(host: Host, stem: str, vrx3_stem: str = "") -> Iterator[Output]:
-    for key in _ERRORS:
-        output = Output(f"{stem}/{key}", "std_msgs/Float64", partial(_number, host, key), _RATE)
-        yield from with_vrx3(output, f"{vrx3_stem or stem}/{key}")
+def _outputs(host: Host, kind: str) -> Iterator[Output]:
+    """Topics of a type of task: its outputs, under its stems, and what else VRX has."""
+    topics = MORE_TOPICS.get(kind, MoreTopics())
+    stem, vrx3_stem = topics.stem or f"/vrx/{kind}", topics.vrx3_stem or topics.stem or f"/vrx/{kind}"
+    for key, form in TASK_KINDS[kind].outputs.items():
+        if form is not None:
+            form_type, convert = _FORMS[form]
+            make = partial(_output, host, key, convert)
+            rate = _RATE if form in {"number", "numbers"} else 0.0
+            output = Output(f"{stem}/{key}", form_type, make, rate, latched=not rate)
+            yield from with_vrx3(output, f"{vrx3_stem}/{key}")
+    yield from topics.outputs(host)
 
 
-def _goal_and_errors(host: Host, stem: str, vrx3_stem: str = "") -> Iterator[Output]:
-    goal = Output(f"{stem}/goal", "geographic_msgs/GeoPoseStamped", lambda: _goal(host), latched=True)
-    yield from with_vrx3(goal, f"{vrx3_stem or stem}/goal")
-    yield from _errors(host, stem, vrx3_stem)
+def _output(host: Host, key: str, convert: Callable[[Any, float], Message]) -> Message | None:
+    task = _task(host)
+    return None if task.get(key) is None else convert(task[key], task["ready_time"])
 
 
-def _station_keeping(host: Host) -> Iterator[Output]:
-    """The mean error has 2019's name, too."""
-    yield from _goal_and_errors(host, "/vrx/station_keeping", "/vrx/stationkeeping")
-    yield Output("/vrx/station_keeping/rms_error", "std_msgs/Float64", partial(_number, host, "mean_pose_error"), _RATE)
+def _rms_error(host: Host) -> Iterator[Output]:
+    """The mean error by 2019's name."""
+    make = partial(_output, host, "mean_pose_error", _FORMS["number"][1])
+    yield Output("/vrx/station_keeping/rms_error", "std_msgs/Float64", make, _RATE)
 
 
 def _animal_poses(host: Host) -> Iterator[Output]:
@@ -84,7 +89,8 @@ def _animal_poses(host: Host) -> Iterator[Output]:
 
 
 def _placard_symbol(host: Host) -> Iterator[Output]:
-    yield Output("/vrx/scan_dock/placard_symbol", "std_msgs/String", lambda: _symbol(host), latched=True)
+    make = partial(_output, host, "symbol", _FORMS["text"][1])
+    yield Output("/vrx/scan_dock/placard_symbol", "std_msgs/String", make, latched=True)
 
 
 def _landmark(host: Host) -> Iterator[Input]:
@@ -116,7 +122,7 @@ def _color_sequence(host: Host) -> Iterator[Service]:
 
 
 def _vrx3_color_sequence(host: Host) -> Iterator[Input]:
-    """The same as a topic."""
+    """The colours of the light buoy as a topic."""
 
     def colors(message: Message) -> None:
         names = list(message.data)
@@ -155,7 +161,6 @@ def _gymkhana(host: Host) -> Iterator[Output]:
     yield Output(f"{box}/task/info", _INFO, blackbox, _RATE)
     yield from _contacts(host, channel)
     yield from _contacts(host, box)
-    yield from _goal_and_errors(host, box)
 
 
 def _task(host: Host) -> Mapping[str, Any]:
@@ -184,11 +189,6 @@ def _info_parameters(host: Host) -> Message:
     return parameters(header(host.sim.time), values | times)
 
 
-def _number(host: Host, key: str) -> Message | None:
-    value = _task(host).get(key)
-    return None if value is None else new("std_msgs/Float64", data=float(value))
-
-
 def _place(time: float, frame: str, place: Mapping[str, Any]) -> Message:
     """geographic_msgs/GeoPoseStamped; without a georeference x and y [m] instead of latitude and longitude."""
     on_earth = place.get("latitude") is not None
@@ -207,50 +207,34 @@ def _place(time: float, frame: str, place: Mapping[str, Any]) -> Message:
     )
 
 
-def _goal(host: Host) -> Message | None:
-    """Sent once, when the task becomes ready."""
-    task = _task(host)
-    return _place(task["ready_time"], "", task["goal"]) if task.get("goal") else None
-
-
-def _path(host: Host, time: float, places: list[Message]) -> Message:
+def _path(time: float, places: list[Message]) -> Message:
     return new("geographic_msgs/GeoPath", header=header(time), poses=places)
 
 
-def _waypoints(host: Host, stem: str) -> Iterator[Output]:
-    def route() -> Message | None:
-        task = _task(host)
-        ready = task["ready_time"]
-        places = task.get("waypoints")
-        return None if places is None else _path(host, ready, [_place(ready, "", place) for place in places])
+def _numbers(values: Sequence[float]) -> Message:
+    side = new("std_msgs/MultiArrayDimension", label="minimum errors", size=len(values), stride=len(values))
+    layout = new("std_msgs/MultiArrayLayout", dim=[side])
+    return new("std_msgs/Float64MultiArray", layout=layout, data=np.array(values, np.float64))
 
-    def least() -> Message | None:
-        errors = _task(host).get("min_errors")
-        if errors is None:
-            return None
-        size = len(errors)
-        side = new("std_msgs/MultiArrayDimension", label="minimum errors", size=size, stride=size)
-        layout = new("std_msgs/MultiArrayLayout", dim=[side])
-        return new("std_msgs/Float64MultiArray", layout=layout, data=np.array(errors, np.float64))
 
-    for output in (
-        Output(f"{stem}/waypoints", "geographic_msgs/GeoPath", route, latched=True),
-        Output(f"{stem}/min_errors", "std_msgs/Float64MultiArray", least, _RATE),
-        Output(f"{stem}/mean_error", "std_msgs/Float64", partial(_number, host, "mean_error"), _RATE),
-    ):
-        yield from with_vrx3(output, output.name)
+_FORMS: Mapping[Form, tuple[str, Callable[[Any, float], Message]]] = {
+    "number": ("std_msgs/Float64", lambda value, _: new("std_msgs/Float64", data=float(value))),
+    "numbers": ("std_msgs/Float64MultiArray", lambda values, _: _numbers(values)),
+    "text": ("std_msgs/String", lambda text, _: new("std_msgs/String", data=text)),
+    "place": ("geographic_msgs/GeoPoseStamped", lambda place, ready: _place(ready, "", place)),
+    "places": (
+        "geographic_msgs/GeoPath",
+        lambda places, ready: _path(ready, [_place(ready, "", place) for place in places]),
+    ),
+}
+"""Type of message of each form of outputs, and what makes it of a value and the time at which the task is ready [s]."""
 
 
 def _animals(host: Host) -> Message | None:
     animals, time = _task(host).get("animals"), host.sim.time
     if animals is None:
         return None
-    return _path(host, time, [_place(time, animal["name"], animal) for animal in animals])
-
-
-def _symbol(host: Host) -> Message | None:
-    symbol = _task(host).get("symbol")
-    return None if symbol is None else new("std_msgs/String", data=symbol)
+    return _path(time, [_place(time, animal["name"], animal) for animal in animals])
 
 
 def _contact(host: Host) -> Message | None:
@@ -264,25 +248,35 @@ def _contact(host: Host) -> Message | None:
 
 
 @dataclass(frozen=True)
-class TaskTopics:
-    """The topics and services of a type of task, besides the info and the contacts that all have."""
+class MoreTopics:
+    """What a type of task has in VRX besides a topic for each output under `/vrx/TYPE`."""
 
+    stem: str = ""
+    """Where its topics are in VRX classic, if not there."""
+    vrx3_stem: str = ""
+    """Where they are in VRX 3, if elsewhere."""
     outputs: Callable[[Host], Iterator[Output]] = lambda _host: iter(())
     inputs: Callable[[Host], Iterator[Input]] = lambda _host: iter(())
     services: Callable[[Host], Iterator[Service]] = lambda _host: iter(())
 
 
-_DOCKING = TaskTopics(_placard_symbol, _vrx3_color_sequence, _color_sequence)
+def _of_task(host: Host) -> MoreTopics:
+    return MORE_TOPICS.get(str(_task(host).get("type")), MoreTopics())
+
+
+def topics_of(host: Host, kind: str) -> Iterator[Output | Input | Service]:
+    """All topics and services of a type of task, besides the info and the contacts that all have."""
+    topics = MORE_TOPICS.get(kind, MoreTopics())
+    yield from _outputs(host, kind)
+    yield from topics.inputs(host)
+    yield from topics.services(host)
 
 
 def elsewhere(host: Host) -> dict[str, str]:
-    """Of the topics and services of the tasks that this world has not, whose they are."""
+    """Topics and services of the tasks that this world has not, with whose they are."""
     owners: dict[str, dict[str, None]] = {}
-    for kind, topics in TASK_TOPICS.items():
-        entries: list[Output | Input | Service] = [
-            *topics.outputs(host), *topics.inputs(host), *topics.services(host)
-        ]  # fmt: skip
-        for entry in entries:
+    for kind in TASK_KINDS:
+        for entry in topics_of(host, kind):
             owners.setdefault(entry.name, {})[kind] = None
     own = _task(host).get("type")
     return {
@@ -292,18 +286,14 @@ def elsewhere(host: Host) -> dict[str, str]:
     }
 
 
-TASK_TOPICS: Mapping[str, TaskTopics] = {
-    "stationkeeping": TaskTopics(_station_keeping),
-    "wayfinding": TaskTopics(partial(_waypoints, stem="/vrx/wayfinding")),
-    "perception": TaskTopics(inputs=_landmark),
-    "navigation_course": TaskTopics(),
-    "follow_path": TaskTopics(),
+_DOCKING = MoreTopics(outputs=_placard_symbol, inputs=_vrx3_color_sequence, services=_color_sequence)
+MORE_TOPICS: Mapping[str, MoreTopics] = {
+    "stationkeeping": MoreTopics("/vrx/station_keeping", "/vrx/stationkeeping", _rms_error),
+    "perception": MoreTopics(inputs=_landmark),
     "dock": _DOCKING,
     "scan_and_dock": _DOCKING,
     "scan_dock_deliver": _DOCKING,
-    "wildlife": TaskTopics(_animal_poses),
-    "gymkhana": TaskTopics(_gymkhana),
-    "acoustic_perception": TaskTopics(),
-    "acoustic_tracking": TaskTopics(partial(_errors, stem="/vrx/acoustic_tracking")),
+    "wildlife": MoreTopics(outputs=_animal_poses),
+    "gymkhana": MoreTopics("/vrx/gymkhana_blackbox", outputs=_gymkhana),
 }
-"""By type of task."""
+"""Topics and services by type of task."""
