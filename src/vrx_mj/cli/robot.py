@@ -139,7 +139,7 @@ def check(
     )
     print_verdict(verdict)
     if picture is not None:
-        from vrx_mj.draw.compliance_picture import draw_verdict
+        from vrx_mj.draw.boat_pictures import draw_verdict
 
         with writing("the picture", picture):
             draw_verdict(verdict, picture)
