@@ -209,12 +209,9 @@ def _boxes(axes: "Axes", view: View, boxes: Sequence[Box], kind: Kind) -> None:
             axes.add_patch(frame)
         x = right - 0.03 if view.flip else left + 0.03
         y, align = (low + 0.03, "bottom") if below else (high - 0.03, "top")
-        names = "\n".join(map(_box_name, same))
+        rooms = ("" if box.capacity is None else f" (room for {box.capacity})" for box in same)
+        names = "\n".join(_short(box) + room for box, room in zip(same, rooms, strict=True))
         write(axes, x, y, names, size=7, color=color, va=align, linespacing=1.1, zorder=3)
-
-
-def _box_name(box: Box) -> str:
-    return _short(box) if box.capacity is None else f"{_short(box)} (room for {box.capacity})"
 
 
 def _short(box: Box) -> str:
