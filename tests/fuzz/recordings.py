@@ -18,8 +18,7 @@ import numpy as np
 
 from vrx_mj.errors import RecordError
 from vrx_mj.recording.packing import pack_rows, unpack_rows
-from vrx_mj.recording.parts import block_of
-from vrx_mj.recording.raw_file import FRAME, HEAD, MAGIC, VERSION
+from vrx_mj.recording.parts import FRAME, HEAD, MAGIC, VERSION, block_of
 from vrx_mj.recording.reader import COLUMNS, OURS, READING_COLUMNS, read_record
 from vrx_mj.recording.rrd_file import parsed_file
 

@@ -81,7 +81,7 @@ def simplified(corners: FloatArray) -> FloatArray:
 def _write(folder: Path, boat: HullEstimate) -> None:
     import trimesh
 
-    from vrx_mj.draw.hull_picture import draw_hull
+    from vrx_mj.draw.boat_pictures import draw_hull
 
     whole = trimesh.Trimesh(boat.corners.reshape(-1, 3), np.arange(boat.corners.size // 3).reshape(-1, 3))
     part = trimesh.graph.connected_component_labels(whole.edges)[whole.faces[:, 0]]

@@ -139,7 +139,7 @@ def check(
     )
     print_verdict(verdict)
     if picture is not None:
-        from vrx_mj.draw.compliance_picture import draw_verdict
+        from vrx_mj.draw.boat_pictures import draw_verdict
 
         with writing("the picture", picture):
             draw_verdict(verdict, picture)
@@ -176,7 +176,7 @@ def parts(
     for name in [type_] if type_ else types:
         out.print(_type_table(types[name], book), "")
         for line in _limits(types[name], book):
-            out.print(line, markup=False, highlight=False, soft_wrap=True)
+            typer.echo(line)
         out.print()
 
 
@@ -349,22 +349,17 @@ def print_verdict(verdict: "Verdict") -> None:
     if verdict.parts:
         out.print(_verdict_table(verdict))
     for line in _conclusion(verdict):
-        out.print(line, markup=False, highlight=False, soft_wrap=True)
+        typer.echo(line)
 
 
 def _verdict_table(verdict: "Verdict") -> "Table":
-    from rich.table import Table
     from rich.text import Text
 
-    table = Table(title=Text(f"rules of {verdict.rules.description}"))
-    table.add_column("part", no_wrap=True)
-    table.add_column("name", overflow="fold")
-    table.add_column(Text("x y z [m]"))
-    table.add_column("verdict", overflow="fold")
+    rows = []
     for part in verdict.parts:
         row = (part.instance.type, part.name, _point(part.point) if part.point else "", "\n".join(_verdict_lines(part)))
-        table.add_row(*(Text(cell, style="" if part.compliant else "red") for cell in row))
-    return table
+        rows.append([Text(cell, style="" if part.compliant else "red") for cell in row])
+    return text_table(f"rules of {verdict.rules.description}", ("part", "name", "x y z [m]", "verdict"), (), rows)
 
 
 def _verdict_lines(part: "PartVerdict") -> Iterator[str]:
@@ -406,7 +401,16 @@ def _about_generator(verdict: "Verdict") -> Iterator[str]:
 def _type_table(part: "PartType", book: "Rules") -> "Table":
     rules = book.of(part.kind).types.get(part.name)
     permitted = {each.name: "yes" if rules and each.name in rules.parameters else "no" for each in part.parameters}
-    rows = [(each.name, _default(each), each.unit, permitted[each.name], _meaning(each)) for each in part.parameters]
+    rows = [
+        (
+            one.name,
+            _default(one),
+            one.unit,
+            permitted[one.name],
+            one.meaning + f" (VRX {one.release} only)" * bool(one.release),
+        )
+        for one in part.parameters
+    ]
     heads = ("parameter", "default", "unit", "permitted", "meaning")
     return text_table(f"{part.name}: {part.meaning}", heads, (), rows)
 
@@ -416,10 +420,6 @@ def _default(parameter: "Parameter") -> str:
     if value is None:
         return "required"
     return str(value).lower() if isinstance(value, bool) else f"{value:g}" if isinstance(value, float) else value
-
-
-def _meaning(parameter: "Parameter") -> str:
-    return f"{parameter.meaning} (VRX {parameter.release} only)" if parameter.release else parameter.meaning
 
 
 def _limits(part: "PartType", book: "Rules") -> Iterator[str]:

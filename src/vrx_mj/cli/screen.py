@@ -72,23 +72,18 @@ _ANGLES = ("yaw from x [deg]", "compass heading [deg]", "compass course [deg]")
 def print_summary(summary: "Summary") -> None:
     """The table at the end of a run."""
     from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
 
     from vrx_mj.model.boats import boat_label
 
     head = f"{summary.world}, fleet {summary.fleet}, seed {summary.seed}"
-    table = Table(title=Text(head + (" (interrupted)" if summary.interrupted else "")))
-    table.add_column("boat")
-    for name in ("x [m]", "y [m]", "z [m]", *_ANGLES, "distance [m]"):
-        table.add_column(Text(name), justify="right")
+    names, rows = ("x [m]", "y [m]", "z [m]", *_ANGLES, "distance [m]"), list[tuple[str, ...]]()
     for name, boat in summary.boats.items():
         angles = math.degrees(boat.heading), boat.heading_compass, boat.course_compass
         metres = [f"{value:z.2f}" for value in boat.position]
-        label = Text(boat_label(name, boat.robot))
-        table.add_row(label, *metres, *(f"{angle:z.1f}" for angle in angles), f"{boat.distance:.1f}")
+        turns = (f"{angle:z.1f}" for angle in angles)
+        rows.append((boat_label(name, boat.robot), *metres, *turns, f"{boat.distance:.1f}"))
     out = Console()
-    out.print(table)
+    out.print(text_table(head + " (interrupted)" * summary.interrupted, ("boat",), names, rows))
     out.print(
         f"{summary.sim_time:g} s in {summary.wall_time:.2f} s: {pace_text(summary.real_time_factor)}, "
         f"{summary.steps} steps",

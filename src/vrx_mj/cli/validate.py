@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vrx_mj.bar import Bar
+from vrx_mj.cli.screen import text_table
 from vrx_mj.errors import CommandError
 
 if TYPE_CHECKING:
@@ -54,19 +55,16 @@ def validate(
 def _print(results: "Sequence[Result]") -> None:
     """A line for each case, and the rows that are outside."""
     from rich.console import Console
-    from rich.table import Table
     from rich.text import Text
 
-    table = Table(title="vrx-mj validate")
-    for name, side in (("case", "left"), ("inside", "right"), ("time", "right")):
-        table.add_column(name, justify="right" if side == "right" else "left")
+    texts = []
     for result in results:
         rows = result.findings.rows
         count = "failed" if result.error else f"{sum(row.inside for row in rows)} of {len(rows)}"
         style = "red" if result.state in {"failed", "outside"} else ""
-        table.add_row(result.case.name, Text(count, style=style), f"{result.seconds:.1f} s")
+        texts.append((result.case.name, Text(count, style=style), f"{result.seconds:.1f} s"))
     out = Console()
-    out.print(table)
+    out.print(text_table("vrx-mj validate", ("case",), ("inside", "time"), texts))
     seconds, compiling = (sum(getattr(result, name) for result in results) for name in ("seconds", "compiling"))
     out.print(f"{seconds:.0f} s" + f", and {compiling:.0f} s to compile, once" * (compiling >= 1.0), highlight=False)
     for result in results:

@@ -10,7 +10,7 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.bays import RGB
-from vrx_mj.draw.course import Animal, Bay, Beacon, GateBar, Path, Showing
+from vrx_mj.draw.course import Animal, Bay, Beacon, GateBar, Path
 from vrx_mj.draw.labels import INK, Thing, label, write
 from vrx_mj.draw.map_scene import MapBoat, MapPlacard, MapScene, Rgb
 
@@ -207,6 +207,8 @@ _GOALS = {
 _SYMBOL_MARKS = {"circle": "o", "cross": "P", "triangle": "^", "rectangle": "s"}
 _ARROWS = 3
 """Arrows on a circle."""
+_LAMPS = 15.0
+"""Height of a light buoy's colours over it [px]."""
 
 
 def _draw_course(axes: "Axes", scene: MapScene, pixel: float) -> None:
@@ -223,7 +225,7 @@ def _draw_course(axes: "Axes", scene: MapScene, pixel: float) -> None:
     for gate in course.gates:
         _gate(axes, gate, pixel)
     for showing, color in zip(course.showings, _showing_colors(scene), strict=True):
-        _showing(axes, showing, color)
+        axes.plot([showing.x], [showing.y], "o", ms=8, color=(*color, 0.45), mec=INK, mew=1.0, zorder=3)
     for placard in _spread(scene.placards, pixel):
         _placard(axes, placard)
     for light in course.lights:
@@ -242,7 +244,7 @@ def _course_things(scene: MapScene, pixel: float) -> Iterator[Thing]:
     for beacon in course.beacons:
         yield Thing(beacon.name, beacon.x, beacon.y, 9.0 * pixel, must=True)
     for light in course.lights:
-        yield Thing("", light.x, light.y + _lamp_height(pixel), 14.0 * pixel)
+        yield Thing("", light.x, light.y + _LAMPS * pixel, 14.0 * pixel)
     for showing in course.showings:
         yield Thing(f"{showing.start:g}–{showing.end:g} s", showing.x, showing.y, 6.0 * pixel)
 
@@ -352,21 +354,14 @@ def _placard(axes: "Axes", placard: MapPlacard) -> None:
     color, _, shape = placard.symbol.partition("_")
     mark = _SYMBOL_MARKS.get(shape, "o")
     axes.plot([placard.x], [placard.y], marker="o", markersize=13, color="white", markeredgecolor=INK, zorder=3.4)
-    axes.plot([placard.x], [placard.y], marker=mark, markersize=8, color=RGB[color], markeredgecolor=INK,
-              markeredgewidth=0.6, zorder=3.5)  # fmt: skip
-
-
-def _lamp_height(pixel: float) -> float:
-    return 15.0 * pixel
+    axes.plot([placard.x], [placard.y], marker=mark, markersize=8, color=RGB[color], mec=INK, mew=0.6, zorder=3.5)
 
 
 def _lamps(axes: "Axes", x: float, y: float, colors: Sequence[str], pixel: float) -> None:
     """A light buoy's colours above it, as three dots."""
-    above = y + _lamp_height(pixel)
-    for number, color in enumerate(colors):
-        place = x + (number - 1) * 11.0 * pixel
-        axes.plot([place], [above], marker="o", markersize=7.5, color=RGB[color], markeredgecolor=INK,
-                  markeredgewidth=0.9, zorder=5.2)  # fmt: skip
+    for number, color in enumerate(colors, -1):
+        place = [x + number * 11.0 * pixel], [y + _LAMPS * pixel]
+        axes.plot(*place, "o", markersize=7.5, color=RGB[color], mec=INK, mew=0.9, zorder=5.2)
 
 
 def _animal(axes: "Axes", animal: Animal, pixel: float) -> None:
@@ -407,11 +402,6 @@ def _beacon(axes: "Axes", beacon: Beacon) -> None:
     if beacon.radius > 0.0:
         style = {"facecolor": (*_rgb(_BEACON), 0.10), "edgecolor": _BEACON, "linewidth": 1.4}
         axes.add_patch(Circle((beacon.x, beacon.y), beacon.radius, zorder=2.3, **style))
-
-
-def _showing(axes: "Axes", showing: Showing, color: Rgb) -> None:
-    axes.plot([showing.x], [showing.y], marker="o", markersize=8, color=(*color, 0.45), markeredgecolor=INK,
-              markeredgewidth=1.0, zorder=3)  # fmt: skip
 
 
 def _showing_colors(scene: MapScene) -> Iterator[Rgb]:

@@ -24,8 +24,7 @@ from vrx_mj.recording.blueprint import save_views
 from vrx_mj.recording.eyes import plan_chunks
 from vrx_mj.recording.motion_chunks import MovingChunks, event_chunk, part_chunk
 from vrx_mj.recording.packing import pack_rows, shape_of, unpack_rows
-from vrx_mj.recording.parts import APPLICATION, COMPANIES, EVENTS, FRAMES, ROWS, STATES, Part
-from vrx_mj.recording.raw_file import raw_parts
+from vrx_mj.recording.parts import APPLICATION, COMPANIES, EVENTS, FRAMES, ROWS, STATES, Part, raw_parts
 from vrx_mj.recording.reader import all_events, all_states, read_frames
 from vrx_mj.recording.record_scene import RecordScene
 from vrx_mj.recording.rrd_file import viewer_binary, viewer_environment

@@ -16,8 +16,7 @@ from vrx_mj.errors import RecordError
 from vrx_mj.outputs import written
 from vrx_mj.recording.motion_chunks import part_poses, transforms
 from vrx_mj.recording.record_scene import RecordedPart
-from vrx_mj.recording.shapes import geom_surface
-from vrx_mj.recording.simulation_scene import hanging_part
+from vrx_mj.recording.simulation_scene import geom_surface, hanging_part
 from vrx_mj.recording.static_chunks import looks_chunks
 from vrx_mj.recording.timeline import static
 

@@ -21,8 +21,7 @@ from vrx_mj.config.kinds import wrong_kind
 from vrx_mj.errors import RecordError
 from vrx_mj.foreign import ReaderError, ask
 from vrx_mj.outputs import writing
-from vrx_mj.recording.parts import Part, parts_of
-from vrx_mj.recording.raw_file import is_raw, raw_parts
+from vrx_mj.recording.parts import Part, is_raw, parts_of, raw_parts
 
 PARSER = "foreign.rerun_file"
 """The module that parses."""

@@ -19,8 +19,7 @@ from vrx_mj.arguments import as_flag, check_kind, check_name
 from vrx_mj.draw.display import no_window
 from vrx_mj.errors import CommandError, UnknownNameError, shown
 from vrx_mj.mjcf.objects import ball_names
-from vrx_mj.recording.parts import APPLICATION
-from vrx_mj.recording.raw_file import is_raw
+from vrx_mj.recording.parts import APPLICATION, is_raw
 from vrx_mj.recording.reader import Record, read_record
 from vrx_mj.recording.record_scene import RecordScene
 from vrx_mj.recording.rescoring import rescore

@@ -22,8 +22,7 @@ from vrx_mj.errors import RecordError, VrxWarning
 from vrx_mj.model.world import tree_of
 from vrx_mj.recording.boat_sets import boat_set_cells
 from vrx_mj.recording.packing import archive, plain_rows
-from vrx_mj.recording.parts import COMPANIES, EVENTS, FRAMES, ROWS, RUN, STATES, Cell
-from vrx_mj.recording.raw_file import RawFile
+from vrx_mj.recording.parts import COMPANIES, EVENTS, FRAMES, ROWS, RUN, STATES, Cell, RawFile
 from vrx_mj.recording.reader import measured
 from vrx_mj.recording.record_scene import FORMAT, RecordedSensor, RecordScene
 from vrx_mj.runtime.subscriptions import Touch

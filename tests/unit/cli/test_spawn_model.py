@@ -9,8 +9,7 @@ from xmlrpc.client import ServerProxy
 import pytest
 
 from ros1_served import Served, free_port, small_table
-from vrx_mj.cli.nodes import PROGRAMS
-from vrx_mj.cli.spawn_model import spawn_model
+from vrx_mj.cli.nodes import PROGRAMS, spawn_model
 from vrx_mj.errors import CommandError, NetworkError, UnknownNameError, VrxError
 from vrx_mj.ros.interface import Service
 from vrx_mj.ros.messages import new

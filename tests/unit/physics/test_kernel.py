@@ -106,7 +106,7 @@ def test_a_change_in_a_module_without_kernels_compiles_nothing_again(copy, name)
 
 
 @pytest.mark.parametrize(
-    "name", ["physics/drag.py", "runtime/loop.py", "sensors/rays.py", "recording/row_coding.py", "constants.py"]
+    "name", ["physics/drag.py", "runtime/loop.py", "sensors/rays.py", "recording/packing.py", "constants.py"]
 )
 def test_a_change_in_a_module_with_kernels_or_in_what_they_take_over_changes_the_folder(copy, name):
     hashes = [source_hash()]

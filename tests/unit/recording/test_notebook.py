@@ -97,7 +97,7 @@ def test_a_shown_recording_is_sent_whole(shell, recording, monkeypatch):
 
 def test_a_recording_of_a_killed_run_is_encoded_for_the_viewer(shell, tmp_path, monkeypatch):
     viewer_of(monkeypatch)
-    monkeypatch.setattr("vrx_mj.recording.raw_file.FLUSH", 0.0)
+    monkeypatch.setattr("vrx_mj.recording.parts.FLUSH", 0.0)
     sim = vrx_mj.Simulation(vrx_mj.compile_world("ocean"))
     killed, shown = tmp_path / "killed.rrd", tmp_path / "shown.rrd"
     with vrx_mj.record(sim, tmp_path / "run.rrd") as writer:

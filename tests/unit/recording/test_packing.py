@@ -9,8 +9,17 @@ from hypothesis.extra import numpy as npst
 
 import recorded_run
 from vrx_mj.errors import RecordError
-from vrx_mj.recording.packing import HEADER, ORDER, PLANES, WIDTH_BITS, pack_rows, plain_rows, unpack_all, unpack_rows
-from vrx_mj.recording.row_coding import HEAD
+from vrx_mj.recording.packing import (
+    HEAD,
+    HEADER,
+    ORDER,
+    PLANES,
+    WIDTH_BITS,
+    pack_rows,
+    plain_rows,
+    unpack_all,
+    unpack_rows,
+)
 
 ANY_ROWS = npst.arrays(np.uint64, npst.array_shapes(min_dims=2, max_dims=2, min_side=1, max_side=9))
 BODY = ((1, 8),)

@@ -13,9 +13,8 @@ from hypothesis import strategies as st
 
 import recorded_run
 from vrx_mj.errors import RecordError
-from vrx_mj.recording import raw_file
-from vrx_mj.recording.parts import Part
-from vrx_mj.recording.raw_file import RawFile, raw_parts
+from vrx_mj.recording import parts
+from vrx_mj.recording.parts import Part, RawFile, raw_parts
 from vrx_mj.recording.reader import read_record
 from vrx_mj.recording.writer import RecordWriter
 from vrx_mj.unix import resource
@@ -110,18 +109,18 @@ def test_a_file_with_other_bytes_reads_up_to_them_or_is_refused(killed, tmp_path
 
 @given(block=st.binary() | st.text().map(str.encode))
 def test_a_block_with_a_right_checksum_of_anything_is_one_line(block, killed, tmp_path_factory):
-    frame = raw_file.FRAME.pack(len(block), raw_file.zlib.crc32(block))
-    read(raw_file.HEAD.pack(raw_file.MAGIC, 1) + frame + block, tmp_path_factory.mktemp("block"))
+    frame = parts.FRAME.pack(len(block), parts.zlib.crc32(block))
+    read(parts.HEAD.pack(parts.MAGIC, 1) + frame + block, tmp_path_factory.mktemp("block"))
 
 
 def test_a_length_beyond_the_file_takes_no_memory(killed, tmp_path):
-    record = read(killed.read_bytes() + raw_file.FRAME.pack(1 << 62, 0) + b"and more", tmp_path)
+    record = read(killed.read_bytes() + parts.FRAME.pack(1 << 62, 0) + b"and more", tmp_path)
     assert len(record.rows) == len(ROWS)
 
 
 def test_another_version_is_named(killed, tmp_path):
     file = tmp_path / "later.rrd"
-    file.write_bytes(raw_file.HEAD.pack(raw_file.MAGIC, 7) + killed.read_bytes()[raw_file.HEAD.size :])
+    file.write_bytes(parts.HEAD.pack(parts.MAGIC, 7) + killed.read_bytes()[parts.HEAD.size :])
     with pytest.raises(RecordError) as refused:
         read_record(file)
     assert str(refused.value) == (

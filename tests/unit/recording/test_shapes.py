@@ -9,8 +9,7 @@ import pytest
 
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.recording.record_scene import Surface
-from vrx_mj.recording.shapes import coarser, geom_surface
-from vrx_mj.recording.simulation_scene import FINE_BOATS, MOST_FACES, scene_of
+from vrx_mj.recording.simulation_scene import FINE_BOATS, MOST_FACES, coarser, geom_surface, scene_of
 from vrx_mj.runtime.simulation import Simulation
 
 PI = np.pi

@@ -325,11 +325,17 @@ def project(view: View, place: FloatArray, width: int, height: int) -> tuple[flo
 
 def _write_lines(picture: _Picture, lines: Sequence[str], *, bottom: bool = False) -> None:
     """Write lines on a dark panel in the upper left corner of a picture, or in the lower one."""
+    if lines:
+        size = max(_SMALLEST, round(len(picture) * _TEXT_SHARE))
+        panel, edge = _panel(tuple(lines), size), size // 2
+        lay(picture, panel, edge, len(picture) - edge - len(panel) if bottom else edge)
+
+
+@lru_cache(maxsize=8)
+def _panel(lines: tuple[str, ...], size: int) -> ByteArray:
+    """Lines (height, width, 4) in letters of a height [pixels]; several pictures show the same."""
     from PIL import Image, ImageDraw
 
-    if not lines:
-        return
-    size = max(_SMALLEST, round(len(picture) * _TEXT_SHARE))
     font, edge, step = _font_of(size), size // 2, round(1.35 * size)
     width = math.ceil(max(font.getlength(line) for line in lines)) + 2 * edge
     panel = Image.new("RGBA", (width, len(lines) * step + edge), (*_PANEL[:3], 0))
@@ -337,7 +343,7 @@ def _write_lines(picture: _Picture, lines: Sequence[str], *, bottom: bool = Fals
     draw.rounded_rectangle((0, 0, panel.width - 1, panel.height - 1), radius=edge, fill=_PANEL)
     for number, line in enumerate(lines):
         draw.text((edge, edge // 2 + number * step), line, font=font, fill=(*_WHITE, 255))
-    lay(picture, np.asarray(panel), edge, len(picture) - edge - panel.height if bottom else edge)
+    return np.asarray(panel)
 
 
 def _name_boats(

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from vrx_mj.draw import compliance_picture
-from vrx_mj.draw.compliance_picture import BAD, GOOD, draw_verdict
+from vrx_mj.draw import boat_pictures
+from vrx_mj.draw.boat_pictures import BAD, GOOD, draw_verdict
 from vrx_mj.errors import VrxError
 from vrx_mj.formats.parts.compliance import judge
 from vrx_mj.formats.parts.read import load_parts
@@ -35,7 +35,7 @@ def dots(axes, color):
 
 
 def test_dots_are_where_the_parts_are(verdict):
-    top, side, front, _ = compliance_picture._figure(verdict).axes
+    top, side, front, _ = boat_pictures._figure(verdict).axes
     assert dots(top, GOOD) == {(0.75, 0.25), (-0.85, 0.0), (-2.374, 1.027)}
     assert dots(side, GOOD) == {(0.75, 1.5), (-0.85, 1.3), (-2.374, 0.318)}
     assert dots(front, GOOD) == {(0.25, 1.5), (0.0, 1.3), (1.027, 0.318)}
@@ -43,20 +43,20 @@ def test_dots_are_where_the_parts_are(verdict):
 
 
 def test_a_line_leads_to_the_nearest_legal_place(verdict):
-    top = compliance_picture._figure(verdict).axes[0]
+    top = boat_pictures._figure(verdict).axes[0]
     lines = [line.get_xydata().tolist() for line in top.lines if line.get_linestyle() == "--"]
     assert [[-0.3, 0.0], [-0.65, 0.0]] in [np.round(line, 9).tolist() for line in lines]
 
 
 def test_a_part_that_is_far_away_is_drawn_at_the_edge(verdict):
-    top = compliance_picture._figure(verdict).axes[0]
+    top = boat_pictures._figure(verdict).axes[0]
     right = top.get_xlim()[1]
-    assert right == pytest.approx(compliance_picture.BOAT[1][0] + compliance_picture.REACH)
+    assert right == pytest.approx(boat_pictures.BOAT[1][0] + boat_pictures.REACH)
     assert max(x for x, _ in dots(top, BAD)) == pytest.approx(right)
 
 
 def test_boxes_are_drawn_and_named(verdict):
-    top, side, *_ = compliance_picture._figure(verdict).axes
+    top, side, *_ = boat_pictures._figure(verdict).axes
     edges = {
         tuple(np.round([patch.get_x(), patch.get_y(), patch.get_width(), patch.get_height()], 9).tolist())
         for patch in top.patches
@@ -69,7 +69,7 @@ def test_boxes_are_drawn_and_named(verdict):
 
 
 def test_the_views_have_one_scale(verdict):
-    figure = compliance_picture._figure(verdict)
+    figure = boat_pictures._figure(verdict)
     scales = []
     for axes in figure.axes[:3]:
         frame = axes.get_window_extent()
@@ -79,14 +79,14 @@ def test_the_views_have_one_scale(verdict):
 
 
 def test_parts_are_listed_with_what_they_break(verdict):
-    listed = [text.get_text() for text in compliance_picture._figure(verdict).axes[3].texts]
+    listed = [text.get_text() for text in boat_pictures._figure(verdict).axes[3].texts]
     assert "1  front  (wamv_camera, in for)" in listed
     assert "4  pinger  (wamv_pinger, needs no box)" in listed
     assert "      outside every box; it misses component_compliance_aft by 0.35 m: 0.35 m too far forward" in listed
 
 
 def test_numbers_of_parts_do_not_cover_each_other(verdict):
-    figure = compliance_picture._figure(verdict)
+    figure = boat_pictures._figure(verdict)
     for axes in figure.axes[:3]:
         numbers = [text for text in axes.texts if text.get_text().replace(",", "").isdigit()]
         frames = [text.get_window_extent() for text in numbers]

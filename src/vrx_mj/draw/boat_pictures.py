@@ -1,4 +1,4 @@
-"""A picture of a verdict: the boat from above, from the side and from the front, boxes, and what sticks out of them."""
+"""Pictures of boats from above, from the side and from astern: a verdict on its parts, and a hull that floats."""
 
 import textwrap
 from collections.abc import Iterator, Sequence
@@ -209,12 +209,9 @@ def _boxes(axes: "Axes", view: View, boxes: Sequence[Box], kind: Kind) -> None:
             axes.add_patch(frame)
         x = right - 0.03 if view.flip else left + 0.03
         y, align = (low + 0.03, "bottom") if below else (high - 0.03, "top")
-        names = "\n".join(map(_box_name, same))
+        rooms = ("" if box.capacity is None else f" (room for {box.capacity})" for box in same)
+        names = "\n".join(_short(box) + room for box, room in zip(same, rooms, strict=True))
         write(axes, x, y, names, size=7, color=color, va=align, linespacing=1.1, zorder=3)
-
-
-def _box_name(box: Box) -> str:
-    return _short(box) if box.capacity is None else f"{_short(box)} (room for {box.capacity})"
 
 
 def _short(box: Box) -> str:
@@ -269,3 +266,21 @@ def _lines(verdict: Verdict) -> Iterator[tuple[str, str]]:
         yield "no parts", INK
     yield "", INK
     yield "dots: inside a box; crosses: outside every box; circles: the nearest legal place", _SOFT
+
+
+def draw_hull(corners: FloatArray, center: Sequence[float], engines: Sequence[Sequence[float]], path: Path) -> None:
+    """Draw triangles (n, 3, 3) [m] whose water is at z = 0, with the centre of mass and engines [m], as PNG."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(15, 5), dpi=DPI, layout="constrained")
+    figure.suptitle("cross: centre of mass; dots: engines; blue: waterline", y=0.02, va="bottom", fontsize=10)
+    for axes, view in zip(figure.subplots(1, 3), (TOP, SIDE, FRONT), strict=True):
+        draw_surfaces(axes, view, [(corners, 0.8)])
+        axes.plot(*np.take(center, [view.right, view.up]), "+", color="#c8242b", markersize=12)
+        axes.plot(*np.take(engines, [view.right, view.up], axis=1).T, "o", color="#16181c", markersize=5)
+        if view.up == 2:
+            axes.axhline(0.0, color="#2f6db5", linewidth=1.0)
+        axes.set(aspect="equal", title=f"{view.title} [m]")
+        axes.xaxis.set_inverted(view.flip)
+    with font_warnings_hidden():
+        figure.savefig(path, metadata={"Software": None})
