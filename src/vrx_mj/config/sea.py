@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal, NamedTuple
+from typing import Annotated, ClassVar, NamedTuple
 
 from pydantic import Field, model_validator
 
@@ -18,13 +18,10 @@ from vrx_mj.config.yaml_text import read_lines
 from vrx_mj.constants import SEA_WATER_DENSITY
 from vrx_mj.errors import VrxError
 from vrx_mj.linear_waves import SEA_STATES, Site, breaking_height, developed_period, steepest_sea
+from vrx_mj.spectra import REGULAR, SPECTRA, VRX_SEAS, SeaModel
 
-VRX_SEAS = ("pms", "cwr")
-"""Models of VRX's wave fields."""
-SPECTRA = ("jonswap", "pm", "tma", "file")
-"""Models that are spectra, of random phases."""
-REGULAR = ("regular", "stokes5")
-"""Models that are one wave."""
+_SPECTRA = tuple(SPECTRA)
+_REGULAR = tuple(REGULAR)
 GRAVITY = 9.81
 """For the height at which waves break [m/s2]; a world's own is within 1 %."""
 
@@ -93,11 +90,15 @@ _Direction = Annotated[
 ]
 
 
+def _spectra_with(key: str) -> tuple[str, ...]:
+    return tuple(name for name, kind in SPECTRA.items() if key in kind.keys)
+
+
 class SeaConfig(InFolder):
     """The waves: VRX's, with the tags, meanings and defaults of its `ocean_waves`, or those of a spectrum."""
 
     folder_keys: ClassVar = {"folder": "file"}
-    model: Literal["pms", "cwr", "none", "jonswap", "pm", "tma", "file", "regular", "stokes5"] = "pms"
+    model: SeaModel = "pms"
     """Kind of sea.
 
     VRX's: Pierson-Moskowitz sampling (`pms`), constant wavelength-to-amplitude ratio (`cwr`), flat water (`none`).
@@ -115,27 +116,27 @@ class SeaConfig(InFolder):
     """Factor on amplitudes (pms)."""
     amplitude: Annotated[NonNegative, Only("model", ("cwr",))] = 0.0
     """Median amplitude [m] (cwr)."""
-    period: Annotated[Positive, Only("model", (*VRX_SEAS, *REGULAR))] = 5.0
+    period: Annotated[Positive, Only("model", (*VRX_SEAS, *_REGULAR))] = 5.0
     """Peak (pms) or median (cwr) period, or that of a regular wave [s]."""
-    direction: Annotated[_Direction, Only("model", (*VRX_SEAS, *SPECTRA, *REGULAR))] = (1.0, 0.0)
+    direction: Annotated[_Direction, Only("model", (*VRX_SEAS, *_SPECTRA, *_REGULAR))] = (1.0, 0.0)
     """Direction in which the waves travel, along x and y; any length but zero."""
     tau: Annotated[NonNegative, Only("model", VRX_SEAS)] = 2.0
     """Time constant of the waves' growth at the start [s], of VRX's seas."""
-    significant_height: Annotated[NonNegative | None, Only("model", SPECTRA)] = None
+    significant_height: Annotated[NonNegative | None, Only("model", _SPECTRA)] = None
     """Significant height of a spectrum, Hs = 4 sqrt(m0) [m]; by default that of `sea_state`, or of the file.
 
     On top of a base's `model` without one, or of no model, it makes the sea `jonswap`, with a warning."""
-    peak_period: Annotated[Positive | None, Only("model", SPECTRA)] = None
+    peak_period: Annotated[Positive | None, Only("model", _SPECTRA)] = None
     """Peak period of a spectrum [s]; by default that of a sea fully raised by the wind, 5 s at a height of 1 m."""
-    sea_state: Annotated[Annotated[int, Field(ge=0, lt=len(SEA_STATES))] | None, Only("model", SPECTRA)] = None
+    sea_state: Annotated[Annotated[int, Field(ge=0, lt=len(SEA_STATES))] | None, Only("model", _SPECTRA)] = None
     """Sea state 0 to 6 (WMO code table 3700) instead of a height: 0, 0.05, 0.3, 0.875, 1.875, 3.25 or 5 m."""
-    gamma: Annotated[float, Field(ge=1, le=20), Only("model", ("jonswap", "tma"))] = 3.3
+    gamma: Annotated[float, Field(ge=1, le=20), Only("model", _spectra_with("gamma"))] = 3.3
     """Peak enhancement of `jonswap` and `tma`."""
-    spreading: Annotated[Annotated[float, Field(gt=0, le=1000)] | None, Only("model", SPECTRA)] = None
+    spreading: Annotated[Annotated[float, Field(gt=0, le=1000)] | None, Only("model", _SPECTRA)] = None
     """Exponent s of the spreading cos^(2 s)(theta / 2) of a spectrum; by default all waves travel alike."""
-    components: Annotated[int, Field(ge=1, le=500), Only("model", SPECTRA)] = 60
+    components: Annotated[int, Field(ge=1, le=500), Only("model", _SPECTRA)] = 60
     """Component waves of a spectrum, of equal energy."""
-    height: Annotated[NonNegative | None, Only("model", REGULAR, required=True)] = None
+    height: Annotated[NonNegative | None, Only("model", _REGULAR, required=True)] = None
     """Height of a regular wave, crest over trough [m]."""
     file: Annotated[Annotated[str, loads(read_spectrum)] | None, Only("model", ("file",), required=True)] = None
     """Spectrum of model `file`: lines of frequency [Hz] and density [m2/Hz], as CSV; a path relative to this file."""
@@ -145,7 +146,7 @@ class SeaConfig(InFolder):
     Echo sounders find the bottom. Waves have their lengths and motion by it; VRX's keep the lengths of deep water."""
     density: Positive = SEA_WATER_DENSITY
     """Density of the water [kg/m3], which presses on hulls; only in profile `marine`."""
-    ramp: Annotated[NonNegative, Only("model", (*SPECTRA, *REGULAR))] = 0.0
+    ramp: Annotated[NonNegative, Only("model", (*_SPECTRA, *_REGULAR))] = 0.0
     """Time constant of the growth of spectra and regular waves [s]; by default they are there from the start."""
 
     @model_validator(mode="before")

@@ -17,7 +17,7 @@ from vrx_mj.config.objects import FieldConfig, Placement
 from vrx_mj.config.profiles import CLASSIC, DEFAULT, MARINE, Profile, on_its_profile
 from vrx_mj.config.robots import Arguments, load_robot
 from vrx_mj.config.scene import MarkersConfig, SceneConfig
-from vrx_mj.config.sea import VRX_SEAS, SeaConfig
+from vrx_mj.config.sea import SeaConfig
 from vrx_mj.config.search import find_terrain
 from vrx_mj.config.tasks import Task
 from vrx_mj.config.tree import Loc, Section
@@ -27,6 +27,7 @@ from vrx_mj.config.wording import shown
 from vrx_mj.constants import GRAVITY, LONGEST_STEP, SHORTEST_STEP
 from vrx_mj.errors import VrxWarning
 from vrx_mj.frames import Geodetic
+from vrx_mj.spectra import VRX_SEAS
 
 _NOTICED: list[str] = []
 """The world that the notice of the default profile was of."""

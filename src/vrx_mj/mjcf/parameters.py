@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, fields
 from typing import Any, Literal
 
 from vrx_mj.config.current import CurrentConfig, TideConfig
-from vrx_mj.config.sea import REGULAR, SPECTRA, SeaConfig
+from vrx_mj.config.sea import SeaConfig
 from vrx_mj.config.world import PhysicsConfig
 from vrx_mj.linear_waves import Site
 from vrx_mj.model.afloat import Block, Element, Float, Follower, Mooring, PathPoint, Rope
@@ -15,20 +15,9 @@ from vrx_mj.model.kinds import ProfileCode
 from vrx_mj.model.site import Dock, Light, Object, Placard
 from vrx_mj.model.water import Current, Layer, Sea, Wave
 from vrx_mj.model.world import Parameters
-from vrx_mj.physics.spectra import (
-    LONGEST,
-    SHORTEST,
-    Spectrum,
-    irregular_sea,
-    jonswap,
-    pierson_moskowitz,
-    regular_wave,
-    stokes_wave,
-    tabulated,
-    tma,
-)
 from vrx_mj.physics.tables import MARINE, VRX, VRX3
 from vrx_mj.physics.waves import cwr_components, pms_components
+from vrx_mj.spectra import LONGEST, REGULAR, SHORTEST, SPECTRA, irregular_sea
 
 _Row = dict[str, Any]
 _NIL_AMPLITUDE = 1e-9
@@ -41,7 +30,7 @@ _SEA_FIELDS = ("direction", "model", "period", "tau")
 
 def sea_parameters(sea: SeaConfig, physics: PhysicsConfig) -> Sea:
     """Wave components and start-up ramp; `model: none` has no components. VRX's seas have a gravity of their own."""
-    if sea.model in (*SPECTRA, *REGULAR):
+    if sea.model in SPECTRA or sea.model in REGULAR:
         return _ocean(sea, physics)
     shape = (sea.number, sea.scale, sea.angle, sea.steepness)
     waves: Sequence[_Row] = ()
@@ -72,16 +61,14 @@ def _moving(physics: PhysicsConfig) -> Literal[0, 1]:
 def _ocean(sea: SeaConfig, physics: PhysicsConfig) -> Sea:
     """A sea of a spectrum, or of one regular wave, under a world's gravity."""
     site = Site(math.inf if sea.depth is None else sea.depth, physics.gravity)
-    if sea.model == "stokes5":
-        waves = stokes_wave(sea.height or 0.0, sea.period, sea.direction, site)
-    elif sea.model == "regular":
-        waves = regular_wave(sea.height or 0.0, sea.period, sea.direction, site)
+    regular = REGULAR.get(sea.model)
+    if regular:
+        waves = regular(sea.height or 0.0, sea.period, sea.direction, site)
     else:
-        peak = 2.0 * math.pi / sea.tp
+        kind, peak = SPECTRA[sea.model], 2.0 * math.pi / sea.tp
+        spectrum = kind.shape(peak, site, **{key: getattr(sea, key) for key in kind.keys})
         band = (LONGEST * peak, SHORTEST * peak)
-        spectrum = _spectrum(sea, peak, site)
         waves = irregular_sea(spectrum, sea.hs, band, sea.direction, sea.components, sea.spreading, site)
-    regular = sea.model in REGULAR
     return Sea(
         model=sea.model,
         tau=sea.ramp,
@@ -114,15 +101,6 @@ def current_parameters(current: CurrentConfig | None) -> Current | None:
         seed=current.seed,
         layers=tuple(Layer(depth=depth, share=share) for depth, share in current.profile),
     )
-
-
-def _spectrum(sea: SeaConfig, peak: float, site: Site) -> Spectrum:
-    if sea.model == "file":
-        table = sea.spectrum
-        return tabulated([2.0 * math.pi * f for f in table.frequencies], table.densities)
-    if sea.model == "pm":
-        return pierson_moskowitz(peak)
-    return tma(peak, site, sea.gamma) if sea.model == "tma" else jonswap(peak, sea.gamma)
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,8 @@ from vrx_mj.mjcf.boats import Boat
 from vrx_mj.model.boats import Windage, WindCoefficients
 from vrx_mj.model.water import Air, Wind
 from vrx_mj.physics.gusts import gust_frequencies, gust_variance, npd
-from vrx_mj.physics.spectra import Spectrum
 from vrx_mj.physics.windage import BLENDERMANN, Areas, Superstructure, isherwood_curve
+from vrx_mj.spectra import Spectrum
 
 NO_WIND = (0.0, 0.0, 0.0)
 _NPD_HEIGHT = 10.0

@@ -1,12 +1,13 @@
 """Sea and wind of a compiled world."""
 
 from dataclasses import dataclass, field
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import Field
 
 from vrx_mj.constants import WATER_DENSITY, WAVE_GRAVITY
 from vrx_mj.model.kinds import LEFT_OUT, STRICT, Flag, NonNegative, Positive, Real, Share, Vec2
+from vrx_mj.spectra import SPECTRA, SeaModel
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,7 +34,7 @@ class Sea:
     """The waves and their start-up ramp."""
 
     __pydantic_config__ = STRICT
-    model: Literal["pms", "cwr", "none", "jonswap", "pm", "tma", "file", "regular", "stokes5"]
+    model: SeaModel
     """Kind of sea: VRX's Pierson-Moskowitz sampling, constant wavelength ratio, or none; spectra; regular waves."""
     tau: Real
     """Time constant of the ramp [s]; no ramp unless above 0."""
@@ -59,7 +60,7 @@ class Sea:
     @property
     def random(self) -> bool:
         """Whether the phases of its waves are drawn from a run's seed."""
-        return self.model in ("jonswap", "pm", "tma", "file")
+        return self.model in SPECTRA
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,7 +3,7 @@
 import math
 from itertools import pairwise
 
-from vrx_mj.physics.spectra import Spectrum, band_frequencies
+from vrx_mj.spectra import Spectrum, band_frequencies
 
 _SLOWEST, _FASTEST = 1.0 / 600.0, 0.5
 """Frequencies between which the NPD spectrum holds [Hz]."""

@@ -10,13 +10,13 @@ import numpy as np
 
 from vrx_mj.arrays import ByteArray, FloatArray, IntArray
 from vrx_mj.physics.added_mass import added_mass_bias
+from vrx_mj.physics.conditions import Conditions
 from vrx_mj.physics.crossflow import crossflow_drag
 from vrx_mj.physics.kernel import allocating_kernel, kernel
-from vrx_mj.physics.kinematics import Orbital, Turning, surface_slope, turned_with
+from vrx_mj.physics.kinematics import surface_slope
 from vrx_mj.physics.lanes import WIDTH, zeros_in_lines
 from vrx_mj.physics.motion import (
     Motion,
-    Vector,
     Wrench,
     add,
     from_origin,
@@ -36,7 +36,7 @@ from vrx_mj.physics.wave_columns import wave_columns
 from vrx_mj.physics.waves import surface_height
 
 _AWASH = 0.25
-"""Share of its weight that the water carries of a hull about to leave it: below that, its other forces fade out."""
+"""Share of its weight that the water carries of a hull about to leave it."""
 
 
 class VesselWork(NamedTuple):
@@ -56,28 +56,6 @@ class VesselWork(NamedTuple):
     """The waves in columns."""
 
 
-class VesselLoads(NamedTuple):
-    """What water does to a hull: world axes, about `hull.link_com`."""
-
-    hydrostatics: Wrench
-    """Of still water and of the undisturbed waves (Froude-Krylov)."""
-    drag: Wrench
-    added_mass_bias: Wrench
-    wet: float
-    """Share of these two, and of `WaveLoads`, that is left of a hull that leaves the water."""
-
-
-class VesselWater(NamedTuple):
-    """The undisturbed water at a hull's centre of buoyancy."""
-
-    stream: Vector
-    """The current [m/s], world axes."""
-    orbital: Orbital
-    """How the waves move it there."""
-    turning: Turning
-    """How the waves turn it over the hull's waterplane."""
-
-
 class HullMeshes(NamedTuple):
     """The meshes of all vessels, one after the other."""
 
@@ -91,14 +69,6 @@ class HullMeshes(NamedTuple):
     """(k, 4)"""
     corner_shares: FloatArray
     """(k, 6, WIDTH)"""
-
-
-class WaveLoads(NamedTuple):
-    """What the waves that a hull makes and scatters do to it: world axes, about `hull.link_com`."""
-
-    radiation: Wrench
-    """Of those that it made before."""
-    diffraction: Wrench
 
 
 @allocating_kernel
@@ -116,53 +86,37 @@ def vessel_work(meshes: HullMeshes, waves: Table, sea: Record) -> VesselWork:
 
 
 @kernel
-def vessel_loads(
-    hull: Record, vessel: Record, meshes: HullMeshes, strips: Table, waves: Table, sea: Record, water: VesselWater,
-    body: Motion, t: float, work: VesselWork,
-) -> VesselLoads:  # fmt: skip
-    """Return what water does to a hull.
+def wet_share(vessel: Record, sea: Record, pressure: Wrench) -> float:
+    """Return the share 0..1 of its other forces that the water keeps of a hull that leaves it.
 
-    Args:
-        hull: a row of `tables.HULL`.
-        vessel: its row of `tables.VESSEL`.
-        meshes: of all vessels.
-        strips: `tables.STRIP`.
-        waves: `tables.WAVE`.
-        sea: a row of `tables.SEA`.
-        water: at its centre of buoyancy.
-        body: motion of the link.
-        t: time [s].
-        work: memory.
+    `pressure` is the wrench of `pressure_on_vessel`: below a quarter of the weight, the others fade out.
     """
-    stream, orbital, turning = water
-    through = relative_motion(body, (stream[0] + orbital.u, stream[1] + orbital.v, stream[2] + orbital.w))
-    if vessel.hydrostatics == MATRIX:
-        pressed = restoring_of_vessel(vessel, waves, sea, body, t)
-    else:
-        pressed = _pressure_on_vessel(vessel, meshes, waves, sea, body, t, work)
-    if vessel.diffraction_frequencies > 0:  # in which is what the water's acceleration does
-        bias = added_mass_bias(vessel, relative_motion(body, stream), zero_vector(), zero_vector())
-    else:
-        rate = turning.dp, turning.dq, 0.0
-        bias = added_mass_bias(vessel, through, (orbital.du, orbital.dv, orbital.dw), rate)
-    own = strips[vessel.strip_start : vessel.strip_start + vessel.strip_count]
-    drag = add(_damping_of_vessel(vessel, turned_with(through, turning, vessel.buoyancy)), crossflow_drag(own, through))
-    up = body.r20 * pressed.fx + body.r21 * pressed.fy + body.r22 * pressed.fz
-    wet = min(max(up / (_AWASH * vessel.displacement * sea.gravity), 0.0), 1.0)
-    return VesselLoads(
-        _placed(pressed, hull, body),
-        _placed(scaled(drag, wet), hull, body),
-        _placed(scaled(bias, wet), hull, body),
-        wet,
-    )
+    return float(min(max(pressure.fz / (_AWASH * vessel.displacement * sea.gravity), 0.0), 1.0))
 
 
 @kernel
-def wave_loads(
-    hull: Record, vessel: Record, memory: Table, state: Table, diffraction: FloatArray, waves: Table, sea: Record,
-    water: VesselWater, body: Motion, wet: float, t: float, dt: float,
-) -> WaveLoads:  # fmt: skip
-    """Return what the waves that a hull makes and scatters do to it, and advance its memory by `dt` [s].
+def drag_on_vessel(hull: Record, vessel: Record, strips: Table, now: Conditions) -> Wrench:
+    """Return damping, and drag of the flow across the hull: world axes, about `hull.link_com`."""
+    own = strips[vessel.strip_start : vessel.strip_start + vessel.strip_count]
+    drag = add(_damping_of_vessel(vessel, now.through), crossflow_drag(own, now.through_level))
+    return _placed(scaled(drag, now.wet), hull, now.body)
+
+
+@kernel
+def bias_on_vessel(hull: Record, vessel: Record, now: Conditions) -> Wrench:
+    """Return the added mass' force at zero acceleration: world axes, about `hull.link_com`."""
+    if vessel.diffraction_frequencies > 0:  # in which is what the water's acceleration does
+        bias = added_mass_bias(vessel, relative_motion(now.body, now.water.stream), zero_vector(), zero_vector())
+    else:
+        orbital, turning = now.water.orbital, now.water.turning
+        rate = turning.dp, turning.dq, 0.0
+        bias = added_mass_bias(vessel, now.through_level, (orbital.du, orbital.dv, orbital.dw), rate)
+    return _placed(scaled(bias, now.wet), hull, now.body)
+
+
+@kernel
+def radiation_on_vessel(hull: Record, vessel: Record, memory: Table, state: Table, now: Conditions) -> Wrench:
+    """Advance the hull's memory, and return the force of the waves that it made: world axes, about `hull.link_com`.
 
     A hull with a table of diffraction makes waves by its motion through the current; one without by its motion through
     the water that the waves move.
@@ -172,31 +126,32 @@ def wave_loads(
         vessel: its row of `tables.VESSEL`.
         memory: `tables.MEMORY`.
         state: `tables.MEMORY_STATE`.
-        diffraction: of all vessels, (n, 12).
-        waves: `tables.WAVE`.
-        sea: a row of `tables.SEA`.
-        water: at its centre of buoyancy.
-        body: motion of the link.
-        wet: of `VesselLoads`.
-        t: time [s].
-        dt: length of the step [s].
+        now: surroundings and motion of the hull.
     """
-    frequencies, angles = vessel.diffraction_frequencies, vessel.diffraction_angles
-    stream, orbital, turning = water
-    through = relative_motion(body, stream)
-    scattered = zero_wrench()
-    if frequencies > 0:
-        first = vessel.diffraction_start
-        entries = diffraction[first : first + frequencies * angles].reshape((frequencies, angles, 12))
-        load = diffraction_load(entries, vessel.diffraction_step, waves, sea, body, heading_of(body), t)
-        scattered = from_origin(load, body, hull.link_com)
-    else:
-        through = relative_motion(body, (stream[0] + orbital.u, stream[1] + orbital.v, stream[2] + orbital.w))
-        through = turned_with(through, turning, vessel.buoyancy)
+    through = now.through
+    if vessel.diffraction_frequencies > 0:
+        through = relative_motion(now.body, now.water.stream)
     rows = memory[vessel.memory_start : vessel.memory_start + vessel.memory_count]
     own = state[hull.memory_start : hull.memory_start + vessel.memory_count]
-    memory_step(rows, own, through, dt)
-    return WaveLoads(_placed(scaled(memory_load(rows, own), wet), hull, body), scaled(scattered, wet))
+    memory_step(rows, own, through, now.dt)
+    return _placed(scaled(memory_load(rows, own), now.wet), hull, now.body)
+
+
+@kernel
+def diffraction_on_vessel(
+    hull: Record, vessel: Record, table: FloatArray, waves: Table, sea: Record, now: Conditions
+) -> Wrench:
+    """Return the force of the waves that a hull scatters: world axes, about `hull.link_com`.
+
+    `table` has the forces on all vessels, (n, 12).
+    """
+    frequencies, angles = vessel.diffraction_frequencies, vessel.diffraction_angles
+    if frequencies == 0:
+        return zero_wrench()
+    first = vessel.diffraction_start
+    entries = table[first : first + frequencies * angles].reshape((frequencies, angles, 12))
+    load = diffraction_load(entries, vessel.diffraction_step, waves, sea, now.body, heading_of(now.body), now.time)
+    return scaled(from_origin(load, now.body, hull.link_com), now.wet)
 
 
 @kernel
@@ -206,7 +161,29 @@ def _placed(wrench: Wrench, hull: Record, body: Motion) -> Wrench:
 
 
 @kernel
-def _pressure_on_vessel(
+def pressure_on_vessel(
+    hull: Record, vessel: Record, meshes: HullMeshes, waves: Table, sea: Record, body: Motion, t: float,
+    work: VesselWork,
+) -> Wrench:  # fmt: skip
+    """Return the pressure of still water and undisturbed waves (Froude-Krylov): world axes, about `hull.link_com`.
+
+    Args:
+        hull: a row of `tables.HULL`.
+        vessel: its row of `tables.VESSEL`.
+        meshes: of all vessels.
+        waves: `tables.WAVE`.
+        sea: a row of `tables.SEA`.
+        body: motion of the link.
+        t: time [s].
+        work: memory.
+    """
+    if vessel.hydrostatics == MATRIX:
+        return _placed(restoring_of_vessel(vessel, waves, sea, body, t), hull, body)
+    return _placed(_pressure_on_mesh(vessel, meshes, waves, sea, body, t, work), hull, body)
+
+
+@kernel
+def _pressure_on_mesh(
     vessel: Record, meshes: HullMeshes, waves: Table, sea: Record, body: Motion, t: float, work: VesselWork
 ) -> Wrench:
     """Return hydrostatic and Froude-Krylov pressure on a hull's mesh: body axes, about the link's origin."""

@@ -1,6 +1,7 @@
-"""What acts on a boat, effect by effect: the kernels of the loop, called once to look at them."""
+"""Forces on a boat by effect: the loop's own push of its hull, on copies of what that changes."""
 
 from collections.abc import Mapping
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -9,19 +10,18 @@ import numpy.typing as npt
 from vrx_mj.arrays import FloatArray
 from vrx_mj.frames import rotation_matrix
 from vrx_mj.physics.added_mass import added_inertia_of_vessel
-from vrx_mj.physics.current import current_step
 from vrx_mj.physics.drag import added_inertia
 from vrx_mj.physics.motion import Motion, Wrench, add, from_origin, motion, shift, zero_wrench
-from vrx_mj.physics.propeller import update_propeller
-from vrx_mj.physics.tables import MARINE, RUDDER, SAIL, VRX3, Record, Table
-from vrx_mj.physics.thrust import servo_step, thruster_wrench
-from vrx_mj.physics.vessel import vessel_loads, vessel_work, wave_loads
-from vrx_mj.physics.wind import air_velocity, wind_at_hull, wind_on_hull, wind_step
-from vrx_mj.runtime.loop import angle_target, hull_loads, motion_through_water, update_force, water_at_vessel
-from vrx_mj.runtime.loop_arrays import LoopArrays
+from vrx_mj.physics.tables import RUDDER, SAIL, VRX3, Record, Table
+from vrx_mj.physics.thrust import thruster_wrench
+from vrx_mj.runtime.effects import EFFECTS, Hulls, hull_loads, hull_loads_vrx
+from vrx_mj.runtime.loop_arrays import LoopArrays, Run
+from vrx_mj.runtime.views import ARRAYS, STATE
 
 _NAMES = {RUDDER: "rudder", SAIL: "sail"}
 """Effects of what takes an angle alone, by its mapping; all others are thrust."""
+_APPLIED = ("xfrc_applied", "qfrc_applied")
+"""Arrays of MuJoCo's data that the push of a hull writes."""
 
 
 class Forces(dict[str, FloatArray]):
@@ -42,51 +42,36 @@ class Forces(dict[str, FloatArray]):
 def boat_forces(arrays: LoopArrays, index: int, time: float) -> Forces:
     """The wrenches that the step from `time` [s] applies to the boat of row `index`."""
     hull, body = arrays.hulls[index], motion(arrays.data.qpos, arrays.data.qvel, *_address(arrays, index))
-    then = time + arrays.timestep
     mass, center = _boat_center(arrays, hull, body)
     lever = tuple(_turned(body, hull["link_com"]) - center)
 
     def about_center(wrench: Wrench) -> FloatArray:
         return np.array(shift(wrench, lever))
 
-    gusts, turned = arrays.wind_state.copy(), arrays.air_state.copy()
-    wind_step(arrays.wind[0], gusts[0], arrays.gust_bands, arrays.air, turned, arrays.timestep)
-    air = air_velocity(arrays.wind[0], gusts[0], turned)
-    stream = arrays.current_state.copy()
-    if len(stream):
-        current_step(arrays.current, stream, arrays.timestep)
-    loads = _loads(arrays, hull, body, air, stream, then)
+    run, copies = _run_of_copies(arrays)
+    loads, step = np.zeros((len(EFFECTS), 6)), arrays.timestep
+    (hull_loads_vrx if arrays.vrx_only else hull_loads)(run.table, index, time + step, step, loads)
+    kind = Hulls.STATIONS if hull["vessel"] < 0 else Hulls.VESSELS
+    acting = {
+        effect.name: Wrench(*row) for effect, row in zip(EFFECTS, loads.tolist(), strict=True) if effect.hulls & kind
+    }
+    bias = acting.pop("added_mass_bias")
+    acting |= _thrusts(arrays, hull, body, copies["thruster_state"])
     outside = {
         "gravity": mass * np.array([*arrays.model.opt.gravity, 0.0, 0.0, 0.0]),
-        **{name: about_center(wrench) for name, wrench in loads.items() if name != "added_mass_bias"},
-        **{name: about_center(wrench) for name, wrench in _thrusts(arrays, hull, body, air, stream, then).items()},
+        **{name: about_center(wrench) for name, wrench in acting.items()},
         "contact": _contacts(arrays, int(hull["body"]), center + np.array(body[:3])),
     }
-    return Forces(outside, {"added_mass": about_center(_added_mass(arrays, hull, body, loads["added_mass_bias"]))})
+    return Forces(outside, {"added_mass": about_center(_added_mass(arrays, hull, body, bias))})
 
 
-def _loads(
-    arrays: LoopArrays, hull: Record, body: Motion, air: tuple[float, float], stream: Table, time: float
-) -> dict[str, Wrench]:
-    """What water and wind do to a boat, about `link_com`; `stream` is the current's state."""
-    here, weather = wind_at_hull(hull, arrays.air, air), (arrays.waves, arrays.sea[0])
-    if hull["profile"] != MARINE:
-        return hull_loads(hull, arrays.stations, arrays.windage, *weather, here, body, body, time)._asdict()
-    moving = (*weather, arrays.current, stream, arrays.layers, time)
-    if hull["vessel"] < 0:
-        through = motion_through_water(hull, body, *moving)
-        return hull_loads(hull, arrays.stations, arrays.windage, *weather, here, body, through, time)._asdict()
-    vessel, meshes = arrays.vessels[hull["vessel"]], arrays.meshes
-    work = vessel_work(meshes, *weather)
-    afloat = water_at_vessel(hull, vessel, body, *moving)
-    loads = vessel_loads(hull, vessel, meshes, arrays.strips, *weather, afloat, body, time, work)
-    made = wave_loads(
-        hull, vessel, arrays.memory, arrays.memory_state.copy(), arrays.diffraction, *weather, afloat, body,
-        loads.wet, time, arrays.timestep,
-    )  # fmt: skip
-    pushed = loads._asdict()
-    del pushed["wet"]
-    return {**pushed, **made._asdict(), "wind": wind_on_hull(hull, arrays.windage, body, here)}
+def _run_of_copies(arrays: LoopArrays) -> tuple[Run, dict[str, npt.NDArray[Any]]]:
+    """A run whose next step leaves `arrays` as they are, and the arrays to which it leads."""
+    named = arrays.by_name(np.zeros(3, np.int64), np.zeros((0, 0)))
+    copies = {
+        name: array.copy() if ARRAYS[name].use == STATE or name in _APPLIED else array for name, array in named.items()
+    }
+    return Run(arrays.model, arrays.contact_free, arrays.data, copies), copies
 
 
 def _address(arrays: LoopArrays, index: int) -> tuple[int, int]:
@@ -99,27 +84,12 @@ def _turned(body: Motion, vector: npt.ArrayLike) -> FloatArray:
     return turned
 
 
-def _thrusts(
-    arrays: LoopArrays, hull: Record, body: Motion, air: tuple[float, float], stream: Table, time: float
-) -> dict[str, Wrench]:
+def _thrusts(arrays: LoopArrays, hull: Record, body: Motion, states: Table) -> dict[str, Wrench]:
     """What the thrusters do, and the rudders and sails if there are any, about `link_com`."""
     wrenches = {"thrust": zero_wrench()}
-    states, propellers = arrays.thruster_state.copy(), arrays.propeller_state.copy()
     start = int(hull["thruster_start"])
     for row in range(start, start + int(hull["thruster_count"])):
         thruster, state = arrays.thrusters[row], states[row]
-        if thruster["dof"] < 0:
-            target = angle_target(thruster, state, body, arrays.air, air)
-            state["angle"], state["rate"] = servo_step(thruster, state["angle"], state["rate"], target, arrays.timestep)
-        else:
-            state["angle"] = arrays.data.qpos[thruster["qpos"]]
-        if thruster["measured"] >= 0:
-            update_propeller(
-                hull, thruster, state, arrays.propellers, arrays.propeller_points, propellers, arrays.waves,
-                arrays.sea[0], arrays.current, stream, arrays.layers, body, time, arrays.timestep,
-            )  # fmt: skip
-        else:
-            update_force(hull, thruster, state, states, arrays.sail_curves, body, arrays.air, air, time)
         name = _NAMES.get(int(thruster["mapping"]), "thrust")
         along = state["applied"] if name == "sail" else 0.0
         push = thruster_wrench(thruster, hull, body, state["thrust"], state["angle"], along)

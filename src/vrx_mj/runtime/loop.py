@@ -5,8 +5,6 @@ writes `xfrc_applied`, and has MuJoCo step. As in VRX the clock is advanced firs
 velocity that the last step left, and to the time at which this one ends.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 from numba import types
 
@@ -14,8 +12,8 @@ from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.libmujoco import c_function
 from vrx_mj.physics.added_mass import added_inertia_of_vessel
 from vrx_mj.physics.afloat import flotation_in_waves, rope_pull
-from vrx_mj.physics.current import current_step, current_velocity
-from vrx_mj.physics.drag import added_inertia, added_moment, bias_on_hull, drag_on_hull, has_added_moment
+from vrx_mj.physics.current import current_velocity
+from vrx_mj.physics.drag import added_inertia, added_moment, has_added_moment
 from vrx_mj.physics.flotation import (
     Flotation,
     add_flotation_drag,
@@ -25,45 +23,16 @@ from vrx_mj.physics.flotation import (
     water_at_elements,
     water_rise,
 )
-from vrx_mj.physics.hydrostatics import hydrostatics
 from vrx_mj.physics.kernel import allocating_kernel, expanded_kernel, inlined_kernel, kernel
-from vrx_mj.physics.kinematics import orbital_motion, orbital_turning, reach_of, turned_with
+from vrx_mj.physics.kinematics import orbital_motion
 from vrx_mj.physics.linkage import add_link_drag, link_motion
-from vrx_mj.physics.motion import (
-    Motion,
-    Wrench,
-    add,
-    carry,
-    motion,
-    relative_motion,
-    rotate,
-    zero_wrench,
-)  # fmt: skip
-from vrx_mj.physics.propeller import update_propeller
+from vrx_mj.physics.motion import Motion, Wrench, add, motion, zero_wrench
 from vrx_mj.physics.raft import block_load, moor, raft_drag
-from vrx_mj.physics.sail import boom_target, sail_force, wind_on_sail
-from vrx_mj.physics.tables import MARINE, RUDDER, SAIL, VRX3, Record, Table, Waves
-from vrx_mj.physics.thrust import (
-    effective_command,
-    engine_wrench,
-    rudder_force,
-    servo_step,
-    servo_torque,
-    steering_target,
-    thrust_force,
-    thruster_wrench,
-)
-from vrx_mj.physics.vessel import (
-    HullMeshes,
-    VesselWater,
-    VesselWork,
-    vessel_loads,
-    vessel_work,
-    wave_loads,
-)
-from vrx_mj.physics.wave_box import heading_of
+from vrx_mj.physics.tables import MARINE, VRX3, Record, Table, Waves
+from vrx_mj.physics.vessel import VesselWork, vessel_work
 from vrx_mj.physics.waves import surface_height
-from vrx_mj.physics.wind import air_velocity, wind_at_hull, wind_on_float, wind_on_hull, wind_step
+from vrx_mj.physics.wind import wind_on_float
+from vrx_mj.runtime.effects import Air, apply_wrench, hull_meshes, push_hull, weather_step
 from vrx_mj.runtime.proximity import contact_free, touch_begins
 from vrx_mj.runtime.sample_clocks import latch
 from vrx_mj.runtime.views import Views, views
@@ -101,16 +70,6 @@ _mj_fwd_constraint = _stage("mj_fwdConstraint")
 _mj_euler = _stage("mj_Euler")
 
 _Address = int
-_Air = tuple[float, float]
-
-
-class HullLoads(NamedTuple):
-    """What water and wind do to a hull: world axes, about `hull.link_com`."""
-
-    hydrostatics: Wrench
-    drag: Wrench
-    added_mass_bias: Wrench
-    wind: Wrench
 
 
 @allocating_kernel
@@ -121,7 +80,7 @@ def advance(runs: Table, row: int, time: float, dt: float, steps: int) -> int:
     when the sample buffer is full or a touch has begun, -1 when the state has diverged.
     """
     a = views(runs[row])
-    work = vessel_work(_hull_meshes(a), a.waves, a.sea[0])
+    work = vessel_work(hull_meshes(a), a.waves, a.sea[0])
     return _advance(runs, row, time, dt, steps, work, work.columns)
 
 
@@ -144,11 +103,9 @@ def _advance(runs: Table, row: int, time: float, dt: float, steps: int, work: Ve
         _sample(a, time)
         latch(a.clocks, a.latched, a.qpos, a.qvel, a.device_state, time)
         time += dt
-        wind_step(a.wind[0], a.wind_state[0], a.gust_bands, a.air, a.air_state, dt)
-        if work is not None:
-            current_step(a.current, a.current_state, dt)
-        air = air_velocity(a.wind[0], a.wind_state[0], a.air_state)
-        _push_hulls(a, work, waves, air, time, dt)
+        air = weather_step(a, work, dt)
+        for i in range(a.hulls.size):
+            push_hull(i, a, work, waves, air, time, dt, None)
         _push_floats(a, work, waves, air, damping, time, dt)
         if work is not None and a.links.size > 0:
             _mj_fwd_kinematics(run.contact_free, run.data)
@@ -163,112 +120,6 @@ def _advance(runs: Table, row: int, time: float, dt: float, steps: int, work: Ve
         done += 1
     _mj_kinematics(run.model, run.data)
     return -1 if _diverged(a.qpos, a.qvel) else done
-
-
-@inlined_kernel
-def _push_hulls(a: Views, work: VesselWork | None, waves: Waves, air: _Air, time: float, dt: float) -> None:
-    """Let water, wind and their thrusters push all hulls."""
-    for i in range(a.hulls.size):
-        hull = a.hulls[i]
-        body = motion(a.qpos, a.qvel, hull.qpos, hull.dof)
-        through = body
-        if work is not None:
-            if hull.vessel >= 0:
-                _push_vessel(hull, body, a, work, air, time, dt)
-                continue
-            if hull.profile == MARINE:
-                through = motion_through_water(hull, body, waves, a.sea[0], a.current, a.current_state, a.layers, time)
-        windage = None if work is None else a.windage
-        here = air if work is None else wind_at_hull(hull, a.air, air)
-        loads = hull_loads(hull, a.stations, windage, waves, a.sea[0], here, body, through, time)
-        wrench = add(add(add(loads.hydrostatics, loads.drag), loads.added_mass_bias), loads.wind)
-        push = _thrust(hull, body, a, work, air, time, dt)
-        _apply(a.xfrc_applied, hull.body, carry(add(wrench, push), body, hull.link_com, hull.body_com))
-
-
-@inlined_kernel
-def _push_vessel(hull: Record, body: Motion, a: Views, work: VesselWork, air: _Air, time: float, dt: float) -> None:
-    """Let water, wind and its thrusters push a hull that has a model of its own."""
-    vessel = a.vessels[hull.vessel]
-    water = water_at_vessel(hull, vessel, body, work.columns, a.sea[0], a.current, a.current_state, a.layers, time)
-    loads = vessel_loads(
-        hull,
-        vessel,
-        _hull_meshes(a),
-        a.strips,
-        a.waves,
-        a.sea[0],
-        water,
-        body,
-        time,
-        work,
-    )
-    blown = wind_on_hull(hull, a.windage, body, wind_at_hull(hull, a.air, air))
-    wrench = add(add(add(loads.hydrostatics, loads.drag), loads.added_mass_bias), blown)
-    made = wave_loads(
-        hull, vessel, a.memory, a.memory_state, a.diffraction, a.waves, a.sea[0], water, body, loads.wet, time, dt
-    )
-    wrench = add(wrench, add(made.radiation, made.diffraction))
-    push = _thrust(hull, body, a, work, air, time, dt)
-    _apply(a.xfrc_applied, hull.body, carry(add(wrench, push), body, hull.link_com, hull.body_com))
-
-
-@expanded_kernel
-def _hull_meshes(a: Views) -> HullMeshes:
-    """Return the meshes of all vessels."""
-    return HullMeshes(a.parts, a.points, a.shares, a.pairs, a.corner_shares)
-
-
-@kernel
-def water_at_vessel(
-    hull: Record,
-    vessel: Record,
-    body: Motion,
-    waves: Waves,
-    sea: Record,
-    current: Table,
-    state: Table,
-    layers: Table,
-    time: float,
-) -> VesselWater:
-    """Return how the current and the waves move the water at a vessel."""
-    lever = rotate(body, vessel.buoyancy[0], vessel.buoyancy[1], vessel.buoyancy[2])
-    x, y, z = body.x + lever[0], body.y + lever[1], body.z + lever[2]
-    east, north = current_velocity(current, state, layers, sea.level - z, time)
-    orbital = orbital_motion(waves, sea, x, y, z, time)
-    turning = orbital_turning(waves, sea, reach_of(hull, heading_of(body)), x, y, z, time)
-    return VesselWater((east, north, 0.0), orbital, turning)
-
-
-@kernel
-def hull_loads(
-    hull: Record, stations: Table, windage: Table | None, waves: Waves, sea: Record,
-    air: _Air, body: Motion, through: Motion, time: float,
-) -> HullLoads:  # fmt: skip
-    """Return what water and wind do to a hull; with `_thrust` it is all that acts on it from outside.
-
-    `through` is its motion through the water, which is at rest in VRX's profiles, where `windage` may be None.
-    """
-    return HullLoads(
-        hydrostatics(hull, stations, waves, sea, body, time),
-        drag_on_hull(hull, through),
-        bias_on_hull(hull, through),
-        wind_on_hull(hull, windage, body, air),
-    )
-
-
-@kernel
-def motion_through_water(
-    hull: Record, body: Motion, waves: Waves, sea: Record, current: Table, state: Table, layers: Table, time: float
-) -> Motion:
-    """Return a hull's motion through water that moves and turns as the current and the waves do at `hull.link_com`."""
-    lever = rotate(body, hull.link_com[0], hull.link_com[1], hull.link_com[2])
-    x, y, z = body.x + lever[0], body.y + lever[1], body.z + lever[2]
-    east, north = current_velocity(current, state, layers, sea.level - z, time)
-    orbital = orbital_motion(waves, sea, x, y, z, time)
-    through = relative_motion(body, (east + orbital.u, north + orbital.v, orbital.w))
-    turning = orbital_turning(waves, sea, reach_of(hull, heading_of(body)), x, y, z, time)
-    return turned_with(through, turning, hull.link_com)
 
 
 @inlined_kernel
@@ -363,75 +214,12 @@ def _turn_by_added_mass(
 
 
 @inlined_kernel
-def _thrust(hull: Record, body: Motion, a: Views, work: VesselWork | None, air: _Air, time: float, dt: float) -> Wrench:
-    """Steer the hull's engines, rudders and sails and push with them; returns the wrench on the hull about `link_com`.
-
-    A hinged engine is pushed itself, and steered through its joint; the hull feels it through the hinge.
-    """
-    wrench = zero_wrench()
-    for k in range(hull.thruster_start, hull.thruster_start + hull.thruster_count):
-        thruster, own = a.thrusters[k], a.thruster_state[k]
-        target = angle_target(thruster, own, body, a.air, air)
-        if thruster.dof >= 0:
-            own.angle, own.rate = a.qpos[thruster.qpos], a.qvel[thruster.dof]
-            a.qfrc_applied[thruster.dof] = servo_torque(thruster, own.angle, own.rate, target, dt)
-        elif own.angle != target or own.rate != 0.0:
-            own.angle, own.rate = servo_step(thruster, own.angle, own.rate, target, dt)
-        if work is not None and thruster.measured >= 0:
-            update_propeller(
-                hull, thruster, own, a.propellers, a.propeller_points, a.propeller_state, work.columns, a.sea[0],
-                a.current, a.current_state, a.layers, body, time, dt,
-            )  # fmt: skip
-        else:
-            update_force(hull, thruster, own, a.thruster_state, a.sail_curves, body, a.air, air, time)
-        along = own.applied if thruster.mapping == SAIL else 0.0
-        if thruster.dof >= 0:
-            _apply(a.xfrc_applied, thruster.body, engine_wrench(thruster, body, own.thrust, own.angle, along))
-        else:
-            wrench = add(wrench, thruster_wrench(thruster, hull, body, own.thrust, own.angle, along))
-    return wrench
-
-
-@kernel
-def angle_target(thruster: Record, own: Record, body: Motion, profile: Table, air: _Air) -> float:
-    """Return the angle [rad] to which an engine, a rudder or a boom turns; `profile` is the wind's, over height."""
-    if thruster.mapping == SAIL:
-        flow = wind_on_sail(thruster, profile, air, body, own.angle)
-        return boom_target(thruster, flow, own.angle, own.angle_target)
-    return steering_target(thruster, own.angle_target)
-
-
-@kernel
-def update_force(
-    hull: Record, thruster: Record, own: Record, state: Table, curves: Table, body: Motion, profile: Table, air: _Air,
-    time: float,
-) -> None:  # fmt: skip
-    """Bring the force [N] of a thruster, rudder or sail up to date; a propeller's comes before its rudder's.
-
-    A propeller at rest pushes nothing, but in VRX's own profiles, where its curve may.
-    """
-    if thruster.mapping == RUDDER:
-        race = state[thruster.race].thrust if thruster.race >= 0 else 0.0
-        own.thrust = rudder_force(thruster, body, own.angle, race)
-        return
-    if thruster.mapping == SAIL:
-        flow = wind_on_sail(thruster, profile, air, body, own.angle)
-        own.applied, own.thrust = sail_force(thruster, curves, flow, own.angle)
-        return
-    command = effective_command(own, time)
-    if command != own.applied or own.fresh == 0:
-        at_rest = hull.profile == MARINE and command == 0.0
-        force = 0.0 if at_rest else thruster.gain * thrust_force(thruster, command)
-        own.applied, own.thrust, own.fresh = command, force, 1
-
-
-@inlined_kernel
 def _push_floats(
-    a: Views, work: VesselWork | None, waves: Waves, air: _Air, damping: FloatArray, time: float, dt: float
+    a: Views, work: VesselWork | None, waves: Waves, air: Air, damping: FloatArray, time: float, dt: float
 ) -> None:
     """Let water, wind and their own strength push all floating objects."""
     for i in range(a.floats.size):
-        _apply(a.xfrc_applied, a.floats[i].body, _floating(i, a, work, waves, air, damping[i], time, dt))
+        apply_wrench(a.xfrc_applied, a.floats[i].body, _floating(i, a, work, waves, air, damping[i], time, dt))
     if work is not None:
         for i in range(a.ropes.size):
             rope = a.ropes[i]
@@ -442,7 +230,7 @@ def _push_floats(
 
 @inlined_kernel
 def _push_links(
-    a: Views, work: VesselWork | None, waves: Waves, air: _Air, damping: FloatArray, time: float, dt: float
+    a: Views, work: VesselWork | None, waves: Waves, air: Air, damping: FloatArray, time: float, dt: float
 ) -> None:
     """Let water and wind push the links of objects that have joints; a row of `damping` after those of the floats."""
     for i in range(a.links.size):
@@ -455,11 +243,11 @@ def _push_links(
         if item.qpos >= 0:  # what the float of the same body does is already there
             _apply_more(a.xfrc_applied, item.body, add(load, found.wrench))
         else:
-            _apply(a.xfrc_applied, item.body, add(load, found.wrench))
+            apply_wrench(a.xfrc_applied, item.body, add(load, found.wrench))
 
 
 @inlined_kernel
-def _push_docks(a: Views, work: VesselWork | None, waves: Waves, air: _Air, time: float, dt: float) -> None:
+def _push_docks(a: Views, work: VesselWork | None, waves: Waves, air: Air, time: float, dt: float) -> None:
     """Let water and wind push the blocks of floating docks, and their moorings pull."""
     stream = None if work is None else current_velocity(a.current, a.current_state, a.layers, 0.0, time)
     for i in range(a.blocks.size):
@@ -467,7 +255,7 @@ def _push_docks(a: Views, work: VesselWork | None, waves: Waves, air: _Air, time
             i, a.blocks, a.raft_work, a.elements, a.element_state, a.block_state, waves, a.sea[0], stream, air,
             a.qpos, a.qvel, time, dt,
         )  # fmt: skip
-        _apply(a.xfrc_applied, a.blocks[i].body, wrench)
+        apply_wrench(a.xfrc_applied, a.blocks[i].body, wrench)
     for i in range(a.moorings.size):
         line = a.moorings[i]
         _apply_more(a.xfrc_applied, a.blocks[line.block].body, moor(line, a.blocks, a.raft_work, dt))
@@ -475,7 +263,7 @@ def _push_docks(a: Views, work: VesselWork | None, waves: Waves, air: _Air, time
 
 @expanded_kernel
 def _floating(
-    index: int, a: Views, work: VesselWork | None, waves: Waves, air: _Air, damping: FloatArray, time: float, dt: float
+    index: int, a: Views, work: VesselWork | None, waves: Waves, air: Air, damping: FloatArray, time: float, dt: float
 ) -> Wrench:
     """Wrench of water, wind and its own strength on what floats, about its centre of mass; zero on what is held."""
     item, state = a.floats[index], a.float_state[index]
@@ -508,14 +296,6 @@ def _flotation_of(
     height = surface_height(waves, a.sea[0], body.x, body.y, time)
     rise = water_rise(state, height, dt)
     return flotation(item, a.elements, None, body, height, rise, ahead, load)
-
-
-@kernel
-def _apply(xfrc_applied: FloatArray, body: int, wrench: Wrench) -> None:
-    """Write a wrench about a body's centre of mass into its row of `xfrc_applied`."""
-    row = xfrc_applied[body]
-    row[0], row[1], row[2] = wrench.fx, wrench.fy, wrench.fz
-    row[3], row[4], row[5] = wrench.tx, wrench.ty, wrench.tz
 
 
 @kernel

@@ -17,9 +17,9 @@ from vrx_mj.physics.kinematics import (
     water_pressure,
 )
 from vrx_mj.physics.motion import relative_motion
-from vrx_mj.physics.spectra import irregular_sea, jonswap, regular_wave, stokes_wave
 from vrx_mj.physics.tables import HULL
 from vrx_mj.physics.waves import surface_height
+from vrx_mj.spectra import irregular_sea, jonswap, regular_wave, stokes_wave
 
 STEP = 1e-5
 

@@ -15,8 +15,8 @@ from vrx_mj.physics.propeller import (
     propeller_step,
     update_propeller,
 )
-from vrx_mj.physics.spectra import irregular_sea, jonswap
 from vrx_mj.physics.tables import table
+from vrx_mj.spectra import irregular_sea, jonswap
 
 WAMV = ((0.3, 9.0), (0.4, 53.0), (0.5, 85.0), (0.6, 120.0), (0.7, 157.0), (0.8, 182.0), (0.9, 219.0), (1.0, 240.0))
 """Bollard pull of a WAM-V 16: Sarda et al., Ocean Engineering 127, 2016."""

@@ -6,6 +6,7 @@ import pytest
 from integration.sailing import same_bits, simulation
 from vrx_mj import Batch, Simulation, compile_world
 from vrx_mj.errors import CommandError
+from vrx_mj.spectra import SPECTRA
 
 OCEAN = {"model": "jonswap", "significant_height": 0.5, "peak_period": 4.0, "spreading": 10.0}
 POINT = {"x": 3.0, "y": -2.0, "z": -0.5, "t": 4.0}
@@ -114,3 +115,17 @@ def test_a_stokes_wave_has_high_crests_and_flat_troughs():
     heights = sea.height(np.linspace(0.0, 36.6, 4000), 0.0, 0.0)
     assert heights.max() == pytest.approx(0.5279, abs=1e-3)
     assert np.ptp(heights) == pytest.approx(1.0, abs=1e-3)
+
+
+@pytest.mark.parametrize("model", SPECTRA)
+def test_every_spectrum_has_its_height_and_the_phases_of_its_seed(model, tmp_path):
+    (tmp_path / "tank.csv").write_text("0.1 0\n0.25 2\n0.5 0\n", encoding="utf-8")
+    keys = {"tma": {"depth": 8.0}, "file": {"file": str(tmp_path / "tank.csv")}}.get(model, {})
+    sea = {"model": model, "significant_height": 0.5, "peak_period": 4.0, **keys}
+    batch = Batch(compile_world({"name": "bay", "sea": sea}), 2)
+    batch.reset(seed=5)
+    one, other = batch.waves(0), batch.waves(1)
+    assert 4.0 * np.sqrt((one["amplitude"] ** 2).sum() / 2.0) == pytest.approx(0.5)
+    assert abs(np.exp(1j * one["phase"]).mean()) < 0.5  # all 0 would give 1
+    assert not np.isclose(one["phase"], other["phase"]).any()
+    assert not np.isclose(batch.sea_height(np.zeros((2, 1)), np.zeros((2, 1))), one["amplitude"].sum()).any()

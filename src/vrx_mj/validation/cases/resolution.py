@@ -114,7 +114,7 @@ CASES = (
         source="Integrals of the spectrum. Each component has the mean frequency of its band, so m0 and m1 are exact, "
         "and m2 lacks the spread inside bands: order 2 where a spectrum ends, 0.5 for a tail of omega^-5 without end; "
         "this one ends at six times the peak's frequency.",
-        files=("physics/spectra.py",),
+        files=("spectra.py",),
         run=_components,
     ),
 )

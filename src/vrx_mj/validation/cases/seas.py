@@ -133,7 +133,7 @@ def _directions(found: list[tuple[float, FloatArray]]) -> Chart:
     return Chart("Share of the energy below a direction", "direction off the mean [degrees]", "share", tuple(series))
 
 
-_FILES = ("config/sea.py", "physics/spectra.py", "physics/waves.py")
+_FILES = ("config/sea.py", "spectra.py", "physics/waves.py")
 _SPECTRUM = "JONSWAP spectrum, gamma 3.3 (Hasselmann et al., 1973)"
 CASES = (
     Case(

@@ -7,7 +7,7 @@ from scipy.optimize import brentq
 
 from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.linear_waves import Site
-from vrx_mj.physics.spectra import stokes_wave
+from vrx_mj.spectra import stokes_wave
 from vrx_mj.validation.reference import rows, source
 from vrx_mj.validation.rows import Case, Findings, Row, near
 from vrx_mj.validation.setups import GRAVITY, marine_simulation
@@ -86,7 +86,7 @@ CASES = (
         setup="A world with a regular wave of 2 cm, in deep water and in two depths. The wavenumber is read off the "
         "surface: the arc cosine of its height at some distance from a crest over that at the crest.",
         source=source("airy"),
-        files=("linear_waves.py", "physics/spectra.py", "physics/waves.py"),
+        files=("linear_waves.py", "spectra.py", "physics/waves.py"),
         run=_airy,
     ),
     Case(
@@ -95,7 +95,7 @@ CASES = (
         setup="Worlds with a wave of model stokes5. The period is searched for at which our wave has the "
         "reference's length; crest and trough are heights of the simulated surface.",
         source=source("stokes5"),
-        files=("physics/spectra.py", "physics/waves.py"),
+        files=("spectra.py", "physics/waves.py"),
         run=_stokes5,
     ),
 )

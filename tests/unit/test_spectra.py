@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from vrx_mj.linear_waves import Site
-from vrx_mj.physics.spectra import (
+from vrx_mj.resources import root
+from vrx_mj.spectra import (
     band_frequencies,
     irregular_sea,
     jonswap,
@@ -18,7 +19,6 @@ from vrx_mj.physics.spectra import (
     tabulated,
     tma,
 )
-from vrx_mj.resources import root
 
 TABLES = root() / "assets" / "validation"
 

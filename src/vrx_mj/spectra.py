@@ -7,9 +7,9 @@ repeats. Numbers are made by scalar functions, which give the same bits on every
 
 import math
 from bisect import bisect_left
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import accumulate, pairwise
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from vrx_mj.linear_waves import DEEP, Site, wavenumber
 
@@ -84,6 +84,27 @@ def tabulated(frequencies: Sequence[float], densities: Sequence[float]) -> Spect
         return (1.0 - share) * given[1][after - 1] + share * given[1][after]
 
     return density
+
+
+class SpectrumKind(NamedTuple):
+    """A model of an irregular sea: waves of random phases, which add up to a spectrum."""
+
+    shape: Callable[..., Spectrum]
+    """Function of the angular frequency of the peak [rad/s], of a `Site`, and of the `keys` by name."""
+    keys: tuple[str, ...] = ()
+    """Attributes of `config.sea.SeaConfig` on which the shape depends."""
+
+
+SPECTRA: Mapping[str, SpectrumKind] = {
+    "jonswap": SpectrumKind(lambda peak, _site, gamma: jonswap(peak, gamma), ("gamma",)),
+    "pm": SpectrumKind(lambda peak, _site: pierson_moskowitz(peak)),
+    "tma": SpectrumKind(tma, ("gamma",)),
+    "file": SpectrumKind(
+        lambda _peak, _site, spectrum: tabulated([2.0 * math.pi * f for f in spectrum.frequencies], spectrum.densities),
+        ("spectrum",),
+    ),
+}
+"""All spectra by the name that world files give them."""
 
 
 def _quantiles(edges: Sequence[float], masses: Sequence[float], shares: Sequence[float]) -> list[float]:
@@ -308,3 +329,16 @@ def stokes_wave(height: float, period: float, direction: Sequence[float], site: 
         orbital = scale * order * _product(velocity, powers) * math.cosh(order * kh)
         rows.append(Component(amplitude, order * k, order * omega, towards, orbital))
     return rows
+
+
+REGULAR: Mapping[str, Callable[[float, float, tuple[float, float], Site], list[Component]]] = {
+    "regular": regular_wave,
+    "stokes5": stokes_wave,
+}
+"""Models of one wave, as functions of height, period, direction and site."""
+VRX_SEAS = ("pms", "cwr")
+"""Models of VRX's wave fields: `physics.waves`."""
+if TYPE_CHECKING:
+    SeaModel = str
+else:
+    SeaModel = Literal[(*VRX_SEAS, "none", *SPECTRA, *REGULAR)]

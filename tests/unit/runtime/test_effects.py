@@ -1,0 +1,49 @@
+"""The list of effects: on every kind of hull, `Simulation.forces` and the loop have all of it, and no more."""
+
+from collections import Counter
+
+import pytest
+
+import vrx_mj
+from vrx_mj.runtime.effects import EFFECTS, Hulls
+
+KINDS = {
+    "vrx": ("vrx", "wamv", Hulls.STATIONS),
+    "vrx3": ("vrx3", "wamv", Hulls.STATIONS),
+    "marine, stations": ("marine", "skiff", Hulls.STATIONS),
+    "marine, mesh": ("marine", "wamv", Hulls.VESSELS),
+    "marine, panels of Capytaine": ("marine", "barge_4m", Hulls.VESSELS),
+}
+"""Profile and robot of a hull of every kind."""
+
+
+def simulation(profile, robot):
+    wind = {"mean_velocity": 6.0, "direction": 40.0, "objects": [{"model": robot, "coefficients": [0.5, 0.5, 0.33]}]}
+    world = {"name": "bay", "physics": {"profile": profile}, "sea": {"model": "none"}, "wind": wind}
+    return vrx_mj.Simulation(vrx_mj.compile_world(world | {"spawn": {"robot": robot}}))
+
+
+@pytest.mark.filterwarnings("ignore::vrx_mj.errors.VrxWarning")
+@pytest.mark.parametrize("kind", KINDS)
+def test_forces_are_the_effects_on_the_hull_and_add_up_to_what_the_loop_applies(kind):
+    """Added mass has no force on a boat that does not turn, in calm water, but for its own acceleration."""
+    profile, robot, hulls = KINDS[kind]
+    sim = simulation(profile, robot)
+    (boat,) = sim.boats
+    sim.step(duration=1.0)
+    sim.set_boat(boat, velocity=(1.5, 0.3, 0.0, 0.0, 0.0, 0.0))
+    before, forces = sim.get_state(), sim.forces(boat)
+    assert sim.get_state().sha256 == before.sha256
+    named = {effect.name for effect in EFFECTS if effect.hulls & hulls} - {"added_mass_bias"}
+    assert named <= set(forces) <= named | {"gravity", "thrust", "contact", "rudder", "sail"}
+    sim.advance(1)
+    applied = sim.data.xfrc_applied[sim.model.body(f"{boat}/base_link").id, :3]
+    acting = sum(wrench[:3] for name, wrench in forces.items() if name not in ("gravity", "contact"))
+    assert acting == pytest.approx(applied, rel=1e-9, abs=1e-6)
+    assert all(abs(forces[name][:3]).max() > 1.0 for name in ("hydrostatics", "drag", "wind"))
+
+
+def test_no_hull_has_two_effects_of_one_name():
+    for kind in (Hulls.STATIONS, Hulls.VESSELS):
+        names = Counter(effect.name for effect in EFFECTS if effect.hulls & kind)
+        assert set(names.values()) == {1}
