@@ -123,7 +123,7 @@ def _task(world: Parameters, task: tasks.Task) -> Iterator[str]:
         if name not in still:
             yield f"task.fixed: '{name}' is not an object or dock that never moves"
     known = moving | set(task.fixed)
-    for place, name in _watched(task):
+    for place, name in _targets(task):
         if name not in known:
             yield f"task.{place}: there is no object or dock '{name}'"
     if isinstance(task, tasks.Dock):
@@ -135,7 +135,7 @@ def _task(world: Parameters, task: tasks.Task) -> Iterator[str]:
             yield f"task.light_buoy: there is no light '{task.light_buoy}'"
 
 
-def _watched(task: tasks.Task) -> Iterator[tuple[str, str]]:
+def _targets(task: tasks.Task) -> Iterator[tuple[str, str]]:
     """Places and names of what a task looks at."""
     channel = task.channel if isinstance(task, tasks.Gymkhana) else task
     for number, gate in enumerate(getattr(channel, "gates", ())):
