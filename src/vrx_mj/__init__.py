@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from vrx_mj.errors import VrxError, VrxWarning
     from vrx_mj.mjcf.compile import compile_world
+    from vrx_mj.mjcf.parameters import parameters
     from vrx_mj.mjcf.world import World
+    from vrx_mj.model.numbers import Number
     from vrx_mj.recording import compare, read, read_record, record, resume
     from vrx_mj.recording.notebook import progress, show
     from vrx_mj.runtime.batch import Batch
@@ -32,6 +34,7 @@ _HOMES = {
     "Fix": "sensors.readings",
     "Image": "sensors.readings",
     "Inertia": "sensors.readings",
+    "Number": "model.numbers",
     "PointCloud": "sensors.readings",
     "Reading": "sensors.readings",
     "Scan": "sensors.readings",
@@ -43,6 +46,7 @@ _HOMES = {
     "World": "mjcf.world",
     "compare": "recording",
     "compile_world": "mjcf.compile",
+    "parameters": "mjcf.parameters",
     "progress": "recording.notebook",
     "read": "recording",
     "read_record": "recording",
@@ -58,6 +62,7 @@ __all__ = [
     "Fix",
     "Image",
     "Inertia",
+    "Number",
     "PointCloud",
     "Reading",
     "Scan",
@@ -69,6 +74,7 @@ __all__ = [
     "World",
     "compare",
     "compile_world",
+    "parameters",
     "progress",
     "read",
     "read_record",

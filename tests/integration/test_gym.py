@@ -8,7 +8,7 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 import vrx_mj.rl
 from vrx_mj.mjcf.compile import compile_world
-from vrx_mj.physics.tables import WAVE
+from vrx_mj.model.tables import WAVE
 from vrx_mj.rl import Env, VectorEnv
 from vrx_mj.rl.picture import Picture
 from vrx_mj.rl.problem import open_water

@@ -178,12 +178,19 @@ def field_docstrings(model: type[Config]) -> dict[str, str]:
     """
     found: dict[str, str] = {}
     for owner in (base for base in reversed(model.__mro__) if issubclass(base, Config)):
-        (definition,) = ast.parse(inspect.getsource(owner)).body
-        assert isinstance(definition, ast.ClassDef), "a model is a class of a module"
-        for field, text in itertools.pairwise(definition.body):
-            match field, text:
-                case ast.AnnAssign(target=ast.Name(id=name)), ast.Expr(value=ast.Constant(value=str(docstring))):
-                    found[name] = inspect.cleandoc(docstring)
+        found |= own_docstrings(owner)
+    return found
+
+
+def own_docstrings(owner: type) -> dict[str, str]:
+    """The docstrings under the fields that a class itself declares."""
+    (definition,) = ast.parse(inspect.getsource(owner)).body
+    assert isinstance(definition, ast.ClassDef), "a model is a class of a module"
+    found: dict[str, str] = {}
+    for field, text in itertools.pairwise(definition.body):
+        match field, text:
+            case ast.AnnAssign(target=ast.Name(id=name)), ast.Expr(value=ast.Constant(value=str(docstring))):
+                found[name] = inspect.cleandoc(docstring)
     return found
 
 

@@ -45,7 +45,7 @@ class Propeller(Protocol):
 
     @property
     def max_reverse(self) -> float:
-        """Largest force astern [N]."""
+        """Largest force astern [N], at most 0."""
 
     def command(self, force: float) -> float:
         """The command that gives a force [N]."""
@@ -148,10 +148,10 @@ def _within(force: Sequence[float], thruster: Propeller) -> bool:
     """Whether a thruster can give a force [N] along its line, or along and across it."""
     slack = 1e-9
     if len(force) == 1:
-        return -thruster.max_reverse - slack <= force[0] <= thruster.max_forward + slack
+        return thruster.max_reverse - slack <= force[0] <= thruster.max_forward + slack
     angle, along = _angle_and_force(force[0], force[1], thruster.max_angle)
     in_reach = abs(angle) <= thruster.max_angle + slack
-    return in_reach and -thruster.max_reverse - slack <= along <= thruster.max_forward + slack
+    return in_reach and thruster.max_reverse - slack <= along <= thruster.max_forward + slack
 
 
 def _angle_and_force(along: float, across: float, reach: float) -> tuple[float, float]:

@@ -244,7 +244,7 @@ class Course:
 
     def __init__(self, thrusters: Mapping[str, Propeller], craft: Craft, allocation: Allocation) -> None:
         self._craft, self._allocation = craft, allocation
-        plenty = 2.0 * sum(thruster.max_forward + thruster.max_reverse for thruster in thrusters.values())
+        plenty = 2.0 * sum(thruster.max_forward - thruster.max_reverse for thruster in thrusters.values())
         self._full = allocation(plenty, 0.0, 0.0).surge
         turning = allocation(0.0, 0.0, plenty * craft.length).yaw
         self._by_rudder = bool(craft.rudders) and turning < 1e-6 * plenty

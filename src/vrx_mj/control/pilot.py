@@ -126,10 +126,10 @@ class Pilot:
 def _ahead(thruster: Propeller) -> float:
     """What a thruster pushes the boat ahead with [N]."""
     cos = thruster.direction[0]
-    return cos * (thruster.max_forward if cos > 0.0 else -thruster.max_reverse)
+    return cos * (thruster.max_forward if cos > 0.0 else thruster.max_reverse)
 
 
 def _astern(thruster: Propeller) -> float:
     """What a thruster pushes the boat astern with [N]."""
     cos = thruster.direction[0]
-    return cos * (thruster.max_reverse if cos > 0.0 else -thruster.max_forward)
+    return -cos * (thruster.max_reverse if cos > 0.0 else thruster.max_forward)

@@ -38,6 +38,7 @@ from vrx_mj.mjcf.terrain import shoreline, terrain_piece
 from vrx_mj.mjcf.wind import air_parameters, newcomer_wind, own_load, warn_if_unmoved, warn_if_unpushed, wind_parameters
 from vrx_mj.mjcf.world import World, joined_world
 from vrx_mj.model.boats import Spawn
+from vrx_mj.model.numbers import with_numbers
 from vrx_mj.model.site import Georeference
 from vrx_mj.model.tasks import Goal, Task, parts_of
 from vrx_mj.model.world import FORMAT, Parameters, checked_parameters, tree_of
@@ -56,6 +57,7 @@ def compile_world(
     seed: int | None = None,
     nudge: bool = False,
     arguments: Mapping[str, str] | None = None,
+    parameters: Mapping[str, float] | None = None,
 ) -> World:
     """Compile a world with a fleet to MJCF and parameters.
 
@@ -69,23 +71,29 @@ def compile_world(
         nudge: whether boats that would start on land, on a dock or on another boat are moved to the nearest free
             place, each with a warning.
         arguments: arguments of the launch file, or of the xacro of the world.
+        parameters: values of numbers of the compiled world by name, as `vrx_mj.parameters` lists them; the saved world
+            has them, and boats that join later do not.
 
     Raises:
         ConfigError: a file is invalid; the error lists every mistake with file, line and key.
         CompileError: MuJoCo cannot compile what the files describe.
         ChoiceError: a folder has several launch files that open a world, or several worlds.
-        CommandError: the seed is not a whole number from 0 to 2^63 - 1, or another argument is of no such kind.
+        CommandError: the seed is not a whole number from 0 to 2^63 - 1, another argument is of no such kind, or a
+            value of `parameters` is not a number in its range.
+        UnknownNameError: the world has no number of a name in `parameters`.
     """
     own = None if seed is None else as_seed(seed)
     given = {} if arguments is None else arguments
     check_kind("arguments", given, Mapping, "a mapping of text, as {'name': 'value'}")
+    numbers = {} if parameters is None else parameters
+    check_kind("parameters", numbers, Mapping, "a mapping of numbers, as {'wind.mean': 5.0}")
     nudged = as_flag("nudge", nudge)
     with budget():
         if opened := opener(world, given):
             world, fleet = opened(world, fleet, given)
         config = load_world(world)
         assembly = _Assembly(config, load_fleet(fleet, config), nudge=nudged)
-        return assembly.world(config.seed if own is None else own)
+        return assembly.world(config.seed if own is None else own, numbers)
 
 
 class _Assembly:
@@ -109,7 +117,7 @@ class _Assembly:
         self.task: Task | None = None
         self.touches: list[Touch] = []
 
-    def world(self, seed: int) -> World:
+    def world(self, seed: int, numbers: Mapping[str, float]) -> World:
         for note in ros_names_note("boat", (boat.name for boat in self.boats)):
             warnings.warn(note, VrxWarning, stacklevel=3)
         check_docks(self.config, self.docks)
@@ -127,6 +135,8 @@ class _Assembly:
         for ball in self.balls:
             self._add_object(ball, asleep=True)
         self._add_task()
+        parameters = with_numbers(self._parameters(seed), numbers)
+        self.sea = parameters.sea
         pieces = self._pieces()
         try:
             pieces.first_of_each_kind().spec().compile()
@@ -136,7 +146,7 @@ class _Assembly:
             except ValueError as error:
                 raise CompileError(f"MuJoCo cannot compile the {self._name()}: {error}") from error
         try:
-            return joined_world(pieces, checked_parameters(self._parameters(seed)))
+            return joined_world(pieces, checked_parameters(parameters))
         except ValidationError as error:
             raise CompileError(f"invalid {self._name()}: {fault_text(error)}") from None
 

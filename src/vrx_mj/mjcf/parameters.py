@@ -5,13 +5,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any, Literal
 
+from vrx_mj.arguments import check_kind
 from vrx_mj.config.current import CurrentConfig, TideConfig
 from vrx_mj.config.sea import SeaConfig
 from vrx_mj.config.world import PhysicsConfig
 from vrx_mj.linear_waves import Site
+from vrx_mj.mjcf.world import World
 from vrx_mj.model.afloat import Block, Element, Float, Follower, Mooring, PathPoint, Rope
 from vrx_mj.model.boats import Boat, Hull, Sensor, Station, Thruster
 from vrx_mj.model.kinds import ProfileCode
+from vrx_mj.model.numbers import Number, numbers_of
 from vrx_mj.model.site import Dock, Light, Object, Placard
 from vrx_mj.model.water import Current, Layer, Sea, Wave
 from vrx_mj.model.world import Parameters
@@ -101,6 +104,20 @@ def current_parameters(current: CurrentConfig | None) -> Current | None:
         seed=current.seed,
         layers=tuple(Layer(depth=depth, share=share) for depth, share in current.profile),
     )
+
+
+def parameters(world: World) -> dict[str, Number]:
+    """List the numbers of a compiled world: its sea, current, wind and moorings, and its boats, by name.
+
+    A name is the path of a field: `wind.mean`, `wamv.hull.drag_linear.surge`, `wamv.thrusters.left.max_forward`. What
+    follows from other numbers, or belongs to the MJCF, as masses and places of joints do, is not among them.
+    `compile_world(..., parameters={name: value})` sets them.
+
+    Raises:
+        CommandError: it is not a compiled world.
+    """
+    check_kind("parameters", world, World, "a compiled world, as compile_world returns it")
+    return numbers_of(world.parameters)
 
 
 @dataclass(frozen=True)

@@ -19,8 +19,10 @@ from vrx_mj.model.kinds import (
     Row,
     Six,
     Text,
+    UnitVector,
     Vec2,
     Vec3,
+    WindForce,
 )
 
 
@@ -49,8 +51,8 @@ class Float:
     """Drag torque over mass, squared size and angular velocity [1/s]."""
     profile: ProfileCode
     """Whose list of effects acts: 0 for VRX classic's, 1 for VRX 3's."""
-    wind: Vec3
-    """Wind coefficients: x, y [N s2/m2], turning [N m s2/m2]."""
+    wind: WindForce
+    """Wind coefficients along x and y, and of turning [N s2/m2, N m s2/m2]."""
     element_start: Row
     """First of its elements."""
     element_count: Count
@@ -93,7 +95,7 @@ class Block:
     """Place of its frame in that of the one it hangs on [m]."""
     anchor: Vec3
     """Place of the hinge [m], body axes."""
-    axis: Vec3
+    axis: UnitVector
     """Axis of the hinge, unit vector, body axes."""
     offset: Vec3
     """Place of its middle [m], body axes."""
@@ -113,8 +115,8 @@ class Block:
     """First of its elements."""
     element_count: Count
     """Number of its elements."""
-    wind: Vec3
-    """Wind coefficients: x, y [N s2/m2], turning [N m s2/m2]."""
+    wind: WindForce
+    """Wind coefficients along x and y, and of turning [N s2/m2, N m s2/m2]."""
 
 
 @dataclass(frozen=True, kw_only=True)

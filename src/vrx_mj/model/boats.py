@@ -14,6 +14,7 @@ from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.model.kinds import (
     LEFT_OUT,
     STRICT,
+    TIED,
     Angle,
     Coefficient,
     Count,
@@ -24,6 +25,7 @@ from vrx_mj.model.kinds import (
     Name,
     NonNegative,
     NonPositive,
+    Parts,
     Pose,
     Positive,
     ProfileCode,
@@ -33,13 +35,23 @@ from vrx_mj.model.kinds import (
     Six,
     SixBySix,
     Text,
+    UnitVector,
+    Unless,
     Vec3,
+    WindForce,
 )
 
 MOST_TRIANGLES = 5000
 """Of a hull's mesh."""
-NEWTONS, SAIL = 3, 4
+RUDDER, NEWTONS, SAIL = 2, 3, 4
 """Values of `Thruster.mapping`, as in `physics.tables`."""
+
+
+_WindPoint = Annotated[tuple[Angle, Real, Real, Real], Parts("angle", "surge", "sway", "yaw")]
+_Blendermann = Annotated[
+    tuple[Positive, Positive, Positive, NonNegative, Positive],
+    Parts("cd_t", "cd_l_ahead", "cd_l_astern", "delta", "kappa"),
+]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,12 +69,12 @@ class Windage:
     """Height of the lateral area's centre over the link's origin [m]."""
     offset: Real
     """Distance of that centre ahead of the link's origin [m]."""
-    coefficients: Vec3 | None = None
-    """Coefficients of -cos, sin and sin 2 of the angle."""
-    curve: Annotated[tuple[tuple[Angle, Real, Real, Real], ...], Field(max_length=1000)] = ()
-    """Angles [rad] and coefficients of surge, sway and yaw."""
-    vessel: tuple[Positive, Positive, Positive, NonNegative, Positive] | None = None
-    """Blendermann's parameters CD_t, CD_l,AF from ahead and from astern, delta and kappa."""
+    coefficients: WindForce | None = None
+    """Coefficients of -cos, sin and sin 2 of the angle [1]."""
+    curve: Annotated[tuple[_WindPoint, ...], Field(max_length=1000)] = ()
+    """Angles, and coefficients of surge, sway and yaw there [rad, 1, 1, 1]."""
+    vessel: _Blendermann | None = None
+    """Blendermann's parameters: CD_t, CD_l,AF from ahead and from astern, delta and kappa [1]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,7 +83,7 @@ class Strip:
 
     __pydantic_config__ = STRICT
     x: Real
-    """Of its middle [m]."""
+    """Place of its middle, ahead of the link's origin [m]."""
     z: Real
     """Height at which its force acts [m]."""
     drag: NonNegative
@@ -87,12 +99,12 @@ class Memory:
     __pydantic_config__ = STRICT
     motion: Annotated[int, Field(ge=0, le=5)]
     """The motion: 0 to 5 for surge, sway, heave, roll, pitch, yaw."""
-    pole: tuple[Annotated[float, Field(lt=0.0, ge=-1e6)], Coefficient]
+    pole: Annotated[tuple[Annotated[float, Field(lt=0.0, ge=-1e6)], Coefficient], Parts("real", "imaginary")]
     """Pole, real part below 0 and imaginary part [1/s]."""
     residue: Six
     """Real part of the force against the hull per memory [N/m, N, N m]."""
     residue_imaginary: Six
-    """Imaginary part of that."""
+    """Imaginary part of the force against the hull per memory [N/m, N, N m]."""
 
 
 Forces = tuple[Real, Real, Real, Real, Real, Real, Real, Real, Real, Real, Real, Real]
@@ -104,8 +116,8 @@ class Diffraction:
 
     __pydantic_config__ = STRICT
     step: Positive
-    """Between frequencies, of which the first is 0 [rad/s]."""
-    forces: Annotated[tuple[Annotated[tuple[Forces, ...], Field(max_length=360)], ...], Field(max_length=501)]
+    """Step between frequencies, of which the first is 0 [rad/s]."""
+    forces: Annotated[tuple[Annotated[tuple[Forces, ...], Field(max_length=360)], ...], Field(max_length=501), TIED]
     """By frequency, by angle toward which waves travel, even over the circle from the bow on.
 
     Real parts, then imaginary ones, per metre of amplitude [N/m, N]."""
@@ -128,19 +140,19 @@ class Vessel:
     """Quadratic damping [N s2/m2, N m s2]."""
     point: Vec3
     """Point whose velocity the quadratic damping acts on [m]."""
-    vertices: Annotated[tuple[Vec3, ...], Field(max_length=MOST_TRIANGLES)] = ()
+    vertices: Annotated[tuple[Vec3, ...], Field(max_length=MOST_TRIANGLES), TIED] = ()
     """Points of the mesh [m]."""
     triangles: Annotated[tuple[tuple[Row, Row, Row], ...], Field(max_length=MOST_TRIANGLES)] = ()
     """Its triangles, counter-clockwise from outside."""
-    restoring: SixBySix = ((0.0,) * 6,) * 6
+    restoring: Annotated[SixBySix, Unless("is_mesh")] = ((0.0,) * 6,) * 6
     """Stiffness at rest [N/m, N, N m]."""
     displacement: NonNegative = 0.0
     """Mass of the water that it displaces at rest [kg]; with a matrix, it is at `waterline` then."""
-    waterline: Real = 0.0
-    """Height of the water then [m]."""
+    waterline: Annotated[Real, Unless("is_mesh")] = 0.0
+    """Height of the water at rest over the link's origin, with a matrix [m]."""
     buoyancy: Vec3
     """Centre of buoyancy at rest, where the water's motion counts [m]; with a matrix, where that mass is carried."""
-    spread: tuple[NonNegative, NonNegative]
+    spread: Annotated[tuple[NonNegative, NonNegative], Parts("along", "across")]
     """Second moments of the waterplane over its area, about its middle, along and across [m2]."""
     strips: Annotated[tuple[Strip, ...], Field(max_length=MOST_STRIPS + MOST_SKEGS)] = field(
         default=(), metadata=LEFT_OUT
@@ -150,6 +162,11 @@ class Vessel:
     """Memory of the waves that it makes."""
     diffraction: Diffraction | None = field(default=None, metadata=LEFT_OUT)
     """Forces of the waves that it scatters; None: it feels the water's motion with its added mass and memory."""
+
+    @property
+    def is_mesh(self) -> bool:
+        """Whether pressure on a mesh carries it, not a stiffness."""
+        return self.hydrostatics == 0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -161,29 +178,29 @@ class Hull:
     """Name of the MJCF's body."""
     joint: Text
     """Name of its free joint."""
-    density: NonNegative
+    density: Annotated[NonNegative, Unless("vessel")]
     """Density of the water [kg/m3]."""
     level: Real
     """Height of the mean surface above the sea's own level [m]."""
-    added_mass: Six
-    """Added mass: surge, sway, heave [kg], roll, pitch, yaw [kg m2]."""
-    drag_linear: Six
-    """Linear drag [N s/m] x 3, [N m s] x 3."""
-    drag_quadratic: Six
-    """Quadratic drag [N s2/m2] x 3, [N m s2] x 3."""
+    added_mass: Annotated[Six, Unless("vessel")]
+    """Added mass and added inertia [kg, kg m2]."""
+    drag_linear: Annotated[Six, Unless("vessel")]
+    """Linear drag [N s/m, N m s]."""
+    drag_quadratic: Annotated[Six, Unless("vessel")]
+    """Quadratic drag [N s2/m2, N m s2]."""
     link_com: Vec3
     """Centre of mass of VRX's base link [m]."""
-    body_com: Vec3
+    body_com: Annotated[Vec3, TIED]
     """Centre of mass of the MJCF's body [m]."""
-    mass: Positive
+    mass: Annotated[Positive, TIED]
     """Mass of the MJCF's body [kg]."""
-    wind: Vec3
-    """Wind coefficients: x, y [N s2/m2], turning [N m s2/m2]."""
+    wind: Annotated[WindForce, Unless("windage")]
+    """Wind coefficients along x and y, and of turning [N s2/m2, N m s2/m2]."""
     thruster_count: Count
     """Number of its thrusters."""
     profile: ProfileCode
     """Whose list of effects acts: 0 for VRX classic's, 1 for VRX 3's."""
-    gravity: NonNegative
+    gravity: Annotated[NonNegative, Unless("vessel")]
     """Gravity that acts on displaced water [m/s2]."""
     station_start: Row
     """First of its stations."""
@@ -210,15 +227,16 @@ class Station:
     """Length of the piece [m]."""
 
 
+ThrustPoint = Annotated[tuple[Annotated[float, Field(ge=-1.0, le=1.0)], Real], Parts("command", "thrust")]
+
+
 @dataclass(frozen=True, kw_only=True)
 class Propeller:
     """A propeller whose thrust was measured, in profile `marine`."""
 
     __pydantic_config__ = STRICT
-    thrust: Annotated[
-        tuple[tuple[Annotated[float, Field(ge=-1.0, le=1.0)], Real], ...], Field(min_length=2, max_length=1000)
-    ]
-    """Rising commands, and the thrust at rest that each gives [N]."""
+    thrust: Annotated[tuple[ThrustPoint, ...], Field(min_length=2, max_length=1000)]
+    """Rising commands, and the thrust at rest that each gives [1, N]."""
     diameter: Positive
     """Diameter [m]."""
     vanishing_speed: Positive | None
@@ -226,7 +244,7 @@ class Propeller:
     time_constant: NonNegative
     """Time constant of thrust at rest [s]."""
     dead_zone: Share
-    """Commands up to this, either way, give no thrust."""
+    """Size of command up to which there is no thrust [1]."""
     power: NonNegative
     """Electric power at full thrust at rest [W]."""
 
@@ -241,13 +259,16 @@ class Propeller:
         return min(0.0, *(thrust for _, thrust in self.thrust))
 
 
+SailPoint = Annotated[tuple[Annotated[float, Field(ge=0.0, le=math.pi)], Real, Real], Parts("angle", "lift", "drag")]
+
+
 @dataclass(frozen=True, kw_only=True)
 class Sail:
     """What the wind does to a sail."""
 
     __pydantic_config__ = STRICT
-    curve: Annotated[tuple[tuple[Annotated[float, Field(ge=0.0, le=math.pi)], Real, Real], ...], Field(min_length=2)]
-    """Rising angles between the apparent wind and the chord [rad], from 0 to pi, with coefficients of lift and drag."""
+    curve: Annotated[tuple[SailPoint, ...], Field(min_length=2)]
+    """Rising angles between the apparent wind and the chord, and coefficients of lift and drag there [rad, 1, 1]."""
     sheet: bool
     """Whether a sheet lets the boom to lee by the angle of the command; else it goes to that angle."""
 
@@ -265,25 +286,25 @@ class Thruster:
     """Name of the MJCF's body that it pushes."""
     joint: Text | None
     """Name of its hinge; None if it is fixed to the hull."""
-    position: Vec3
+    position: Annotated[Vec3, TIED]
     """Place of the hinge [m], hull axes."""
     rotation: Matrix
     """Axes of the engine at zero steering in hull axes."""
     propeller: Vec3
     """Where the force acts [m], engine axes from the hinge."""
-    direction: Vec3
+    direction: UnitVector
     """Direction of the force, unit vector, engine axes."""
-    body_com: Vec3
+    body_com: Annotated[Vec3, TIED]
     """Centre of mass of `body` [m], that body's axes."""
-    inertia: Positive
+    inertia: Annotated[Positive, TIED]
     """Inertia about the hinge [kg m2]."""
     mapping: Literal[0, 1, 2, 3, 4]
     """From command to force: linear, generalised logistic, rudder, newtons, or sail."""
-    max_command: Real
-    """Largest command."""
-    max_forward: NonNegative
+    max_command: Annotated[Real, Unless("is_blade")]
+    """Largest command [1]; with commands in newtons, that in [N]."""
+    max_forward: Annotated[NonNegative, Unless("is_blade", "measured")]
     """Force of full power ahead [N]."""
-    max_reverse: NonPositive
+    max_reverse: Annotated[NonPositive, Unless("is_blade", "measured")]
     """Force of full power astern [N], at most 0."""
     timeout: Real
     """Time for which a command holds [s]; for ever unless above 0."""
@@ -297,22 +318,37 @@ class Thruster:
     """Largest torque of the servo [N m]."""
     velocity: NonNegative
     """Largest rate of the servo [rad/s]."""
-    area: NonNegative
+    area: Annotated[NonNegative, Unless("is_propeller")]
     """Area of a rudder's blade or a sail [m2]."""
-    slope: NonNegative
-    """Slope of a rudder's normal force over the sine of its angle of attack."""
-    density: NonNegative
+    slope: Annotated[NonNegative, Unless("is_propeller", "sail")]
+    """Slope of a rudder's normal force over the sine of its angle of attack [1]."""
+    density: Annotated[NonNegative, Unless("is_propeller")]
     """Density of the water at a rudder, or of the air at a sail [kg/m3]."""
     race: Index
     """Thruster in whose race a rudder is, or -1."""
-    race_area: NonNegative
+    race_area: Annotated[NonNegative, Unless("has_no_race")]
     """Area of that propeller's disc [m2]."""
-    race_share: Share
-    """Share of the blade that the race covers."""
+    race_share: Annotated[Share, Unless("has_no_race")]
+    """Share of the blade that the race covers [1]."""
     measured: Propeller | None = field(default=None, metadata=LEFT_OUT)
     """Its propeller in profile `marine`, instead of `mapping`."""
     sail: Sail | None = field(default=None, metadata=LEFT_OUT)
     """Its sail, where `mapping` is that of one."""
+
+    @property
+    def is_blade(self) -> bool:
+        """Whether it is a rudder or a sail, which takes an angle alone."""
+        return self.mapping in (RUDDER, SAIL)
+
+    @property
+    def is_propeller(self) -> bool:
+        """Whether it pushes by itself."""
+        return not self.is_blade
+
+    @property
+    def has_no_race(self) -> bool:
+        """Whether no propeller's race reaches it."""
+        return self.race < 0
 
     @property
     def in_newtons(self) -> bool:
@@ -373,6 +409,9 @@ class AutopilotChannel:
     """How far from the trim a pulse still commands nothing [us]."""
 
 
+_VoltagePoint = Annotated[tuple[Share, Positive], Parts("charge", "voltage")]
+
+
 @dataclass(frozen=True, kw_only=True)
 class Battery:
     """What the propellers of a boat run on."""
@@ -380,8 +419,8 @@ class Battery:
     __pydantic_config__ = STRICT
     capacity: Positive
     """Charge [A h]."""
-    voltage: Annotated[tuple[tuple[Share, Positive], ...], Field(min_length=2, max_length=100)]
-    """Shares of the charge that are left, from 0 to 1, with the voltage at rest [V]."""
+    voltage: Annotated[tuple[_VoltagePoint, ...], Field(min_length=2, max_length=100)]
+    """Shares of the charge that are left, from 0 to 1, with the voltage at rest [1, V]."""
     resistance: NonNegative
     """Resistance within [ohm]."""
 

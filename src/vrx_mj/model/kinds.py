@@ -1,6 +1,7 @@
 """Kinds of values that a compiled world is made of; what is outside them is damage."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, ConfigDict, Field, StringConstraints
@@ -16,6 +17,32 @@ LEFT_OUT: Mapping[str, bool] = {"left_out": True}
 def late(rank: int) -> Mapping[str, int]:
     """Metadata of a field that JSON has after all those of a lower rank, which is 0 for most."""
     return {"rank": rank}
+
+
+@dataclass(frozen=True)
+class Parts:
+    """Names of the numbers of a tuple, which are columns of its table and the ends of parameters' names."""
+
+    names: tuple[str, ...]
+
+    def __init__(self, *names: str) -> None:
+        object.__setattr__(self, "names", names)
+
+
+TIED = object()
+"""Mark of what is no parameter by itself: other numbers of the world, or its MJCF, belong to it."""
+HEADING = object()
+"""Mark of a unit vector along x and y, whose parameter is its direction [rad], counter-clockwise from x."""
+
+
+@dataclass(frozen=True)
+class Unless:
+    """Mark of a field that does nothing where one of these attributes of its row is true."""
+
+    names: tuple[str, ...]
+
+    def __init__(self, *names: str) -> None:
+        object.__setattr__(self, "names", names)
 
 
 _Triple = tuple[float, float, float]
@@ -52,12 +79,15 @@ Share = Annotated[float, Field(ge=0.0, le=1.0)]
 Angle = Annotated[float, Field(ge=-1e6, le=1e6)]
 Degrees = Annotated[float, Field(ge=-1e6, le=1e6)]
 Coefficient = Annotated[float, Field(ge=-1e6, le=1e6)]
-Vec2 = tuple[Real, Real]
-Vec3 = tuple[Real, Real, Real]
-Six = tuple[Real, Real, Real, Real, Real, Real]
-SixBySix = tuple[Six, Six, Six, Six, Six, Six]
-"""Rows: surge, sway, heave, roll, pitch, yaw."""
-Matrix = Annotated[tuple[Vec3, Vec3, Vec3], AfterValidator(_rotation)]
+Vec2 = Annotated[tuple[Real, Real], Parts("x", "y")]
+Vec3 = Annotated[tuple[Real, Real, Real], Parts("x", "y", "z")]
+Heading = Annotated[tuple[Real, Real], HEADING]
+UnitVector = Annotated[tuple[Real, Real, Real], TIED]
+WindForce = Annotated[tuple[Real, Real, Real], Parts("x", "y", "yaw")]
+_MOTIONS = Parts("surge", "sway", "heave", "roll", "pitch", "yaw")
+Six = Annotated[tuple[Real, Real, Real, Real, Real, Real], _MOTIONS]
+SixBySix = Annotated[tuple[Six, Six, Six, Six, Six, Six], _MOTIONS]
+Matrix = Annotated[tuple[Vec3, Vec3, Vec3], AfterValidator(_rotation), TIED]
 """A rotation, row by row."""
 Pose = tuple[Real, Real, Real, Angle, Angle, Angle]
 """x, y, z [m], roll, pitch, yaw [rad]."""

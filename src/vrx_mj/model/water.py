@@ -6,7 +6,7 @@ from typing import Annotated
 from pydantic import Field
 
 from vrx_mj.constants import WATER_DENSITY, WAVE_GRAVITY
-from vrx_mj.model.kinds import LEFT_OUT, STRICT, Flag, NonNegative, Positive, Real, Share, Vec2
+from vrx_mj.model.kinds import LEFT_OUT, STRICT, TIED, Flag, Heading, NonNegative, Positive, Real, Share, Vec2
 from vrx_mj.spectra import SPECTRA, SeaModel
 
 
@@ -17,15 +17,15 @@ class Wave:
     __pydantic_config__ = STRICT
     amplitude: Real
     """Amplitude [m]."""
-    wavenumber: NonNegative
+    wavenumber: Annotated[NonNegative, TIED]
     """Wavenumber [rad/m]."""
-    frequency: NonNegative
+    frequency: Annotated[NonNegative, TIED]
     """Angular frequency [rad/s]."""
-    direction: Vec2
-    """Unit vector of travel, along x and y."""
-    steepness: Share
-    """Share of the trochoid's horizontal motion."""
-    orbital: Real | None = field(default=None, metadata=LEFT_OUT)
+    direction: Heading
+    """Direction of travel, a unit vector [rad]."""
+    steepness: Annotated[Share, TIED]
+    """Share of the trochoid's horizontal motion; heights ignore it."""
+    orbital: Annotated[Real, TIED] | None = field(default=None, metadata=LEFT_OUT)
     """Amplitude of the water's horizontal velocity at the mean level [m/s]; None: a linear wave's, g k a / omega."""
 
 
@@ -42,17 +42,17 @@ class Sea:
     """Height of the mean surface [m]."""
     waves: Annotated[tuple[Wave, ...], Field(max_length=10_000)]
     """The components."""
-    significant_height: NonNegative
+    significant_height: Annotated[NonNegative, TIED]
     """Significant wave height [m]."""
-    period: NonNegative
+    period: Annotated[NonNegative, TIED]
     """Period that the file gives [s]."""
-    direction: Vec2
+    direction: Annotated[Vec2, TIED]
     """Direction that the file gives, along x and y."""
-    depth: Positive | None = field(default=None, metadata=LEFT_OUT)
+    depth: Annotated[Positive, TIED] | None = field(default=None, metadata=LEFT_OUT)
     """Depth of the water [m]; None: deep."""
-    gravity: Positive = field(default=WAVE_GRAVITY, metadata=LEFT_OUT)
+    gravity: Annotated[Positive, TIED] = field(default=WAVE_GRAVITY, metadata=LEFT_OUT)
     """Gravity of the waves and of their pressure [m/s2]."""
-    density: Positive = field(default=WATER_DENSITY, metadata=LEFT_OUT)
+    density: Annotated[Positive, TIED] = field(default=WATER_DENSITY, metadata=LEFT_OUT)
     """Density of the water [kg/m3]."""
     moving: Flag = field(default=0, metadata=LEFT_OUT)
     """1: what floats feels how the water moves, as in profile `marine`."""
@@ -71,7 +71,7 @@ class Layer:
     depth: NonNegative
     """Depth under the mean surface [m]."""
     share: Real
-    """Share of the current at the surface."""
+    """Share of the current at the surface [1]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,7 +84,7 @@ class Current:
     tide_major: Vec2
     """Velocity along the ellipse's longer axis at its greatest, along x and y [m/s]."""
     tide_minor: Vec2
-    """The same across it, a quarter of a period later."""
+    """Velocity across that a quarter of a period later, along x and y [m/s]."""
     tide_frequency: NonNegative
     """Angular frequency of the tide [rad/s]."""
     tide_phase: Real
@@ -104,8 +104,8 @@ class Wind:
     """The mean wind and its gusts."""
 
     __pydantic_config__ = STRICT
-    direction: Vec2
-    """Unit vector toward which the air moves, along x and y."""
+    direction: Heading
+    """Direction toward which the air moves, a unit vector [rad]."""
     mean: Real
     """Mean speed [m/s]."""
     gain: NonNegative
@@ -128,7 +128,7 @@ class Air:
     height: Positive
     """Height above the water at which the wind has its speed [m]."""
     exponent: NonNegative
-    """Exponent of its power law over height; 0: the same at all heights."""
+    """Exponent of its power law over height [1]; 0: the same at all heights."""
     roughness: NonNegative
     """Roughness length of its logarithmic profile [m]; 0: it has the power law."""
     turning: Real

@@ -194,12 +194,12 @@ def tree_of(value: object) -> Any:
         return value.model_dump(mode="json")
     if not is_dataclass(value):
         return value
-    pairs = ((own, getattr(value, own.name)) for own in _written(value.__class__))
+    pairs = ((own, getattr(value, own.name)) for own in _json_fields(value.__class__))
     return {own.name: tree_of(item) for own, item in pairs if not _left_out(own, item)}
 
 
 @cache
-def _written(kind: type) -> tuple[Field[Any], ...]:
+def _json_fields(kind: type) -> tuple[Field[Any], ...]:
     """The fields of a dataclass in the order in which JSON has them."""
     return tuple(sorted(fields(kind), key=lambda own: own.metadata.get("rank", 0)))
 

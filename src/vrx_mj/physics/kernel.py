@@ -21,7 +21,10 @@ _F = TypeVar("_F", bound=Callable[..., object])
 _PACKAGES = ("physics", "sensors", "runtime", "recording")
 """The packages whose modules may hold kernels."""
 _HOLDS_KERNELS = re.compile(rb"^@(allocating_|expanded_|inlined_)?kernel\b|^@intrinsic\b|= c_function\(", re.MULTILINE)
-_TAKEN_OVER = ("constants.py", "libmujoco.py", "physics/kernel.py", "physics/linked_library.py", "physics/tables.py")
+_TAKEN_OVER = (
+    "constants.py", "libmujoco.py", "model/afloat.py", "model/boats.py", "model/kinds.py", "model/tables.py",
+    "model/water.py", "physics/kernel.py", "physics/linked_library.py", "physics/panel_mesh.py", "physics/tables.py",
+)  # fmt: skip
 """Modules without kernels whose numbers, columns and settings are compiled into them."""
 
 

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.elementary import near_cosine_and_sine
 from vrx_mj.physics.kernel import kernel
-from vrx_mj.physics.tables import WAVE, Record, Table
+from vrx_mj.physics.tables import Record, Table
 from vrx_mj.physics.waves import ramp
 
 RINGS, SPOKES = 84, 73
@@ -96,7 +96,7 @@ def ripples(waves: Table) -> Table:
     slopes = waves["amplitude"] * waves["wavenumber"]
     share = 0.35 * math.tanh(8.0 * float(np.sqrt(np.sum(slopes**2))))
     heading = math.atan2(*waves["direction"][0, ::-1]) if len(waves) else 0.0
-    out = np.zeros(len(_RIPPLES) if share > 0.0 else 0, WAVE)
+    out = np.zeros(len(_RIPPLES) if share > 0.0 else 0, waves.dtype)
     for row, (length, turn, weight) in zip(out, _RIPPLES, strict=False):
         k = 2.0 * math.pi / length
         row["amplitude"], row["wavenumber"], row["frequency"] = share * weight / k, k, math.sqrt(9.81 * k)

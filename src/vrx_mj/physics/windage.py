@@ -142,17 +142,32 @@ def isherwood_curve(more: Superstructure, areas: Areas, offset: float) -> tuple[
     return tuple(rows)
 
 
-def windage_rows(curve: Sequence[Sequence[float]], areas: Areas) -> list[dict[str, float]]:
+class WindageRow(NamedTuple):
+    """What the wind does to a hull from an angle off its bow."""
+
+    angle: float
+    """Angle from which the apparent wind comes [rad], 0 to pi."""
+    surge: float
+    """Force ahead [N s2/m2]."""
+    sway: float
+    """Force to lee [N s2/m2]."""
+    roll: float
+    """Heeling torque besides that of the force at its height [N m s2/m2]."""
+    yaw: float
+    """Torque that turns the bow to lee [N m s2/m2]."""
+
+
+def windage_rows(curve: Sequence[Sequence[float]], areas: Areas) -> list[WindageRow]:
     """Return rows of `tables.WINDAGE`: coefficients times areas and half the density of the air."""
     half = 0.5 * AIR_DENSITY
     return [
-        {
-            "angle": g,
-            "surge": half * areas.frontal * cx,
-            "sway": half * areas.lateral * cy,
-            "roll": half * areas.lateral * cy * (lever - 1.0) * areas.height,
-            "yaw": half * areas.lateral * areas.length * cn,
-        }
+        WindageRow(
+            angle=g,
+            surge=half * areas.frontal * cx,
+            sway=half * areas.lateral * cy,
+            roll=half * areas.lateral * cy * (lever - 1.0) * areas.height,
+            yaw=half * areas.lateral * areas.length * cn,
+        )
         for g, cx, cy, lever, cn in curve
     ]
 

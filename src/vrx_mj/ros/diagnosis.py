@@ -279,7 +279,7 @@ class Diagnosis:
 
     def pushed(self, boat: str, thruster: Propeller, force: float) -> None:
         """See whether a thruster can give a force [N]."""
-        least, most = -thruster.max_reverse, thruster.max_forward
+        least, most = thruster.max_reverse, thruster.max_forward
         if not least - 1e-6 <= force <= most + 1e-6:
             force_text = f"{thruster.name} of {boat} is {force:.4g} N, beyond {least:.4g} to {most:.4g} N"
             self.once(f"{boat} {thruster.name} N", f"{force_text}: it is clamped to this range")

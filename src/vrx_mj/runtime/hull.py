@@ -9,8 +9,9 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import CommandError
+from vrx_mj.model.tables import PROPELLER, PROPELLER_POINT, THRUSTER
 from vrx_mj.physics.propeller import measured_thrust
-from vrx_mj.physics.tables import BLADES, NEWTONS, PROPELLER, PROPELLER_POINT, RUDDER, THRUSTER, Record, Table
+from vrx_mj.physics.tables import BLADES, NEWTONS, RUDDER, Record, Table
 from vrx_mj.physics.thrust import force_point, race_speed, thrust_force
 from vrx_mj.runtime.loop_arrays import LoopArrays
 
@@ -139,7 +140,7 @@ class Propeller:
     max_forward: float
     """Largest force ahead [N]."""
     max_reverse: float
-    """Largest force astern [N], above 0."""
+    """Largest force astern [N], at most 0, as `max_force_reverse` in files."""
     in_newtons: bool
     """Whether a command is the force itself [N]; else it is a share of full power."""
     _commands: FloatArray = field(repr=False, compare=False)
@@ -197,7 +198,7 @@ def _thruster(name: str, arrays: LoopArrays, number: int) -> Propeller:
         (float(toward[0]), float(toward[1]), float(toward[2])),
         float(row["max_angle"]),
         float(forces[-1]),
-        float(-forces[0]),
+        float(forces[0]),
         bool(row["mapping"] == NEWTONS),
         commands,
         spread,

@@ -3,8 +3,8 @@
 import functools
 import itertools
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import Any, TypeVar
 
 import mujoco
 import numpy as np
@@ -14,17 +14,19 @@ from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.config.sensors import BallShooterConfig
 from vrx_mj.errors import CompileError, StateError
 from vrx_mj.mjcf.world import World
-from vrx_mj.model.boats import Hull, Propeller, Sail, Station, Thruster, Vessel, Windage
+from vrx_mj.model import tables
+from vrx_mj.model.afloat import Block, Float
+from vrx_mj.model.boats import Hull, Station, Thruster, Vessel, Windage
 from vrx_mj.model.world import Parameters
-from vrx_mj.physics import tables
 from vrx_mj.physics.lanes import WIDTH
 from vrx_mj.physics.noise import stream_key
 from vrx_mj.physics.panel_mesh import Panels, panels_of
 from vrx_mj.physics.raft import RAFT_WORK
+from vrx_mj.physics.tables import MARINE, VRX3, Table
 from vrx_mj.physics.vessel import HullMeshes
 from vrx_mj.physics.wave_box import LEVELS, ROWS, SHALLOW_LEVELS, SLENDER_ROWS
 from vrx_mj.physics.waves import random_phases
-from vrx_mj.physics.windage import Areas, blendermann_curve, three_number_curve, windage_rows
+from vrx_mj.physics.windage import Areas, WindageRow, blendermann_curve, three_number_curve, windage_rows
 from vrx_mj.runtime.loop import HUGE
 from vrx_mj.runtime.mounted import Mounted, mounted, start_marks
 from vrx_mj.runtime.proximity import BROADPHASE, movers, obstacles, unconstrained
@@ -43,13 +45,7 @@ MODEL_ARRAYS = (
 )  # fmt: skip
 """Arrays of the model that a user may change between runs."""
 
-_WIND = ("direction", "mean", "gain", "time_constant", "first_step")
-"""Parameters of the wind that the loop reads."""
-_AIR = ("height", "exponent", "roughness", "turning", "spread", "time_constant")
-"""The same of its profile and direction."""
-_CURRENT = ("mean", "tide_major", "tide_minor", "tide_frequency", "tide_phase", "gain", "time_constant")
-"""The same of the current."""
-_Row = Mapping[str, Any]
+_T = TypeVar("_T")
 _NO_JOINT, _NO_ROW = -1, -1
 _SWITCHES = ("held", "fresh")
 """Columns of the tables of state that are 0 or 1."""
@@ -59,7 +55,7 @@ _NEVER = -1.0
 """Time [s] of a touch that was not."""
 
 
-def sound(name: str, values: npt.NDArray[Any], waypoints: IntArray) -> bool:
+def is_valid_column(name: str, values: npt.NDArray[Any], waypoints: IntArray) -> bool:
     """Whether a column of a table of state can be so; `waypoints` (n,) are how many each follower has."""
     if name == "target":
         return bool(((values >= 0) & (values < np.maximum(waypoints, 1))).all())
@@ -70,7 +66,7 @@ def sound(name: str, values: npt.NDArray[Any], waypoints: IntArray) -> bool:
     return not np.isnan(values).any() if name == "expires" else bool(np.isfinite(values).all())
 
 
-def _things_that_stay(world: Parameters) -> Iterator[str]:
+def _static_names(world: Parameters) -> Iterator[str]:
     """Names of the objects and docks that never move."""
     yield from (item.name for item in world.objects if item.kind == "static")
     yield from (dock.name for dock in world.docks if not dock.dynamic)
@@ -93,8 +89,8 @@ def gust_phases(seed: int, wind_seed: int, number: int) -> FloatArray:
     return random_phases(seed, number, "gusts", str(wind_seed))
 
 
-def _windage(own: Windage) -> list[dict[str, float]]:
-    """Rows of `tables.WINDAGE` of what a hull shows to the wind."""
+def _windage(own: Windage) -> list[WindageRow]:
+    """What a hull shows to the wind, by the angle of that."""
     areas = Areas(own.frontal_area, own.lateral_area, own.length, own.height)
     if own.vessel:
         return windage_rows(blendermann_curve(own.vessel, areas), areas)
@@ -103,11 +99,19 @@ def _windage(own: Windage) -> list[dict[str, float]]:
     return windage_rows([(angle, cx, cy, 1.0, cn) for angle, cx, cy, cn in own.curve], areas)
 
 
-def _sail_row(own: Sail | None, starts: Mapping[Sail, int]) -> _Row:
-    """What a thruster's row has of a sail, whose curve is from `starts` on."""
-    if own is None:
-        return {"curve_start": 0, "curve_count": 0, "sheeted": 0}
-    return {"curve_start": starts[own], "curve_count": len(own.curve), "sheeted": int(own.sheet)}
+def _kinds(owned: Iterable[_T | None]) -> list[_T]:
+    """What rows have of a kind, each once: equal ones share it."""
+    return list(dict.fromkeys(own for own in owned if own is not None))
+
+
+def _starts(lists: Iterable[Sequence[object]]) -> list[int]:
+    """Where each of some lists begins that lie one after another, and where the last one ends."""
+    return list(itertools.accumulate(map(len, lists), initial=0))
+
+
+def _flat(lists: Iterable[Sequence[_T]]) -> list[_T]:
+    """Lists one after another."""
+    return list(itertools.chain.from_iterable(lists))
 
 
 @functools.lru_cache(maxsize=32)
@@ -117,7 +121,7 @@ def _mesh(kind: Vessel) -> Panels:
     return panels_of(vertices.reshape(-1, 3), triangles.reshape(-1, 3))
 
 
-def _spread(stations: Sequence[Station], hull: Hull) -> tuple[float, float]:
+def _second_moments(stations: Sequence[Station], hull: Hull) -> tuple[float, float]:
     """Second moments over the area, along and across [m2], of stations as rectangles of their floats' beam."""
     own = stations[hull.station_start : hull.station_start + hull.station_count]
     sides = np.array([(row.length, 2.0 * row.radius) for row in own]).reshape(-1, 2)
@@ -128,37 +132,6 @@ def _spread(stations: Sequence[Station], hull: Hull) -> tuple[float, float]:
     places = places - np.average(places, axis=0, weights=areas)
     along, across = np.average(places**2 + sides**2 / 12.0, axis=0, weights=areas).tolist()
     return along, across
-
-
-def _vessel_rows(kinds: Sequence[Vessel], meshes: Sequence[Panels]) -> list[dict[str, Any]]:
-    """Rows of `tables.VESSEL`; what each has in other tables follows what the one before has there."""
-    rows, ends = [], dict.fromkeys(("point", "pair", "part", "strip", "memory"), 0)
-    forces = 0
-    for kind, mesh in zip(kinds, meshes, strict=True):
-        row, table = dict(vars(kind)), kind.diffraction.forces if kind.diffraction else ()
-        for name in ("diffraction", "spread", "vertices", "triangles", "strips", "memory"):
-            del row[name]
-        pressed = mesh.points.shape[1], len(mesh.pairs), len(mesh.parts)
-        own = *pressed, len(kind.strips), len(kind.memory)
-        for name, count in zip(ends, own, strict=True):
-            row |= {f"{name}_start": ends[name], f"{name}_count": count}
-            ends[name] += count
-        row |= {"half": mesh.half, "wave_rows": SLENDER_ROWS if mesh.is_slender else ROWS}
-        row |= {"wave_levels": SHALLOW_LEVELS if mesh.is_shallow else LEVELS}
-        row |= {"diffraction_start": forces, "diffraction_frequencies": len(table)}
-        row |= {"diffraction_angles": len(table[0]) if table else 0}
-        row |= {"diffraction_step": kind.diffraction.step if kind.diffraction else 0.0}
-        forces += sum(map(len, table))
-        rows.append(row)
-    return rows
-
-
-def _propeller_row(own: Propeller, start: int) -> dict[str, Any]:
-    """Row of `tables.PROPELLER` of a propeller whose curve starts at a row of `tables.PROPELLER_POINT`."""
-    vanishing = math.inf if own.vanishing_speed is None else own.vanishing_speed
-    names = "dead_zone", "time_constant", "diameter", "full_ahead", "full_astern", "power"
-    row: dict[str, Any] = {name: getattr(own, name) for name in names}
-    return row | {"vanishing_speed": vanishing, "point_start": start, "point_count": len(own.thrust)}
 
 
 def memories_of(hulls: Sequence[Hull]) -> list[int]:
@@ -192,7 +165,7 @@ class Run:
         point(self.table, **arrays)
 
 
-def point_models(run: tables.Table, model: mujoco.MjModel, contact_free: mujoco.MjModel, data: mujoco.MjData) -> None:
+def point_models(run: Table, model: mujoco.MjModel, contact_free: mujoco.MjModel, data: mujoco.MjData) -> None:
     """Write where MuJoCo's objects are into a row of `RUN`, or into a table of one."""
     run["model"], run["contact_free"], run["data"] = model._address, contact_free._address, data._address
 
@@ -218,16 +191,16 @@ class LoopArrays:
         self.timestep = float(model.opt.timestep)
         self._weather(parameters, world.seed)
         self._hulls(parameters.hulls, parameters.stations)
-        self.stations = tables.table(tables.STATION, [vars(row) for row in parameters.stations])
+        self.stations = tables.table_of(tables.STATION, parameters.stations)
         self._thrusters(parameters.thrusters)
-        self.floats = tables.table(tables.FLOAT, [self._free_body(vars(row)) for row in parameters.floats])
-        self.links = tables.table(tables.FLOAT, [self._link(vars(row)) for row in parameters.links])
-        self.followers = tables.table(tables.FOLLOWER, [vars(row) for row in parameters.followers])
-        self.waypoints = tables.table(tables.WAYPOINT, [vars(row) for row in parameters.path_points])
-        self.elements = tables.table(tables.ELEMENT, [vars(row) for row in parameters.elements])
-        self.blocks = tables.table(tables.BLOCK, [self._whole_body(vars(row)) for row in parameters.blocks])
-        self.moorings = tables.table(tables.MOORING, [vars(row) for row in parameters.moorings])
-        self.ropes = tables.table(tables.ROPE, [vars(row) for row in parameters.ropes])
+        self.floats = tables.table_of(tables.FLOAT, parameters.floats, **self._free_joints(parameters.floats))
+        self.links = tables.table_of(tables.FLOAT, parameters.links, **self._links(parameters.links))
+        self.followers = tables.table_of(tables.FOLLOWER, parameters.followers)
+        self.waypoints = tables.table_of(tables.WAYPOINT, parameters.path_points)
+        self.elements = tables.table_of(tables.ELEMENT, parameters.elements)
+        self.blocks = tables.table_of(tables.BLOCK, parameters.blocks, **self._whole_bodies(parameters.blocks))
+        self.moorings = tables.table_of(tables.MOORING, parameters.moorings)
+        self.ropes = tables.table_of(tables.ROPE, parameters.ropes)
         self.float_state = np.zeros(len(self.floats), tables.FLOAT_STATE)
         self.link_state = np.zeros(len(self.links), tables.FLOAT_STATE)
         self.block_state = np.zeros(len(self.blocks), tables.FLOAT_STATE)
@@ -236,89 +209,109 @@ class LoopArrays:
         self.follower_state = np.zeros(len(self.followers), tables.FOLLOWER_STATE)
         self.movers = movers(model)
         self.broadphase = np.array([(0.0, 0, unconstrained(contact_free), 0)], BROADPHASE)
-        self._still = tuple(_things_that_stay(parameters))
+        self._still = tuple(_static_names(parameters))
         same = known is not None and known._still == self._still
-        self.obstacles: tables.Table = known.obstacles if known and same else obstacles(model)
+        self.obstacles: Table = known.obstacles if known and same else obstacles(model)
         self.touches = np.empty(len(parameters.task.rivals) if parameters.task else 0)
         self._mount(world, known)
 
     def _weather(self, parameters: Parameters, seed: int) -> None:
         """Tables of sea, current and wind."""
-        sea, current, wind = parameters.sea, parameters.current, parameters.wind
+        sea, current = parameters.sea, parameters.current
         self.waves, self.sea = wave_table(sea, seed), sea_table(sea)
         self._random_sea = sea.random
-        own = [{name: getattr(current, name) for name in _CURRENT} | {"key": 0}] if current else []
-        self.current, self.current_seed = tables.table(tables.CURRENT, own), current.seed if current else 0
-        self.layers = tables.table(tables.LAYER, [vars(row) for row in current.layers] if current else [])
-        self.current_state = np.zeros(len(own), tables.CURRENT_STATE)
-        self.wind = tables.table(tables.WIND, [{**{field: getattr(wind, field) for field in _WIND}, "key": 0}])
-        self.wind_seed = wind.seed
+        self.wind_seed, self.current_seed = parameters.wind.seed, current.seed if current else 0
+        currents, airs = [current] if current else [], [parameters.air] if parameters.air else []
+        self.current = tables.table_of(tables.CURRENT, currents, key=[0])
+        self.layers = tables.table_of(tables.LAYER, current.layers if current else ())
+        self.current_state = np.zeros(len(currents), tables.CURRENT_STATE)
+        self.wind = tables.table_of(tables.WIND, [parameters.wind], key=[0])
         self.wind_state = np.zeros(1, tables.WIND_STATE)
-        air = parameters.air
-        bands = [{"frequency": frequency} for frequency in air.gust_frequencies] if air else []
-        self.gust_bands = tables.table(tables.GUST_BAND, bands)
-        self.air = tables.table(tables.AIR, [{name: getattr(air, name) for name in _AIR} | {"key": 0}] if air else [])
-        self.air_state = np.zeros(len(self.air), tables.AIR_STATE)
+        self.gust_bands = np.zeros(sum(len(air.gust_frequencies) for air in airs), tables.GUST_BAND)
+        for air in airs:
+            self.gust_bands["frequency"] = air.gust_frequencies
+        self.air = tables.table_of(tables.AIR, airs, key=[0])
+        self.air_state = np.zeros(len(airs), tables.AIR_STATE)
 
     def _hulls(self, hulls: Sequence[Hull], stations: Sequence[Station]) -> None:
-        """Tables of hulls, and of their coefficients in the wind, which hulls of a kind share."""
-        starts: dict[Windage, tuple[int, int]] = {}
-        curves: list[_Row] = []
-        rows = []
-        kinds = list(dict.fromkeys(hull.vessel for hull in hulls if hull.vessel))
-        remembered = [0, *itertools.accumulate(memories_of(hulls))]
-        for hull, first in zip(hulls, remembered, strict=False):
-            row, own = dict(vars(hull)), hull.windage
-            del row["windage"]
-            row["vessel"] = kinds.index(hull.vessel) if hull.vessel else _NO_ROW
-            row["memory_start"] = first
-            row["spread"] = hull.vessel.spread if hull.vessel else _spread(stations, hull)
-            if own is not None and own not in starts:
-                curve = _windage(own)
-                starts[own] = len(curves), len(curve)
-                curves += curve
-            start, count = starts[own] if own else (0, 0)
-            row |= {"windage_start": start, "windage_count": count}
-            row |= {"windage_height": own.height if own else 0.0, "windage_offset": own.offset if own else 0.0}
-            rows.append(self._whole_body(row))
-        self.hulls, self.windage = tables.table(tables.HULL, rows), tables.table(tables.WINDAGE, curves)
-        self._vessels(kinds, remembered[-1])
+        """Tables of hulls, and of their coefficients in the wind and models, which hulls of a kind share."""
+        shown = _kinds(hull.windage for hull in hulls)
+        curves = [_windage(own) for own in shown]
+        found = dict(zip(shown, zip(_starts(curves), map(len, curves), strict=False), strict=True))
+        kinds = _kinds(hull.vessel for hull in hulls)
+        *remembered, memories = itertools.accumulate(memories_of(hulls), initial=0)
+        windage = [found[hull.windage] if hull.windage else (0, 0) for hull in hulls]
+        self.hulls = tables.table_of(
+            tables.HULL,
+            hulls,
+            **self._whole_bodies(hulls),
+            windage_start=[start for start, _ in windage],
+            windage_count=[count for _, count in windage],
+            windage_height=[hull.windage.height if hull.windage else 0.0 for hull in hulls],
+            windage_offset=[hull.windage.offset if hull.windage else 0.0 for hull in hulls],
+            spread=[hull.vessel.spread if hull.vessel else _second_moments(stations, hull) for hull in hulls],
+            vessel=[kinds.index(hull.vessel) if hull.vessel else _NO_ROW for hull in hulls],
+            memory_start=remembered,
+        )
+        self.windage = tables.table_of(tables.WINDAGE, _flat(curves))
+        self.memory_state = np.zeros(memories, tables.MEMORY_STATE)
+        self._vessels(kinds)
 
     def _thrusters(self, thrusters: Sequence[Thruster]) -> None:
         """Tables of thrusters, and of measured propellers and sails, whose curves those of a kind share."""
         measured = [own.measured for own in thrusters if own.measured]
-        kinds = list(dict.fromkeys(measured))
-        starts = dict(zip(kinds, itertools.accumulate((len(own.thrust) for own in kinds), initial=0), strict=False))
+        kinds, sails = _kinds(measured), _kinds(own.sail for own in thrusters)
+        points = dict(zip(kinds, _starts(own.thrust for own in kinds), strict=False))
+        curves = dict(zip(sails, _starts(own.curve for own in sails), strict=False))
         numbers = itertools.count()
-        sails = list(dict.fromkeys(own.sail for own in thrusters if own.sail))
-        curves = dict(zip(sails, itertools.accumulate((len(own.curve) for own in sails), initial=0), strict=False))
-        rows = [
-            self._engine(
-                {**vars(own), **_sail_row(own.sail, curves), "measured": next(numbers) if own.measured else _NO_ROW}
-            )
-            for own in thrusters
-        ]
-        points = [{"command": command, "thrust": thrust} for own in kinds for command, thrust in own.thrust]
-        self.thrusters = tables.table(tables.THRUSTER, rows)
-        columns = tables.SAIL_CURVE.names or ()
-        self.sail_curves = tables.table(
-            tables.SAIL_CURVE, [dict(zip(columns, row, strict=True)) for own in sails for row in own.curve]
+        self.thrusters = tables.table_of(
+            tables.THRUSTER,
+            thrusters,
+            **self._engines(thrusters),
+            gain=np.ones(len(thrusters)),
+            measured=[next(numbers) if own.measured else _NO_ROW for own in thrusters],
+            curve_start=[curves[own.sail] if own.sail else 0 for own in thrusters],
+            curve_count=[len(own.sail.curve) if own.sail else 0 for own in thrusters],
+            sheeted=[bool(own.sail and own.sail.sheet) for own in thrusters],
         )
-        self.thruster_state = np.zeros(len(rows), tables.THRUSTER_STATE)
-        self.propellers = tables.table(tables.PROPELLER, [_propeller_row(own, starts[own]) for own in measured])
-        self.propeller_points = tables.table(tables.PROPELLER_POINT, points)
+        self.sail_curves = np.array(_flat(own.curve for own in sails), tables.SAIL_CURVE)
+        self.thruster_state = np.zeros(len(thrusters), tables.THRUSTER_STATE)
+        self.propellers = tables.table_of(
+            tables.PROPELLER,
+            measured,
+            vanishing_speed=[math.inf if own.vanishing_speed is None else own.vanishing_speed for own in measured],
+            point_start=[points[own] for own in measured],
+            point_count=[len(own.thrust) for own in measured],
+        )
+        self.propeller_points = np.array(_flat(own.thrust for own in kinds), tables.PROPELLER_POINT)
         self.propeller_state = np.zeros(len(measured), tables.PROPELLER_STATE)
 
-    def _vessels(self, kinds: Sequence[Vessel], memories: int) -> None:
-        """Tables of the models of hulls in profile `marine`, and so many numbers of their memory."""
+    def _vessels(self, kinds: Sequence[Vessel]) -> None:
+        """Tables of the models of hulls in profile `marine`; what each has in other tables follows the one before."""
         meshes = [_mesh(kind) for kind in kinds]
-        self.vessels = tables.table(tables.VESSEL, _vessel_rows(kinds, meshes))
-        self.strips = tables.table(tables.STRIP, [vars(row) for kind in kinds for row in kind.strips])
-        self.memory = tables.table(tables.MEMORY, [vars(row) for kind in kinds for row in kind.memory])
-        self.memory_state = np.zeros(memories, tables.MEMORY_STATE)
-        forces = [row for kind in kinds if kind.diffraction for angles in kind.diffraction.forces for row in angles]
-        self.diffraction = np.array(forces, np.float64).reshape(-1, 12)
-        self.parts = tables.table(tables.PART, [part._asdict() for mesh in meshes for part in mesh.parts])
+        forces = [kind.diffraction.forces if kind.diffraction else () for kind in kinds]
+        rows: dict[str, list[Any]] = {
+            "point": [mesh.points.T for mesh in meshes], "pair": [mesh.pairs for mesh in meshes],
+            "part": [mesh.parts for mesh in meshes], "strip": [kind.strips for kind in kinds],
+            "memory": [kind.memory for kind in kinds], "diffraction": [_flat(own) for own in forces],
+        }  # fmt: skip
+        columns: dict[str, Any] = {f"{name}_start": _starts(own)[:-1] for name, own in rows.items()}
+        columns |= {f"{name}_count": list(map(len, own)) for name, own in rows.items()}
+        self.vessels = tables.table_of(
+            tables.VESSEL,
+            kinds,
+            **columns,
+            half=[mesh.half for mesh in meshes],
+            wave_rows=[SLENDER_ROWS if mesh.is_slender else ROWS for mesh in meshes],
+            wave_levels=[SHALLOW_LEVELS if mesh.is_shallow else LEVELS for mesh in meshes],
+            diffraction_frequencies=list(map(len, forces)),
+            diffraction_angles=[len(own[0]) if own else 0 for own in forces],
+            diffraction_step=[kind.diffraction.step if kind.diffraction else 0.0 for kind in kinds],
+        )
+        self.strips = tables.table_of(tables.STRIP, _flat(rows["strip"]))
+        self.memory = tables.table_of(tables.MEMORY, _flat(rows["memory"]))
+        self.diffraction = np.array(_flat(rows["diffraction"]), np.float64).reshape(-1, 12)
+        self.parts = tables.table_of(tables.PART, _flat(rows["part"]))
         self.points = _in_lines([mesh.points for mesh in meshes])
         self.shares = _in_lines([mesh.shares for mesh in meshes])
         self.pairs = np.concatenate([np.zeros((0, 4), np.uint32), *(mesh.pairs for mesh in meshes)])
@@ -345,7 +338,7 @@ class LoopArrays:
     @property
     def vrx_only(self) -> bool:
         """Whether the world has nothing that VRX's have not: no profile `marine`, no links on joints."""
-        marine = self.sea["moving"].any() or (self.hulls["profile"] == tables.MARINE).any()
+        marine = self.sea["moving"].any() or (self.hulls["profile"] == MARINE).any()
         return not (marine or len(self.links) or len(self.ropes))
 
     def reset(self, seed: int) -> None:
@@ -365,9 +358,9 @@ class LoopArrays:
     @property
     def display_marks(self) -> FloatArray:
         """What lights and placards show now."""
-        return self.shown(self.sample_clocks.device_state)
+        return self.display_part(self.sample_clocks.device_state)
 
-    def shown(self, device_state: FloatArray) -> FloatArray:
+    def display_part(self, device_state: FloatArray) -> FloatArray:
         """The part of a device state that is lights and placards: a view of the last numbers."""
         return device_state[len(device_state) - sum(len(display.start) for display in self.displays) :]
 
@@ -393,7 +386,7 @@ class LoopArrays:
         """Let the water, whose surface is at `height` [m] there, have the floating object of a row."""
         item = self.floats[row]
         self.float_state[row] = (height, 0)
-        if item["profile"] == tables.VRX3:
+        if item["profile"] == VRX3:
             own = slice(item["element_start"], item["element_start"] + item["element_count"])
             self.element_state[own] = (height, 0.0)
 
@@ -465,7 +458,7 @@ class LoopArrays:
             given = np.frombuffer(block, table.dtype, len(table), offset)
             offset += table.nbytes
             for name in table.dtype.names or ():
-                if not sound(name, given[name], self.followers["waypoint_count"]):
+                if not is_valid_column(name, given[name], self.followers["waypoint_count"]):
                     raise StateError(f"the state has an invalid {name} in one of its tables")
             if not table.dtype.names and not np.isfinite(given).all():
                 raise StateError("the state has a time of a touch that is not finite")
@@ -514,48 +507,38 @@ class LoopArrays:
         """The run that `advance` takes."""
         return Run(self.model, self.contact_free, self.data, self.by_name(sampling, samples))
 
-    def _free_body(self, row: _Row) -> _Row:
-        """Replace a body's name by its id and the addresses of its free joint."""
-        row = {key: value for key, value in row.items() if key != "joint"}
-        body = self.model.body(row["body"])
-        joint = int(body.jntadr[0])
-        ids = {
-            "body": int(body.id),
-            "qpos": int(self.model.jnt_qposadr[joint]),
-            "dof": int(self.model.jnt_dofadr[joint]),
-        }
-        return {**row, **ids}
+    def _free_joints(self, rows: Sequence[Float | Hull | Block]) -> Mapping[str, IntArray]:
+        """Ids of bodies by their names, and the addresses of their free joints."""
+        body = np.array([self.model.body(row.body).id for row in rows], np.int64)
+        joint = self.model.body_jntadr[body]
+        return {"body": body, "qpos": self.model.jnt_qposadr[joint], "dof": self.model.jnt_dofadr[joint]}
 
-    def _link(self, row: _Row) -> _Row:
-        """Replace a link's name by its id, the address of its free joint, if it has one, and its last dof."""
-        body = self.model.body(row["body"])
-        joint, dof = int(body.jntadr[0]), int(body.dofadr[0] + body.dofnum[0]) - 1
-        free = self.model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE
-        ids = {"body": int(body.id), "qpos": int(self.model.jnt_qposadr[joint]) if free else _NO_JOINT, "dof": dof}
-        return {**row, **ids}
+    def _links(self, rows: Sequence[Float]) -> Mapping[str, IntArray]:
+        """Ids of links, the addresses of their free joints, if they have one, and their last dofs."""
+        own, model = self._free_joints(rows), self.model
+        body = own["body"]
+        free = model.jnt_type[model.body_jntadr[body]] == mujoco.mjtJoint.mjJNT_FREE
+        last = model.body_dofadr[body] + model.body_dofnum[body] - 1
+        return {"body": body, "qpos": np.where(free, own["qpos"], _NO_JOINT), "dof": last}
 
-    def _whole_body(self, row: _Row) -> _Row:
-        """The same for a body of which MuJoCo keeps the whole inertia, as what is added to that needs.
+    def _whole_bodies(self, rows: Sequence[Hull | Block]) -> Mapping[str, IntArray]:
+        """`_free_joints` of bodies of which MuJoCo keeps the whole inertia, as what is added to that needs.
 
         Raises:
-            CompileError: its frame is the principal one, of which MuJoCo keeps the diagonal.
+            CompileError: the frame of one is the principal one, of which MuJoCo keeps the diagonal.
         """
-        own = self._free_body(row)
-        if self.model.dof_simplenum[own["dof"]] > 0:
+        own = self._free_joints(rows)
+        for k in np.flatnonzero(self.model.dof_simplenum[own["dof"]]).tolist():
             raise CompileError(
-                f"body {row['body']}: invalid inertia: MuJoCo keeps only its diagonal; turn its `inertial` by a `quat`"
+                f"body {rows[k].body}: invalid inertia: MuJoCo keeps only its diagonal; turn its `inertial` by a `quat`"
             )
         return own
 
-    def _engine(self, row: _Row) -> _Row:
-        """Replace names by ids in a thruster's row; a fixed engine has no joint."""
-        plain = {key: value for key, value in row.items() if key not in ("name", "joint", "body", "sail")}
-        body = int(self.model.body(row["body"]).id)
-        if row["joint"] is None:
-            return {**plain, "body": body, "qpos": _NO_JOINT, "dof": _NO_JOINT}
-        joint = int(self.model.joint(row["joint"]).id)
-        addresses = {
-            "qpos": int(self.model.jnt_qposadr[joint]),
-            "dof": int(self.model.jnt_dofadr[joint]),
+    def _engines(self, rows: Sequence[Thruster]) -> Mapping[str, IntArray]:
+        """Ids of the bodies of engines, and the addresses of their hinges; a fixed engine has none."""
+        body = np.array([self.model.body(row.body).id for row in rows], np.int64)
+        joint = np.array([self.model.joint(row.joint).id if row.joint else _NO_JOINT for row in rows], np.int64)
+        addresses = {"qpos": self.model.jnt_qposadr, "dof": self.model.jnt_dofadr}
+        return {"body": body} | {
+            name: np.where(joint == _NO_JOINT, _NO_JOINT, of[joint]) for name, of in addresses.items()
         }
-        return {**plain, "body": body, **addresses}

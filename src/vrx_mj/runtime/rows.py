@@ -16,7 +16,7 @@ from vrx_mj.libmujoco import c_function
 from vrx_mj.model.water import Sea
 from vrx_mj.physics.kernel import allocating_kernel, expanded_kernel, kernel
 from vrx_mj.physics.motion import motion
-from vrx_mj.physics.tables import WAVE, Record, Table
+from vrx_mj.physics.tables import Record, Table
 from vrx_mj.physics.waves import random_phases, stretched, surface_height
 from vrx_mj.runtime.loop import advance, advance_vrx
 from vrx_mj.runtime.row_arguments import as_numbers
@@ -171,7 +171,7 @@ class RowSeas:
         return self._of(which)
 
     def _of(self, which: IntArray) -> Table:
-        waves = np.zeros((len(which), len(self._world)), WAVE)
+        waves = np.zeros((len(which), len(self._world)), self._world.dtype)
         _stretch_rows(self._world, self._nominal, self._change[which], self._phases[which], waves)
         return waves
 

@@ -61,7 +61,9 @@ class Sights:
         place = sensor.place(now.qpos, now.qvel)
         data = self._scene(model, now)
         if self._arrays.displays:
-            self._cameras.paint(painted(model, self._arrays.displays, self._arrays.shown(now.device_state), now.time))
+            self._cameras.paint(
+                painted(model, self._arrays.displays, self._arrays.display_part(now.device_state), now.time)
+            )
         at = place.position, place.rotation, now.time
         self._cameras.set_sea(self._arrays.waves)
         with announced(draw_surface, *_SEA):

@@ -73,11 +73,11 @@ class Spawning:
         """Remove a boat, an object or a dock."""
         self._live.check_idle("remove")
         world = without(self._live.world, name)
-        self._live.enter(world, self._moved(world, left=name), f"{name} leaves")
+        self._live.enter(world, self._arrays_in(world, left=name), f"{name} leaves")
 
     def _enter(self, world: World, name: str) -> None:
         """Go over to a world that has something more, which the water has where it is now."""
-        arrays, live = self._moved(world), self._live
+        arrays, live = self._arrays_in(world), self._live
         _check_place(arrays, name)
         bodies = FreeBodies(world, arrays)
         wet = (*bodies.afloat, *bodies.anchored)
@@ -86,7 +86,7 @@ class Spawning:
                 bodies.set_afloat(own, lambda x, y: float(live.sea.height(x, y, live.time)))
         live.enter(world, arrays, f"{name} joins")
 
-    def _moved(self, world: World, left: str | None = None) -> LoopArrays:
+    def _arrays_in(self, world: World, left: str | None = None) -> LoopArrays:
         """The present moment in another world, without what left."""
         live = self._live
         arrays = loop_arrays_of(world, live.physics_models, known=live.arrays)

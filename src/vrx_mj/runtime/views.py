@@ -16,7 +16,7 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 from vrx_mj.arrays import FloatArray, IntArray
-from vrx_mj.physics import tables
+from vrx_mj.model import tables
 from vrx_mj.physics.raft import RAFT_WORK
 from vrx_mj.physics.tables import Table
 from vrx_mj.runtime.proximity import BROADPHASE, MOVER, OBSTACLE
@@ -35,7 +35,7 @@ class Array(NamedTuple):
 
 
 class Views(NamedTuple):
-    """The arrays of a run: MuJoCo's, then the tables of `physics.tables`, then what sensors and recorders keep."""
+    """The arrays of a run: MuJoCo's, then the tables of `model.tables`, then what sensors and recorders keep."""
 
     qpos: Annotated[FloatArray, Array()]
     qvel: Annotated[FloatArray, Array()]

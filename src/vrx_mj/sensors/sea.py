@@ -6,9 +6,10 @@ import mujoco
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
+from vrx_mj.model.tables import SEA, WAVE, table_of
 from vrx_mj.model.water import Sea
-from vrx_mj.physics import tables
 from vrx_mj.physics.surface import RINGS, SPOKES, draw_surface, ring_distances, ripples, spokes
+from vrx_mj.physics.tables import Table
 from vrx_mj.physics.waves import random_phases, surface_heights
 from vrx_mj.sensors.view import View
 
@@ -21,20 +22,20 @@ _FOAM_SEEN, _MOST = 40.0, 32
 _NOTHING = np.zeros((0, 7))
 
 
-def wave_table(sea: Sea, seed: int) -> tables.Table:
+def wave_table(sea: Sea, seed: int) -> Table:
     """Waves of a world's sea in the run of a seed, `tables.WAVE`."""
     phases = random_phases(seed, len(sea.waves)) if sea.random else np.zeros(len(sea.waves))
-    rows = [{**vars(wave), "phase": float(phase)} for wave, phase in zip(sea.waves, phases, strict=True)]
-    for row in rows:
-        if row["orbital"] is None:
-            row["orbital"] = sea.gravity * row["wavenumber"] * row["amplitude"] / row["frequency"]
-    return tables.table(tables.WAVE, rows)
+    slopes = [sea.gravity * wave.wavenumber * wave.amplitude for wave in sea.waves]
+    orbital = [
+        slope / wave.frequency if wave.orbital is None else wave.orbital
+        for slope, wave in zip(slopes, sea.waves, strict=True)
+    ]
+    return table_of(WAVE, sea.waves, phase=phases, orbital=orbital)
 
 
-def sea_table(sea: Sea) -> tables.Table:
+def sea_table(sea: Sea) -> Table:
     """A world's sea as `tables.SEA`, one row."""
-    row = {**vars(sea), "depth": math.inf if sea.depth is None else sea.depth}
-    return tables.table(tables.SEA, [{name: row[name] for name in tables.SEA.names or ()}])
+    return table_of(SEA, [sea], depth=[math.inf if sea.depth is None else sea.depth])
 
 
 class Skin:
@@ -68,7 +69,7 @@ class SeaSkin(Skin):
         self._geoms, self._boxes = np.flatnonzero(afloat), model.geom_aabb[afloat]
         super().__init__(int(model.skin_vertnum[0]) if self.wet else 0)
 
-    def set_waves(self, waves: tables.Table) -> None:
+    def set_waves(self, waves: Table) -> None:
         """Have these waves, `tables.WAVE`, instead of the world's from now on."""
         if waves.tobytes() != self._waves.tobytes():
             self._waves, self._shading = waves.copy(), ripples(waves)

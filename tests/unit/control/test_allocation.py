@@ -19,7 +19,7 @@ class Engine:
     direction: tuple[float, float, float] = (1.0, 0.0, 0.0)
     max_angle: float = math.pi / 2
     max_forward: float = AHEAD
-    max_reverse: float = REVERSE
+    max_reverse: float = -REVERSE
 
     def command(self, force):
         return force

@@ -24,7 +24,7 @@ class Engine(SimpleNamespace):
 
 def engine(x, y, direction=(1.0, 0.0, 0.0)):
     return Engine(
-        position=(x, y, 0.0), direction=direction, max_angle=0.0, max_forward=250.0, max_reverse=100.0, max_command=1.0
+        position=(x, y, 0.0), direction=direction, max_angle=0.0, max_forward=250.0, max_reverse=-100.0, max_command=1.0
     )
 
 

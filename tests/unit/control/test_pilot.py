@@ -17,7 +17,7 @@ class Engine:
     direction: tuple[float, float, float] = (1.0, 0.0, 0.0)
     max_angle: float = math.pi / 2
     max_forward: float = 250.0
-    max_reverse: float = 100.0
+    max_reverse: float = -100.0
     in_newtons: bool = False
 
     def command(self, force):

@@ -5,9 +5,9 @@ import math
 
 import numpy as np
 
-from vrx_mj.physics import tables
+from vrx_mj.model import tables
 from vrx_mj.physics.motion import Motion
-from vrx_mj.physics.tables import table
+from vrx_mj.physics.tables import BOX, CYLINDER, GLF, SPHERE, VRX
 from vrx_mj.physics.waves import cwr_components, pms_components
 from vrx_mj.resources import root
 
@@ -16,6 +16,17 @@ ORACLE = root() / "assets" / "validation" / "oracle"
 FORCE_ERROR = 1e-3  # [N] or [N m], with 1e-6 of the value: VRX's 32-bit floats (README of the oracle)
 
 PROPELLER = (-0.278156, 0.0, -0.509371)
+
+
+def table(dtype, rows):
+    """Rows of a table, from mappings; what a row leaves out is 0, but for a thruster's gain."""
+    filled = np.zeros(len(rows), dtype)
+    for own, row in zip(filled, rows, strict=True):
+        if dtype is tables.THRUSTER:
+            own["gain"] = 1.0
+        for name, value in row.items():
+            own[name] = value
+    return filled
 
 
 def oracle(name):
@@ -87,7 +98,7 @@ def sea_of(name):
 def hull(**changes):
     """A WAM-V without thrusters."""
     row = {
-        "body": 1, "qpos": 0, "dof": 0, "profile": tables.VRX, "station_start": 0, "station_count": 4,
+        "body": 1, "qpos": 0, "dof": 0, "profile": VRX, "station_start": 0, "station_count": 4,
         "density": 997.8, "gravity": 9.815, "level": 0.0,
         "added_mass": (0.0, 0.0, 0.1, 0.1, 0.1, 0.0),
         "drag_linear": (51.3, 40.0, 500.0, 50.0, 50.0, 400.0),
@@ -131,7 +142,7 @@ def thruster(**changes):
     row = {
         "hull": 0, "body": 1, "qpos": -1, "dof": -1, "position": (-2.373776, 1.027135, 0.318237),
         "rotation": np.eye(3), "propeller": PROPELLER, "direction": (1.0, 0.0, 0.0),
-        "body_com": (-0.01, 0.0, -0.02), "mapping": tables.GLF, "max_command": 1.0,
+        "body_com": (-0.01, 0.0, -0.02), "mapping": GLF, "max_command": 1.0,
         "max_forward": 250.0, "max_reverse": -100.0, "gain": 1.0, "timeout": 1.0, "max_angle": math.pi / 2,
         "kp": 300.0, "kd": 20.0, "effort": 10.0, "velocity": 10.0, "inertia": 0.131210,
         "area": 0.0, "slope": 0.0, "density": 0.0, "race": -1, "race_area": 0.0, "race_share": 0.0, "measured": -1,
@@ -141,9 +152,9 @@ def thruster(**changes):
 
 
 SIZES = {
-    "box": lambda a, b, c: (tables.BOX, a * b * c, (a + b + c) / 3),
-    "sphere": lambda a, b, c: (tables.SPHERE, 4 / 3 * math.pi * a**3, 2 * a),
-    "cylinder": lambda a, b, c: (tables.CYLINDER, math.pi * a**2 * b, (2 * a + b) / 2),
+    "box": lambda a, b, c: (BOX, a * b * c, (a + b + c) / 3),
+    "sphere": lambda a, b, c: (SPHERE, 4 / 3 * math.pi * a**3, 2 * a),
+    "cylinder": lambda a, b, c: (CYLINDER, math.pi * a**2 * b, (2 * a + b) / 2),
 }
 
 
@@ -164,7 +175,7 @@ def floating(elements, **changes):
     row = {
         "body": 1, "qpos": 0, "dof": 0, "mass": 20.0, "com": (0.0, 0.0, -2.0),
         "inertia": (1.0, 1.0, 0.1, 0.0, 0.0, 0.0), "density": 1000.0, "gravity": 9.8, "level": 0.0,
-        "linear_drag": 25.0, "angular_drag": 2.0, "profile": tables.VRX, "follower": -1,
+        "linear_drag": 25.0, "angular_drag": 2.0, "profile": VRX, "follower": -1,
         "element_start": 0, "element_count": len(elements),
         "wind": (0.0, 0.0, 0.0),
     }  # fmt: skip

@@ -7,13 +7,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from unit.physics.rows import MARKER, element, floating, matrix, moving, rotation
-from vrx_mj.physics import tables
+from unit.physics.rows import MARKER, element, floating, matrix, moving, rotation, table
+from vrx_mj.model import tables
 from vrx_mj.physics.afloat import apparent_gravity, flotation_in_waves, rope_pull
 from vrx_mj.physics.flotation import flotation
 from vrx_mj.physics.kinematics import Orbital
 from vrx_mj.physics.motion import zero_wrench
-from vrx_mj.physics.tables import table
+from vrx_mj.physics.tables import MARINE
 
 STILL = Orbital(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 DEEP = element("sphere", (0.2, 0.0, 0.0))
@@ -22,7 +22,7 @@ angles = st.tuples(*[st.floats(-0.6, 0.6)] * 3)
 
 
 def row(*elements, **changes):
-    return floating(list(elements), profile=tables.MARINE, **changes)
+    return floating(list(elements), profile=MARINE, **changes)
 
 
 @given(angles, st.tuples(*[numbers] * 6), st.floats(-0.4, 0.4))

@@ -5,10 +5,10 @@ import pytest
 from numpy.random import default_rng
 
 from unit.physics.rows import moving as placed
-from vrx_mj.physics import tables
+from unit.physics.rows import table as table_of
+from vrx_mj.model.tables import STRIP
 from vrx_mj.physics.crossflow import crossflow_drag
 from vrx_mj.physics.motion import zero_wrench
-from vrx_mj.physics.tables import STRIP
 
 RHO, CD, DRAFT, LENGTH = 1025.0, 0.9, 0.3, 4.0
 
@@ -21,7 +21,7 @@ def strips(count=400, stern=-2.0, height=0.0):
     """A plate of `LENGTH` m, whose strips are equal."""
     middles = stern + LENGTH * (np.arange(count) + 0.5) / count
     drag = 0.5 * RHO * CD * DRAFT * LENGTH / count
-    return tables.table(STRIP, [{"x": x, "z": height, "drag": drag, "lift": 0.0} for x in middles.tolist()])
+    return table_of(STRIP, [{"x": x, "z": height, "drag": drag, "lift": 0.0} for x in middles.tolist()])
 
 
 def test_sway_is_the_drag_of_the_lateral_area():
@@ -54,7 +54,7 @@ def test_roll_feels_drag_below_the_origin():
 
 def test_against_a_second_implementation_and_energy_is_only_lost():
     draw = default_rng(3)
-    table = tables.table(
+    table = table_of(
         STRIP,
         [
             {"x": x, "z": z, "drag": k, "lift": lift}

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from vrx_mj.physics import tables
+from unit.physics.rows import table
+from vrx_mj.model import tables
 from vrx_mj.physics.current import current_share, current_step, current_velocity
-from vrx_mj.physics.tables import table
 
 STILL = {
     "mean": (0.0, 0.0), "tide_major": (0.0, 0.0), "tide_minor": (0.0, 0.0), "tide_frequency": 0.0, "tide_phase": 0.0,

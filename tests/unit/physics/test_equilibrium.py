@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from unit.physics.rows import sea
+from unit.physics.rows import sea, table
+from vrx_mj.model.tables import HULL, STATION, WAVE
 from vrx_mj.physics.hydrostatics import at_rest, greatest_lift, hydrostatics, section_area, settle
-from vrx_mj.physics.tables import HULL, STATION, WAVE, table
 
 RADIUS, LENGTH, RHO, G = 0.2, 1.0, 1000.0, 9.8
 CALM, SEA_ROW = sea()

@@ -20,9 +20,9 @@ from unit.physics.rows import (
     oracle,
     sea_of,
 )
+from vrx_mj.model.tables import FLOAT_STATE
 from vrx_mj.physics.flotation import add_flotation_drag, flotation, flotation_of_step, water_rise
 from vrx_mj.physics.motion import Wrench, motion, zero_wrench
-from vrx_mj.physics.tables import FLOAT_STATE
 from vrx_mj.physics.volumes import submerged
 from vrx_mj.physics.waves import surface_height
 

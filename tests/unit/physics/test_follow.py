@@ -7,10 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from unit.physics.rows import in_body_axes, matrix, moving
-from vrx_mj.physics import tables
+from unit.physics.rows import in_body_axes, matrix, moving, table
+from vrx_mj.model import tables
 from vrx_mj.physics.flotation import follow
-from vrx_mj.physics.tables import table
 
 PLACES = ((10.0, 0.0), (10.0, 5.0), (-3.0, 5.0))
 

@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from unit.physics.rows import moving
-from vrx_mj.physics import tables
+from unit.physics.rows import moving, table
+from vrx_mj.model import tables
 from vrx_mj.physics.gusts import gust_frequencies, gust_variance, npd
-from vrx_mj.physics.tables import table
+from vrx_mj.physics.tables import MARINE
 from vrx_mj.physics.waves import random_phases
 from vrx_mj.physics.wind import air_velocity, wind_on_float, wind_series, wind_share, wind_step
 
@@ -117,7 +117,7 @@ def test_a_buoy_feels_the_apparent_wind_in_its_own_axes():
     """It turns by 90 degrees and moves north at 2 m/s, its own x, in a wind to the north of 5 m/s."""
     item = table(tables.FLOAT, [])
     item = np.zeros(1, item.dtype)[0]
-    item["profile"], item["wind"] = tables.MARINE, (2.0, 1.0, 0.5)
+    item["profile"], item["wind"] = MARINE, (2.0, 1.0, 0.5)
     body = moving(angles=(0, 0, math.pi / 2), velocity=(2, 0, 0, 0, 0, 0))
     assert wind_on_float(item, body, (0.0, 5.0)) == pytest.approx((0.0, 2.0 * 3.0**2, 0, 0, 0, 0), abs=1e-12)
     assert wind_on_float(item, body, (1.0, 2.0)) == pytest.approx((1.0, 0, 0, 0, 0, 0), abs=1e-12)

@@ -7,6 +7,7 @@ import pytest
 
 from unit.physics.rows import matrix, moving, sea
 from vrx_mj.linear_waves import Site
+from vrx_mj.model.tables import HULL
 from vrx_mj.physics.kinematics import (
     Turning,
     orbital_motion,
@@ -17,7 +18,6 @@ from vrx_mj.physics.kinematics import (
     water_pressure,
 )
 from vrx_mj.physics.motion import relative_motion
-from vrx_mj.physics.tables import HULL
 from vrx_mj.physics.waves import surface_height
 from vrx_mj.spectra import irregular_sea, jonswap, regular_wave, stokes_wave
 

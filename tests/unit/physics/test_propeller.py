@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from unit.physics.rows import hull, matrix, moving, rotation, sea, thruster
-from vrx_mj.physics import tables
+from unit.physics.rows import hull, matrix, moving, rotation, sea, table, thruster
+from vrx_mj.model import tables
 from vrx_mj.physics.propeller import (
     advance_thrust,
     disc_share,
@@ -15,7 +15,6 @@ from vrx_mj.physics.propeller import (
     propeller_step,
     update_propeller,
 )
-from vrx_mj.physics.tables import table
 from vrx_mj.spectra import irregular_sea, jonswap
 
 WAMV = ((0.3, 9.0), (0.4, 53.0), (0.5, 85.0), (0.6, 120.0), (0.7, 157.0), (0.8, 182.0), (0.9, 219.0), (1.0, 240.0))

@@ -8,11 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from unit.physics.rows import moving, sea
+from unit.physics.rows import moving, sea, table
 from vrx_mj.linear_waves import Site
-from vrx_mj.physics import tables
+from vrx_mj.model import tables
 from vrx_mj.physics.radiation import diffraction_load, memory_load, memory_step
-from vrx_mj.physics.tables import table
 from vrx_mj.spectra import irregular_sea, jonswap, regular_wave
 
 HEAVE = 2

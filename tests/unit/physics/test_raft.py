@@ -5,10 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from unit.physics.rows import moving
-from vrx_mj.physics import tables
+from unit.physics.rows import moving, table
+from vrx_mj.model import tables
 from vrx_mj.physics.raft import RAFT_WORK, _add_drag, moor
-from vrx_mj.physics.tables import table
 
 NUMBER = st.floats(-5.0, 5.0)
 STIFFNESS, DAMPING, DT = 2000.0, 500.0, 0.01

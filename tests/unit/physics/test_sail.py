@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from unit.physics.rows import moving, thruster
-from vrx_mj.physics import tables
+from unit.physics.rows import moving, table, thruster
+from vrx_mj.model import tables
 from vrx_mj.physics.sail import boom_target, sail_curve, sail_force, wind_on_sail
-from vrx_mj.physics.tables import table
+from vrx_mj.physics.tables import SAIL
 
 NO_AIR = np.zeros(0, tables.AIR)
 ANGLES = st.floats(-math.pi, math.pi)
@@ -30,7 +30,7 @@ REAL = curves(sail_curve(4.0))
 
 def sail(curve=FLAT, **changes):
     row = {
-        "mapping": tables.SAIL, "position": (0.3, 0.0, 0.5), "propeller": (-0.4, 0.0, 1.5),
+        "mapping": SAIL, "position": (0.3, 0.0, 0.5), "propeller": (-0.4, 0.0, 1.5),
         "direction": (0.0, 1.0, 0.0), "area": AREA, "density": DENSITY, "curve_count": len(curve),
         "max_angle": 1.5, "sheeted": 1,
     }  # fmt: skip

@@ -6,8 +6,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from unit.physics.rows import sea, sea_of
-from vrx_mj.physics import tables
+from unit.physics.rows import sea, sea_of, table
+from vrx_mj.model import tables
 from vrx_mj.physics.surface import (
     COARSE,
     EDGE,
@@ -23,7 +23,6 @@ from vrx_mj.physics.surface import (
     ripples,
     spokes,
 )
-from vrx_mj.physics.tables import table
 from vrx_mj.physics.waves import elevation, ramp
 
 SUN, TIME, COURSE, HALF = np.array([0.0, 0.6, 0.8]), 7.3, 0.4, 0.6

@@ -8,8 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from unit.physics.rows import PROPELLER, hull, in_body_axes, moving, oracle, rotation, thruster
+from vrx_mj.model.tables import THRUSTER_STATE
 from vrx_mj.physics.motion import shift
-from vrx_mj.physics.tables import GLF, LINEAR, THRUSTER_STATE
+from vrx_mj.physics.tables import GLF, LINEAR
 from vrx_mj.physics.thrust import (
     effective_command,
     engine_wrench,

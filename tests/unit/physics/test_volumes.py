@@ -7,8 +7,8 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from unit.physics.rows import SIZES, element, matrix, moving, moving_row, oracle
-from vrx_mj.physics.tables import ELEMENT, table
+from unit.physics.rows import SIZES, element, matrix, moving, moving_row, oracle, table
+from vrx_mj.model.tables import ELEMENT
 from vrx_mj.physics.volumes import submerged
 
 angles = st.tuples(*[st.floats(-math.pi, math.pi)] * 3)

@@ -8,12 +8,13 @@ import math
 import numpy as np
 import pytest
 
-from unit.physics.rows import element, floating, hull, in_body_axes, matrix, moving, sea, sea_of, thruster
+from unit.physics.rows import element, floating, hull, in_body_axes, matrix, moving, sea, sea_of, table, thruster
+from vrx_mj.model.tables import ELEMENT_STATE, STATION, WIND, WIND_STATE, WINDAGE
 from vrx_mj.physics.drag import added_bias, added_inertia, bias_on_hull, drag, drag_on_hull
 from vrx_mj.physics.flotation import flotation, water_at_elements
 from vrx_mj.physics.hydrostatics import hydrostatics
 from vrx_mj.physics.motion import zero_wrench
-from vrx_mj.physics.tables import ELEMENT_STATE, NEWTONS, STATION, VRX, VRX3, WIND, WIND_STATE, WINDAGE, table
+from vrx_mj.physics.tables import NEWTONS, VRX, VRX3
 from vrx_mj.physics.thrust import thrust_force
 from vrx_mj.physics.waves import pms_components, surface_height
 from vrx_mj.physics.wind import apparent_wind_load, gust_step, wind_load, wind_on_float, wind_on_hull

@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from unit.physics.rows import moving, sea
+from unit.physics.rows import moving, sea, table
 from vrx_mj.linear_waves import Site
+from vrx_mj.model.tables import PART, VESSEL
 from vrx_mj.physics.kinematics import water_pressure
 from vrx_mj.physics.lanes import WIDTH
-from vrx_mj.physics.tables import PART, VESSEL, table
 from vrx_mj.physics.wave_box import BOX_MEMORY, LEVELS, ROWS, SHALLOW_LEVELS, SLENDER_ROWS, pressures_in_waves
 from vrx_mj.physics.wave_columns import wave_columns
 from vrx_mj.physics.waves import surface_height

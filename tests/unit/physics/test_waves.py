@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from unit.physics.rows import oracle, sea, sea_of
-from vrx_mj.physics.tables import WAVE
+from vrx_mj.model.tables import WAVE
 from vrx_mj.physics.waves import (
     cwr_components,
     pms_components,

@@ -6,9 +6,9 @@ import numba
 import numpy as np
 import pytest
 
-from unit.physics.rows import FORCE_ERROR, in_body_axes, moving, moving_row, oracle
+from unit.physics.rows import FORCE_ERROR, in_body_axes, moving, moving_row, oracle, table
+from vrx_mj.model.tables import WIND, WIND_STATE
 from vrx_mj.physics.noise import stream_key
-from vrx_mj.physics.tables import WIND, WIND_STATE, table
 from vrx_mj.physics.wind import gust_step, wind_load, wind_velocity
 
 WAMV = np.array([0.5, 0.5, 0.33])

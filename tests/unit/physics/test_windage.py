@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from unit.physics.rows import hull, in_body_axes, moving
-from vrx_mj.physics import tables
-from vrx_mj.physics.tables import table
+from vrx_mj.model import tables
+from vrx_mj.model.tables import table_of
+from vrx_mj.physics.tables import MARINE
 from vrx_mj.physics.wind import wind_at_hull, wind_on_hull
 from vrx_mj.physics.windage import (
     BLENDERMANN,
@@ -25,8 +26,8 @@ HALF = 0.5 * 1.225
 
 
 def boat(curve, **changes):
-    rows = table(tables.WINDAGE, windage_rows(curve, AREAS))
-    own = {"profile": tables.MARINE, "windage_count": len(rows), "windage_height": AREAS.height}
+    rows = table_of(tables.WINDAGE, windage_rows(curve, AREAS))
+    own = {"profile": MARINE, "windage_count": len(rows), "windage_height": AREAS.height}
     return hull(link_com=(0.0, 0.0, 0.0), **own | changes), rows
 
 
@@ -71,10 +72,8 @@ def test_isherwood_s_moment_is_about_amidships():
     areas = Areas(frontal=300.0, lateral=1000.0, length=100.0, height=8.0)
     curve = isherwood_curve(Superstructure(20.0, 140.0, 400.0, 2), areas, offset=5.0)
     rows = windage_rows([(angle, cx, cy, 1.0, cn) for angle, cx, cy, cn in curve], areas)
-    own = hull(
-        link_com=(0.0, 0.0, 0.0), profile=tables.MARINE, windage_count=19, windage_height=8.0, windage_offset=5.0
-    )
-    load = windage_load(own, table(tables.WINDAGE, rows), moving(), from_angle(90.0))
+    own = hull(link_com=(0.0, 0.0, 0.0), profile=MARINE, windage_count=19, windage_height=8.0, windage_offset=5.0)
+    load = windage_load(own, table_of(tables.WINDAGE, rows), moving(), from_angle(90.0))
     assert load.fy == pytest.approx(-HALF * 100.0 * 1000.0 * 0.799)
     assert load.tz == pytest.approx(-HALF * 100.0 * 1000.0 * 100.0 * 0.0341)
 

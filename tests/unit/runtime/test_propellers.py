@@ -241,7 +241,7 @@ def test_a_boat_that_leaves_takes_only_its_own_propeller(barge):
 
 def test_controllers_get_the_measured_curve(barge):
     own = next(iter(barge(", dead_zone: 0.1").observe().values())).thrusters["main"]
-    assert (own.max_forward, own.max_reverse, own.max_command) == (240.0, 100.0, 1.0)
+    assert (own.max_forward, own.max_reverse, own.max_command) == (240.0, -100.0, 1.0)
     assert [own.command(force) for force in (85.0, 0.0, -20.0)] == pytest.approx([0.5, 0.0, -0.4])
 
 

@@ -1,0 +1,152 @@
+"""The numbers of a compiled world by name: the path of a field, as `wamv.hull.drag_linear.surge`."""
+
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields, is_dataclass, replace
+from functools import cache
+from types import UnionType
+from typing import Any, Union, get_args, get_origin
+
+from pydantic import TypeAdapter, ValidationError
+
+from vrx_mj.arguments import as_number, check_name
+from vrx_mj.config.base import own_docstrings
+from vrx_mj.config.loading import fault_text
+from vrx_mj.errors import CommandError, shown
+from vrx_mj.model.kinds import HEADING, STRICT, TIED, Angle, Parts, Unless
+from vrx_mj.model.world import Parameters
+
+_UNIT = re.compile(r" \[([^]]+)\]")
+_TURNS = ("roll", "pitch", "yaw")
+_ROOTS = ("sea", "current", "wind", "air", "moorings", "ropes")
+"""Fields of a world whose names numbers begin with; those of boats begin with the boat's."""
+_Path = tuple[str | int, ...]
+
+
+@dataclass(frozen=True)
+class Number:
+    """A number of a compiled world, which `compile_world(..., parameters={name: value})` sets."""
+
+    name: str
+    """Path of its field: `wamv.hull.drag_linear.surge`."""
+    value: float
+    """Value in this world."""
+    unit: str
+    """Unit, SI; `1` for a number without one."""
+    meaning: str
+    """What it is."""
+    path: _Path = field(repr=False, compare=False)
+    """Fields and rows that lead to it in `World.parameters`."""
+    kind: Any = field(repr=False, compare=False)
+    """Type with its range."""
+
+
+def numbers_of(world: Parameters) -> dict[str, Number]:
+    """Numbers of sea, current, wind, moorings and boats, by name."""
+    found = [number for name in _ROOTS for number in _field(world, name, (), name)]
+    for index, (boat, hull) in enumerate(zip(world.boats, world.hulls, strict=True)):
+        found += _rows(hull, ("hulls", index), f"{boat.name}.hull")
+        for row in range(hull.station_count):
+            own = hull.station_start + row
+            found += _rows(world.stations[own], ("stations", own), f"{boat.name}.stations.{row}")
+        for own in range(hull.thruster_start, hull.thruster_start + hull.thruster_count):
+            thruster = world.thrusters[own]
+            found += _rows(thruster, ("thrusters", own), f"{boat.name}.thrusters.{thruster.name}")
+        if boat.battery:
+            found += _rows(boat.battery, ("boats", index, "battery"), f"{boat.name}.battery")
+    return {number.name: number for number in found}
+
+
+def with_numbers(world: Parameters, values: Mapping[str, object]) -> Parameters:
+    """A world with other values of its numbers.
+
+    Raises:
+        UnknownNameError: no number of the world has a name.
+        CommandError: a value is not a number, or outside its range.
+    """
+    known = numbers_of(world) if values else {}
+    for name, value in values.items():
+        check_name("parameter", name, known)
+        world = _with_value(world, known[name].path, _field_value(known[name], value))
+    return world
+
+
+def _field_value(number: Number, given: object) -> object:
+    """The value that a number's field takes.
+
+    Raises:
+        CommandError: it is not a number, or outside the range.
+    """
+    value = as_number(given)
+    if not math.isfinite(value) or isinstance(given, bool):
+        raise CommandError(f"invalid {number.name} {shown(given)}: a finite number [{number.unit}] is needed")
+    heading = number.kind is HEADING
+    try:
+        _adapter(Angle if heading else number.kind).validate_python(value)
+    except ValidationError as error:
+        raise CommandError(f"invalid {number.name} [{number.unit}]: {fault_text(error)}") from None
+    return (math.cos(value), math.sin(value)) if heading else value
+
+
+@cache
+def _adapter(kind: Any) -> TypeAdapter[Any]:
+    return TypeAdapter(kind, config=STRICT)
+
+
+def _with_value(whole: Any, path: _Path, value: object) -> Any:
+    if not path:
+        return value
+    step, *rest = path
+    if isinstance(step, int):
+        return (*whole[:step], _with_value(whole[step], tuple(rest), value), *whole[step + 1 :])
+    return replace(whole, **{step: _with_value(getattr(whole, step), tuple(rest), value)})
+
+
+@cache
+def _declarations(kind: Any) -> dict[str, tuple[Any, str]]:
+    """Types and docstrings of the fields of a dataclass."""
+    texts = own_docstrings(kind)
+    return {own.name: (own.type, texts[own.name]) for own in fields(kind)}
+
+
+def _rows(row: Any, path: _Path, name: str) -> Iterator[Number]:
+    for own, (kind, _) in _declarations(row.__class__).items():
+        marks = [mark for mark in getattr(kind, "__metadata__", ()) if isinstance(mark, Unless)]
+        if not any(getattr(row, other) for mark in marks for other in mark.names):
+            yield from _field(row, own, path, f"{name}.{own}")
+
+
+def _field(row: Any, own: str, path: _Path, name: str) -> Iterator[Number]:
+    kind, text = _declarations(row.__class__)[own]
+    unit = _UNIT.search(text)
+    meaning = _UNIT.sub("", text, count=1).split("\n")[0]
+    yield from _numbers(getattr(row, own), kind, (*path, own), name, unit[1].split(", ") if unit else [], meaning)
+
+
+def _numbers(value: Any, kind: Any, path: _Path, name: str, units: Sequence[str], meaning: str) -> Iterator[Number]:
+    """The numbers of a value; `units` are those of its parts, or of motions along and about axes."""
+    if get_origin(kind) in {Union, UnionType}:
+        kind = get_args(kind)[0]
+    marks = getattr(kind, "__metadata__", ())
+    inner = get_args(kind)[0] if marks else kind
+    if value is None or TIED in marks:
+        return
+    if HEADING in marks:
+        yield Number(name, math.atan2(value[1], value[0]), units[0] if units else "", meaning, path, HEADING)
+    elif is_dataclass(value):
+        yield from _rows(value, path, name)
+    elif isinstance(value, tuple):
+        parts = next((mark.names for mark in marks if isinstance(mark, Parts)), tuple(map(str, range(len(value)))))
+        kinds = get_args(inner)
+        for index, (part, own) in enumerate(zip(parts, value, strict=True)):
+            each = units
+            if len(units) > 1 and len(parts) == len(units):
+                each = units[index : index + 1]
+            elif len(units) > 1 and part in _TURNS:
+                each = units[1:]
+            yield from _numbers(
+                own, kinds[0 if kinds[-1] is ... else index], (*path, index), f"{name}.{part}", each, meaning
+            )
+    elif inner is float:
+        yield Number(name, value, units[0] if units else "", meaning, path, kind)
