@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 from vrx_mj.constants import EARLY
 from vrx_mj.model import tasks
-from vrx_mj.tasks.frame import Count, Frame, TaskStatus
-from vrx_mj.tasks.rules import Outputs, PlainRules, SetPinger, TaskContext
+from vrx_mj.tasks.frame import Frame, TaskStatus
+from vrx_mj.tasks.rules import Outputs, Rules, RunningMean, SetPinger, TaskContext
 
 _PINGER_PERIOD = 0.1
 """Least time between two messages of where the moving beacon is [s]; VRX's."""
@@ -23,7 +23,7 @@ class AcousticPerceptionState:
     """Distance to the beacon [m], in space; None before the first frame, at which the beacon is put to its place."""
 
 
-class AcousticPerception(PlainRules):
+class AcousticPerception(Rules):
     """The score is the time until the boat is within `goal_tolerance` of the beacon; a run in vain has the full time.
 
     As in VRX the distance is taken in space, so that a deep beacon leaves less room, and the task ends in any phase: a
@@ -59,19 +59,14 @@ class AcousticPerception(PlainRules):
 
 
 @dataclass
-class AcousticTrackingState:
+class AcousticTrackingState(RunningMean):
     """Sums over the frames since the run began."""
 
-    frames: Count = 0
-    total: float = 0.0
-    """Sum of the distances [m]."""
-    error: float = 0.0
-    """The last distance [m]."""
     due: float = 0.0
     """Time at which the beacon of the receivers is placed next [s]."""
 
 
-class AcousticTracking(PlainRules):
+class AcousticTracking(Rules):
     """The score is the mean horizontal distance to the beacon [m], at time-out with a penalty for every collision.
 
     VRX's quirk is kept: receivers hear the beacon `pinger_depth` above the water, not below it.
@@ -93,9 +88,7 @@ class AcousticTracking(PlainRules):
         if frame.time >= own.due - EARLY:
             own.due = frame.time + _PINGER_PERIOD
             context.act(SetPinger(self._boat, (pinger.x, pinger.y, self._height)))
-        own.error = math.hypot(pinger.x - boat.x, pinger.y - boat.y)
-        own.frames, own.total = own.frames + 1, own.total + own.error
-        context.set_score(own.total / own.frames)
+        context.set_score(own.add(math.hypot(pinger.x - boat.x, pinger.y - boat.y)))
 
     def timeout_score(self, status: TaskStatus) -> float | None:
         """The mean and the penalties, also those of collisions before the run began, as in VRX."""
@@ -105,4 +98,4 @@ class AcousticTracking(PlainRules):
         """The errors, once it runs."""
         if not self.state.frames:
             return {}
-        return {"pose_error": self.state.error, "mean_pose_error": self.state.total / self.state.frames}
+        return {"pose_error": self.state.error, "mean_pose_error": self.state.mean}

@@ -7,50 +7,43 @@ simulated in both profiles; VRX classic times the stay by the wall clock, which 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any
 
 from vrx_mj.config.bays import LIGHT_COLORS
 from vrx_mj.constants import EARLY
 from vrx_mj.errors import CommandError, StateError, shown
 from vrx_mj.model import tasks
 from vrx_mj.tasks.frame import Frame, Phase, Place, Pose, TaskStatus
-from vrx_mj.tasks.rules import LightUp, Outputs, PlainRules, ShowSymbol, TaskContext
+from vrx_mj.tasks.rules import LightUp, Outputs, Rules, ShowSymbol, TaskContext
 
 _TOPIC = "color_sequence"
 _Point = tuple[float, float, float]
 
 
-@dataclass(frozen=True, slots=True)
-class Box:
-    """An upright box in the frame of a dock; its faces belong to it."""
+def is_in(box: tasks.Box, point: Sequence[float]) -> bool:
+    """Whether a point [m] is in an upright box of the dock's frame, whose faces belong to it."""
+    return all(2.0 * abs(p - center) <= size for p, center, size in zip(point, box.center, box.size, strict=True))
 
-    center: _Point
-    """Centre [m]."""
-    size: _Point
-    """Length of the edges [m]."""
 
-    def contains(self, point: Sequence[float]) -> bool:
-        """Whether a point is in it."""
-        return all(2.0 * abs(p - center) <= size for p, center, size in zip(point, self.center, self.size, strict=True))
+def crosses(box: tasks.Box, start: Sequence[float], end: Sequence[float]) -> bool:
+    """Whether the straight way from one point to another has a point in a box: it lies between all pairs of faces."""
+    enters, leaves = 0.0, 1.0
+    for a, b, center, size in zip(start, end, box.center, box.size, strict=True):
+        low, high = center - 0.5 * size, center + 0.5 * size
+        if a == b:
+            if not low <= a <= high:
+                return False
+            continue
+        first, last = sorted(((low - a) / (b - a), (high - a) / (b - a)))
+        enters, leaves = max(enters, first), min(leaves, last)
+    return enters <= leaves
 
-    def meets(self, start: Sequence[float], end: Sequence[float]) -> bool:
-        """Whether the straight way from one point to another has a point in it: it lies between all pairs of faces."""
-        enters, leaves = 0.0, 1.0
-        for a, b, center, size in zip(start, end, self.center, self.size, strict=True):
-            low, high = center - 0.5 * size, center + 0.5 * size
-            if a == b:
-                if not low <= a <= high:
-                    return False
-                continue
-            first, last = sorted(((low - a) / (b - a), (high - a) / (b - a)))
-            enters, leaves = max(enters, first), min(leaves, last)
-        return enters <= leaves
 
-    def is_entered(self, before: Sequence[float], now: Sequence[float], reach: float) -> bool:
-        """Whether something has come in between two frames; at most `reach` [m] apart, or it did not come that way."""
-        if self.contains(before):
-            return False
-        return self.meets(before, now) if math.dist(before, now) <= reach else self.contains(now)
+def has_entered(box: tasks.Box, before: Sequence[float], now: Sequence[float], reach: float) -> bool:
+    """Whether something has come into a box between two frames; more than `reach` [m] apart, it did not fly there."""
+    if is_in(box, before):
+        return False
+    return crosses(box, before, now) if math.dist(before, now) <= reach else is_in(box, now)
 
 
 def relative(anchor: Pose, pose: Pose) -> _Point:
@@ -70,30 +63,6 @@ FASTEST = 30.0
 
 _HIT: Mapping[str, Any] = {"time": int | float, "ball": str, "bay": str, "size": str, "points": int | float}
 """Keys of a hit, as teams see it."""
-
-
-class Bay(NamedTuple):
-    """Where a boat may dock. The zones are in the dock's frame, and for the boat's origin."""
-
-    name: str
-    placard: str | None
-    symbol: str
-    right: bool
-    """Whether it is one of those to dock in."""
-    internal: Box
-    """Stay here to dock."""
-    external: Box
-    """Back out to here for the points."""
-
-
-class Hole(NamedTuple):
-    """A hole to shoot through."""
-
-    bay: str
-    size: str
-    points: float
-    box: Box
-    """Box in the dock's frame, for the ball's centre."""
 
 
 @dataclass
@@ -122,7 +91,7 @@ class DockingState:
     """Holes hit: time [s], ball, bay, size and points."""
 
 
-class Docking(PlainRules):
+class Docking(Rules):
     """The score is in points; none are lost when time is up.
 
     VRX's quirks are kept: a boat docks once, and gets points also in a wrong bay; a ball counts in any placard's hole,
@@ -138,14 +107,15 @@ class Docking(PlainRules):
         self.state = DockingState()
         self._boat, self._anchor = task.boat, task.anchor
         self._balls = task.balls
-        self._bays = tuple(_bay(bay) for bay in task.bays)
-        self._holes = tuple(_hole(hole) for hole in task.holes if hole.points)
+        self._bays = task.bays
+        self._holes = [(hole, tasks.Box(center=hole.center, size=hole.box)) for hole in task.holes if hole.points]
         self._buoy, self._colors = task.light_buoy, [color.lower() for color in task.color_sequence]
         self._asks_colors, self._color_points = task.enable_color_checker, task.color_bonus_points
+        self.message = _TOPIC if self._asks_colors else Rules.message
         self._dock_points, self._right_points = task.dock_bonus_points, task.correct_dock_bonus_points
         self._stay = task.min_dock_time
         self._early_zones = self._announces = task.profile != "vrx3"
-        self._symbol = next((bay.symbol for bay in reversed(self._bays) if bay.right), None)
+        self._symbol = next((bay.symbol for bay in reversed(self._bays) if bay.dock_allowed), None)
 
     @property
     def progress(self) -> dict[str, object]:
@@ -209,9 +179,8 @@ class Docking(PlainRules):
         Raises:
             CommandError: the task takes no such message, or they are no three colours.
         """
-        if topic != _TOPIC or not self._asks_colors:
-            known = _TOPIC if self._asks_colors else "none"
-            raise CommandError(f"{self.title} takes no message {shown(topic)}; known: {known}")
+        if topic != self.message:
+            return super().accept(topic, content)
         return _colors(content)
 
     # Inside
@@ -235,19 +204,19 @@ class Docking(PlainRules):
         """
         own = self.state
         reach = FASTEST * (frame.time - own.seen)
-        for_points: list[tuple[str, Hole]] = []
+        for_points: list[tuple[str, tasks.Hole]] = []
         for ball in self._balls:
             now = list(relative(dock, frame.poses[ball]))
             before = own.balls.get(ball, now)
             own.balls[ball] = now
             if before != now:
-                for_points += [(ball, hole) for hole in self._holes if hole.box.is_entered(before, now, reach)]
+                for_points += [(ball, hole) for hole, box in self._holes if has_entered(box, before, now, reach)]
         own.seen = frame.time
         if for_points and context.status.phase == "running":
             ball, hole = for_points[-1]
             self._reward(ball, hole, frame.time, context)
 
-    def _reward(self, ball: str, hole: Hole, time: float, context: TaskContext) -> None:
+    def _reward(self, ball: str, hole: tasks.Hole, time: float, context: TaskContext) -> None:
         context.set_score(context.status.score + hole.points)
         self.state.hits.append({"time": time, "ball": ball, "bay": hole.bay, "size": hole.size, "points": hole.points})
         context.log(f"ball through the {hole.size} hole of {hole.bay}: {hole.points:g} points")
@@ -255,15 +224,15 @@ class Docking(PlainRules):
     def _follow_boat(self, frame: Frame, dock: Pose, context: TaskContext) -> None:
         own, place = self.state, relative(dock, frame.poses[self._boat])
         for bay in self._bays:
-            self._time_stay(bay, bay.internal.contains(place), frame.time, context)
+            self._time_stay(bay, is_in(bay.internal, place), frame.time, context)
         own.bay, came = next(iter(own.inside.items()), ("", frame.time))
         own.time_in_bay = frame.time - came
         for bay in self._bays:
-            if bay.name in own.docked and bay.external.contains(place):
+            if bay.name in own.docked and is_in(bay.external, place):
                 self._back_out(bay, context)
                 return
 
-    def _time_stay(self, bay: Bay, inside: bool, time: float, context: TaskContext) -> None:
+    def _time_stay(self, bay: tasks.Bay, inside: bool, time: float, context: TaskContext) -> None:
         """Time the stay in a bay; a boat that leaves too early begins anew."""
         own, docked = self.state, bay.name in self.state.docked
         if inside and bay.name not in own.inside:
@@ -277,13 +246,15 @@ class Docking(PlainRules):
             own.docked.append(bay.name)
             context.log(f"{self._boat} has docked in {bay.name}; points are given when it backs out")
 
-    def _back_out(self, bay: Bay, context: TaskContext) -> None:
+    def _back_out(self, bay: tasks.Bay, context: TaskContext) -> None:
         """Give the points, if the task runs, and end it."""
-        points = self._dock_points + (self._right_points if bay.right else 0.0)
+        points = self._dock_points + (self._right_points if bay.dock_allowed else 0.0)
         worth = f"{points:g} points" if context.status.phase == "running" else "no points before the task runs"
         self.state.left = bay.name
         context.set_score(context.status.score + points)
-        context.log(f"{self._boat} backs out of {bay.name}, the {'right' if bay.right else 'wrong'} bay: {worth}")
+        context.log(
+            f"{self._boat} backs out of {bay.name}, the {'right' if bay.dock_allowed else 'wrong'} bay: {worth}"
+        )
         context.finish()
 
 
@@ -293,12 +264,3 @@ def _colors(content: object) -> list[str]:
     if len(words) != 3 or len(colors) != 3 or not set(colors) <= set(LIGHT_COLORS):
         raise CommandError(f"invalid {_TOPIC} {shown(content)}: a list of three of {', '.join(LIGHT_COLORS)} is needed")
     return colors
-
-
-def _bay(bay: tasks.Bay) -> Bay:
-    inside, outside = (Box(zone.center, zone.size) for zone in (bay.internal, bay.external))
-    return Bay(bay.name, bay.placard, bay.symbol, bay.dock_allowed, inside, outside)
-
-
-def _hole(hole: tasks.Hole) -> Hole:
-    return Hole(hole.bay, hole.size, hole.points, Box(hole.center, hole.box))

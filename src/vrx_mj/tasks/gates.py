@@ -10,7 +10,7 @@ from typing import Literal, NamedTuple
 
 from vrx_mj.model import tasks
 from vrx_mj.tasks.frame import Frame, Pose, TaskStatus
-from vrx_mj.tasks.rules import PlainRules, TaskContext
+from vrx_mj.tasks.rules import Rules, TaskContext
 
 Side = Literal["outside", "before", "after"]
 _Passage = Literal["forwards", "backwards"]
@@ -72,7 +72,7 @@ class GatesState:
     """Where the boat was in them at the frame before: see `Side`."""
 
 
-class _GateRules(PlainRules):
+class _GateRules(Rules):
     """What both courses of gates have."""
 
     def __init__(self, task: tasks.Navigation | tasks.FollowPath) -> None:

@@ -9,10 +9,10 @@ from typing import Any
 
 from vrx_mj.model import tasks
 from vrx_mj.model.world import tree_of
-from vrx_mj.tasks.frame import Count, Frame, Phase, TaskStatus
+from vrx_mj.tasks.frame import Frame, Phase, TaskStatus
 from vrx_mj.tasks.gates import FAILURE, FollowPath, NavigationCourse
 from vrx_mj.tasks.referee import Referee
-from vrx_mj.tasks.rules import Outputs, PlainRules, SetPinger, TaskContext
+from vrx_mj.tasks.rules import Outputs, Rules, RunningMean, SetPinger, TaskContext
 from vrx_mj.tasks.stationkeeping import distance
 
 
@@ -28,19 +28,14 @@ def _channel_referee(task: tasks.Gymkhana) -> Referee:
 
 
 @dataclass
-class GymkhanaState:
+class GymkhanaState(RunningMean):
     """Sums over the frames since the run began, the way through the channel included."""
 
-    frames: Count = 0
-    total: float = 0.0
-    """Sum of the distances to the beacon [m]."""
-    error: float = 0.0
-    """The last distance [m]."""
     channel: dict[str, Any] = field(default_factory=dict)
     """What the channel's referee dumped."""
 
 
-class Gymkhana(PlainRules):
+class Gymkhana(Rules):
     """The score is `FAILURE` until the channel is finished, then the mean distance to the beacon [m]."""
 
     title = "the gymkhana"
@@ -80,10 +75,8 @@ class Gymkhana(PlainRules):
         self._watch_channel(frame, context)
         if context.status.phase != "running":
             return
-        own, channel = self._sums, self._channel
-        own.error = distance(frame.poses[self._boat], self._pinger)
-        own.frames, own.total = own.frames + 1, own.total + own.error
-        context.set_score(own.total / own.frames if channel.finished else FAILURE)
+        channel, mean = self._channel, self._sums.add(distance(frame.poses[self._boat], self._pinger))
+        context.set_score(mean if channel.finished else FAILURE)
         if self._may_fail and channel.finished and channel.status.score == FAILURE:
             context.set_score(FAILURE)
             context.finish()
@@ -106,12 +99,10 @@ class Gymkhana(PlainRules):
         """The beacon's place from `ready` on, the distances while it runs, and how the channel goes."""
         if status.phase == "initial":
             return {"channel": self._channel.info}
-        own = self._sums
-        mean = own.total / own.frames if own.frames else 0.0
         return {
             "goal": tree_of(self._pinger),
-            "pose_error": own.error,
-            "mean_pose_error": mean,
+            "pose_error": self._sums.error,
+            "mean_pose_error": self._sums.mean,
             "channel": self._channel.info,
         }
 

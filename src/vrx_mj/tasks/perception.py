@@ -9,7 +9,7 @@ from vrx_mj.constants import EARLY
 from vrx_mj.errors import CommandError, shown
 from vrx_mj.model import tasks
 from vrx_mj.tasks.frame import Count, Frame, Pose, TaskStatus
-from vrx_mj.tasks.rules import Outputs, PlaceObject, PlainRules, TaskContext
+from vrx_mj.tasks.rules import Outputs, PlaceObject, Rules, TaskContext
 
 _MISSED = 10.0
 """The error of an object that nobody reported [m]."""
@@ -46,10 +46,10 @@ class PerceptionState:
     """Whether there was a report of each."""
 
 
-class Perception(PlainRules):
+class Perception(Rules):
     """The score is the sum of errors [m] while it runs, and at its end their mean."""
 
-    title = "perception"
+    title, message = "perception", "landmark"
 
     def __init__(self, task: tasks.Perception) -> None:
         self._boat, self._objects, self._loops = task.boat, task.objects, task.loop_forever
@@ -90,8 +90,8 @@ class Perception(PlainRules):
 
     def accept(self, topic: str, content: object) -> object:
         """A report of a landmark: its type, x and y [m, ENU]."""
-        if topic != "landmark":
-            raise CommandError(f"perception takes no message {shown(topic)}; known: landmark")
+        if topic != self.message:
+            return super().accept(topic, content)
         if not isinstance(content, Mapping) or set(content) != _LANDMARK:
             what = (
                 f"the keys {', '.join(map(str, content)) or 'none'}" if isinstance(content, Mapping) else shown(content)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from vrx_mj.errors import CommandError, shown
-from vrx_mj.tasks.frame import Frame, Phase, TaskStatus
+from vrx_mj.tasks.frame import Count, Frame, Phase, TaskStatus
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,28 +76,37 @@ class TaskContext(Protocol):
         """Write a line into the log."""
 
 
-class Rules(Protocol):
-    """One task's rules. All that changes is in `state`, a dataclass of numbers, strings, lists and dicts."""
+class Rules:
+    """One task's rules. All that changes is in `state`, a dataclass of numbers, strings, lists and dicts.
+
+    By default phases and hits change nothing, the score stays when time is up, and no messages are taken.
+    """
 
     state: Any
-    counts_hits: bool
+    counts_hits = True
     """Whether a hit goes into the count of collisions."""
+    title = "the task"
+    """Name in error messages."""
+    message = "none"
+    """Topic of the message that a team may send."""
 
     @property
     def progress(self) -> Mapping[str, object]:
         """How far the parts of the task are, such as gates, for maps and recordings: plain data."""
+        return {}
 
     def enter(self, phase: Phase, frame: Frame, context: TaskContext) -> None:
-        """The task enters `ready`, `running` or `finished` (by `context.status.timed_out` or not) at this frame."""
+        """Enter `ready`, `running` or `finished` (by `context.status.timed_out` or not) at this frame."""
 
     def update(self, frame: Frame, context: TaskContext) -> None:
         """Look at a frame, in any phase; the frame at which a phase begins comes after `enter`."""
 
     def hit(self, other: str, frame: Frame, context: TaskContext) -> None:
-        """The boat has hit something, outside the dead time after the hit before; `status.collisions` counts it."""
+        """Take a hit by the boat, outside the dead time after the hit before; `status.collisions` counts it."""
 
     def timeout_score(self, status: TaskStatus) -> float | None:
         """The score of a run whose time is up, None for the one that it has; only one above 0 counts, as in VRX."""
+        return None
 
     def check(self, state: Any) -> None:
         """Check of a saved `state` what types of fields and lengths of lists leave open.
@@ -108,6 +117,7 @@ class Rules(Protocol):
 
     def outputs(self, status: TaskStatus) -> Outputs:
         """What the team sees now besides phase, times and score."""
+        return {}
 
     def accept(self, topic: str, content: object) -> object:
         """Check what the team sends; returns it as `Frame.messages` shall hold it.
@@ -115,39 +125,26 @@ class Rules(Protocol):
         Raises:
             CommandError: the task takes no such message, or its content is wrong.
         """
+        raise CommandError(f"{self.title} takes no message {shown(topic)}; known: {self.message}")
 
 
-class PlainRules:
-    """What most tasks have: phases and hits change nothing, the score stays when time is up, and no messages."""
+@dataclass
+class RunningMean:
+    """Sums over the frames since the run began."""
 
-    state: Any
-    counts_hits = True
-    """Whether a hit goes into the count of collisions."""
-    title = "the task"
-    """Name in error messages."""
+    frames: Count = 0
+    """Number of frames."""
+    total: float = 0.0
+    """Sum of the errors [m]."""
+    error: float = 0.0
+    """Error of the last frame [m]."""
 
     @property
-    def progress(self) -> Mapping[str, object]:
-        """Nothing that a map could show."""
-        return {}
+    def mean(self) -> float:
+        """Mean error [m]; 0 before the first frame."""
+        return self.total / self.frames if self.frames else 0.0
 
-    def enter(self, phase: Phase, frame: Frame, context: TaskContext) -> None:
-        """Nothing happens between phases."""
-
-    def hit(self, other: str, frame: Frame, context: TaskContext) -> None:
-        """Collisions cost nothing."""
-
-    def timeout_score(self, status: TaskStatus) -> float | None:
-        """The score stays."""
-        return None
-
-    def check(self, state: Any) -> None:
-        """Types and lengths are enough."""
-
-    def outputs(self, status: TaskStatus) -> Outputs:
-        """None."""
-        return {}
-
-    def accept(self, topic: str, content: object) -> object:
-        """It takes no messages."""
-        raise CommandError(f"{self.title} takes no message {shown(topic)}; known: none")
+    def add(self, error: float) -> float:
+        """Take in the error of a frame [m]; returns the mean."""
+        self.frames, self.total, self.error = self.frames + 1, self.total + error, error
+        return self.mean

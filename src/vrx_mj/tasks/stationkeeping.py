@@ -1,12 +1,11 @@
 """Station-keeping: hold a pose for the whole run (VRX stationkeeping_scoring_plugin.cc)."""
 
 import math
-from dataclasses import dataclass
 
 from vrx_mj.model import tasks
 from vrx_mj.model.world import tree_of
-from vrx_mj.tasks.frame import Count, Frame, Pose, TaskStatus
-from vrx_mj.tasks.rules import Outputs, PlainRules, TaskContext
+from vrx_mj.tasks.frame import Frame, Pose, TaskStatus
+from vrx_mj.tasks.rules import Outputs, Rules, RunningMean, TaskContext
 
 
 def pose_error(pose: Pose, goal: tasks.Goal, *, heading: bool = True) -> float:
@@ -26,34 +25,21 @@ def distance(pose: Pose, goal: tasks.Goal | tasks.Pinger) -> float:
     return math.hypot(goal.x - pose.x, goal.y - pose.y)
 
 
-@dataclass
-class StationkeepingState:
-    """Sums over the frames since the run began."""
-
-    frames: Count = 0
-    total: float = 0.0
-    """Sum of the errors [m]."""
-    error: float = 0.0
-    """The last error [m]."""
-
-
-class Stationkeeping(PlainRules):
+class Stationkeeping(Rules):
     """The score is the mean error [m]; the way to the goal counts."""
 
     title = "station-keeping"
 
     def __init__(self, task: tasks.Stationkeeping) -> None:
-        self.state = StationkeepingState()
+        self.state = RunningMean()
         self._boat, self._goal, self._heading = task.boat, task.goal, task.heading
 
     def update(self, frame: Frame, context: TaskContext) -> None:
         """Take the error of a frame into the mean."""
         if context.status.phase != "running":
             return
-        own = self.state
-        own.error = pose_error(frame.poses[self._boat], self._goal, heading=self._heading)
-        own.frames, own.total = own.frames + 1, own.total + own.error
-        context.set_score(own.total / own.frames)
+        error = pose_error(frame.poses[self._boat], self._goal, heading=self._heading)
+        context.set_score(self.state.add(error))
 
     def outputs(self, status: TaskStatus) -> Outputs:
         """The goal from `ready` on, and the errors while it runs."""

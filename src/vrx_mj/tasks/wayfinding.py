@@ -6,7 +6,7 @@ from vrx_mj.errors import StateError
 from vrx_mj.model import tasks
 from vrx_mj.model.world import tree_of
 from vrx_mj.tasks.frame import Frame, Phase, TaskStatus
-from vrx_mj.tasks.rules import Outputs, PlainRules, TaskContext
+from vrx_mj.tasks.rules import Outputs, Rules, TaskContext
 from vrx_mj.tasks.stationkeeping import pose_error
 
 
@@ -18,7 +18,7 @@ class WayfindingState:
     """Least error of each waypoint since the run began [m], as station-keeping has them; none before."""
 
 
-class Wayfinding(PlainRules):
+class Wayfinding(Rules):
     """The score is the mean over the waypoints of the least error [m]; the run lasts until time is up."""
 
     title = "wayfinding"

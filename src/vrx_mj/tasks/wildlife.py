@@ -15,7 +15,7 @@ from vrx_mj.errors import StateError
 from vrx_mj.model import tasks
 from vrx_mj.tasks.frame import Count, Frame, Pose, TaskStatus
 from vrx_mj.tasks.gates import Side
-from vrx_mj.tasks.rules import Outputs, PlainRules, TaskContext
+from vrx_mj.tasks.rules import Outputs, Rules, TaskContext
 
 GATES = 8
 AXES = tuple((math.cos(math.tau * gate / GATES), math.sin(math.tau * gate / GATES)) for gate in range(GATES))
@@ -62,7 +62,7 @@ class WildlifeState:
     """Number of times that they were published."""
 
 
-class Wildlife(PlainRules):
+class Wildlife(Rules):
     """The score is the time [s], in the end less a bonus for each animal circled and each one to avoid never engaged.
 
     VRX's quirks are kept: an animal is engaged within a radius in space; the sense alone counts, not which gates are

@@ -13,7 +13,8 @@ from unit.tasks.docking import AWAY, BALL, BAY, FAR, HOLES, OUT, ZONES, Run, doc
 from unit.tasks.streams import frame, pose
 from vrx_mj.errors import CommandError
 from vrx_mj.frames import quaternion, rotation
-from vrx_mj.tasks.dock import FASTEST, Box, relative
+from vrx_mj.model.tasks import Box
+from vrx_mj.tasks.dock import FASTEST, crosses, relative
 from vrx_mj.tasks.frame import Pose
 from vrx_mj.tasks.rules import LightUp, Release, ShowSymbol
 
@@ -250,8 +251,8 @@ def test_a_new_shot_does_not_fly_through_holes_on_its_way_to_the_muzzle():
     """From behind the placard, 4.5 m away, the straight way to the muzzle leads through the big hole."""
     run = Run(docking()).go(ball=(6.6, 9.6, 3.03)).go(ball=(2.3, 9.6, 1.7))
     assert run.score == 0.0
-    way = Box((5.95, 9.6, 2.83), (0.5, 0.5, 0.5))
-    assert way.meets((6.6, 9.6, 3.03), (2.3, 9.6, 1.7))
+    way = Box(center=(5.95, 9.6, 2.83), size=(0.5, 0.5, 0.5))
+    assert crosses(way, (6.6, 9.6, 3.03), (2.3, 9.6, 1.7))
 
 
 @pytest.mark.parametrize(("share", "score"), [(0.999, 5.0), (1.001, 0.0)])
@@ -461,7 +462,7 @@ def test_a_way_meets_a_box_where_a_walk_along_it_is_inside(start, end, center, s
     def walked(margin):
         return bool(np.any(np.all(apart <= np.array(size) / 2 + margin, axis=1)))
 
-    met = Box(center, size).meets(start, end)
+    met = crosses(Box(center=center, size=size), start, end)
     if walked(0.0):
         assert met
     if not walked(spacing):

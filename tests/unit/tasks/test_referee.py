@@ -13,7 +13,7 @@ from vrx_mj.errors import CommandError, StateError, UnknownNameError
 from vrx_mj.tasks.frame import Message
 from vrx_mj.tasks.referee import Referee, dead_time
 from vrx_mj.tasks.registry import TASK_KINDS, make_referee
-from vrx_mj.tasks.rules import PlainRules, Release
+from vrx_mj.tasks.rules import Release, Rules
 
 GOAL = {"x": 0.0, "y": 0.0, "yaw": 0.0, "latitude": None, "longitude": None}
 TYPES = sorted(TASK_KINDS)
@@ -98,7 +98,7 @@ class Nothing:
     """A state without anything."""
 
 
-class Early(PlainRules):
+class Early(Rules):
     """Sets scores and ends as the test wants."""
 
     def __init__(self, timeout=None, end=None):

@@ -168,18 +168,9 @@ def _task(host: Host) -> Mapping[str, Any]:
 
 
 def _info(task: Mapping[str, Any]) -> Message:
-    return new(
-        _INFO,
-        name=task["name"],
-        state=task["state"],
-        ready_time=stamp(task["ready_time"]),
-        running_time=stamp(task["running_time"]),
-        elapsed_time=duration(task["elapsed_time"]),
-        remaining_time=duration(task["remaining_time"]),
-        timed_out=task["timed_out"],
-        num_collisions=task["num_collisions"],
-        score=task["score"],
-    )
+    times = {"ready_time": stamp, "running_time": stamp, "elapsed_time": duration, "remaining_time": duration}
+    values = {name: task[name] for name in fields(_INFO)}
+    return new(_INFO, **values | {name: make(task[name]) for name, make in times.items()})
 
 
 def _info_parameters(host: Host) -> Message:
