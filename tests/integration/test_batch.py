@@ -177,6 +177,7 @@ DIFFERENT = {
     "thrust": (0.8, "thrust 0.8, not 1"), "wave_period": (1.5, "wave_period 1.5, not 1"),
     "wave_band": (0.5, "wave_band 0.5, not 1"), "wave_direction": (1.0, "wave_direction 1, not 0"),
     "wave_spread": (0.5, "wave_spread 0.5, not 1"), "wave_phases": ([0.5, 0.25, -1.0], "wave_phases 1, not 0"),
+    "parameters": ({"wamv.hull.drag_linear.sway": 55.0}, "wamv.hull.drag_linear.sway 55, not 40"),
 }  # fmt: skip
 """A value of each parameter that differs from the world's, and what is said of it."""
 

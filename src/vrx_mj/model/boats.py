@@ -40,11 +40,10 @@ from vrx_mj.model.kinds import (
     Vec3,
     WindForce,
 )
+from vrx_mj.physics.tables import BLADES, MESH, NEWTONS
 
 MOST_TRIANGLES = 5000
 """Of a hull's mesh."""
-RUDDER, NEWTONS, SAIL = 2, 3, 4
-"""Values of `Thruster.mapping`, as in `physics.tables`."""
 
 
 _WindPoint = Annotated[tuple[Angle, Real, Real, Real], Parts("angle", "surge", "sway", "yaw")]
@@ -166,7 +165,7 @@ class Vessel:
     @property
     def is_mesh(self) -> bool:
         """Whether pressure on a mesh carries it, not a stiffness."""
-        return self.hydrostatics == 0
+        return self.hydrostatics == MESH
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -338,7 +337,7 @@ class Thruster:
     @property
     def is_blade(self) -> bool:
         """Whether it is a rudder or a sail, which takes an angle alone."""
-        return self.mapping in (RUDDER, SAIL)
+        return self.mapping in BLADES
 
     @property
     def is_propeller(self) -> bool:

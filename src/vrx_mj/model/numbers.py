@@ -41,6 +41,22 @@ class Number:
     kind: Any = field(repr=False, compare=False)
     """Type with its range."""
 
+    def field_value(self, given: object) -> float | tuple[float, float]:
+        """What its field has for a value: the value, or the unit vector of a direction.
+
+        Raises:
+            CommandError: the value is not a number, or outside the range.
+        """
+        value = as_number(given)
+        if not math.isfinite(value) or isinstance(given, bool):
+            raise CommandError(f"invalid {self.name} {shown(given)}: a finite number [{self.unit}] is needed")
+        heading = self.kind is HEADING
+        try:
+            _adapter(Angle if heading else self.kind).validate_python(value)
+        except ValidationError as error:
+            raise CommandError(f"invalid {self.name} [{self.unit}]: {fault_text(error)}") from None
+        return (math.cos(value), math.sin(value)) if heading else value
+
 
 def numbers_of(world: Parameters) -> dict[str, Number]:
     """Numbers of sea, current, wind, moorings and boats, by name."""
@@ -68,25 +84,8 @@ def with_numbers(world: Parameters, values: Mapping[str, object]) -> Parameters:
     known = numbers_of(world) if values else {}
     for name, value in values.items():
         check_name("parameter", name, known)
-        world = _with_value(world, known[name].path, _field_value(known[name], value))
+        world = _with_value(world, known[name].path, known[name].field_value(value))
     return world
-
-
-def _field_value(number: Number, given: object) -> object:
-    """The value that a number's field takes.
-
-    Raises:
-        CommandError: it is not a number, or outside the range.
-    """
-    value = as_number(given)
-    if not math.isfinite(value) or isinstance(given, bool):
-        raise CommandError(f"invalid {number.name} {shown(given)}: a finite number [{number.unit}] is needed")
-    heading = number.kind is HEADING
-    try:
-        _adapter(Angle if heading else number.kind).validate_python(value)
-    except ValidationError as error:
-        raise CommandError(f"invalid {number.name} [{number.unit}]: {fault_text(error)}") from None
-    return (math.cos(value), math.sin(value)) if heading else value
 
 
 @cache

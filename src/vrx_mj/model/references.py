@@ -7,9 +7,10 @@ from typing import Any
 
 from vrx_mj.model import tasks
 from vrx_mj.model.afloat import Block, Float
-from vrx_mj.model.boats import SAIL, Boat
+from vrx_mj.model.boats import Boat
 from vrx_mj.model.site import Dock, Object
 from vrx_mj.model.world import Parameters
+from vrx_mj.physics.tables import SAIL
 
 _Spans = Iterable[tuple[int, int]]
 _FLOATING = "floating"

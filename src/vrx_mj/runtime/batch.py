@@ -1,7 +1,7 @@
 """Many worlds at once: rows of one model, each with a seed, a state and, if wanted, a wind, sea and boat of its own."""
 
 import time as clock
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from numbers import Real
 from typing import Any
 
@@ -320,6 +320,7 @@ class Batch(RowTables):
         wave_phases: npt.ArrayLike | None = None,
         mass: npt.ArrayLike | None = None,
         thrust: npt.ArrayLike | None = None,
+        parameters: Mapping[str, npt.ArrayLike] | None = None,
     ) -> None:
         """Change parameters of rows from their next reset on; each is one number, or one for each of these rows.
 
@@ -337,8 +338,11 @@ class Batch(RowTables):
             mass: factor of every boat's mass and inertia; such a row has its own model. Above `largest_masses` a
                 boat capsizes or sinks.
             thrust: factor of all thrusters' forces.
+            parameters: values of numbers of hulls, stations, current, moorings and ropes by name, as
+                `vrx_mj.parameters` lists them: `{"wamv.hull.drag_linear.surge": [40, 60]}`.
 
         Raises:
+            UnknownNameError: no number that rows can have of their own has a name in `parameters`.
             CommandError: the shape is wrong, a number is not finite, or negative (or 0 for `mass` or `wave_period`), or
                 there is no memory for the models of rows with a mass of their own.
         """
@@ -348,6 +352,7 @@ class Batch(RowTables):
             wave_period=wave_period, wave_band=wave_band, wave_direction=wave_direction, wave_spread=wave_spread,
             mass=mass, thrust=thrust,
         )  # fmt: skip
+        self._vary_numbers(which, {} if parameters is None else parameters)
         self._warn_of_no_effect(given)
         for name, values in given.items():
             self._varied[name][which] = values

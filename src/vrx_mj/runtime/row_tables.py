@@ -4,23 +4,24 @@ import copy
 import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.arguments import check_name, whole
+from vrx_mj.arguments import check_kind, check_name, whole
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.errors import CommandError, VrxWarning
 from vrx_mj.mjcf.world import World
+from vrx_mj.model.numbers import Number, numbers_of
 from vrx_mj.physics.tables import Table
 from vrx_mj.runtime.commands import channels_of
 from vrx_mj.runtime.floating import Afloat
 from vrx_mj.runtime.limits import total_memory
 from vrx_mj.runtime.loop_arrays import LoopArrays, mujoco_arrays, point_models
-from vrx_mj.runtime.row_arguments import Rows, as_numbers, row_vectors, which_rows
+from vrx_mj.runtime.row_arguments import Rows, as_numbers, row_values, row_vectors, which_rows
 from vrx_mj.runtime.rows import FEATURES, RowSeas, row_heights
 from vrx_mj.runtime.state import integration_state, set_integration_state
 from vrx_mj.runtime.turns import Turn, in_turn
@@ -81,7 +82,9 @@ def _with_scaled_mass(model: mujoco.MjModel, roots: Iterable[int], factor: float
 
 SEPARATE = tuple(name for name, array in ARRAYS.items() if array.use in {STATE, OWN})
 """Tables of which every row has its own part."""
-_STACKED = (*SEPARATE, "current", "wind", "gust_bands", "air", "waves", "hulls", "thrusters")
+_NUMBERED = ("current", "air", "hulls", "stations", "moorings", "ropes")
+"""Tables whose numbers `Batch.vary` sets by name; the wind's and the waves' it sets by arguments."""
+_STACKED = (*SEPARATE, *_NUMBERED, "wind", "gust_bands", "waves", "thrusters")
 """Tables of which rows may have their own part."""
 _CARRIED = ("_seeds", "_time", "_done", "_qpos", "_qvel", "_stacks", "_seas", "_varied")
 """What a copy of a batch has besides its world and MuJoCo's states."""
@@ -95,6 +98,13 @@ _VARIED: dict[str, tuple[str, str]] = {
 largest."""
 _SHARED = {"wave_period", "wave_band", "wave_direction", "wave_spread"}
 """Of these, those that share a column."""
+
+
+def _place(number: Number) -> tuple[str, int, str, tuple[Any, ...]]:
+    """Table, row, column and part of a number; of one that lies deeper, the part has names."""
+    table, *path = number.path
+    index, column, *part = path if isinstance(path[0], int) else (0, *path)
+    return str(table), int(index), str(column), tuple(part)
 
 
 class RowTables:
@@ -215,7 +225,36 @@ class RowTables:
                 continue
             if own.tobytes() != common.tobytes() and (name not in _SHARED or value != usual[name]):
                 found[name] = value, usual[name]
+        for name in sorted(self._varied.keys() - usual.keys()):
+            value, common = float(self._varied[name][row]), self._numbers[name].value
+            if value != common:
+                found[name] = value, common
         return found
+
+    @cached_property
+    def _numbers(self) -> dict[str, Number]:
+        """Numbers of the world of which rows can have their own."""
+        found = {}
+        for name, number in numbers_of(self.world.parameters).items():
+            table, _, column, part = _place(number)
+            is_whole = all(isinstance(step, int) for step in part)
+            if table in _NUMBERED and is_whole and column in getattr(self._arrays, table).dtype.names:
+                found[name] = number
+        return found
+
+    def _vary_numbers(self, which: IntArray, given: Mapping[str, npt.ArrayLike]) -> None:
+        """Give rows numbers of their own, by name."""
+        check_kind("parameters", given, Mapping, "a mapping of arrays, as {'wamv.hull.drag_linear.surge': [40, 60]}")
+        values = {}
+        for name, value in given.items():
+            check_name("parameter", name, self._numbers)
+            values[name] = row_values(name, value, len(which), -np.inf)
+            for one in values[name]:
+                self._numbers[name].field_value(one)
+        for name, own in values.items():
+            table, index, column, part = _place(self._numbers[name])
+            self._separate(table)[column][(which, index, *part)] = own
+            self._varied.setdefault(name, np.full(self.n, self._numbers[name].value))[which] = own
 
     def _vary_wind(self, which: IntArray, given: dict[str, FloatArray]) -> None:
         """Give rows winds of their own."""

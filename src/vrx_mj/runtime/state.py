@@ -30,7 +30,7 @@ _LONGEST = 1e9
 """Latest time of a state [s]."""
 _Size = Annotated[int, Field(ge=0, lt=1 << 48)]
 _Finite = Annotated[float, Field(allow_inf_nan=False)]
-_Parameter = Annotated[str, Field(pattern="^[a-z_]{1,40}$")]
+_Parameter = Annotated[str, Field(pattern="^[ -~]{1,600}$")]
 """Name of something that `Batch.vary` changes."""
 
 

@@ -65,3 +65,41 @@ def test_rows_have_the_seeds_that_follow_the_first(batch):
     assert batch.seeds.tolist() == [3, 4]
     batch.reset([1], seed=10)
     assert batch.seeds.tolist() == [3, 11]
+
+
+NUMBERS = {"a.hull.drag_linear.surge": 90.0, "a.hull.wind.y": 1.5, "a.stations.0.radius": 0.25}
+
+
+def test_a_row_with_numbers_of_its_own_is_a_world_compiled_with_them(world):
+    batch = vrx_mj.Batch(world, 2, seed=3, threads=1)
+    batch.vary(rows=[1], parameters=NUMBERS)
+    batch.reset(seed=3)
+    batch.step(commands(batch), duration=1.5)
+    state = vrx_mj.State.from_bytes(batch.get_state(1).to_bytes())
+    assert state.varied == {name: (value, vrx_mj.parameters(world)[name].value) for name, value in NUMBERS.items()}
+    for row, changed in enumerate(
+        (world, vrx_mj.compile_world(water(sea=SWELL, wind=GUSTY), fleet=boats((0.0, 0.0, 0.3)), parameters=NUMBERS))
+    ):
+        sim = vrx_mj.Simulation(changed, seed=3 + row)
+        sim.step({"a": THRUST}, duration=1.5)
+        seen = sim.observe()["a"]
+        assert same_bits(batch.features[row, 0, :7], [*seen.position, *seen.quaternion])
+
+
+@pytest.mark.parametrize(
+    ("given", "error"),
+    [
+        (
+            {"a.hull.drag_linear.serge": 1.0},
+            "no parameter named 'a.hull.drag_linear.serge'; did you mean 'a.hull.drag_",
+        ),
+        ({"a.thrusters.left.timeout": 1.0}, "no parameter named 'a.thrusters.left.timeout'"),
+        ({"a.stations.0.radius": [0.1, -0.1]}, r"invalid a.stations.0.radius \[m\]: must be at least 0, got -0.1"),
+        ({"a.stations.0.radius": [0.1, 0.1, 0.1]}, "invalid a.stations.0.radius "),
+        ("a.stations.0.radius", "parameters takes a mapping of arrays"),
+    ],
+)
+def test_numbers_of_rows_are_known_and_in_range(batch, given, error):
+    with pytest.raises(vrx_mj.VrxError, match=f"^{error}"):
+        batch.vary(parameters=given)
+    assert batch.get_state(0).varied == {}

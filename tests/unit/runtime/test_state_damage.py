@@ -53,8 +53,8 @@ def header_of(state, **changes):
         ({"task": {}}, "task: expected text, got no keys"),
         ({"varied": {"mass": 1.25}}, "varied.mass: expected a list, got 1.25"),
         (
-            {"varied": {"Mass": [2.0, 1.0]}},
-            "varied.Mass.[key]: string should match pattern '^[a-z_]{1,40}$', got 'Mass'",
+            {"varied": {"mäss": [2.0, 1.0]}},
+            "varied.mäss.[key]: string should match pattern '^[ -~]{1,600}$', got 'mäss'",
         ),
         ({"time": 1.0}, "time: expected text, got 1; put it in quotes"),
         ({"time": "soon"}, "invalid time 'soon'"),
