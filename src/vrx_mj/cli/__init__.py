@@ -25,7 +25,7 @@ def main() -> None:
     except KeyboardInterrupt:  # while packages were loaded; from then on commands report it
         raise SystemExit(130) from None
     except Exception as error:
-        if _interrupted(error):
+        if _is_interrupt(error):
             raise SystemExit(130) from None
         line = intruder(error)
         if line is None:
@@ -34,8 +34,8 @@ def main() -> None:
         raise SystemExit(2) from None
 
 
-def _interrupted(error: BaseException | None) -> bool:
+def _is_interrupt(error: BaseException | None) -> bool:
     """Whether Ctrl-C is behind an error: a package that it hits while it loads may raise another one in its place."""
     return error is not None and (
-        isinstance(error, KeyboardInterrupt) or _interrupted(error.__cause__ or error.__context__)
+        isinstance(error, KeyboardInterrupt) or _is_interrupt(error.__cause__ or error.__context__)
     )

@@ -92,13 +92,13 @@ def measure() -> list[Row]:
     """
     rows: list[Row] = []
     with Bar("measuring", _FIGURES, "figures") as bar:
-        for found in chain(_measured(), batch_rows()):
+        for found in chain(_core_rows(), batch_rows()):
             rows.append(found)
             bar.update(len(rows), found["name"])
     return rows
 
 
-def _measured() -> Iterator[Row]:
+def _core_rows() -> Iterator[Row]:
     yield bench_row("step_ratio_1", step_ratio(1, 2000), "x bare mj_step", 1.5)
     yield bench_row("step_ratio_100", step_ratio(100, 100), "x bare mj_step", 2.5)
     yield bench_row("sea_60_ratio", step_ratio(1, 2000, _OCEAN), "x bare mj_step", 4.0)

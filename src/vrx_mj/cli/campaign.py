@@ -156,7 +156,7 @@ def _carry_out(begun: "Campaign", jobs: int | None, *, ray: bool) -> bool:
     trials = [Trial(cell, plan.fleet, plan.duration, plan.timeout, plan.record, plan.serving) for cell in left]
     with Bar("campaign", len(trials), "trials") as bar:
         progress = CampaignProgress(bar, len(trials))
-        sailed = _sailed(trials, begun.folder, jobs, progress, ray=ray)
+        sailed = _results_of(trials, begun.folder, jobs, progress, ray=ray)
         try:
             for result in sailed:
                 progress.finished(result)
@@ -167,7 +167,7 @@ def _carry_out(begun: "Campaign", jobs: int | None, *, ray: bool) -> bool:
     return False
 
 
-def _sailed(
+def _results_of(
     trials: "Sequence[Trial]", folder: Path, jobs: int | None, progress: "CampaignProgress", *, ray: bool
 ) -> "Generator[Result, None, None]":
     if ray:

@@ -244,7 +244,7 @@ def compare(
     """Compare the motion in two recordings, to the last bit.
 
     What differs is printed, with the time and the place. Exit code 0: the motion is equal, whatever world, fleet and
-    seed are called. Exit code 1: it parts, or one recording has rows or boats that the other lacks.
+    seed are called. Exit code 1: it differs, or one recording has rows or boats that the other lacks.
 
     Example: vrx-mj compare monday.rrd tuesday.rrd
     """

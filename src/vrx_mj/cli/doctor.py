@@ -134,7 +134,7 @@ def package_row(
         found = version(name)
     except importlib.metadata.PackageNotFoundError:
         return Row(name, "not installed", "no", repair, core=True)
-    if not allowed(found, wanted):
+    if not is_allowed(found, wanted):
         return Row(name, f"{found}, but {wanted} is needed", "no", repair, core=True)
     try:
         load(module)
@@ -153,7 +153,7 @@ def requirement(name: str) -> str:
     return name
 
 
-def allowed(version: str, wanted: str) -> bool:
+def is_allowed(version: str, wanted: str) -> bool:
     """Whether a version is inside bounds such as ">=4.0,<5"."""
     here = _numbers(version)
     lower = all(here >= _numbers(bound) for bound in re.findall(r">=\s*([\d.]+)", wanted))

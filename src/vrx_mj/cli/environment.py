@@ -17,7 +17,7 @@ PACKAGES = frozenset({
 
 def installed_first() -> None:
     """Have Python look where packages are installed first, and in the folders of PYTHONPATH last."""
-    named = set(_named())
+    named = set(_named_folders())
     sys.path.sort(key=lambda entry: Path(entry).resolve() in named)
 
 
@@ -27,7 +27,7 @@ def intruder(error: BaseException) -> str | None:
     After `installed_first` that happens only to a package that is not installed here.
     """
     for file in _files(error):
-        for folder in _named():
+        for folder in _named_folders():
             path = Path(file).resolve()
             name = path.relative_to(folder).parts[0].removesuffix(".py") if path.is_relative_to(folder) else ""
             if name in PACKAGES:
@@ -39,7 +39,7 @@ def intruder(error: BaseException) -> str | None:
     return None
 
 
-def _named() -> Iterator[Path]:
+def _named_folders() -> Iterator[Path]:
     """The folders that PYTHONPATH names, and the current one, which `python -m` and an empty entry mean."""
     return (Path(entry).resolve() for entry in ["", *os.environ.get("PYTHONPATH", "").split(os.pathsep)])
 

@@ -47,7 +47,7 @@ def make_robot(name: str, mesh: Path, mass: float, engines: int, center: str | N
             raise CommandError(f"invalid --{option} {value:g}: a number above 0 is needed")
     if not 1 <= engines < len(_NAMES):
         raise CommandError(f"invalid --thrusters {engines}: 1 to {len(_NAMES) - 1} are needed")
-    boat = estimated_hull(simplified(read_hull(mesh, scale)), mass, engines, coordinates(center) if center else None)
+    boat = estimated_hull(simplify(read_hull(mesh, scale)), mass, engines, coordinates(center) if center else None)
     for note in rest_notes(displaced(boat.corners, 0.0), np.array(boat.sheet.center_of_mass), "--center"):
         warnings.warn(note, VrxWarning, stacklevel=1)
     folder = new_folder(name)
@@ -56,7 +56,7 @@ def make_robot(name: str, mesh: Path, mass: float, engines: int, center: str | N
         typer.echo(line)
 
 
-def simplified(corners: FloatArray) -> FloatArray:
+def simplify(corners: FloatArray) -> FloatArray:
     """Closed triangles (n, 3, 3), fewer of the same volume if there are more than `_MOST_TRIANGLES`.
 
     Of the points in one cell of a grid the outermost stands for all: a closed surface stays closed.

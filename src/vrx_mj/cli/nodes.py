@@ -58,7 +58,7 @@ def _run(line: Words) -> None:
 
 def _serve(words: Sequence[str], folder: Path) -> list[Words]:
     """One of VRX's own launch files."""
-    name, given = words[0], _given(words[1:])
+    name, given = words[0], _named_arguments(words[1:])
     options = _options(given)
     for key in ("world", "urdf"):
         if key in given:
@@ -70,7 +70,7 @@ def _gzserver(words: Sequence[str], folder: Path) -> list[Words]:
     """A world without boats."""
     from vrx_mj.formats.gazebo.packages import named_world
 
-    given = _given(words)
+    given = _named_arguments(words)
     if Path(given["world_name"]).stem == "empty":
         example = "world_name:=$(find vrx_gazebo)/worlds/sandisland.world"
         raise CommandError(f"no world: give empty_world.launch the path of one, as {example}")
@@ -79,7 +79,7 @@ def _gzserver(words: Sequence[str], folder: Path) -> list[Words]:
 
 def _generate_wamv(words: Sequence[str], folder: Path) -> list[Words]:
     """A URDF, and what the rules say."""
-    given = _given(words) or _set("thruster_yaml", "component_yaml", "wamv_target", "wamv_locked")
+    given = _named_arguments(words) or _parameters("thruster_yaml", "component_yaml", "wamv_target", "wamv_locked")
     paths = {key: _absolute(value, folder) for key, value in given.items() if key != "wamv_locked"}
     components = paths.get("sensor_yaml") or paths["component_yaml"]
     files = ["--thrusters", paths["thruster_yaml"], "--components", components]
@@ -89,12 +89,12 @@ def _generate_wamv(words: Sequence[str], folder: Path) -> list[Words]:
 
 def _generate_worlds(words: Sequence[str], folder: Path) -> list[Words]:
     """The worlds of an axes file."""
-    given = _given(words) or _set("requested", "world_target")
+    given = _named_arguments(words) or _parameters("requested", "world_target")
     file, target = (_absolute(given[name], folder) for name in ("requested", "world_target"))
     return [["worlds", "generate", file, "-o", target]]
 
 
-def _set(*names: str) -> dict[str, str]:
+def _parameters(*names: str) -> dict[str, str]:
     """Parameters by their names, in which copies of VRX's launch files have what ours give as arguments."""
     from vrx_mj.ros.ros1.client import Client
 
@@ -104,7 +104,7 @@ def _set(*names: str) -> dict[str, str]:
 
 def _keydrive(words: Sequence[str], _: Path) -> list[Words]:
     """Keys."""
-    given = _given(words)
+    given = _named_arguments(words)
     return [["teleop", "--boat", given["namespace"], "--url", given["url"]]]
 
 
@@ -116,7 +116,7 @@ def _twist_keyboard(_: Sequence[str], __: Path) -> list[Words]:
 
 def _joydrive(words: Sequence[str], _: Path) -> list[Words]:
     """A page with a joystick."""
-    given = _given(words)
+    given = _named_arguments(words)
     return [["teleop", "--boat", given["namespace"], "--url", given["url"], "--web", given["port"]]]
 
 
@@ -147,7 +147,7 @@ def _xacro(words: Sequence[str], folder: Path) -> int:
         raise CommandError(f"xacro needs one file, got {len(files)}: xacro FILE NAME:=VALUE")
     file = Path(_absolute(files[0], folder))
     libraries = LIBRARIES if is_gazebo_world(file) else ()
-    text = expand(file, arguments=_given(words), package_paths=package_paths(), libraries=libraries)
+    text = expand(file, arguments=_named_arguments(words), package_paths=package_paths(), libraries=libraries)
     if output is None:
         sys.stdout.write(text)
         return 0
@@ -192,7 +192,7 @@ def _own(words: Sequence[str]) -> Words:
     return found
 
 
-def _given(words: Sequence[str]) -> dict[str, str]:
+def _named_arguments(words: Sequence[str]) -> dict[str, str]:
     """Arguments NAME:=VALUE by name; those without a value are not given."""
     pairs = (word.partition(":=") for word in words if ":=" in word)
     return {name: value for name, _, value in pairs if value}
@@ -217,7 +217,7 @@ COMMANDS: Mapping[str, Callable[[Sequence[str], Path], list[Words]]] = {
     "keydrive": _keydrive,
     "teleop_twist_keyboard.py": _twist_keyboard,
     "joydrive": _joydrive,
-    "playback": lambda words, folder: [["replay", _absolute(_given(words)["log_file"], folder)]],
+    "playback": lambda words, folder: [["replay", _absolute(_named_arguments(words)["log_file"], folder)]],
 }
 """What makes command lines of `vrx-mj` of the arguments of a node, by its type."""
 

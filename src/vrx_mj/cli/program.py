@@ -250,7 +250,7 @@ class Commands(MutableMapping[str, Any]):
 
     def __getitem__(self, name: str) -> Any:
         if name not in self._loaded:
-            self._loaded[name] = loaded(name)
+            self._loaded[name] = load_command(name)
         return self._loaded[name]
 
     def __setitem__(self, name: str, command: object) -> None:
@@ -269,7 +269,7 @@ class Commands(MutableMapping[str, Any]):
         return name in COMMANDS
 
 
-def loaded(name: str) -> Any:
+def load_command(name: str) -> Any:
     """The click command of a name, from its module."""
     module, _, attribute = COMMANDS[name].home.partition(":")
     found = getattr(import_module(f"vrx_mj.cli.{module}"), attribute)
@@ -313,12 +313,12 @@ def _print_version(wanted: bool) -> None:
 
     from vrx_mj import __version__
 
-    parts = (f"{name} {_installed(name)}" for name in ("mujoco", "numba"))
+    parts = (f"{name} {_version_of(name)}" for name in ("mujoco", "numba"))
     typer.echo(f"vrx-mj {__version__} ({', '.join(parts)}, Python {platform.python_version()})")
     raise typer.Exit
 
 
-def _installed(package: str) -> str:
+def _version_of(package: str) -> str:
     from importlib.metadata import PackageNotFoundError, version
 
     try:

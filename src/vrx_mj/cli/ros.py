@@ -60,12 +60,12 @@ def packages(
         typer.Option(help="A workspace with VRX's packages: files of yours in them are there too, by links."),
     ] = None,
 ) -> None:
-    """Write ROS 1 packages with VRX's launch files, which start vrx-mj serve, and print the line that has them found.
+    """Write ROS 1 packages with VRX's launch files, which start vrx-mj serve, and print the line that sets their path.
 
     The packages are vrx_gazebo, vrx_2019, wave_gazebo, vorc_gazebo, wamv_gazebo, wamv_description, gazebo_ros,
     teleop_twist_keyboard and xacro. With the line, roslaunch vrx_gazebo sandisland.launch and your own launch files
     work, with VRX's names and arguments. In the src of a catkin workspace catkin_make builds them with your packages.
-    The scripts run the Python of this vrx-mj: write them again when it has moved.
+    The scripts run the Python of this vrx-mj: generate them again if the environment moves.
 
     In bash, eval "$(vrx-mj ros packages -o FOLDER)" sets it in the current shell.
 

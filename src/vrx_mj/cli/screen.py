@@ -76,14 +76,14 @@ def print_summary(summary: "Summary") -> None:
     from vrx_mj.model.boats import boat_label
 
     head = f"{summary.world}, fleet {summary.fleet}, seed {summary.seed}"
-    names, rows = ("x [m]", "y [m]", "z [m]", *_ANGLES, "distance [m]"), list[tuple[str, ...]]()
+    columns, boats = ("x [m]", "y [m]", "z [m]", *_ANGLES, "distance [m]"), list[tuple[str, ...]]()
     for name, boat in summary.boats.items():
         angles = math.degrees(boat.heading), boat.heading_compass, boat.course_compass
         metres = [f"{value:z.2f}" for value in boat.position]
         turns = (f"{angle:z.1f}" for angle in angles)
-        rows.append((boat_label(name, boat.robot), *metres, *turns, f"{boat.distance:.1f}"))
+        boats.append((boat_label(name, boat.robot), *metres, *turns, f"{boat.distance:.1f}"))
     out = Console()
-    out.print(text_table(head + " (interrupted)" * summary.interrupted, ("boat",), names, rows))
+    out.print(text_table(head + " (interrupted)" * summary.interrupted, ("boat",), columns, boats))
     out.print(
         f"{summary.sim_time:g} s in {summary.wall_time:.2f} s: {pace_text(summary.real_time_factor)}, "
         f"{summary.steps} steps",

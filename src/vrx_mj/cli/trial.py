@@ -51,7 +51,7 @@ def trial(
     if name not in _OPTIONS:
         raise UnknownNameError("trial", name, _OPTIONS)
     given = {"power": power, "helm": helm, "angle": angle, "mode": mode, "amount": amount}
-    done = _tried(name, boat, world, _arguments(name, given))
+    done = _run_trial(name, boat, world, _arguments(name, given))
     files = [output / f"{name}.json", output / f"{name}.svg"]
     texts = (_json(done, boat, world), _svg(done, boat))
     write_files(output, {file.name: text for file, text in zip(files, texts, strict=True)}, "the trial")
@@ -83,7 +83,7 @@ def _arguments(name: str, given: dict[str, Any]) -> dict[str, Any]:
     return arguments
 
 
-def _tried(name: str, boat: str, world: str | None, arguments: dict[str, Any]) -> "Trial":
+def _run_trial(name: str, boat: str, world: str | None, arguments: dict[str, Any]) -> "Trial":
     from vrx_mj.mjcf.compile import compile_world
     from vrx_mj.runtime.simulation import Simulation
     from vrx_mj.trials import TRIALS, SimulatedVessel

@@ -17,10 +17,12 @@ _REPORT = Path("report")
 
 
 def validate(
-    only: Annotated[list[str] | None, typer.Option(metavar="<case>", help="A case alone; may be repeated.")] = None,
+    only: Annotated[
+        list[str] | None, typer.Option(metavar="<case>", help="Run only this case; may be repeated.")
+    ] = None,
     case: Annotated[Path | None, typer.Option(help="Your own case (YAML), with --data.")] = None,
-    data: Annotated[Path | None, typer.Option(help="What you have measured (CSV).")] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="What takes a minute together, once compiled.")] = False,
+    data: Annotated[Path | None, typer.Option(help="Your measurements (CSV).")] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="Run only what takes a minute in all, once compiled.")] = False,
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the page and results.json.")] = _REPORT,
 ) -> None:
     """Compare the physics with closed forms, other programs and tanks. Write a page with a plot and a table for each.

@@ -116,12 +116,14 @@ def _compass(axes: "Axes", scene: MapScene) -> None:
         _arrow(axes, scene.wind.direction, _WIND_COLOR, 2.0)
         lines[1] = f"wind {scene.wind.speed:.1f} m/s, {_toward(scene, scene.wind.direction)}", _WIND_COLOR
     for row, (text, color) in enumerate(lines):
-        _fitted(axes, -1.68 - 0.3 * row, text, 10.0, color=color, va="center", weight="bold")
+        _write_fitted(axes, -1.68 - 0.3 * row, text, 10.0, color=color, va="center", weight="bold")
     if scene.wind or scene.wave:
-        _fitted(axes, -2.2, "toward: compass degrees\n(degrees counter-clockwise from x)", 8.0, color=SOFT, va="top")
+        _write_fitted(
+            axes, -2.2, "toward: compass degrees\n(degrees counter-clockwise from x)", 8.0, color=SOFT, va="top"
+        )
 
 
-def _fitted(axes: "Axes", y: float, text: str, size: float, **style: Any) -> None:
+def _write_fitted(axes: "Axes", y: float, text: str, size: float, **style: Any) -> None:
     """Text in the middle of the panel, in letters of `size` [pt] or so much smaller that it fits in."""
     label = write(axes, 0.0, y, text, size=size, ha="center", **style)
     label.set_fontsize(size / max(1.0, label.get_window_extent().width / axes.get_window_extent().width))

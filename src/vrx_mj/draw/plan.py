@@ -226,7 +226,7 @@ def _draw_course(axes: "Axes", scene: MapScene, pixel: float) -> None:
         _gate(axes, gate, pixel)
     for showing, color in zip(course.showings, _showing_colors(scene), strict=True):
         axes.plot([showing.x], [showing.y], "o", ms=8, color=(*color, 0.45), mec=INK, mew=1.0, zorder=3)
-    for placard in _spread(scene.placards, pixel):
+    for placard in _placards_apart(scene.placards, pixel):
         _placard(axes, placard)
     for light in course.lights:
         _lamps(axes, light.x, light.y, light.colors, pixel)
@@ -239,7 +239,7 @@ def _course_things(scene: MapScene, pixel: float) -> Iterator[Thing]:
         yield from _gate_things(gate, pixel)
     for bay in course.bays:
         yield from _bay_things(bay, pixel)
-    for placard in _spread(scene.placards, pixel):
+    for placard in _placards_apart(scene.placards, pixel):
         yield Thing("", placard.x, placard.y, 9.0 * pixel)
     for beacon in course.beacons:
         yield Thing(beacon.name, beacon.x, beacon.y, 9.0 * pixel, must=True)
@@ -337,7 +337,7 @@ def _bay(axes: "Axes", bay: Bay) -> None:
     axes.add_patch(Polygon(bay.external[:, :2], facecolor="none", linewidth=1.3, linestyle=(0, (4, 3)), **style))
 
 
-def _spread(placards: Sequence[MapPlacard], pixel: float) -> Iterator[MapPlacard]:
+def _placards_apart(placards: Sequence[MapPlacard], pixel: float) -> Iterator[MapPlacard]:
     """Placards, those back to back moved apart until both are seen."""
     for placard in placards:
         here = np.array([placard.x, placard.y])

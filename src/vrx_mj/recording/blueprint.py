@@ -181,7 +181,7 @@ def plan_view(scene: RecordScene, track: FloatArray | None = None) -> rrb.Spatia
             f"- {TOUCH_WORDS}/**",  # boats that touch have their names there
             f"- {FLEET}/weather/**" if track is None else f"- {FLEET}/**",
             *(f"- {camera.path}" for camera in scene.of_type("camera")),
-            *(unnamed(scene, middle, height) if track is None else _without_names(scene.roster())),
+            *(hidden_names(scene, middle, height) if track is None else _without_names(scene.roster())),
         ],
         background=rrb.Background(color=PLAN_WATER),
         line_grid=rrb.LineGrid3D(
@@ -199,7 +199,7 @@ def plan_view(scene: RecordScene, track: FloatArray | None = None) -> rrb.Spatia
     )
 
 
-def unnamed(scene: RecordScene, middle: FloatArray, height: float) -> list[str]:
+def hidden_names(scene: RecordScene, middle: FloatArray, height: float) -> list[str]:
     """Names of boats left out that would cover something as the fleet starts, in a plan from a `height` [m]."""
     places = np.reshape([boat.pose[:2] for boat in scene.boats()], (1, -1, 2))
     spots = middle + height * PLAN_SLOPE * name_spots(

@@ -269,10 +269,10 @@ def head_of(text: str) -> Head:
     Raises:
         RecordError: it is damaged, or of another version.
     """
-    version = _checked(Version, "head", text)
+    version = _parse(Version, "head", text)
     if not 1 <= version.format <= FORMAT:  # the first held its blueprint, later ones packed rows otherwise
         raise RecordError(f"head: format {version.format}; this version reads 1 to {FORMAT}")
-    head = _checked(Head, "head", text)
+    head = _parse(Head, "head", text)
     _check_layout("head", head.layout)
     _check_sensors(head.sensors)
     return head
@@ -284,7 +284,7 @@ def boat_set_head(text: str) -> BoatSetHead:
     Raises:
         RecordError: it is damaged.
     """
-    head = _checked(BoatSetHead, "companies", text)
+    head = _parse(BoatSetHead, "companies", text)
     _check_layout("companies", head.layout)
     return head
 
@@ -295,10 +295,10 @@ def sent_messages(text: str) -> _Sent:
     Raises:
         RecordError: it is damaged.
     """
-    return _checked(_Sent, "sent", text)
+    return _parse(_Sent, "sent", text)
 
 
-def _checked(schema: Callable[..., _Schema], name: str, text: str) -> _Schema:
+def _parse(schema: Callable[..., _Schema], name: str, text: str) -> _Schema:
     """The values in a JSON text, by its schema.
 
     Raises:

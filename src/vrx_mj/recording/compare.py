@@ -1,4 +1,4 @@
-"""Says when and where two recordings part."""
+"""Says when and where two recordings diverge."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from vrx_mj.recording.reader import Record, read_record
 
 @dataclass(frozen=True)
 class Difference:
-    """The first place where two recordings part."""
+    """The first place where two recordings differ."""
 
     row: int
     """Number of the row, from 0."""
     time: float
     """Simulated time [s]."""
     column: str
-    """Name of the first column that parts."""
+    """Name of the first column that differs."""
     first: float
-    """Its value in the one recording."""
+    """Value in the first recording."""
     second: float
-    """Its value in the other."""
+    """Value in the second recording."""
     columns: int
-    """Number of columns that part in this row."""
+    """Number of columns that differ in this row."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Comparison:
     differences: tuple[str, ...]
     """Everything that differs besides the rows, in words."""
     parting: Difference | None
-    """The first place where the motions part, in what both have; None: nowhere."""
+    """The first place where the motions diverge, in what both have; None: nowhere."""
     notes: tuple[str, ...] = ()
     """What was not compared, in words."""
 
@@ -63,16 +63,16 @@ class Comparison:
             lines.append(f"equal to the last bit: {self.common} rows")
         elif self.common and self.columns:
             both = f"{self.common} rows of {self.columns} columns"
-            lines.append(f"what both have is equal to the last bit: {both}")
+            lines.append(f"the rows that both have are equal to the last bit: {both}")
         return "\n".join([*lines, *self.notes])
 
 
 def _parting_text(parting: Difference) -> str:
-    """One sentence on where two recordings part."""
+    """One sentence on where two recordings diverge."""
     more = f", and {parting.columns - 1} more columns" if parting.columns > 1 else ""
     gap = abs(parting.first - parting.second)
     return (
-        f"they part at {parting.time:.3f} s (row {parting.row}) in {parting.column}: "
+        f"they diverge at {parting.time:.3f} s (row {parting.row}) in {parting.column}: "
         f"{parting.first!r} and {parting.second!r}, {gap:.2g} apart{more}"
     )
 

@@ -285,12 +285,12 @@ def _still_names(scene: RecordScene) -> dict[str, Sequence[float] | FloatArray]:
     waypoints, course = scene.parameters.waypoints, course_of(scene.parameters) if scene.parameters.task else Course()
     names: dict[str, Sequence[float] | FloatArray] = {waypoint_name(i): place[:2] for i, place in enumerate(waypoints)}
     names |= {beacon.name: (beacon.x, beacon.y) for beacon in course.beacons}
-    spots = spread([bay.external.mean(axis=0)[:2] for bay in course.bays])
+    spots = names_apart([bay.external.mean(axis=0)[:2] for bay in course.bays])
     names |= {f"{bay.name} {bay.symbol}": spot for bay, spot in zip(course.bays, spots, strict=True)}
     return names
 
 
-def spread(spots: Sequence[FloatArray]) -> list[FloatArray]:
+def names_apart(spots: Sequence[FloatArray]) -> list[FloatArray]:
     """Places of bays' names, further from each other than their bays are: these are narrower than a line is high."""
     middle = np.mean(spots, axis=0) if spots else 0.0
     return [middle + 1.5 * (spot - middle) for spot in spots]

@@ -100,7 +100,7 @@ class MovingChunks:
         """Chunks of what is shown of (n, columns) rows, n > 0; it is finite."""
         if not (rows.min() >= -_FARTHEST and rows.max() <= _FARTHEST):  # as NaN is not
             rows = np.clip(np.nan_to_num(rows), -_FARTHEST, _FARTHEST)
-        posed = rows[self._posed(rows)]
+        posed = rows[self._shown_rows(rows)]
         for body in self._layout.bodies:
             path, pose = self._paths[body.name], self._layout.pose(body)
             if body.kind != "ball":
@@ -120,7 +120,7 @@ class MovingChunks:
             names = [boat.name for boat in self._boats]
             yield from self._water(names, posed[:, 0], self._layout_poses(posed))
 
-    def _posed(self, rows: FloatArray) -> BoolArray:
+    def _shown_rows(self, rows: FloatArray) -> BoolArray:
         """Which rows are shown: some per second, and all where a boat or the sea moves fast, or the run is watched."""
         shown = self._pose(rows[:, 0])
         if self._boats:
@@ -139,8 +139,8 @@ class MovingChunks:
         """The colours of lights and placards where they have changed."""
         for shown in self._scene.displays:
             codes = shown.display.codes(rows[:, self._layout.marks], rows[:, 0])
-            if (changed := self._changed(shown.part_path(""), codes)).any():
-                yield from _repainted(shown, rows[changed, 0], codes[changed])
+            if (changed := self._changes(shown.part_path(""), codes)).any():
+                yield from _display_chunks(shown, rows[changed, 0], codes[changed])
 
     def _cover(self, rows: FloatArray) -> None:
         """Widen what the plan frames to where the boats are."""
@@ -227,7 +227,7 @@ class MovingChunks:
         """Velocities (n, boats, 6) of the boats."""
         return np.stack([rows[:, self._layout.velocity(boat)] for boat in self._boats], axis=1)
 
-    def _changed(self, path: str, values: FloatArray | IntArray) -> BoolArray:
+    def _changes(self, path: str, values: FloatArray | IntArray) -> BoolArray:
         """Where values (n, ...) of an entity are others than in the row before."""
         before = np.concatenate([[self._last.get(path, np.full(values.shape[1:], np.nan))], values[:-1]])
         self._last[path] = values[-1]
@@ -241,7 +241,7 @@ class MovingChunks:
             return
         time, thrusters = rows[:, 0], [self._scene.thrusters[i] for i in mine]
         now = np.stack([rows[:, self._layout.thrust][:, mine], rows[:, self._layout.angle][:, mine]], axis=1)
-        changed = self._changed(self._paths[boat.name], now)
+        changed = self._changes(self._paths[boat.name], now)
         if (moved := changed.any(axis=(1, 2))).any():
             yield thrust_arrows(self._paths[boat.name], time[moved], thrusters, now[moved, 0], now[moved, 1])
         for k, thruster in enumerate(thrusters):
@@ -275,7 +275,7 @@ def transforms(path: str, time: FloatArray, position: FloatArray, quaternion: Fl
     return numbers(path, time, rr.Transform3D, translation=position.astype(np.float32), **turned)
 
 
-def _repainted(shown: RecordedDisplay, time: FloatArray, codes: IntArray) -> Iterator[Chunk]:
+def _display_chunks(shown: RecordedDisplay, time: FloatArray, codes: IntArray) -> Iterator[Chunk]:
     """The colours of every part of a light or placard that shows `codes` (n,) from times (n,) [s] on."""
     colors = [shown.display.colors(int(code)) for code in codes]
     for part, surfaces in shown.surfaces.items():

@@ -67,7 +67,7 @@ class Part:
         Raises:
             RecordError: it is missing, or of another kind.
         """
-        return [self._checked(name, cell, str, "a text") for cell in self._column(name)]
+        return [self._cell(name, cell, str, "a text") for cell in self._column(name)]
 
     def blobs(self, name: str) -> list[bytes]:
         """A column of bytes.
@@ -75,7 +75,7 @@ class Part:
         Raises:
             RecordError: it is missing, or of another kind.
         """
-        return [self._checked(name, cell, bytes, "a block of bytes") for cell in self._column(name)]
+        return [self._cell(name, cell, bytes, "a block of bytes") for cell in self._column(name)]
 
     def numbers(self, name: str, kind: str = "f") -> list[Any]:
         """A column of finite numbers, one in a row, of numpy's kind `f` or `i`.
@@ -83,7 +83,7 @@ class Part:
         Raises:
             RecordError: it is missing, or of another kind.
         """
-        found = [self._checked(name, cell, np.ndarray, "a number") for cell in self._column(name)]
+        found = [self._cell(name, cell, np.ndarray, "a number") for cell in self._column(name)]
         if not all(one.shape == (1,) and one.dtype.kind == kind and np.isfinite(one[0]) for one in found):
             raise RecordError(f"{self.entity}: {name}: expected one {'whole ' * (kind == 'i')}number")
         return [one[0].item() for one in found]
@@ -107,7 +107,7 @@ class Part:
         """
         wanted, expected = np.dtype(kind), f"numbers of type {np.dtype(kind).name}"
         cells = (np.frombuffer(cell, np.uint8) if isinstance(cell, bytes) else cell for cell in self._column(name))
-        found = [self._checked(name, cell, np.ndarray, expected) for cell in cells]
+        found = [self._cell(name, cell, np.ndarray, expected) for cell in cells]
         if any(len(one) and one.dtype != wanted for one in found):
             raise RecordError(f"{self.entity}: {name}: expected {expected}")
         return [one if len(one) else np.zeros(0, wanted) for one in found]
@@ -117,7 +117,7 @@ class Part:
             raise RecordError(f"{self.entity}: {name}: missing")
         return self.columns[name]
 
-    def _checked(self, name: str, cell: Cell, kind: type[_CellType], wanted: str) -> _CellType:
+    def _cell(self, name: str, cell: Cell, kind: type[_CellType], wanted: str) -> _CellType:
         if not isinstance(cell, kind):
             raise RecordError(f"{self.entity}: {name}: expected {wanted}")
         return cell

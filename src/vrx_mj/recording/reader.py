@@ -415,7 +415,7 @@ class RecordedReadings(Sequence[Reading]):
         if numbers is None:
             camera = self.sensor.config
             assert isinstance(camera, CameraConfig), f"{self.sensor.type}: held as pictures"
-            return Image(decoded(row["blob"], (camera.width, camera.height)), intrinsics(camera))
+            return Image(decode_jpeg(row["blob"], (camera.width, camera.height)), intrinsics(camera))
         if "points" in row:
             return PointCloud(row["points"].reshape(-1, 3), row["intensity"].view("<f4"), row["ring"].view("<u2"))
         return numbers.data(row["numbers"].view("<f8"), self.sensor.config)
@@ -479,13 +479,13 @@ def _check_numbers(sensor: RecordedSensor, found: Sequence[ByteArray]) -> None:
             raise RecordError(f"{sensor.readings_path}: numbers: beyond those of single precision")
 
 
-def measured(reading: Reading) -> tuple[Any, ...]:
+def data_fields(reading: Reading) -> tuple[Any, ...]:
     """The fields of a reading's data that a recording holds: a unit's covariances follow from its configuration."""
     numbers = SENSOR_KINDS[reading.type].numbers
     return tuple(vars(reading.data).values())[: numbers.fields if numbers else None]
 
 
-def decoded(blob: ByteArray, size: tuple[int, int]) -> ByteArray:
+def decode_jpeg(blob: ByteArray, size: tuple[int, int]) -> ByteArray:
     """The pixels (height, width, 3) of a JPEG file of a size: width and height.
 
     Raises:

@@ -65,7 +65,7 @@ def record(
     check_kind("record", sim, Simulation, "a simulation, as Simulation(world)")
     mounted = sim.world.parameters.sensors
     rates = {boat: {one.name: one.config.rate for one in mounted if one.boat == boat} for boat in sim.boats}
-    choices = chosen(sensors, rates) if not isinstance(sensors, str) or sensors else ()
+    choices = choices_of(sensors, rates) if not isinstance(sensors, str) or sensors else ()
     if follow is not None:
         check_name("boat", follow, sim.boats)
     with RunWriter(path, sim, choices, sea=sea, follow=follow) as writer, contextlib.ExitStack() as stack:
@@ -171,7 +171,7 @@ _Rates = Mapping[str, Mapping[str, float]]
 """Measurements per second by boat and sensor."""
 
 
-def chosen(words: str | Sequence[str], rates: _Rates) -> tuple[Choice, ...]:
+def choices_of(words: str | Sequence[str], rates: _Rates) -> tuple[Choice, ...]:
     """The sensors that are meant, each once, in the order in which they are named; the last rate given counts.
 
     A word is `boat:sensor`, a boat for all of its sensors, or `all`; the sensor alone belongs to the boat named
@@ -184,7 +184,7 @@ def chosen(words: str | Sequence[str], rates: _Rates) -> tuple[Choice, ...]:
     found: dict[tuple[str, str], float] = {}
     boat = next(iter(rates)) if len(rates) == 1 else None
     for word in [part for text in _list(words) for part in text.split(",")]:
-        name, most = _split(word.replace(" ", ""))
+        name, most = _name_and_rate(word.replace(" ", ""))
         own, colon, sensor = name.partition(":")
         if not colon:
             own, sensor = (boat, name) if boat is not None and name not in {_ALL, *rates} else (name, _ALL)
@@ -203,7 +203,7 @@ def _list(words: str | Sequence[str]) -> Sequence[str]:
     return given
 
 
-def _split(word: str) -> tuple[str, float | None]:
+def _name_and_rate(word: str) -> tuple[str, float | None]:
     """A word's name, and its rate if it has one."""
     name, mark, rate = word.partition("@")
     try:

@@ -62,10 +62,10 @@ def looks_chunks(
         turn = rr.Quaternion(xyzw=[*place[4:], place[3]])
         yield shown(begun, path, rr.Transform3D(translation=place[:3], quaternion=turn))
     if surfaces:
-        yield shown(begun, f"{path}/shape", _mesh(_paved(path, surfaces)))
+        yield shown(begun, f"{path}/shape", _mesh(_paving(path, surfaces)))
 
 
-def _paved(path: str, surfaces: Sequence[Surface]) -> Iterator[Surface]:
+def _paving(path: str, surfaces: Sequence[Surface]) -> Iterator[Surface]:
     """Surfaces of a body; of a dock every second cube is darker, so that its top is not blank."""
     if "/docks/" not in path:
         yield from surfaces
@@ -157,12 +157,12 @@ def _named_series(
             lines = rr.SeriesLines(names=labels, colors=[colors[boat] for boat in boats], widths=1.5)
             yield static(f"/plots/{quantity}{own}", lines)
     if thrusters:
-        labels, shades = [" ".join(pair) for pair in thrusters], shaded([colors[boat] for boat, _ in thrusters])
+        labels, shades = [" ".join(pair) for pair in thrusters], series_shades([colors[boat] for boat, _ in thrusters])
         for quantity in ("thrust", "steering"):
             yield static(f"/plots/{quantity}{own}", rr.SeriesLines(names=labels, colors=shades, widths=1.5))
 
 
-def shaded(colors: Sequence[Rgb]) -> list[Rgb]:
+def series_shades(colors: Sequence[Rgb]) -> list[Rgb]:
     """Of the series of one boat each in another shade."""
     seen: dict[tuple[int, int, int], int] = {}
     out = []

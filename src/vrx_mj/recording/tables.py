@@ -74,8 +74,8 @@ def _tables(recorded: Record) -> Iterator[tuple[str, _Columns]]:
         for kind, several in (("boat", recorded.boats), ("object", recorded.objects), ("ball", recorded.balls))
         for track in several.values()
     ]
-    yield "motion", _joined("motion", (_motion(recorded.time, *body, place) for body in bodies))
-    yield "thrust", _joined("thrust", (part for track, _ in bodies for part in _thrusts(recorded.time, track)))
+    yield "motion", _join("motion", (_motion(recorded.time, *body, place) for body in bodies))
+    yield "thrust", _join("thrust", (part for track, _ in bodies for part in _thrusts(recorded.time, track)))
     east, north = recorded.wind_direction
     direction = np.arctan2(north, east) + recorded.wind_angle
     yield "wind", {"time": recorded.time, "speed": recorded.wind, "direction": direction}
@@ -84,7 +84,7 @@ def _tables(recorded: Record) -> Iterator[tuple[str, _Columns]]:
     yield "events", {key: [getattr(event, key) for event in recorded.events] for key in UNITS["events"]}
 
 
-def _joined(name: str, parts: Iterator[_Columns]) -> _Columns:
+def _join(name: str, parts: Iterator[_Columns]) -> _Columns:
     """The rows of several tables, in the order of time."""
     several = list(parts)
     columns = {key: np.concatenate([part[key] for part in several] or [np.zeros(0)]) for key in UNITS[name]}

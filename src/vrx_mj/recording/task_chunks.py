@@ -24,7 +24,7 @@ from vrx_mj.draw.course import Course, course_of, poses_of, zone_corners
 from vrx_mj.model import tasks
 from vrx_mj.model.tasks import parts_of
 from vrx_mj.model.world import Parameters
-from vrx_mj.recording.eyes import spread
+from vrx_mj.recording.eyes import names_apart
 from vrx_mj.recording.packing import pack_rows
 from vrx_mj.recording.parts import FRAMES
 from vrx_mj.recording.reader import RecordedFrame, SavedState
@@ -126,13 +126,13 @@ def _bay_chunks(task: tasks.Dock) -> Iterator[Chunk]:
         [np.add(zone_corners(getattr(bay, zone)), (0.0, 0.0, _HEIGHT)) for bay in bays]
         for zone in ("internal", "external")
     )
-    yield static(path, thin_lines(1.8, strips=[_closed(ring) for ring in inside]))
-    pieces = [_dashes(_closed(ring)) for ring in outside]
+    yield static(path, thin_lines(1.8, strips=[_ring(ring) for ring in inside]))
+    pieces = [_dashes(_ring(ring)) for ring in outside]
     colors = [_bay_color(bay, {}) for bay, ring in zip(bays, pieces, strict=True) for _ in ring]
     strips = [piece for ring in pieces for piece in ring]
     yield static(f"{path}/external", thin_lines(1.2, strips=strips, colors=colors))
     labels = [f"{bay.name} {bay.symbol.replace('_', ' ')}" + (" ✓" if bay.dock_allowed else "") for bay in bays]
-    spots = spread([ring.mean(axis=0) for ring in outside])
+    spots = names_apart([ring.mean(axis=0) for ring in outside])
     yield static(f"{path}/names", rr.Points3D.from_fields(positions=spots, labels=labels, **NAMED))
 
 
@@ -155,7 +155,7 @@ def _barb(radius: float, angle: float, sense: float) -> FloatArray:
 def _places(course: Course) -> Iterator[Chunk]:
     """Paths of what swims, beacons, and places where things come up."""
     for path in course.paths:
-        strip = np.insert(_closed(path.points) if path.closed else path.points, 2, _HEIGHT, axis=1)
+        strip = np.insert(_ring(path.points) if path.closed else path.points, 2, _HEIGHT, axis=1)
         yield static(f"/world/course/paths/{path.name}", thin_lines(1.0, strips=_dashes(strip), colors=[PATH]))
     for beacon in course.beacons:
         spot = (beacon.x, beacon.y, _HEIGHT)
@@ -175,7 +175,7 @@ def _circle_at(spot: Sequence[float], radius: float) -> FloatArray:
     return np.stack([radius * np.cos(angle), radius * np.sin(angle), 0 * angle], axis=1) + spot
 
 
-def _closed(points: FloatArray) -> FloatArray:
+def _ring(points: FloatArray) -> FloatArray:
     """Points, and the first once more."""
     return np.vstack([points, points[:1]])
 

@@ -23,7 +23,7 @@ from vrx_mj.model.world import tree_of
 from vrx_mj.recording.boat_sets import boat_set_cells
 from vrx_mj.recording.packing import archive, plain_rows
 from vrx_mj.recording.parts import COMPANIES, EVENTS, FRAMES, ROWS, RUN, STATES, Cell, RawFile
-from vrx_mj.recording.reader import measured
+from vrx_mj.recording.reader import data_fields
 from vrx_mj.recording.record_scene import FORMAT, RecordedSensor, RecordScene
 from vrx_mj.runtime.subscriptions import Touch
 from vrx_mj.sensors.readings import Reading
@@ -170,5 +170,5 @@ def _reading_columns(sensor: RecordedSensor, reading: Reading) -> dict[str, list
         cloud = reading.data  # as bytes: rerun takes numbers one by one
         numbers = {"intensity": [cloud.intensity.astype("<f4").tobytes()], "ring": [cloud.ring.astype("<u2").tobytes()]}
         return columns | {"Points3D:positions": [cloud.points.astype("<f4")]} | numbers
-    values = np.concatenate([np.ravel(field) for field in measured(reading)])
+    values = np.concatenate([np.ravel(field) for field in data_fields(reading)])
     return columns | {"numbers": [values.astype("<f8").tobytes()]}

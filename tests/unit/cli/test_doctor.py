@@ -74,12 +74,12 @@ def test_packages_that_do_not():
      ("2.1.0rc1", "numpy>=2.0", True), ("1", "anything", True)],
 )  # fmt: skip
 def test_versions_against_bounds(version, wanted, fits):
-    assert doctor.allowed(version, wanted) is fits
+    assert doctor.is_allowed(version, wanted) is fits
 
 
 def test_what_we_ask_for_is_what_the_project_says():
     assert doctor.requirement("rerun-sdk").startswith("rerun-sdk")
-    assert doctor.allowed(importlib.metadata.version("rerun-sdk"), doctor.requirement("rerun-sdk"))
+    assert doctor.is_allowed(importlib.metadata.version("rerun-sdk"), doctor.requirement("rerun-sdk"))
     assert doctor.requirement("rerun") == "rerun"
 
 

@@ -130,7 +130,7 @@ def test_recordings_of_different_runs_compare_with_exit_code_1(cli, folder):
     said = cli("compare", "1.rrd", "2.rrd")
     assert said.code == 1
     assert "seed: 1 and 2\n" in said.out
-    assert "\nthey part at 0.050 s (row 1) in wind_speed: " in said.out
+    assert "\nthey diverge at 0.050 s (row 1) in wind_speed: " in said.out
 
 
 @pytest.mark.parametrize("output", ["course", "course/scene.xml", "course/my.xml"])

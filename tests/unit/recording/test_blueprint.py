@@ -15,11 +15,11 @@ from rerun.chunk import RrdReader
 import recorded_run
 from trees import partial
 from vrx_mj.recording.blueprint import (
+    hidden_names,
     layout,
     plan_view,
     plot_view,
     sea_view,
-    unnamed,
     whole_run,
 )
 from vrx_mj.recording.eyes import (
@@ -32,8 +32,8 @@ from vrx_mj.recording.eyes import (
     PLATE,
     followed_circle,
     name_spots,
+    names_apart,
     sea_eye,
-    spread,
 )
 from vrx_mj.recording.static_chunks import still_chunks
 from vrx_mj.recording.task_chunks import touch_chunks
@@ -198,18 +198,18 @@ def test_names_that_would_cover_each_other_are_not_in_a_plan_that_follows(way):
     scene = replace(full, bodies=bodies, parameters=partial(CALM | {"waypoints": []}))
     size = LETTER * (len("wamv1") + 2) if way[0] else PLATE
     height = 20.0 / (size * LINE) / PLAN_SLOPE
-    assert unnamed(scene, np.zeros(2), 0.99 * height) == []
-    assert unnamed(scene, np.zeros(2), 1.01 * height) == ["- /world/boats/wamv2/label/name"]
+    assert hidden_names(scene, np.zeros(2), 0.99 * height) == []
+    assert hidden_names(scene, np.zeros(2), 1.01 * height) == ["- /world/boats/wamv2/label/name"]
 
 
 def test_names_of_bays_stand_apart_and_in_the_middle_of_their_dock():
     """Bays of 6 m in a plan of 105 m, of which a line is an 18th, each name on a plate of a line and a half."""
     bays = [np.array([30.0, 6.0 * number]) for number in range(3)]
-    spots = spread(bays)
+    spots = names_apart(bays)
     assert np.diff([y for _, y in spots]).min() > PLATE * 105.0 / PLAN_LINES
     assert np.mean(spots, axis=0) == pytest.approx(bays[1])
-    assert spread(bays[:1])[0] == pytest.approx(bays[0])
-    assert spread([]) == []
+    assert names_apart(bays[:1])[0] == pytest.approx(bays[0])
+    assert names_apart([]) == []
 
 
 def boxes(spots, names):

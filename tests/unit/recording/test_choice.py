@@ -3,7 +3,7 @@
 import pytest
 
 from vrx_mj.errors import CommandError, UnknownNameError
-from vrx_mj.recording.session import chosen
+from vrx_mj.recording.session import choices_of
 from vrx_mj.recording.simulation_scene import Choice
 
 WAMV1 = {"front_left_camera": 30.0, "lidar_wamv": 10.0, "pinger": 1.0}
@@ -16,7 +16,7 @@ ALL_OF = {boat: [(boat, name, rate) for name, rate in sensors.items()] for boat,
 
 
 def plain(words, boats=BOATS):
-    return [(one.boat, one.sensor, one.rate) for one in chosen(words, boats)]
+    return [(one.boat, one.sensor, one.rate) for one in choices_of(words, boats)]
 
 
 @pytest.mark.parametrize(
@@ -51,7 +51,7 @@ def test_words_mean_sensors(words, expected):
 
 def test_with_one_boat_its_name_can_be_left_out():
     assert plain("lidar_wamv@2,pinger", ONE) == [("wamv1", "lidar_wamv", 2.0), ("wamv1", "pinger", 1.0)]
-    assert chosen("all", ONE)[0] == Choice("wamv1", "front_left_camera", 30.0)
+    assert choices_of("all", ONE)[0] == Choice("wamv1", "front_left_camera", 30.0)
 
 
 @pytest.mark.parametrize(
@@ -79,5 +79,5 @@ def test_with_one_boat_its_name_can_be_left_out():
 )  # fmt: skip
 def test_what_means_no_sensor_is_refused(words, kind, text):
     with pytest.raises(kind) as caught:
-        chosen(words, BOATS)
+        choices_of(words, BOATS)
     assert str(caught.value) == text

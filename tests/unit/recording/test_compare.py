@@ -36,13 +36,13 @@ def test_first_parting_is_named_with_its_time_body_and_values(record):
     assert found.parting is not None
     assert (found.parting.row, found.parting.time, found.parting.column) == (40, 2.0, "wamv2 y")
     gap = f"{after - before:.2g}"
-    assert str(found) == f"they part at 2.000 s (row 40) in wamv2 y: {before!r} and {after!r}, {gap} apart"
+    assert str(found) == f"they diverge at 2.000 s (row 40) in wamv2 y: {before!r} and {after!r}, {gap} apart"
 
 
 def test_number_of_columns_that_part_is_told(record):
     other = changed(changed(record, 7, 2, 1.0), 7, 3, 2.0)
     text = str(compare(record, other))
-    assert text.startswith("they part at 0.350 s (row 7) in wamv1 left thrust: ")
+    assert text.startswith("they diverge at 0.350 s (row 7) in wamv1 left thrust: ")
     assert text.endswith(" apart, and 1 more columns")
 
 
@@ -55,9 +55,8 @@ def test_sign_of_zero_parts_two_runs_and_equal_nans_do_not(record):
 
 def test_shorter_run_is_told_apart(record):
     other = replace(record, rows=record.rows[:40])
-    assert str(compare(record, other)) == (
-        f"rows: 61 and 40\nwhat both have is equal to the last bit: 40 rows of {len(record.layout.names())} columns"
-    )
+    both = f"40 rows of {len(record.layout.names())} columns"
+    assert str(compare(record, other)) == f"rows: 61 and 40\nthe rows that both have are equal to the last bit: {both}"
     assert not compare(record, other).equal
 
 
@@ -83,14 +82,14 @@ def test_equal_motion_of_fleets_with_other_names_is_equal(record):
 
 def test_boats_that_both_have_are_compared_where_one_recording_has_more(record, tmp_path):
     other = read_record(recorded_run.record_run(tmp_path / "other.rrd", 1.0, boats=2))
-    assert str(compare(record, other)).splitlines()[-1].startswith("they part at 0.000 s (row 0) in wamv2 x: ")
+    assert str(compare(record, other)).splitlines()[-1].startswith("they diverge at 0.000 s (row 0) in wamv2 x: ")
     names = record.layout.names()
     rows = record.rows[: len(other.rows), [names.index(name) for name in other.layout.names()]]
     other = replace(other, rows=rows)
     found = compare(record, other)
     assert (found.equal, found.complete, found.parting) == (False, False, None)
     both = f"{len(other.rows)} rows of {len(other.layout.names())} columns"
-    assert str(found).splitlines()[-1] == f"what both have is equal to the last bit: {both}"
+    assert str(found).splitlines()[-1] == f"the rows that both have are equal to the last bit: {both}"
     column = other.layout.names().index("wamv2 y")
     parting = compare(record, changed(other, 9, column, 1.0)).parting
     assert parting is not None

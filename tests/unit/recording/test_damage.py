@@ -21,7 +21,7 @@ from vrx_mj.recording.boat_sets import boat_set_head, head_of, sent_messages
 from vrx_mj.recording.compare import compare
 from vrx_mj.recording.packing import FILES, archive, pack_rows, unpack_rows, unpacked
 from vrx_mj.recording.parts import Part
-from vrx_mj.recording.reader import RecordedReadings, decoded, read_readings, read_record
+from vrx_mj.recording.reader import RecordedReadings, decode_jpeg, read_readings, read_record
 from vrx_mj.recording.record_scene import RecordedSensor
 from vrx_mj.recording.rescoring import rescore
 from vrx_mj.recording.rrd_file import parsed_file
@@ -276,9 +276,9 @@ def test_a_picture_of_another_size_is_refused_before_its_pixels_are_made():
     buffer = io.BytesIO()
     Image.new("RGB", (8, 4)).save(buffer, "JPEG")
     blob = np.frombuffer(buffer.getvalue(), np.uint8)
-    assert decoded(blob, (8, 4)).shape == (4, 8, 3)
-    assert refusal(decoded, blob, (8, 5)) == "a picture of 8x4 instead of 8x5"
-    assert refusal(decoded, blob[:60], (8, 4)).startswith("a picture is damaged: ")
+    assert decode_jpeg(blob, (8, 4)).shape == (4, 8, 3)
+    assert refusal(decode_jpeg, blob, (8, 5)) == "a picture of 8x4 instead of 8x5"
+    assert refusal(decode_jpeg, blob[:60], (8, 4)).startswith("a picture is damaged: ")
 
 
 # All of it

@@ -38,7 +38,7 @@ from vrx_mj.recording.video.stage import (
     Foam,
     Wake,
     between,
-    smoothed,
+    smooth_path,
     view_of,
 )
 from vrx_mj.recording.writer import RecordWriter
@@ -57,14 +57,14 @@ def straight(speed, duration=30.0, heading=0.0):
 
 def test_smoothing_leaves_a_straight_way_as_it_is():
     path = straight(2.0)
-    time, places = smoothed(path[:, 0], path[:, 1:3], 1.2)
+    time, places = smooth_path(path[:, 0], path[:, 1:3], 1.2)
     assert places[:, 0] == pytest.approx(2.0 * time, abs=1e-9)
 
 
 def test_smoothing_takes_the_waves_out_of_a_way():
     path = straight(2.0)
     path[:, 2] = 0.3 * np.sin(2 * math.pi * path[:, 0] / 1.5)
-    _, places = smoothed(path[:, 0], path[:, 1:3], 1.2)
+    _, places = smooth_path(path[:, 0], path[:, 1:3], 1.2)
     assert np.abs(places[20:-20, 1]).max() < 0.3 * math.exp(-0.5 * (2 * math.pi * 1.2 / 1.5) ** 2) + 1e-3
 
 

@@ -134,7 +134,7 @@ class Film:
         )
         self.times = self._times(_positive("speed", shot.speed))
         """Simulated time of every picture [s]."""
-        boat, found = _followed(recorded, shot.boat), {name: self._footage.path(name) for name in recorded.boats}
+        boat, found = _boat_to_follow(recorded, shot.boat), {name: self._footage.path(name) for name in recorded.boats}
         if not len(found[boat]):
             raise VideoError(f"invalid boat '{boat}': it is in no row of the recording")
         paths = {name: path for name, path in found.items() if len(path)}
@@ -154,7 +154,7 @@ class Film:
 
     def picture(self, time: float) -> _Picture:
         """The picture of a simulated time [s]."""
-        shown = self._seen(time, self._eyes[0], self.size)
+        shown = self._view_picture(time, self._eyes[0], self.size)
         if len(self._eyes) > 1:
             set_in(shown, self._inset_at(time))
         if self._shot.captions:
@@ -179,24 +179,24 @@ class Film:
         begin = self.times[0] + math.floor((time - self.times[0]) / step + 1e-6) * step
         if self._inset is None or self._inset[0] != begin:
             width, height = self.size
-            seen = self._seen(begin, self._eyes[1], (_even(_INSET * width), _even(_INSET * height)))
+            seen = self._view_picture(begin, self._eyes[1], (_even(_INSET * width), _even(_INSET * height)))
             line = max(1, round(height / 360))
             framed = np.full(np.add(seen.shape, (2 * line, 2 * line, 0)), _FRAME, np.uint8)
             framed[line:-line, line:-line] = seen
             self._inset = begin, framed
         return self._inset[1]
 
-    def _seen(self, time: float, eye_at: Callable[[float], Eye], size: tuple[int, int]) -> _Picture:
+    def _view_picture(self, time: float, eye_at: Callable[[float], Eye], size: tuple[int, int]) -> _Picture:
         """What an eye sees at a time [s], with the boats' names."""
         moment, eye = self._footage.at(time), eye_at(time)
-        shown = self._staged(moment.boat_set).draw(moment, eye, size)
+        shown = self._stage_of(moment.boat_set).draw(moment, eye, size)
         if self._shot.captions:
             boats = self._footage.recorded.companies[moment.boat_set].parameters.boats
             labels = {boat.name: boat_label(boat.name, boat.robot) for boat in boats}
             _name_boats(shown, view_of(eye, *size), self._footage.places(moment), self._colors, labels)
         return shown
 
-    def _staged(self, boat_set: int) -> Stage:
+    def _stage_of(self, boat_set: int) -> Stage:
         """The world of the boats that sail together, with a context for the largest picture."""
         if self._stage is None or self._stage[0] != boat_set:
             self.close()
@@ -227,7 +227,7 @@ class Film:
         return tuple(begin + number * step for number in range(math.floor((end - begin) / step + 1e-6) + 1))
 
 
-def _followed(recorded: Record, boat: str | None) -> str:
+def _boat_to_follow(recorded: Record, boat: str | None) -> str:
     """The boat that is followed: the given one, or that which the task scores, or the first.
 
     Raises:

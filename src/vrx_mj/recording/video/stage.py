@@ -106,8 +106,8 @@ class Chase:
     def __init__(self, path: FloatArray, level: float) -> None:
         """Follow a path (n, 4): time [s], east, north [m] and heading [rad], over water at `level` [m]."""
         self._level = level
-        self._times, self._places = smoothed(path[:, 0], path[:, 1:3], _CALM)
-        _, self._headings = smoothed(path[:, 0], path[:, 3:4], _TURN_CALM)
+        self._times, self._places = smooth_path(path[:, 0], path[:, 1:3], _CALM)
+        _, self._headings = smooth_path(path[:, 0], path[:, 3:4], _TURN_CALM)
 
     def eye(self, time: float) -> Eye:
         """Where it is at a time [s]."""
@@ -124,9 +124,11 @@ class Above:
     def __init__(self, paths: Sequence[FloatArray], level: float, aspect: float) -> None:
         """Follow paths as `Chase` does one; `aspect` is the picture's width by its height."""
         self._level, self._aspect = level, aspect
-        self._paths = [smoothed(path[:, 0], path[:, 1:3], _CALM) for path in paths]
+        self._paths = [smooth_path(path[:, 0], path[:, 1:3], _CALM) for path in paths]
         self._spans = [(path[0, 0], path[-1, 0]) for path in paths]
-        self._half = max(self._needed(time) for time in np.unique(np.concatenate([path[:, 0] for path in paths]))[::10])
+        self._half = max(
+            self._half_height(time) for time in np.unique(np.concatenate([path[:, 0] for path in paths]))[::10]
+        )
 
     def eye(self, time: float) -> Eye:
         """Where it is at a time [s]: as high as all boats need over the whole recording."""
@@ -145,14 +147,14 @@ class Above:
         spots = np.array(there or [[places[-1, 0], places[-1, 1]] for _, places in self._paths])
         return spots.min(axis=0), spots.max(axis=0)
 
-    def _needed(self, time: float) -> float:
+    def _half_height(self, time: float) -> float:
         """Half the height [m] of a picture that holds the boats."""
         low, high = self._box(time)
         width, height = (high - low) / 2.0 + ROOM
         return max(float(height), float(width) / self._aspect, _LEAST)
 
 
-def smoothed(time: FloatArray, values: FloatArray, calm: float) -> tuple[FloatArray, FloatArray]:
+def smooth_path(time: FloatArray, values: FloatArray, calm: float) -> tuple[FloatArray, FloatArray]:
     """Times (m,) [s] and values (m, k) of a path, smoothed by a Gaussian of standard deviation `calm` [s].
 
     Beyond its ends the path goes on as a mirror would show it, turned by half a turn, so that a straight stays one.
