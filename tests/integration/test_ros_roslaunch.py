@@ -188,20 +188,19 @@ def team(tmp_path):
     return folder
 
 
-@pytest.mark.parametrize("count", [2, 3])
-def test_boats_of_the_guide_join_a_world_without_boats(packages, tmp_path, team, count):
-    boats = "".join(BOAT.format(**boat) for boat in FLEET[:count])
+def test_boats_of_the_guide_join_a_world_without_boats(packages, tmp_path, team):
+    boats = "".join(BOAT.format(**boat) for boat in FLEET)
     text = MULTI.replace("{boats}", boats)
     (team / "launch" / "rxi_multi.launch").write_text(text, encoding="utf-8")
     line = f"roslaunch rxi rxi_multi.launch verbose:=true {EXTRA.replace('extra_gazebo_args', 'extra')}"
     with launched(line, tmp_path, packages) as one:
-        topics = one.topics(*(f"/{boat['name']}/cmd_vel" for boat in FLEET[:count]))
+        topics = one.topics(*(f"/{boat['name']}/cmd_vel" for boat in FLEET))
         assert "sand_island: no boats" in one.text
-        assert one.boats() == {boat["name"] for boat in FLEET[:count]}
+        assert one.boats() == {boat["name"] for boat in FLEET}
         assert {"/defender_a/thrusters/lateral_thrust_cmd", "/defender_a/sensors/imu/imu/data"} <= topics
         assert "/defender_b/sensors/gps/gps/fix" in topics
         assert not {topic for topic in topics if topic.startswith("/defender_b/sensors/imu")}
-        assert ("/wamv/thrusters/left_front_thrust_cmd" in topics) == (count == 3)
+        assert "/wamv/thrusters/left_front_thrust_cmd" in topics
         assert '"<?xml' in tools("rosparam get /defender_b/robot_description", one.port, tmp_path)[:10]
         north = float(
             tools("rostopic echo -n 1 /defender_b/sensors/gps/gps/fix/latitude", one.port, tmp_path).split()[0]
