@@ -286,18 +286,13 @@ def test_batches(junk, world):
     junk.try_all("vary", vary, {"rows": None, **varied}, lambda: made.vary(**{**varied, "wind_direction": 0.0}))
 
 
-EVERY = [12, pytest.param(4, marks=pytest.mark.nightly)]
-"""Of what takes a world for each call, one in so many kinds of junk is tried for each argument."""
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize("every", EVERY)
 @pytest.mark.parametrize("kind", [Env, VectorEnv])
-def test_gymnasium(junk, kind, every):
+def test_gymnasium(junk, kind):
     options = {"world": None, "fleet": None, "duration": 10.0, "wind_speed": 1.0, "gusts": (0.0, 1.0), "waves": 1.0,
                "mass": 1.0, "thrust": 1.0, "threads": 1, "width": 64, "height": 64}  # fmt: skip
     more = {} if kind is Env else {"num_envs": 2, "autoreset_mode": "NextStep"}
-    junk.every = every
+    junk.every = 4
 
     def made(**known):
         env = kind(**{"problem": "StationKeeping", "threads": 1} | known)
@@ -313,14 +308,13 @@ def test_gymnasium(junk, kind, every):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("every", EVERY)
 @pytest.mark.parametrize("kind", [ParallelEnv, TeamVectorEnv])
-def test_teams(junk, kind, every):
+def test_teams(junk, kind):
     options = {"boats": 2, "duration": 10.0, "reward": "team", "neighbours": 1, "range": 20.0, "noise": (0, 0, 0),
                "delay": 0.1, "joining": 0.0, "leaving": 0.0, "threads": 1, "width": 64, "height": 64,
                "render_mode": None, "world": None, "fleet": None, "mass": 1.0, "waves": (0.5, 1.0)}  # fmt: skip
     more = {} if kind is ParallelEnv else {"num_envs": 1, "autoreset": True}
-    junk.every = every
+    junk.every = 4
 
     def made(**known):
         env = kind(**{"problem": "Formation", "threads": 1} | known)
