@@ -1,10 +1,12 @@
 """The list of mutants fits the sources, so that `tests/mutants/run.py` finds all of them where they were."""
 
 import ast
+import re
 from collections import Counter
 
 from mutants.catalogue import KINDS, ROOT, mutants
-from mutants.scratch import nearest_tests, own_tests
+from mutants.random_mutants import draw, edits_of, mutable
+from mutants.scratch import nearest_tests, own_tests, related_tests
 
 MUTANTS = mutants()
 PACKAGES = {path.parent.relative_to(ROOT / "src/vrx_mj").as_posix() for path in (ROOT / "src").rglob("*.py")}
@@ -32,3 +34,27 @@ def test_every_mutant_has_tests_near_it():
         files = [*nearest_tests(mutant), *own_tests(mutant)]
         assert files, mutant.id
         assert all((ROOT / file).exists() for file in files)
+
+
+def test_mutants_drawn_at_random_change_one_place_and_can_still_be_parsed():
+    for mutant in draw(40, seed=1, only=["tasks", "frames"]):
+        text = (ROOT / mutant.source).read_text(encoding="utf-8")
+        assert ast.dump(ast.parse(mutant.applied(text))) != ast.dump(ast.parse(text)), mutant.id
+        files = [*nearest_tests(mutant), *related_tests(mutant)]
+        assert files, mutant.id
+        assert all((ROOT / file).exists() for file in files)
+
+
+def test_edits_flip_change_and_drop_what_tests_can_see():
+    text = """
+def f(a: int = 1) -> int:
+    '''Doc 2.'''
+    if a <= 3:
+        g(zip(a, strict=True))
+    return (b or not c) * min(d, 0.5) if e in f"{7}" else True
+"""
+    found = [re.sub(r"[()]", "", edit.new) for node in mutable(ast.parse(text)) for edit in edits_of(node)]
+    assert sorted(found) == [
+        "1 + 1", "2 * 0.5", "3 + 1", "False", "False", "a < 3", "b", "b and not c", "b or not c",
+        "b or not c / mind, 0.5", "c", "d", "e not in f'{7}'", "not c", "pass",
+    ]  # fmt: skip

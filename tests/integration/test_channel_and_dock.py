@@ -76,7 +76,7 @@ def test_a_chart_leads_through_the_gates_of_a_boat_without_a_camera():
     [
         ("vrx2019/phase2/dock1", 20.0),  # a floating dock 150 m off; the bay seen first is the wrong one
         pytest.param("vrx2019/phase2/scan_and_dock1", 30.0, marks=NIGHTLY),  # its buoy 80 m off, beyond stones
-        ("vrx2022/phase2/scan_dock_deliver3", 30.0),
+        pytest.param("vrx2022/phase2/scan_dock_deliver3", 30.0, marks=NIGHTLY),
         ("vrx2023/phase2/scan_dock_deliver4", 30.0),  # waves of gain 0.6, in which a square looks askew
     ],
 )

@@ -27,9 +27,16 @@ GOLDEN = {  # score with seed 1, and how far another CPU's rounding may lead fro
 
 
 EVERYDAY = {"wayfinding_task", "vrx2022/phase2/stationkeeping5"}
+SLOW = {"vrx2023/wildlife_task", "vrx2023/acoustic_perception_task"}
+"""Kinds of tasks that are in no world of every day; other worlds of all these kinds are sailed by night."""
+BY_NIGHT = [pytest.mark.slow, pytest.mark.nightly]
 
 
-@pytest.mark.parametrize("world", [pytest.param(w, marks=() if w in EVERYDAY else pytest.mark.slow) for w in GOLDEN])
+def marks(world):
+    return () if world in EVERYDAY else pytest.mark.slow if world in SLOW else BY_NIGHT
+
+
+@pytest.mark.parametrize("world", [pytest.param(world, marks=marks(world)) for world in GOLDEN])
 def test_the_captain_finishes_a_stock_world(world):
     score, slack = GOLDEN[world]
     task = sailed(world)
@@ -46,7 +53,14 @@ def test_a_beacon_is_followed_among_buoys():
 
 @pytest.mark.slow
 @pytest.mark.render
-@pytest.mark.parametrize("world", ["perception_task", "vrx2019/phase2/perception1", "vrx2022/phase2/perception5"])
+@pytest.mark.parametrize(
+    "world",
+    [
+        "perception_task",
+        pytest.param("vrx2019/phase2/perception1", marks=pytest.mark.nightly),
+        pytest.param("vrx2022/phase2/perception5", marks=pytest.mark.nightly),
+    ],
+)
 def test_landmarks_are_found(world):
     task = sailed(world)
     assert task.state == "finished"

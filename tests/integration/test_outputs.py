@@ -90,15 +90,14 @@ def test_a_state_that_does_not_fit_leaves_the_one_before(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("command", [*COMMANDS, "--help", "--version"])
-def test_a_folder_that_was_deleted(command, tmp_path):
-    gone = tmp_path / "gone"
-    gone.mkdir()
-    script = "cd $0 && rmdir $0 && exec $@"
-    words = ["sh", "-c", script, str(gone), *PROGRAM, command]
-    done = subprocess.run(words, capture_output=True, env=environment(), text=True, check=False)
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr == "the current folder cannot be used: No such file or directory; change to another\n"
+def test_a_folder_that_was_deleted(tmp_path):
+    for command in (*COMMANDS, "--help", "--version"):
+        gone = tmp_path / "gone"
+        gone.mkdir()
+        words = ["sh", "-c", "cd $0 && rmdir $0 && exec $@", str(gone), *PROGRAM, command]
+        done = subprocess.run(words, capture_output=True, env=environment(), text=True, check=False)
+        said = "the current folder cannot be used: No such file or directory; change to another\n"
+        assert (command, done.returncode, done.stdout, done.stderr) == (command, 2, "", said)
 
 
 @full

@@ -188,25 +188,22 @@ def team(tmp_path):
     return folder
 
 
-@pytest.mark.parametrize("count", [2, 3])
-def test_boats_of_the_guide_join_a_world_without_boats(packages, tmp_path, team, count):
-    boats = "".join(BOAT.format(**boat) for boat in FLEET[:count])
+def test_boats_of_the_guide_join_a_world_without_boats(packages, tmp_path, team):
+    boats = "".join(BOAT.format(**boat) for boat in FLEET)
     text = MULTI.replace("{boats}", boats)
     (team / "launch" / "rxi_multi.launch").write_text(text, encoding="utf-8")
     line = f"roslaunch rxi rxi_multi.launch verbose:=true {EXTRA.replace('extra_gazebo_args', 'extra')}"
     with launched(line, tmp_path, packages) as one:
-        topics = one.topics(*(f"/{boat['name']}/cmd_vel" for boat in FLEET[:count]))
+        topics = one.topics(*(f"/{boat['name']}/cmd_vel" for boat in FLEET))
         assert "sand_island: no boats" in one.text
-        assert one.boats() == {boat["name"] for boat in FLEET[:count]}
+        assert one.boats() == {boat["name"] for boat in FLEET}
         assert {"/defender_a/thrusters/lateral_thrust_cmd", "/defender_a/sensors/imu/imu/data"} <= topics
         assert "/defender_b/sensors/gps/gps/fix" in topics
         assert not {topic for topic in topics if topic.startswith("/defender_b/sensors/imu")}
-        assert ("/wamv/thrusters/left_front_thrust_cmd" in topics) == (count == 3)
+        assert "/wamv/thrusters/left_front_thrust_cmd" in topics
         assert '"<?xml' in tools("rosparam get /defender_b/robot_description", one.port, tmp_path)[:10]
-        north = float(
-            tools("rostopic echo -n 1 /defender_b/sensors/gps/gps/fix/latitude", one.port, tmp_path).split()[0]
-        )
-        assert 21.30 < north < 21.32
+        north = tools("rostopic echo -n 1 /defender_b/sensors/gps/gps/fix/latitude", one.port, tmp_path)
+        assert re.search(r"^21\.3[01]\d*$", north, re.MULTILINE), north  # after a warning where the topic comes late
         assert "warning" not in one.text
         again = (
             f"{packages}/gazebo_ros/scripts/spawn_model -urdf -param /defender_a/robot_description -model defender_a"

@@ -17,17 +17,21 @@ from vrx_mj.model.world import tree_of
 WORLDS = list(catalogue("worlds"))
 SERIES = [name for name in WORLDS if "/phase2/" in name]
 """The worlds of competitions: like the others in kind, and many. Those for practice are theirs, with other weather."""
-FIRST = {re.sub(r"\d+$", "", name): name for name in reversed(SERIES)}.values()
-"""The first world of each series, which is sailed by the everyday tests; all are by the slow ones."""
+FIRST = list({re.sub(r"\d+$", "", name): name for name in reversed(SERIES)}.values())
+"""The first world of each series, which is sailed every day; all are by night."""
 SINGLE = [name for name in WORLDS if not re.search(r"/(phase2|practice)/", name)]
 ROOMS = ["example_course", "my_course", "ocean_buoys", "vrx2023/sydney_regatta"]
 """Worlds into which fleets are put: a course, a dock, drifting buoys, and the other profile."""
-ALONE = [pytest.param((world, None), marks=pytest.mark.slow if "/" in world else ()) for world in SINGLE]
-"""The worlds of single years differ little from those without one, which are sailed every day."""
-WITH_FLEET = [
-    pytest.param(pair, marks=() if pair[0] == ROOMS[0] else pytest.mark.slow)
-    for pair in itertools.product(ROOMS, catalogue("fleets"))
-]
+ALONE = [(world, None) for world in SINGLE if "/" not in world]
+"""The worlds of single years differ little from these."""
+WITH_FLEET = [(ROOMS[0], fleet) for fleet in catalogue("fleets")]
+OTHERS = ["base/vrx2023", "vrx2022/phase3/course1", "vrx2023/sydney_regatta", "vrx2023/scan_dock_deliver_task"]
+"""Worlds of kinds that are not among those."""
+YEARS = ("vrx2019", "vrx2022", "vrx2023")
+BY_NIGHT = {
+    **{year: [(world, None) for world in SINGLE if world.startswith(year) and world not in OTHERS] for year in YEARS},
+    **{room: list(itertools.product([room], catalogue("fleets"))) for room in ROOMS[1:]},
+}
 
 WILD = {"no_gravity", "vrx2019/wind_test"}
 """Worlds in which nothing floats, or in gusts of 100 m/s."""
@@ -43,7 +47,10 @@ KNOWN = {
 
 @pytest.fixture(scope="module", params=[*ALONE, *WITH_FLEET], ids=lambda pair: f"{pair[0]}-{pair[1] or 'alone'}")
 def world(request):
-    name, fleet = request.param
+    return compiled(*request.param)
+
+
+def compiled(name, fleet):
     with warnings.catch_warnings():
         if fleet:
             warnings.simplefilter("ignore", VrxWarning)  # a fleet may be far from what a world is about
@@ -97,16 +104,48 @@ def test_no_boat_starts_inside_of_something(world):
     assert touched_by_boats(sim) == KNOWN.get(pair, set())
 
 
-@pytest.mark.parametrize(
-    "name", [name if name in FIRST else pytest.param(name, marks=pytest.mark.slow) for name in SERIES]
-)
-def test_every_world_of_a_competition_compiles_and_runs(name):
+def check(name, fleet, folder):
+    """All that is above."""
+    world = compiled(name, fleet)
+    test_plain_mujoco_opens_it_and_has_the_same_bodies(world, folder)
+    test_its_boats_lie_still_and_then_sail(world)
+    test_nothing_that_stands_in_it_moves(world)
+    test_no_boat_starts_inside_of_something(world)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", OTHERS)
+def test_a_world_of_another_kind_is_as_good(name, tmp_path):
+    check(name, None, tmp_path)
+
+
+@pytest.mark.slow
+@pytest.mark.nightly
+@pytest.mark.parametrize("kind", BY_NIGHT)
+def test_so_are_the_others_of_a_year_and_those_with_any_fleet(kind, tmp_path):
+    assert BY_NIGHT[kind]
+    for name, fleet in BY_NIGHT[kind]:
+        check(name, fleet, tmp_path / name / str(fleet))
+
+
+@pytest.mark.parametrize("name", FIRST)
+def test_the_first_world_of_a_series_compiles_and_runs(name):
     world = vrx_mj.compile_world(name)
     sim = vrx_mj.Simulation(world)
     assert touched_by_boats(sim) == set()
     assert (world.name, tree_of(world.parameters)["task"]["boat"]) == (name, "wamv")
     sim.step(duration=0.2)
     assert np.isfinite(sim.data.qpos).all()
+
+
+@pytest.mark.slow
+@pytest.mark.nightly
+@pytest.mark.parametrize("year", YEARS)
+def test_the_other_worlds_of_a_series_do_too(year):
+    others = [name for name in SERIES if name.startswith(year) and name not in FIRST]
+    assert len(others) > 20
+    for name in others:
+        test_the_first_world_of_a_series_compiles_and_runs(name)
 
 
 def touched_by_boats(sim):

@@ -160,7 +160,10 @@ def vrx_sources(tmp_path_factory):
     return write_vrx(tmp_path_factory.mktemp("vrx_ws"))
 
 
-@pytest.fixture(autouse=True, params=["alone", pytest.param("beside VRX", marks=pytest.mark.slow)])
+BESIDE = pytest.param("beside VRX", marks=[pytest.mark.slow, pytest.mark.nightly])
+
+
+@pytest.fixture(autouse=True, params=["alone", BESIDE])
 def _elsewhere(tmp_path, monkeypatch, vrx_sources, request):
     """A folder of a user who has no ROS, or who has sourced VRX's workspace."""
     monkeypatch.chdir(tmp_path)
@@ -384,14 +387,13 @@ def test_of_two_objects_of_one_name_the_second_is_left_out():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", LAUNCHES)
-def test_a_launch_file_of_vrx_itself_opens_its_own_world_and_boat(vrx_sources, name):
-    """As the user's workspace has it; without packages beside it ours stand for them."""
-    launch = read_launch(vrx_sources / "vrx" / name, {})
-    assert [boat.name for boat in launch.boats] == ["wamv"]
-    package, world = name.partition("/")[0], LAUNCHES[name]
-    file = vrx_sources / "vrx" / package / f"worlds/{world.rpartition('/')[2]}.world.xacro"
-    assert launch.world == file
+def test_the_launch_files_of_vrx_itself_open_their_own_worlds_and_boats(vrx_sources):
+    """As the user's workspace has them; without packages beside it ours stand for them."""
+    for name, world in LAUNCHES.items():
+        launch = read_launch(vrx_sources / "vrx" / name, {})
+        assert [boat.name for boat in launch.boats] == ["wamv"]
+        package = vrx_sources / "vrx" / name.partition("/")[0]
+        assert launch.world == package / f"worlds/{world.rpartition('/')[2]}.world.xacro"
 
 
 @pytest.mark.slow

@@ -1,13 +1,15 @@
-"""Tries the mutants of `mutants.yaml`: which tests notice that a line of the source is wrong?
+"""Tries mutants, those of `mutants.yaml` or ones drawn at random: do tests notice that a line of the source is wrong?
 
-    python tests/mutants/run.py                             # all: hours on two cores
+    python tests/mutants/run.py                             # all of the file: hours on two cores
     python tests/mutants/run.py --only physics tasks        # mutants of some packages
     python tests/mutants/run.py --ids gates-1 gates-2 --stages nearest own
     python tests/mutants/run.py --jobs 2 --out figures      # figures.json and figures.txt
+    python tests/mutants/run.py --draw 200 --jobs 2         # drawn at random: 88 % of them have to be killed
 
-Each mutant is made in a scratch copy of the repository, never in the checkout. Three stages run until one fails, which
+Each mutant is made in a scratch copy of the repository, never in the checkout. Stages run until one fails, which
 kills the mutant: the test files nearest to the module, the unit tests of its package, and the tests of the everyday
-tier. Before, the unit tests of each package have to pass without a mutant. Kernels compile into a cache of the scratch
+tier; for those drawn at random the nearest and the related tests, which are all that import something of the package.
+Before, the unit tests of each package have to pass without a mutant. Kernels compile into a cache of the scratch
 copy's own.
 """
 
@@ -24,19 +26,19 @@ from queue import SimpleQueue
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from mutants.catalogue import Mutant, mutants
-from mutants.scratch import Scratch, nearest_tests, own_tests
+from mutants.random_mutants import draw
+from mutants.scratch import Scratch, nearest_tests, own_tests, related_tests
 
-STAGES = ("nearest", "own", "tier")
-LIMITS = {"nearest": 120.0, "own": 300.0, "tier": 1200.0}
+STAGES = {"nearest": nearest_tests, "own": own_tests, "related": related_tests, "tier": lambda _: ["tests"]}
+LISTED, DRAWN = ("nearest", "own", "tier"), ("nearest", "related")
+"""Stages for the mutants of the file, and for those drawn at random."""
+LIMITS = {"nearest": 120.0, "own": 300.0, "related": 900.0, "tier": 1200.0}
 """Processor time [s]: more than the tests take, so that only a mutant that never ends meets it."""
 ENDLESS, ALIVE = "endless", "alive"
-
-
-def tests_of(stage: str, mutant: Mutant) -> list[str]:
-    """Files and folders of tests; the test of the list itself would find every mutant."""
-    if stage == "tier":
-        return ["tests", "--ignore=tests/test_mutants.py"]
-    return nearest_tests(mutant) if stage == "nearest" else own_tests(mutant)
+NOT_THE_LISTS = ["--ignore=tests/test_mutants.py"]
+"""The test of the list itself would find every mutant."""
+BAR = 0.88
+"""The share of mutants drawn at random that has to be killed."""
 
 
 def tried(mutant: Mutant, scratch: Scratch, stages: Sequence[str], marks: str) -> dict[str, object]:
@@ -45,10 +47,10 @@ def tried(mutant: Mutant, scratch: Scratch, stages: Sequence[str], marks: str) -
     begun, before = time.perf_counter(), None
     with scratch.holding(mutant):
         for stage in stages:
-            arguments = tests_of(stage, mutant)
+            arguments = STAGES[stage](mutant)
             if not arguments or arguments == before:
                 continue
-            result, test = scratch.run_tests([*arguments, "-m", marks], LIMITS[stage])
+            result, test = scratch.run_tests([*arguments, *NOT_THE_LISTS, "-m", marks], LIMITS[stage])
             before = arguments
             if result != "passed":
                 row |= {"killed": stage if result == "failed" else ENDLESS, "test": test}
@@ -65,8 +67,19 @@ def table(rows: Sequence[dict[str, object]], stages: Sequence[str]) -> str:
         of_it = [row for row in rows if package in {row["package"], "all"}]
         counts = [sum(row["killed"] == head for row in of_it) for head in heads]
         lines.append(f"{package:<20}{len(of_it):>9}" + "".join(f"{count:>9}" for count in counts))
-    alive = [f"  {row['id']} in {row['file']}" for row in rows if row["killed"] in {ALIVE, ENDLESS}]
-    return "\n".join([*lines, "alive:" if alive else "", *alive]) + "\n"
+    alive = [f"  {row['file']}: {row['id']}" for row in rows if is_alive(row)]
+    share = f"{len(rows) - len(alive)} of {len(rows)} killed: {killed(rows):.0%}"
+    return "\n".join([*lines, share, "alive:" if alive else "", *alive]) + "\n"
+
+
+def is_alive(row: dict[str, object]) -> bool:
+    """Whether no test failed."""
+    return row["killed"] in {ALIVE, ENDLESS}
+
+
+def killed(rows: Sequence[dict[str, object]]) -> float:
+    """The share that a test noticed."""
+    return sum(not is_alive(row) for row in rows) / max(len(rows), 1)
 
 
 def chosen(only: Sequence[str], ids: Sequence[str]) -> list[Mutant]:
@@ -84,7 +97,9 @@ def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(description="Which tests notice that a line of the source is wrong?")
     parser.add_argument("--only", nargs="+", default=[], metavar="PACKAGE", help="as physics or ros")
     parser.add_argument("--ids", nargs="+", default=[], metavar="ID")
-    parser.add_argument("--stages", nargs="+", choices=STAGES, default=STAGES)
+    parser.add_argument("--draw", type=int, metavar="N", help="so many at random places, in place of the file's")
+    parser.add_argument("--seed", type=int, default=0, help="of the draw; default: %(default)s")
+    parser.add_argument("--stages", nargs="+", choices=STAGES)
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--marks", default="not slow", help="which tests count, as pytest's -m; default: %(default)s")
     parser.add_argument("--unchecked", action="store_true", help="do not run tests without a mutant first")
@@ -93,9 +108,13 @@ def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Try the mutants; 1 if one lives."""
+    """Try the mutants; 1 if one of the file lives, or too many of those drawn at random."""
     options = parsed(arguments)
-    picked, rows = chosen(options.only, options.ids), list[dict[str, object]]()
+    if options.draw is None:
+        picked, stages, least = chosen(options.only, options.ids), options.stages or LISTED, 1.0
+    else:
+        picked, stages, least = draw(options.draw, options.seed, options.only), options.stages or DRAWN, BAR
+    rows = list[dict[str, object]]()
     with tempfile.TemporaryDirectory(prefix="mutants-") as folder:
         free: SimpleQueue[Scratch] = SimpleQueue()
         for job in range(options.jobs):
@@ -106,7 +125,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             try:
                 if not options.unchecked:
                     scratch.check_clean(mutant.package, [*own_tests(mutant), "-m", options.marks], LIMITS["own"])
-                row = tried(mutant, scratch, options.stages, options.marks)
+                row = tried(mutant, scratch, stages, options.marks)
             finally:
                 free.put(scratch)
             rows.append(row)
@@ -117,10 +136,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
             list(pool.map(attempt, picked))
     order = [mutant.id for mutant in picked]
     rows.sort(key=lambda row: order.index(str(row["id"])))
-    figures = table(rows, options.stages)
+    figures = table(rows, stages)
     options.out.with_suffix(".txt").write_text(figures, encoding="utf-8")
     print(figures)
-    return int(any(row["killed"] in {ALIVE, ENDLESS} for row in rows))
+    return int(killed(rows) < least)
 
 
 if __name__ == "__main__":

@@ -12,31 +12,45 @@ from contextlib import contextmanager
 from pathlib import Path
 from types import ModuleType
 
-from numba.core.caching import _CacheLocator
-
 from mutants.catalogue import ROOT, Mutant
 from mutants.forks import run_pytest
 
 KERNELS = ("physics", "sensors", "runtime")
 """Packages whose sources name the folder of the compiled kernels (`vrx_mj.physics.kernel`)."""
-UNIT = ROOT / "tests" / "unit"
+TESTS = ROOT / "tests"
 
 
 def nearest_tests(mutant: Mutant) -> list[str]:
     """Test files called after the module, or that import it; where there are none, those of its package."""
     path = Path(mutant.file)
-    module = re.compile(rf"\bvrx_mj\.{'.'.join(path.with_suffix('').parts)}\b")
+    importing = _importing(".".join(path.with_suffix("").parts))
     own = [file for entry in own_tests(mutant) for file in _files(ROOT / entry)]
-    near = [
-        file for file in own if re.match(rf"test_(view_)?{path.stem}(_|$)", file.stem) or module.search(_text(file))
-    ]
-    return [file.relative_to(ROOT).as_posix() for file in near] or own_tests(mutant)
+    near = [file for file in own if re.match(rf"test_(view_)?{path.stem}(_|$)", file.stem) or file in importing]
+    return _names(near) or own_tests(mutant)
 
 
 def own_tests(mutant: Mutant) -> list[str]:
-    """The unit tests of the mutant's package: its folder."""
-    folder = UNIT / mutant.package
-    return [folder.relative_to(ROOT).as_posix()]
+    """The folder of unit tests of the mutant's package; of a module outside of packages, the files that import it."""
+    folder = TESTS / "unit" / mutant.package
+    return _names([folder] if folder.is_dir() else _importing(mutant.package))
+
+
+def related_tests(mutant: Mutant) -> list[str]:
+    """The package's unit tests, and all other test files that import something of the package."""
+    folder = TESTS / "unit" / mutant.package
+    return [*own_tests(mutant), *_names([file for file in _importing(mutant.package) if folder not in file.parents])]
+
+
+@functools.cache
+def _importing(name: str) -> list[Path]:
+    """Test files that import a module or package of `vrx_mj`."""
+    above, _, last = f"vrx_mj.{name}".rpartition(".")
+    imported = re.compile(rf"\b{above}(\.| import [^\n]*\b){last}\b")
+    return [file for file in _files(TESTS) if imported.search(_text(file))]
+
+
+def _names(paths: list[Path]) -> list[str]:
+    return [path.relative_to(ROOT).as_posix() for path in paths]
 
 
 @functools.cache
@@ -75,13 +89,10 @@ class Scratch:
             self._clean.add(package)
 
     def _take_kernels(self) -> None:
-        """Begin with the kernels that the checkout has compiled: numba names folders after those of the sources."""
+        """Begin with the kernels that the checkout has compiled."""
         there = _kernel_module().cache_folder()
-        for folder in {file.parent for file in (self.tree / "src").rglob("*.py")}:
-            source = ROOT / folder.relative_to(self.tree)
-            names = [_CacheLocator.get_suitable_cache_subpath(str(place / "x.py")) for place in (source, folder)]
-            if there is not None and there.name == self._hash and (there / names[0]).is_dir():
-                shutil.copytree(there / names[0], self.cache / self._hash / names[1])
+        if there is not None and there.name == self._hash:
+            shutil.copytree(there, self.cache / self._hash)
 
     @contextmanager
     def holding(self, mutant: Mutant) -> Iterator[None]:
@@ -148,10 +159,7 @@ def _kernel_module() -> ModuleType:
 
 
 def _stale(tree: Path, mutant: Mutant, text: str) -> set[str]:
-    """Modules whose compiled kernels may hold the line that the mutant changes.
-
-    numba compiles the module's own kernels again by itself, but not those of others that call them.
-    """
+    """Modules whose compiled kernels may hold the line that the mutant changes: its own, and those that call it."""
     if not _in_kernel(text, text.count("\n", 0, text.index(mutant.old)) + 1):
         return set()
     sources = {file.stem: file for package in KERNELS for file in (tree / "src/vrx_mj" / package).glob("*.py")}

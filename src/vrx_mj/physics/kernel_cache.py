@@ -26,6 +26,7 @@ from numba.core.caching import (
 )
 from numba.core.runtime import rtsys
 
+_PACKAGE = Path(__file__).parents[1]
 _DIGEST = 32
 """Length of the digest in front of a file [bytes]."""
 
@@ -131,11 +132,18 @@ def _remove(path: Path) -> None:
 
 
 class _Locator(_SourceFileBackedLocatorMixin, _CacheLocator):  # type: ignore[misc]
-    """A subfolder of our folder for each package."""
+    """A subfolder for each package: the folder belongs to the content of our kernels, wherever they are installed."""
 
     def __init__(self, function: Callable[..., object], source: str, folder: Path) -> None:
         self._py_file, self._lineno = source, function.__code__.co_firstlineno
-        self._path = str(folder / self.get_suitable_cache_subpath(source))
+        self._is_ours = Path(source).is_relative_to(_PACKAGE)
+        self._path = str(
+            folder / (Path(source).parent.name if self._is_ours else self.get_suitable_cache_subpath(source))
+        )
+
+    def get_source_stamp(self) -> object:
+        """What tells a changed source; None for ours, of which the folder's name is a digest."""
+        return None if self._is_ours else super().get_source_stamp()
 
     def get_cache_path(self) -> str:
         """Path of that subfolder."""

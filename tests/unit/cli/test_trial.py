@@ -18,9 +18,12 @@ def test_a_turning_circle(cli, folder):
     assert len(tree["track"]["time"]) == len(tree["track"]["helm"])
 
 
+TRIALS = ("zigzag", "crash-stop", "pull-out", "spiral", "decay")
+BY_NIGHT = [pytest.param(trial, "wamv", marks=pytest.mark.nightly) for trial in TRIALS if trial != "zigzag"]
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("robot", ["skiff", "wamv"])
-@pytest.mark.parametrize("trial", ["zigzag", "crash-stop", "pull-out", "spiral", "decay"])
+@pytest.mark.parametrize(("trial", "robot"), [*((trial, "skiff") for trial in TRIALS), ("zigzag", "wamv"), *BY_NIGHT])
 def test_the_others(cli, folder, trial, robot):
     assert cli("trial", trial, robot).code == 0
     tree = json.loads((folder / f"{trial}.json").read_text(encoding="utf-8"))

@@ -79,8 +79,15 @@ def test_after_a_time_without_looking_it_begins_anew():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("profile", ["vrx", "marine"])
-@pytest.mark.parametrize("errors", ["rtk", "standalone"])
+@pytest.mark.parametrize(
+    ("errors", "profile"),
+    [
+        ("rtk", "vrx"),
+        ("standalone", "marine"),
+        pytest.param("rtk", "marine", marks=pytest.mark.nightly),
+        pytest.param("standalone", "vrx", marks=pytest.mark.nightly),
+    ],
+)
 def test_covariances_are_those_of_the_errors_of_a_hundred_runs(errors, profile):
     """The errors' squares over their covariances (NEES) are within 99 % of their chi-squared law.
 

@@ -1,5 +1,6 @@
 """Every world of VRX that is shipped, written as VRX's own file has it, is read as the shipped one, without a loss."""
 
+import re
 import warnings
 from pathlib import Path
 
@@ -15,15 +16,9 @@ OURS = {"my_course", "no_gravity", "buoyancy_plugin_demo"}
 NAMES = [name for name in catalogue("worlds") if name not in OURS and not name.startswith("base/")]
 
 
-def worlds(names):
-    """Worlds to try; those of the competitions, several of each kind, in the slow tests."""
-    many = ("/phase2/", "/phase3/", "/practice/")
-    slow = {name for name in names if any(part in name for part in many) and not name.endswith("0")}
-    return [pytest.param(name, marks=[pytest.mark.slow] if name in slow else []) for name in names]
-
-
-CLASSIC = worlds([name for name in NAMES if "2023" not in name])
-NEWER = worlds([name for name in NAMES if "2023" in name])
+FIRST = [name for name in NAMES if not re.search(r"/(phase\d|practice)/", name) or name.endswith("0")]
+"""One of each series of a competition, and all that are in none."""
+YEARS = ("vrx2019", "vrx2022", "vrx2023")
 
 
 def comparable(world):
@@ -54,11 +49,17 @@ def _elsewhere(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
 
-@pytest.mark.parametrize("name", CLASSIC)
-def test_a_world_of_vrx_classic_is_the_shipped_one(name):
-    assert comparable(read(classic_text(name))) == comparable(load_world(name))
+@pytest.mark.parametrize("name", FIRST)
+def test_a_world_of_vrx_is_the_shipped_one(name):
+    text = newer_text(name) if "2023" in name else classic_text(name)
+    assert comparable(read(text)) == comparable(load_world(name))
 
 
-@pytest.mark.parametrize("name", NEWER)
-def test_a_world_of_vrx_3_is_the_shipped_one(name):
-    assert comparable(read(newer_text(name))) == comparable(load_world(name))
+@pytest.mark.slow
+@pytest.mark.nightly
+@pytest.mark.parametrize("year", YEARS)
+def test_so_are_the_others_of_each_series(year):
+    others = [name for name in NAMES if name.startswith(year) and name not in FIRST]
+    assert len(others) > 40
+    for name in others:
+        test_a_world_of_vrx_is_the_shipped_one(name)

@@ -94,9 +94,14 @@ pytestmark = pytest.mark.filterwarnings("ignore::vrx_mj.errors.VrxWarning")
 SLOW = {"power", "macros", "macro_tree", "macro_clones", "blocks", "properties", "arguments", "comments", "siblings",
         "dollars", "parameters", "quotes", "slices", "splits", "digits", "output"}  # fmt: skip
 """Bombs that the limit of processor time stops, or that come near it."""
+KINDS = {"power", "macro_tree", "dollars", "slices"}
+"""One of each kind: a number, a tree, a text and a list; the others are tried by night."""
+BY_NIGHT = SLOW - KINDS
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.slow] * (name in SLOW)) for name in BOMBS])
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in SLOW)) for name in BOMBS if name not in BY_NIGHT]
+)
 def test_bombs_do_not_go_off(name, tmp_path, monkeypatch):
     body, message = BOMBS[name]
     monkeypatch.chdir(tmp_path)
@@ -109,6 +114,13 @@ def test_bombs_do_not_go_off(name, tmp_path, monkeypatch):
     limits = TOO_MUCH if message is TOO_MUCH else (message,)
     assert any(limit in said for limit in limits if limit) or (not said and message in {None, TOO_MUCH})
     assert len(found) < 2_000_000
+
+
+@pytest.mark.slow
+@pytest.mark.nightly
+def test_the_others_of_each_kind_do_not_go_off_either(tmp_path, monkeypatch):
+    for name in sorted(BY_NIGHT):
+        test_bombs_do_not_go_off(name, tmp_path, monkeypatch)
 
 
 def test_what_is_merely_large_is_expanded(tmp_path):
