@@ -1,8 +1,9 @@
-"""Tiers, a home of the tests' own, and what was skipped.
+"""Tiers, a home of the tests' own, kernels that are compiled once, and what was skipped.
 
 `pytest` runs all that is not marked `slow`; `-m quick` physics, config, mjcf and runtime; `-m slow` the rest.
 
-Kernels compile at their first call, which is no reason to fail an example for being slow.
+Kernels compile at their first call, which is no reason to fail an example for being slow. A property gets 20 examples,
+with `--hypothesis-profile=thorough` 500.
 """
 
 import gc
@@ -10,6 +11,8 @@ import os
 import shutil
 import signal
 import site
+import subprocess
+import sys
 import tempfile
 import time
 from collections import Counter
@@ -17,13 +20,15 @@ from functools import cache
 from itertools import groupby
 from pathlib import Path
 
+import psutil
 import pytest
 from hypothesis import settings
 from hypothesis.configuration import set_hypothesis_home_dir
 from numba.core import event
 
-settings.register_profile("kernels", deadline=None, database=None)
-settings.load_profile("kernels")
+settings.register_profile("thorough", deadline=None, database=None, max_examples=500)
+settings.register_profile("everyday", settings.get_profile("thorough"), max_examples=20)
+settings.load_profile("everyday")
 
 TESTS = Path(__file__).parent
 QUICK = tuple(TESTS / "unit" / name for name in ("physics", "config", "formats", "mjcf", "runtime"))
@@ -41,13 +46,14 @@ LONGEST = (
     "test_prepared_sensors.py",
 )
 """Parts of the names of the slow tests that take longest, the longest first."""
-CONFIG = TESTS / "unit" / "config"
 WORK, MOST_WORK = "processor time", 2.0
 """A property of reports [s], and how much a test that is not slow may take."""
 COMPILED = event.RecordingListener()
 """What numba compiles."""
 event.register("numba:compile", COMPILED)
-SANDBOX = pytest.StashKey[Path]()
+SANDBOX, COMPILERS = pytest.StashKey[Path](), pytest.StashKey[list[subprocess.Popen]]()
+COMPILING = "VRX_MJ_TESTS_COMPILING"
+"""Processes that compile kernels, for the workers, which wait for them before their first test."""
 SANDBOX_VARIABLE = "VRX_MJ_TESTS"
 """Names the sandbox; whatever the tests start inherits it."""
 
@@ -71,6 +77,9 @@ def pytest_configure(config):
         for name in ("XDG_CACHE_HOME", "XDG_CONFIG_HOME", "XDG_DATA_HOME", "XDG_RUNTIME_DIR"):
             os.environ.pop(name, None)
         tempfile.tempdir = None  # read TMPDIR anew
+        if getattr(config.option, "numprocesses", None) and config.args_source is config.ArgsSource.TESTPATHS:
+            config.stash[COMPILERS] = _compilers()
+            os.environ[COMPILING] = " ".join(str(process.pid) for process in config.stash[COMPILERS])
     set_hypothesis_home_dir(os.environ[SANDBOX_VARIABLE])
 
 
@@ -104,10 +113,31 @@ def _kernels(config):
     return config.cache.mkdir("kernels") if hasattr(config, "cache") else None
 
 
+def _compilers():
+    """Processes that compile, while the workers collect, what nearly all tests need; none where there is a cache."""
+    from vrx_mj.physics.kernel import cache_folder  # after VRX_MJ_CACHE is set
+
+    folder = cache_folder()
+    if folder is None or any(folder.iterdir()):
+        return []
+    program = [sys.executable, str(TESTS / "kernels.py")]
+    return [subprocess.Popen([*program, group], stderr=subprocess.DEVNULL) for group in ("loops", "pictures")]
+
+
+def _runs(pid):
+    try:
+        return psutil.Process(pid).status() != psutil.STATUS_ZOMBIE
+    except psutil.NoSuchProcess:
+        return False
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_sessionfinish(session):
     """Fail a run whose tests have left processes behind."""
     result = yield
+    for process in session.config.stash.get(COMPILERS, []):
+        process.terminate()
+        process.wait()
     left = _left_running(session.config.stash[SANDBOX]) if SANDBOX in session.config.stash else []
     if left:
         session.config.get_terminal_writer().line("\ntests left processes running:\n" + "\n".join(left), red=True)
@@ -194,17 +224,16 @@ def pytest_collection_finish():
     """Leave the tests themselves, about a million objects, out of all that later searches for garbage."""
     gc.collect()
     gc.freeze()
+    while any(_runs(int(pid)) for pid in os.environ.get(COMPILING, "").split()):
+        time.sleep(0.1)
 
 
 def _deal(items, workers):
     """Sort tests into the blocks that workers begin with, of equal numbers.
 
-    Slow tests come first, and of them those of `LONGEST`, each with another worker, or the last would go on alone. Of
-    what is not slow, only the first worker begins with tests that need kernels: while it compiles them, the others
-    have those of files.
+    Slow tests come first, and of them those of `LONGEST`, each with another worker, or the last would go on alone.
     """
     slow, others = _split(items, lambda item: item.get_closest_marker("slow") is not None)
-    light, others = _split(others, lambda item: _is_light(item.path))
     longest, slow = _split(slow, lambda item: _rank(item) < len(LONGEST))
     firsts = [list(group) for _, group in groupby(sorted(longest, key=_rank), key=_rank)]
     left = len(items)
@@ -213,7 +242,7 @@ def _deal(items, workers):
         own = [item for first in firsts[worker::workers] for item in first]
         due = left // (workers - worker)
         own += _taken(slow, min(due - len(own), len(slow) // (workers - worker)))
-        for pool in (light, others, slow) if worker else (others, light, slow):
+        for pool in (others, slow):
             own += _taken(pool, due - len(own))
         items += own
         left -= len(own)
@@ -224,12 +253,6 @@ def _taken(pool, number):
     taken = pool[: max(number, 0)]
     del pool[: len(taken)]
     return taken
-
-
-@cache
-def _is_light(path):
-    """Whether tests of a file need no kernels."""
-    return path == TESTS / "test_project.py" or CONFIG in path.parents
 
 
 def _rank(item):

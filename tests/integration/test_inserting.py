@@ -92,7 +92,7 @@ def names_of(sim):
     return [*(item.name for item in there.objects), *(dock.name for dock in there.docks)]
 
 
-@settings(max_examples=5, deadline=None)
+@settings(max_examples=5)
 @given(plan=st.lists(st.sampled_from([*CHANGES, "remove"]), min_size=3, max_size=6))
 @pytest.mark.slow
 def test_any_sequence_leaves_the_others_bit_equal(undisturbed, plan):

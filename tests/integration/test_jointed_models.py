@@ -71,7 +71,7 @@ def simulation_of(text, tmp_path, name="model.sdf"):
 
 
 @pytest.mark.slow
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 @given(
     kinds=st.tuples(st.sampled_from(sorted(HINGES)), st.sampled_from(sorted(HINGES))),
     places=st.tuples(poses, poses, poses, poses),

@@ -13,7 +13,7 @@ import time
 from types import SimpleNamespace
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from bridged import Bridged
@@ -269,7 +269,6 @@ ENGINES = st.lists(
 WHEELS = st.builds(Wheel, st.floats(-1.5, 1.5), st.floats(-1.5, 1.5), st.floats(-2.0, 2.0))
 
 
-@settings(max_examples=40, deadline=None)
 @given(engines=ENGINES, wheel=WHEELS)
 @pytest.mark.slow
 def test_the_page_drives_engines_as_the_terminal_does(page, engines, wheel):

@@ -94,7 +94,6 @@ def test_files_have_the_same_nodes_and_places_from_both_parsers(folder):
         assert nodes(yaml_text._composed, text) == nodes(by_pyyaml, text)
 
 
-@settings(max_examples=500, deadline=None)
 @given(text=st.lists(st.sampled_from(FRAGMENTS), max_size=12).map("".join))
 @example(text="---")
 @example(text="{a: }")
@@ -169,7 +168,7 @@ def test_lookalikes_are_found_at_their_column(text, column):
     assert next(find_lookalikes([text])).column == column
 
 
-@settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.one_of(st.binary(max_size=300), st.text(max_size=300).map(lambda text: text.encode("utf-8", "replace"))))
 @example(data=b"? " * 200)
 @example(data=b"- " * 2000)
@@ -196,7 +195,7 @@ WORDS = st.sampled_from([
 ])  # fmt: skip
 
 
-@settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(words=st.lists(WORDS, max_size=40))
 def test_any_words_give_a_world_or_a_vrx_error(words, tmp_path):
     file = tmp_path / "world.yaml"
@@ -228,7 +227,6 @@ KEYS = st.sampled_from(
 )
 
 
-@settings(max_examples=300, deadline=None)
 @given(source=st.dictionaries(KEYS, PLAIN, max_size=4))
 def test_any_dict_gives_a_world_or_a_vrx_error(source):
     with contextlib.suppress(VrxError):

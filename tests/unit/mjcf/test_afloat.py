@@ -7,7 +7,7 @@ from typing import get_args
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from urdf_boats import assemble
@@ -141,7 +141,6 @@ def test_a_nudged_boat_goes_to_the_nearest_free_place_and_says_so():
     assert abs(y - 7) >= 1.5
 
 
-@settings(max_examples=30)
 @given(
     places=st.lists(st.tuples(st.floats(-8, 24), st.floats(-8, 8), st.floats(-180, 180)), min_size=2, max_size=6),
     red=st.tuples(st.floats(-8, 16), st.floats(-8, 8)),

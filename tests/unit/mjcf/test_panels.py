@@ -5,7 +5,7 @@ from collections import Counter
 import numpy as np
 import pytest
 import trimesh
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from unit.physics.test_panels import barge, off
@@ -17,7 +17,6 @@ def edges(triangles):
     return Counter((a, b) for row in triangles.tolist() for a, b in zip(row, row[1:] + row[:1], strict=True))
 
 
-@settings(max_examples=30, deadline=None)
 @given(st.tuples(*(st.floats(0.1, 10.0) for _ in range(3))))
 def test_a_divided_barge_is_closed_and_the_same(size):
     vertices, faces = barge(*size)

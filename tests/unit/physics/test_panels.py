@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from unit.physics.rows import rotation
@@ -92,7 +92,6 @@ def test_meshes_displace_what_another_program_says(row):
     assert area == pytest.approx(float(row["area"]), rel=5e-3)
 
 
-@settings(max_examples=60)
 @given(*[st.floats(-math.pi, math.pi)] * 2)
 def test_a_closed_hull_far_under_water_feels_its_volume_alone(roll, pitch):
     """Archimedes: rho g V upward through the centre of volume, however it lies."""
@@ -102,7 +101,6 @@ def test_a_closed_hull_far_under_water_feels_its_volume_alone(roll, pitch):
     assert found == pytest.approx((0, 0, lift, lever[1] * lift, -lever[0] * lift, 0), abs=1e-6 * lift)
 
 
-@settings(max_examples=60)
 @given(st.floats(-math.pi, math.pi), st.floats(-1.0, 1.0))
 def test_what_is_under_water_and_what_is_over_it_make_the_whole(roll, height):
     """The wet part of a body and that of the same body upside down, in water up to the same plane, fill it."""

@@ -8,7 +8,7 @@ import time
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import recorded_run
@@ -108,7 +108,6 @@ def test_a_file_with_other_bytes_reads_up_to_them_or_is_refused(killed, tmp_path
             assert record.rows.tobytes() == ROWS[: len(record.rows)].tobytes()
 
 
-@settings(max_examples=60)
 @given(block=st.binary() | st.text().map(str.encode))
 def test_a_block_with_a_right_checksum_of_anything_is_one_line(block, killed, tmp_path_factory):
     frame = raw_file.FRAME.pack(len(block), raw_file.zlib.crc32(block))

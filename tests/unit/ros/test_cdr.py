@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from vrx_mj.errors import CommandError
@@ -107,7 +107,6 @@ def test_messages_come_back(x, y, frame):
     assert back.pose.position.x == x or (math.isnan(x) and math.isnan(back.pose.position.x))
 
 
-@settings(max_examples=100)
 @given(st.binary(max_size=200))
 def test_bytes_that_are_no_message_are_refused_and_nothing_else(raw):
     for type_name in ("ros_gz_interfaces/StringVec", "geometry_msgs/PoseStamped", "std_msgs/Float64"):

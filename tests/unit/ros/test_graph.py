@@ -4,7 +4,7 @@ import asyncio
 from xmlrpc.client import dumps, loads
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from vrx_mj.errors import CommandError
@@ -317,7 +317,6 @@ def test_a_parameter_that_xml_cannot_carry_is_refused(graph, text, value):
     assert graph.parameters.get("/sim/name") == "bay"
 
 
-@settings(max_examples=50)
 @given(text=st.text(max_size=20))
 def test_parameters_that_are_taken_come_back_from_xml(text):
     try:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from rosbags.interfaces import Nodetype
 
@@ -182,7 +182,6 @@ def test_what_is_not_given_is_as_in_debians_classes(theirs):
     }
 
 
-@settings(max_examples=100, deadline=None)
 @given(name=st.sampled_from(KNOWN), seed=st.integers(0, 1 << 32))
 def test_what_is_written_reads_back(name, seed):
     message = filled(name, random.Random(seed))
@@ -192,7 +191,6 @@ def test_what_is_written_reads_back(name, seed):
     assert encode(back, name) == raw
 
 
-@settings(max_examples=100, deadline=None)
 @given(name=st.sampled_from(KNOWN), raw=st.binary(max_size=200))
 def test_bytes_that_are_no_message_are_told(name, raw):
     told = None

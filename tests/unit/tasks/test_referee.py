@@ -242,7 +242,7 @@ def run(referee, frames):
 
 @pytest.mark.parametrize("profile", ["vrx", "vrx3"])
 @pytest.mark.parametrize("kind", TYPES)
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(seed=st.integers(0, 10**6), cut=st.integers(0, 250))
 def test_a_dump_goes_on_exactly(kind, profile, seed, cut):
     whole = make_referee(sample(kind, profile))

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from vrx_mj.config.loading import Loading, validated
@@ -63,7 +63,6 @@ parts = st.tuples(
 )
 
 
-@settings(max_examples=25)
 @given(parts=st.lists(parts, min_size=1, max_size=4))
 def test_links_are_one_body_by_parallel_axes(parts, tmp_path_factory):
     file = tmp_path_factory.mktemp("model") / "buoy.sdf"

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from sdf_boats import BOATS, fossen, link, sdf, spinning, thruster
@@ -89,7 +89,6 @@ def test_all_that_is_wrong_is_said_at_once():
     ]  # fmt: skip
 
 
-@settings(max_examples=25)
 @given(hull=poses, frame=poses, child=poses, joint=poses, shape=poses)
 def test_everything_is_where_the_file_has_it_whatever_it_is_relative_to(hull, frame, child, joint, shape):
     """Against products of homogeneous matrices; angles near the poles of Euler's lose half of the digits."""
@@ -126,7 +125,6 @@ def test_the_axis_of_a_joint_is_in_the_frame_that_its_version_of_sdf_has():
     assert boat(HULL, turned, joint).joints["drive"].axis == model
 
 
-@settings(max_examples=25)
 @given(turn=st.tuples(*[st.floats(-1.5, 1.5)] * 3))
 def test_a_quaternion_is_the_same_as_its_angles(turn):
     w, x, y, z = quaternion(*turn)
@@ -196,7 +194,6 @@ def test_what_is_not_done_of_hydrodynamics_is_said():
     ]
 
 
-@settings(max_examples=25)
 @given(factor=st.floats(-200, 200), offset=st.floats(-1, 0), most=st.floats(1, 500))
 def test_channels_of_ardupilot_say_how_hard_a_thruster_pushes(factor, offset, most):
     """multiplier (offset + share), of which the share is 0 at the least pulse and 1 at the greatest."""
@@ -338,7 +335,6 @@ def test_a_joint_of_another_kind_is_held():
     assert math.dist(made.places["screw"][:3], (0, 1, 0)) == 0.0
 
 
-@settings(max_examples=25)
 @given(size=st.tuples(*[st.floats(0.2, 2)] * 3), place=poses, density=st.floats(10, 2000))
 def test_the_inertia_of_a_full_box_is_that_of_the_box(size, place, density):
     """Closed form: m / 12 (b^2 + c^2), turned and moved with the box."""

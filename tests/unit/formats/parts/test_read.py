@@ -5,7 +5,7 @@ import warnings
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from vrx_mj.errors import ConfigError, VrxWarning
@@ -238,7 +238,6 @@ PIECES = [
 ]
 
 
-@settings(max_examples=150, deadline=None)
 @given(kind=st.sampled_from(sorted(TEXTS)), data=st.data())
 def test_any_file_ends_in_parts_or_in_a_message(kind, data, tmp_path_factory):
     text = TEXTS[kind]

@@ -8,7 +8,7 @@ from io import BytesIO
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from peak_memory import peak_memory
@@ -275,7 +275,6 @@ PLACES = [(part,) for part in TREE] + [
 ]  # fmt: skip
 
 
-@settings(max_examples=60, deadline=None)
 @given(place=st.sampled_from(PLACES), value=JSON)
 def test_no_json_ends_in_anything_but_a_mesh_or_a_message(tmp_path_factory, place, value):
     file = tmp_path_factory.mktemp("glb") / "a.glb"

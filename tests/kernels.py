@@ -1,0 +1,43 @@
+"""Compiles the kernels that most tests need: `python tests/kernels.py GROUP`; conftest.py starts all groups at once.
+
+The groups take about as long as each other, and each kernel is compiled in one of them.
+"""
+
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from vrx_mj.mjcf.compile import compile_world
+from vrx_mj.mjcf.drawing import drawing_model
+from vrx_mj.recording import record
+from vrx_mj.recording.antialiasing import antialias
+from vrx_mj.runtime.batch import Batch
+from vrx_mj.runtime.simulation import Simulation
+from vrx_mj.sensors.camera import Cameras
+
+
+def loops():
+    """The loops of simulations and batches, of VRX's boats alone and of any."""
+    for profile in ("vrx", "marine"):
+        world = compile_world({"physics": {"profile": profile}, "sea": {"model": "none"}}, fleet={"sensors": "none"})
+        Simulation(world)
+        Batch(world, 2)
+
+
+def pictures():
+    """Pictures of the sea, which need no loop; then lidars and recordings, with the loop that `loops` has compiled."""
+    antialias(np.zeros((8, 8, 3), np.uint8))
+    world = compile_world({"physics": {"profile": "vrx"}}, fleet={"sensors": "vrx"})
+    Cameras(drawing_model(world), world.parameters).compile()
+    sim = Simulation(world)
+    sim.prepare_sensors()
+    with tempfile.TemporaryDirectory() as folder, record(sim, Path(folder) / "run.rrd"):
+        sim.step(duration=1.0)
+
+
+GROUPS = {"loops": loops, "pictures": pictures}
+
+if __name__ == "__main__":
+    GROUPS[sys.argv[1]]()
