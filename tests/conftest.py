@@ -19,6 +19,7 @@ from collections import Counter
 from functools import cache
 from itertools import groupby
 from pathlib import Path
+from time import process_time  # a test may put another clock in the module
 
 import psutil
 import pytest
@@ -268,12 +269,12 @@ def _split(items, condition):
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_call(item):
     """Keep the processor time that a test takes, unless kernels are compiled in it, which any other may pay."""
-    begun, compiled = time.process_time(), len(COMPILED.buffer)
+    begun, compiled = process_time(), len(COMPILED.buffer)
     try:
         return (yield)
     finally:
         if len(COMPILED.buffer) == compiled:
-            item.user_properties.append((WORK, time.process_time() - begun))
+            item.user_properties.append((WORK, process_time() - begun))
 
 
 def pytest_terminal_summary(terminalreporter):

@@ -18,16 +18,19 @@ from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.sensors.camera import Cameras
 
 
+def calm(profile):
+    """A world of one boat."""
+    return compile_world({"physics": {"profile": profile}, "sea": {"model": "none"}}, fleet={"sensors": "none"})
+
+
 def loops():
-    """The loops of simulations and batches, of VRX's boats alone and of any."""
+    """The loops of simulations, of VRX's boats alone and of any."""
     for profile in ("vrx", "marine"):
-        world = compile_world({"physics": {"profile": profile}, "sea": {"model": "none"}}, fleet={"sensors": "none"})
-        Simulation(world)
-        Batch(world, 2)
+        Simulation(calm(profile))
 
 
 def pictures():
-    """Pictures of the sea, which need no loop; then lidars and recordings, with the loop that `loops` has compiled."""
+    """Pictures of the sea, which need no loop; then what needs the kernels that `loops` has compiled meanwhile."""
     antialias(np.zeros((8, 8, 3), np.uint8))
     world = compile_world({"physics": {"profile": "vrx"}}, fleet={"sensors": "vrx"})
     Cameras(drawing_model(world), world.parameters).compile()
@@ -35,6 +38,8 @@ def pictures():
     sim.prepare_sensors()
     with tempfile.TemporaryDirectory() as folder, record(sim, Path(folder) / "run.rrd"):
         sim.step(duration=1.0)
+    for profile in ("vrx", "marine"):
+        Batch(calm(profile), 2)
 
 
 GROUPS = {"loops": loops, "pictures": pictures}

@@ -19,8 +19,8 @@ def _closed():
 
 @pytest.fixture(autouse=True)
 def _markers_are_few(request, monkeypatch):
-    """Every server makes markers for viewers first, of shores of 60,000 corners: only tests of viewers look at them."""
-    if request.path.name != "test_viewers.py":
+    """Every server makes markers for viewers first, of shores of 60,000 corners: few tests look at them."""
+    if request.path.name not in {"test_viewers.py", "test_bags.py", "test_foxglove.py"}:
         monkeypatch.setattr(viewers, "_markers", lambda *_: iter(()))
 
 

@@ -186,7 +186,7 @@ def test_a_world_is_served_to_plotters_alone(bay):
     """Two runs give the same bytes, whenever somebody connects."""
     found, (boat, _) = [], vrx_mj.Simulation(bay).boats
     for _ in range(2):
-        wanted, said = Wanted(nmea={boat: free_port()}, rate=None, duration=3.0), []
+        wanted, said = Wanted(nmea={boat: free_port()}, rate=None, duration=1.0), []
         heard = Heard()
 
         def keep(transports, heard=heard):
@@ -198,7 +198,7 @@ def test_a_world_is_served_to_plotters_alone(bay):
         assert said[0] == f"{boat} has the sensors for GGA, RMC, VTG, HDT, ROT, XDR; of other vessels AIVDM"
         assert not any("drive the boats" in text for text in said)
     assert found[0] == found[1]
-    assert len(found[0]) > 60
+    assert len(found[0]) > 20
 
 
 @pytest.mark.parametrize(
