@@ -3,6 +3,7 @@
 import csv
 import dataclasses
 import json
+import warnings
 from functools import cache
 from pathlib import Path
 
@@ -26,6 +27,8 @@ GUSTY = {
     "seed": 15,
     "objects": [{"model": "wamv", "coefficients": COEFFICIENTS}],
 }
+COMPILED = {}
+"""Worlds by what they were compiled from."""
 AFLOAT = -0.1018635
 """Height of a boat's origin at rest in calm water [m]: vessel_equilibrium.csv of VRX's reference values."""
 
@@ -58,8 +61,23 @@ def boats(*places, **more):
 
 def simulation(fleet=None, *, seed=None, edit=None, **world):
     """A simulation in open water; `edit` changes the world's parameters before it starts."""
-    compiled = vrx_mj.compile_world(water(**world), fleet=fleet or boats((0.0, 0.0, 0.3)))
-    return vrx_mj.Simulation(compiled if edit is None else edited(compiled, edit), seed=seed)
+    made = compiled(water(**world), fleet or boats((0.0, 0.0, 0.3)))
+    return vrx_mj.Simulation(made if edit is None else edited(made, edit), seed=seed)
+
+
+def compiled(world, fleet):
+    """A compiled world, the same object for the same mappings in the same folder unless compiling it warns."""
+    key = repr((world, fleet, Path.cwd()))
+    if key in COMPILED:
+        return COMPILED[key]
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        made = vrx_mj.compile_world(world, fleet=fleet)
+    for each in caught:
+        warnings.warn_explicit(each.message, each.category, each.filename, each.lineno)
+    if not caught:
+        COMPILED[key] = made
+    return made
 
 
 def edited(world, change):
