@@ -7,7 +7,7 @@ from typing import Any
 
 from vrx_mj.config.bays import RGB, Cell, PlacardConfig
 from vrx_mj.config.objects import ObjectConfig, load_object
-from vrx_mj.config.shapes import BuoyancyElement, Visual
+from vrx_mj.config.shapes import Visual
 from vrx_mj.config.wind import WindConfig
 from vrx_mj.frames import Pose, apply, compose, inverse, rotation
 from vrx_mj.mjcf.docks import BlockTree, block_tree
@@ -133,7 +133,9 @@ def _block_rows(
             wind=listed if index == 0 else NO_WIND,
         )
         rows.append(block)
-        elements += [element_row(_centered(element)) for element in buoyancy.elements]
+        # VRX's 2 x 2 block has its mass and its collision box beside its buoyancy; a dock's blocks have them in line
+        middles = [element.model_copy(update={"pose": (0.0, 0.0, *element.pose[2:])}) for element in buoyancy.elements]
+        elements += map(element_row, middles)
     return rows, elements
 
 
@@ -163,11 +165,6 @@ def _moorings(dock: PlacedDock, first: int) -> list[Mooring]:
 
 def _block(edge: float) -> ObjectConfig:
     return load_object(BLOCK_MODELS[edge])
-
-
-def _centered(element: BuoyancyElement) -> BuoyancyElement:
-    """VRX's 2 x 2 block has its mass and its collision box beside its buoyancy; a dock's blocks have them in line."""
-    return element.model_copy(update={"pose": (0.0, 0.0, *element.pose[2:])})
 
 
 def _center(cell: Cell, edge: float) -> _Vector:

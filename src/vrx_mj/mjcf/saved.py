@@ -234,6 +234,9 @@ _TOUCH = "touch"
 """Contact sensors are called by this and the name of the rival."""
 
 
+_PieceFile = Annotated[str, StringConstraints(pattern=r"^piece_[0-9a-f]{16}\.xml$")]
+
+
 @dataclass(frozen=True)
 class _Placed:
     """Where a world has a piece."""
@@ -241,7 +244,7 @@ class _Placed:
     __pydantic_config__ = STRICT
     name: Annotated[str, StringConstraints(min_length=1, max_length=_LONGEST)]
     """Name of the part."""
-    piece: Annotated[str, StringConstraints(pattern=r"^piece_[0-9a-f]{16}\.xml$")]
+    piece: _PieceFile
     """Name of the piece's file."""
     pose: Pose | None
     """Pose of the frame around its bodies [m, rad]; None: they need none."""
@@ -252,7 +255,7 @@ class _Index:
     """List of the pieces of a world."""
 
     __pydantic_config__ = STRICT
-    own: Annotated[str, StringConstraints(pattern=r"^piece_[0-9a-f]{16}\.xml$")]
+    own: _PieceFile
     """Name of the file of what belongs to nothing in the world."""
     parts: Annotated[tuple[_Placed, ...], Field(max_length=100_000), FailFast()]
     """What was placed, in the order of the MJCF."""
