@@ -4,7 +4,7 @@ from pathlib import Path
 
 from vrx_mj.config.robots import RobotConfig
 from vrx_mj.formats.urdf.reader import read_urdf
-from vrx_mj.mjcf.boats import assembled
+from vrx_mj.mjcf.boats import assemble_boat
 
 FILE = Path("boat.urdf")
 INERTIA = '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
@@ -43,4 +43,4 @@ def robot(*parts, hull=None):
 def assemble(*parts, hull=None, **config):
     """The boat of a URDF's parts and of the YAML beside it."""
     urdf = read_urdf(robot(*parts, hull=hull), FILE)
-    return assembled(urdf, RobotConfig.model_validate({"urdf": FILE.name, **config}))
+    return assemble_boat(urdf, RobotConfig.model_validate({"urdf": FILE.name, **config}))

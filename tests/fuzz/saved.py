@@ -7,8 +7,10 @@ import json
 import random
 import struct
 import tempfile
+import xml.etree.ElementTree as ET
 import zlib
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +21,7 @@ from fuzz import junk, markup, raw, trees
 from fuzz.kind import Files, Kind, write
 from fuzz.yaml_files import json_bytes
 from vrx_mj import Batch, Simulation, State, World, compile_world
+from vrx_mj.mjcf.pieces import Piece, Pieces
 from vrx_mj.model.world import json_of
 
 NAMES = (
@@ -50,10 +53,10 @@ def worlds() -> tuple[World, ...]:
 
 @functools.cache
 def saved() -> tuple[dict[str, bytes], ...]:
-    """The files of those worlds."""
+    """The files of those worlds, in the former format, in which the MJCF is one piece."""
     return tuple(
         {
-            "scene.json": json_of(world.parameters).encode(),
+            "scene.json": json_of(replace(world.parameters, format=3)).encode(),
             "scene.xml": world.mjcf.encode(),
             **{f"assets/{name}": content for name, content in world.assets.items()},
         }
@@ -68,8 +71,10 @@ def tree_of(number: int) -> Any:
 
 
 def mutated_world(chance: random.Random) -> Files:
-    """A saved world: its parameters, its MJCF, or one of its assets."""
+    """A saved world: its parameters, its MJCF, its pieces, or one of its assets."""
     number = chance.randrange(len(saved()))
+    if chance.random() < 0.25:
+        return _pieces(worlds()[number], chance)
     files = saved()[number]
     draw = chance.random()
     if draw < 0.65:
@@ -94,6 +99,22 @@ def _renamed(files: Mapping[str, bytes], name: str, content: bytes) -> tuple[dic
     new = f"{stem}_{hashlib.sha256(content).hexdigest()[: len(digits)]}.{suffix}"
     scene = files["scene.xml"].replace(name.removeprefix("assets/").encode(), new.removeprefix("assets/").encode())
     return {key: value for key, value in files.items() if key != name}, {"scene.xml": scene, new: content}
+
+
+def _pieces(world: World, chance: random.Random) -> Files:
+    """A saved world with another list of pieces, or with another piece, which its name and the MJCF fit if they can."""
+    files = world.files()
+    if chance.random() < 0.5:
+        index = json.loads(files["scene.pieces.json"])
+        return {**files, "scene.pieces.json": json_bytes(trees.mutated(index, chance, most=2))}
+    at = chance.choice([world.pieces.own, *(part.piece for part in world.pieces.parts)])
+    text = markup.mutated(at.text.encode(), chance, most=2)
+    try:
+        new = Piece(text.decode(), at.files)
+        parts = tuple(replace(part, piece=new if part.piece is at else part.piece) for part in world.pieces.parts)
+        return World(Pieces(new if world.pieces.own is at else world.pieces.own, parts), world.parameters).files()
+    except (ValueError, ET.ParseError):
+        return {**files, f"pieces/{at.file}": text}
 
 
 def _json(number: int, chance: random.Random) -> bytes:

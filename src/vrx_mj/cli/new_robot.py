@@ -13,7 +13,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.cli.files import new_folder
 from vrx_mj.cli.robot import LARGEST, coordinates, read_hull
 from vrx_mj.errors import CommandError, VrxWarning
-from vrx_mj.mjcf.derive import displaced, rest_notes
+from vrx_mj.mjcf.flotation import flotation_at
 from vrx_mj.mjcf.hull_estimate import DENSITY, WIND, HullEstimate, estimated_hull
 from vrx_mj.mjcf.templates import render
 from vrx_mj.outputs import Content, write_files
@@ -48,7 +48,7 @@ def make_robot(name: str, mesh: Path, mass: float, engines: int, center: str | N
     if not 1 <= engines < len(_NAMES):
         raise CommandError(f"invalid --thrusters {engines}: 1 to {len(_NAMES) - 1} are needed")
     boat = estimated_hull(simplify(read_hull(mesh, scale)), mass, engines, coordinates(center) if center else None)
-    for note in rest_notes(displaced(boat.corners, 0.0), np.array(boat.sheet.center_of_mass), "--center"):
+    for note in flotation_at(boat.corners, 0.0).remarks(np.array(boat.sheet.center_of_mass), "--center"):
         warnings.warn(note, VrxWarning, stacklevel=1)
     folder = new_folder(name)
     _write(folder, boat)
@@ -73,7 +73,7 @@ def simplify(corners: FloatArray) -> FloatArray:
         _, first, inside = np.unique(cells, axis=0, return_index=True, return_inverse=True)
         index = inside.ravel()[faces]
         found = points[first][index[(index != np.roll(index, 1, axis=1)).all(axis=1)]]
-    before, after = (displaced(each, float(points[:, 2].max()) + 1.0).volume for each in (corners, found))
+    before, after = (flotation_at(each, float(points[:, 2].max()) + 1.0).volume for each in (corners, found))
     same: FloatArray = middle + (found - middle) * np.cbrt(before / after)
     return same
 

@@ -103,11 +103,11 @@ def _write_mjcf(urdf: str, file: Path, output: Path, namespace: str) -> None:
     from vrx_mj.formats.urdf.meshes import MeshFiles
     from vrx_mj.formats.urdf.reader import read_urdf
     from vrx_mj.formats.urdf.xacro_files import own_packages
-    from vrx_mj.mjcf.boats import assembled
+    from vrx_mj.mjcf.boats import assemble_boat
     from vrx_mj.mjcf.robots import save_robot
 
     robot = read_urdf(urdf, file, MeshFiles(file.absolute().parent, own_packages()))
-    boat = assembled(robot, RobotConfig(urdf="wamv.urdf"))
+    boat = assemble_boat(robot, RobotConfig(urdf="wamv.urdf"))
     if boat.warnings:
         warnings.warn("; ".join(boat.warnings), VrxWarning, stacklevel=2)
     save_robot(boat, output, name=namespace)
@@ -246,7 +246,7 @@ def hydro(
     import numpy as np
 
     from vrx_mj.adapters.hydro import FREQUENCIES
-    from vrx_mj.mjcf.derive import displaced, rest_notes
+    from vrx_mj.mjcf.flotation import flotation_at
     from vrx_mj.mjcf.hull_sheet import hull_sheet
 
     for name, value in (("mass", mass), ("density", density), ("scale", scale)):
@@ -257,7 +257,7 @@ def hydro(
             raise CommandError(f"invalid --{name} {count}: {least} to {most} are needed")
     corners = read_hull(mesh, scale)
     sheet = hull_sheet(corners, mass, coordinates(center), density)
-    for note in rest_notes(displaced(corners, sheet.waterline), np.array(sheet.center_of_mass), "--center"):
+    for note in flotation_at(corners, sheet.waterline).remarks(np.array(sheet.center_of_mass), "--center"):
         warnings.warn(f"mesh {mesh.name}: {note}", VrxWarning, stacklevel=1)
     for line in _sheet_lines(sheet):
         typer.echo(line)

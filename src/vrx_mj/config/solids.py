@@ -12,6 +12,7 @@ from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.config.readers import function_of
 from vrx_mj.config.search import contained
 from vrx_mj.config.shapes import Shape
+from vrx_mj.frames import Pose, rotation
 
 _SEGMENTS = 64
 """Sides of the prism that replaces a cylinder; it has the cylinder's volume."""
@@ -29,6 +30,11 @@ class Solid:
     """(n, 3, 3): corners of the triangles [m]"""
     notes: tuple[str, ...] = ()
     """What was mended."""
+
+    def at(self, pose: Pose) -> FloatArray:
+        """Corners (n, 3, 3) at a pose [m, rad]."""
+        placed: FloatArray = self.corners @ np.array(rotation(*pose[3:])).T + np.array(pose[:3])
+        return placed
 
 
 def solid(shape: Shape) -> Solid:
@@ -54,7 +60,7 @@ def solid_of_mesh(name: str, points: FloatArray, triangles: IntArray) -> Solid:
     if gaps:
         notes.append(f"mesh {name} is open ({gaps} edges without a second triangle): its convex hull is used")
     whole = _closed([corners for corners, own in pieces if own]) + [corners for corners, own in pieces if not own]
-    volumes = [_volume(corners) for corners in whole]
+    volumes = [enclosed_volume(corners) for corners in whole]
     total = math.fsum(volumes)
     if total < 0.0:
         notes.append(f"mesh {name} is inside out (a volume of {total:.3g} m3): its triangles are turned")
@@ -84,7 +90,7 @@ def _pieces(points: FloatArray, triangles: IntArray) -> list[tuple[FloatArray, i
     return [(corners[owner == number], int(gaps[number])) for number in np.unique(owner)]
 
 
-def _volume(corners: FloatArray) -> float:
+def enclosed_volume(corners: FloatArray) -> float:
     """Volume [m3] inside closed triangles, by the divergence theorem about their middle."""
     a, b, c = np.moveaxis(corners - corners.reshape(-1, 3).mean(axis=0), 1, 0)
     return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)

@@ -69,14 +69,14 @@ def free_origin(
     inside = _water(water, land)
     shapely.prepare(inside)
     shapely.prepare(taken)
-    own = _turned(shapely.get_coordinates(outlines) - frame[:2], -frame[2])
-    centre = _turned(corners.reshape(-1, 2) - frame[:2], -frame[2]).mean(axis=0)
-    goal = np.array(frame[:2]) + _turned(centre, frame[2]) if middle is None else np.array(middle)
+    own = _rotate(shapely.get_coordinates(outlines) - frame[:2], -frame[2])
+    centre = _rotate(corners.reshape(-1, 2) - frame[:2], -frame[2]).mean(axis=0)
+    goal = np.array(frame[:2]) + _rotate(centre, frame[2]) if middle is None else np.array(middle)
     around = shapely.get_coordinates(shapely.convex_hull(shapely.multipoints(own)))
     for turn in _TURNS:
         yaw = round(math.remainder(frame[2] + turn * math.pi / 4, 2 * math.pi), 2)
-        boats, hull = _turned(own, yaw).reshape(len(corners), -1, 2), _turned(around, yaw)
-        for places in _places(goal - _turned(centre, yaw)):
+        boats, hull = _rotate(own, yaw).reshape(len(corners), -1, 2), _rotate(around, yaw)
+        for places in _places(goal - _rotate(centre, yaw)):
             roomy = places[shapely.contains(inside, shapely.polygons(hull + places[:, None]))]
             for place in roomy:
                 if not shapely.intersects(taken, shapely.polygons(boats + place)).any():
@@ -95,7 +95,7 @@ def _water(near: _Place, land: _Area) -> _Area:
     return waters[int(np.argmin(shapely.distance(waters, shapely.Point(near))))]
 
 
-def _turned(points: FloatArray, angle: float) -> FloatArray:
+def _rotate(points: FloatArray, angle: float) -> FloatArray:
     cos, sin = math.cos(angle), math.sin(angle)
     turned: FloatArray = points @ np.array([[cos, sin], [-sin, cos]])
     return turned
@@ -168,7 +168,7 @@ def boats_afloat(
         warnings.warn(f"{far}; {better or 'give it another origin'}", VrxWarning, stacklevel=4)
     if found and nudge:
         places = _free_places(areas, found, things, buoys)
-        boats = [_moved(boat, places[i], found[i]) if places.get(i) else boat for i, boat in enumerate(boats)]
+        boats = [_move_boat(boat, places[i], found[i]) if places.get(i) else boat for i, boat in enumerate(boats)]
         found = {i: text for i, text in found.items() if places[i] is None}
     if found and fleet.is_empty:
         warnings.warn(f"world {config.name}: {found[0]}, at the spawn pose", VrxWarning, stacklevel=4)
@@ -205,7 +205,7 @@ def _better_origin(
 
 def depth_in_land(corners: FloatArray, pose: Pose, shore: Sequence[Sequence[Sequence[float]]]) -> float:
     """How far [m] from the shore, rings of points (x, y), a boat of an outline would be on land; 0 in free water."""
-    area, land = shapely.Polygon(_placed(corners, pose)), area_of(shore)
+    area, land = shapely.Polygon(_corners_at(corners, pose)), area_of(shore)
     return _depth(area, land) if shapely.intersects(area, land) else 0.0
 
 
@@ -216,14 +216,12 @@ def _areas(boats: Sequence[BoatConfig], built: Callable[[BoatConfig], Boat]) -> 
     for index, boat in enumerate(boats):
         if boat.order not in sizes:
             sizes[boat.order] = outline(built(boat))
-        corners[index] = _placed(sizes[boat.order], boat.pose)
+        corners[index] = _corners_at(sizes[boat.order], boat.pose)
     return np.asarray(shapely.polygons(corners))
 
 
-def _placed(corners: FloatArray, pose: Pose) -> FloatArray:
-    x, y, _, _, _, yaw = pose
-    cos, sin = math.cos(yaw), math.sin(yaw)
-    placed: FloatArray = corners @ np.array([[cos, sin], [-sin, cos]]) + (x, y)
+def _corners_at(corners: FloatArray, pose: Pose) -> FloatArray:
+    placed: FloatArray = _rotate(corners, pose[5]) + pose[:2]
     return placed
 
 
@@ -281,7 +279,7 @@ def _depth(area: _Area, thing: _Area) -> float:
 def _free_places(
     areas: FloatArray, found: Mapping[int, str], things: Sequence[_Thing], buoys: Sequence[_Area]
 ) -> dict[int, tuple[float, float] | None]:  # fmt: skip
-    """By how much (x, y) [m] each boat at fault is moved, in their order; None without room for it."""
+    """Displacement (x, y) [m] that brings each boat at fault into free water, in their order; None without room."""
     taken = [*(area for i, area in enumerate(areas) if i not in found), *buoys]
     moves: dict[int, tuple[float, float] | None] = {}
     for i in sorted(found):
@@ -317,7 +315,7 @@ def _moves() -> tuple[FloatArray, ...]:
     return tuple(np.array_split(moves, len(moves) // _TOGETHER))
 
 
-def _moved(boat: BoatConfig, move: tuple[float, float] | None, fault: str) -> BoatConfig:
+def _move_boat(boat: BoatConfig, move: tuple[float, float] | None, fault: str) -> BoatConfig:
     assert move is not None, "asked for"
     x, y = boat.pose[0] + move[0], boat.pose[1] + move[1]
     text = f"'{boat.name}' moved {math.hypot(*move):.2f} m to x {x:.2f}, y {y:.2f}: it was {fault.partition(' is ')[2]}"

@@ -24,7 +24,7 @@ from vrx_mj.config.wind import WindageConfig
 from vrx_mj.errors import ConfigError
 from vrx_mj.formats.urdf.model import ZERO, Gazebo, Inertial, Joint, Urdf, UrdfThruster
 from vrx_mj.frames import Pose, apply, compose, facing, inverse, rotation
-from vrx_mj.mjcf.steering import Hinges, known, own_problem, read_hinges, room
+from vrx_mj.mjcf.steering import Hinges, own_problem, read_hinges, room, urdf_name
 
 _Vector = tuple[float, float, float]
 _YIELDING = ContactConfig()
@@ -118,7 +118,7 @@ class Boat:
 _DRIFTS = "no thruster, so the boat drifts; add `thrusters` to the YAML beside it"
 
 
-def assembled(urdf: Urdf, config: RobotConfig, drive: Mapping[str, object] = MappingProxyType({})) -> Boat:
+def assemble_boat(urdf: Urdf, config: RobotConfig, drive: Mapping[str, object] = MappingProxyType({})) -> Boat:
     """The boat of a URDF and of the YAML beside it, which has the last word.
 
     `drive` is what all its thrusters have in common, whatever the files give: fields of `ThrusterConfig`.
@@ -196,8 +196,8 @@ def _thrusters(urdf: Urdf, gazebo: Gazebo, config: RobotConfig) -> Iterator[tupl
         return
     for name, entry in config.thrusters.items():
         path = f"thrusters.{name}"
-        link = known(urdf, "link", entry.propeller, f"{path}.propeller")
-        joint = known(urdf, "joint", entry.joint, f"{path}.joint") if entry.joint else None
+        link = urdf_name(urdf, "link", entry.propeller, f"{path}.propeller")
+        joint = urdf_name(urdf, "joint", entry.joint, f"{path}.joint") if entry.joint else None
         drive = ThrusterConfig(**entry.model_dump(include=set(ThrusterConfig.model_fields)))
         spins = next((item.name for item in urdf.joints.values() if item.child == link), None)
         yield name, UrdfThruster(name, link, spins, joint, drive, entry.servo.kp, entry.servo.kd)
@@ -225,7 +225,7 @@ def _engines(
         entry, measured = config.thrusters.get(name), config.propellers.get(name)
         given = entry.servo if entry is not None and "servo" in entry.model_fields_set else None
         if name in hinges:
-            yield replace(_steered(urdf, name, item, hinges[name], given), measured=measured)
+            yield replace(_steering_thruster(urdf, name, item, hinges[name], given), measured=measured)
             continue
         servo = given or ServoConfig(kp=item.kp, kd=item.kd, effort=10.0, velocity=10.0)
         where = urdf.pose(item.propeller_link, urdf.root)
@@ -236,9 +236,13 @@ def _engines(
         )
 
 
-def _steered(urdf: Urdf, name: str, item: UrdfThruster, hinge: Joint, given: ServoConfig | None) -> AssembledThruster:
+def _steering_thruster(
+    urdf: Urdf, name: str, item: UrdfThruster, hinge: Joint, given: ServoConfig | None
+) -> AssembledThruster:
     turn = facing(hinge.axis)
     propeller = _part(urdf, item.propeller_link, hinge.child, turn).pose
+    # a URDF's zero means that it gives none
+    effort, velocity = (getattr(hinge.limits, key, 0.0) for key in ("effort", "velocity"))
     return AssembledThruster(
         name=name,
         link=urdf.local(hinge.child),
@@ -247,7 +251,10 @@ def _steered(urdf: Urdf, name: str, item: UrdfThruster, hinge: Joint, given: Ser
         center=propeller[:3],
         direction=apply(rotation(*propeller[3:]), item.axis),
         drive=item.drive.model_copy(update={"max_angle": min(item.drive.max_angle, room(hinge))}),
-        servo=given or ServoConfig(kp=item.kp, kd=item.kd, effort=_effort(hinge), velocity=_velocity(hinge)),
+        servo=given
+        or ServoConfig(
+            kp=item.kp, kd=item.kd, effort=effort if effort > 0 else 10.0, velocity=velocity if velocity > 0 else 10.0
+        ),
         parts=tuple(_part(urdf, link, hinge.child, turn) for link in urdf.below(hinge.child)),
     )
 
@@ -294,23 +301,13 @@ def _hinge_pose(urdf: Urdf, hinge: Joint) -> Pose:
     return pose if turn == ZERO else compose(pose, turn)
 
 
-def _effort(hinge: Joint) -> float:
-    """Largest torque [N m]; a URDF's zero means that it gives none."""
-    return hinge.limits.effort if hinge.limits and hinge.limits.effort > 0 else 10.0
-
-
-def _velocity(hinge: Joint) -> float:
-    """Largest rate [rad/s]."""
-    return hinge.limits.velocity if hinge.limits and hinge.limits.velocity > 0 else 10.0
-
-
 def _sensors(urdf: Urdf, gazebo: Gazebo, config: RobotConfig) -> tuple[SensorConfig, ...]:
     """Those of the URDF, then those of the YAML, posed in the base link's frame."""
     found = {sensor.name: sensor for sensor in gazebo.sensors}
     for index, sensor in enumerate(config.sensors):
         if sensor.name in found:
             raise own_problem(urdf, f"sensors[{index}].name", f"duplicate name of a sensor, '{sensor.name}'")
-        link = known(urdf, "link", sensor.link, f"sensors[{index}].link")
+        link = urdf_name(urdf, "link", sensor.link, f"sensors[{index}].link")
         local = urdf.local(link)
         pose = compose(urdf.pose(link, urdf.root), sensor.pose)
         found[sensor.name] = sensor.model_copy(update={"pose": pose, "link": local, "frame": sensor.frame or local})

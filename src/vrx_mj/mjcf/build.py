@@ -25,9 +25,9 @@ from vrx_mj.formats.urdf.model import Urdf
 from vrx_mj.formats.urdf.reader import in_namespace, read_urdf
 from vrx_mj.formats.urdf.xacro_files import own_packages
 from vrx_mj.formats.urdf.xml_document import read_bytes
-from vrx_mj.mjcf.boats import Boat, assembled
+from vrx_mj.mjcf.boats import Boat, assemble_boat
 from vrx_mj.mjcf.derive import DENSITY, LINES, Derived, derived_floats, derived_lines
-from vrx_mj.mjcf.steering import located
+from vrx_mj.mjcf.steering import with_places
 from vrx_mj.resources import root
 
 _SHOWN_NOTES = 12
@@ -50,40 +50,42 @@ def build_boat(order: Order) -> Boat:
     ours = config.folder
     if ours is None or not ours.is_relative_to(root() / "assets") or order.thrusters or order.components:
         with budget():
-            return _built(order, config)
-    return _kept(order if is_path(order.robot) else replace(order, folder=None), ours)  # a name is found from anywhere
+            return _build(order, config)
+    return _cached_boat(
+        order if is_path(order.robot) else replace(order, folder=None), ours
+    )  # a name is found from anywhere
 
 
 @lru_cache(maxsize=64)
-def _kept(order: Order, _folder: Path | None) -> Boat:
+def _cached_boat(order: Order, _folder: Path | None) -> Boat:
     """A boat of the package's own files, which do not change while it runs, from one of its folders."""
-    return replace(_built(order, load_robot(order.robot, order.folder)), description="")
+    return replace(_build(order, load_robot(order.robot, order.folder)), description="")
 
 
-def _built(order: Order, config: RobotConfig) -> Boat:
+def _build(order: Order, config: RobotConfig) -> Boat:
     profile = config.in_profile(order.profile)
     _, wanted = _equipment(order, config)
-    urdf, text = _described(order, config)
+    urdf, text = _description(order, config)
     try:
-        boat = replace(assembled(urdf, config, _drive(order, profile)), name=order.robot)
+        boat = replace(assemble_boat(urdf, config, _drive(order, profile)), name=order.robot)
     except ConfigError as error:
-        raise located(error, robot_section(order.robot, order.folder)) from None
+        raise with_places(error, robot_section(order.robot, order.folder)) from None
     hull = config.hull if order.profile == MARINE else None
     boat, derived = _in_water(boat, {**config.hydrodynamics.said, **profile.hydrodynamics.said}, hull)
-    sensors = _chosen(_rearmed(boat, profile), wanted, config)
-    remarks = (*boat.warnings, *derived, _unassembled(boat, order, config))
+    sensors = _select_sensors(_with_shooters(boat, profile), wanted, config)
+    remarks = (*boat.warnings, *derived, _sensors_note(boat, order, config))
     boat = replace(boat, contact=profile.contact or config.contact, sensors=sensors, description=text)
     if notes := [note for note in (*remarks, *_names_for_ros(boat)) if note]:
-        warnings.warn(_listed(order.robot, notes), VrxWarning, stacklevel=2)
+        warnings.warn(_notes_message(order.robot, notes), VrxWarning, stacklevel=2)
     return boat
 
 
 def robot_of(order: Order) -> Urdf:
     """The links, joints, plugins and sensors of an order's robot, whether or not it is a boat; the same errors."""
-    return _described(order, load_robot(order.robot, order.folder))[0]
+    return _description(order, load_robot(order.robot, order.folder))[0]
 
 
-def _described(order: Order, config: RobotConfig) -> tuple[Urdf, str]:
+def _description(order: Order, config: RobotConfig) -> tuple[Urdf, str]:
     """What a robot's file describes, and the text of a URDF with the places of its meshes."""
     if config.is_sdf:
         return _sdf_boat(order, config)
@@ -124,7 +126,7 @@ def _drive(order: Order, profile: ProfileEntry) -> dict[str, object]:
     return {} if order.profile != NEWER else {"mapping": "newtons", "timeout": 0.0, **profile.thrusters.said}
 
 
-def _rearmed(boat: Boat, profile: ProfileEntry) -> Boat:
+def _with_shooters(boat: Boat, profile: ProfileEntry) -> Boat:
     """The boat with the ball shooters that its profile gives it."""
     if profile.shot_impulse is None:
         return boat
@@ -212,7 +214,7 @@ def _equipment(order: Order, config: RobotConfig) -> tuple[dict[str, str], tuple
     return dict(suites.get(_VRX, {})), asked
 
 
-def _chosen(boat: Boat, wanted: tuple[str, ...] | None, config: RobotConfig) -> tuple[SensorConfig, ...]:
+def _select_sensors(boat: Boat, wanted: tuple[str, ...] | None, config: RobotConfig) -> tuple[SensorConfig, ...]:
     if wanted is None:
         return boat.sensors
     known = {sensor.name: sensor for sensor in boat.sensors}
@@ -224,7 +226,7 @@ def _chosen(boat: Boat, wanted: tuple[str, ...] | None, config: RobotConfig) -> 
     return tuple(known[name] for name in wanted)
 
 
-def _unassembled(boat: Boat, order: Order, config: RobotConfig) -> str:
+def _sensors_note(boat: Boat, order: Order, config: RobotConfig) -> str:
     """A note where VRX's sensors are asked for, and the boat's own files list which it carries."""
     if order.sensors != (_VRX,) or (config.suites and not order.components):
         return ""
@@ -244,13 +246,13 @@ def _in_water(boat: Boat, given: dict[str, Any], hull: MarineHullConfig | None) 
     in_lines = bool(LINES & given.keys())
     guess = derived_lines(boat) if in_lines else derived_floats(boat, given.get("water_density", DENSITY),
                                                                 given.get("length_n", 2))  # fmt: skip
-    guess = replace(guess, values=guess.values | _completed(boat.water, guess.values))
+    guess = replace(guess, values=guess.values | _complete_sixes(boat.water, guess.values))
     values = HydrodynamicsConfig.model_validate({**guess.values, **given})
     boat = replace(boat, hydrodynamics=values, pushed=guess.pushed)
-    return boat, (*guess.notes, *_derived(guess, given, boat.water, hull))
+    return boat, (*guess.notes, *_derivation_notes(guess, given, boat.water, hull))
 
 
-def _completed(known: Mapping[str, Any], derived: Mapping[str, Any]) -> dict[str, object]:
+def _complete_sixes(known: Mapping[str, Any], derived: Mapping[str, Any]) -> dict[str, object]:
     """The sixes of which a file gives a part, with the rest as derived."""
     return {
         key: tuple(own if own is not None else other for own, other in zip(six, derived[key], strict=True))
@@ -263,7 +265,7 @@ _OF_HULL = {"added_mass": "added_mass hydro", "drag_linear": "damping_linear", "
 """Fields of `HydrodynamicsConfig` that a hull of profile `marine` takes, and its own keys that give them."""
 
 
-def _derived(
+def _derivation_notes(
     guess: Derived, given: Mapping[str, Any], known: Collection[str], hull: MarineHullConfig | None
 ) -> list[str]:
     """Text of a warning about what was derived; the waterline and the draft represent the floats.
@@ -286,7 +288,7 @@ def _derived(
     return [f"derived from its shapes and mass: {', '.join([*rest, *missing])}; the YAML beside it can set them"]
 
 
-def _listed(robot: str, notes: Sequence[str]) -> str:
+def _notes_message(robot: str, notes: Sequence[str]) -> str:
     """Text of the remarks about a robot: in the same line if it is one thing, else one a line."""
     if len(notes) == 1:
         return f"robot {robot}: {notes[0]}"

@@ -31,12 +31,12 @@ from vrx_mj.mjcf.objects import object_piece, object_rows, parked_balls
 from vrx_mj.mjcf.parameters import Rows, current_parameters, sea_parameters
 from vrx_mj.mjcf.pieces import Part, Piece, Pieces
 from vrx_mj.mjcf.placement import PlacedObject, place_docks, place_fields, place_objects
-from vrx_mj.mjcf.robots import boat_rows, fitted, stiffness
+from vrx_mj.mjcf.robots import boat_kind, boat_rows, stiffness
 from vrx_mj.mjcf.scene import scene_parameters, scene_values
-from vrx_mj.mjcf.tasks import Touch, lock_of, task_parameters, touch_sensor, touches_of
+from vrx_mj.mjcf.tasks import Touch, lock_of, task_parameters, touches_of
 from vrx_mj.mjcf.terrain import shoreline, terrain_piece
 from vrx_mj.mjcf.wind import air_parameters, newcomer_wind, own_load, warn_if_unmoved, warn_if_unpushed, wind_parameters
-from vrx_mj.mjcf.world import World, joined_world
+from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Spawn
 from vrx_mj.model.numbers import with_numbers
 from vrx_mj.model.site import Georeference
@@ -105,7 +105,7 @@ class _Assembly:
         self.kinds: dict[Order, Boat] = {}
         self.objects = tuple(place_objects(config.objects))
         self.docks = tuple(place_docks(config.docks, config.objects))
-        self.boats = boats_afloat(config, fleet, self.docks, self.objects, self._built, nudge=nudge)
+        self.boats = boats_afloat(config, fleet, self.docks, self.objects, self._build, nudge=nudge)
         spots = [boat.pose[:2] for boat in self.boats]
         self.objects += tuple(place_fields(config, spots, self.objects, self.docks))
         self.sea = sea_parameters(config.sea, config.physics)
@@ -146,7 +146,7 @@ class _Assembly:
             except ValueError as error:
                 raise CompileError(f"MuJoCo cannot compile the {self._name()}: {error}") from error
         try:
-            return joined_world(pieces, checked_parameters(parameters))
+            return World(pieces, checked_parameters(parameters))
         except ValidationError as error:
             raise CompileError(f"invalid {self._name()}: {fault_text(error)}") from None
 
@@ -174,8 +174,8 @@ class _Assembly:
             **scene_values(config),
         }
         scored = self._base_links()[self.task.boat] if self.task else ""
-        touches = {touch.name: touch_sensor(touch, scored) for touch in self.touches}
-        return Pieces.joined(Piece("world.xml.j2", values, {}), self.parts, touches)
+        own = Piece.from_template("world.xml.j2", {}, **values, touches=self.touches, scored=scored)
+        return Pieces(own, tuple(self.parts))
 
     def _add_object(self, item: PlacedObject, *, asleep: bool = False) -> None:
         kind = (item.model, item.config.folder, asleep)
@@ -185,14 +185,14 @@ class _Assembly:
         self.rows.add(object_rows(item, self.config.wind, self.config.physics, self.rows))
 
     def _add_boat(self, boat: BoatConfig) -> None:
-        fit = fitted(self._built(boat), boat.engines, boat.color)
-        self._place(boat.name, fit.piece, boat.pose)
+        kind = boat_kind(self._build(boat), boat.engines, boat.color)
+        self._place(boat.name, kind.piece, boat.pose)
         config = self.config
-        rows = boat_rows(fit, boat, self.rows, config.wind, config.physics, config.sea.density)
+        rows = boat_rows(kind, boat, self.rows, config.wind, config.physics, config.sea.density)
         self.rows.add(rows)
-        if fit.boat.name not in self.kinds_of_hulls:
-            self.kinds_of_hulls.add(fit.boat.name)
-            warn_if_uncovered(fit.boat.name, rows.hulls[0].vessel, self.sea)
+        if kind.boat.name not in self.kinds_of_hulls:
+            self.kinds_of_hulls.add(kind.boat.name)
+            warn_if_uncovered(kind.boat.name, rows.hulls[0].vessel, self.sea)
 
     def _add_task(self) -> None:
         """What the task of the world asks, what its boat may touch, and what holds the boat."""
@@ -206,14 +206,14 @@ class _Assembly:
         links, terrain = self._base_links(), self.config.terrain is not None
         self.touches = touches_of(self.task.boat, links, self.objects, self.docks, terrain=terrain)
         if lock := lock_of(self.task, links, {boat.name: boat.pose for boat in self.boats}):
-            self.parts.append(Part("carrier", Piece("lock.xml.j2", {"lock": lock}, {})))
+            self.parts.append(Part("carrier", Piece.from_template("lock.xml.j2", {}, lock=lock)))
         self.task = replace(self.task, rivals=tuple(touch.name for touch in self.touches))
 
     def _base_links(self) -> dict[str, str]:
         """Bodies of the boats' base links, by the boats' names."""
         return {boat.name: hull.body for boat, hull in zip(self.boats, self.rows.hulls, strict=True)}
 
-    def _built(self, boat: BoatConfig) -> Boat:
+    def _build(self, boat: BoatConfig) -> Boat:
         """The boat of a fleet's entry; those of one order are built once."""
         if boat.order not in self.kinds:
             try:
@@ -229,7 +229,7 @@ class _Assembly:
             config.name,
             config.wind,
             config.physics,
-            [(boat, own_load(self._built(boat), config.physics)) for boat in self.boats],
+            [(boat, own_load(self._build(boat), config.physics)) for boat in self.boats],
         )
         names = {name for boat in self.boats for name in (boat.name, boat.robot)}
         names |= {name for item in self.objects if item.config.kind == "floating" for name in (item.name, item.model)}
@@ -245,7 +245,7 @@ class _Assembly:
 
     def _place(self, name: str, piece: Piece, pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)) -> None:
         """Put a piece into the world, its names after `name` and a slash."""
-        self.parts.append(Part.placed(name, piece, pose))
+        self.parts.append(Part(name, piece, pose))
 
     def _parameters(self, seed: int) -> Parameters:
         config, earth = self.config, self.config.georeference

@@ -1,7 +1,4 @@
-"""A hull's hydrodynamics from its shapes and mass, where no file gives them.
-
-What a body displaces that floats upright at some level follows from Archimedes' principle over flat faces, exactly.
-"""
+"""A hull's hydrodynamics from its shapes and mass, where no file gives them."""
 
 import itertools
 import math
@@ -9,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vrx_mj.arrays import BoolArray, FloatArray
+from vrx_mj.arrays import FloatArray
 from vrx_mj.config.search import contained
 from vrx_mj.config.shapes import Shape
 from vrx_mj.config.solids import solid
@@ -17,84 +14,11 @@ from vrx_mj.errors import VrxError
 from vrx_mj.formats.urdf.meshes import read_mesh
 from vrx_mj.frames import apply, compose, rotation
 from vrx_mj.mjcf.boats import Boat, Part
+from vrx_mj.mjcf.flotation import Flotation, flotation, flotation_at
 from vrx_mj.mjcf.masses import boat_mass
 
-
-@dataclass(frozen=True)
-class Displaced:
-    """What is under a level, and the waterplane that the level cuts."""
-
-    volume: float
-    """[m3]"""
-    center: FloatArray
-    """(3,): centre of buoyancy [m]"""
-    area: float
-    """Of the waterplane [m2]."""
-    spread: FloatArray
-    """(2,): second moments of the waterplane along x and along y, about its centroid [m4]"""
-    middle: float = 0.0
-    """x of the waterplane's centroid [m]."""
-
-
-def displaced(corners: FloatArray, level: float) -> Displaced:
-    """What closed triangles (n, 3, 3) displace below z = `level` [m].
-
-    Gauss's theorem with fields that vanish at the level, so that only wet faces count: V is the integral of
-    (z - level) n_z over them, and the waterplane's area that of -n_z. Midpoints of edges integrate quadratics exactly.
-    """
-    wet = below(corners, level)
-    along, across = wet[:, 1] - wet[:, 0], wet[:, 2] - wet[:, 0]
-    weight = ((along[:, 0] * across[:, 1] - along[:, 1] * across[:, 0]) / 6.0)[:, None]  # a third of the area on z = 0
-    x, y, z = np.moveaxis((wet + np.roll(wet, -1, axis=1)) / 2.0, 2, 0)
-    volume, area = float((weight * (z - level)).sum()), -3.0 * float(weight.sum())
-    if volume <= 0.0:
-        return Displaced(0.0, np.zeros(3), 0.0, np.zeros(2))
-    moments = [float((weight * value).sum()) for value in (x * (z - level), y * (z - level), (z * z - level**2) / 2.0)]
-    spread = [-float((weight * v * v).sum()) - float((weight * v).sum()) ** 2 / area if area > 0.0 else 0.0
-              for v in (x, y)]  # fmt: skip
-    middle = -float((weight * x).sum()) / area if area > 0.0 else 0.0
-    return Displaced(volume, np.array(moments) / volume, area, np.maximum(spread, 0.0), middle)
-
-
-def floating_level(corners: FloatArray, volume: float, share: float = 1e-5) -> float:
-    """The level [m] up to which closed triangles displace a volume [m3], which must be less than all of theirs.
-
-    It is met within a share of their height.
-    """
-    from scipy.optimize import brentq
-
-    heights = corners[:, :, 2]
-    low, high = float(heights.min()), float(heights.max())
-    found: float = brentq(lambda level: displaced(corners, level).volume - volume, low, high, xtol=share * (high - low))
-    return float(found)
-
-
-def below(corners: FloatArray, level: float) -> FloatArray:
-    """The parts of triangles below a level, as triangles that turn the same way."""
-    wet = corners[:, :, 2] < level
-    count = wet.sum(axis=1)
-    a, b, c = _starting(corners[count == 1], wet[count == 1])
-    tip = np.stack([a, _cut(a, b, level), _cut(a, c, level)], axis=1)
-    a, b, c = _starting(corners[count == 2], ~wet[count == 2])
-    left, right = _cut(b, a, level), _cut(c, a, level)
-    first, second = np.stack([left, b, c], axis=1), np.stack([left, c, right], axis=1)
-    return np.concatenate([corners[count == 3], tip, first, second])
-
-
-def _starting(corners: FloatArray, marked: BoolArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The three corners of triangles in their order, from the one that is marked."""
-    rows, start = np.arange(len(corners)), marked.argmax(axis=1) if len(corners) else np.empty(0, dtype=np.int64)
-    return corners[rows, start], corners[rows, (start + 1) % 3], corners[rows, (start + 2) % 3]
-
-
-def _cut(wet: FloatArray, dry: FloatArray, level: float) -> FloatArray:
-    """Where lines from wet points to dry ones pass the level."""
-    share = (level - wet[:, 2]) / (dry[:, 2] - wet[:, 2])
-    return wet + share[:, None] * (dry - wet)
-
-
 DENSITY = 997.8
-"""Of VRX's water [kg/m3]."""
+"""Density of VRX's water [kg/m3]."""
 _RESERVE = 2.5
 """Largest lift over weight of floats in lines: 2.7 for the bare WAM-V."""
 _RESERVES = (1.1, 10.0)
@@ -102,15 +26,13 @@ _RESERVES = (1.1, 10.0)
 _SPREAD = 1.0 / math.sqrt(3.0)
 """Two lines of stations this share of the beam apart roll as stiffly as a solid rectangular waterplane."""
 _MODEL_LENGTH = 4.9
-"""Of the WAM-V [m], whose drag is scaled by Froude's law: forces per speed with the length to 2.5, moments to 4.5."""
+"""Length of the WAM-V [m]. Froude's law scales its drag: forces per speed with the length to 2.5, moments to 4.5."""
 _MODEL_LINEAR = (51.3, 40.0, 500.0, 50.0, 50.0, 400.0)
 _MODEL_SURGE_QUADRATIC = 72.4
 LINES = frozenset({"hull_radius", "boat_width", "boat_length", "hulls"})
 """Fields that place floats: a file that gives one of them means lines of floats at z = 0, as VRX has them."""
 _HIGHEST_LIFT = 0.1
 """Share of the length up to which the water may push above where it is felt: drag then still damps all motion."""
-_ODD_ANGLE = math.radians(5.0)
-"""Heel or trim at rest beyond which a boat's masses are hardly meant so."""
 _LEAST_SHARE = 0.1
 """Share of a boat's displacement below which its shapes are no hull, and give no more than its length and beam."""
 _AWASH = 0.95
@@ -165,29 +87,26 @@ def derived_floats(boat: Boat, density: float, stations: int) -> Derived:
     if not len(corners):
         return derived_lines(boat)
     low, high = float(corners[:, :, 2].min()), float(corners[:, :, 2].max())
-    whole, wanted = displaced(corners, high).volume, body.mass / density
+    whole, wanted = flotation_at(corners, high).volume, body.mass / density
     if whole > wanted * (1.0 + 1e-6):
-        level = floating_level(corners, wanted)
+        wet = flotation(corners, wanted)
     else:
-        level = low + _AWASH * (high - low)
+        wet = flotation_at(corners, low + _AWASH * (high - low))
         carries = f"{whole:.3g} m3, carries {whole * density:.4g} kg, and it weighs {body.mass:.4g} kg"
         notes = (*notes, f"the volume of its shapes, {carries}: it floats awash")
     if whole < _LEAST_SHARE * wanted:
         return replace(derived_lines(boat), notes=notes)
-    wet = displaced(corners, level)
     if wet.area <= 0.0:  # surfaces that pass through themselves
         return derived_lines(boat)
-    rest = f"waterline at z = {round(level, 4) + 0.0:.3g} m, draft {level - low:.3g} m"
+    rest = f"waterline at z = {round(wet.level, 4) + 0.0:.3g} m, draft {wet.level - low:.3g} m"
     length = float(np.ptp(corners[:, :, 0]))
-    floats, lift = _floats(wet, level, wanted, max(whole, wanted), stations, _HIGHEST_LIFT * length)
+    floats, lift = _floats(wet, wanted, max(whole, wanted), stations, _HIGHEST_LIFT * length)
     values = floats | {"boat_length": length} | _resistance(length)
-    return Derived(values, rest, (*notes, *rest_notes(wet, body.center)), (0.0, 0.0, lift))
+    return Derived(values, rest, (*notes, *wet.remarks(body.center)), (0.0, 0.0, lift))
 
 
-def _floats(
-    wet: Displaced, level: float, volume: float, whole: float, stations: int, most: float
-) -> tuple[dict[str, object], float]:
-    """Half cylinders whose lift, and its rates with depth, heel and trim, are those of what is under a level [m].
+def _floats(wet: Flotation, volume: float, whole: float, stations: int, most: float) -> tuple[dict[str, object], float]:
+    """Half cylinders whose lift, and its rates with depth, heel and trim, are those of a hull afloat.
 
     A section of radius R, wet to the depth s R, has the area a(s) R^2 and the chord k(s) R. Its s follows from
     the reserve of buoyancy, R from the mean depth of what is wet, and the length from the area of the waterplane. Also
@@ -200,7 +119,7 @@ def _floats(
     share = float(brentq(lambda s: _section(s) - 0.5 * math.pi / reserve, 1e-6, 1.0))
     chord = 2.0 * math.sqrt(share * (2.0 - share))
     radius = volume / wet.area * chord / _section(share)
-    keel = level - share * radius
+    keel = wet.level - share * radius
     above = max(float(wet.center[2]) - keel, 0.0)
     lift = min(above, most)
     dx, dy = np.sqrt((wet.spread + (above - lift) * wet.volume) / wet.area)
@@ -218,30 +137,6 @@ def _floats(
 def _section(share: float) -> float:
     """Area of a circle's segment whose height is a share of the radius, over the square of the radius."""
     return math.acos(1.0 - share) - (1.0 - share) * math.sqrt(share * (2.0 - share))
-
-
-def rest_notes(wet: Displaced, center: FloatArray, given: str = "the <inertial> of its links") -> list[str]:
-    """Remarks about how it floats at rest: from the metacentric heights follows how far it heels and trims.
-
-    `center` (3,) is that of mass [m], and `given` what gives it.
-    """
-    ahead, left, up = (float(value) for value in center - wet.center)
-    trim, heel = (float(spread) / wet.volume - up for spread in wet.spread)
-    if min(trim, heel) <= 0.0:
-        height = f"{up:.3g} m above its centre of buoyancy"
-        return [f"its centre of mass is {height}: the metacentric height is {min(trim, heel):.3g} m, and it capsizes"]
-    notes = []
-    for angle, ends, offset in (
-        (math.atan2(ahead, trim), ("bow", "stern"), abs(ahead)),
-        (math.atan2(left, heel), ("port side", "starboard side"), abs(left)),
-    ):
-        if abs(angle) > _ODD_ANGLE:
-            end = ends[0] if angle > 0.0 else ends[1]
-            notes.append(
-                f"it floats about {math.degrees(abs(angle)):.0f} degrees down at the {end}: its centre of mass is "
-                f"{offset:.3g} m from its centre of buoyancy; check {given}"
-            )
-    return notes
 
 
 def _resistance(length: float) -> dict[str, object]:
@@ -263,21 +158,15 @@ def hull_corners(boat: Boat, volume: float) -> tuple[FloatArray, tuple[str, ...]
     found = []
     for kind in ("collisions", "visuals"):
         placed = [(part, shape, solid(shape)) for part in boat.parts for shape in getattr(part, kind)]
-        pieces = [_placed(item.corners, part, shape) for part, shape, item in placed]
+        pieces = [item.at(compose(part.pose, shape.pose)) for part, shape, item in placed]
         corners = np.concatenate([np.empty((0, 3, 3)), *pieces])
-        total = displaced(corners, float(corners[:, :, 2].max())).volume if len(corners) else 0.0
+        total = flotation_at(corners, float(corners[:, :, 2].max())).volume if len(corners) else 0.0
         notes = dict.fromkeys(note for _, _, item in placed for note in item.notes)
         found.append((total, corners, tuple(notes)))
         if total > volume:
             break
     _, corners, kept = max(found, key=lambda item: item[0])
     return corners, kept
-
-
-def _placed(corners: FloatArray, part: Part, shape: Shape) -> FloatArray:
-    pose = compose(part.pose, shape.pose)
-    placed: FloatArray = corners @ np.array(rotation(*pose[3:])).T + np.array(pose[:3])
-    return placed
 
 
 def boat_box(boat: Boat) -> tuple[_Corner, _Corner]:

@@ -7,7 +7,7 @@ from typing import Any
 
 from vrx_mj.config.bays import RGB, Cell, PlacardConfig
 from vrx_mj.config.objects import ObjectConfig, load_object
-from vrx_mj.config.shapes import BuoyancyElement, Visual
+from vrx_mj.config.shapes import Visual
 from vrx_mj.config.wind import WindConfig
 from vrx_mj.frames import Pose, apply, compose, inverse, rotation
 from vrx_mj.mjcf.docks import BlockTree, block_tree
@@ -26,7 +26,7 @@ _Vector = tuple[float, float, float]
 BLOCK_MODELS = {0.5: "dock_block", 1.0: "dock_block_2x2", 1.5: "dock_block_3x3", 2.0: "dock_block_4x4_dynamic"}
 """Floating objects by the edge of the block [m] whose mass and buoyancy they give."""
 _BLOCK_HEIGHT = 0.25
-"""Of the blocks' middles over the dock's origin, where they start [m]. VRX: dock_generator.erb."""
+"""Height of the blocks' middles over the dock's origin, where they start [m]. VRX: dock_generator.erb."""
 _BEND = 0.1
 """Farthest angle of a hinge between two blocks [rad]. VRX: dock_generator.erb."""
 _NEAR = 2
@@ -39,9 +39,6 @@ def dock_piece(dock: PlacedDock) -> Piece:
     boards = [_board(dock, item) for item in dock.berths.placards]
     needed = list(dict.fromkeys(mesh for item in dock.berths.placards for mesh in _meshes(item)))
     values: _Row = {"name": dock.name, "block": edge, "height": _BLOCK_HEIGHT, "meshes": needed}
-    values["solid_meshes"] = meshes(
-        shape for item in dock.berths.placards for shape in load_object(item.model).collisions
-    )
     if dock.config.dynamic:
         tree = block_tree(cells)
         bodies = dict(zip(tree.cells, _bodies(dock, tree), strict=True))
@@ -59,7 +56,7 @@ def dock_piece(dock: PlacedDock) -> Piece:
     else:
         values |= {"cells": cells, "boards": boards}
         template = "dock.xml.j2"
-    return Piece(template, values, {mesh.file: mesh.content for mesh in needed})
+    return Piece.from_template(template, {mesh.file: mesh.content for mesh in needed}, **values)
 
 
 def dock_entry(dock: PlacedDock) -> Dock:
@@ -136,7 +133,9 @@ def _block_rows(
             wind=listed if index == 0 else NO_WIND,
         )
         rows.append(block)
-        elements += [element_row(_centered(element)) for element in buoyancy.elements]
+        # VRX's 2 x 2 block has its mass and its collision box beside its buoyancy; a dock's blocks have them in line
+        middles = [element.model_copy(update={"pose": (0.0, 0.0, *element.pose[2:])}) for element in buoyancy.elements]
+        elements += map(element_row, middles)
     return rows, elements
 
 
@@ -166,11 +165,6 @@ def _moorings(dock: PlacedDock, first: int) -> list[Mooring]:
 
 def _block(edge: float) -> ObjectConfig:
     return load_object(BLOCK_MODELS[edge])
-
-
-def _centered(element: BuoyancyElement) -> BuoyancyElement:
-    """VRX's 2 x 2 block has its mass and its collision box beside its buoyancy; a dock's blocks have them in line."""
-    return element.model_copy(update={"pose": (0.0, 0.0, *element.pose[2:])})
 
 
 def _center(cell: Cell, edge: float) -> _Vector:
@@ -206,7 +200,7 @@ def _node(dock: PlacedDock, tree: BlockTree, index: int, boards: Sequence[_Row])
         "anchor": anchor,
         "axis": axis,
         "middle": _center(cell, edge) if index == 0 else (0.0, 0.0, 0.0),
-        "boards": [_carried(board, cell, edge, root=index == 0) for board in boards if board["block"] == cell],
+        "boards": [_board_on_block(board, cell, edge, root=index == 0) for board in boards if board["block"] == cell],
         "blocks": [_node(dock, tree, k, boards) for k, parent in enumerate(tree.parents) if parent == index],
     }
 
@@ -225,7 +219,7 @@ def _board(dock: PlacedDock, item: PlacardConfig) -> _Row:
     }
 
 
-def _carried(board: _Row, cell: Cell, edge: float, *, root: bool) -> _Row:
+def _board_on_block(board: _Row, cell: Cell, edge: float, *, root: bool) -> _Row:
     """A placard in the frame of the block that carries it; the root's is the dock's own."""
     x, y, z = (0.0, 0.0, 0.0) if root else _center(cell, edge)
     pose = (board["pose"][0] - x, board["pose"][1] - y, board["pose"][2] - z, *board["pose"][3:])

@@ -168,7 +168,7 @@ class BlockTree:
 
     cells: tuple[Cell, ...]
     parents: tuple[int, ...]
-    """Of each block the number of the one that it hangs on, in the order of `cells`; -1: it is the root."""
+    """Number of the block that each block hangs on, in the order of `cells`; -1: it is the root."""
     closures: tuple[tuple[Cell, Cell], ...]
     """Neighbours of which none hangs on the other: their shared edge closes a loop."""
 

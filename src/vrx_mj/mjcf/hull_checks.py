@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import VrxError, VrxWarning
-from vrx_mj.mjcf.derive import displaced, floating_level, rest_notes
+from vrx_mj.mjcf.flotation import flotation
 from vrx_mj.mjcf.radiation import about_origin
 from vrx_mj.model.boats import Vessel
 from vrx_mj.model.water import Sea
@@ -17,7 +17,7 @@ from vrx_mj.physics.tables import MATRIX
 from vrx_mj.rigid_bodies import MassProperties
 
 _GRAVITY = 9.81
-"""Of the stiffness at rest [m/s2]; a world's own is within 1 %."""
+"""Gravity in the stiffness at rest [m/s2]; a world's own is within 1 %."""
 MOST_LIFT = 1000.0
 """Lift of the whole hull over the boat's weight: a light inflatable one has 20."""
 _FASTEST = 1000.0
@@ -137,11 +137,11 @@ def _stiffness(vessel: Vessel, body: MassProperties, density: float) -> tuple[Fl
         values, vectors = np.linalg.eigh(0.5 * (restoring + restoring.T))
         return about_origin((vectors * np.maximum(values, 0.0)) @ vectors.T, np.array(vessel.point)), notes
     corners = np.array(vessel.vertices)[np.array(vessel.triangles)]
-    wet = displaced(corners, floating_level(corners, body.mass / density))
-    weight, up = density * _GRAVITY, float(wet.center[2] - body.center[2])
-    trim, heel = (max(weight * (float(spread) + wet.volume * up), 0.0) for spread in wet.spread)
+    wet = flotation(corners, body.mass / density)
+    weight = density * _GRAVITY
+    trim, heel = (weight * wet.volume * max(height, 0.0) for height in wet.metacentric_heights(body.center))
     own = np.diag([0.0, 0.0, weight * wet.area, heel, trim, 0.0])
-    return about_origin(own, np.array([wet.center[0], wet.center[1], body.center[2]])), rest_notes(wet, body.center)
+    return about_origin(own, np.array([wet.center[0], wet.center[1], body.center[2]])), wet.remarks(body.center)
 
 
 def _rates(inertia: FloatArray, stiffness: FloatArray, vessel: Vessel) -> npt.NDArray[np.complex128]:

@@ -12,14 +12,14 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.constants import SEA_WATER_DENSITY, STANDARD_GRAVITY
-from vrx_mj.mjcf.derive import below, displaced
+from vrx_mj.mjcf.flotation import below, flotation_at
 from vrx_mj.mjcf.hull_sheet import HullSheet, hull_sheet
 from vrx_mj.physics.thrust import normal_slope
 
 DENSITY, _GRAVITY = SEA_WATER_DENSITY, STANDARD_GRAVITY
-"""Of sea water [kg/m3], and of the world [m/s2]."""
+"""Density of sea water [kg/m3] and gravity [m/s2]."""
 _VISCOSITY = 1.19e-6
-"""Kinematic, of sea water at 15 degrees Celsius [m2/s] (ITTC 7.5-02-01-03)."""
+"""Kinematic viscosity of sea water at 15 degrees Celsius [m2/s] (ITTC 7.5-02-01-03)."""
 _STATIONS = 20
 """Strips of a hull along its length."""
 _FROUDE = 0.4
@@ -50,36 +50,36 @@ class HullEstimate:
     """A boat made of a hull, a mass and a number of engines."""
 
     corners: FloatArray
-    """(n, 3, 3) [m]"""
+    """Closed triangles (n, 3, 3) of the hull [m]."""
     sheet: HullSheet
     origin: FloatArray
     """(3,) where the base link is in the axes of the mesh [m]."""
     hulls: int
     """Hulls side by side."""
     length: float
-    """Of what is wet [m]."""
+    """Wet length [m]."""
     beam: float
-    """Of what is wet [m]."""
+    """Wet beam [m]."""
     inertia: tuple[float, float, float]
-    """About the centre of mass [kg m2]."""
+    """Moments of inertia about the centre of mass [kg m2]."""
     added_mass: FloatArray
-    """(6, 6) about the centre of buoyancy."""
+    """Added mass (6, 6) about the centre of buoyancy."""
     damping: FloatArray
-    """(6,) linear damping."""
+    """Linear damping (6,)."""
     surge_drag: float
     """Quadratic damping of surge [N s2/m2]."""
     drafts: FloatArray
-    """At `_STATIONS` places from stern to bow [m]."""
+    """Drafts at `_STATIONS` places from stern to bow [m]."""
     across: float
     """Drag coefficient across, of all hulls together."""
     stern: tuple[float, float, float, float]
     """x and z [m], area [m2] and aspect ratio of the wing whose lift is that of the hull's stern."""
     speed: float
-    """At full thrust [m/s]."""
+    """Speed at full thrust [m/s]."""
     thrust: float
-    """Of each engine ahead [N]."""
+    """Thrust of each engine ahead [N]."""
     engines: tuple[tuple[float, float, float], ...]
-    """Where they push, from port to starboard [m]."""
+    """Points of thrust, from port to starboard [m]."""
     windage: tuple[float, float, float]
     """Areas seen from ahead and from the side [m2], and height of the latter's middle [m]."""
     course: tuple[float, float, float, float]
@@ -140,7 +140,7 @@ class _Hull:
     draft: FloatArray
     area: FloatArray
     wetted: float
-    """[m2]"""
+    """Wetted surface [m2]."""
     blunt: tuple[float, float]
     """Areas of blunt ends ahead and astern [m2]."""
 
@@ -175,7 +175,7 @@ def _hulls(wet: FloatArray) -> Iterator[_Hull]:
 def _hull(wet: FloatArray) -> _Hull:
     edges = np.linspace(wet[:, :, 0].min(), wet[:, :, 0].max(), _STATIONS + 1)
     pieces = [_between(wet, low, high) for low, high in itertools.pairwise(edges)]
-    found = [displaced(piece, 0.0) for piece in pieces]
+    found = [flotation_at(piece, 0.0) for piece in pieces]
     dx = float(edges[1] - edges[0])
     area = np.array([each.volume for each in found]) / dx
     breadth = np.array([each.area for each in found]) / dx

@@ -10,9 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
+from vrx_mj.config.solids import enclosed_volume
 from vrx_mj.errors import VrxError
 from vrx_mj.frames import rotation
-from vrx_mj.mjcf.derive import displaced, floating_level
+from vrx_mj.mjcf.flotation import flotation
 from vrx_mj.mjcf.hull_checks import MOST_LIFT
 
 _HEELS = tuple(range(0, 181, 10))
@@ -79,7 +80,7 @@ class HullSheet:
 def _arm(corners: FloatArray, volume: float, heel: float) -> float:
     """Righting arm [m] at a heel to starboard [rad] of triangles about the centre of mass that displace a volume."""
     turned = corners @ np.array(rotation(heel, 0.0, 0.0)).T
-    return -float(displaced(turned, floating_level(turned, volume, 1e-10)).center[1])
+    return -float(flotation(turned, volume, 1e-10).center[1])
 
 
 def hull_sheet(
@@ -97,7 +98,7 @@ def hull_sheet(
     Raises:
         VrxError: it does not float, or on a film of water.
     """
-    whole = float(np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum()) / 6.0
+    whole = enclosed_volume(corners)
     if whole * density <= mass:
         raise VrxError(
             f"it sinks: {mass:g} kg, its volume of {whole:.4g} m3 carries {whole * density:.4g} kg; check the "
@@ -108,22 +109,21 @@ def hull_sheet(
             f"it hardly touches the water: {mass:g} kg, its volume of {whole:.4g} m3 carries {whole * density:.4g} kg; "
             "check the mesh's unit (m): --scale 0.001 takes one in mm"
         )
-    volume, weight, own = mass / density, mass * gravity, corners - np.asarray(center, np.float64)
-    waterline = floating_level(corners, volume, 1e-10)
-    wet = displaced(corners, waterline)
+    own = corners - np.asarray(center, np.float64)
+    wet = flotation(corners, mass / density, 1e-10)
     x, y, z = wet.center.tolist()
-    trim, heel = (weight * (float(spread) / volume + z - center[2]) for spread in wet.spread)
+    trim, heel = (mass * gravity * height for height in wet.metacentric_heights(np.asarray(center)))
     return HullSheet(
         mass=mass,
         center_of_mass=(float(center[0]), float(center[1]), float(center[2])),
         density=density,
         gravity=gravity,
-        waterline=waterline,
-        draft=waterline - float(corners[..., 2].min()),
-        volume=volume,
+        waterline=wet.level,
+        draft=wet.level - float(corners[..., 2].min()),
+        volume=mass / density,
         center_of_buoyancy=(x, y, z),
         waterplane_area=wet.area,
         center_of_flotation=wet.middle,
         stiffness=(density * gravity * wet.area, heel, trim),
-        righting_arms=tuple((float(heel), _arm(own, volume, math.radians(heel))) for heel in _HEELS),
+        righting_arms=tuple((float(heel), _arm(own, mass / density, math.radians(heel))) for heel in _HEELS),
     )

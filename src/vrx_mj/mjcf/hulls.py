@@ -10,9 +10,9 @@ from vrx_mj.config.dynamics import CrossFlowConfig, MarineHullConfig, SkegConfig
 from vrx_mj.config.hydro import read_hydro
 from vrx_mj.config.solids import solid
 from vrx_mj.errors import VrxError, VrxWarning
-from vrx_mj.frames import rotation
 from vrx_mj.mjcf.boats import Boat
-from vrx_mj.mjcf.derive import displaced, floating_level, hull_corners
+from vrx_mj.mjcf.derive import hull_corners
+from vrx_mj.mjcf.flotation import flotation, flotation_at
 from vrx_mj.mjcf.hull_checks import check_lift, check_mass, check_rest
 from vrx_mj.mjcf.masses import boat_mass, push_center
 from vrx_mj.mjcf.panels import panels_of
@@ -40,21 +40,21 @@ def vessel_of(boat: Boat, density: float) -> Vessel | None:
     body, pushed = boat_mass(boat), push_center(boat)
     point = body.center if config.point is None else np.array(config.point)
 
-    def moved(own: object, derived: tuple[float, ...]) -> FloatArray:
+    def at_origin(own: object, derived: tuple[float, ...]) -> FloatArray:
         return about_origin(np.array(own), point) if own else about_origin(np.diag(derived), pushed)
 
     hydro = read_hydro(config.hydro, config.folder) if config.hydro else None
     if hydro:
         added = about_origin(np.array(hydro.added_mass_infinite), hydro.point) * density / hydro.density
     else:
-        added = moved(config.added_mass, water.added_mass)
+        added = at_origin(config.added_mass, water.added_mass)
     check_mass(boat.name, added, body, "hydro" if hydro else "added_mass")
     matrix = config.hydrostatics == "matrix"
     level, carried = _stiffness(config, body, point) if matrix else _mesh(boat, config, point, density)
     found = Vessel(
         added_mass=_six(added),
         munk=1 if config.munk else 0,
-        damping=_six(moved(config.damping_linear, water.drag_linear)),
+        damping=_six(at_origin(config.damping_linear, water.drag_linear)),
         damping_quadratic=_quadratic(config, water.drag_quadratic),
         strips=(*_strips(config.crossflow, level, density), *(_skeg(each, density) for each in config.skegs)),
         memory=memory_of(hydro, density) if hydro else (),
@@ -110,12 +110,11 @@ def _mesh(boat: Boat, config: MarineHullConfig, point: FloatArray, density: floa
     """The height of the water at rest [m], and what a vessel has of a mesh, which carries the boat."""
     body = boat_mass(boat)
     corners = _surface(boat, config, body.mass / density)
-    whole = displaced(corners, float(corners[:, :, 2].max())).volume * density if len(corners) else 0.0
+    whole = flotation_at(corners, float(corners[:, :, 2].max())).volume * density if len(corners) else 0.0
     check_lift(boat.name, whole, body.mass)
-    level = floating_level(corners, body.mass / density)
+    rest = flotation(corners, body.mass / density)
     points, triangles = panels_of(corners)
-    rest = displaced(corners, level)
-    return level, {
+    return rest.level, {
         "hydrostatics": MESH,
         "vertices": tuple(_three(row) for row in points),
         "triangles": tuple((a, b, c) for a, b, c in triangles.tolist()),
@@ -138,7 +137,7 @@ def _surface(boat: Boat, config: MarineHullConfig, volume: float) -> FloatArray:
     else:
         found = [(shape, solid(shape)) for shape in config.shapes]
         notes = tuple(note for _, item in found for note in item.notes)
-        pieces = [item.corners @ np.array(rotation(*shape.pose[3:])).T + shape.pose[:3] for shape, item in found]
+        pieces = [item.at(shape.pose) for shape, item in found]
         names = [f"shapes[{index}]" for index in range(len(pieces))]
         starts = [0, *np.cumsum([len(piece) for piece in pieces[:-1]]).tolist()]
         corners = np.concatenate(pieces)

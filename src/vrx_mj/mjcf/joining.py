@@ -31,12 +31,13 @@ from vrx_mj.mjcf.docks import docks_overlap
 from vrx_mj.mjcf.hull_checks import warn_if_uncovered
 from vrx_mj.mjcf.objects import object_piece, object_rows, spare_ball
 from vrx_mj.mjcf.parameters import Rows
-from vrx_mj.mjcf.pieces import Part
+from vrx_mj.mjcf.pieces import Part, owner_of
 from vrx_mj.mjcf.placement import PlacedDock, PlacedObject, place_docks, place_objects
-from vrx_mj.mjcf.robots import boat_rows, fitted
+from vrx_mj.mjcf.robots import boat_kind, boat_rows
 from vrx_mj.mjcf.tasks import Touch, thing_touches, touch_sensor
+from vrx_mj.mjcf.templates import render
 from vrx_mj.mjcf.wind import own_load, warn_if_unpushed
-from vrx_mj.mjcf.world import World, joined_world
+from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Boat
 from vrx_mj.model.site import Dock, Object
 from vrx_mj.model.tasks import names_in
@@ -57,7 +58,7 @@ _REFERENCES = {
     "moorings": {"block": "blocks"},
     "ropes": {"float": "floats"},
 }
-"""By table the columns that are numbers of rows, and the tables of those; a number below 0 refers to none."""
+"""Columns of each table that are numbers of rows, and the tables of these rows; a number below 0 refers to none."""
 _RESERVED = ("terrain", "carrier", "world")
 """Names of parts of every world."""
 
@@ -79,18 +80,18 @@ def with_boat(world: World, entry: Mapping[str, object]) -> World:
     for note in ros_names_note("boat", [boat.name]):
         warnings.warn(note, VrxWarning, stacklevel=3)
     old = world.parameters
-    fit = fitted(_built(boat, old.profile), boat.engines, boat.color)
-    if old.shoreline and (depth := depth_in_land(fit.outline, boat.pose, old.shoreline)):
+    kind = boat_kind(_build(boat, old.profile), boat.engines, boat.color)
+    if old.shoreline and (depth := depth_in_land(kind.outline, boat.pose, old.shoreline)):
         x, y, *_ = boat.pose
         shore = f"{depth:.2f} m inside the shore of {old.terrain}"
         raise CommandError(f"no place for {boat.name} at ({x:g}, {y:g}): it would be on land, {shore}")
     wind, physics = _conditions(old)
-    rows = boat_rows(fit, boat, Rows.of(old), wind, physics, old.sea.density, old.lives.get(boat.name, 0))
-    warn_if_uncovered(fit.boat.name, rows.hulls[0].vessel, old.sea)
-    warn_if_unpushed(old.name, wind, physics, [(boat, own_load(fit.boat, physics))])
+    rows = boat_rows(kind, boat, Rows.of(old), wind, physics, old.sea.density, old.lives.get(boat.name, 0))
+    warn_if_uncovered(kind.boat.name, rows.hulls[0].vessel, old.sea)
+    warn_if_unpushed(old.name, wind, physics, [(boat, own_load(kind.boat, physics))])
     balls = list(_with_balls(old, rows, wind, physics))
-    parts = [Part.placed(boat.name, fit.piece, boat.pose), *balls]
-    return _joined(world, parts, rows, [Touch(boat.name, rows.hulls[0].body)], asleep=bool(balls))
+    parts = [Part(boat.name, kind.piece, boat.pose), *balls]
+    return _join(world, parts, rows, [Touch(boat.name, rows.hulls[0].body)], asleep=bool(balls))
 
 
 def with_object(world: World, entry: Mapping[str, object]) -> World:
@@ -125,39 +126,32 @@ def _with_things(world: World, name: str, objects: Sequence[PlacedObject], docks
     tables, rows, parts = Rows.of(old), Rows(), list[Part]()
     for dock in docks:
         own = dock_rows(dock, wind, physics.gravity, tables)
-        parts.append(Part.placed(dock.name, dock_piece(dock), dock.pose))
+        parts.append(Part(dock.name, dock_piece(dock), dock.pose))
         rows.add(own)
         tables.add(own)
     for item in objects:
         own = object_rows(item, wind, physics, tables)
-        parts.append(Part.placed(item.name, object_piece(item.config), item.pose))
+        parts.append(Part(item.name, object_piece(item.config), item.pose))
         rows.add(own)
         tables.add(own)
-    return _joined(world, parts, rows, list(thing_touches(objects, docks)))
+    return _join(world, parts, rows, list(thing_touches(objects, docks)))
 
 
-def _joined(
-    world: World, parts: Sequence[Part], rows: Rows, touches: Sequence[Touch], *, asleep: bool = False
-) -> World:
+def _join(world: World, parts: Sequence[Part], rows: Rows, touches: Sequence[Touch], *, asleep: bool = False) -> World:
     """The world with parts and rows after all others; `touches` are those that a task's boat may have with them."""
     old = world.parameters
-    pieces = world.pieces.with_parts(parts, asleep=asleep)
     try:
         checked = checked_rows(rows.tables)
     except ValidationError as error:
         raise CompileError(f"invalid {parts[0].name}: {fault_text(error)}") from None
     new: dict[str, Any] = {table: (*getattr(old, table), *own) for table, own in checked.items()}
+    sensors = ""
     if task := old.task:
         new["task"] = replace(task, rivals=(*task.rivals, *(touch.name for touch in touches)))
         scored = old.hulls[world.boats.index(task.boat)].body
-        sensors = {touch.name: touch_sensor(touch, scored) for touch in touches}
-        pieces = replace(pieces, touches={**pieces.touches, **sensors})
-    return joined_world(pieces, replace(old, **new))
-
-
-def owner_of(name: str) -> str:
-    """The boat, object or dock to which a body, a sensor, a ball or a part of an object belongs, by its name."""
-    return name.partition("/")[0]
+        sensors = "".join(touch_sensor(touch, scored) for touch in touches)
+    option = render("option.xml.j2", asleep=True, timestep=old.timestep, gravity=old.gravity) if asleep else ""
+    return World(world.pieces.with_parts(parts, option=option, touches=sensors), replace(old, **new))
 
 
 def _things(world: Parameters) -> tuple[str, ...]:
@@ -183,13 +177,13 @@ def without(world: World, name: str) -> World:
     if old.task and name in (owner_of(thing) for *_, thing in names_in(old.task)):
         raise CommandError(f"{name} cannot be removed: the task '{old.task.name}' needs it")
     stay = staying(old, name)
-    new: dict[str, Any] = _kept(old, stay)
+    new: dict[str, Any] = _remaining_rows(old, stay)
     if task := old.task:
         fixed = {thing: pose for thing, pose in task.fixed.items() if owner_of(thing) != name}
         new["task"] = replace(task, rivals=tuple(compress(task.rivals, stay["rivals"])), fixed=fixed)
     if name in world.boats:
         new["lives"] = {**old.lives, name: old.boats[world.boats.index(name)].life + 1}
-    return joined_world(world.pieces.without(name), replace(old, **new))
+    return World(world.pieces.without(name), replace(old, **new))
 
 
 def _check_name(world: World, name: str, kind: str) -> None:
@@ -208,7 +202,7 @@ def _with_balls(old: Parameters, rows: Rows, wind: WindConfig, physics: PhysicsC
         tables.add(rows)
         ball = spare_ball(boat, shooter, {item.pose[:3] for item in tables.objects})
         rows.add(object_rows(ball, wind, physics, tables))
-        yield Part.placed(ball.name, object_piece(ball.config, asleep=True), ball.pose)
+        yield Part(ball.name, object_piece(ball.config, asleep=True), ball.pose)
 
 
 def _conditions(world: Parameters) -> tuple[WindConfig, PhysicsConfig]:
@@ -219,7 +213,7 @@ def _conditions(world: Parameters) -> tuple[WindConfig, PhysicsConfig]:
     return wind, PhysicsConfig.model_validate(physics)
 
 
-def _built(boat: BoatConfig, profile: str) -> boats.Boat:
+def _build(boat: BoatConfig, profile: str) -> boats.Boat:
     try:
         return build_boat(replace(boat.order, profile=profile))
     except UnknownNameError as error:
@@ -257,7 +251,7 @@ def _parts_staying(rows: Sequence[object], part: str, stay: BoolArray, count: in
     return kept
 
 
-def _kept(world: Parameters, stay: Mapping[str, BoolArray]) -> dict[str, Any]:
+def _remaining_rows(world: Parameters, stay: Mapping[str, BoolArray]) -> dict[str, Any]:
     """The rows that stay, by table, with the new numbers of the rows that they refer to."""
     numbers = {table: [0, *np.cumsum(kept).tolist()] for table, kept in stay.items()}
     tables = {table: tuple(compress(getattr(world, table), kept)) for table, kept in stay.items() if table != "rivals"}

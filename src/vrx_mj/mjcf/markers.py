@@ -13,9 +13,9 @@ from vrx_mj.model.world import Parameters
 MARKER = "vrx_mj/marker"
 """What names of their geoms start with."""
 AHEAD = 1.0
-"""Of the upright cylinder lies the middle of the other [m]. VRX: waypoint_markers.cc."""
+"""Distance from the upright cylinder to the middle of the other [m]. VRX: waypoint_markers.cc."""
 _GROUP = 1
-"""Of their geoms, as of the water: cameras see them, lidars do not."""
+"""Group of their geoms and of the water: cameras see it, lidars do not."""
 
 
 def marker_rows(config: MarkersConfig, goals: Iterable[Sequence[float]]) -> tuple[Marker, ...]:

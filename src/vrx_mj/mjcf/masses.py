@@ -54,7 +54,7 @@ def boat_mass(boat: Boat) -> MassProperties:
     parts = [*_masses(boat.parts), *turning]
     if not parts:
         raise CompileError(f"robot {boat.name}: no link has a mass of {_LEAST:g} kg or more")
-    return _checked(joined(parts), f"robot {boat.name}")
+    return _check_moments(joined(parts), f"robot {boat.name}")
 
 
 def body_mass(boat: Boat, engines: Engines) -> MassProperties:
@@ -62,14 +62,14 @@ def body_mass(boat: Boat, engines: Engines) -> MassProperties:
     if engines == "fixed":
         return boat_mass(boat)
     for thruster in boat.thrusters:
-        _checked(turning_mass(thruster) or NOTHING, f"robot {boat.name}: what turns with '{thruster.name}'")
+        _check_moments(turning_mass(thruster) or NOTHING, f"robot {boat.name}: what turns with '{thruster.name}'")
     parts = list(_masses(boat.parts))
     if not parts:
         raise CompileError(f"robot {boat.name}: only its engines have a mass; build it with engines: fixed")
-    return _checked(joined(parts), f"robot {boat.name} without its engines")
+    return _check_moments(joined(parts), f"robot {boat.name} without its engines")
 
 
-def _checked(body: MassProperties, name: str) -> MassProperties:
+def _check_moments(body: MassProperties, name: str) -> MassProperties:
     """A body that MuJoCo takes."""
     moments = np.linalg.eigvalsh(body.inertia).tolist()
     if moments[0] < _LEAST:

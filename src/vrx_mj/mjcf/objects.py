@@ -33,7 +33,7 @@ from vrx_mj.model.world import Parameters
 BALL = "blue_projectile"
 """The object that shooters shoot; VRX's."""
 DEPTH = 200.0
-"""Of a parked ball under the mean surface [m]: below any ground, and out of sight of cameras and lidars."""
+"""Depth of a parked ball under the mean surface [m]: below any ground, and out of sight of cameras and lidars."""
 SPACING = 25.0
 """Between parked balls [m]: more than the distance at which the stepping loop looks for contacts."""
 _COLUMNS = 32
@@ -75,10 +75,9 @@ def spare_ball(boat: str, shooter: str, taken: AbstractSet[tuple[float, ...]]) -
 
 _SHAPES: Mapping[str, Literal[0, 1, 2]] = {"box": 0, "sphere": 1, "cylinder": 2}
 DENSITY = 997.0
-"""Of the water [kg/m3] in profile vrx3, for an object whose file gives none. VRX 3's PolyhedraBuoyancyDrag.cc.
-"""
+"""Density of the water [kg/m3] in profile vrx3, where an object's file gives none. VRX 3's PolyhedraBuoyancyDrag.cc."""
 _ROPE_STIFFNESS = 10.0
-"""Of ropes that give none, for each kg of what they hold [N/m]: its period is 2 s."""
+"""Default stiffness of ropes for each kg of what they hold [N/m]: its period is 2 s."""
 _TURNS_FIRST = NEWER
 """The profile whose worlds use Gazebo's TrajectoryFollower."""
 
@@ -90,21 +89,20 @@ def object_piece(config: ObjectConfig, *, asleep: bool = False) -> Piece:
     collide nor weigh, in group 2. Mass, centre of mass and inertia are the configuration's, never the geoms'.
     """
     parts: tuple[ObjectConfig | LinkConfig, ...] = (config, *config.links)
-    collisions = [shape for part in parts for shape in part.collisions]
+    collisions = (shape for part in parts for shape in part.collisions)
     needed = meshes([*collisions, *(shape for part in parts for shape in part.visuals)])
     solid = [config.link] if config.collisions else []
     solid += [link.name for link in config.links if link.collisions]
     values = {
         "object": config,
         "meshes": needed,
-        "solid_meshes": meshes(collisions),
         "collisions": geoms(config.collisions),
         "visuals": geoms(config.visuals),
         "branches": _branches(config, config.link, (0.0,) * 6),
         "apart": list(combinations(solid, 2)) if config.links else [],
         "asleep": asleep,
     }
-    return Piece("object.xml.j2", values, {item.file: item.content for item in needed})
+    return Piece.from_template("object.xml.j2", {item.file: item.content for item in needed}, **values)
 
 
 @dataclass(frozen=True)

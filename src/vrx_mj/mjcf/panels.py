@@ -28,11 +28,11 @@ def panels_of(corners: FloatArray) -> tuple[FloatArray, IntArray]:
     that the surface stays closed. Of a surface that is the same to port and to starboard, or ahead and astern, but
     whose triangles are not, one half is divided and mirrored, so that waves from ahead do not push it aside.
     """
-    points, triangles = _joined(corners)
+    points, triangles = _merge_points(corners)
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     equal = 2.0 * math.sqrt(0.5 * float(np.linalg.norm(across, axis=1).sum()) / FEWEST)
     longest = max(equal, float(np.ptp(points, axis=0).max()) / _ALONG)
-    found, even = (_divided(points, triangles, longest, even=choice) for choice in (False, True))
+    found, even = (_divide(points, triangles, longest, even=choice) for choice in (False, True))
     axes = [axis for axis in (1, 0) if _same_surface(*_halves(corners, axis)) and not _is_mirrored(*found, axis)]
     if not axes:
         return found
@@ -42,21 +42,21 @@ def panels_of(corners: FloatArray) -> tuple[FloatArray, IntArray]:
     part = corners - middle
     for axis in axes:
         part = _half(part, axis)
-    points, triangles = _divided(*_joined(part), longest, even=False)
+    points, triangles = _divide(*_merge_points(part), longest, even=False)
     part = points[triangles]
     for axis in axes:
-        part = np.concatenate([part, _mirrored(part, axis)])
-    points, triangles = _joined(part)
+        part = np.concatenate([part, _mirror(part, axis)])
+    points, triangles = _merge_points(part)
     return points + middle, triangles
 
 
-def _joined(corners: FloatArray) -> tuple[FloatArray, IntArray]:
+def _merge_points(corners: FloatArray) -> tuple[FloatArray, IntArray]:
     """Points (n, 3) and triangles (m, 3) of corners (m, 3, 3); those within `_SEAM` are one point."""
     points, named = np.unique(np.round(corners.reshape(-1, 3) / _SEAM) * _SEAM, axis=0, return_inverse=True)
     return points, named.reshape(-1, 3).astype(np.int64)
 
 
-def _mirrored(corners: FloatArray, axis: int) -> FloatArray:
+def _mirror(corners: FloatArray, axis: int) -> FloatArray:
     """Triangles (n, 3, 3) mirrored along an axis, their outside still outside."""
     sign = np.ones(3)
     sign[axis] = -1.0
@@ -67,13 +67,13 @@ def _halves(corners: FloatArray, axis: int) -> tuple[FloatArray, FloatArray]:
     """Triangles (n, 3, 3) of the part beyond the middle along an axis, and the part before it, mirrored."""
     ends = corners.reshape(-1, 3)
     centred = corners - 0.5 * (ends.min(axis=0) + ends.max(axis=0))
-    return _half(centred, axis), _half(_mirrored(centred, axis), axis)
+    return _half(centred, axis), _half(_mirror(centred, axis), axis)
 
 
 def _is_mirrored(points: FloatArray, triangles: IntArray, axis: int) -> bool:
     """Whether triangles are the same on both sides of the middle along an axis."""
     corners = points[triangles] - 0.5 * (points.min(axis=0) + points.max(axis=0))
-    return _same_triangles(corners, _mirrored(corners, axis))
+    return _same_triangles(corners, _mirror(corners, axis))
 
 
 def _half(corners: FloatArray, axis: int) -> FloatArray:
@@ -132,7 +132,7 @@ def _moments(corners: FloatArray) -> FloatArray:
     return np.array([area.sum(), *place, *square[np.triu_indices(3)], *across.sum(axis=0)])
 
 
-def _divided(points: FloatArray, triangles: IntArray, longest: float, *, even: bool) -> tuple[FloatArray, IntArray]:
+def _divide(points: FloatArray, triangles: IntArray, longest: float, *, even: bool) -> tuple[FloatArray, IntArray]:
     """Points and triangles of which no longest edge is longer than that; `even`: equal edges are halved alike."""
     while True:
         edges = np.sort(np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2), axis=2)

@@ -1,20 +1,17 @@
 """What a world is made of: pieces of MJCF, each rendered once for its kind and placed under a name, joined at the end.
 
-The saved MJCF joins whole pieces. Models that step leave out what is only seen, or all shapes. For each element that it
-reads, MuJoCo goes over all that it has read before, so many pieces are read in groups.
-
-The pieces of a world that was loaded are read from its MJCF. Its parameters list the names by which a piece is known,
-and the text of a piece is what the file holds, so the MJCF that joins the pieces again is the same.
+The MJCF of a world joins whole pieces. Models that step leave out what is only seen, or all shapes. For each element
+that it reads, MuJoCo goes over all that it has read before, so many pieces are read in groups.
 """
 
 import hashlib
+import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Set as AbstractSet
+from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
 from itertools import groupby, takewhile
-from typing import Any
-from xml.parsers import expat
 
 import mujoco
 import numpy as np
@@ -22,16 +19,21 @@ import numpy.typing as npt
 from markupsafe import Markup, escape
 
 from vrx_mj.frames import Pose
-from vrx_mj.mjcf.templates import block, render
-from vrx_mj.model.world import Parameters
+from vrx_mj.mjcf.templates import render
 
 PREFIX = "@prefix@/"
 """What names in a piece start with until it has a place in a world."""
 MANY, _GROUP = 100, 50
-"""Of more parts than `MANY`, groups of so many are read."""
+"""Number of parts above which they are read in groups, and number of parts in a group."""
 _SLEEP_OPTIONS = ("enableflags", "sleep_tolerance")
-"""What the first part that is asleep changes in the options."""
+"""Options that the first sleeping part changes."""
 _SENSOR_FIELDS = ("name", "type", "objtype", "objname", "reftype", "refname", "intprm", "datatype", "needstage", "dim")
+_SECTIONS = {
+    "assets": "asset", "bodies": "worldbody", "contacts": "contact", "equalities": "equality", "sensors": "sensor",
+}  # fmt: skip
+"""Tags of the sections of a piece that hold its elements, by the names of their blocks."""
+_BODY_KEYS = ("body1", "body2", "subtree2")
+"""Attributes that name a body."""
 
 
 class Detail(Enum):
@@ -47,29 +49,97 @@ class Detail(Enum):
 
 @dataclass(frozen=True)
 class Piece:
-    """One kind of thing as MJCF. Its names, but for those of shared meshes, start with `PREFIX`."""
+    """One kind of thing as an MJCF document. Its names, but for those of shared meshes, start with `PREFIX`."""
 
-    template: str
-    values: Mapping[str, Any]
+    text: str
+    """The document."""
     files: Mapping[str, bytes]
     """Contents of the files that it names, by file name."""
-    hulls: Mapping[str, bytes] = field(default_factory=dict)
-    """Points that the MJCF holds as files: MuJoCo keeps the hulls of files from one world to the next."""
-    _blocks: dict[tuple[str, Detail], str] = field(default_factory=dict, init=False, compare=False, repr=False)
+
+    @staticmethod
+    def from_template(template: str, files: Mapping[str, bytes], **values: object) -> "Piece":
+        """The piece that a template makes of values."""
+        return Piece(render(template, prefix=PREFIX, **values), files)
+
+    @cached_property
+    def file(self) -> str:
+        """Name of the file that holds it in a saved world."""
+        return f"piece_{hashlib.sha256(self.text.encode()).hexdigest()[:16]}.xml"
+
+    @cached_property
+    def blocks(self) -> Mapping[str, str]:
+        """Elements of its sections: `assets`, `bodies`, `contacts`, `equalities`, `sensors`; `head` and `tail`."""
+        blocks, rest = {"head": ""}, self.text
+        for name, tag in _SECTIONS.items():
+            before, opened, inside = rest.partition(f"<{tag}>")
+            if opened and (name in ("assets", "bodies") or not before.strip()):
+                blocks["head"] += before.rstrip()
+                blocks[name], _, rest = inside.partition(f"</{tag}>")
+        return dict.fromkeys(_SECTIONS, "") | {name: block.rstrip() for name, block in blocks.items()} | {"tail": rest}
 
     def block(self, name: str, detail: Detail = Detail.WHOLE) -> str:
-        """One of its blocks: `assets`, `bodies`, `contacts` or `equalities`."""
-        if (name, detail) not in self._blocks:
-            self._blocks[name, detail] = block(self.template, name, {**self.values, **_flags(detail), "prefix": PREFIX})
-        return self._blocks[name, detail]
+        """One of its blocks, of `bodies` what a detail has of them."""
+        return self._details[detail] if name == "bodies" and detail is not Detail.WHOLE else self.blocks[name]
+
+    @cached_property
+    def _details(self) -> Mapping[Detail, str]:
+        """Its bodies without cameras and visual shapes, and without any shape."""
+        root, bodies = _parse(self.blocks["bodies"]), {}
+        for detail, is_left_out in ((Detail.WITHOUT_VISUALS, _is_visual), (Detail.CONTACT_FREE, _is_shape)):
+            for element in list(root.iter()):
+                for child in filter(is_left_out, list(element)):
+                    element.remove(child)
+            bodies[detail] = _text_of(root)
+        return bodies
+
+    @cached_property
+    def hulls(self) -> Mapping[str, bytes]:
+        """Files of the points that its meshes have: MuJoCo keeps the hulls of files from one world to the next."""
+        return dict(self._points.values())
+
+    @cached_property
+    def _points(self) -> Mapping[str, tuple[str, bytes]]:
+        """Name and content of the file of points of each mesh that has its points in the MJCF."""
+        named = ((mesh.get("name", ""), mesh.get("vertex")) for mesh in _parse(self.blocks["assets"]).iter("mesh"))
+        return {name: hull_file([float(number) for number in points.split()]) for name, points in named if points}
+
+    @cached_property
+    def assets(self) -> Mapping[str, str]:
+        """Its assets, an element each, with what is left of each without visuals."""
+        shapes = (shape for shape in _parse(self.blocks["bodies"]).iter("geom") if not _is_visual(shape))
+        solid = {shape.get("mesh") for shape in shapes}
+        found = {}
+        for element in _parse(self.blocks["assets"]):
+            line, name = _text_of([element]).strip(), element.get("name", "")
+            file = self._points[name][0] if name in self._points else ""
+            left = f'<mesh name="{escape(name)}" file="{file}"/>' if file else line
+            found[line] = left if name in solid else ""
+        return found
+
+    @cached_property
+    def is_prefixed(self) -> bool:
+        """Whether the names of its bodies, joints and shapes start with `PREFIX`, and there are bodies."""
+        bodies = self.blocks["bodies"]
+        return "<body " in bodies and bodies.count(' name="') == bodies.count(f' name="{PREFIX}')
+
+    @cached_property
+    def owners(self) -> AbstractSet[str]:
+        """First parts of the names of its bodies."""
+        return {owner_of(body.get("name", "")) for body in _parse(self.blocks["bodies"]).iter("body")}
+
+    def without(self, owners: AbstractSet[str]) -> "Piece":
+        """It without the bodies of some boats, objects and docks, and without what refers to them."""
+        blocks = {name: _without(self.blocks[name], owners) for name in _SECTIONS if name != "assets"}
+        return self if blocks.items() <= self.blocks.items() else self.with_blocks(**blocks)
+
+    def with_blocks(self, **blocks: str) -> "Piece":
+        """It with other blocks."""
+        return Piece(_document(**{**self.blocks, **blocks}), self.files)
 
     def document(self, name: str = "piece") -> str:
         """It alone, as a model called `name`, its names without a prefix."""
-        return render(self.template, **self.values, **_flags(Detail.WHOLE), prefix="", model=name)
-
-
-def _flags(detail: Detail) -> dict[str, bool]:
-    return {"with_visuals": detail is Detail.WHOLE, "with_collisions": detail is not Detail.CONTACT_FREE}
+        blocks = {**self.blocks, "head": self.blocks["head"].replace('"piece"', f'"{escape(name)}"', 1)}
+        return _document(**blocks).replace(PREFIX, "")
 
 
 @dataclass(frozen=True)
@@ -78,38 +148,44 @@ class Part:
 
     name: str
     piece: Piece
-    frame: str = ""
-    """Tag that opens the frame around its bodies; empty: they need none."""
-
-    @staticmethod
-    def placed(name: str, piece: Piece, pose: Pose) -> "Part":
-        """A piece at a pose."""
-        return Part(name, piece, render("frame.xml.j2", pose=pose))
+    pose: Pose | None = None
+    """Pose of the frame around its bodies [m, rad]; None: they need none."""
 
     def block(self, name: str, detail: Detail = Detail.WHOLE, *, skipped: int = 0) -> str:
         """A block of its piece, with its own names, which lack the first `skipped` characters."""
-        return self.piece.block(name, detail).replace(PREFIX, escape(f"{self.name}/"[skipped:]))
+        return self._rename(self.piece.block(name, detail), skipped)
+
+    def _rename(self, text: str, skipped: int = 0) -> str:
+        return text.replace(PREFIX, escape(f"{self.name}/"[skipped:]))
 
     def bodies(self, detail: Detail, skipped: int = 0) -> str:
         """Its bodies in their frame; names lack the first `skipped` characters."""
         text = self.block("bodies", detail, skipped=skipped)
-        return f"\n    {self.frame}{text}\n    </frame>" if self.frame else text
+        return f"\n    {self._frame}{text}\n    </frame>" if self.pose else text
+
+    @cached_property
+    def _frame(self) -> str:
+        return render("frame.xml.j2", pose=self.pose)
 
     @cached_property
     def assets(self) -> Mapping[str, str]:
-        """Its meshes, an element each, with what is left of each without visuals."""
-        texts = (self.block("assets", detail).split("\n") for detail in (Detail.WHOLE, Detail.WITHOUT_VISUALS))
-        return {whole.strip(): solid.strip() for whole, solid in zip(*texts, strict=True) if whole.strip()}
+        """Its assets, an element each, with what is left of each without visuals."""
+        return {self._rename(line): self._rename(left) for line, left in self.piece.assets.items()}
 
     @property
     def owner(self) -> str:
         """The boat, dock or object that it is a part of: itself, or the boat whose ball it is."""
-        return self.name.partition("/")[0]
+        return owner_of(self.name)
 
-    @cached_property
+    @property
     def is_prefixed(self) -> bool:
         """Whether the names of its bodies, joints and geoms start with its own name."""
-        return self.name[0].isalnum() and f'<body name="{PREFIX}' in self.piece.block("bodies")
+        return self.name[0].isalnum() and self.piece.is_prefixed
+
+
+def owner_of(name: str) -> str:
+    """The boat, object or dock to which a body, a sensor, a ball or a part of an object belongs, by its name."""
+    return name.partition("/")[0]
 
 
 @dataclass(frozen=True)
@@ -117,42 +193,42 @@ class Pieces:
     """All pieces of a world, in the order of its MJCF."""
 
     own: Piece
-    """What belongs to nothing in it: blocks `head`, `option`, `settings`, `assets`, `bodies` and `tail`."""
-    parts: tuple[Part, ...]
-    assets: tuple[str, ...]
-    """Elements of the section of assets."""
-    touches: Mapping[str, str]
-    """Sensors of what the boat that a task scores touches, by rival."""
+    """What belongs to nothing in it, and sensors of what the boat that a task scores touches.
 
-    @staticmethod
-    def joined(own: Piece, parts: Iterable[Part], touches: Mapping[str, str]) -> "Pieces":
-        """Pieces with the assets that they name, each once."""
-        own_assets = (line.strip() for line in own.block("assets").splitlines() if line.strip())
-        return Pieces(own, (), tuple(own_assets), touches).with_parts(parts)
+    In a world that was saved without its pieces it holds everything."""
+    parts: tuple[Part, ...] = ()
+    """Boats, docks, objects and what else was placed."""
+
+    @cached_property
+    def assets(self) -> Mapping[str, str]:
+        """All assets, an element each, with what is left of each without visuals."""
+        found = dict(self.own.assets)
+        for part in self.parts:
+            found |= part.assets
+        return found
+
+    @cached_property
+    def files(self) -> Mapping[str, bytes]:
+        """Contents of the files that are named, by file name."""
+        return {file: content for piece in self._kinds for file, content in piece.files.items()}
 
     @property
-    def files(self) -> dict[str, bytes]:
-        """Contents of the files that are named, by file name."""
-        return {file: content for part in self.parts for file, content in part.piece.files.items()}
+    def _kinds(self) -> list[Piece]:
+        """Each piece once."""
+        return list({id(piece): piece for piece in (self.own, *(part.piece for part in self.parts))}.values())
 
-    def with_parts(self, parts: Iterable[Part], *, asleep: bool = False) -> "Pieces":
-        """With parts after all others; `asleep`: whether they sleep until they are moved."""
-        own = replace(self.own, values={**self.own.values, "asleep": True}) if asleep else self.own
-        new = tuple(parts)
-        assets = dict.fromkeys(line for part in new for line in part.assets)
-        return replace(self, own=own, parts=self.parts + new, assets=tuple(dict.fromkeys((*self.assets, *assets))))
+    def with_parts(self, parts: Iterable[Part], *, option: str = "", touches: str = "") -> "Pieces":
+        """With parts after all others, another element of options, and more sensors."""
+        head, sensors = self.own.blocks["head"], self.own.blocks["sensors"] + touches
+        if option:
+            before, _, rest = head.partition("<option ")
+            head = before + option + rest.partition("</option>")[2]
+        own = self.own.with_blocks(head=head, sensors=sensors) if option or touches else self.own
+        return Pieces(own, (*self.parts, *parts))
 
-    def without(self, owner: str) -> "Pieces":
-        """Without a boat and its balls, an object with its parts, or a dock, and without what only they use."""
-        parts = tuple(part for part in self.parts if part.owner != owner)
-        kept = {line for part in parts for line in part.assets}
-        unused = {line for part in self.parts if part.owner == owner for line in part.assets} - kept
-        return Pieces(
-            self.own,
-            parts,
-            tuple(line for line in self.assets if line not in unused),
-            {rival: sensor for rival, sensor in self.touches.items() if rival.partition("/")[0] != owner},
-        )
+    def without(self, *owners: str) -> "Pieces":
+        """Without boats and their balls, objects with their parts, or docks, and without what only they use."""
+        return Pieces(self.own.without({*owners}), tuple(part for part in self.parts if part.owner not in owners))
 
     def first_of_each_kind(self) -> "Pieces":
         """With one boat, dock and object of each kind: if MuJoCo takes these, it takes all, as their names differ."""
@@ -163,9 +239,8 @@ class Pieces:
         for name, group in groups.items():
             kinds.setdefault(tuple((id(part.piece), part.name.removeprefix(name)) for part in group), group)
         parts = tuple(part for group in kinds.values() for part in group)
-        names = {part.name for part in parts}
-        touches = {rival: sensor for rival, sensor in self.touches.items() if rival in names}
-        return replace(self, parts=parts, touches=touches)
+        left = {part.owner for part in self.parts} - {part.owner for part in parts}
+        return Pieces(self.own.without(left), parts)
 
     def text(self) -> str:
         """The MJCF."""
@@ -178,16 +253,16 @@ class Pieces:
             ValueError: MuJoCo refuses the MJCF.
         """
         first, *groups = self._groups()
-        files = {} if detail is Detail.CONTACT_FREE else self.files
+        files = {} if detail is Detail.CONTACT_FREE else dict(self.files)
         if detail is Detail.WITHOUT_VISUALS:
-            files |= {file: content for part in self.parts for file, content in part.piece.hulls.items()}
+            files |= {file: content for piece in self._kinds for file, content in piece.hulls.items()}
         spec = mujoco.MjSpec.from_string(self._document(first, detail), assets=files)
         spec.compiler.discardvisual = detail is not Detail.WHOLE
         for group in groups:
             self._attach(spec, group, detail)
         return spec
 
-    def grown(self, spec: mujoco.MjSpec, before: "Pieces", detail: Detail) -> bool:
+    def grow_spec(self, spec: mujoco.MjSpec, before: "Pieces", detail: Detail) -> bool:
         """Whether a spec of the pieces of before was made that of these, by attaching to it the parts that came last.
 
         Raises:
@@ -201,40 +276,34 @@ class Pieces:
         if not plain or self.parts[:count] != before.parts or len({part.name[0] for part in new}) != 1:
             return False
         self._attach(spec, new, detail, with_contacts=True)
-        touches = [self.touches[rival] for rival in self.touches if rival not in before.touches]
-        for element in touches:
-            read = mujoco.MjSpec.from_string(f"<mujoco><sensor>{element}</sensor></mujoco>").sensors[0]
-            spec.add_sensor(**{name: getattr(read, name) for name in _SENSOR_FIELDS})
+        touches = self.own.blocks["sensors"].removeprefix(before.own.blocks["sensors"])
+        read = mujoco.MjSpec.from_string(f"<mujoco><sensor>{touches}</sensor></mujoco>").sensors if touches else []
+        for sensor in read:
+            spec.add_sensor(**{name: getattr(sensor, name) for name in _SENSOR_FIELDS})
         return True
 
     def spec_of(self, name: str) -> mujoco.MjSpec:
         """The spec of one part alone, with all that is seen of it."""
         part = next(part for part in self.parts if part.name == name)
-        assets = [line for line in self.assets if line in set(part.assets)]
-        text = _joined(head=self._head(), assets=assets, bodies=[part.bodies(Detail.WHOLE)], tail="\n</mujoco>")
+        text = _document(
+            head=self.own.blocks["head"],
+            assets=_lines(part.assets),
+            bodies=part.bodies(Detail.WHOLE),
+            tail="\n</mujoco>",
+        )
         return mujoco.MjSpec.from_string(text, assets=dict(part.piece.files))
-
-    def _head(self) -> str:
-        return "".join(self.own.block(name) for name in ("head", "option", "settings"))
 
     def _document(self, parts: Sequence[Part], detail: Detail) -> str:
         """An MJCF of all but the bodies of other parts than these."""
-        return _joined(
-            head=self._head(),
-            assets=self.assets if detail is Detail.WHOLE else self._solid_assets(detail),
-            bodies=[self.own.block("bodies", detail), *(part.bodies(detail) for part in parts)],
-            contacts=[part.block("contacts") for part in self.parts],
-            equalities=[part.block("equalities") for part in self.parts],
-            sensors=self.touches.values(),
-            tail=self.own.block("tail"),
-        )
-
-    def _solid_assets(self, detail: Detail) -> list[str]:
-        """The assets that are left without visuals, in the order of them all."""
-        left: dict[str, str] = {}
-        for part in self.parts if detail is Detail.WITHOUT_VISUALS else ():
-            left |= part.assets
-        return [left[line] for line in self.assets if left.get(line)]
+        lines: Iterable[str] = () if detail is Detail.CONTACT_FREE else self.assets
+        if detail is Detail.WITHOUT_VISUALS:
+            lines = filter(None, self.assets.values())
+        pairs = {
+            name: self.own.blocks[name] + "".join(part.block(name) for part in self.parts)
+            for name in ("contacts", "equalities")
+        }
+        bodies = self.own.block("bodies", detail) + "".join(part.bodies(detail) for part in parts)
+        return _document(**{**self.own.blocks, **pairs, "assets": _lines(lines), "bodies": bodies})
 
     def _groups(self) -> list[Sequence[Part]]:
         """The parts that are read together; but for the first ones, names of a group have one first letter."""
@@ -252,7 +321,7 @@ class Pieces:
         bodies = "".join(part.bodies(detail, 1) for part in group)
         contacts = "".join(part.block("contacts", skipped=1) for part in group) if with_contacts else ""
         inside = f"<worldbody><frame>{bodies}</frame></worldbody><contact>{contacts}</contact>"
-        child = mujoco.MjSpec.from_string(f"{self._head()}{inside}</mujoco>")
+        child = mujoco.MjSpec.from_string(f"{self.own.blocks['head']}{inside}</mujoco>")
         for option in _SLEEP_OPTIONS:
             setattr(spec.option, option, getattr(child.option, option))
         shared = [(geom, geom.meshname) for geom in child.geoms if geom.meshname]
@@ -271,183 +340,47 @@ def hull_file(points: npt.ArrayLike) -> tuple[str, bytes]:
     return f"points_{hashlib.sha256(content).hexdigest()[:16]}.msh", content
 
 
-def _joined(
-    *,
-    head: str,
-    assets: Iterable[str],
-    bodies: Iterable[str],
-    tail: str,
-    contacts: Iterable[str] = (),
-    equalities: Iterable[str] = (),
-    sensors: Iterable[str] = (),
-) -> str:
-    lines = [f"\n    {line}" for line in assets]
-    sections = {
-        "assets": lines, "bodies": bodies, "contacts": contacts, "equalities": equalities, "sensors": sensors,
-    }  # fmt: skip
-    texts = {"head": head, "tail": tail} | {name: "".join(elements) for name, elements in sections.items()}
-    return render("joined.xml.j2", **{name: Markup(text) for name, text in texts.items()})
+def _document(*, head: str, tail: str, **sections: str) -> str:
+    """An MJCF of blocks, without the sections that are empty."""
+    blocks = dict.fromkeys(_SECTIONS, "") | {"head": head, "tail": tail} | sections
+    return render("joined.xml.j2", **{name: Markup(block) for name, block in blocks.items()})
 
 
-_JOINED = ("asset", "worldbody", "contact", "equality", "sensor")
-"""Sections that join elements of pieces."""
+def _lines(elements: Iterable[str]) -> str:
+    return "".join(f"\n    {element}" for element in elements)
 
 
-@dataclass
-class _Element:
-    """An element of a section, with what is in it."""
-
-    tag: str
-    attributes: Mapping[str, str]
-    start: int
-    """Where it starts in the text [bytes]."""
-    end: int = 0
-    bodies: list[str] = field(default_factory=list)
-    meshes: dict[str, bool] = field(default_factory=dict)
-    """Names of meshes, and whether one of their shapes can collide."""
-    visuals: list[tuple[int, int]] = field(default_factory=list)
-    """Where cameras and shapes that cannot collide are."""
-    shapes: list[tuple[int, int]] = field(default_factory=list)
-    """Where the other shapes are."""
+def _parse(block: str) -> ET.Element:
+    """The elements of a block in one."""
+    return ET.fromstring(f"<block>{block}</block>")
 
 
-class _Text:
-    """An MJCF cut into the elements of its sections."""
-
-    def __init__(self, mjcf: str) -> None:
-        self.sections: list[tuple[_Element, list[_Element]]] = []
-        self._text, self._depth, self._open = mjcf.encode(), 0, list[_Element]()
-        self._parser = expat.ParserCreate()
-        self._parser.StartElementHandler, self._parser.EndElementHandler = self._start, self._end
-        self._parser.Parse(self._text, True)
-
-    def cut(self, start: int, end: int, without: Iterable[tuple[int, int]] = ()) -> str:
-        """The text between two places, without some spans."""
-        parts = []
-        for first, last in sorted(without):
-            parts.append(self._text[start:first])
-            start = last
-        return b"".join((*parts, self._text[start:end])).decode()
-
-    def elements(self, *sections: str) -> list[_Element]:
-        """All elements of sections, in their order."""
-        return [element for section, inside in self.sections if section.tag in sections for element in inside]
-
-    def line(self, element: _Element) -> str:
-        """An element on a line of its own."""
-        return f"\n    {self.cut(element.start, element.end)}"
-
-    def _start(self, tag: str, attributes: dict[str, str]) -> None:
-        element = _Element(tag, attributes, self._parser.CurrentByteIndex)
-        self._open.append(element)
-        if len(self._open) == 2:
-            self.sections.append((element, []))
-        elif len(self._open) == 3:
-            self.sections[-1][1].append(element)
-        if len(self._open) > 2 and tag == "body" and (name := attributes.get("name")):
-            self._open[2].bodies.append(name)
-
-    def _end(self, tag: str) -> None:
-        element = self._open.pop()
-        element.end = self._text.index(b">", element.start) + 1
-        if self._text[element.end - 2 : element.end] != b"/>":
-            element.end = self._text.index(b">", self._parser.CurrentByteIndex) + 1
-        if len(self._open) > 1 and tag in ("camera", "geom"):
-            (*_, whole) = [*self._open, element][:3]
-            values = element.attributes
-            solid = tag == "geom" and not values.get("contype") == values.get("conaffinity") == "0"
-            (whole.shapes if solid else whole.visuals).append((element.start, element.end))
-            if mesh := values.get("mesh"):
-                whole.meshes[mesh] = solid or whole.meshes.get(mesh, False)
+def _text_of(elements: Iterable[ET.Element]) -> str:
+    """The block that consists of elements."""
+    inside = "".join(ET.tostring(element, "unicode") for element in elements)
+    return f"\n    {inside.replace(' />', '/>')}".rstrip()
 
 
-def pieces_of(mjcf: str, files: Mapping[str, bytes], world: Parameters) -> Pieces:
-    """The pieces of a world's MJCF, whose form was checked; `world` are its parameters."""
-    text = _Text(mjcf)
-    meshes = {element.attributes.get("name", ""): element for element in text.elements("asset")}
-    names = {hull.body: boat.name for hull, boat in zip(world.hulls, world.boats, strict=True)}
-    names |= {item.body: item.name for item in world.objects}
-    placed = [item for item in text.elements("worldbody") if item.tag in ("frame", "body")]
-    parts = [_part(text, item, names, meshes, files) for item in placed]
-    touches = {item.attributes["name"].partition("/")[2]: text.line(item) for item in text.elements("sensor")}
-    assets = tuple(text.line(item).strip() for item in text.elements("asset"))
-    return Pieces(_own(text, placed, world), tuple(parts), assets, touches)
+def _is_shape(element: ET.Element) -> bool:
+    return element.tag in ("camera", "geom")
 
 
-def _own(text: _Text, placed: list[_Element], world: Parameters) -> Piece:
-    """What belongs to nothing that was placed."""
-    sections = [section for section, _ in text.sections]
-    at = next(index for index, section in enumerate(sections) if section.tag == "option")
-    last = max(index for index, section in enumerate(sections) if section.tag in _JOINED)
-    option = sections[at]
-    before = len(text.cut(0, option.start).rstrip().encode())
-    own = [item for item in text.elements("worldbody") if item not in placed]
-    settings = [text.cut(one.start, one.end) for one in sections[at + 1 : last] if one.tag not in _JOINED]
-    values = {
-        "head": text.cut(0, before),
-        "option": text.cut(before, option.end),
-        "settings": "".join(f"\n  {section}" for section in settings),
-        "whole": "".join(map(text.line, own)),
-        "without_visuals": "".join(text.cut(item.start, item.end, item.visuals) for item in own),
-        "contact_free": "".join(text.cut(item.start, item.end, [*item.visuals, *item.shapes]) for item in own),
-        "tail": text.cut(sections[last].end, -1) + "\n",
-    }
-    marked = {name: Markup(value) for name, value in values.items()}
-    options = {"asleep": False, "timestep": world.timestep, "gravity": world.gravity}
-    return Piece("saved.xml.j2", marked | options, {})
+def _is_visual(element: ET.Element) -> bool:
+    """Whether an element is only seen: a camera, or a shape that cannot collide."""
+    collides = not element.get("contype") == element.get("conaffinity") == "0"
+    return _is_shape(element) and not (element.tag == "geom" and collides)
 
 
-def _part(
-    text: _Text,
-    item: _Element,
-    names: Mapping[str, str],
-    meshes: Mapping[str, _Element],
-    files: Mapping[str, bytes],
-) -> Part:
-    """Something that was placed."""
-    root = item.bodies[0] if item.bodies else "terrain/"
-    name = names.get(root, root.partition("/")[0])
-    start, end = _inside(text, item)
-    used = [meshes[mesh] for mesh in item.meshes if mesh in meshes]
-    hulls = {
-        mesh: hull_file([float(number) for number in points.split()])
-        for mesh in item.meshes
-        if mesh in meshes and (points := meshes[mesh].attributes.get("vertex"))
-    }
-    bodies = set(item.bodies)
-
-    def joined(section: str) -> str:
-        return "".join(text.line(one) for one in text.elements(section) if one.attributes.get("body1") in bodies)
-
-    lead = "" if item.tag == "frame" else "\n    "
-    values = {
-        "assets": "".join(map(text.line, used)),
-        "solid_assets": "".join(
-            _solid_line(text, meshes[mesh], hulls.get(mesh)) if solid else "\n" for mesh, solid in item.meshes.items()
-        ),
-        "whole": lead + text.cut(start, end),
-        "without_visuals": lead + text.cut(start, end, item.visuals),
-        "contact_free": lead + text.cut(start, end, [*item.visuals, *item.shapes]),
-        "contacts": joined("contact"),
-        "equalities": joined("equality"),
-    }
-    own = f'"{escape(name)}/'
-    marked = {key: Markup(value.replace(own, f'"{PREFIX}')) for key, value in values.items()}
-    own_files = [file for mesh in used if (file := mesh.attributes.get("file"))]
-    piece = Piece("saved.xml.j2", marked, {file: files[file] for file in own_files}, dict(hulls.values()))
-    return Part(name, piece, text.cut(item.start, start) if item.tag == "frame" else "")
+def _without(block: str, owners: AbstractSet[str]) -> str:
+    """A block without the elements in which bodies of some boats, objects and docks are named."""
+    root = _parse(block)
+    gone = [element for element in root if any(owner_of(body) in owners for body in _bodies_in(element))]
+    for element in gone:
+        root.remove(element)
+    return _text_of(root) if gone else block
 
 
-def _inside(text: _Text, item: _Element) -> tuple[int, int]:
-    """Where the bodies are: within the frame, if there is one."""
-    if item.tag != "frame":
-        return item.start, item.end
-    start = item.start + text.cut(item.start, item.end).index(">") + 1
-    return start, start + len(text.cut(start, item.end).rpartition("</")[0].rstrip().encode())
-
-
-def _solid_line(text: _Text, mesh: _Element, hull: tuple[str, bytes] | None) -> str:
-    """A mesh that can be hit; its points are in a file."""
-    if hull is None:
-        return text.line(mesh)
-    return f'\n    <mesh name="{escape(mesh.attributes["name"])}" file="{hull[0]}"/>'
+def _bodies_in(element: ET.Element) -> list[str]:
+    """Names of the bodies that an element has or refers to."""
+    own = [body.get("name", "") for body in element.iter("body")]
+    return own + [name for key in _BODY_KEYS if (name := element.get(key))]

@@ -99,10 +99,10 @@ def place_docks(
         config = item.config
         if config.kind == "composite":
             inner, name = compose(at, item.pose), f"{prefix}{item.name}/"
-            yield from place_docks(_shown(config.docks, item.symbols), config.objects, inner, name)
+            yield from place_docks(_with_symbols(config.docks, item.symbols), config.objects, inner, name)
 
 
-def _shown(docks: Sequence[DockPlacement], symbols: Sequence[str]) -> list[DockPlacement]:
+def _with_symbols(docks: Sequence[DockPlacement], symbols: Sequence[str]) -> list[DockPlacement]:
     """An object's docks with symbols on their placards, as far as there are any."""
     shown = []
     for dock in docks:

@@ -87,16 +87,15 @@ def robot_piece(boat: Boat, engines: Engines = "fixed", color: _Color | None = N
         "link": boat.link,
         "is_fixed": boat.link == _WORLD,
         "meshes": needed,
-        "solid_meshes": meshes(shape for part in parts for shape in part.collisions),
         "base_mass": body_mass(boat, engines),
-        "base": _painted([_frame(part, double, yields) for part in boat.parts], color),
+        "base": _paint([_frame(part, double, yields) for part in boat.parts], color),
         "thrusters": thrusters,
         "cameras": [_camera_view(sensor) for sensor in boat.sensors if isinstance(sensor, CameraConfig)],
         "hinged": hinged,
         "strangers": list(itertools.combinations(turning, 2)),
         "pi": math.pi,
     }
-    return Piece("robot.xml.j2", values, {item.file: item.content for item in needed})
+    return Piece.from_template("robot.xml.j2", {item.file: item.content for item in needed}, **values)
 
 
 def _solref(contact: ContactConfig) -> tuple[float, float]:
@@ -301,7 +300,7 @@ def _sensor_rows(boat: Boat, prefix: str) -> list[Sensor]:
     ]
 
 
-def _painted(frames: list[_Frame], color: _Color | None) -> list[_Frame]:
+def _paint(frames: list[_Frame], color: _Color | None) -> list[_Frame]:
     """The frames with the first geom that is seen in another colour."""
     if color is None:
         return frames
@@ -336,8 +335,8 @@ _KEPT = 32
 
 
 @dataclass(frozen=True, eq=False)
-class Fitted:
-    """What all boats of a kind have in common; names start with `PREFIX`."""
+class BoatKind:
+    """Piece and rows that all boats of a kind share; names start with `PREFIX`."""
 
     boat: Boat
     piece: Piece
@@ -357,7 +356,7 @@ class Fitted:
         return self._vessels[density]
 
     @cached_property
-    def measured(self) -> Sequence[Thruster]:
+    def measured_thrusters(self) -> Sequence[Thruster]:
         """Rows of the thrusters with their measured propellers, as in profile `marine`."""
         pairs = zip(self.thrusters, self.boat.thrusters, strict=True)
         return [_with_propeller(row, item.measured) for row, item in pairs]
@@ -368,17 +367,17 @@ class Fitted:
         return outline(self.boat)
 
 
-_FITTED: dict[tuple[int, Engines, _Color | None], Fitted] = {}
-"""By the boat itself, which is held as long as its entry is, and what else makes the kind."""
+_KINDS: dict[tuple[int, Engines, _Color | None], BoatKind] = {}
+"""Kinds of boats by the boat's identity, held as long as its entry is, and what else makes the kind."""
 
 
-def fitted(boat: Boat, engines: Engines, color: _Color | None) -> Fitted:
-    """A kind of boat as a piece and rows; the same object for the same boat."""
+def boat_kind(boat: Boat, engines: Engines, color: _Color | None) -> BoatKind:
+    """The kind of a boat; one object for each boat, engines and color."""
     kind = (id(boat), engines, color)
-    if kind not in _FITTED:
-        while len(_FITTED) >= _KEPT:
-            del _FITTED[next(iter(_FITTED))]
-        _FITTED[kind] = Fitted(
+    if kind not in _KINDS:
+        while len(_KINDS) >= _KEPT:
+            del _KINDS[next(iter(_KINDS))]
+        _KINDS[kind] = BoatKind(
             boat,
             robot_piece(boat, engines, color),
             hull_row(boat, engines, PREFIX),
@@ -386,11 +385,11 @@ def fitted(boat: Boat, engines: Engines, color: _Color | None) -> Fitted:
             thruster_rows(boat, engines, PREFIX),
             _sensor_rows(boat, PREFIX),
         )
-    return _FITTED[kind]
+    return _KINDS[kind]
 
 
 def boat_rows(
-    fit: Fitted, boat: BoatConfig, tables: Rows, wind: WindConfig | None, physics: PhysicsConfig, density: float,
+    kind: BoatKind, boat: BoatConfig, tables: Rows, wind: WindConfig | None, physics: PhysicsConfig, density: float,
     life: int = 0,
 ) -> Rows:  # fmt: skip
     """The rows that a boat adds at the ends of a world's tables.
@@ -398,29 +397,29 @@ def boat_rows(
     `density` is that of the sea [kg/m3], `life` the number of boats of its name before.
     """
     hull, start = len(tables.hulls), len(tables.thrusters)
-    vessel = fit.vessel(density) if physics.profile == MARINE else None
+    vessel = kind.vessel(density) if physics.profile == MARINE else None
     row = replace(
-        _named(fit.hull, boat.name),
-        wind=boat_wind(wind, physics, boat.name, boat.robot, own=fit.boat.wind),
-        windage=boat_windage(wind, physics, (boat.name, boat.robot), fit.boat.windage),
+        _with_names(kind.hull, boat.name),
+        wind=boat_wind(wind, physics, boat.name, boat.robot, own=kind.boat.wind),
+        windage=boat_windage(wind, physics, (boat.name, boat.robot), kind.boat.windage),
         vessel=vessel,
-        level=0.0 if vessel else fit.hull.level,  # of `hydrodynamics`
+        level=0.0 if vessel else kind.hull.level,  # of `hydrodynamics`
         profile=PROFILES[physics.profile],
         # VRX 3's water weighs what the world's gravity makes it weigh
         gravity=HULL_GRAVITY if physics.profile == CLASSIC else physics.gravity,
         station_start=len(tables.stations),
-        station_count=len(fit.stations),
+        station_count=len(kind.stations),
         thruster_start=start,
     )
     return Rows(
         hulls=[row],
-        stations=[*fit.stations],
+        stations=[*kind.stations],
         thrusters=[
-            replace(_named(item, boat.name), hull=hull, race=item.race + start if item.race >= 0 else -1)
-            for item in (fit.measured if physics.profile == MARINE else fit.thrusters)
+            replace(_with_names(item, boat.name), hull=hull, race=item.race + start if item.race >= 0 else -1)
+            for item in (kind.measured_thrusters if physics.profile == MARINE else kind.thrusters)
         ],
-        sensors=[replace(_named(sensor, boat.name), boat=boat.name) for sensor in fit.sensors],
-        boats=[_entry(fit.boat, boat, life)],
+        sensors=[replace(_with_names(sensor, boat.name), boat=boat.name) for sensor in kind.sensors],
+        boats=[_entry(kind.boat, boat, life)],
     )
 
 
@@ -428,7 +427,7 @@ def _entry(robot: Boat, boat: BoatConfig, life: int) -> Entry:
     """A boat as its fleet and its robot have it."""
     return Entry(
         life=life,
-        description=_kept(robot.description),
+        description=robot.description if len(robot.description) <= LONGEST_DESCRIPTION else "",
         autopilot=tuple(
             AutopilotChannel(number=int(number), command=one.thruster, **one.model_dump(exclude={"thruster"}))
             for number, one in robot.autopilot.items()
@@ -446,12 +445,7 @@ def _with_propeller(row: Thruster, config: PropellerConfig | None) -> Thruster:
     return replace(row, measured=own, max_forward=own.full_ahead, max_reverse=own.full_astern)
 
 
-def _kept(description: str) -> str:
-    """A description that a saved world can hold; longer ones are left out."""
-    return description if len(description) <= LONGEST_DESCRIPTION else ""
-
-
-def _named(row: _Named, boat: str) -> _Named:
+def _with_names(row: _Named, boat: str) -> _Named:
     """A row in which names begin with the boat's."""
     texts = ((key, value) for key, value in vars(row).items() if isinstance(value, str))
     named: dict[str, Any] = {key: value.replace(PREFIX, f"{boat}/") for key, value in texts}

@@ -6,13 +6,15 @@ an entity from one reader and is seen by another.
 """
 
 import hashlib
+import json
 import re
 import xml.etree.ElementTree as ET
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import chain
+from typing import Annotated
 
-from pydantic import ValidationError
+from pydantic import FailFast, Field, StringConstraints, TypeAdapter, ValidationError
 
 from vrx_mj.config.bays import LIGHT_COLORS, OFF, SHAPES, SYMBOLS
 from vrx_mj.config.loading import fault_text
@@ -20,8 +22,10 @@ from vrx_mj.config.wording import shown
 from vrx_mj.constants import LONGEST_STEP, SHORTEST_STEP
 from vrx_mj.errors import StateError
 from vrx_mj.formats.urdf.meshes import is_binary_stl
+from vrx_mj.mjcf.pieces import PREFIX, Part, Piece, Pieces, owner_of
+from vrx_mj.model.kinds import STRICT, Pose
 from vrx_mj.model.references import broken_references
-from vrx_mj.model.world import FORMAT, Parameters, format_of, parameters_of
+from vrx_mj.model.world import FORMAT, FORMER, Parameters, format_of, parameters_of, tree_of
 
 _MOST_CHARACTERS = 100_000_000
 """Longest text that is read."""
@@ -65,85 +69,64 @@ def _file(value: str) -> bool:
     return bool(re.fullmatch(r"[A-Za-z0-9_]{1,100}\.(obj|stl)", value))
 
 
-def _one_of(*words: str) -> _Check:
-    return frozenset(words).__contains__
-
-
-_SWITCH = _one_of("enable", "disable")
-_TRUTH = _one_of("true", "false")
-
-_JOINT_FORCES = ("damping", "frictionloss", "stiffness", "springref")
-"""Attributes of joints that resist or push."""
-ATTRIBUTES: Mapping[str, Mapping[str, _Check]] = {
-    "mujoco": {"model": _text},
-    "compiler": {"angle": _one_of("radian"), "eulerseq": _one_of("XYZ"), "meshdir": _one_of("assets")},
-    "option": {
-        "timestep": _step,
-        "gravity": _numbers,
-        "solver": _one_of("Newton"),
-        "jacobian": _one_of("sparse"),
-        "sleep_tolerance": _one_of("0"),
-    },
-    "flag": {"warmstart": _SWITCH, "autoreset": _one_of("disable"), "sleep": _SWITCH},
-    "statistic": {"center": _numbers, "extent": _numbers},
-    "visual": {},
-    "headlight": dict.fromkeys(("ambient", "diffuse", "specular"), _numbers),
-    "map": dict.fromkeys(("znear", "zfar", "fogstart", "fogend"), _numbers),
-    "rgba": dict.fromkeys(("fog", "haze"), _numbers),
-    "quality": {"shadowsize": _pixels},
-    "global": {"offwidth": _pixels, "offheight": _pixels},
-    "asset": {},
-    "texture": {
-        "name": _name,
-        "type": _one_of("skybox"),
-        "builtin": _one_of("gradient"),
-        "rgb1": _numbers,
-        "rgb2": _numbers,
-        "width": _pixels,
-        "height": _pixels,
-    },
-    "material": {"name": _name, **dict.fromkeys(("rgba", "specular", "shininess", "reflectance"), _numbers)},
-    "mesh": {"name": _name, "file": _file, "scale": _numbers, "inertia": _one_of("shell"), "vertex": _numbers},
-    "worldbody": {},
-    "light": {
-        "name": _name,
-        "type": _one_of("directional"),
-        **dict.fromkeys(("pos", "dir", "diffuse", "specular"), _numbers),
-        "castshadow": _TRUTH,
-    },
-    "frame": {"pos": _numbers, "euler": _numbers},
-    "body": {"name": _name, **dict.fromkeys(("pos", "euler", "gravcomp"), _numbers), "sleep": _one_of("init")},
-    "freejoint": {"name": _name, "align": _one_of("false")},
-    "joint": {
-        "name": _name,
-        "type": _one_of("hinge", "slide", "ball"),
-        **dict.fromkeys(("pos", "axis", "range", *_JOINT_FORCES), _numbers),
-        "limited": _TRUTH,
-    },
-    "inertial": dict.fromkeys(("pos", "quat", "mass", "diaginertia", "fullinertia"), _numbers),
-    "geom": {
-        "name": _name,
-        "type": _one_of("plane", "sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh"),
-        "mesh": _name,
-        "material": _name,
-        **dict.fromkeys(("size", "pos", "euler", "rgba", "mass", "solref"), _numbers),
-        **dict.fromkeys(("group", "contype", "conaffinity", "priority"), _pixels),
-    },
-    "camera": {"name": _name, **dict.fromkeys(("pos", "xyaxes", "fovy"), _numbers), "resolution": _pixels},
-    "contact": {
-        **dict.fromkeys(("name", "body1", "body2", "subtree2"), _name),
-        "data": _one_of("found"),
-        "num": _one_of("1"),
-    },
-    "exclude": dict.fromkeys(("body1", "body2"), _name),
-    "equality": {},
-    "connect": {**dict.fromkeys(("body1", "body2"), _name), **dict.fromkeys(("anchor", "solref", "solimp"), _numbers)},
-    "weld": {**dict.fromkeys(("name", "body1", "body2"), _name), **dict.fromkeys(("solref", "solimp"), _numbers)},
-    "sensor": {},
-    "custom": {},
-    "text": {"name": _name, "data": _text},
+ATTRIBUTES: Mapping[str, Sequence[str]] = {
+    tag: attributes.split()
+    for tag, attributes in {
+        "mujoco": "model",
+        "compiler": "angle eulerseq meshdir",
+        "option": "timestep gravity solver jacobian sleep_tolerance",
+        "flag": "warmstart autoreset sleep",
+        "statistic": "center extent",
+        "visual": "",
+        "headlight": "ambient diffuse specular",
+        "map": "znear zfar fogstart fogend",
+        "rgba": "fog haze",
+        "quality": "shadowsize",
+        "global": "offwidth offheight",
+        "asset": "",
+        "texture": "name type builtin rgb1 rgb2 width height",
+        "material": "name rgba specular shininess reflectance",
+        "mesh": "name file scale inertia vertex",
+        "worldbody": "",
+        "light": "name type pos dir diffuse specular castshadow",
+        "frame": "pos euler",
+        "body": "name pos euler gravcomp sleep",
+        "freejoint": "name align",
+        "joint": "name type pos axis range limited damping frictionloss stiffness springref",
+        "inertial": "pos quat mass diaginertia fullinertia",
+        "geom": "name type mesh material size pos euler rgba mass solref group contype conaffinity priority",
+        "camera": "name pos xyaxes fovy resolution",
+        "contact": "name body1 body2 subtree2 data num",
+        "exclude": "body1 body2",
+        "equality": "",
+        "connect": "body1 body2 anchor solref solimp",
+        "weld": "name body1 body2 solref solimp",
+        "sensor": "",
+        "custom": "",
+        "text": "name data",
+    }.items()
 }
-"""Elements that we write, and what each of their attributes may hold."""
+"""Elements that we write, and their attributes."""
+_WORDS = {
+    "compiler.angle": "radian", "compiler.eulerseq": "XYZ", "compiler.meshdir": "assets",
+    "option.solver": "Newton", "option.jacobian": "sparse", "option.sleep_tolerance": "0",
+    "flag.warmstart": "enable disable", "flag.autoreset": "disable", "flag.sleep": "enable disable",
+    "texture.type": "skybox", "texture.builtin": "gradient", "mesh.inertia": "shell",
+    "light.type": "directional", "light.castshadow": "true false", "body.sleep": "init", "freejoint.align": "false",
+    "joint.type": "hinge slide ball", "joint.limited": "true false",
+    "geom.type": "plane sphere capsule ellipsoid cylinder box mesh", "contact.data": "found", "contact.num": "1",
+}  # fmt: skip
+"""Words that an attribute may have."""
+_CHECKS: Mapping[str, _Check] = {
+    **dict.fromkeys(("name", "mesh", "material", "body1", "body2", "subtree2"), _name),
+    **dict.fromkeys(("mujoco.model", "text.data"), _text),
+    **dict.fromkeys(("width", "height", "offwidth", "offheight", "shadowsize", "resolution"), _pixels),
+    **dict.fromkeys(("group", "contype", "conaffinity", "priority"), _pixels),
+    **{attribute: frozenset(words.split()).__contains__ for attribute, words in _WORDS.items()},
+    "option.timestep": _step,
+    "mesh.file": _file,
+}
+"""What an attribute may hold, by `element.attribute` or by its name alone; all others hold numbers."""
 
 
 @dataclass
@@ -208,13 +191,14 @@ def _elements(root: ET.Element) -> Iterator[tuple[ET.Element, str]]:
 
 
 def _check_element(element: ET.Element) -> None:
-    checks = ATTRIBUTES.get(element.tag)
-    if checks is None:
+    known = ATTRIBUTES.get(element.tag)
+    if known is None:
         raise ValueError(f"invalid element <{element.tag[:_SHOWN]}>: no world has one")
     for key, value in element.attrib.items():
-        if key not in checks:
+        if key not in known:
             raise ValueError(f"invalid attribute {key[:_SHOWN]} of <{element.tag}>: no world has one")
-        if not checks[key](value):
+        check = _CHECKS.get(f"{element.tag}.{key}") or _CHECKS.get(key, _numbers)
+        if not check(value):
             shown = value if len(value) <= _SHOWN else value[:_SHOWN] + "..."
             raise ValueError(f"invalid {key} '{shown}' of <{element.tag}>")
 
@@ -244,39 +228,130 @@ _MOST_ASSETS, _MOST_TRIANGLES = 10_000, 200_000
 _LARGEST_ASSETS = 500_000_000
 """Bytes of all files together that an MJCF names."""
 _CORNERS = re.compile(rb"^[ \t]*f([^\n]*)", re.MULTILINE)
-_HASH = re.compile(r"_([0-9a-f]{12,16})\.(?:obj|stl)$")
-"""End of an asset's name: the first digits of its content's SHA-256."""
+_HASH = re.compile(r"_([0-9a-f]{12,16})\.(?:obj|stl|xml)$")
+"""End of a file's name: the first digits of its content's SHA-256."""
 _TOUCH = "touch"
 """Contact sensors are called by this and the name of the rival."""
 
 
-def checked(
-    mjcf: str, parameters: bytes, asset: Callable[[str], bytes], source: object
-) -> tuple[Parameters, dict[str, bytes]]:
-    """The parameters of a saved world, and its assets by name.
+_PieceFile = Annotated[str, StringConstraints(pattern=r"^piece_[0-9a-f]{16}\.xml$")]
+
+
+@dataclass(frozen=True)
+class _Placed:
+    """Where a world has a piece."""
+
+    __pydantic_config__ = STRICT
+    name: Annotated[str, StringConstraints(min_length=1, max_length=_LONGEST)]
+    """Name of the part."""
+    piece: _PieceFile
+    """Name of the piece's file."""
+    pose: Pose | None
+    """Pose of the frame around its bodies [m, rad]; None: they need none."""
+
+
+@dataclass(frozen=True)
+class _Index:
+    """List of the pieces of a world."""
+
+    __pydantic_config__ = STRICT
+    own: _PieceFile
+    """Name of the file of what belongs to nothing in the world."""
+    parts: Annotated[tuple[_Placed, ...], Field(max_length=100_000), FailFast()]
+    """What was placed, in the order of the MJCF."""
+
+
+_INDEX = TypeAdapter(_Index)
+
+
+def piece_files(pieces: Pieces, name: str) -> dict[str, str]:
+    """Texts of the files of pieces and of their list, by relative path; `name` is that of the world's files."""
+    parts = tuple(_Placed(part.name, part.piece.file, part.pose) for part in pieces.parts)
+    index = json.dumps(tree_of(_Index(pieces.own.file, parts)), indent=1) + "\n"
+    kinds = {pieces.own.file: pieces.own, **{part.piece.file: part.piece for part in pieces.parts}}
+    return {f"{name}.pieces.json": index, **{f"pieces/{file}": piece.text for file, piece in kinds.items()}}
+
+
+def read_world(read: Callable[[str], bytes], name: str, place: str) -> tuple[Pieces, Parameters]:
+    """The pieces and the parameters of a saved world.
 
     Args:
-        mjcf: the MJCF.
-        parameters: the JSON beside it.
-        asset: gives a file's content by its name, which has no folders.
-        source: what messages call the JSON.
+        read: gives a file's content by its path in the world's folder.
+        name: of the world's files.
+        place: comes before these paths in messages.
 
     Raises:
         StateError: a part is damaged or of another version, or the parts do not belong together.
     """
-    typed = _read(parameters, source)
-    scene = str(source).removesuffix(".json") + ".xml"
+    source, scene = f"{place}{name}.json", f"{place}{name}.xml"
+    typed = _read_parameters(read(f"{name}.json"), source)
+    mjcf = _decode(read(f"{name}.xml"), scene)
     contents = contents_of(mjcf, scene)
     faults = chain(broken_references(typed), _signs(typed), _unlike(typed, contents))
     if fault := next(faults, None):  # what comes later trusts what came before
         raise StateError(f"{source} is damaged: {fault}")
-    return typed, _assets(contents.files, asset, scene)
+    assets = _assets(contents.files, lambda file: read(f"assets/{file}"), scene)
+    pieces = Pieces(_whole(Piece(mjcf, assets), scene))
+    if typed.format == FORMAT and (parts := _pieces(read, name, place, assets)).text() == mjcf:
+        pieces = parts  # an MJCF that somebody has edited is one piece
+    return pieces, replace(typed, format=FORMAT)
 
 
-def _read(text: bytes, source: object) -> Parameters:
+def _pieces(read: Callable[[str], bytes], name: str, place: str, assets: Mapping[str, bytes]) -> Pieces:
+    """The pieces of a saved world, whose text is still to be compared with its MJCF."""
+    source = f"{place}{name}.pieces.json"
     try:
-        if (version := format_of(text)) != FORMAT:
-            raise StateError(f"{source} has format {shown(version)}; this version reads {FORMAT}")
+        index = _INDEX.validate_json(read(f"{name}.pieces.json"))
+    except ValidationError as error:
+        raise StateError(f"{source} is damaged: {fault_text(error)}") from None
+    files = dict.fromkeys((index.own, *(part.piece for part in index.parts)))
+    found = {file: _piece(file, read(f"pieces/{file}"), f"{place}pieces/{file}", assets) for file in files}
+    parts = tuple(Part(part.name, found[part.piece], part.pose) for part in index.parts)
+    size = 0
+    for part in parts:
+        size += len(part.piece.text) + len(part.name) * part.piece.text.count(PREFIX)
+        if size > _MOST_CHARACTERS:
+            raise StateError(f"{source} has pieces of {size:,} characters; at most {_MOST_CHARACTERS:,} are read")
+        if part.piece.owners - {owner_of(PREFIX), part.owner}:
+            raise StateError(f"{source} is damaged: {part.name} has bodies of others")
+    return Pieces(found[index.own], parts)
+
+
+def _piece(file: str, content: bytes, source: str, assets: Mapping[str, bytes]) -> Piece:
+    """The piece in a file."""
+    _check_hash(file, content, source)
+    text = _decode(content, source)
+    contents_of(text, source)
+    piece = _whole(Piece(text, {}), source)
+    files = [ET.fromstring(line).get("file", "") for line in piece.assets]
+    return replace(piece, files={file: assets[file] for file in files if file in assets})
+
+
+def _whole(piece: Piece, source: str) -> Piece:
+    """A piece of which every block is well formed by itself.
+
+    Raises:
+        StateError: it is not.
+    """
+    try:
+        piece.assets  # noqa: B018
+        piece.without({""})
+    except (ValueError, ET.ParseError) as error:
+        raise StateError(f"{source} is damaged: {error}") from None
+    return piece
+
+
+def _decode(content: bytes, source: str) -> str:
+    try:
+        return content.decode()
+    except UnicodeDecodeError as error:
+        raise StateError(f"{source} is damaged: it is not UTF-8: {error}") from None
+
+
+def _read_parameters(text: bytes, source: str) -> Parameters:
+    try:
+        if (version := format_of(text)) not in (FORMER, FORMAT):
+            raise StateError(f"{source} has format {shown(version)}; this version reads {FORMER} and {FORMAT}")
         return parameters_of(text)
     except ValidationError as error:
         raise StateError(f"{source} is damaged: {fault_text(error)}") from None
@@ -284,7 +359,13 @@ def _read(text: bytes, source: object) -> Parameters:
         raise StateError(f"{source} is damaged: {error}") from None
 
 
-def _assets(files: Mapping[str, None], asset: Callable[[str], bytes], source: object) -> dict[str, bytes]:
+def _check_hash(name: str, content: bytes, source: str) -> None:
+    digits = _HASH.search(name)
+    if digits is None or not hashlib.sha256(content).hexdigest().startswith(digits[1]):
+        raise StateError(f"{source} is damaged: the content of '{name}' does not match the hash in its name")
+
+
+def _assets(files: Mapping[str, None], asset: Callable[[str], bytes], source: str) -> dict[str, bytes]:
     """The files that an MJCF names, each of the content that its name is made of."""
     if len(files) > _MOST_ASSETS:
         raise StateError(f"{source} names {len(files):,} files; at most {_MOST_ASSETS:,} are read")
@@ -295,9 +376,7 @@ def _assets(files: Mapping[str, None], asset: Callable[[str], bytes], source: ob
         size += len(content)
         if size > _LARGEST_ASSETS:
             raise StateError(f"{source} names files of {size:,} bytes, down to '{name}': too many are read")
-        digits = _HASH.search(name)
-        if digits is None or not hashlib.sha256(content).hexdigest().startswith(digits[1]):
-            raise StateError(f"{source} is damaged: the content of '{name}' does not match the hash in its name")
+        _check_hash(name, content, source)
         if name.endswith(".stl") and not is_binary_stl(content):
             raise StateError(f"{source} is damaged: mesh {name} has more or fewer triangles than its header says")
         if name.endswith(".obj") and _triangles(content) > _MOST_TRIANGLES:  # MuJoCo has that limit for STL alone

@@ -37,7 +37,7 @@ class Daylight:
     zenith: _RGB
     horizon: _RGB
     light: _RGB
-    """Of the sun, or of what shines in its place."""
+    """Color of the sun's light, or of what shines in its place."""
     sun: _RGB
     """Direction to it, east, north, up; in a world's scene x, y, z."""
     ambient: float

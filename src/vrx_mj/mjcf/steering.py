@@ -21,7 +21,7 @@ class Hinges:
     """The joints that steer."""
 
     by_name: Mapping[str, Joint]
-    """By the name of the thruster, rudder or sail that they steer."""
+    """Joints by the name of the thruster, rudder or sail that they steer."""
     turning: Mapping[str, tuple[str, ...]]
     """Links that turn with each thruster, rudder or sail."""
     notes: tuple[str, ...] = ()
@@ -41,7 +41,7 @@ def read_hinges(urdf: Urdf, thrusters: Mapping[str, UrdfThruster], config: Robot
     for name, joint in ((name, urdf.joints[joint]) for name, joint in wanted.items() if joint is not None):
         if joint.type != "fixed" and not joint.locked:
             _check_hinge(urdf, name, joint, hinges)
-            notes += _limited(name, joint)
+            notes += _limit_notes(name, joint)
             if room(joint) > 0:
                 hinges[name] = joint
     turning = {name: urdf.below(joint.child) for name, joint in hinges.items()}
@@ -59,7 +59,7 @@ def _steering_joints(
         for name, entry in blades.items():
             if name in thrusters:
                 raise own_problem(urdf, f"{kind}.{name}", "duplicate name: it is the name of a thruster")
-            wanted[name] = entry.joint and known(urdf, "joint", entry.joint, f"{kind}.{name}.joint")
+            wanted[name] = entry.joint and urdf_name(urdf, "joint", entry.joint, f"{kind}.{name}.joint")
     for name, rudder in config.rudders.items():
         if rudder.propeller is not None and rudder.propeller not in thrusters:
             error = UnknownNameError("thruster", rudder.propeller, thrusters)
@@ -81,7 +81,7 @@ def room(joint: Joint) -> float:
     return max(0.0, min(-joint.limits.lower, joint.limits.upper))
 
 
-def known(urdf: Urdf, kind: str, name: str, path: str) -> str:
+def urdf_name(urdf: Urdf, kind: str, name: str, path: str) -> str:
     """The URDF's name of a link or joint that the YAML gives with or without the namespace."""
     names = urdf.links if kind == "link" else urdf.joints
     for candidate in (name, f"{urdf.namespace}/{name}"):
@@ -96,8 +96,8 @@ def own_problem(urdf: Urdf, path: str, message: str) -> ConfigError:
     return ConfigError([Problem(f"{YAML_OF} {urdf.file.name}", None, None, path, message)])
 
 
-def located(error: ConfigError, section: Section) -> ConfigError:
-    """The same error with the file and line of its problems in the YAML beside a URDF, whose content is `section`."""
+def with_places(error: ConfigError, section: Section) -> ConfigError:
+    """The error with the file and line of its problems in the YAML beside a URDF, whose content is `section`."""
     if section.place.line is None:
         return error
     return ConfigError(
@@ -153,7 +153,7 @@ def _check_propellers(
                                "it does not steer, moves with it")  # fmt: skip
 
 
-def _limited(name: str, joint: Joint) -> Iterator[str]:
+def _limit_notes(name: str, joint: Joint) -> Iterator[str]:
     """What unequal limits leave of the steering."""
     limits = joint.limits
     if joint.type == "continuous" or limits is None or abs(limits.lower + limits.upper) < 1e-9:

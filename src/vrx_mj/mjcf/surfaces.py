@@ -147,7 +147,7 @@ def crossings(corners: FloatArray) -> tuple[int, FloatArray]:
         return count, place
     least = _NEAR * float(np.ptp(corners.reshape(-1, 3), axis=0).max())
     for one, other in _neighbours(corners):
-        places = _crossed(corners[one], corners[other], least)
+        places = _crossing_middles(corners[one], corners[other], least)
         if len(places) and not count:
             place = places[0]
         count = min(count + len(places), MOST_SHOWN)
@@ -180,7 +180,7 @@ def _neighbours(corners: FloatArray) -> Iterator[tuple[IntArray, IntArray]]:
         start = end
 
 
-def _crossed(one: FloatArray, other: FloatArray, least: float) -> FloatArray:
+def _crossing_middles(one: FloatArray, other: FloatArray, least: float) -> FloatArray:
     """Middles (m, 3) of the lines along which pairs of triangles (n, 3, 3) pass through each other.
 
     Each has corners on both sides of the other's plane, and on the line in which the planes meet they overlap (Moeller,

@@ -2,7 +2,7 @@
 
 import hashlib
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from pathlib import Path
@@ -18,7 +18,7 @@ from vrx_mj.resources import root
 _MESH = "vrx_mj/mesh"
 """Name of a mesh that is tried alone."""
 _MUJOCO_SUFFIXES = (".obj", ".stl")
-"""Of the meshes that MuJoCo reads as they are."""
+"""Suffixes of meshes that MuJoCo reads as they are."""
 
 
 @dataclass(frozen=True)
@@ -34,9 +34,9 @@ class Geom:
     euler: tuple[float, ...]
     """Roll, pitch, yaw [rad] about fixed axes, R = Rz Ry Rx: `eulerseq="XYZ"`."""
     rgba: tuple[float, ...] | None
-    """Only of what is seen; None for what collides."""
+    """Color of a visual shape; None for one that collides."""
     solref: tuple[float, float] | None = None
-    """Of what collides: its own time constant [s] and damping ratio in contacts, instead of those of both shapes."""
+    """Time constant [s] and damping ratio in contacts of a shape that collides, instead of those of both shapes."""
 
 
 @dataclass(frozen=True)
@@ -56,13 +56,6 @@ def render(template: str, **values: object) -> str:
     Floats are written with all their digits, sequences of numbers separated by blanks, text escaped for XML.
     """
     return _environment().get_template(template).render(values)
-
-
-def block(template: str, name: str, values: Mapping[str, object]) -> str:
-    """The text of one block of a template; empty if the template has none of this name."""
-    found = _environment().get_template(template)
-    holder = found if name in found.blocks else _environment().get_template("model.xml.j2")
-    return "".join(holder.blocks[name](holder.new_context({**values})))
 
 
 def geoms(shapes: Iterable[Shape]) -> list[Geom]:

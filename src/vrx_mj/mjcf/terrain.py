@@ -21,7 +21,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.config.search import ReadingError, find_terrain, read_limited
 from vrx_mj.config.values import MAX_COORDINATE
 from vrx_mj.errors import ConfigError, Problem, shortened
-from vrx_mj.mjcf.pieces import Piece, hull_file
+from vrx_mj.mjcf.pieces import Piece
 from vrx_mj.model.site import Ring
 
 _SAND_TOP = 0.4
@@ -149,15 +149,14 @@ def terrain_piece(name: str, near: Path | None = None) -> Piece:
 def _build(path: Path, _changed: int) -> Piece:
     import shapely
 
-    polygons = _read(path)
+    polygons = _read_polygons(path)
     try:
         meshes = _land_meshes(polygons, [_TOE, *((d, _SLOPE * d) for d in (0.0, 1.5, 3.0, 4.5, _CREST))])
     except (shapely.errors.GEOSException, ValueError) as error:
         raise _invalid(path, f"its rings bound no land: {error}") from error
     blocks = bank_blocks(_rings(polygons)).round(2)
-    hulls = [hull_file(corners) for corners in blocks]
-    values = {"blocks": blocks.tolist(), "meshes": meshes, "hulls": [file for file, _ in hulls]}
-    return Piece("terrain.xml.j2", values, {mesh.file: mesh.data for mesh in meshes}, dict(hulls))
+    files = {mesh.file: mesh.data for mesh in meshes}
+    return Piece.from_template("terrain.xml.j2", files, blocks=blocks.tolist(), meshes=meshes)
 
 
 def shoreline(name: str, near: Path | None = None) -> tuple[Ring, ...]:
@@ -165,7 +164,7 @@ def shoreline(name: str, near: Path | None = None) -> tuple[Ring, ...]:
 
     A ring that runs counter-clockwise bounds an island, a clockwise one a lake.
     """
-    return tuple(tuple((x, y) for x, y in ring.tolist()) for ring in _rings(_read(_find(name, near))))
+    return tuple(tuple((x, y) for x, y in ring.tolist()) for ring in _rings(_read_polygons(_find(name, near))))
 
 
 def on_land(name: str, x: float, y: float, near: Path | None = None) -> bool:
@@ -188,7 +187,7 @@ def land_distance(name: str, x: float, y: float, near: Path | None = None) -> fl
 def _area(path: Path, _changed: int) -> object:
     import shapely
 
-    area = area_of(_rings(_read(path)))
+    area = area_of(_rings(_read_polygons(path)))
     shapely.prepare(area)
     return area
 
@@ -277,12 +276,12 @@ def _rings(polygons: list[dict[str, Any]]) -> list[FloatArray]:
     """All rings of the land, each with the land on its left."""
     rings = []
     for polygon in polygons:
-        rings.append(_turned(polygon["exterior"], counterclockwise=True))
-        rings += [_turned(hole, counterclockwise=False) for hole in polygon["holes"]]
+        rings.append(_orient(polygon["exterior"], counterclockwise=True))
+        rings += [_orient(hole, counterclockwise=False) for hole in polygon["holes"]]
     return rings
 
 
-def _turned(ring: FloatArray, *, counterclockwise: bool) -> FloatArray:
+def _orient(ring: FloatArray, *, counterclockwise: bool) -> FloatArray:
     import shapely
 
     return ring if bool(shapely.is_ccw(shapely.linearrings(ring))) == counterclockwise else ring[::-1]
@@ -294,7 +293,7 @@ def _find(name: str, near: Path | None) -> Path:
     return beside if beside and beside.is_file() else find_terrain(name)
 
 
-def _read(path: Path) -> list[dict[str, Any]]:
+def _read_polygons(path: Path) -> list[dict[str, Any]]:
     """The polygons of land in a file, each a mapping: the ring `exterior` and the list of rings `holes`."""
     try:
         land = json.loads(read_limited(path, _MAX_BYTES).decode("utf-8-sig"))["land"]

@@ -1,8 +1,9 @@
 """A compiled world: all that a run needs, and how it is kept in a folder."""
 
 import hashlib
+import os
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path, PurePosixPath
 from types import MappingProxyType
@@ -11,9 +12,9 @@ from vrx_mj.arguments import as_path
 from vrx_mj.config.search import ReadingError, read_limited
 from vrx_mj.errors import StateError
 from vrx_mj.exits import awaited
-from vrx_mj.mjcf.pieces import Pieces, pieces_of
-from vrx_mj.mjcf.saved import checked
-from vrx_mj.model.world import MOST_BYTES, Parameters, json_of, without_descriptions
+from vrx_mj.mjcf.pieces import Piece, Pieces
+from vrx_mj.mjcf.saved import piece_files, read_world
+from vrx_mj.model.world import FORMER, MOST_BYTES, Parameters, json_of, without_descriptions
 from vrx_mj.outputs import write_files
 
 
@@ -24,25 +25,28 @@ class World:
     `save` writes exactly this to a folder; `Simulation` and `Batch` run it.
     """
 
-    mjcf: str
-    """MJCF of the world, with every boat, dock and object attached under its name."""
-    assets: Mapping[str, bytes]
-    """Contents of the files that the MJCF refers to, by file name."""
+    pieces: Pieces
+    """Pieces of MJCF, each with the places and names at which the world has it."""
     parameters: Parameters
     """What the world has besides: sea, wind, hulls, thrusters, sensors, objects, docks, task and more."""
 
-    def __reduce__(self) -> tuple[Callable[..., "World"], tuple[str, dict[str, bytes], Parameters]]:
-        """Pickle and copy it as its parts: what keeps them from being changed cannot be pickled."""
-        return make_world, (self.mjcf, dict(self.assets), self.parameters)
+    def __reduce__(self) -> tuple[type["World"], tuple[Pieces, Parameters]]:
+        """Pickle and copy it as its parts: what keeps the assets from being changed cannot be pickled."""
+        return World, (self.pieces, self.parameters)
 
     def __repr__(self) -> str:
         boats = f"{len(self.boats)} boat{'' if len(self.boats) == 1 else 's'}"
         return f"<World {self.name}, fleet {self.parameters.fleet}, {boats}, seed {self.seed}>"
 
     @cached_property
-    def pieces(self) -> Pieces:
-        """The pieces that the MJCF joins; those of a world that was loaded are read from it."""
-        return pieces_of(self.mjcf, self.assets, self.parameters)
+    def mjcf(self) -> str:
+        """MJCF of the world, with every boat, dock and object attached under its name."""
+        return self.pieces.text()
+
+    @cached_property
+    def assets(self) -> Mapping[str, bytes]:
+        """Contents of the files that the MJCF refers to, by file name."""
+        return MappingProxyType(dict(sorted(self.pieces.files.items())))
 
     @property
     def name(self) -> str:
@@ -62,14 +66,15 @@ class World:
     @cached_property
     def sha256(self) -> str:
         """SHA-256 of the saved world, without the descriptions of its boats: these name places on this machine."""
+        former = replace(without_descriptions(self.parameters), format=FORMER)  # states of saved runs name this digest
         digest = hashlib.sha256(self.mjcf.encode())
-        digest.update(json_of(without_descriptions(self.parameters)).encode())
+        digest.update(json_of(former).encode())
         for name in sorted(self.assets):
             digest.update(name.encode() + b"\0" + self.assets[name])
         return digest.hexdigest()
 
     def save(self, target: str | Path) -> Path:
-        """Write the MJCF, its parameters and `assets/` to a folder, and return the path of the MJCF.
+        """Write the MJCF, its parameters, `pieces/` and `assets/` to a folder, and return the path of the MJCF.
 
         Plain MuJoCo can open the MJCF; `World.load` reads the whole world back.
 
@@ -84,7 +89,7 @@ class World:
         return scene
 
     def files(self, name: str = "scene") -> dict[str, bytes]:
-        """What `save` writes, by relative path: the MJCF and its parameters have this name.
+        """What `save` writes, by relative path: the MJCF, its parameters and the list of its pieces have this name.
 
         Raises:
             StateError: an asset's name has a folder in it.
@@ -92,7 +97,7 @@ class World:
         for asset in self.assets:
             if asset != PurePosixPath(asset).name or "\\" in asset or ":" in asset:
                 raise StateError(f"invalid asset name '{asset}': a file name without folders is needed")
-        texts = {f"{name}.json": json_of(self.parameters), f"{name}.xml": self.mjcf}
+        texts = {f"{name}.json": json_of(self.parameters), f"{name}.xml": self.mjcf, **piece_files(self.pieces, name)}
         return {
             **{f"assets/{asset}": bytes(content) for asset, content in self.assets.items()},
             **{file: text.encode() for file, text in texts.items()},
@@ -111,29 +116,24 @@ class World:
         path = scene.with_suffix(".json")
         if not (path.is_file() and scene.is_file()):
             raise StateError(f"no saved world at {source}: {scene.name} and {path.name} are needed in {scene.parent}")
-        assets = scene.parent / "assets"
-        return world_of(_read(scene), _read(path), lambda name: _read(assets / name), path)
+        folder = scene.parent
+        return world_of(lambda name: _read_file(folder / name), scene.stem, f"{folder}{os.sep}")
 
 
 @awaited()
-def world_of(mjcf: bytes, parameters: bytes, asset: Callable[[str], bytes], source: object) -> World:
-    """The world of a saved MJCF, its parameters as JSON, and `asset`, which gives a file's content by its name.
+def world_of(read: Callable[[str], bytes], name: str, place: str) -> World:
+    """The world of the files that `save` wrote by a name; `read` gives a file's content by its relative path.
 
-    `source` names the parameters in messages. Nothing is written, and assets have plain names: what was saved may come
+    In messages `place` comes before that path. Nothing is written, and paths lead nowhere else: what was saved may come
     from somebody else.
 
     Raises:
         StateError: it is damaged or of another version.
     """
-    try:
-        text = mjcf.decode()
-    except UnicodeDecodeError as error:
-        raise StateError(f"{source} is damaged: the MJCF beside it is not UTF-8: {error}") from None
-    typed, assets = checked(text, parameters, asset, source)
-    return make_world(text, assets, typed)
+    return World(*read_world(read, name, place))
 
 
-def _read(path: Path) -> bytes:
+def _read_file(path: Path) -> bytes:
     """A file's content.
 
     Raises:
@@ -151,12 +151,5 @@ def _scene(target: Path) -> Path:
 
 
 def make_world(mjcf: str, assets: Mapping[str, bytes], parameters: Parameters) -> World:
-    """A `World` that nobody can change, its assets in the order of their names."""
-    return World(mjcf, MappingProxyType(dict(sorted(assets.items()))), parameters)
-
-
-def joined_world(pieces: Pieces, parameters: Parameters) -> World:
-    """A `World` of pieces, whose MJCF is joined here."""
-    world = make_world(pieces.text(), pieces.files, parameters)
-    world.__dict__["pieces"] = pieces
-    return world
+    """The world of an MJCF that is one piece."""
+    return World(Pieces(Piece(mjcf, assets)), parameters)

@@ -18,8 +18,10 @@ from vrx_mj.model.site import Dock, Georeference, Light, Marker, Object, Placard
 from vrx_mj.model.tasks import Task
 from vrx_mj.model.water import Air, Current, Sea, Wind
 
-FORMAT: Final = 3
-"""Version of the saved form; another one is refused."""
+FORMAT: Final = 4
+"""Version of the saved form."""
+FORMER: Final = 3
+"""Version that had no pieces, which is read too."""
 MOST_BYTES = 200_000_000
 """Bytes of the largest file of a saved world that is read."""
 
@@ -29,7 +31,7 @@ class Parameters:
     """Tables and names that belong to an MJCF."""
 
     __pydantic_config__ = STRICT
-    format: Literal[3]
+    format: Literal[3, 4]
     """Version of the saved form."""
     name: Text
     """Name of the world."""

@@ -46,10 +46,8 @@ class BoatSet:
         Raises:
             StateError: the recording holds no world, or it is damaged or of another version.
         """
-        files = self.files
         try:
-            mjcf, parameters = files["scene.xml"], files["scene.json"]
-            return world_of(mjcf, parameters, lambda name: files[f"assets/{name}"], "the recording's scene.json")
+            return world_of(self.files.__getitem__, "scene", "the recording's ")
         except KeyError as error:
             raise StateError(f"no saved world in the recording: {error}") from error
 

@@ -49,7 +49,9 @@ class PhysicsModels:
 
     def _specs(self, pieces: Pieces) -> list[mujoco.MjSpec]:
         kept, self._kept = self._kept, None
-        if kept and all(pieces.grown(spec, kept[0], detail) for spec, detail in zip(kept[1], _DETAILS, strict=True)):
+        if kept and all(
+            pieces.grow_spec(spec, kept[0], detail) for spec, detail in zip(kept[1], _DETAILS, strict=True)
+        ):
             return kept[1]
         return [pieces.spec(detail) for detail in _DETAILS]
 

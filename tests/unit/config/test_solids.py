@@ -8,13 +8,13 @@ import trimesh
 
 from vrx_mj.config.shapes import Shape
 from vrx_mj.config.solids import solid, solid_of_mesh
-from vrx_mj.mjcf.derive import displaced, floating_level
+from vrx_mj.mjcf.flotation import flotation, flotation_at
 
 HIGH = 99.0
 
 
 def volume(found):
-    return displaced(found.corners, HIGH).volume
+    return flotation_at(found.corners, HIGH).volume
 
 
 def mesh_of(*pieces, name="hull.stl"):
@@ -47,12 +47,12 @@ def test_what_a_wedge_displaces():
     points = np.array([[x, y, z] for x in (-1.5, 1.5) for y, z in ((0, 0), (-0.6, 0.6), (0.6, 0.6))], dtype=float)
     hull = trimesh.convex.convex_hull(points)
     corners = solid_of_mesh("wedge.stl", hull.vertices, hull.faces).corners
-    found, level = displaced(corners, 0.4), 0.4
+    found, level = flotation_at(corners, 0.4), 0.4
     assert found.volume == pytest.approx(3 * level**2)
     assert found.area == pytest.approx(3 * 2 * level)
     assert found.center == pytest.approx([0, 0, 2 / 3 * level], abs=1e-12)
     assert found.spread == pytest.approx([3**3 * 0.8 / 12, 3 * 0.8**3 / 12])
-    assert floating_level(corners, 3 * level**2) == pytest.approx(level, abs=1e-5)
+    assert flotation(corners, 3 * level**2).level == pytest.approx(level, abs=1e-5)
 
 
 @pytest.mark.parametrize("level", [-2.0, -0.5, 0.0, 0.3, 2.0])
@@ -60,7 +60,7 @@ def test_what_is_displaced_is_what_a_library_cuts_off(level):
     """A mesh turned any way, against trimesh's own cut."""
     made = trimesh.creation.annulus(0.3, 0.5, 1.5)
     made.apply_transform(trimesh.transformations.euler_matrix(0.4, 0.7, 1.1))
-    found = displaced(solid_of_mesh("ring.stl", made.vertices, made.faces).corners, level)
+    found = flotation_at(solid_of_mesh("ring.stl", made.vertices, made.faces).corners, level)
     cut = made.slice_plane([0, 0, level], [0, 0, -1], cap=True) if level < 1.0 else made
     if len(cut.faces) == 0:
         assert (found.volume, found.area) == (0, 0)

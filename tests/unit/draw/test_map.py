@@ -1,7 +1,6 @@
 import logging
 import math
 from dataclasses import replace
-from types import MappingProxyType
 
 import numpy as np
 import pytest
@@ -13,7 +12,7 @@ from vrx_mj.draw.map import chart, draw_map
 from vrx_mj.draw.map_scene import MapBoat, MapDock, MapObject, MapScene, MapWave, MapWind, map_of
 from vrx_mj.draw.plan import nice_length, view_of
 from vrx_mj.errors import VrxError
-from vrx_mj.mjcf.world import World
+from vrx_mj.mjcf.world import World, make_world
 from vrx_mj.model.water import Sea
 
 SHORE = (
@@ -33,12 +32,12 @@ SCENE = MapScene(
     wind=MapWind(120.0, 5.0),
     wave=MapWave((1.0, 0.0), 7.0, 0.35),
 )
-WORLD = World(
+WORLD = make_world(
     mjcf="""<mujoco><worldbody><body name="buoy/link" pos="3 4 0"><freejoint/>
     <geom type="cylinder" size="0.5 1" rgba="0.9 0.1 0.1 1" group="2"/>
     <geom type="sphere" size="0.2" pos="0 0 1" rgba="1 1 1 1" group="2"/>
     <geom type="box" size="9 9 9" rgba="0 0 1 1" group="3"/></body></worldbody></mujoco>""",
-    assets=MappingProxyType({}),
+    assets={},
     parameters=partial(
         {
             "georeference": None,
@@ -156,13 +155,13 @@ def test_parked_balls_are_not_on_the_map(name):
     here = WORLD.parameters
     ball = replace(here.objects[0], name=name, model="blue_projectile")
     there = partial({**vars(here), "objects": [*here.objects, ball]})
-    assert map_of(World(WORLD.mjcf, WORLD.assets, there)).objects == map_of(WORLD).objects
+    assert map_of(World(WORLD.pieces, there)).objects == map_of(WORLD).objects
 
 
 def test_still_air_and_a_calm_sea_have_no_arrows():
     calm = partial({**vars(WORLD.parameters.sea), "waves": []}, Sea)
     there = partial({**vars(WORLD.parameters), "wind": {"direction": [1.0, 0.0], "mean": 0.0}, "sea": calm})
-    scene = map_of(World(WORLD.mjcf, WORLD.assets, there))
+    scene = map_of(World(WORLD.pieces, there))
     assert scene.wind is None
     assert scene.wave is None
 

@@ -125,7 +125,7 @@ def test_shipped_worlds_compile_without_a_word():
     [
         (None, "no saved world at {folder}: scene.xml and scene.json are needed in {folder}"),
         ("{", "{folder}/scene.json is damaged: "),
-        ('{"format": 99}', "{folder}/scene.json has format 99; this version reads 3"),
+        ('{"format": 99}', "{folder}/scene.json has format 99; this version reads 3 and 4"),
     ],
 )
 def test_a_folder_without_a_world_is_refused(tmp_path, content, message):

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from unit.physics.test_panels import barge, off
-from vrx_mj.mjcf.derive import displaced
+from vrx_mj.mjcf.flotation import flotation_at
 from vrx_mj.mjcf.panels import FEWEST, panels_of
 
 
@@ -24,7 +24,7 @@ def test_a_divided_barge_is_closed_and_the_same(size):
     counts = edges(triangles)
     assert set(counts.values()) == {1}
     assert all((b, a) in counts for a, b in counts)
-    assert displaced(points[triangles], 100.0).volume == pytest.approx(np.prod(size))
+    assert flotation_at(points[triangles], 100.0).volume == pytest.approx(np.prod(size))
     assert FEWEST <= len(triangles) <= 5 * FEWEST  # 224 to 832 of 4000 that were drawn
     lengths = np.linalg.norm(points[triangles] - points[np.roll(triangles, 1, axis=1)], axis=2)
     assert lengths.max() <= 0.35 * max(size)
@@ -53,7 +53,7 @@ def test_of_a_box_with_a_bow_only_the_sides_are_mirrored():
     points, triangles = panels_of(np.array(hull.triangles))
     corners = points[triangles]
     assert rows(corners * (1.0, -1.0, 1.0)) == rows(corners)
-    assert displaced(corners, 100.0).volume == pytest.approx(7.5)
+    assert flotation_at(corners, 100.0).volume == pytest.approx(7.5)
     counts = edges(triangles)
     assert set(counts.values()) == {1}
     assert all((b, a) in counts for a, b in counts)
@@ -63,7 +63,7 @@ def test_a_hull_with_two_sides_is_divided_as_it_is():
     vertices, faces = barge(4.0, 2.0, 1.0)
     vertices = vertices + 0.2 * vertices[:, ::-1] * (vertices > 0.0)
     points, triangles = panels_of(vertices[faces])
-    assert displaced(points[triangles], 100.0).volume == pytest.approx(displaced(vertices[faces], 100.0).volume)
+    assert flotation_at(points[triangles], 100.0).volume == pytest.approx(flotation_at(vertices[faces], 100.0).volume)
     assert rows(points[triangles] * (1.0, -1.0, 1.0)) != rows(points[triangles])
 
 

@@ -1,11 +1,13 @@
-"""Pieces of worlds: those of a loaded world are what it was joined of, and groups of them are read as the whole."""
+"""Pieces of worlds: a saved world keeps them, a former one is one piece, and groups are read as the whole."""
 
 import mujoco
 import numpy as np
 import pytest
 
 from vrx_mj.mjcf.compile import compile_world
-from vrx_mj.mjcf.pieces import MANY, Detail, pieces_of
+from vrx_mj.mjcf.joining import with_boat, without
+from vrx_mj.mjcf.pieces import MANY, Detail
+from vrx_mj.mjcf.world import World, make_world
 
 RAFT = {"name": "raft", "pose": [20, 0, 0, 0, 0, 0.3], "dynamic": True, "layout": "X  X\nX  X\nXXXX\n"}
 WORLDS = {
@@ -17,23 +19,44 @@ WORLDS = {
 }
 
 
-def read(world):
-    return pieces_of(world.mjcf, world.assets, world.parameters)
+def former(world):
+    """The world as it is read from a folder without pieces."""
+    return make_world(world.mjcf, world.assets, world.parameters)
 
 
 @pytest.mark.parametrize("name", WORLDS)
-def test_the_pieces_of_a_loaded_world_are_those_it_was_joined_of(name):
+def test_a_saved_world_keeps_its_pieces(name, tmp_path):
     world, fleet = WORLDS[name]
     world = compile_world(world, fleet=fleet)
-    pieces, again = world.pieces, read(world)
-    assert again.text() == world.mjcf
-    assert again.files == world.assets
-    assert {part.name for part in again.parts if part.is_prefixed} >= {
-        part.name for part in pieces.parts if part.is_prefixed
-    }
-    assert again.touches == pieces.touches
+    world.save(tmp_path)
+    again = World.load(tmp_path)
+    assert again.pieces == world.pieces
+    kinds = [{id(part.piece) for part in one.pieces.parts} for one in (world, again)]
+    assert len(kinds[0]) >= len(kinds[1]) == len(list((tmp_path / "pieces").iterdir())) - 1
+    assert (again.sha256, again.files()) == (world.sha256, world.files())
+
+
+@pytest.mark.parametrize("name", WORLDS)
+def test_one_piece_makes_the_same_models(name):
+    world, fleet = WORLDS[name]
+    world = compile_world(world, fleet=fleet)
+    assert former(world).sha256 == world.sha256
     for detail in Detail:
-        assert not different(again.spec(detail).compile(), pieces.spec(detail).compile())
+        assert not different(former(world).pieces.spec(detail).compile(), world.pieces.spec(detail).compile())
+
+
+def test_boats_come_and_go_in_a_world_of_one_piece():
+    def later(world):
+        entry = {"name": "a", "pose": [60, 0, 0.1, 0, 0, 0.2], "sensors": ["ball_shooter"]}
+        return without(with_boat(without(world, "wamv2"), entry), "wamv3")
+
+    world = compile_world(
+        "wayfinding_task", fleet={"usv_count": 3, "thrusters": "X", "engines": "hinged", "origin": "spawn"}
+    )
+    one, other = later(world), later(former(world))
+    assert one.mjcf == other.mjcf
+    for detail in Detail:
+        assert not different(one.pieces.spec(detail).compile(), other.pieces.spec(detail).compile())
 
 
 def different(one, other):

@@ -1,19 +1,23 @@
 """Saved worlds that somebody else may have written: all of one is checked before anything of it runs."""
 
 import copy
+import dataclasses
 import hashlib
 import json
 import os
 import random
 import re
+from pathlib import Path
 
 import pytest
 
+from vrx_mj import Simulation
 from vrx_mj.errors import StateError
 from vrx_mj.mjcf.compile import compile_world
+from vrx_mj.mjcf.pieces import Piece, Pieces
 from vrx_mj.mjcf.saved import ATTRIBUTES, contents_of
-from vrx_mj.mjcf.world import World, world_of
-from vrx_mj.model.world import tree_of
+from vrx_mj.mjcf.world import World, make_world, world_of
+from vrx_mj.model.world import json_of, tree_of
 from vrx_mj.resources import root
 
 RAFT = {"name": "raft", "pose": [20, 0, 0, 0, 0, 0.3], "dynamic": True, "layout": "X  X\nX  X\nXXXX\n"}
@@ -33,11 +37,32 @@ def worlds():
     return {name: compile_world(world, fleet=fleet) for name, (world, fleet) in WORLDS.items()}
 
 
-def loaded(world, tree=None, mjcf=None, assets=None):
+def loaded(world, tree=None, mjcf=None, assets=None, files=None):
     """The world again, through its saved form, of which a part is another."""
-    text = json.dumps(dict(tree_of(world.parameters)) if tree is None else tree).encode()
-    files = dict(world.assets) if assets is None else assets
-    return world_of((world.mjcf if mjcf is None else mjcf).encode(), text, lambda name: files[name], "scene.json")
+    files = dict(world.files() if files is None else files)
+    if tree is not None:
+        files["scene.json"] = json.dumps(tree).encode()
+    if mjcf is not None:
+        files["scene.xml"] = mjcf.encode()
+    files |= {f"assets/{name}": content for name, content in (assets or {}).items()}
+    return world_of(files.__getitem__, "scene", "")
+
+
+def former(world, mjcf=None):
+    """The files of a world as they were without pieces."""
+    parameters = json_of(dataclasses.replace(world.parameters, format=3))
+    files = {"scene.json": parameters.encode(), "scene.xml": (mjcf or world.mjcf).encode()}
+    return files | {f"assets/{name}": content for name, content in world.assets.items()}
+
+
+def forged(world, old, new):
+    """The files of a world with another text in one of its pieces, which are named and joined as they should be."""
+    pieces = world.pieces
+    kinds = {part.piece.file: part.piece for part in pieces.parts} | {pieces.own.file: pieces.own}
+    at = next(file for file, piece in kinds.items() if old in piece.text)
+    kinds[at] = Piece(kinds[at].text.replace(old, new, 1), kinds[at].files)
+    parts = tuple(dataclasses.replace(part, piece=kinds[part.piece.file]) for part in pieces.parts)
+    return World(Pieces(kinds[pieces.own.file], parts), world.parameters).files()
 
 
 def refusal(*args, **kwargs):
@@ -64,8 +89,24 @@ def replaced(tree, path, to):
 @pytest.mark.parametrize("name", WORLDS)
 def test_a_world_that_we_wrote_is_accepted_whole(worlds, name):
     world = worlds[name]
-    again = loaded(world)
-    assert (again.sha256, again.mjcf, again.assets) == (world.sha256, world.mjcf, world.assets)
+    for again in (loaded(world), loaded(world, files=former(world))):
+        assert (again.sha256, again.mjcf, again.assets) == (world.sha256, world.mjcf, world.assets)
+        assert again.parameters == world.parameters
+
+
+def test_a_folder_that_a_former_version_wrote_loads(tmp_path):
+    """Written by `World.save` of format 3: two skiffs, a moored floating dock, a buoy and a task."""
+    world = World.load(Path(__file__).parents[2] / "golden" / "world_3")
+    assert world.sha256 == "7d2328e38d6acc71e0c72bad0f99e051f1c50043be97135a885820814deb77f6"
+    world.save(tmp_path)
+    assert json.loads((tmp_path / "scene.json").read_text("utf-8"))["format"] == 4
+    ends = []
+    for sim in (Simulation(world), Simulation.load(tmp_path)):
+        sim.remove("b")
+        sim.spawn("c", robot="skiff", pose=[0, 15, 0.1, 0, 0, 0])
+        sim.step({}, duration=0.5)
+        ends.append(sim.get_state().sha256)
+    assert ends[0] == ends[1]
 
 
 def numbers_of(tree, path=()):
@@ -139,7 +180,7 @@ def test_a_block_cannot_hang_on_one_that_comes_later(worlds):
     [
         (b"", "scene.json is damaged: not JSON: EOF while parsing a value at line 1 column 0"),
         (b"[]", "scene.json is damaged: expected keys and values, got []"),
-        (b'{"format": true}', "scene.json has format true; this version reads 3"),
+        (b'{"format": true}', "scene.json has format true; this version reads 3 and 4"),
         (b'{"format": 3, "format": 3}', "scene.json is damaged: name: required, but missing"),
         (b"[" * 100_000, "scene.json is damaged: not JSON: recursion limit exceeded at line 1 column 202"),
     ],
@@ -147,7 +188,7 @@ def test_a_block_cannot_hang_on_one_that_comes_later(worlds):
 def test_what_is_no_world_at_all_is_said_in_one_line(worlds, text, message):
     world = worlds["gates"]
     with pytest.raises(StateError) as refused:
-        world_of(world.mjcf.encode(), text, lambda name: world.assets[name], "scene.json")
+        world_of({**world.files(), "scene.json": text}.__getitem__, "scene", "")
     assert str(refused.value) == message
 
 
@@ -186,9 +227,10 @@ def test_an_engine_turns_on_its_own_hinge(worlds):
 def test_an_mjcf_that_we_did_not_write_is_refused(worlds, old, new, message):
     world = worlds["docking"]
     assert old in world.mjcf
-    said = refusal(world, mjcf=world.mjcf.replace(old, new, 1))
-    assert said.startswith(f"scene.xml is damaged: {message}")
-    assert "\n" not in said
+    for files in (former(world, world.mjcf.replace(old, new, 1)), forged(world, old, new)):
+        said = refusal(world, files=files)
+        assert re.match(r"(scene|pieces/piece_[0-9a-f]{16})\.xml is damaged: " + re.escape(message), said)
+        assert "\n" not in said
 
 
 def test_nesting_is_limited(worlds):
@@ -226,6 +268,100 @@ def test_a_long_list_of_digits_takes_no_time_to_refuse():
     contents_of(f'<mujoco><asset><mesh name="a" vertex="{"1 " * 100_000}"/></asset></mujoco>', "scene.xml")
     with pytest.raises(StateError):
         contents_of(f'<mujoco><asset><mesh name="a" vertex="{"1" * 100_000}x"/></asset></mujoco>', "scene.xml")
+
+
+# Pieces
+
+
+def with_index(world, change):
+    """The files of a world with another list of its pieces."""
+    files = world.files()
+    index = json.loads(files["scene.pieces.json"])
+    change(index)
+    return {**files, "scene.pieces.json": json.dumps(index).encode()}
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda index: index.update(own="../../piece_0123456789abcdef.xml"), "scene.pieces.json is damaged: own: str"),
+        (lambda index: index["parts"][0].update(piece="/etc/passwd"), "scene.pieces.json is damaged: parts[0].piece: "),
+        (lambda index: index["parts"][0].update(name=""), "scene.pieces.json is damaged: parts[0].name: string should"),
+        (lambda index: index["parts"][0].update(pose=[1e999] * 6), "scene.pieces.json is damaged: parts[0].pose"),
+        (lambda index: index["parts"][0].update(extra=1), "scene.pieces.json is damaged: parts[0].extra: unknown key"),
+    ],
+)
+def test_the_list_of_pieces_has_one_form(worlds, change, message):
+    world = worlds["rafts"]
+    assert refusal(world, files=with_index(world, change)).startswith(message)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [lambda parts: parts.pop(), lambda parts: parts[0]["pose"].__setitem__(0, 1.0), lambda parts: parts.clear()],
+)
+def test_other_pieces_than_those_of_the_mjcf_do_not_count(worlds, change):
+    world = worlds["rafts"]
+    again = loaded(world, files=with_index(world, lambda index: change(index["parts"])))
+    assert again.sha256 == world.sha256
+    assert again.pieces.parts == ()
+
+
+def test_an_mjcf_may_be_edited(worlds):
+    edited = worlds["rafts"].mjcf.replace('gravity="0 0 -9.8"', 'gravity="0 0 -9.7"')
+    again = loaded(worlds["rafts"], mjcf=edited)
+    assert (again.mjcf, loaded(again).mjcf) == (edited, edited)
+    assert Simulation(again).model.opt.gravity[2] == -9.7
+
+
+def test_a_part_has_its_own_bodies_alone(worlds):
+    pieces = worlds["rafts"].pieces
+    parts = (dataclasses.replace(part, name="a/x") if part.name == "raft" else part for part in pieces.parts)
+    files = World(Pieces(pieces.own, tuple(parts)), worlds["rafts"].parameters).files()
+    assert refusal(worlds["rafts"], files=files) == "scene.pieces.json is damaged: a/x has bodies of others"
+
+
+def test_pieces_are_not_joined_without_end(worlds, monkeypatch):
+    world = worlds["rafts"]
+    monkeypatch.setattr("vrx_mj.mjcf.saved._MOST_CHARACTERS", 2 * len(world.mjcf))
+    said = refusal(world, files=with_index(world, lambda index: index["parts"].extend(index["parts"] * 3)))
+    assert re.fullmatch(r"scene\.pieces\.json has pieces of [0-9,]+ characters; at most [0-9,]+ are read", said)
+
+
+def test_each_block_of_a_piece_is_whole(worlds):
+    """Blocks that are only well formed once they are joined could hide what a model without visuals has."""
+    world = worlds["gates"]
+    own = world.pieces.own
+    first = next(part for part in world.pieces.parts if "<body " in part.piece.text)
+    torn = first.piece.with_blocks(bodies=first.piece.blocks["bodies"].rstrip().removesuffix("</body>"))
+    parts = tuple(dataclasses.replace(part, piece=torn) if part is first else part for part in world.pieces.parts)
+    index = {
+        "own": own.file,
+        "parts": [{"name": part.name, "piece": part.piece.file, "pose": part.pose} for part in parts],
+    }
+    files = {
+        **world.files(),
+        f"pieces/{torn.file}": torn.text.encode(),
+        "scene.pieces.json": json.dumps(index).encode(),
+    }
+    assert refusal(world, files=files).startswith(f"pieces/{torn.file} is damaged: mismatched tag: ")
+
+
+def test_a_piece_has_the_content_that_its_name_says(worlds):
+    files = worlds["gates"].files()
+    name = next(name for name in files if name.startswith("pieces/"))
+    said = refusal(worlds["gates"], files={**files, name: files[name].replace(b"0", b"1", 1)})
+    digits = f"the content of '{name.removeprefix('pieces/')}' does not match the hash in its name"
+    assert said == f"{name} is damaged: {digits}"
+
+
+@pytest.mark.parametrize("text", [b"", b"\xff", b'<!DOCTYPE x [<!ENTITY a "b">]><mujoco/>', b"<a><a>"])
+def test_a_piece_that_we_did_not_write_is_refused(worlds, text):
+    name = f"piece_{hashlib.sha256(text).hexdigest()[:16]}.xml"
+    files = with_index(worlds["gates"], lambda index: index["parts"][0].update(piece=name))
+    said = refusal(worlds["gates"], files={**files, f"pieces/{name}": text})
+    assert " is damaged: " in said
+    assert "\n" not in said
 
 
 # Files
@@ -282,7 +418,7 @@ def test_a_missing_asset_is_named(worlds, tmp_path):
 
 def test_a_world_made_by_hand_is_not_written_outside_its_folder(worlds, tmp_path):
     world = worlds["gates"]
-    evil = World(world.mjcf, {"../../evil.obj": b"v 0 0 0"}, world.parameters)
+    evil = make_world(world.mjcf, {"../../evil.obj": b"v 0 0 0"}, world.parameters)
     with pytest.raises(StateError) as refused:
         evil.save(tmp_path / "a" / "b")
     assert str(refused.value) == "invalid asset name '../../evil.obj': a file name without folders is needed"

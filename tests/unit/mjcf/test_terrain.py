@@ -251,4 +251,4 @@ def test_an_edge_without_length_is_left_out(tmp_path, monkeypatch):
     (tmp_path / "terrain" / "isle.json").write_text(json.dumps({"land": [{"exterior": ring}]}), "utf-8")
     monkeypatch.chdir(tmp_path)
     assert len(shoreline("isle")[0]) == 4
-    assert len(terrain_piece("isle").values["blocks"]) == 4
+    assert len(terrain_piece("isle").hulls) == 4

@@ -105,8 +105,8 @@ def test_everything_that_changes_is_in_the_fingerprint(sim, state):
 
 def test_a_saved_world_of_another_version_is_refused(sim, tmp_path):
     file = sim.world.save(tmp_path).with_suffix(".json")
-    file.write_text(file.read_text(encoding="utf-8").replace('"format": 3', '"format": 9'), encoding="utf-8")
-    with pytest.raises(StateError, match=rf"^{re.escape(str(file))} has format 9; this version reads 3$"):
+    file.write_text(file.read_text(encoding="utf-8").replace('"format": 4', '"format": 9'), encoding="utf-8")
+    with pytest.raises(StateError, match=rf"^{re.escape(str(file))} has format 9; this version reads 3 and 4$"):
         vrx_mj.Simulation.load(tmp_path)
 
 

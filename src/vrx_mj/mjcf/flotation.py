@@ -1,0 +1,123 @@
+"""A hull's surface afloat: displacement, waterplane and metacentric heights.
+
+What a body displaces that floats upright at some level follows from Archimedes' principle over flat faces, exactly.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from vrx_mj.arrays import BoolArray, FloatArray
+
+_ODD_ANGLE = math.radians(5.0)
+"""Heel or trim at rest beyond which a boat's masses are hardly meant so."""
+
+
+@dataclass(frozen=True)
+class Flotation:
+    """A closed surface that floats upright: what it displaces under the water's level, and its waterplane."""
+
+    level: float
+    """Height of the water [m]."""
+    volume: float
+    """Displaced volume [m3]."""
+    center: FloatArray
+    """(3,): centre of buoyancy [m]"""
+    area: float
+    """Area of the waterplane [m2]."""
+    spread: FloatArray
+    """(2,): second moments of the waterplane along x and along y, about its centroid [m4]"""
+    middle: float
+    """x of the waterplane's centroid [m]."""
+
+    def metacentric_heights(self, center: FloatArray) -> tuple[float, float]:
+        """GM in trim and in heel [m] with the centre of mass (3,) at `center` [m]."""
+        up = float(center[2] - self.center[2])
+        trim, heel = (float(spread) / self.volume - up for spread in self.spread)
+        return trim, heel
+
+    def remarks(self, center: FloatArray, given: str = "the <inertial> of its links") -> list[str]:
+        """Remarks about how it floats at rest: from the metacentric heights follows how far it heels and trims.
+
+        `center` (3,) is the centre of mass [m], and `given` names what gives it.
+        """
+        ahead, left, up = (float(value) for value in center - self.center)
+        trim, heel = self.metacentric_heights(center)
+        if min(trim, heel) <= 0.0:
+            height = f"{up:.3g} m above its centre of buoyancy"
+            return [
+                f"its centre of mass is {height}: the metacentric height is {min(trim, heel):.3g} m, and it capsizes"
+            ]
+        notes = []
+        for angle, ends, offset in (
+            (math.atan2(ahead, trim), ("bow", "stern"), abs(ahead)),
+            (math.atan2(left, heel), ("port side", "starboard side"), abs(left)),
+        ):
+            if abs(angle) > _ODD_ANGLE:
+                end = ends[0] if angle > 0.0 else ends[1]
+                notes.append(
+                    f"it floats about {math.degrees(abs(angle)):.0f} degrees down at the {end}: its centre of mass is "
+                    f"{offset:.3g} m from its centre of buoyancy; check {given}"
+                )
+        return notes
+
+
+def flotation_at(corners: FloatArray, level: float) -> Flotation:
+    """The flotation of closed triangles (n, 3, 3) [m] in water of a level [m].
+
+    Gauss's theorem with fields that vanish at the level, so that only wet faces count: V is the integral of
+    (z - level) n_z over them, and the waterplane's area that of -n_z. Midpoints of edges integrate quadratics exactly.
+    """
+    wet = below(corners, level)
+    along, across = wet[:, 1] - wet[:, 0], wet[:, 2] - wet[:, 0]
+    weight = ((along[:, 0] * across[:, 1] - along[:, 1] * across[:, 0]) / 6.0)[:, None]  # a third of the area on z = 0
+    x, y, z = np.moveaxis((wet + np.roll(wet, -1, axis=1)) / 2.0, 2, 0)
+    volume, area = float((weight * (z - level)).sum()), -3.0 * float(weight.sum())
+    if volume <= 0.0:
+        return Flotation(level, 0.0, np.zeros(3), 0.0, np.zeros(2), 0.0)
+    moments = [float((weight * value).sum()) for value in (x * (z - level), y * (z - level), (z * z - level**2) / 2.0)]
+    spread = [-float((weight * v * v).sum()) - float((weight * v).sum()) ** 2 / area if area > 0.0 else 0.0
+              for v in (x, y)]  # fmt: skip
+    middle = -float((weight * x).sum()) / area if area > 0.0 else 0.0
+    return Flotation(level, volume, np.array(moments) / volume, area, np.maximum(spread, 0.0), middle)
+
+
+def flotation(corners: FloatArray, volume: float, share: float = 1e-5) -> Flotation:
+    """The flotation of closed triangles (n, 3, 3) [m] that displace a volume [m3], which is less than all of theirs.
+
+    The level is met within a share of their height.
+    """
+    from scipy.optimize import brentq
+
+    heights = corners[:, :, 2]
+    low, high = float(heights.min()), float(heights.max())
+
+    def excess(level: float) -> float:
+        return flotation_at(corners, level).volume - volume
+
+    return flotation_at(corners, float(brentq(excess, low, high, xtol=share * (high - low))))
+
+
+def below(corners: FloatArray, level: float) -> FloatArray:
+    """The parts of triangles below a level, as triangles that turn the same way."""
+    wet = corners[:, :, 2] < level
+    count = wet.sum(axis=1)
+    a, b, c = _starting(corners[count == 1], wet[count == 1])
+    tip = np.stack([a, _crossing(a, b, level), _crossing(a, c, level)], axis=1)
+    a, b, c = _starting(corners[count == 2], ~wet[count == 2])
+    left, right = _crossing(b, a, level), _crossing(c, a, level)
+    first, second = np.stack([left, b, c], axis=1), np.stack([left, c, right], axis=1)
+    return np.concatenate([corners[count == 3], tip, first, second])
+
+
+def _starting(corners: FloatArray, marked: BoolArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The three corners of triangles in their order, from the one that is marked."""
+    rows, start = np.arange(len(corners)), marked.argmax(axis=1) if len(corners) else np.empty(0, dtype=np.int64)
+    return corners[rows, start], corners[rows, (start + 1) % 3], corners[rows, (start + 2) % 3]
+
+
+def _crossing(wet: FloatArray, dry: FloatArray, level: float) -> FloatArray:
+    """Where lines from wet points to dry ones pass the level."""
+    share = (level - wet[:, 2]) / (dry[:, 2] - wet[:, 2])
+    return wet + share[:, None] * (dry - wet)
