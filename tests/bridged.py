@@ -150,7 +150,7 @@ def publishing(bridged, make, rate=50.0):
         while not over.wait(1.0 / rate):
             step += 1
             time = step / rate
-            wanted = bridged.wires.wanted
+            wanted = bridged.wires.subscribed_topics
             batch = [Sent(bridged.table.outputs[n], f(time), time) for n, f in make.items() if n in wanted]
             bridged.wires.publish(batch)
 

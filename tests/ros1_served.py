@@ -156,7 +156,7 @@ class Served:
                     call.answer(None, str(error))
 
     def _batch(self, t: float) -> list[Sent]:
-        wanted = [output for name, output in self.table.outputs.items() if name in self.wires.wanted]
+        wanted = [output for name, output in self.table.outputs.items() if name in self.wires.subscribed_topics]
         batch = []
         for output in wanted:
             if output.type == "sensor_msgs/Imu":

@@ -18,7 +18,7 @@ class Fake:
     title = "fake"
 
     def __init__(self, wanted=(), dialect="vrx"):
-        self.wanted, self.dialect, self.got, self.lines = frozenset(wanted), dialect, {}, []
+        self.subscribed_topics, self.dialect, self.got, self.lines = frozenset(wanted), dialect, {}, []
         self.published = {}
 
     def start(self):

@@ -205,7 +205,7 @@ from vrx_mj.ros.network import who_listens
 from vrx_mj.runtime.limits import core_share, free_memory, process_memory, thread_count, total_memory
 with socket.create_server(("127.0.0.1", 0)) as server, Terminal() as terminal:
     assert f"process {os.getpid()} (" in who_listens(server.getsockname()[1])
-    assert list(terminal.pressed()) == []
+    assert list(terminal.pressed_keys()) == []
 assert all(map(is_local, interface_addresses()))
 assert child_cost([sys.executable, "-c", "sum(range(10_000_000))"])[0] > 0.02
 assert 5e7 < process_memory() < total_memory()

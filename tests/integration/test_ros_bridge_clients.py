@@ -45,7 +45,7 @@ def run(command):
         assert done.returncode == 0, done.stderr[-3000:]
         assert done.stderr == ""
         bridged.wait(lambda b: b.wires.traffic.clients == 0)
-        assert bridged.wires.wanted == frozenset()
+        assert bridged.wires.subscribed_topics == frozenset()
         return json.loads(done.stdout), bridged
 
 

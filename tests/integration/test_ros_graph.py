@@ -168,12 +168,12 @@ def test_a_topic_of_another_process_is_there_for_clients(talker, talk, other):
     talk.say("unsubscribe", topic=LATCHED)
     talk.say("subscribe", topic=TALKER)
     talk.sync()
-    until(lambda: TALKER in talker.wires.wanted, "the connection")
+    until(lambda: TALKER in talker.wires.subscribed_topics, "the connection")
     talker.wires.publish([Sent(talker.table.outputs[TALKER], new(STRING, data="hello"), 1.0)])
     assert hear(talk) == {"data": "hello"}
     talk.say("unsubscribe", topic=TALKER)
     talk.sync()
-    until(lambda: TALKER not in talker.wires.wanted, "the connection's end")
+    until(lambda: TALKER not in talker.wires.subscribed_topics, "the connection's end")
 
 
 def test_commands_of_all_wires_come_to_the_simulation(served, talk):

@@ -13,7 +13,7 @@ import pytest
 from ros1_peer import dial, stream_of
 from ros1_served import LEFT, Served, free_port, needs_tools, running, small_table, tools, until
 from vrx_mj.errors import NetworkError
-from vrx_mj.ros.access import announced, is_local
+from vrx_mj.ros.access import announced_address, is_local
 from vrx_mj.ros.graph import Graph
 from vrx_mj.ros.interface import Inbox
 from vrx_mj.ros.network import Network
@@ -204,11 +204,11 @@ def test_the_address_that_others_are_told_is_that_of_ros_ip(monkeypatch):
             f"give --host {GONE} or --host 0.0.0.0"
         )
     monkeypatch.setenv("ROS_HOSTNAME", "boat.local")
-    assert announced("0.0.0.0", "localhost") == "boat.local"
+    assert announced_address("0.0.0.0", "localhost") == "boat.local"
     monkeypatch.delenv("ROS_HOSTNAME")
     monkeypatch.delenv("ROS_IP")
-    assert announced("localhost", "localhost") == "127.0.0.1"
-    assert is_local(announced("0.0.0.0", "127.0.0.1"))
+    assert announced_address("localhost", "localhost") == "127.0.0.1"
+    assert is_local(announced_address("0.0.0.0", "127.0.0.1"))
 
 
 def test_a_dead_simulations_registration_is_taken_over():

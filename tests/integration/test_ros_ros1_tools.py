@@ -195,7 +195,7 @@ def test_roslaunch_starts_a_node_and_sets_parameters(served, home):
 def test_rosbag_records_what_is_published(served, home):
     command = ["rosbag", "record", "-O", "run.bag", "/wamv/imu", "/course", "/clock"]
     with running(command, served.port, home) as recorder:
-        until(lambda: {"/wamv/imu", "/course", "/clock"} <= served.wires.wanted, "rosbag's subscriptions")
+        until(lambda: {"/wamv/imu", "/course", "/clock"} <= served.wires.subscribed_topics, "rosbag's subscriptions")
         time.sleep(0.5)  # of recording
         recorder.send_signal(signal.SIGINT)
         recorder.wait(10.0)

@@ -152,11 +152,11 @@ def test_a_terminal_drives_pauses_and_is_left_as_it_was(world):
         world.bridge.subscribe(
             "/wamv2/thrusters/left_thrust_cmd", "std_msgs/Float32", lambda m: heard.append(m["data"])
         )
-        reached(lambda: world.bridge.listen(0.02) or 0.5 in heard)
+        reached(lambda: world.bridge.listen(0.02) and 0.5 in heard)
         terminal.type("\x03")
         assert terminal.process.wait(SECONDS) == 0
         assert terminal.is_restored
-        reached(lambda: world.bridge.listen(0.02) or heard[-1] == 0.0)
+        reached(lambda: world.bridge.listen(0.02) and heard[-1] == 0.0)
     assert "Traceback" not in terminal.seen
 
 
@@ -211,18 +211,18 @@ def test_the_joystick_drives_until_it_is_let_go(world, page):
 def test_the_slider_and_the_keys_drive_too(world, page):
     heard = overheard(world, "wamv1")
     page.key(",", ",")
-    reached(lambda: world.bridge.listen(0.02) or -0.5 in heard)
+    reached(lambda: world.bridge.listen(0.02) and -0.5 in heard)
     knob = "new DOMMatrix(getComputedStyle(document.querySelector('#knob')).transform).m42"
     assert page.wait(f"{knob} > 10")  # astern is down, whoever asked for it
     page.key("k", "k")
     assert page.wait(f"Math.abs({knob}) < 1")
-    reached(lambda: world.bridge.listen(0.02) or heard[-1] == 0.0)
+    reached(lambda: world.bridge.listen(0.02) and heard[-1] == 0.0)
     page.look("document.querySelector('#angle').focus()")
     page.key("ArrowRight")
     turned = overheard(world, "wamv1", "thrust_angle")
-    reached(lambda: world.bridge.listen(0.02) or pytest.approx(0.0175, abs=1e-3) in turned)  # a degree
+    reached(lambda: world.bridge.listen(0.02) and pytest.approx(0.0175, abs=1e-3) in turned)  # a degree
     page.key("ArrowLeft")
-    reached(lambda: world.bridge.listen(0.02) or turned[-1] == 0.0)
+    reached(lambda: world.bridge.listen(0.02) and turned[-1] == 0.0)
 
 
 @pytest.mark.slow

@@ -60,7 +60,7 @@ class Telling(Served):
     """It publishes what somebody listens to."""
 
     def _batch(self, t):
-        return [Sent(self.table.outputs[name], SENT[name], t) for name in self.wires.wanted if name in SENT]
+        return [Sent(self.table.outputs[name], SENT[name], t) for name in self.wires.subscribed_topics if name in SENT]
 
     def heard(self, topic):
         """The first message that has come on a topic."""

@@ -1,6 +1,6 @@
 """Boats that ArduPilot's SITL sails: each frame of an autopilot takes time on by the frame's length, and no further.
 
-While an autopilot thinks, time stands still; so the same frames give the same run to the bit.
+While an autopilot thinks, the simulation waits; so the same frames give the same run to the bit.
 """
 
 from __future__ import annotations
@@ -237,7 +237,9 @@ class ArduPilot:
                 return
             servos = servos_of(packet)
             if servos is None:
-                self._say(link, "foreign", f"a packet of {len(packet)} bytes from {_shown(peer)} is not ArduPilot's")
+                self._say(
+                    link, "foreign", f"a packet of {len(packet)} bytes from {_address_text(peer)} is not ArduPilot's"
+                )
             elif self._is_of_peer(link, peer):
                 link.heard = time.monotonic()
                 link.said.discard("silent")
@@ -248,10 +250,14 @@ class ArduPilot:
         if link.peer == peer:
             return True
         if link.peer is not None and time.monotonic() - link.heard < PATIENCE:
-            self._say(link, "second", f"packets from {_shown(peer)} are ignored: {_shown(link.peer)} sails it")
+            self._say(
+                link,
+                "second",
+                f"packets from {_address_text(peer)} are ignored: the autopilot is {_address_text(link.peer)}",
+            )
             return False
         link.peer = peer
-        self._report("INFO", f"{link.boat}: the autopilot at {_shown(peer)} sails it")
+        self._report("INFO", f"{link.boat}: autopilot connected from {_address_text(peer)}")
         return True
 
     def _take(self, link: _Link, servos: Servos) -> None:
@@ -263,7 +269,7 @@ class ArduPilot:
             self._begin_anew(link)
         elif link.count is not None and servos.number > link.count + 1:
             lost = servos.number - link.count - 1
-            self._say(link, "lost", f"{lost} frames were lost before frame {servos.number}; time goes on by one")
+            self._say(link, "lost", f"{lost} frames lost before frame {servos.number}; time advances by one frame")
         link.count, link.due = servos.number, self._now + self._frame_steps(link, servos.rate)
         self._command(link, servos.pulses)
 
@@ -287,9 +293,9 @@ class ArduPilot:
         try:
             self.restart()
         except CommandError as error:
-            self._report("WARN", f"{link.boat}: its autopilot has restarted, and time goes on: {error}")
+            self._report("WARN", f"{link.boat}: its autopilot restarted; the simulation goes on: {error}")
             return
-        self._report("INFO", f"{link.boat}: its autopilot has restarted, and time with it")
+        self._report("INFO", f"{link.boat}: its autopilot restarted; the simulation restarts too")
         for other in self._links:
             other.board.restart()
             if other is not link and other.due is not None:
@@ -300,7 +306,7 @@ class ArduPilot:
         for number, channel in link.channels.items():
             pulse = pulses[number - 1] if number <= len(pulses) else 0
             if not is_servo_pulse(pulse):
-                what = f"pulses from {SHORTEST} to {LONGEST} us are needed; it counts as none"
+                what = f"pulses from {SHORTEST} to {LONGEST} us are needed; no pulse is assumed"
                 self._say(link, f"pulse {number}", f"channel {number} has {pulse} us: {what}")
                 pulse = 0
             commands[channel.command] = channel.value(pulse)
@@ -310,7 +316,7 @@ class ArduPilot:
         now = time.monotonic()
         for link in self._links:
             if link.due is None and link.peer is not None and now - link.heard > PATIENCE:
-                self._say(link, "silent", f"no frame from its autopilot for {PATIENCE:g} s: time stands still")
+                self._say(link, "silent", f"no frame from its autopilot for {PATIENCE:g} s: the simulation waits")
 
     def _say(self, link: _Link, key: str, text: str) -> None:
         """Report a line about a boat, once for a key."""
@@ -346,5 +352,5 @@ def _listening(host: str, port: int) -> socket.socket:
     return listening
 
 
-def _shown(address: _Address) -> str:
+def _address_text(address: _Address) -> str:
     return f"{address[0]}:{address[1]}"

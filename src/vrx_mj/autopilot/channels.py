@@ -14,7 +14,7 @@ from vrx_mj.runtime.commands import ANGLE
 _TRIM, _SPAN = 1500.0, (400.0, 400.0)
 """Width of a pulse that commands nothing, and how much less and more commands all [us]."""
 _SAIL_TRIM, _SAIL_SPAN = 1000.0, (1000.0, 1000.0)
-"""Those of a sail's winch, which is hauled in at its trim."""
+"""Trim and span of a sail's winch, which is hauled in at its trim [us]."""
 SHORTEST, LONGEST = 500, 2500
 """Pulses that a servo can get [us]; a channel without output has 0."""
 
@@ -44,7 +44,7 @@ class Channel:
 
 
 Channels = Mapping[int, Channel]
-"""By number, from 1."""
+"""Channels by number, from 1."""
 
 
 def is_servo_pulse(pulse: int) -> bool:

@@ -201,7 +201,7 @@ def show(
     """
     from vrx_mj.config.fleet import Order
     from vrx_mj.draw.display import no_window
-    from vrx_mj.drive.robot_window import show_joints
+    from vrx_mj.drive.window import show_joints
     from vrx_mj.mjcf.build import robot_of
     from vrx_mj.mjcf.jointed import jointed_model
 

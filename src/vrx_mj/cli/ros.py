@@ -136,9 +136,9 @@ def teleop(
         return
     if "://" not in url:
         raise CommandError(f"invalid --url '{url}': ws://HOST:PORT is needed, as in {_DEFAULT_URL}")
-    from vrx_mj.ros.teleop.driving import drive
+    from vrx_mj.ros.teleop.driving import drive_served_world
 
-    drive(url, boat=boat)
+    drive_served_world(url, boat=boat)
 
 
 def _serve_page(port: int, url: str, boat: str | None) -> None:

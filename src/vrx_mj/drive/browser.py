@@ -36,7 +36,7 @@ class Browser:
         """What serves the page."""
         self._stream: rr.RecordingStream | None = None
         self._shown, self._fleet_pause, self._others_pause = -1.0, Pause(), Pause()
-        self._boat = ""
+        self._boat, self._resets = "", 0
         try:
             self._begin()
         except BaseException:
@@ -47,13 +47,16 @@ class Browser:
         """False once the server is gone; whether a page looks at it is not known."""
         return self.server.is_running()
 
-    def pressed(self) -> Iterable[str]:
-        """None."""
+    def pressed_keys(self) -> Iterable[str]:
+        """No keys: the page gives none."""
         return ()
 
     def show(self, session: Session) -> None:
         """Send the present moment where that is due."""
         sim, now = session.sim, self._clock()
+        if session.resets != self._resets:
+            self._resets = session.resets
+            self.restart()
         if sim.time > self._shown and self._fleet_pause.is_over(now):
             self._shown = sim.time
             self._fleet_pause.begin(now, _FLEET_PERIOD)

@@ -1,13 +1,16 @@
-"""Keys to the commands of a boat's engines, whatever their layout. No simulation, no window."""
+"""Turns keys into commands of boats' engines, whatever their layout, without a simulation or a window."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from operator import mul
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeVar
 
+from vrx_mj.errors import UnknownNameError
 from vrx_mj.model.boats import Thruster
 from vrx_mj.physics.tables import RUDDER
 
@@ -69,11 +72,11 @@ class Pilot:
         """Take a key; False if it means nothing here."""
         if not self._boats:
             return False
-        wheel = self._turned(key)
+        wheel = self._wheel_after(key)
         if wheel is not None:
             self._wheels[self.boat] = wheel
             return True
-        return self._scaled(key) or self._chosen(key)
+        return self._resize(key) or self._choose_boat(key)
 
     def commands(self) -> dict[str, dict[str, float]]:
         """Commands of all boats that keys have driven; the others are left alone."""
@@ -83,7 +86,7 @@ class Pilot:
         """Let go of all boats."""
         self._wheels.clear()
 
-    def _turned(self, key: str) -> Wheel | None:
+    def _wheel_after(self, key: str) -> Wheel | None:
         """The wheel after a key that turns it."""
         wheel = self.wheel
         if key in _NUDGES:
@@ -98,7 +101,7 @@ class Pilot:
             return replace(wheel, angle=min(max(wheel.angle + step, -limit), limit))
         return replace(wheel, power=0.0, turn=0.0) if key in {"space", "k"} else None
 
-    def _scaled(self, key: str) -> bool:
+    def _resize(self, key: str) -> bool:
         if key not in _SCALES:
             return False
         *names, factor = _SCALES[key]
@@ -106,7 +109,7 @@ class Pilot:
             self.sizes[str(name)] *= float(factor)
         return True
 
-    def _chosen(self, key: str) -> bool:
+    def _choose_boat(self, key: str) -> bool:
         count, here = len(self._boats), self._boats.index(self.boat)
         if key in {"tab", "n"}:
             self.boat = self._boats[(here + 1) % count]
@@ -115,6 +118,112 @@ class Pilot:
             self.boat = self._boats[int(key) - 1]
             return True
         return False
+
+
+class Motion(NamedTuple):
+    """How a boat moves over ground."""
+
+    speed: float
+    """[m/s]"""
+    heading: float
+    """Heading of the bow [compass degrees]."""
+    course: float
+    """Direction of travel [compass degrees]."""
+
+
+class Driver(ABC):
+    """Takes keys and drives boats: those of a simulation of this process, or of one that is served elsewhere."""
+
+    keeps_velocity = False
+    """Whether power and turn are a velocity [m/s] and a turning rate [rad/s] to keep, instead of shares of thrust."""
+
+    def __init__(self, engines: Mapping[str, Sequence[Engine]], boat: str | None) -> None:
+        """Drive boats with these engines, `boat` or else the first of them at first; UnknownNameError: it is none."""
+        if boat is not None and boat not in engines:
+            raise UnknownNameError("boat", boat, engines)
+        self.pilot = Pilot(engines, boat or next(iter(engines), ""))
+
+    def press(self, key: str) -> None:
+        """Take a key."""
+        if key == "p":
+            self.pause()
+        elif key == "backspace":
+            self.reset()
+        else:
+            self.pilot.press(key)
+
+    def status(self) -> Sequence[tuple[str, str]]:
+        """Names and values for the person who drives."""
+        wheel, motion = self.pilot.wheel, self.motion()
+        power, turn = (" m/s", " rad/s") if self.keeps_velocity else ("", "")
+        rows = [
+            ("boat", self.pilot.boat or "none"),
+            ("power", f"{wheel.power:+.2f}{power}"),
+            ("turn", f"{wheel.turn:+.2f}{turn}"),
+        ]
+        if not self.keeps_velocity:
+            rows.append(("angle", f"{math.degrees(wheel.angle):+.0f} deg"))
+        if motion is not None:
+            rows.append(("speed", f"{motion.speed:.2f} m/s"))
+            rows += [(name, f"{getattr(motion, name):.0f} deg compass") for name in ("heading", "course")]
+        return (*rows, *self.conditions())
+
+    @abstractmethod
+    def pause(self) -> None:
+        """Stop time, or let it go on."""
+
+    @abstractmethod
+    def reset(self) -> None:
+        """Put everything back where it started, and let go of all boats."""
+
+    @abstractmethod
+    def advance(self) -> None:
+        """Command the boats, and go on to the present moment."""
+
+    @abstractmethod
+    def motion(self) -> Motion | None:
+        """How the boat moves that the keys drive; None while that is not known."""
+
+    @abstractmethod
+    def conditions(self) -> Iterable[tuple[str, str]]:
+        """Names and values of what is the same for all boats, such as time."""
+
+
+_Driver_contra = TypeVar("_Driver_contra", bound=Driver, contravariant=True)
+
+
+class Console(Protocol[_Driver_contra]):
+    """Where keys come from, and where the result is shown."""
+
+    def pressed_keys(self) -> Iterable[str]:
+        """The names of the keys pressed since the last call."""
+
+    def show(self, driver: _Driver_contra, /) -> None:
+        """Show the present moment."""
+
+
+_FRAME = 1.0 / 30.0
+"""Wall time of a frame [s], where the machine draws that fast."""
+
+
+def drive(
+    driver: _Driver_contra,
+    consoles: Sequence[Console[_Driver_contra]],
+    is_open: Callable[[], bool] = lambda: True,
+    *,
+    sleep: Callable[[float], None] = time.sleep,
+    clock: Callable[[], float] = time.perf_counter,
+) -> None:
+    """Take keys, advance and show, until `is_open` says no. Ctrl-C ends it too, as an exception."""
+    while is_open():
+        begun = clock()
+        for console in consoles:
+            for key in console.pressed_keys():
+                driver.press(key)
+        driver.advance()
+        for console in consoles:
+            console.show(driver)
+        sleep(max(0.001, _FRAME - (clock() - begun)))
 
 
 def _share(value: float) -> float:

@@ -1,7 +1,6 @@
 """A simulation that keeps pace with the clock while somebody watches and drives.
 
-Only this module touches the simulation. Screens and keyboards give names of keys, which are taken between calls of
-the compiled loop, and are shown what came of it.
+Only this module touches the simulation. Keys are taken between calls of the compiled loop.
 """
 
 from __future__ import annotations
@@ -10,17 +9,13 @@ import math
 import time
 from collections import deque
 from collections.abc import Callable, Iterable
-from typing import Protocol
 
-from vrx_mj.drive.pilot import Pilot, engines_of
-from vrx_mj.errors import CommandError, UnknownNameError
-from vrx_mj.recording.viewer import Server
+from vrx_mj.drive.pilot import Driver, Motion, engines_of
+from vrx_mj.errors import CommandError
 from vrx_mj.runtime.run import CONTROL_RATE, Controller, obey
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.timing import stride_of
 
-_FRAME = 1.0 / 30.0
-"""Wall time of a frame [s], where the machine draws that fast."""
 _BUDGET = 0.1
 """Wall time [s] that the physics of one frame may take: what is owed beyond that is forgotten."""
 
@@ -28,34 +23,7 @@ _Clock = Callable[[], float]
 """Wall time [s] from any start."""
 
 
-class Console(Protocol):
-    """Where keys come from, and what came of them is shown."""
-
-    def pressed(self) -> Iterable[str]:
-        """The names of the keys pressed since the last call."""
-
-    def show(self, session: Session) -> None:
-        """Show the present moment."""
-
-
-class Screen(Console, Protocol):
-    """Where the simulation is watched."""
-
-    @property
-    def server(self) -> Server | None:
-        """What serves it to a browser; None for a window."""
-
-    def is_open(self) -> bool:
-        """False once it was closed."""
-
-    def restart(self) -> None:
-        """Take note that time begins again."""
-
-    def close(self) -> None:
-        """Take it away."""
-
-
-class Session:
+class Session(Driver):
     """The simulation, its pilot and its pace."""
 
     def __init__(
@@ -80,13 +48,11 @@ class Session:
             UnknownNameError: no boat has that name.
             CommandError: the pace is not a positive number.
         """
-        if boat is not None and boat not in sim.boats:
-            raise UnknownNameError("boat", boat, sim.boats)
+        super().__init__({name: engines_of(sim.world, name) for name in sim.boats}, boat)
         if not (math.isfinite(pace) and pace > 0.0):
             raise CommandError(f"invalid pace {pace:g}: a number above 0 is needed, 1 for real time")
         self.sim, self._world = sim, sim.world
         self.pacer = Pacer(sim.timestep, pace, clock())
-        self.pilot = Pilot({name: engines_of(sim.world, name) for name in sim.boats}, boat or sim.boats[0])
         self._controller = controller
         self._clock = clock
         self._slice = stride_of(CONTROL_RATE, sim.timestep)
@@ -99,15 +65,15 @@ class Session:
         self.pacer.restart(self._clock())
 
     def press(self, key: str) -> None:
-        """Take a key."""
-        if key == "p":
-            self.pacer.paused = not self.pacer.paused
-        elif key in {"+", "=", "-"}:
+        """Take a key; some change the pace."""
+        if key in {"+", "=", "-"}:
             self.pacer.change(0.5 if key == "-" else 2.0)
-        elif key == "backspace":
-            self.reset()
         else:
-            self.pilot.press(key)
+            super().press(key)
+
+    def pause(self) -> None:
+        """Stop time, or let it go on."""
+        self.pacer.paused = not self.pacer.paused
 
     def reset(self) -> None:
         """Start again with the same seed; all boats are let go. CommandError: those were others at the start."""
@@ -150,45 +116,15 @@ class Session:
             shown, now = ", ".join(self._world.boats), ", ".join(self.sim.boats)
             raise CommandError(f"the boats changed from {shown} to {now}: a view needs the boats with which it began")
 
-    def status(self) -> tuple[tuple[str, str], ...]:
-        """What a screen writes beside the picture: names and values."""
-        pilot, pacer, seen = self.pilot, self.pacer, self.sim.observe()[self.pilot.boat]
-        wheel, compass = pilot.wheel, self.sim.world.parameters.compass
-        kept = "paused" if pacer.paused else f"{pacer.kept:.2f}"
-        return (
-            ("boat", pilot.boat),
-            ("time", f"{self.sim.time:.1f} s"),
-            ("pace", f"{kept} of {pacer.pace:g}"),
-            ("power", f"{wheel.power:+.2f}"),
-            ("turn", f"{wheel.turn:+.2f}"),
-            ("angle", f"{math.degrees(wheel.angle):+.0f} deg"),
-            ("speed", f"{seen.speed:.2f} m/s"),
-            ("heading", f"{compass(seen.heading):.0f} deg compass"),
-            ("course", f"{compass(seen.course):.0f} deg compass"),
-        )
+    def motion(self) -> Motion:
+        """How the boat moves that the keys drive."""
+        seen, compass = self.sim.observe()[self.pilot.boat], self.sim.world.parameters.compass
+        return Motion(seen.speed, compass(seen.heading), compass(seen.course))
 
-
-def watch(
-    session: Session,
-    screen: Screen,
-    consoles: Iterable[Console] = (),
-    *,
-    sleep: Callable[[float], None] = time.sleep,
-    clock: _Clock = time.perf_counter,
-) -> None:
-    """Run until the screen is closed. Ctrl-C ends it too, as an exception; the caller closes the screen."""
-    sources = (screen, *consoles)
-    while screen.is_open():
-        begun, resets = clock(), session.resets
-        for source in sources:
-            for key in source.pressed():
-                session.press(key)
-        if session.resets != resets:
-            screen.restart()
-        session.advance()
-        for source in sources:
-            source.show(session)
-        sleep(max(0.001, _FRAME - (clock() - begun)))
+    def conditions(self) -> Iterable[tuple[str, str]]:
+        """Time and pace."""
+        kept = "paused" if self.pacer.paused else f"{self.pacer.kept:.2f}"
+        return ("time", f"{self.sim.time:.1f} s"), ("pace", f"{kept} of {self.pacer.pace:g}")
 
 
 PACES = (1.0 / 64.0, 64.0)

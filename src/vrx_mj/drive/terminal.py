@@ -10,8 +10,9 @@ import shutil
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any, Protocol, Self, TextIO
+from typing import Any, Self, TextIO
 
+from vrx_mj.drive.pilot import Driver
 from vrx_mj.runtime.timing import Pause
 from vrx_mj.unix import termios, tty
 
@@ -19,13 +20,6 @@ _STATUS_PERIOD = 0.2
 """Wall time between two renewals of the status [s]."""
 _END_LINE, _END_SCREEN = "\x1b[K", "\x1b[J"
 """Erase to the end of the line, and of the screen (ECMA-48)."""
-
-
-class Driven(Protocol):
-    """What is driven by the keys."""
-
-    def status(self) -> Sequence[tuple[str, str]]:
-        """What is to be shown of it: names and values."""
 
 
 class Terminal:
@@ -47,7 +41,7 @@ class Terminal:
         """Whether keys come from here."""
         return self._before is not None
 
-    def pressed(self) -> Iterator[str]:
+    def pressed_keys(self) -> Iterator[str]:
         """The names of the keys pressed since the last call."""
         if not self.reads:
             return iter(())
@@ -60,12 +54,12 @@ class Terminal:
             sent += part
         return terminal_keys(sent.decode("utf-8", "replace"))
 
-    def show(self, driven: Driven) -> None:
+    def show(self, driver: Driver) -> None:
         """Renew the status, where somebody sees it: the cursor stays on its first line."""
         now = self._clock()
         if not self._pause.is_over(now) or not self._stderr.isatty():
             return
-        lines = status_lines(driven.status(), _columns(self._stderr))
+        lines = status_lines(driver.status(), _columns(self._stderr))
         self._lines = len(lines)
         self._pause.begin(now, _STATUS_PERIOD)
         back = f"\x1b[{len(lines) - 1}A" if len(lines) > 1 else ""

@@ -4,14 +4,30 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Iterator
+from typing import Protocol
 
 from vrx_mj.draw.display import no_window
-from vrx_mj.drive.session import Screen, Session, watch
+from vrx_mj.drive.pilot import Console, drive
+from vrx_mj.drive.session import Session
 from vrx_mj.drive.terminal import HELP, Terminal
-from vrx_mj.recording.viewer import where_to_look
+from vrx_mj.recording.viewer import Server, where_to_look
 from vrx_mj.runtime.run import Controller
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.signals import ended_by_signals
+
+
+class Screen(Console[Session], Protocol):
+    """Where the simulation is watched."""
+
+    @property
+    def server(self) -> Server | None:
+        """What serves it to a browser; None for a window."""
+
+    def is_open(self) -> bool:
+        """Whether it is still there."""
+
+    def close(self) -> None:
+        """Take it away."""
 
 
 def view(
@@ -46,7 +62,7 @@ def view(
             for line in _introduction(screen, reason or "", keys=terminal.reads):
                 write(line)
             session.start()
-            watch(session, screen, [terminal])
+            drive(session, [screen, terminal], screen.is_open)
         finally:
             screen.close()
     write(f"stopped at {sim.time:.1f} s of simulated time")

@@ -1,9 +1,11 @@
-"""MuJoCo's own window on a running simulation."""
+"""MuJoCo's own window: on a running simulation, and on a robot that stands still."""
 
 from __future__ import annotations
 
+import contextlib
 import queue
 import threading
+import time
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +20,7 @@ from vrx_mj.mjcf.drawing import add_signs
 from vrx_mj.mjcf.world import World
 from vrx_mj.recording.record_scene import SeaHeight
 from vrx_mj.runtime.simulation import Simulation
+from vrx_mj.signals import ended_by_signals
 
 if TYPE_CHECKING:
     from mujoco.viewer import Handle
@@ -39,7 +42,7 @@ class Upload:
         self._handle, self._mesh = handle, mesh
         self._asked, self._done = threading.Event(), threading.Event()
         self._done.set()
-        threading.Thread(target=self._run, name="vrx_mj view", daemon=True).start()
+        threading.Thread(target=self._upload, name="vrx_mj view", daemon=True).start()
 
     def __call__(self) -> None:
         """Upload, and return when that is done or the window is closed."""
@@ -52,7 +55,7 @@ class Upload:
         while not self._done.wait(0.2) and self._handle.is_running():
             pass
 
-    def _run(self) -> None:
+    def _upload(self) -> None:
         while True:
             self._asked.wait()
             self._asked.clear()
@@ -84,7 +87,7 @@ class Window:
         """False once it was closed."""
         return bool(self._handle.is_running())
 
-    def pressed(self) -> Iterator[str]:
+    def pressed_keys(self) -> Iterator[str]:
         """The names of the keys pressed since the last call."""
         while not self._keys.empty():
             name = window_key(self._keys.get())
@@ -110,9 +113,6 @@ class Window:
         if self._upload is not None:
             self._upload()
 
-    def restart(self) -> None:
-        """Nothing here remembers."""
-
     def close(self) -> None:
         """Take the window away."""
         if self._upload is not None:
@@ -128,8 +128,8 @@ class Window:
             handle.cam.distance, handle.cam.elevation = _DISTANCE, _ELEVATION
             handle.cam.azimuth = float(np.degrees(sim.observe()[sim.boats[0]].heading)) + 20.0
             handle.user_scn.flags[mujoco.mjtRndFlag.mjRND_FOG] = sim.world.parameters.scene.fog
-        self._visual = _taken(mujoco.mjVISSTRING, handle.opt.flags)
-        self._render = _taken(mujoco.mjRNDSTRING, handle.user_scn.flags)
+        self._visual = _flags_of_keys(mujoco.mjVISSTRING, handle.opt.flags)
+        self._render = _flags_of_keys(mujoco.mjRNDSTRING, handle.user_scn.flags)
         self._groups = np.array(handle.opt.geomgroup)
 
     def _keep_flags(self) -> None:
@@ -140,7 +140,7 @@ class Window:
         self._handle.opt.geomgroup[:] = self._groups
 
 
-def _taken(names: Any, flags: Any) -> dict[int, int]:
+def _flags_of_keys(names: Any, flags: Any) -> dict[int, int]:
     """The flags that MuJoCo's viewer toggles with a key of ours, and their values now."""
     return {i: int(flags[i]) for i, (_, _, key) in enumerate(names) if key and key.lower() in OURS}
 
@@ -272,3 +272,39 @@ def normals(points: FloatArray) -> FloatArray:
     out = np.stack([-along_x, -along_y, np.ones_like(along_x)], axis=-1).reshape(-1, 3)
     unit: FloatArray = out / np.linalg.norm(out, axis=1, keepdims=True)
     return unit
+
+
+_PERIOD = 1 / 60
+"""Wall time between two pictures [s]."""
+_ROBOT_AZIMUTH, _ROBOT_ELEVATION = 140.0, -20.0
+"""Where the camera starts [deg]."""
+
+
+def show_joints(model: mujoco.MjModel) -> None:
+    """Show a model whose joints are where its controls are, until the window is closed, or Ctrl-C."""
+    from mujoco import viewer
+
+    data = mujoco.MjData(model)
+    data.ctrl[:] = data.qpos
+    mujoco.mj_forward(model, data)
+    with (
+        ended_by_signals(),
+        contextlib.suppress(KeyboardInterrupt),
+        viewer.launch_passive(model, data, show_left_ui=False) as window,
+    ):
+        with window.lock():
+            _look_at_all(window.cam, model, data)
+        while window.is_running():
+            data.qpos[:] = data.ctrl
+            mujoco.mj_forward(model, data)
+            window.sync()
+            time.sleep(_PERIOD)
+
+
+def _look_at_all(camera: mujoco.MjvCamera, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    """Place the camera where it sees all that is drawn."""
+    reach = model.geom_rbound[:, np.newaxis]
+    low, high = (data.geom_xpos - reach).min(axis=0, initial=0.0), (data.geom_xpos + reach).max(axis=0, initial=0.0)
+    camera.lookat[:] = (low + high) / 2
+    camera.distance = 0.8 * np.linalg.norm(high - low)
+    camera.azimuth, camera.elevation = _ROBOT_AZIMUTH, _ROBOT_ELEVATION

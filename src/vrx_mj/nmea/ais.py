@@ -74,7 +74,7 @@ def mmsi_of(boats: Sequence[str]) -> dict[str, int]:
 
 @dataclass
 class Transponder:
-    """That of one vessel, looked at once a second."""
+    """Transponder of one vessel, updated once a second."""
 
     name: str
     mmsi: int
@@ -92,7 +92,7 @@ class Transponder:
     """Compass headings of the last seconds, without jumps at north [degrees]."""
 
     def sentences(self, time: float, seen: BoatObservation, earth: Geodetic) -> list[str]:
-        """What it sends at a moment [s]."""
+        """Sentences that it sends at a moment [s]."""
         time, found = round(time, 3), list[messages.Payload]()  # steps add up to 0.9999999 s
         heading = compass(seen.heading + earth.x_from_east)
         interval = self._interval(time, seen.speed / KNOT, heading)

@@ -61,8 +61,8 @@ class Instruments:
         """A line for people: what a boat has the sensors to send."""
         known = self._sources(boat)
         sent = dict.fromkeys(kind.formatter for kind in KINDS if known.keys() >= set(kind.sources))
-        ais = "AIVDM" if self._sim.world.parameters.georeference else "no AIS, as the world has no georeference"
-        return f"{boat} has the sensors for {', '.join(sent) or 'no sentence'}; of other vessels {ais}"
+        ais = "AIVDM" if self._sim.world.parameters.georeference else "no AIS, since the world has no georeference"
+        return f"{boat} sends {', '.join(sent) or 'no sentences'}; it receives {ais}"
 
     def _sources(self, boat: str) -> dict[str, tuple[float, Callable[[], Reading]]]:
         """Rate and reading of what a boat's sentences are made of."""

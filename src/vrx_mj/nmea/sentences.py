@@ -23,7 +23,7 @@ class Sentence(NamedTuple):
     """A sentence as it is sent."""
 
     text: str
-    """From `$` or `!` to the checksum."""
+    """Text from `$` or `!` to the checksum."""
     time: float
     """When its first sensor measured [s]."""
     frame: str
@@ -186,6 +186,6 @@ KINDS = (
     SentenceKind("XDR", "II", 1.0, ("imu",), _attitude_xdr),
     SentenceKind("XDR", "II", 1.0, ("battery",), _battery_xdr),
 )
-"""In the order in which those of one moment are sent."""
+"""All kinds, in the order in which sentences of one moment are sent."""
 HEADINGS = {"gnss_compass": "GP", "imu": "HE"}
 """Sensors that give a `heading`, the better one first, and their talkers."""

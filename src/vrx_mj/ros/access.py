@@ -134,7 +134,7 @@ def is_wildcard(host: str) -> bool:
     return host in {"", "0.0.0.0", "::", "*"}
 
 
-def bound(host: str) -> list[str]:
+def listening_addresses(host: str) -> list[str]:
     """Addresses to listen at: programs on this machine reach it in any case."""
     if is_wildcard(host):
         return ["0.0.0.0"]
@@ -142,7 +142,7 @@ def bound(host: str) -> list[str]:
     return [own] if is_loopback(own) else [own, "127.0.0.1"]
 
 
-def announced(host: str, master: str) -> str:
+def announced_address(host: str, master: str) -> str:
     """The address announced to other nodes: ROS_HOSTNAME or ROS_IP, or the host, or that towards the master.
 
     Without a route to the master it is that of an interface that is up, or else 127.0.0.1.
@@ -151,7 +151,7 @@ def announced(host: str, master: str) -> str:
     if given:
         return given
     if not is_wildcard(host):
-        return bound(host)[0]
+        return listening_addresses(host)[0]
     targets = addresses(master)
     target = next((one for one in targets if not is_loopback(one)), NOWHERE)
     try:
@@ -169,7 +169,7 @@ def unreachable(host: str, master: str) -> str | None:
     """
     if not is_wildcard(host) and is_loopback(host):
         return None
-    here = announced(host, master)
+    here = announced_address(host, master)
     found = addresses(here)
     if not found or not all(map(is_loopback, found)):
         return None

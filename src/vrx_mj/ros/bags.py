@@ -7,29 +7,29 @@ import struct
 import tempfile
 import time
 import warnings
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from functools import cache
 from numbers import Real
 from pathlib import Path
-from typing import Any, BinaryIO, Final, NamedTuple, Protocol
+from typing import Any, BinaryIO, Final
 
-from rosbags.convert.converter import LATCH, is_same_wireformat, migrate_message
+from rosbags.convert.converter import LATCH
 from rosbags.interfaces import Connection
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
-from rosbags.typesys import Stores, get_types_from_msg
-from rosbags.typesys.store import Typestore
+from rosbags.typesys import get_types_from_msg
 
 from vrx_mj.errors import RecordError, UnknownNameError, VrxWarning
 from vrx_mj.outputs import write_files
 from vrx_mj.ros import cdr
 from vrx_mj.ros.interface import Inbox, RosInterface, Sent, Traffic
-from vrx_mj.ros.layout import layout_text
 from vrx_mj.ros.messages import Message, encode, full_name, full_text, md5sum, new, stamp, typestore
+from vrx_mj.ros.parameters import command_topic
 from vrx_mj.ros.ros_server import CLOCK_RATE, RosServer
-from vrx_mj.ros.table.boats import command_topic
+from vrx_mj.ros.table.viewers import layout_text
 from vrx_mj.ros.table.vrx3 import CONVERSIONS
 from vrx_mj.runtime.observation import Observation
 from vrx_mj.runtime.run import Controller
@@ -52,20 +52,41 @@ _VERSION: Final = 9
 KINDS = "a .bag file (ROS 1), an .mcap file, or a folder with no extension (rosbag2)"
 
 
-class BagFile(Protocol):
+class BagFile(ABC):
     """A bag that is being written."""
+
+    def __init__(self, writer: Writer1 | Writer2) -> None:
+        self._writer: Any = writer
+        self._connections: dict[tuple[str, str], Connection] = {}
 
     def write(self, topic: str, type_name: str, message: Message, time: int, *, latched: bool) -> int:
         """Add a message of a moment [ns]; returns its size [bytes]."""
+        key = topic, type_name
+        if key not in self._connections:
+            self._connections[key] = self._connect(topic, type_name, latched)
+        raw = self._encode(message, type_name)
+        self._writer.write(self._connections[key], time, raw)
+        return len(raw)
 
+    @abstractmethod
     def flush(self) -> None:
         """Bring what was written to the disk: it is there if the process is killed."""
 
+    @abstractmethod
     def close(self) -> None:
         """Complete it."""
 
     def abort(self) -> None:
         """Close it as it is."""
+        self._writer.abort()
+
+    @abstractmethod
+    def _connect(self, topic: str, type_name: str, latched: bool) -> Connection:
+        """A connection for the messages of a topic."""
+
+    @abstractmethod
+    def _encode(self, message: Message, type_name: str) -> bytes:
+        """The bytes of a message."""
 
 
 def _open_bag(path: Path) -> BagFile:
@@ -114,39 +135,26 @@ def _clear(folder: Path) -> None:
     folder.rmdir()
 
 
-class Ros1File:
+class Ros1File(BagFile):
     """A ROS 1 bag, its chunks compressed by LZ4."""
 
     def __init__(self, path: Path) -> None:
-        self._writer = Writer1(path)
+        super().__init__(Writer1(path))
         self._writer.set_compression(Writer1.CompressionFormat.LZ4)
-        self._writer.compressor = _compressed
+        self._writer.compressor = _compress
         self._writer.chunk_threshold = _NEVER  # chunks are cut here
         self._writer.open()
         assert self._writer.bio is not None
         _widen(self._writer.bio)
         self._writer.bio.seek(0, os.SEEK_END)
         self._writer.bio.write(b" " * _WIDER)
-        self._connections: dict[tuple[str, str], Connection] = {}
 
     def write(self, topic: str, type_name: str, message: Message, time: int, *, latched: bool) -> int:
         """Add a message of a moment [ns]; returns its size [bytes]."""
-        connection = self._connections.get((topic, type_name))
-        if connection is None:
-            connection = self._writer.add_connection(
-                topic,
-                full_name(type_name),
-                msgdef=full_text(type_name),
-                md5sum=md5sum(type_name),
-                callerid=_CALLER,
-                latching=int(latched),
-            )
-            self._connections[topic, type_name] = connection
-        raw = encode(message, type_name)
-        self._writer.write(connection, time, raw)
+        size = super().write(topic, type_name, message, time, latched=latched)
         if self._writer.chunks[-1].data.tell() > _CHUNK:
             self._cut()
-        return len(raw)
+        return size
 
     def flush(self) -> None:
         """Bring what was written to the disk: it is there if the process is killed."""
@@ -161,9 +169,13 @@ class Ros1File:
         with self._writer.path.open("r+b") as file:
             _widen(file)
 
-    def abort(self) -> None:
-        """Close it as it is."""
-        self._writer.abort()
+    def _connect(self, topic: str, type_name: str, latched: bool) -> Connection:
+        about = {"msgdef": full_text(type_name), "md5sum": md5sum(type_name), "callerid": _CALLER}
+        made: Connection = self._writer.add_connection(topic, full_name(type_name), latching=int(latched), **about)
+        return made
+
+    def _encode(self, message: Message, type_name: str) -> bytes:
+        return encode(message, type_name)
 
     def _cut(self) -> None:
         """Write a chunk. Of its index only the counts are needed from now on, and an hour's would fill the memory."""
@@ -173,25 +185,8 @@ class Ros1File:
         chunk.connections = counts
 
 
-class Ros2File:
+class Ros2File(BagFile):
     """A bag of rosbag2."""
-
-    def __init__(self, writer: Writer2) -> None:
-        self._writer = writer
-        self._connections: dict[tuple[str, str], Connection] = {}
-
-    def write(self, topic: str, type_name: str, message: Message, time: int, *, latched: bool) -> int:
-        """Add a message of a moment [ns]; returns its size [bytes]."""
-        connection = self._connections.get((topic, type_name))
-        kind = _ros2_type(type_name)
-        if connection is None:
-            connection = self._writer.add_connection(
-                topic, kind.name, typestore=ros2_types(), offered_qos_profiles=LATCH if latched else ()
-            )
-            self._connections[topic, type_name] = connection
-        raw = _cdr(message, type_name, kind)
-        self._writer.write(connection, time, raw)
-        return len(raw)
 
     def flush(self) -> None:
         """Bring what was written to the disk: it is there if the process is killed."""
@@ -210,9 +205,15 @@ class Ros2File:
                 self._writer.metapath = Path(elsewhere) / "metadata.yaml"
             self._writer.close()
 
-    def abort(self) -> None:
-        """Close it as it is."""
-        self._writer.abort()
+    def _connect(self, topic: str, type_name: str, latched: bool) -> Connection:
+        name, profiles = _ros2_name(type_name), LATCH if latched else ()
+        made: Connection = self._writer.add_connection(
+            topic, name, typestore=cdr.typestore(), offered_qos_profiles=profiles
+        )
+        return made
+
+    def _encode(self, message: Message, type_name: str) -> bytes:
+        return cdr.encode(_ros2_message(message, type_name), type_name)
 
 
 def _widen(file: BinaryIO) -> None:
@@ -221,8 +222,8 @@ def _widen(file: BinaryIO) -> None:
     file.write(struct.pack("<I", _HEAD_SIZE))
 
 
-def _compressed(raw: bytes) -> bytes:
-    """As ROS 1's own reader of LZ4 needs it: blocks by themselves, a checksum at the end, no size at the beginning."""
+def _compress(raw: bytes) -> bytes:
+    """LZ4 in the form that ROS 1's reader needs: independent blocks, a checksum, no size at the beginning."""
     from lz4 import frame
 
     return bytes(frame.compress(raw, block_linked=False, content_checksum=True, store_size=False))
@@ -239,41 +240,20 @@ def _mcap(path: Path) -> Ros2File:
     return Ros2File(writer)
 
 
-class Ros2Type(NamedTuple):
-    """What a ROS 1 type is in ROS 2."""
-
-    name: str
-    """As `sensor_msgs/msg/Imu`."""
-    same: bool
-    """Whether both have the same fields, but for the number in headers that ROS 2 has not."""
-
-
 @cache
-def ros2_types() -> Typestore:
-    """ROS 2's types."""
-    return typestore(Stores.ROS2_HUMBLE, cdr.DEFINITIONS)
-
-
-@cache
-def _ros2_type(type_name: str) -> Ros2Type:
-    """The type of that name; of those that ROS 2 does not bring, one with the same fields."""
-    name, types = full_name(type_name), ros2_types()
+def _ros2_name(type_name: str) -> str:
+    """The type of that name in ROS 2; one that ROS 2 does not bring gets the same fields there."""
+    name, types = full_name(type_name), cdr.typestore()
     if name not in types.types:
         texts = get_types_from_msg(typestore().generate_msgdef(name, ros_version=2)[0], name)
         types.register({kind: fields for kind, fields in texts.items() if kind not in types.types})
-    return Ros2Type(name, is_same_wireformat(typestore(), types, name, name))
+    return name
 
 
-def _cdr(message: Message, type_name: str, kind: Ros2Type) -> bytes:
-    """A ROS 1 message as ROS 2's bytes; fields that only ROS 2 has are zero or empty."""
-    types = ros2_types()
-    if kind.same:
-        return bytes(types.ros1_to_cdr(encode(message, type_name), kind.name))
+def _ros2_message(message: Message, type_name: str) -> Message:
+    """What a message of the table is in ROS 2 where its type has other fields there."""
     its_type, convert = CONVERSIONS.get(type_name, ("", None))
-    if convert and its_type == type_name:
-        return bytes(types.serialize_cdr(convert(message), kind.name))
-    there = migrate_message(typestore(), types, kind.name, kind.name, {}, message)
-    return bytes(types.serialize_cdr(there, kind.name))
+    return convert(message) if convert and its_type == type_name else message
 
 
 HEAVY = frozenset(
@@ -342,7 +322,7 @@ class Bag:
             warnings.warn(f"{text}; name {twice[0]}/compressed for the others alone", VrxWarning, stacklevel=2)
 
     @property
-    def wanted(self) -> frozenset[str]:
+    def subscribed_topics(self) -> frozenset[str]:
         """Topics that are written."""
         return self._wanted
 
@@ -436,14 +416,14 @@ def bagged(
         server = RosServer(sim, [bag], Inbox(), report=bag.log, truth=True, clock_rate=rate)
         try:
             server.announce()
-            yield server.advance, None if controller is None else _heard(bag, sim, controller)
+            yield server.advance, None if controller is None else _with_commands_in(bag, sim, controller)
         finally:
             server.close()
     finally:
         bag.close()
 
 
-def _heard(bag: Bag, sim: Simulation, controller: Controller) -> Controller:
+def _with_commands_in(bag: Bag, sim: Simulation, controller: Controller) -> Controller:
     """A controller whose commands go into a bag."""
 
     def command(seen: Observation, time: float) -> Mapping[str, Any] | None:

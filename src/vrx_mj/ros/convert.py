@@ -1,4 +1,4 @@
-"""From a recording to a bag: the topics of a served simulation, as far as the recording holds their data."""
+"""Converts a recording to a bag: the topics of a served simulation for which the recording contains the data."""
 
 import heapq
 import math
@@ -17,9 +17,10 @@ from vrx_mj.recording.simulation_scene import check_columns
 from vrx_mj.ros.bags import COMMAND, Bag
 from vrx_mj.ros.interface import Output
 from vrx_mj.ros.messages import Message, encode, new
+from vrx_mj.ros.parameters import command_topic
 from vrx_mj.ros.table import make_tables
-from vrx_mj.ros.table.boats import command_topic, description
-from vrx_mj.ros.table.host import Bodies, Host, Scenery, header, turned, vector
+from vrx_mj.ros.table.boats import description
+from vrx_mj.ros.table.host import Bodies, Host, Scenery, header, rotation_fields, vector
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.state import State
 from vrx_mj.runtime.timing import Schedule
@@ -30,7 +31,7 @@ _Progress = Callable[[float, float], None]
 _ANGLE = "_angle"
 """Ends the name of a command that turns an engine."""
 _ROW_RATE = 1e3
-"""Of `/clock` [Hz]: more than rows have, so that it is published at each."""
+"""Rate of `/clock` [Hz]: above that of rows, so that each row has one."""
 _ODOMETRY, _ODOMETRY_RATE = "nav_msgs/Odometry", 10.0
 _P3D = "sensors/position/p3d_wamv"
 """VRX's topic of where a boat really is, for one that has no such sensor."""
@@ -138,7 +139,7 @@ class SegmentOutputs(NamedTuple):
     saved: Sequence[Output]
     """Made of saved states."""
     measured: Mapping[tuple[str, str], Sequence[Output]]
-    """By boat and sensor, made of readings."""
+    """Topics made of readings, by boat and sensor."""
     places: Mapping[str, str]
     """Topics of where a boat is and how it moves, of boats whose own sensor for that was not recorded."""
 
@@ -281,6 +282,6 @@ def _odometry(bodies: Bodies, boat: str, time: float) -> Message:
         _ODOMETRY,
         header=header(time, "map"),
         child_frame_id=f"{boat}/base_link",
-        pose={"pose": {"position": vector(placed.position), "orientation": turned(placed.quaternion)}},
+        pose={"pose": {"position": vector(placed.position), "orientation": rotation_fields(placed.quaternion)}},
         twist={"twist": {"linear": vector(placed.velocity), "angular": vector(placed.spin)}},
     )

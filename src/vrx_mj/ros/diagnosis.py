@@ -1,10 +1,10 @@
 """What goes wrong for users of VRX, found and named: each thing once."""
 
+import difflib
 import math
 from collections import deque
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import lru_cache
-from itertools import accumulate
 from typing import TYPE_CHECKING
 
 import mujoco
@@ -25,26 +25,18 @@ _KNOWN = ("/thrusters/", _CMD_VEL, "/shooters/", "/set_pinger_position", "/shuff
 _OF_WORLDS = ("/vrx/", "/swarm/")
 _MOST_HINTS = 4096
 
-_MOST_COST = 0.9
-"""A topic that costs more is not meant."""
-_SEGMENT = 0.4
-"""Cost of a segment that is missing or too many."""
-_NAMESPACE = 0.4
-"""Cost of a namespace that no boat has, at most."""
-_OTHER_BOAT = 0.6
-"""Cost of the namespace of another boat."""
-_WORDS = 0.2
-"""Cost of the same words in another order."""
-_SOME_WORDS = 0.4
-"""Cost of some of the words, if the types agree or are not known."""
-_NEVER = 2.0
-_UNLIKE = 0.5
-"""Segments that differ by a larger share of their letters do not mean the same."""
+_LEAST_ALIKE = 0.71
+"""How alike a topic must be to be meant: the share of common letters, and what follows."""
+_SAME_WORDS = 0.72
+"""Least likeness of a topic that has all words of another."""
+_NAMED_BOAT = 0.2
+"""What it adds that the boat's name is the same; less for a similar name."""
+_OTHER_BOAT = 0.2
+"""What it takes away that the topic is another boat's."""
 _OTHER_TYPE = 0.3
-"""Cost of another type of message."""
+"""What it takes away that messages are of another type."""
 _LONGEST = 200
 """Characters of a topic that is compared."""
-_MOST_SEGMENTS = 8
 _UNKNOWN_TYPE = "*"
 
 
@@ -82,78 +74,41 @@ def _hint(topic: str, type_name: str, inputs: "Mapping[str, Input]", boats: Sequ
 
 
 def meant_topic(topic: str, type_name: str, inputs: "Mapping[str, Input]", boats: Collection[str]) -> str | None:
-    """The topic among `inputs` that is most likely meant by `topic`; None if none is near.
+    """The topic among `inputs` that is most likely meant by `topic`; None if none is alike.
 
     `type_name` is the type of its messages, `*` if that is not known.
     """
-    segments = _segments(topic)
-    if len(topic) > _LONGEST or not 0 < len(segments) <= _MOST_SEGMENTS:
+    if len(topic) > _LONGEST:
         return None
-    best, least, owners = None, _MOST_COST, frozenset(boats)
-    ends = {end for end in {name.rpartition("/")[2] for name in inputs} if _is_near(segments, end)}
+    given = topic.strip("/").lower()
+    segments, words = given.split("/"), _words(given) - set(boats)
+    ends, named = (given, given.partition("/")[2], segments[-1]), {boat for boat in boats if boat in segments}
+    best, most = None, _LEAST_ALIKE
     for name, entry in inputs.items():
-        if name.rpartition("/")[2] not in ends:
-            continue
-        known = type_name != _UNKNOWN_TYPE
-        typed = _OTHER_TYPE if known and entry.type != type_name else 0.0
-        cost = typed + _distance(segments, _segments(name), owners, exact=typed > 0.0)
-        if cost < least - 1e-9 or (best is None and cost <= least):
-            best, least = name, cost
+        boat, _, tail = name[1:].partition("/")
+        is_other_type = entry.type != type_name != _UNKNOWN_TYPE
+        alike = max(_alike(end, tail) for end in ends)
+        if words and words <= _words(tail) and not is_other_type:
+            alike = max(alike, _SAME_WORDS)
+        if named:
+            alike += _NAMED_BOAT if boat in named else -_OTHER_BOAT
+        else:
+            alike += _NAMED_BOAT * _alike(segments[0], boat)
+        alike -= _OTHER_TYPE * is_other_type
+        if alike > most + 1e-9:
+            best, most = name, alike
     return best
 
 
-def _is_near(given: tuple[str, ...], end: str) -> bool:
-    """Whether some segment may be the last one of a topic."""
-    return any(_unlike(segment, end, False) <= _MOST_COST for segment in given)
+@lru_cache(maxsize=8192)
+def _alike(given: str, meant: str) -> float:
+    """How alike two texts are, from 0 to 1."""
+    return difflib.SequenceMatcher(None, given, meant, autojunk=False).ratio()
 
 
 @lru_cache(maxsize=8192)
-def _segments(topic: str) -> tuple[str, ...]:
-    return tuple(filter(None, topic.split("/")))
-
-
-def _distance(given: tuple[str, ...], meant: tuple[str, ...], boats: Collection[str], *, exact: bool) -> float:
-    """The least cost to make one name of the other; the last segment, which says what a topic is, is never missing."""
-    missing = [_SEGMENT] * (len(meant) - 1) + [_NEVER]
-    row = list(accumulate(missing, initial=0.0))
-    for i, segment in enumerate(given):
-        above, row = row, [_SEGMENT * (i + 1)]
-        for j, other in enumerate(meant):
-            space = other in boats and j == 0
-            swapped = _namespace(segment, other, boats) if space else _unlike(segment, other, exact)
-            row.append(min(above[j] + swapped, above[j + 1] + _SEGMENT, row[j] + missing[j]))
-    return row[-1]
-
-
-def _namespace(given: str, boat: str, boats: Collection[str]) -> float:
-    if given == boat:
-        return 0.0
-    return _OTHER_BOAT if given in boats else min(_edits(given.lower(), boat.lower()), _NAMESPACE)
-
-
-@lru_cache(maxsize=8192)
-def _unlike(given: str, meant: str, exact: bool) -> float:
-    """The cost of one segment for another; `exact` takes no segment that has only some of the words."""
-    if given == meant:
-        return 0.0
-    low, high = given.lower(), meant.lower()
-    words, all_words = sorted(filter(None, low.split("_"))), sorted(high.split("_"))
-    share = _edits(low, high)
-    if words == all_words:
-        return min(_WORDS, share)
-    some = _SOME_WORDS if words and set(words) < set(all_words) and not exact else _NEVER
-    return min(share if share <= _UNLIKE else _NEVER, some)
-
-
-@lru_cache(maxsize=8192)
-def _edits(one: str, other: str) -> float:
-    """Levenshtein's distance as a share of the longer of the two."""
-    row = list(range(len(other) + 1))
-    for i, a in enumerate(one):
-        above, row = row, [i + 1]
-        for j, b in enumerate(other):
-            row.append(min(above[j] + (a != b), above[j + 1] + 1, row[j] + 1))
-    return row[-1] / max(len(one), len(other), 1)
+def _words(name: str) -> frozenset[str]:
+    return frozenset(name.replace("/", "_").split("_")) - {""}
 
 
 if TYPE_CHECKING:  # they need the extra ros1, and `vrx-mj doctor` does not
@@ -190,12 +145,12 @@ class Diagnosis:
         self._ashore: dict[str, int] = {}
         self._number = -1
         self._hints = TopicHints()
-        self.moved()
-        self.changed()
+        self.check_overlaps()
+        self.check_receivers()
         for line in shared_frames(sim):
             self.once(line, line)
 
-    def changed(self) -> None:
+    def check_receivers(self) -> None:
         """Boats came or went: see whether they have receivers that cannot work here."""
         world = self._sim.world
         if world.parameters.georeference is not None:
@@ -206,7 +161,7 @@ class Diagnosis:
             text = f"the world {world.name} has no georeference: the GPS topics of {of} are not published"
             self.once("georeference", f"{text}; add `georeference` to the world's file")
 
-    def moved(self) -> None:
+    def check_overlaps(self) -> None:
         """Something was put somewhere: report what overlaps."""
         for line in overlaps(self._sim):
             self.once(line.partition(" by ")[0], line)
@@ -220,25 +175,25 @@ class Diagnosis:
         if hint:
             self.once(key, f"{topic} has a publisher, {unknown_publisher.sender}, but no subscriber: {hint}")
 
-    def refused(self, command: "Command", why: str) -> None:
+    def note_refusal(self, command: "Command", why: str) -> None:
         """A message could not be taken."""
         self.once(f"{command.topic} refused {command.sender}", f"{command.topic} from {command.sender}: {why}")
 
-    def failed(self, call: "Call", why: str) -> None:
+    def note_failure(self, call: "Call", why: str) -> None:
         """A call of a service could not be answered."""
         text = f"{call.service}, called by {call.caller}: {why}"
         self.once(text, text)
 
-    def mixed(self, thruster: "Input", node: str, cmd_vel: str) -> None:
+    def note_mixed_commands(self, thruster: "Input", node: str, cmd_vel: str) -> None:
         """A boat's `cmd_vel` came while a node publishes one of its thrusters' topics."""
         boat = thruster.boat
         self.once(f"{boat} mixed", f"{cmd_vel} does not drive {boat}: {node} publishes {thruster.name}")
 
-    def taken(self, command: "Command") -> None:
+    def note_command(self, command: "Command") -> None:
         """A message was taken: see whether it comes often enough."""
         if not command.topic.endswith(_THRUST):
             return
-        self._shared(command)
+        self._check_senders(command)
         key, boat = (command.topic, command.sender), command.topic.split("/")[1]
         if key not in self._times and len(self._times) > 1024:
             return
@@ -256,7 +211,7 @@ class Diagnosis:
                 f"on {share} % of the time; use -r {2.0 / timeout:g} or more",
             )
 
-    def _shared(self, command: "Command") -> None:
+    def _check_senders(self, command: "Command") -> None:
         """See whether two senders' messages come in turn."""
         last, now = self._last.setdefault(command.topic, {}), self._sim.time
         before = last.get(command.sender, -math.inf)
@@ -268,7 +223,7 @@ class Diagnosis:
             last.clear()
         last[command.sender] = now
 
-    def commanded(self, boat: str, commands: Mapping[str, float]) -> None:
+    def check_commands(self, boat: str, commands: Mapping[str, float]) -> None:
         """See whether commands are beyond what thrusters do, or the boat is held."""
         for name, text in clipped_commands(self._sim.world, boat, commands):
             self.once(f"{boat} {name}", text)
@@ -277,7 +232,7 @@ class Diagnosis:
             free = f"t = {task['ready_time']:g} s"
             self.once(f"{boat} held", f"{boat} is held by its task until {free}: thrust has no effect before")
 
-    def pushed(self, boat: str, thruster: Propeller, force: float) -> None:
+    def check_force(self, boat: str, thruster: Propeller, force: float) -> None:
         """See whether a thruster can give a force [N]."""
         least, most = thruster.max_reverse, thruster.max_forward
         if not least - 1e-6 <= force <= most + 1e-6:
@@ -297,7 +252,7 @@ class Diagnosis:
             self._state(f"{boat} capsized", capsized, righted, f"{boat} is upright again")
             fast = f"{boat} spins at {rate:.3g} rad/s, more than {FASTEST_SPIN:g}: check masses, inertias and floats"
             self._state(f"{boat} spins", rate > FASTEST_SPIN, f"{fast} of its robot", f"{boat} spins no longer")
-            looks = self._ashore[boat] = _counted(self._ashore.get(boat, 0), boat in ashore)
+            looks = self._ashore[boat] = _looks_in_a_row(self._ashore.get(boat, 0), boat in ashore)
             if looks >= _AGROUND or looks <= -_AFLOAT:
                 self._state(f"{boat} aground", looks > 0, f"{boat} is aground", f"{boat} is afloat again")
 
@@ -322,7 +277,7 @@ class Diagnosis:
         return next((each.timeout for each in own if each.name == thruster), 0.0)
 
 
-def _counted(looks: int, holds: bool) -> int:
+def _looks_in_a_row(looks: int, holds: bool) -> int:
     """How many looks in a row something held, or, below 0, did not."""
     return max(looks, 0) + 1 if holds else min(looks, 0) - 1
 

@@ -63,13 +63,13 @@ class Foxglove(ServerListener):
             self._channels[name] = _channel(name, types[name], self._context)
 
     @property
-    def wanted(self) -> frozenset[str]:
+    def subscribed_topics(self) -> frozenset[str]:
         """Names of the outputs that somebody listens to now."""
         return frozenset(topic for topic, _ in self._listened if topic in self._channels)
 
     def publish(self, batch: Sequence[Sent]) -> None:
         """Send messages of one moment to who listens; one that is latched is kept."""
-        wanted = self.wanted
+        wanted = self.subscribed_topics
         for sent in batch:
             name = sent.output.name
             if sent.output.latched and name in self._channels:
@@ -91,7 +91,7 @@ class Foxglove(ServerListener):
 
     @property
     def traffic(self) -> Traffic:
-        """What it has carried; what a client missed is not known."""
+        """Traffic since the start; messages that a client missed are not counted."""
         return Traffic(len({client for _, client in self._listened}), self._sent, 0)
 
     def close(self) -> None:
@@ -127,14 +127,14 @@ def _channel(topic: str, type_name: str, context: foxglove.Context) -> foxglove.
     return foxglove.Channel(topic, schema=schema, message_encoding=encoding, context=context)
 
 
-def _copied(kind: str, message: Message, names: Sequence[str]) -> Any:
+def _copy(kind: str, message: Message, names: Sequence[str]) -> Any:
     """A message of Foxglove's with fields of ROS's."""
     return getattr(fox, kind)(**{name: getattr(message, name) for name in names})
 
 
 def _pose(pose: Message) -> Any:
-    turn = _copied("Quaternion", pose.orientation, "xyzw")
-    return fox.Pose(position=_copied("Vector3", pose.position, "xyz"), orientation=turn)
+    turn = _copy("Quaternion", pose.orientation, "xyzw")
+    return fox.Pose(position=_copy("Vector3", pose.position, "xyz"), orientation=turn)
 
 
 def _head(header: Message) -> dict[str, Any]:
@@ -151,16 +151,12 @@ def _image(image: Message, _time: float) -> Any:
     return fox.CompressedImage(**_head(image.header), data=bytes(image.data), format=kind)
 
 
-def _transforms(frames: Message, _time: float) -> Any:
-    return fox.FrameTransforms(transforms=[_transform(one) for one in frames.transforms])
-
-
 def _transform(one: Message) -> Any:
     shift, turn = (getattr(one.transform, name) for name in ("translation", "rotation"))
     return fox.FrameTransform(
         timestamp=_head(one.header)["timestamp"], parent_frame_id=one.header.frame_id,
-        child_frame_id=one.child_frame_id, translation=_copied("Vector3", shift, "xyz"),
-        rotation=_copied("Quaternion", turn, "xyzw"),
+        child_frame_id=one.child_frame_id, translation=_copy("Vector3", shift, "xyz"),
+        rotation=_copy("Quaternion", turn, "xyzw"),
     )  # fmt: skip
 
 
@@ -175,7 +171,7 @@ _PRIMITIVES: Mapping[int, tuple[str, str, Mapping[str, Any]]] = {
     CYLINDER: ("cylinders", "CylinderPrimitive", {"bottom_scale": 1.0, "top_scale": 1.0}),
     TRIANGLES: ("triangles", "TriangleListPrimitive", {}),
 }
-"""By type of marker: the field of an entity, the type there, and what it has besides."""
+"""Primitives by the type of a marker: the field of an entity, the primitive's type, and further fields."""
 
 
 def _scene(markers: Message, _time: float) -> Any:
@@ -185,9 +181,9 @@ def _scene(markers: Message, _time: float) -> Any:
         if not one.ns:
             continue
         field, kind, rest = _PRIMITIVES[one.type]
-        points = [_copied("Point3", point, "xyz") for point in one.points]
-        size = {"points": points} if points else {"size": _copied("Vector3", one.scale, "xyz")}
-        shape = getattr(fox, kind)(pose=_pose(one.pose), color=_copied("Color", one.color, "rgba"), **size, **rest)
+        points = [_copy("Point3", point, "xyz") for point in one.points]
+        size = {"points": points} if points else {"size": _copy("Vector3", one.scale, "xyz")}
+        shape = getattr(fox, kind)(pose=_pose(one.pose), color=_copy("Color", one.color, "rgba"), **size, **rest)
         entities.setdefault(one.ns, {}).setdefault(field, []).append(shape)
     return fox.SceneUpdate(
         deletions=[fox.SceneEntityDeletion(type=fox.SceneEntityDeletionType.All)],
@@ -201,7 +197,10 @@ _CONVERSIONS: Mapping[str, tuple[Any, Callable[[Message, float], Any]]] = {
     "gazebo_msgs/ModelStates": (fox.PosesInFrame, _poses),
     "sensor_msgs/CompressedImage": (fox.CompressedImage, _image),
     "sensor_msgs/NavSatFix": (fox.LocationFix, _fix),
-    "tf2_msgs/TFMessage": (fox.FrameTransforms, _transforms),
+    "tf2_msgs/TFMessage": (
+        fox.FrameTransforms,
+        lambda frames, _time: fox.FrameTransforms(transforms=[_transform(one) for one in frames.transforms]),
+    ),
     "visualization_msgs/MarkerArray": (fox.SceneUpdate, _scene),
 }
-"""By type of ROS 1, Foxglove's and how it is made."""
+"""Foxglove's type for each converted type of ROS 1, and the conversion."""

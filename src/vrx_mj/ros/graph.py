@@ -6,6 +6,7 @@ All but the simulation's table lives in the network's thread.
 import time
 from collections import Counter
 from collections.abc import Awaitable, Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any, NamedTuple, Protocol
 
 from vrx_mj.errors import CommandError, UnknownNameError
@@ -13,22 +14,16 @@ from vrx_mj.ros.interface import Answer, Inbox, RosInterface, Sent, Traffic
 from vrx_mj.ros.limits import TopicQueue
 from vrx_mj.ros.messages import Message, is_known, new, stamp
 from vrx_mj.ros.network import Network, Notices
-from vrx_mj.ros.parameters import Parameters, joined, plain
+from vrx_mj.ros.parameters import Parameters, join_names, plain
 
 ROSOUT, _LOG, _LOGGER = "/rosout", "rosgraph_msgs/Log", "ros.vrx_mj"
 _OF_SIMULATION = ("/gazebo/", "/vrx/")
 """What names of its services begin with."""
 LEVELS = {"DEBUG": 1, "INFO": 2, "WARN": 4, "ERROR": 8, "FATAL": 16}
-"""Of rosgraph_msgs/Log."""
+"""Levels of rosgraph_msgs/Log."""
 _KINDS = ("publisher", "subscriber", "service", "parameter")
 MOST_REGISTRATIONS = 100_000
 """Registrations, and topics whose types are known, at most."""
-
-
-class _Entry(NamedTuple):
-    node: str
-    api: str
-    """Of a service its own, of all else that of the node."""
 
 
 class Registrations:
@@ -38,7 +33,8 @@ class Registrations:
         self.nodes: dict[str, str] = {}
         """URI by node's name."""
         self._replaced = replaced
-        self._entries: dict[str, dict[str, dict[_Entry, None]]] = {kind: {} for kind in _KINDS}
+        self._entries: dict[str, dict[str, dict[str, str]]] = {kind: {} for kind in _KINDS}
+        """URIs by kind, name and node: the service's own URI for a service, otherwise the node's."""
         self._held: Counter[str] = Counter()
         self._count = 0
 
@@ -57,47 +53,31 @@ class Registrations:
             self._replaced(node, old, self.forget(node))
         self.nodes[node] = node_api
         entries = self._entries[kind].setdefault(key, {})
-        entry = _Entry(node, api or node_api)
-        if kind == "service":
-            for other in [other for other in entries if other != entry]:  # the last one to register it has it
-                self.remove(kind, key, other.node, other.api)
-            entries = self._entries[kind].setdefault(key, {})
-        if entry not in entries:
-            entries[entry] = None
+        if node not in entries:
             self._held[node] += 1
             self._count += 1
+        entries[node] = api or node_api
+        if kind == "service":  # the last node to register it has it
+            for other in entries.keys() - {node}:
+                self._drop(kind, key, other)
 
     def remove(self, kind: str, key: str, node: str, api: str) -> int:
         """Take back; returns how many that were."""
-        entries = self._entries[kind].get(key, {})
-        if _Entry(node, api) not in entries:
+        if self._entries[kind].get(key, {}).get(node) != api:
             return 0
-        del entries[_Entry(node, api)]
-        self._held[node] -= 1
-        self._count -= 1
-        if not entries:
-            del self._entries[kind][key]
-        if not self._held[node]:
-            del self._held[node]
-            self.nodes.pop(node, None)
+        self._drop(kind, key, node)
         return 1
 
     def forget(self, node: str) -> list[tuple[str, str]]:
         """Take back all that a node has registered; returns kinds and names."""
-        gone = [(kind, key, entry) for (kind, key), entry in self._all() if entry.node == node]
-        for kind, key, entry in gone:
-            entries = self._entries[kind][key]
-            del entries[entry]
-            if not entries:
-                del self._entries[kind][key]
-        self._count -= len(gone)
-        del self._held[node]
-        self.nodes.pop(node, None)
-        return [(kind, key) for kind, key, _ in gone]
+        gone = [(kind, key) for kind, keys in self._entries.items() for key, nodes in keys.items() if node in nodes]
+        for kind, key in gone:
+            self._drop(kind, key, node)
+        return gone
 
     def apis(self, kind: str, key: str) -> list[str]:
         """URIs that are registered under a name."""
-        return [entry.api for entry in self._entries[kind].get(key, ())]
+        return list(self._entries[kind].get(key, {}).values())
 
     def names(self, kind: str) -> list[str]:
         """All names of a kind."""
@@ -105,17 +85,22 @@ class Registrations:
 
     def holders(self, kind: str, key: str) -> list[tuple[str, str]]:
         """Nodes and URIs that are registered under a name; safe to ask from any thread."""
-        return [(entry.node, entry.api) for entry in list(self._entries[kind].get(key, ()))]
+        return list(self._entries[kind].get(key, {}).items())
 
     def state(self, kind: str) -> list[list[object]]:
         """Names with their nodes, as `getSystemState` has it."""
-        return [[key, [entry.node for entry in entries]] for key, entries in self._entries[kind].items()]
+        return [[key, list(nodes)] for key, nodes in self._entries[kind].items()]
 
-    def _all(self) -> Iterator[tuple[tuple[str, str], _Entry]]:
-        for kind, keys in self._entries.items():
-            for key, entries in keys.items():
-                for entry in entries:
-                    yield (kind, key), entry
+    def _drop(self, kind: str, key: str, node: str) -> None:
+        nodes = self._entries[kind][key]
+        del nodes[node]
+        if not nodes:
+            del self._entries[kind][key]
+        self._count -= 1
+        self._held[node] -= 1
+        if not self._held[node]:
+            del self._held[node]
+            del self.nodes[node]
 
 
 class Service(NamedTuple):
@@ -127,17 +112,16 @@ class Service(NamedTuple):
     """Takes the request, the caller's name, and what is to be called with the response."""
 
 
-class Wire(Protocol):
-    """One way into the graph. Its methods are called in the network's thread."""
+class Wire:
+    """One way into the graph, which overrides what concerns it. Its methods are called in the network's thread."""
 
-    @property
-    def listened(self) -> frozenset[str]:
-        """Topics that somebody on this wire listens to; safe to ask from any thread."""
+    listened: frozenset[str] = frozenset()
+    """Topics that somebody on this wire listens to; safe to ask from any thread."""
 
-    def registered(self, kind: str, name: str) -> None:
+    def registration_changed(self, kind: str, name: str) -> None:
         """A publisher, a subscriber or a service of a name has come or gone."""
 
-    def replaced(self, node: str, uri: str) -> None:
+    def node_replaced(self, node: str, uri: str) -> None:
         """Another node has taken the name of a node, whose URI was this."""
 
     def deliver(self, name: str, type_name: str, message: Message) -> None:
@@ -177,9 +161,9 @@ class Graph:
         self.types: dict[str, str] = {}
         """Types of topics, as they were registered last; `*` where the type is unknown."""
         self.services: dict[str, Service] = {}
-        """Those of nodes of this process."""
+        """Services of nodes of this process, by name."""
         self.parameters, self._own_parameters = Parameters(), Parameters()
-        self.registrations = Registrations(self._replaced)
+        self.registrations = Registrations(self._note_replacement)
         self.notices = Notices()
         """What goes wrong on the networks."""
         self.remote_master: _RemoteMaster | None = None
@@ -187,12 +171,12 @@ class Graph:
         self.remote_call: _RemoteCall | None = None
         self._latched: dict[str, dict[str, Message]] = {}
         self._local_types: dict[str, str] = {}
-        """Of topics of nodes of this process."""
+        """Types of topics of nodes of this process."""
         self._level = "INFO"
         self._own: dict[tuple[str, str], tuple[str, bool]] = {}
         """What the table has registered: kind and name, type and whether it is latched."""
         self.own_parameters: Mapping[str, Any] = {}
-        """Those of the simulation, by absolute name."""
+        """Parameters of the simulation, by absolute name."""
         self.register("publisher", ROSOUT, node, _LOG)
         for name, kind, call in (
             (f"{node}/get_loggers", "roscpp/GetLoggers", self._get_loggers),
@@ -213,7 +197,7 @@ class Graph:
         return self.clock or 0.0
 
     @property
-    def wanted(self) -> frozenset[str]:
+    def subscribed_topics(self) -> frozenset[str]:
         """Outputs of the simulation that somebody listens to; safe to ask from any thread."""
         return frozenset().union(*(wire.listened for wire in self.wires)) & self.table.outputs.keys()
 
@@ -221,7 +205,7 @@ class Graph:
 
     def offer(self, table: RosInterface) -> None:
         """Have the simulation's node publish, listen to and provide what is in a table, and nothing else."""
-        own = dict(self._checked(table))
+        own = dict(self._known_entries(table))
         self.table = table
         for key in [key for key, kind in self._own.items() if own.get(key) != kind]:
             del self._own[key]
@@ -231,7 +215,7 @@ class Graph:
                 continue
             self._own[kind, name] = type_name, latched
             if kind == "service":
-                self.provide(name, Service(self.node, type_name, self._simulated(name)))
+                self.provide(name, Service(self.node, type_name, partial(self.inbox.call, name)))
             else:
                 self.register(kind, name, self.node, type_name)
         self._offer_parameters(table.parameters)
@@ -270,7 +254,7 @@ class Graph:
             self.inbox.message(name, message, sender or node)
         self._deliver(name, type_name, message, node, latched=latched, origin=origin)
 
-    def latched(self, name: str) -> list[Message]:
+    def latched_messages(self, name: str) -> list[Message]:
         """The messages of a topic that those get who subscribe now."""
         return list(self._latched.get(name, {}).values())
 
@@ -329,7 +313,7 @@ class Graph:
         self.registrations.remove(kind, name, node, self.service_uri if kind == "service" else self.uri)
         if kind == "service" and name in self.services and self.services[name].node == node:
             del self.services[name]
-        self._gone(kind, name, node)
+        self._note_removal(kind, name, node)
 
     def register_remote(
         self, kind: str, name: str, node: str, uri: str, type_name: str = "*", service_uri: str = ""
@@ -344,7 +328,7 @@ class Graph:
         """Take back what a node of another process has registered; returns how many that were."""
         count = self.registrations.remove(kind, name, node, uri)
         if count:
-            self._gone(kind, name, node)
+            self._note_removal(kind, name, node)
         return count
 
     def forget(self, node: str) -> None:
@@ -352,7 +336,7 @@ class Graph:
         for kind, name in self.registrations.forget(node):
             if kind == "service" and name in self.services and self.services[name].node == node:
                 del self.services[name]
-            self._gone(kind, name, node)
+            self._note_removal(kind, name, node)
         if node != self.node:
             self.local.discard(node)
 
@@ -396,9 +380,9 @@ class Graph:
         """
         now = self.parameters.get(key)
         own = self._own_parameters.get(key) if self._own_parameters.has(key) else None
-        if joined(key) != "/" and own is not None and now == own:
+        if join_names(key) != "/" and own is not None and now == own:
             raise CommandError(f"{key}: the parameter belongs to the simulation and cannot be deleted")
-        if own is None or joined(key) == "/":
+        if own is None or join_names(key) == "/":
             self.parameters.delete(key)
             self._notify_parameter(key, {}, "")
         else:
@@ -416,7 +400,7 @@ class Graph:
             if wire is not origin:
                 wire.deliver(name, type_name, message)
 
-    def _checked(self, table: RosInterface) -> Iterator[tuple[tuple[str, str], tuple[str, bool]]]:
+    def _known_entries(self, table: RosInterface) -> Iterator[tuple[tuple[str, str], tuple[str, bool]]]:
         """Kind and name, type and whether it is latched, of all in a table whose type is known; others are reported."""
         for output in table.outputs.values():
             if self._is_known(output.name, output.type):
@@ -453,11 +437,8 @@ class Graph:
                 self.set_parameter(name, value, self.node)
         self.own_parameters = own
 
-    def _simulated(self, name: str) -> Callable[[Message, str, Answer], None]:
-        return lambda request, caller, answer: self.inbox.call(name, request, caller, answer)
-
     def _note_type(self, kind: str, name: str, type_name: str, *, is_own: bool = False) -> None:
-        """As ROS's master: the type is the last publisher's, or a subscriber's where no publisher gave one.
+        """Note a topic's type as ROS's master does: the last publisher's, or a subscriber's without one.
 
         Of a topic of this process it is that process's, and of one of the simulation's that one's.
         """
@@ -472,7 +453,7 @@ class Graph:
     def _is_topic(self, name: str) -> bool:
         return bool(self.registrations.apis("publisher", name) or self.registrations.apis("subscriber", name))
 
-    def _gone(self, kind: str, name: str, node: str) -> None:
+    def _note_removal(self, kind: str, name: str, node: str) -> None:
         """What a node had registered is not there any more."""
         kept = self._latched.get(name)
         if kind == "publisher" and kept is not None:
@@ -483,15 +464,15 @@ class Graph:
             del self._local_types[name]
         self._notify(kind, name)
 
-    def _replaced(self, node: str, uri: str, gone: Iterable[tuple[str, str]]) -> None:
+    def _note_replacement(self, node: str, uri: str, gone: Iterable[tuple[str, str]]) -> None:
         for wire in self.wires:
-            wire.replaced(node, uri)
+            wire.node_replaced(node, uri)
         for kind, name in gone:
-            self._gone(kind, name, node)
+            self._note_removal(kind, name, node)
 
     def _notify(self, kind: str, name: str) -> None:
         for wire in self.wires:
-            wire.registered(kind, name)
+            wire.registration_changed(kind, name)
 
     def _notify_parameter(self, key: str, value: object, setter: str) -> None:
         for wire in self.wires:
@@ -515,7 +496,7 @@ class Server(Protocol):
 
     @property
     def traffic(self) -> Traffic:
-        """What it has carried."""
+        """Traffic since the start."""
 
     def start(self) -> Sequence[str]:
         """Open it; returns lines for people with its address. NetworkError: it cannot be opened, and why."""
@@ -548,9 +529,9 @@ class Wires:
         self.graph.network.soon(self.graph.offer, table)
 
     @property
-    def wanted(self) -> frozenset[str]:
+    def subscribed_topics(self) -> frozenset[str]:
         """Names of the outputs that somebody listens to now."""
-        return self.graph.wanted
+        return self.graph.subscribed_topics
 
     def publishers(self, topic: str) -> Sequence[str]:
         """Nodes that publish a topic now."""

@@ -13,7 +13,7 @@ from typing import Any, Literal, NamedTuple, Protocol
 from vrx_mj.ros.messages import Message
 
 Dialect = Literal["vrx", "vrx3"]
-"""Whose names and types of topics: VRX's on ROS 1, or VRX 3's on ROS 2."""
+"""Names and types of topics: VRX's on ROS 1, or VRX 3's on ROS 2."""
 VRX: tuple[Dialect, ...] = ("vrx",)
 VRX3: tuple[Dialect, ...] = ("vrx3",)
 BOTH = VRX + VRX3
@@ -26,7 +26,7 @@ class Output:
     name: str
     """Absolute, as `/wamv/joint_states`."""
     type: str
-    """As ROS 1 names it, `sensor_msgs/JointState`."""
+    """ROS 1 name of the message type, such as `sensor_msgs/JointState`."""
     make: Callable[..., Message | None]
     """Gives the present message, a list of several, or None for none; of a sensor it takes the reading."""
     rate: float = 0.0
@@ -38,7 +38,7 @@ class Output:
     latched: bool = False
     """Whether who subscribes later gets the last message."""
     dialects: tuple[Dialect, ...] = VRX
-    """Whose topic it is."""
+    """Dialects that have this topic."""
     recorded: Literal["rows", "states", "nowhere"] = "states"
     """What of a recording its messages can be made from: its rows, its saved states, or nothing."""
 
@@ -54,7 +54,7 @@ class Input:
     boat: str | None = None
     """The boat that it commands."""
     dialects: tuple[Dialect, ...] = VRX
-    """Whose topic it is."""
+    """Dialects that have this topic."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,13 +63,13 @@ class Service:
 
     name: str
     type: str
-    """As ROS 1 names it, `std_srvs/Empty`."""
+    """ROS 1 name of the service type, such as `std_srvs/Empty`."""
     answer: Callable[[Message], Message]
-    """From the request to the response; what it raises fails the call."""
+    """Turns the request into the response; an exception fails the call."""
     failure: Callable[[str], Message] | None = None
     """The response that says why the call failed, where its type can; the others fail without one."""
     dialects: tuple[Dialect, ...] = VRX
-    """Whose service it is."""
+    """Dialects that have this service."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ class RosInterface:
     parameters: Mapping[str, Any] = field(default_factory=dict)
     """Numbers, strings, lists and mappings, by absolute name."""
     elsewhere: Mapping[str, str] = field(default_factory=dict)
-    """Of topics and services that other worlds have, what those are, for people."""
+    """Topics and services that only other worlds have, and a text that says what they are."""
 
 
 class Sent(NamedTuple):
@@ -121,7 +121,7 @@ class Transport(Protocol):
         """Offer this table from now on, and nothing else: what is new in it is announced, what is gone withdrawn."""
 
     @property
-    def wanted(self) -> frozenset[str]:
+    def subscribed_topics(self) -> frozenset[str]:
         """Names of the outputs that somebody listens to now; only these are made."""
 
     def publish(self, batch: Sequence[Sent]) -> None:
@@ -132,7 +132,7 @@ class Transport(Protocol):
 
     @property
     def traffic(self) -> Traffic:
-        """What it has carried."""
+        """Traffic since the start."""
 
     def close(self) -> None:
         """Withdraw all, close every connection, and wait until that is done: 2 s at most."""
@@ -170,7 +170,7 @@ class Command(NamedTuple):
     sender: str
     """Who sent it, for people: a node's name, or an address."""
     dialect: Dialect = "vrx"
-    """Of the table that has the topic."""
+    """Dialect of the table that has the topic."""
 
 
 class Call(NamedTuple):

@@ -15,7 +15,7 @@ from vrx_mj.ros.messages import DEFINITIONS
 from vrx_mj.ros.packages import catkin_files, hide_twins, listed_files, put_files
 
 LIST = "vrx_mj_packages.json"
-"""In the folder: its files that are ours, each with its sha256."""
+"""File that lists what was written to the folder, each file with its sha256."""
 NODES = {
     "vrx_gazebo": {
         name: f"scripts/{name}"

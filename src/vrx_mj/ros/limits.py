@@ -41,7 +41,7 @@ class Intake:
         self.most = most
         self.used = 0
         self._held: dict[Place, int] = {}
-        """Those that began to hold something first come first."""
+        """Bytes held by each connection; those that began to hold something first come first."""
 
     def hold(self, place: Place, size: int) -> None:
         """A connection now holds so many bytes.
@@ -103,17 +103,21 @@ class ConnectionLimit:
         return True
 
     def wait(self, place: Place) -> None:
-        """From now on it waits for its peer, as the last one to do so."""
+        """Mark a connection as the last that began to wait for its peer."""
         if self._places.get(place) is False:
             self._places[place] = self._places.pop(place)
 
     def settle(self, place: Place) -> bool:
-        """From now on it is in use, if so many may be."""
-        if self._places.get(place) is not False or self._crowd(place.host, self._in_use, _IN_USE) is not None:
+        """Mark a connection as in use; False: too many are."""
+        if self._places.get(place) is not False or not self.has_room(place):
             return False
         self._places[place] = True
         self._in_use[place.host] += 1
         return True
+
+    def has_room(self, place: Place) -> bool:
+        """Whether one more may be in use."""
+        return self._crowd(place.host, self._in_use, _IN_USE) is None
 
     def leave(self, place: Place) -> None:
         """One has gone; nothing happens where it has gone already."""
@@ -161,7 +165,7 @@ def _allowed() -> int:
 MESSAGE_TIMEOUT = 10.0
 """Wall time in which a message must be whole, or have grown [s]."""
 _LEAST_GROWTH = 1 << 16
-"""By so much at least [bytes]."""
+"""Least growth of a message within that time [bytes]."""
 
 
 class Stall:
@@ -321,7 +325,7 @@ class Outbox(Generic[_Item]):
 
 
 Frame = Sequence[bytes]
-"""Of a websocket, in parts that others may share."""
+"""A frame of a websocket, in parts that other frames may share."""
 
 
 def pieces(frame: Frame, size: int) -> Iterator[bytes]:

@@ -80,7 +80,7 @@ def new(type_name: str, **fields: object) -> Message:
     A mapping may take the place of a message in it, as `position={"x": 1.0}`.
     """
     known = _fields(type_name)
-    values = {name: _filled(known[name], value) for name, value in fields.items()}
+    values = {name: _field_value(known[name], value) for name, value in fields.items()}
     for name, what in known.items():
         if name not in values:
             values[name] = _default(what)
@@ -142,7 +142,7 @@ def md5sum(type_name: str) -> str:
 @cache
 def service_md5sum(type_name: str) -> str:
     """The md5 sum of a service type."""
-    text = _hashed(f"{type_name}Request") + _hashed(f"{type_name}Response")
+    text = _md5_text(f"{type_name}Request") + _md5_text(f"{type_name}Response")
     return hashlib.md5(text.encode(), usedforsecurity=False).hexdigest()
 
 
@@ -165,7 +165,7 @@ def _fields(type_name: str) -> Mapping[str, FieldDesc]:
     return dict(typestore().fielddefs[full_name(type_name)][1])
 
 
-def _filled(field: FieldDesc, value: object) -> object:
+def _field_value(field: FieldDesc, value: object) -> object:
     if field[0] == Nodetype.NAME and isinstance(value, Mapping):
         return new(field[1], **value)
     return np.array(value, _dtype(field)) if isinstance(value, list) and _dtype(field) else value
@@ -193,13 +193,13 @@ def _dtype(field: FieldDesc) -> str:
     return {"byte": "uint8", "char": "uint8"}.get(name, name)
 
 
-def _hashed(type_name: str) -> str:
+def _md5_text(type_name: str) -> str:
     """What ROS computes an md5 sum of: the definition, with the sums of other messages in place of their types."""
     own = definition(type_name).partition(MEMBER)[0]
-    return "\n".join(_hashed_line(line) for line in own.splitlines() if line)
+    return "\n".join(_md5_line(line) for line in own.splitlines() if line)
 
 
-def _hashed_line(line: str) -> str:
+def _md5_line(line: str) -> str:
     its_type, _, name = line.partition(" ")
     base = its_type.partition("[")[0]
     return f"{md5sum(base)} {name}" if "/" in base else line

@@ -10,7 +10,7 @@ from vrx_mj.nmea import Instruments
 from vrx_mj.nmea.ais import PERIOD
 from vrx_mj.nmea.instruments import RATE
 from vrx_mj.nmea.sentences import Sentence
-from vrx_mj.ros.access import bound, is_wildcard
+from vrx_mj.ros.access import is_wildcard, listening_addresses
 from vrx_mj.ros.interface import BOTH, Output, RosInterface, Sent, Traffic
 from vrx_mj.ros.limits import Counts, Outbox
 from vrx_mj.ros.messages import Message, new
@@ -49,21 +49,21 @@ class Nmea:
     title = "NMEA"
 
     def __init__(self, boat: str, *, port: int, host: str = "127.0.0.1") -> None:
-        """Of a boat; `start` opens it. Port 0 is any that is free."""
+        """Serve the sentences of a boat once `start` is called; port 0 is any free one."""
         self._boat, self._host, self.port, self._counts = boat, host, port, Counts()
         self._clients: dict[socket.socket, Outbox[bytes]] = {}
         self._rests: dict[socket.socket, bytes] = {}
         """What is left of the line that each client is being sent."""
         self._opened = contextlib.ExitStack()
-        self.wanted: frozenset[str] = frozenset()
-        """Its topics, always: who listens to UDP is not known."""
+        self.subscribed_topics: frozenset[str] = frozenset()
+        """All of its topics at any time, since UDP has no subscribers."""
 
     def start(self) -> Sequence[str]:
         """Open it; returns a line with its address. NetworkError: it cannot be opened, and why."""
         family = socket.AF_INET6 if ":" in self._host else socket.AF_INET
         try:
             self._tcp = self._opened.enter_context(
-                socket.create_server((bound(self._host)[0], self.port), family=family)
+                socket.create_server((listening_addresses(self._host)[0], self.port), family=family)
             )
             self._udp = self._opened.enter_context(socket.socket(family, socket.SOCK_DGRAM))
         except (OSError, OverflowError) as error:
@@ -77,13 +77,13 @@ class Nmea:
 
     def offer(self, table: RosInterface) -> None:
         """Send the sentences of this table from now on."""
-        self.wanted = frozenset(nmea_topics(self._boat)) & table.outputs.keys()
+        self.subscribed_topics = frozenset(nmea_topics(self._boat)) & table.outputs.keys()
 
     def publish(self, batch: Sequence[Sent]) -> None:
         """Send the sentences among these messages."""
         self._accept()
         for sent in batch:
-            if sent.output.name in self.wanted:
+            if sent.output.name in self.subscribed_topics:
                 line = f"{sent.message.sentence}\r\n".encode()
                 with contextlib.suppress(OSError):  # nobody listens, or there is no network
                     self._counts.sent += self._udp.sendto(line, (self._to, self.port))
@@ -97,7 +97,7 @@ class Nmea:
 
     @property
     def traffic(self) -> Traffic:
-        """What it has carried."""
+        """Traffic since the start."""
         return Traffic(len(self._clients), self._counts.sent, self._counts.dropped)
 
     def close(self) -> None:

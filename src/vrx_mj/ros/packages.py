@@ -23,7 +23,7 @@ PYTHON = "/usr/bin/python3"
 """The interpreter that Debian's ROS tools run with."""
 _NEEDED = "apt-get install python3-genpy python3-rospy python3-geometry-msgs python3-std-msgs"
 LIST = "vrx_mj_messages.json"
-"""In the folder: its files that are ours, each with its sha256."""
+"""File that lists what was written to the folder, each file with its sha256."""
 _WHAT = "the packages"
 """What is written, for messages."""
 _BY_MESSAGES = "written by `vrx-mj ros messages`"
@@ -85,7 +85,7 @@ def write_packages(folder: str | Path) -> Written:
         raise VrxError(f"invalid folder of packages '{top}': '{os.pathsep}' in a path separates entries of a list")
     before = listed_files(top / LIST, ("python", "share"))
     named = sorted({file.parent.name for file in DEFINITIONS.glob("*/*.*")} - _OF_DEBIAN)
-    used = {package: _used(package) for package in named}
+    used = {package: _used_definitions(package) for package in named}
     others = sorted({kind.partition("/")[0] for kinds in used.values() for kind in kinds} - set(named))
     python, has = _interpreter((*named, *others), top)
     packages = tuple(package for package in named if package not in has)
@@ -112,7 +112,7 @@ def _types(package: str) -> Iterator[str]:
         yield from (f"{package}/{file.stem}{half}" for half in halves)
 
 
-def _used(package: str) -> dict[str, str]:
+def _used_definitions(package: str) -> dict[str, str]:
     """Definitions of the messages that a package uses, its own not among them."""
     parts = [part for kind in _types(package) for part in definition(kind).split(MEMBER)[1:]]
     found = {part.partition("\n")[0] for part in parts}
@@ -170,7 +170,7 @@ def catkin_files(package: str, description: str, definitions: Sequence[Path] = (
     Of its definitions, which lie in its folders `msg` and `srv`, catkin makes classes and C++ headers. What its folder
     `cmake` holds is there for packages that find it.
     """
-    depends = sorted({kind.partition("/")[0] for kind in _used(package)}) if definitions else []
+    depends = sorted({kind.partition("/")[0] for kind in _used_definitions(package)}) if definitions else []
     uses = " ".join(depends)
     adds = "".join(
         f"add_{kind}_files(FILES {' '.join(names)})\n"

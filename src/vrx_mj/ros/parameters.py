@@ -11,6 +11,7 @@ from vrx_mj.errors import CommandError
 
 _DEEPEST_VALUE = 32
 _INTEGERS = range(-(2**31), 2**31)
+_ANGLE = "_angle"
 LONGEST = 1024
 """Characters of a name, at most."""
 _LEGAL = re.compile(r"[~/A-Za-z][A-Za-z0-9_/]*\Z")
@@ -30,27 +31,28 @@ def is_type(name: object) -> bool:
     return isinstance(name, str) and len(name) <= LONGEST and _TYPE.match(name) is not None
 
 
-def joined(*parts: str) -> str:
+def join_names(*parts: str) -> str:
     """An absolute name without doubled or trailing slashes."""
     return "/" + "/".join(part for name in parts for part in name.split("/") if part)
-
-
-def _namespace(node: str) -> str:
-    """That in which a node's relative names are."""
-    return joined(node.rpartition("/")[0])
 
 
 def resolve(name: str, node: str) -> str:
     """The absolute name that a node means by a name."""
     if name.startswith("/"):
-        return joined(name)
+        return join_names(name)
     if name.startswith("~"):
-        return joined(node, name[1:])
-    return joined(_namespace(node), name)
+        return join_names(node, name[1:])
+    return join_names(node.rpartition("/")[0], name)
+
+
+def command_topic(boat: str, command: str) -> str:
+    """VRX's topic of a command of a boat, `/wamv/thrusters/left_thrust_cmd` for `left`."""
+    thruster = command.removesuffix(_ANGLE)
+    return f"/{boat}/thrusters/{thruster}{'_thrust_cmd' if thruster == command else '_thrust_angle'}"
 
 
 MOST_BYTES = 1 << 26
-"""Of all names and values, about."""
+"""Size of all names and values together, about."""
 _DEEPEST = 32
 """Names within each other in a key."""
 
@@ -126,13 +128,13 @@ class Parameters:
     def search(self, place: str, key: str) -> str | None:
         """Full name of a key as seen from a namespace: the nearest one upwards that has its first part."""
         if key.startswith("/"):
-            return joined(key) if self.has(key) else None
+            return join_names(key) if self.has(key) else None
         parts, spaces = _parts(key), _parts(place)
         if not parts:
             return None
         for depth in range(len(spaces), -1, -1):
-            if self.has(joined(*spaces[:depth], parts[0])):
-                return joined(*spaces[:depth], *parts)
+            if self.has(join_names(*spaces[:depth], parts[0])):
+                return join_names(*spaces[:depth], *parts)
         return None
 
     def names(self) -> list[str]:
@@ -148,11 +150,15 @@ class Parameters:
 
 def updates(subscribed: Iterable[str], key: str, value: object) -> list[Update]:
     """Whom it concerns that a parameter was set; of one that was deleted the value is an empty dictionary."""
-    changed = _slashed(key)
-    below = {_slashed(joined(key) + name): part for name, part in _walk("", value)} if isinstance(value, dict) else {}
+    changed = _with_slash(key)
+    below = (
+        {_with_slash(join_names(key) + name): part for name, part in _walk("", value)}
+        if isinstance(value, dict)
+        else {}
+    )
     found = []
     for name in subscribed:
-        full = _slashed(name)
+        full = _with_slash(name)
         if changed.startswith(full):
             found.append(Update(name, changed, value))
         elif full in below:
@@ -166,8 +172,8 @@ def _parts(key: str) -> list[str]:
     return [part for part in key.split("/") if part]
 
 
-def _slashed(name: str) -> str:
-    clean = joined(name)
+def _with_slash(name: str) -> str:
+    clean = join_names(name)
     return clean if clean == "/" else f"{clean}/"
 
 

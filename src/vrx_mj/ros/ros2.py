@@ -9,16 +9,19 @@ import sys
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache, partial
-from typing import Any, NamedTuple
+from types import ModuleType
+from typing import Any, Generic, NamedTuple, TypeVar
 
 from vrx_mj.errors import CommandError, NetworkError
 from vrx_mj.packages import install_command
+from vrx_mj.ros.access import is_loopback
 from vrx_mj.ros.cdr import decode, encode, fields, kind
 from vrx_mj.ros.interface import Dialect, Inbox, Input, Output, RosInterface, Sent, Service, Traffic
 from vrx_mj.ros.limits import TopicQueue
 from vrx_mj.ros.messages import PADDING, Message, stamp
+from vrx_mj.ros.network import Notices
 from vrx_mj.ros.table.vrx3 import PACKAGES
 
 _WHEELS = ("ros-jazzy-rclpy", "ros-jazzy-rmw-fastrtps-cpp", "ros-jazzy-common-interfaces")
@@ -53,34 +56,32 @@ def _advice(error: ImportError) -> str:
     )
 
 
+def _module(name: str) -> ModuleType | None:
+    """The user's module of this name; None where it is missing."""
+    try:
+        return importlib.import_module(name)
+    except ImportError:
+        return None
+
+
 def has_package(package: str) -> bool:
     """Whether there are messages of a package."""
-    try:
-        importlib.import_module(f"{package}.msg")
-    except ImportError:
-        return False
-    return True
+    return _module(f"{package}.msg") is not None
 
 
 @cache
 def message_class(type_name: str) -> Any | None:
     """The user's class of a type, `sensor_msgs/Imu`; None where it is missing, or has other fields than ours."""
     package, _, name = type_name.partition("/")
-    try:
-        found = getattr(importlib.import_module(f"{package}.msg"), name, None)
-    except ImportError:
-        return None
+    found = getattr(_module(f"{package}.msg"), name, None)
     return found if _has_fields(found, type_name) else None
 
 
 @cache
 def service_class(type_name: str) -> Any | None:
-    """The user's class of a service, likewise."""
+    """The user's class of a service; None where it is missing, or has other fields than ours."""
     package, _, name = type_name.partition("/")
-    try:
-        found = getattr(importlib.import_module(f"{package}.srv"), name, None)
-    except ImportError:
-        return None
+    found = getattr(_module(f"{package}.srv"), name, None)
     halves = found is not None and all(_has_fields(getattr(found, half), f"{type_name}{half}") for half in _HALVES)
     return found if halves else None
 
@@ -98,32 +99,27 @@ _DEPTH = 10
 """Messages that publishers and subscriptions keep, as Gazebo's bridge, and that are taken at once."""
 _ROSOUT_DEPTH = 1000
 _LARGEST = 1 << 20
-"""Of a message that comes [bytes]."""
+"""Largest incoming message [bytes]."""
 _WANTED_PERIOD = 0.1
 _GRAPH_PERIOD = 1.0
 """Wall time between two looks at who else is there [s]."""
 _LEVELS = {"INFO": 20, "WARN": 30, "ERROR": 40}
-"""Of rcl_interfaces/Log."""
+"""Levels of rcl_interfaces/Log."""
 _OURS = ("/rosout", "/parameter_events")
 _CLOCK = "/clock"
 _SOMEBODY = "ROS 2"
 
-_logger = logging.getLogger(__name__)
+
+Handle = Any
+"""A publisher, subscription or service of rclpy."""
+_Entry = TypeVar("_Entry", Output, Input, Service)
 
 
-class _Out(NamedTuple):
-    output: Output
-    publisher: Any
+class _Held(NamedTuple, Generic[_Entry]):
+    """What of the table is offered, and rclpy's publisher, subscription or service for it."""
 
-
-class _In(NamedTuple):
-    entry: Input
-    subscription: Any
-
-
-class _Offered(NamedTuple):
-    entry: Service
-    service: Any
+    entry: _Entry
+    handle: Handle
 
 
 class Node:
@@ -144,50 +140,34 @@ class Node:
             )
         except Exception as error:  # rclpy raises classes of its C extension
             raise NetworkError(f"ROS 2 does not start: {error}") from error
-        self._out: dict[str, _Out] = {}
-        self._in: dict[str, _In] = {}
-        self._services: dict[str, _Offered] = {}
+        self._out: dict[str, _Held[Output]] = {}
+        self._in: dict[str, _Held[Input]] = {}
+        self._services: dict[str, _Held[Service]] = {}
         self._answers: deque[Callable[[], None]] = deque()
         """Responses that are ready, each a function that sends one."""
         self._senders: dict[str, str] = {}
-        self._reported: set[str] = set()
+        self._notices = Notices()
         self._looked = self._counted = 0.0
         self._rosout = self._publisher("rcl_interfaces/Log", "/rosout", latched=True, depth=_ROSOUT_DEPTH)
-        self.wanted: frozenset[str] = frozenset()
+        self.subscribed_topics: frozenset[str] = frozenset()
         self.clients = self.sent = 0
 
     def offer(self, table: RosInterface) -> None:
         """Publish, subscribe to and offer what the table has, as far as ROS 2 here has its messages."""
-        for name in [name for name, out in self._out.items() if not _alike(out.output, table.outputs.get(name))]:
-            self._node.destroy_publisher(self._out.pop(name).publisher)
-        for name in [name for name, one in self._in.items() if not _alike(one.entry, table.inputs.get(name))]:
-            self._node.destroy_subscription(self._in.pop(name).subscription)
-        for name, output in table.outputs.items():
-            held = self._out.get(name)
-            publisher = held.publisher if held else self._publisher(output.type, name, latched=output.latched)
-            if publisher is not None:
-                self._out[name] = _Out(output, publisher)
-        for name, entry in table.inputs.items():
-            known = self._in.get(name)
-            subscription = known.subscription if known else self._subscription(entry)
-            if subscription is not None:
-                self._in[name] = _In(entry, subscription)
-        for name in [name for name in self._services if name not in table.services]:
-            self._node.destroy_service(self._services.pop(name).service)
-        for name, service in table.services.items():
-            found = service_class(service.type)
-            if found is not None and name not in self._services:
-                self._services[name] = _Offered(service, self._node.create_service(found, name, _nothing))
+        node = self._node
+        _match(self._out, table.outputs, node.destroy_publisher, self._publisher_of)
+        _match(self._in, table.inputs, node.destroy_subscription, self._subscription)
+        _match(self._services, table.services, node.destroy_service, self._service)
         self._count()
 
     def publish(self, batch: Sequence[Sent]) -> None:
         """Send what somebody listens to, and what is kept for who comes later."""
         for sent in batch:
             out = self._out.get(sent.output.name)
-            if out is None or not (out.output.latched or sent.output.name in self.wanted):
+            if out is None or not (out.entry.latched or sent.output.name in self.subscribed_topics):
                 continue
             raw = encode(sent.message, sent.output.type)
-            out.publisher.publish(raw)
+            out.handle.publish(raw)
             self.sent += len(raw)
 
     def take(self) -> None:
@@ -204,9 +184,9 @@ class Node:
         while self._answers:
             self._answers.popleft()()
 
-    def _take_calls(self, name: str, offered: _Offered) -> None:
+    def _take_calls(self, name: str, offered: _Held[Service]) -> None:
         """Put what was asked of a service into the inbox; its answers are sent by this thread."""
-        kind, service = offered.entry.type, offered.service
+        kind, service = offered.entry.type, offered.handle
         wire = importlib.import_module("rclpy.serialization")
         for _ in range(_DEPTH):
             with service.handle:
@@ -233,7 +213,8 @@ class Node:
             self.clients = max(0, len(self._node.get_node_names()) - 1)
             if _CLOCK in self._out and self._node.count_publishers(_CLOCK) > 1:
                 others = ", ".join(self.publishers(_CLOCK))
-                self._once(f"{_CLOCK} has another publisher ({others}): give one of them another ROS_DOMAIN_ID")
+                text = f"{_CLOCK} has another publisher ({others}): give one of them another ROS_DOMAIN_ID"
+                self._notices.write("WARN", "clock", others, text)
             for topic, types in self._node.get_topic_names_and_types():
                 if topic in self._out or topic in self._in or topic in _OURS or self._node.count_subscribers(topic):
                     continue
@@ -255,14 +236,13 @@ class Node:
     def _receive(self, topic: str, entry: Input, raw: bytes) -> None:
         sender = self._sender(topic)
         if len(raw) > _LARGEST:
-            self._once(f"{topic} from {sender}: a message of {len(raw)} bytes; at most {_LARGEST} are allowed")
+            why = f"a message of {len(raw)} bytes; at most {_LARGEST} are allowed"
+            self._notices.write("WARN", "size", topic, f"{topic} from {sender}: {why}")
             return
         try:
-            message = decode(raw, entry.type)
+            self._inbox.message(topic, decode(raw, entry.type), sender, "vrx3")
         except CommandError as error:
-            self._once(f"{topic} from {sender}: {error}")
-            return
-        self._inbox.message(topic, message, sender, "vrx3")
+            self._notices.write("WARN", "decode", topic, f"{topic} from {sender}: {error}")
 
     def _sender(self, topic: str) -> str:
         """The node that publishes, if it is the only one: messages do not say whose they are."""
@@ -278,11 +258,18 @@ class Node:
 
     def _count(self) -> None:
         self._counted = time.monotonic()
-        self.wanted = frozenset(
+        self.subscribed_topics = frozenset(
             name for name, (_, publisher) in self._out.items() if publisher.get_subscription_count() > 0
         )
 
-    def _publisher(self, type_name: str, topic: str, *, latched: bool, depth: int | None = None) -> Any | None:
+    def _publisher_of(self, output: Output) -> Handle | None:
+        return self._publisher(output.type, output.name, latched=output.latched)
+
+    def _service(self, service: Service) -> Handle | None:
+        found = service_class(service.type)
+        return found and self._node.create_service(found, service.name, _nothing)
+
+    def _publisher(self, type_name: str, topic: str, *, latched: bool, depth: int | None = None) -> Handle | None:
         found = self._class(type_name, topic)
         if found is None:
             return None
@@ -292,7 +279,7 @@ class Node:
             profile.durability = qos.DurabilityPolicy.TRANSIENT_LOCAL
         return self._node.create_publisher(found, topic, profile)
 
-    def _subscription(self, entry: Input) -> Any | None:
+    def _subscription(self, entry: Input) -> Handle | None:
         found = self._class(entry.type, entry.name)
         return found and self._node.create_subscription(found, entry.name, _nothing, _DEPTH, raw=True)
 
@@ -303,23 +290,28 @@ class Node:
             _logger.debug("%s is not published: no %s here", topic, type_name)
         return found
 
-    def _once(self, text: str) -> None:
-        if text not in self._reported and len(self._reported) < 1000:
-            self._reported.add(text)
-            _logger.warning(text)
 
-
-def _alike(one: Output | Input, other: Output | Input | None) -> bool:
-    """Whether the same publisher or subscription serves both."""
-    latched = getattr(one, "latched", None) == getattr(other, "latched", None)
-    return other is not None and one.type == other.type and latched
+def _match(
+    held: dict[str, _Held[_Entry]], entries: Mapping[str, _Entry], destroy: Callable[[Handle], object],
+    create: Callable[[_Entry], Handle | None],
+) -> None:  # fmt: skip
+    """Have what entries of the table need, where ROS 2 here has its messages, and nothing else."""
+    for name, (entry, handle) in list(held.items()):
+        other = entries.get(name)
+        latched = getattr(entry, "latched", None), getattr(other, "latched", None)
+        if other is None or entry.type != other.type or latched[0] != latched[1]:
+            del held[name]
+            destroy(handle)
+    for name, entry in entries.items():
+        handle = held[name].handle if name in held else create(entry)
+        if handle is not None:
+            held[name] = _Held(entry, handle)
 
 
 def _nothing(_raw: bytes) -> None:
     """What an executor would call."""
 
 
-_LOOPBACK = ("127.0.0.1", "localhost", "::1")
 RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 _PERIOD = 0.01
 """Wall time after which subscriptions are emptied at the latest [s]."""
@@ -363,7 +355,7 @@ class Ros2:
             NetworkError: rclpy is missing, or does not start.
         """
         rclpy = load_rclpy()
-        if self._host in _LOOPBACK:
+        if is_loopback(self._host):
             os.environ.setdefault(RANGE, "LOCALHOST")
         self._node = Node(rclpy, self._inbox, self._name)
         self._thread.start()
@@ -386,9 +378,9 @@ class Ros2:
         self._woken.set()
 
     @property
-    def wanted(self) -> frozenset[str]:
+    def subscribed_topics(self) -> frozenset[str]:
         """Names of the outputs that somebody subscribes to now."""
-        return self._node.wanted if self._node else frozenset()
+        return self._node.subscribed_topics if self._node else frozenset()
 
     def publishers(self, topic: str) -> Sequence[str]:
         """Nodes that publish a topic now."""
@@ -406,7 +398,7 @@ class Ros2:
 
     @property
     def traffic(self) -> Traffic:
-        """What it has carried."""
+        """Traffic since the start."""
         node = self._node
         return Traffic(node.clients, node.sent, self._queue.dropped) if node else Traffic(0, 0, self._queue.dropped)
 

@@ -19,7 +19,6 @@ from vrx_mj.formats.gazebo.text_models import model_of_text
 from vrx_mj.formats.urdf.reader import in_namespace
 from vrx_mj.frames import compose
 from vrx_mj.ros.diagnosis import Diagnosis
-from vrx_mj.ros.initial_poses import InitialPoses
 from vrx_mj.ros.interface import (
     Call,
     Command,
@@ -37,7 +36,7 @@ from vrx_mj.ros.messages import Message, encode
 from vrx_mj.ros.steering import HeldThrust, Steering
 from vrx_mj.ros.table import CLOCK, make_tables
 from vrx_mj.ros.table.boats import description
-from vrx_mj.ros.table.host import BoatOutputs, Bodies, CmdVel, Scenery
+from vrx_mj.ros.table.host import BoatOutputs, Bodies, CmdVel, InitialPoses, Scenery
 from vrx_mj.ros.table.localization import Localization, Source
 from vrx_mj.ros.table.tasks import TASK_INFO
 from vrx_mj.runtime.applied import AppliedForces
@@ -102,7 +101,7 @@ class Publisher:
 
     def _listen(self) -> None:
         """Read the sensors that somebody listens to, and no others."""
-        wanted = frozenset().union(*(transport.wanted for transport in self._transports))
+        wanted = frozenset().union(*(transport.subscribed_topics for transport in self._transports))
         if wanted == self._wanted:
             return
         self._wanted = wanted
@@ -201,7 +200,7 @@ CLOCK_RATE = 100.0
 _ALL = 1 << 62
 """Steps."""
 _LONGEST_STEP = 3600.0
-"""Of the service that steps [s]."""
+"""Longest step of the service `/vrx_mj/step` [s]."""
 _LARGEST_TEXT = 1 << 24
 """Characters of a URDF or SDF that joins, at most."""
 
@@ -227,7 +226,7 @@ def _named_text(name: str) -> Iterator[None]:
         ) from None
 
 
-def _told(error: Exception) -> str:
+def _error_text(error: Exception) -> str:
     """An error for who sent what raised it, in one line if it is not a VrxError."""
     return str(error) if isinstance(error, VrxError) else f"{type(error).__name__}: {shortened(error)}"
 
@@ -308,7 +307,7 @@ class RosServer:
         return self._tables
 
     @property
-    def seen(self) -> Observation:
+    def observation(self) -> Observation:
         """What boats see at the present moment."""
         if self._seen is None or self._seen[0] != self.sim.time:
             self._seen = self.sim.time, self.sim.observe()
@@ -382,9 +381,9 @@ class RosServer:
         try:
             entry.take(command.message)
         except Exception as error:  # a mistake of ours, too, ends no run
-            self.diagnosis.refused(command, _told(error))
+            self.diagnosis.note_refusal(command, _error_text(error))
         else:
-            self.diagnosis.taken(command)
+            self.diagnosis.note_command(command)
 
     def _answer(self, call: Call) -> None:
         service = self._services.get(call.service)
@@ -394,8 +393,8 @@ class RosServer:
         try:
             response = service.answer(call.request)
         except Exception as error:  # as there
-            why = _told(error)
-            self.diagnosis.failed(call, why)
+            why = _error_text(error)
+            self.diagnosis.note_failure(call, why)
             call.answer(service.failure(why) if service.failure else None, why)
         else:
             call.answer(response, "")
@@ -410,7 +409,7 @@ class RosServer:
             for entry in thrusters:
                 nodes = publishers_of(transport, entry.name) if dialect_of(transport) in entry.dialects else ()
                 if nodes:
-                    self.diagnosis.mixed(entry, nodes[0], cmd_vel)
+                    self.diagnosis.note_mixed_commands(entry, nodes[0], cmd_vel)
                     return True
         return False
 
@@ -420,7 +419,7 @@ class RosServer:
         self.sim.command_all({boat: commands})
         for name in commands:
             self._held.let_go(boat, name)
-        self.diagnosis.commanded(boat, commands)
+        self.diagnosis.check_commands(boat, commands)
 
     def push(self, boat: str, thruster: str, force: float) -> None:
         """Have a thruster push with a force [N] until its next command, or as near to it as it can.
@@ -430,12 +429,12 @@ class RosServer:
         """
         if not math.isfinite(force):
             raise CommandError(f"invalid thrust {force} N for {thruster} of {boat}: a finite number is needed")
-        own = self.seen[boat].thrusters[thruster]
+        own = self.observation[boat].thrusters[thruster]
         command = force if own.in_newtons else own.command(force)
         self.command(boat, {thruster: command})
         self._held.hold(boat, thruster, command)
         if not own.in_newtons:
-            self.diagnosis.pushed(boat, own, force)
+            self.diagnosis.check_force(boat, own, force)
 
     def steer(self, boat: str, surge: float, turn: float) -> None:
         """Have a boat keep a speed ahead [m/s] and a turning rate [rad/s], for a second."""
@@ -486,18 +485,18 @@ class RosServer:
         self.sim.remove(name)
         if self._joined.pop(name, None) is None:
             self._left.add(name)
-        self._changed()
+        self._update()
         self._report("INFO", f"{name} leaves")
 
     def _join(self, name: str, newcomer: Newcomer) -> list[str]:
         lines = self._spawn(name, newcomer)
-        self._changed()
+        self._update()
         return lines
 
-    def moved(self) -> None:
+    def note_move(self) -> None:
         """Something was put somewhere."""
         self._seen = None
-        self.diagnosis.moved()
+        self.diagnosis.check_overlaps()
 
     def reset_world(self) -> None:
         """Put boats and floating objects back where they started; time goes on."""
@@ -518,7 +517,7 @@ class RosServer:
         for name, newcomer in self._joined.items():
             self._spawn(name, newcomer)
         self._held.begin()
-        self._changed()
+        self._update()
         for post in self._publishers.values():
             post.begin()
         if self.lockstep is not None:
@@ -547,7 +546,7 @@ class RosServer:
         self._joined[name] = newcomer
         return lines
 
-    def _changed(self) -> None:
+    def _update(self) -> None:
         """Boats or objects came or went, or time began anew."""
         self._seen = None
         self.bodies.bind()
@@ -555,7 +554,7 @@ class RosServer:
         self._steering.bind()
         self._held.bind()
         self._initial_poses.bind()
-        self.diagnosis.changed()
+        self.diagnosis.check_receivers()
         self._offer()
         self.announce()  # what is latched, even while time does not advance
 

@@ -12,6 +12,7 @@ from urllib.parse import urlsplit
 
 from vrx_mj.drive.session import LONGEST, Pacer
 from vrx_mj.errors import CommandError
+from vrx_mj.ros.access import announced_address, is_loopback, unreachable
 from vrx_mj.ros.graph import Graph, Server, Wires
 from vrx_mj.ros.interface import Inbox, Transport
 from vrx_mj.ros.network import Network
@@ -64,6 +65,7 @@ class Meter:
         self.pace = max(0.0, moment - self._then[1]) / wall
         self._stepped += max(0.0, moment - self._then[1])
         spent = dict(self._server.sim.reading_times)
+        clients, _, dropped = map(sum, zip(*(transport.traffic for transport in self._transports), strict=True))
         self.load = {
             key: (total - self._read.get(key, 0.0)) / wall
             for key, total in spent.items()
@@ -74,14 +76,13 @@ class Meter:
             "paused" if self._server.paused else f"pace {self.pace:.2f}",
             f"CPU {100.0 * (cpu - self._then[2]) / wall:.0f} %",
             f"{process_memory() / _MB:.0f} MB",
-            f"{(sent - self._then[3]) / wall / _KB:.0f} KB/s to {self._clients()} clients",
+            f"{(sent - self._then[3]) / wall / _KB:.0f} KB/s to {clients} clients",
         ]
-        dropped = sum(transport.traffic.dropped for transport in self._transports)
         if dropped:
             parts.append(f"{dropped} messages dropped")
         if self.load:
             (boat, sensor), share = max(self.load.items(), key=lambda item: item[1])
-            parts.append(f"dearest: {sensor} of {boat}, {100.0 * share:.0f} %")
+            parts.append(f"slowest sensor: {sensor} of {boat}, {100.0 * share:.0f} %")
         if self._server.lockstep is not None and self._server.lockstep.missing:
             first, *others = self._server.lockstep.missing
             parts.append(f"waits for {first}{f' and {len(others)} more' if others else ''}")
@@ -102,12 +103,7 @@ class Meter:
         sent = sum(transport.traffic.sent for transport in self._transports)
         return time.perf_counter(), self._server.sim.time, time.process_time(), sent
 
-    def _clients(self) -> int:
-        return sum(transport.traffic.clients for transport in self._transports)
 
-
-_ROSBRIDGE_PORT = 9090
-_LOOPBACK = ("127.0.0.1", "localhost", "::1")
 _BUDGET = 0.05
 """Wall time [s] of physics after which what came in is looked at again."""
 _LONGEST_WAIT = 0.02
@@ -130,9 +126,9 @@ class Wanted:
 
     ros1: bool = False
     rosbridge: int | None = None
-    """Its port."""
+    """Port of rosbridge."""
     foxglove: int | None = None
-    """Its port."""
+    """Port of Foxglove's WebSocket."""
     ros2: bool = False
     nmea: Mapping[str, int] | None = None
     """Ports of sentences, by boat."""
@@ -201,7 +197,7 @@ def serve(
     network, inbox, ending = Network(), Inbox(), threading.Event()
     try:
         transports = [*_transports(network, inbox, wanted, ending), *extra]
-        with _opened(transports) as lines, handled(("SIGINT", "SIGTERM"), lambda _: ending.set()):
+        with _open(transports) as lines, handled(("SIGINT", "SIGTERM"), lambda _: ending.set()):
             announcer = _Announcer(sim, transports, report)
             server = RosServer(
                 sim,
@@ -324,7 +320,7 @@ class _Loop:
         self._allowed = min(self._allowed + CATCHING_UP * due * self._clock_rate / self._per_second, self._burst)
         if self._owed > _BEHIND * self._per_second and not self._is_behind:
             self._is_behind = True
-            way = f"this is made up for at {CATCHING_UP:g} times the pace, and what is beyond {LONGEST:g} s is not"
+            way = f"catching up at {CATCHING_UP:g} times the pace; lag beyond {LONGEST:g} s is dropped"
             report("WARN", f"behind the pace by {self._owed / self._per_second:.1f} s: {way}")
         while (
             self._owed > 0.0 and self._allowed >= 1.0 and time.perf_counter() - begun < _BUDGET and not self._is_over()
@@ -375,7 +371,7 @@ def _transports(network: Network, inbox: Inbox, wanted: Wanted, ending: threadin
 
 
 @contextlib.contextmanager
-def _opened(transports: Sequence[Transport]) -> Iterator[list[str]]:
+def _open(transports: Sequence[Transport]) -> Iterator[list[str]]:
     """All of them, or none."""
     with contextlib.ExitStack() as stack:
         lines: list[str] = []
@@ -410,7 +406,7 @@ def _greet(server: RosServer, wanted: Wanted, report: Report) -> None:
             report("WARN", f"lockstep: no subscriber of {topic} here, so time does not advance")
     if wanted.paused:
         report("INFO", "paused: rosservice call /gazebo/unpause_physics starts time")
-    if wanted.host not in _LOOPBACK and wanted.for_ros:
+    if not is_loopback(wanted.host) and wanted.for_ros:
         report("WARN", f"listening on {wanted.host}: any machine on that network can drive the boats and end the run")
         _show_addresses(wanted, report)
     if os.environ.get("VRX_DEBUG") == "false":
@@ -419,15 +415,13 @@ def _greet(server: RosServer, wanted: Wanted, report: Report) -> None:
 
 def _show_addresses(wanted: Wanted, report: Report) -> None:
     """Show what to type on other machines, or why they cannot reach this one."""
-    from vrx_mj.ros.access import announced, unreachable
-
     if not wanted.ros1 and wanted.rosbridge is None:
         return
     why = unreachable(wanted.host, "localhost")
     if why is not None:
         report("WARN", why)
         return
-    for line in _to_paste(wanted, announced(wanted.host, "localhost")):
+    for line in _to_paste(wanted, announced_address(wanted.host, "localhost")):
         report("INFO", line)
 
 

@@ -109,13 +109,15 @@ def main():
 
 def outputs(client, ros2):
     client.until(lambda: client.node.count_publishers("/imu"), "the topic appears")
-    told, got = {"wanted at first": sorted(ros2.wanted)}, client.got
+    told, got = {"wanted at first": sorted(ros2.subscribed_topics)}, client.got
     client.listen(Imu, "/imu")
     client.listen(Image, "/image", qos_profile_sensor_data)
     client.listen(CameraInfo, "/info", qos_profile_sensor_data)
     for kind, topic in ((PoseStamped, "/goal"), (MarkerArray, "/markers")):
         client.listen(kind, topic, QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
-    client.until(lambda: ros2.wanted == OUTPUTS.keys() - {"/params"}, f"all are wanted, not {ros2.wanted}")
+    client.until(
+        lambda: ros2.subscribed_topics == OUTPUTS.keys() - {"/params"}, f"all are wanted, not {ros2.subscribed_topics}"
+    )
     client.until(lambda: {"/goal", "/markers"} <= got.keys(), "the latched messages")
 
     def all_came():
@@ -124,7 +126,7 @@ def outputs(client, ros2):
 
     client.until(all_came, "messages")
     return told | {
-        "wanted": sorted(ros2.wanted),
+        "wanted": sorted(ros2.subscribed_topics),
         "imu": [got["/imu"].angular_velocity.z, got["/imu"].header.frame_id],
         "stamp": [got["/imu"].header.stamp.sec, got["/imu"].header.stamp.nanosec],
         "image": [got["/image"].width, bytes(got["/image"].data).hex()],

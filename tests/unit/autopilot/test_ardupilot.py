@@ -131,7 +131,7 @@ def test_an_autopilot_that_restarts_begins_the_run_anew(one, lines):
     sitl.count = 0
     again = sailed(bridge, sitl, 1)
     assert again == first
-    assert lines[1:] == ["a: its autopilot has restarted, and time with it"]
+    assert lines[1:] == ["a: its autopilot restarted; the simulation restarts too"]
 
 
 def test_a_run_that_is_recorded_goes_on_when_an_autopilot_restarts(one, lines, tmp_path):
@@ -140,7 +140,7 @@ def test_a_run_that_is_recorded_goes_on_when_an_autopilot_restarts(one, lines, t
         sailed(bridge, sitl, 10)
         sitl.count = 0
         assert sailed(bridge, sitl, 1)["timestamp"] == [pytest.approx(0.22)]
-    assert "restarted, and time goes on: reset cannot be called while" in lines[1]
+    assert "restarted; the simulation goes on: reset cannot be called while" in lines[1]
 
 
 def test_lost_frames_are_told_once_and_take_no_time(one, lines):
@@ -150,7 +150,7 @@ def test_lost_frames_are_told_once_and_take_no_time(one, lines):
         sitl.count += 3
         sailed(bridge, sitl, 1)
     assert sim.time == pytest.approx(0.06)
-    assert lines[1:] == ["a: 3 frames were lost before frame 4; time goes on by one"]
+    assert lines[1:] == ["a: 3 frames lost before frame 4; time advances by one frame"]
 
 
 def test_packets_of_foreigners_are_told_once_and_do_nothing(one, lines):
@@ -168,7 +168,7 @@ def test_packets_of_foreigners_are_told_once_and_do_nothing(one, lines):
     assert sailed(bridge, sitl, 1)["timestamp"] == [pytest.approx(0.04)]
     assert [line.split(" from ")[0] for line in lines[1:]] == ["a: a packet of 0 bytes", "a: packets"]
     assert "is not ArduPilot's" in lines[1]
-    assert "are ignored: 127.0.0.1:" in lines[2]
+    assert "are ignored: the autopilot is 127.0.0.1:" in lines[2]
 
 
 def test_another_autopilot_takes_a_boat_whose_own_is_gone(one, lines, monkeypatch):
@@ -177,7 +177,7 @@ def test_another_autopilot_takes_a_boat_whose_own_is_gone(one, lines, monkeypatc
     monkeypatch.setattr(module, "PATIENCE", 0.05)
     while len(lines) < 2:
         bridge.step(0.06)
-    assert lines[1] == "a: no frame from its autopilot for 0.05 s: time stands still"
+    assert lines[1] == "a: no frame from its autopilot for 0.05 s: the simulation waits"
     with FakeSitl(sitl.address) as other:
         sailed(bridge, other, 1)
     assert sim.time == pytest.approx(0.02)
@@ -226,7 +226,7 @@ def test_a_pulse_that_no_servo_gets_counts_as_none(one, lines):
     sailed(bridge, sitl, 50, (60000, 1500, 300, *(1500,) * 13))
     assert set(sim.thrust("a").values()) == {0.0}
     assert lines[1:] == [
-        f"a: channel {channel} has {pulse} us: pulses from 500 to 2500 us are needed; it counts as none"
+        f"a: channel {channel} has {pulse} us: pulses from 500 to 2500 us are needed; no pulse is assumed"
         for channel, pulse in ((1, 60000), (3, 300))
     ]
 

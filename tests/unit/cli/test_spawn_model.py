@@ -139,9 +139,7 @@ def test_without_a_master_the_address_is_named(monkeypatch):
     monkeypatch.setenv("ROS_MASTER_URI", f"http://127.0.0.1:{port}")
     with pytest.raises(NetworkError) as caught:
         spawn_model(["-urdf", "-model", "a", "-param", "b"], HERE)
-    assert str(caught.value) == (
-        f"no answer of a ROS master at http://127.0.0.1:{port}: [Errno 111] Connection refused"
-    )
+    assert str(caught.value).startswith(f"no answer of a ROS master at http://127.0.0.1:{port}: [Errno 111] Connect")
 
 
 def test_a_client_names_what_is_missing_and_what_is_refused(served):
@@ -154,15 +152,15 @@ def test_a_client_names_what_is_missing_and_what_is_refused(served):
     with pytest.raises(CommandError) as refused:
         client.call("/failing", "std_srvs/Trigger", new("std_srvs/TriggerRequest"))
     assert str(refused.value) == "/failing: no boat is named wamv9"
-    with pytest.raises(CommandError, match=r"/trigger: .*md5"):
+    with pytest.raises(CommandError, match="/trigger is of type std_srvs/Trigger, not std_srvs/Empty"):
         client.call("/trigger", "std_srvs/Empty", new("std_srvs/EmptyRequest"))
 
 
 @pytest.mark.parametrize(
     ("answer", "message"),
     [
-        (b"\xff\xff\xff\x7f", r"an answer of 2147483647 bytes is announced; at most 262144 are taken"),
-        (b"\x10\x00\x00\x00abc", r"the other side closed the connection; 13 of 16 bytes are missing"),
+        (b"\xff\xff\xff\x7f", r"a frame of 2147483647 bytes, where at most 262144 are allowed"),
+        (b"\x10\x00\x00\x00abc", r"the service /nonsense at .*: 3 bytes read on a total of 16 expected bytes"),
         (b"\x05\x00\x00\x00abcde", r"a header's field has 1684234849 bytes where 1 are left"),
     ],
 )

@@ -12,7 +12,8 @@ from vrx_mj import Simulation, compile_world
 from vrx_mj.draw import display
 from vrx_mj.drive import browser, window
 from vrx_mj.drive import view as package
-from vrx_mj.drive.session import Session, watch
+from vrx_mj.drive.pilot import drive
+from vrx_mj.drive.session import Session
 from vrx_mj.drive.terminal import Terminal
 from vrx_mj.drive.view import view
 from vrx_mj.errors import CommandError, UnknownNameError
@@ -38,22 +39,16 @@ class Screen:
 
     def __init__(self, frames, keys=()):
         self.frames, self.script = frames, dict(keys)
-        self.times, self.restarts, self.closed = [], 0, False
+        self.times = []
 
     def is_open(self):
         return len(self.times) < self.frames
 
-    def pressed(self):
+    def pressed_keys(self):
         return self.script.pop(len(self.times), ())
 
     def show(self, session):
         self.times.append(session.sim.time)
-
-    def restart(self):
-        self.restarts += 1
-
-    def close(self):
-        self.closed = True
 
 
 @pytest.fixture(scope="module")
@@ -64,7 +59,7 @@ def trio():
 def watched(world, frames, keys=(), **options):
     clock, screen = Clock(), Screen(frames, keys)
     session = Session(Simulation(world), clock=clock, **options)
-    watch(session, screen, sleep=clock.sleep, clock=clock)
+    drive(session, [screen], screen.is_open, sleep=clock.sleep, clock=clock)
     return session, screen
 
 
@@ -111,7 +106,7 @@ def test_a_view_keeps_to_its_boats(trio):
     sim = Simulation(trio)
     session = Session(sim, clock=clock, controller=lambda _obs, t: sim.remove("wamv2") if t > 0.15 else None)
     with pytest.raises(CommandError) as caught:
-        watch(session, Screen(20), clock=clock, sleep=clock.sleep)
+        drive(session, [], clock=clock, sleep=clock.sleep)
     assert str(caught.value) == (
         "the boats changed from wamv1, wamv2, wamv3 to wamv1, wamv3: a view needs the boats with which it began"
     )
@@ -124,7 +119,7 @@ def test_starting_again_repeats_the_run(trio):
     session, screen = watched(trio, 121, {0: "i", 60: ["backspace"]})
     fresh = Simulation(trio)
     fresh.advance(round(session.sim.time / fresh.timestep))
-    assert (screen.restarts, session.pilot.commands()) == (1, {})
+    assert (session.resets, session.pilot.commands()) == (1, {})
     assert screen.times[60] < 0.1 < screen.times[59]
     assert fresh.get_state().mujoco.tobytes() == session.sim.get_state().mujoco.tobytes()
 
@@ -244,8 +239,8 @@ def test_the_page_says_which_boat_keys_drive_only_where_keys_are_read(monkeypatc
     sent = []
     monkeypatch.setattr(browser.rr, "send_chunks", lambda chunk, **_: sent.append(chunk))
     page = object.__new__(browser.Browser)
-    page.__dict__ |= {"_keys": keys, "_boat": "", "_stream": None, "_shown": 9.0, "_clock": lambda: 0.0}
-    page.show(SimpleNamespace(sim=SimpleNamespace(time=1.0), pilot=SimpleNamespace(boat="a")))
+    page.__dict__ |= {"_resets": 0, "_keys": keys, "_boat": "", "_stream": None, "_shown": 9.0, "_clock": lambda: 0.0}
+    page.show(SimpleNamespace(resets=0, sim=SimpleNamespace(time=1.0), pilot=SimpleNamespace(boat="a")))
     assert len(sent) == keys
 
 
@@ -263,27 +258,28 @@ def addresses(port):
 def test_the_browser_is_served_on_the_loopback_address_alone(trio, monkeypatch):
     told, shown = [], []
 
-    def few_frames(session, screen, _consoles):
+    def few_frames(session, consoles, is_open):
+        screen = consoles[0]
         clock = Clock()
         monkeypatch.setattr(screen, "_clock", clock)
         for _ in range(30):
             clock.sleep(0.05)
             session.sim.advance(5)
             screen.show(session)
-        screen.restart()
+        session.press("backspace")
         screen.show(session)
         ports = screen.server.ports
-        shown.extend((ports, [addresses(port) for port in ports], screen.is_open()))
+        shown.extend((ports, [addresses(port) for port in ports], is_open()))
         os.kill(os.getpid(), signal.SIGTERM)  # ends as Ctrl-C does
 
-    monkeypatch.setattr(package, "watch", few_frames)
+    monkeypatch.setattr(package, "drive", few_frames)
     before = signal.getsignal(signal.SIGTERM)
     view(Simulation(trio), browser=True, write=told.append)
     ports, listening, running = shown
     assert (running, listening) == (True, [["0100007F"], ["0100007F"]])  # 127.0.0.1
     page = f"http://127.0.0.1:{ports[0]}/?url=rerun%2Bhttp%3A%2F%2F127.0.0.1%3A{ports[1]}%2Fproxy&hide_welcome_screen=1"
     assert told[:2] == ["In the browser: as asked.", f"Open {page}"]
-    assert told[-1] == "stopped at 1.5 s of simulated time"
+    assert told[-1] == "stopped at 0.0 s of simulated time"
     assert [addresses(port) for port in ports] == [[], []]
     assert signal.getsignal(signal.SIGTERM) == before
 
@@ -302,8 +298,8 @@ def test_keys_come_from_a_terminal_and_its_settings_are_put_back(trio, monkeypat
         with Terminal(stdin, io.StringIO()) as terminal:
             assert terminal.reads
             os.write(ours, b"i\x1b[A2")
-            assert list(terminal.pressed()) == ["i", "up", "2"]
-            assert list(terminal.pressed()) == []
+            assert list(terminal.pressed_keys()) == ["i", "up", "2"]
+            assert list(terminal.pressed_keys()) == []
             terminal.show(Session(Simulation(trio)))
         assert termios.tcgetattr(stdin) == before
     os.close(ours)
@@ -311,4 +307,4 @@ def test_keys_come_from_a_terminal_and_its_settings_are_put_back(trio, monkeypat
 
 def test_what_is_no_terminal_gives_no_keys():
     with Terminal(io.StringIO("iii"), io.StringIO()) as terminal:
-        assert (terminal.reads, list(terminal.pressed())) == (False, [])
+        assert (terminal.reads, list(terminal.pressed_keys())) == (False, [])

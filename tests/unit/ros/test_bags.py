@@ -17,7 +17,8 @@ from rosbags.highlevel import AnyReader, AnyReaderError
 import vrx_mj
 from needs import ROSBAG, needs
 from vrx_mj.errors import RecordError, UnknownNameError, VrxWarning
-from vrx_mj.ros.bags import FIRST, HEAVY, KINDS, Bag, bagged, ros2_types
+from vrx_mj.ros import cdr
+from vrx_mj.ros.bags import FIRST, HEAVY, KINDS, Bag, bagged
 from vrx_mj.ros.interface import Output, RosInterface, Sent, Transport
 from vrx_mj.ros.messages import new, stamp
 from vrx_mj.ros.table.viewers import MARKERS, START
@@ -234,7 +235,7 @@ def test_an_mcap_opens_with_boats_and_world_and_has_a_layout_beside_it(bay, tmp_
     with (tmp_path / "out.mcap").open("rb") as file:
         rows = [(schema.name, channel.topic, row) for schema, channel, row in reader.make_reader(file).iter_messages()]
     first = {
-        topic: ros2_types().deserialize_cdr(row.data, kind)
+        topic: cdr.typestore().deserialize_cdr(row.data, kind)
         for kind, topic, row in rows
         if kind != "gazebo_msgs/msg/PerformanceMetrics" and row.log_time == FIRST
     }

@@ -147,7 +147,7 @@ def test_commands_are_too_rare_if_each_comes_after_the_one_before_has_run_out(ga
     sim, lines = Quiet(), []
     diagnosis = Diagnosis(sim, lambda _level, text: lines.append(text))
     for gap in gaps:
-        diagnosis.taken(Command("/a/thrusters/left_thrust_cmd", None, "me"))
+        diagnosis.note_command(Command("/a/thrusters/left_thrust_cmd", None, "me"))
         sim.time += gap
     assert len(lines) == told
 
@@ -192,8 +192,8 @@ def test_the_unit_of_a_command_is_the_thrusters_however_weak_it_is():
     sim, lines = Quiet(), []
     sim.world, sim.task = SimpleNamespace(parameters=partial({**HERE, "thrusters": [row]})), None
     diagnosis = Diagnosis(sim, lambda _level, text: lines.append(text))
-    diagnosis.commanded("a", {"left": 0.9})
-    diagnosis.commanded("a", {"left": -0.7})
+    diagnosis.check_commands("a", {"left": 0.9})
+    diagnosis.check_commands("a", {"left": -0.7})
     assert lines == ["left of a is -0.7 N, beyond -0.5 to 1: the force is limited to 1 N ahead, 0.5 N astern"]
 
 

@@ -125,12 +125,12 @@ def test_a_scene_has_the_shapes_places_and_colours_of_the_markers(server, monkey
 
 
 def test_only_what_somebody_listens_to_is_wanted(server, wire):
-    assert wire.wanted == frozenset()
+    assert wire.subscribed_topics == frozenset()
     asyncio.run(received(wire, server, {"/tf"}))
     deadline = time.monotonic() + SOON
-    while wire.wanted and time.monotonic() < deadline:
+    while wire.subscribed_topics and time.monotonic() < deadline:
         time.sleep(0.01)
-    assert wire.wanted == frozenset()
+    assert wire.subscribed_topics == frozenset()
     assert wire.traffic.clients == 0
 
 
@@ -142,7 +142,7 @@ def test_a_client_that_does_not_read_holds_nothing_up(server, wire):
                 {"id": one["id"], "channelId": one["id"]} for one in topics if one["topic"] == "/gazebo/link_states"
             ]
             await client.send(json.dumps({"op": "subscribe", "subscriptions": wanted}))
-            while not wire.wanted:
+            while not wire.subscribed_topics:
                 await asyncio.sleep(0.01)
             for _ in range(10):
                 await asyncio.to_thread(server.advance, BACKLOG)

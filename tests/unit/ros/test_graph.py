@@ -28,10 +28,10 @@ class Wire:
     def __init__(self):
         self.sent, self.set, self.changed, self.taken = [], [], [], []
 
-    def registered(self, kind, name):
+    def registration_changed(self, kind, name):
         self.changed.append((kind, name))
 
-    def replaced(self, node, uri):
+    def node_replaced(self, node, uri):
         self.taken.append((node, uri))
 
     def deliver(self, name, type_name, message):
@@ -65,7 +65,7 @@ def text(data):
 def test_what_the_simulation_publishes_goes_to_every_wire_and_waits_for_who_comes_late(graph):
     graph.send(Sent(graph.table.outputs["/info"], text("gate 3"), 2.5))
     assert [wire.sent for wire in graph.wires] == [[("/info", "gate 3")]] * 2
-    assert [message.data for message in graph.latched("/info")] == ["gate 3"]
+    assert [message.data for message in graph.latched_messages("/info")] == ["gate 3"]
     assert graph.time == 2.5
     assert graph.inbox.drain()[0] == []
 
@@ -79,7 +79,7 @@ def test_a_message_goes_to_the_simulation_and_to_all_wires_but_the_one_that_it_c
 
 
 def test_only_outputs_that_somebody_listens_to_are_wanted(graph):
-    assert graph.wanted == {"/info"}
+    assert graph.subscribed_topics == {"/info"}
 
 
 def test_nodes_of_this_process_and_of_others_are_in_one_list(graph):
@@ -114,7 +114,7 @@ def test_a_table_takes_the_place_of_the_one_before_and_what_stays_stays(graph):
     wire.changed.clear()
     graph.offer(RosInterface({"/info": Output("/info", "std_msgs/Int8", lambda: None)}, table().inputs, {}, {}))
     assert wire.changed == [("publisher", "/info"), ("service", "/reset"), ("publisher", "/info")]
-    assert graph.latched("/info") == []
+    assert graph.latched_messages("/info") == []
     assert graph.type_of("/info") == "std_msgs/Int8"
     assert "/reset" not in graph.services
     assert graph.parameters.names() == []
@@ -124,9 +124,9 @@ def test_what_a_node_latched_goes_with_it(graph):
     graph.register("publisher", "/map", CLIENT, STRING, latched=True)
     assert graph.is_latched("/map")
     graph.publish("/map", STRING, text("shore"), CLIENT, latched=True)
-    assert len(graph.latched("/map")) == 1
+    assert len(graph.latched_messages("/map")) == 1
     graph.unregister("publisher", "/map", CLIENT)
-    assert graph.latched("/map") == []
+    assert graph.latched_messages("/map") == []
     assert not graph.is_latched("/map")
 
 

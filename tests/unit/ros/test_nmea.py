@@ -195,7 +195,7 @@ def test_a_world_is_served_to_plotters_alone(bay):
 
         serve(vrx_mj.Simulation(bay, seed=5), wanted, report=lambda _, text, said=said: said.append(text), ready=keep)
         found.append(heard.lines)
-        assert said[0] == f"{boat} has the sensors for GGA, RMC, VTG, HDT, ROT, XDR; of other vessels AIVDM"
+        assert said[0] == f"{boat} sends GGA, RMC, VTG, HDT, ROT, XDR; it receives AIVDM"
         assert not any("drive the boats" in text for text in said)
     assert found[0] == found[1]
     assert len(found[0]) > 20

@@ -78,7 +78,7 @@ def test_lost_time_is_made_up_little_by_little(monkeypatch, stall, rate, clock):
 
 
 def test_a_stall_is_reported_once(monkeypatch):
-    way = "this is made up for at 1.2 times the pace, and what is beyond 1 s is not"
+    way = "catching up at 1.2 times the pace; lag beyond 1 s is dropped"
     assert ticks(monkeypatch, stalls={200: 0.3, 1000: 0.5})[1] == [f"behind the pace by 0.3 s: {way}"]
 
 

@@ -11,7 +11,7 @@ class Transport:
     """Notes what is published."""
 
     def __init__(self, *wanted):
-        self.wanted, self.got = frozenset(wanted), []
+        self.subscribed_topics, self.got = frozenset(wanted), []
 
     def publish(self, batch):
         self.got += [(round(sent.time, 6), sent.output.name, sent.message.data) for sent in batch]
@@ -38,7 +38,7 @@ def test_an_output_goes_out_at_its_rate_while_somebody_listens():
     sim, post, transport = posting(Output("/a", "std_msgs/String", lambda: told("x"), 5.0), wanted=["/a"])
     sail(sim, post, 20)
     assert [time for time, _, _ in transport.got] == [0.0, 0.2, 0.4, 0.6, 0.8]
-    transport.wanted = frozenset()
+    transport.subscribed_topics = frozenset()
     sail(sim, post, 20)
     assert len(transport.got) == 5
 

@@ -101,7 +101,7 @@ def test_a_service_with_an_empty_response_is_taken(packages, monkeypatch):
 class Node:
     """Stands for the node: it is slow until it is let go."""
 
-    wanted, clients, sent = frozenset({PLAIN.name}), 1, 7
+    subscribed_topics, clients, sent = frozenset({PLAIN.name}), 1, 7
 
     def __init__(self, *_):
         self.published, self.lines, self.tables, self.closed = [], [], [], threading.Event()
@@ -187,7 +187,7 @@ def test_the_newest_table_and_all_lines_are_passed_on(opened):
     assert opened.node.done.wait(LONGEST)
     assert opened.node.tables == [table]
     assert opened.node.lines == [("WARN", "aground")]
-    assert opened.ros2.wanted == {PLAIN.name}
+    assert opened.ros2.subscribed_topics == {PLAIN.name}
     assert opened.ros2.traffic == (1, 7, 0)
 
 
@@ -213,5 +213,5 @@ def test_closing_what_never_opened_does_nothing():
     ros2 = Ros2(Inbox())
     ros2.publish([sent(GOAL, 0)])
     ros2.close()
-    assert ros2.wanted == frozenset()
+    assert ros2.subscribed_topics == frozenset()
     assert ros2.traffic == (0, 0, 0)

@@ -83,17 +83,19 @@ def test_debug_topics_are_silent_where_vrx_debug_is_false(monkeypatch):
 
 
 def test_only_what_is_wanted_is_made_and_as_often_as_it_says(scene):
-    scene.network.wanted = frozenset({"/clock", "/wamv1/sensors/imu/imu/data", "/wamv1/joint_states"})
+    scene.network.subscribed_topics = frozenset({"/clock", "/wamv1/sensors/imu/imu/data", "/wamv1/joint_states"})
     run(scene, 2.0)
-    rates = {name: len(sent) / 2.0 for name, sent in scene.network.got.items() if name in scene.network.wanted}
+    rates = {
+        name: len(sent) / 2.0 for name, sent in scene.network.got.items() if name in scene.network.subscribed_topics
+    }
     assert rates == {"/clock": 100.0, "/wamv1/sensors/imu/imu/data": 15.0, "/wamv1/joint_states": 100.0}
     latched = {name for name, output in scene.network.table.outputs.items() if output.latched}
-    assert scene.network.got.keys() - scene.network.wanted <= latched
+    assert scene.network.got.keys() - scene.network.subscribed_topics <= latched
     assert scene.network.got["/tf_static"][0].message.transforms
 
 
 def test_a_reading_is_the_sensors_own(scene):
-    scene.network.wanted = frozenset({"/wamv1/sensors/imu/imu/data", "/wamv1/sensors/gps/gps/fix"})
+    scene.network.subscribed_topics = frozenset({"/wamv1/sensors/imu/imu/data", "/wamv1/sensors/gps/gps/fix"})
     run(scene, 1.0)
     names = {sensor.config.type: sensor.name for sensor in scene.sim.mounted("wamv1")}
     reading = scene.sim.sense("wamv1")[names["imu"]]
@@ -111,14 +113,14 @@ def test_a_reading_is_the_sensors_own(scene):
 def test_the_clock_comes_last_of_a_moment(scene):
     order = []
     scene.network.publish = lambda batch: order.extend(sent.output.name for sent in batch)
-    scene.network.wanted = frozenset(scene.network.table.outputs)
+    scene.network.subscribed_topics = frozenset(scene.network.table.outputs)
     scene.server.tick()
     assert order[-1] == "/clock"
 
 
 def test_model_states_tell_where_boats_are_and_how_they_move_in_the_world(scene):
     scene.sim.set_boat("wamv1", velocity=(2.0, 0.0, 0.0, 0.0, 0.0, 0.3))
-    scene.network.wanted = frozenset({"/gazebo/model_states", "/gazebo/link_states"})
+    scene.network.subscribed_topics = frozenset({"/gazebo/model_states", "/gazebo/link_states"})
     scene.server.tick()
     states = scene.network.got["/gazebo/model_states"][-1].message
     index, seen = states.name.index("wamv1"), scene.sim.observe()["wamv1"]
@@ -132,7 +134,7 @@ def test_model_states_tell_where_boats_are_and_how_they_move_in_the_world(scene)
 
 def test_the_frame_of_a_steered_engine_turns(scene):
     scene.inbox.message("/wamv1/thrusters/left_thrust_angle", new("std_msgs/Float32", data=0.5), "/test")
-    scene.network.wanted = frozenset({"/tf", "/wamv1/joint_states"})
+    scene.network.subscribed_topics = frozenset({"/tf", "/wamv1/joint_states"})
     run(scene, 3.0)
     joints = scene.network.got["/wamv1/joint_states"][-1].message
     angle = dict(zip(joints.name, joints.position, strict=True))["wamv1/left_chasis_engine_joint"]

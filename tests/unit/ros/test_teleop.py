@@ -11,16 +11,17 @@ from bridged import Bridged, nothing
 from vrx_mj import compile_world
 from vrx_mj.draw.colors import boat_color, hex_color
 from vrx_mj.draw.map_scene import map_of
-from vrx_mj.drive.pilot import Engine, Wheel, engines_of
+from vrx_mj.drive.pilot import Engine, engines_of
 from vrx_mj.errors import NetworkError, UnknownNameError
 from vrx_mj.model.world import tree_of
 from vrx_mj.recording.simulation_scene import scene_of
 from vrx_mj.ros import messages
 from vrx_mj.ros.interface import Input, Output, RosInterface, Service
+from vrx_mj.ros.parameters import command_topic
 from vrx_mj.ros.table.host import Scenery
 from vrx_mj.ros.table.world import _course, chart_output
 from vrx_mj.ros.teleop import driving
-from vrx_mj.ros.teleop.driving import Helmsman, topics
+from vrx_mj.ros.teleop.driving import RosbridgeDriver
 from vrx_mj.runtime.simulation import Simulation
 
 TWIN = (Engine("left", 1.0, -1.0, True, 1.5), Engine("right", 1.0, 1.0, True, 1.5))
@@ -88,17 +89,24 @@ def world():
 
 def at_helm(world, boat=None, **options):
     said = []
-    helmsman = Helmsman(world.url, boat, say=said.append, **options)
-    helmsman.said = said
-    return helmsman
+    driver = RosbridgeDriver(world.url, boat, say=said.append, **options)
+    driver.said = said
+    return driver
 
 
-def turned(helmsman, condition, seconds=5.0):
+def turn(driver, keys=()):
+    """Press keys, and go on."""
+    for key in keys:
+        driver.press(key)
+    driver.advance()
+
+
+def turned(driver, condition, seconds=5.0):
     """Turn without keys until something holds."""
     until = time.monotonic() + seconds
     while not condition():
         assert time.monotonic() < until, "it took too long"
-        helmsman.turn(())
+        turn(driver)
 
 
 @pytest.mark.parametrize(
@@ -107,10 +115,10 @@ def turned(helmsman, condition, seconds=5.0):
      ("wi", 0.55, 0.55, 0.0), (";", 0.0, 0.0, 0.1), ("h", 0.0, 0.0, -0.1), ("rh", 0.0, 0.0, -0.11)],
 )  # fmt: skip
 def test_keys_become_messages_of_the_boats_thrusters(world, keys, left, right, angle):
-    helmsman = at_helm(world)
-    helmsman.turn(keys)
+    driver = at_helm(world)
+    turn(driver, keys)
     world.wait(lambda here: len(here.came) >= 4)
-    helmsman.close()
+    driver.close()
     told = {name.rpartition("/")[2]: message.data for name, message in world.came[:4]}
     wanted = {
         "left_thrust_cmd": left,
@@ -124,36 +132,36 @@ def test_keys_become_messages_of_the_boats_thrusters(world, keys, left, right, a
 
 def test_what_is_asked_goes_out_ten_times_a_second_and_rest_only_once(world):
     now = itertools.count(0.0, 0.05)  # the clock is looked at more than once a turn: at most every other turn is due
-    helmsman = at_helm(world, clock=lambda: next(now))
+    driver = at_helm(world, clock=lambda: next(now))
     topic = "/wamv1/thrusters/left_thrust_cmd"
-    helmsman.turn("i")
-    turned(helmsman, lambda: len(world.values(topic)) >= 4)
-    helmsman.turn("k")
-    turned(helmsman, lambda: world.values(topic)[-1] == 0.0)
+    turn(driver, "i")
+    turned(driver, lambda: len(world.values(topic)) >= 4)
+    turn(driver, "k")
+    turned(driver, lambda: world.values(topic)[-1] == 0.0)
     for _ in range(6):
-        helmsman.turn(())
-    helmsman.close()
+        turn(driver)
+    driver.close()
     assert set(world.values(topic)[:-1]) == {0.5}
     assert world.values(topic)[-1] == 0.0
 
 
 def test_a_boat_at_rest_is_left_to_the_programs_that_drive_it(world):
-    helmsman, topic = at_helm(world), "/wamv1/thrusters/left_thrust_cmd"
-    helmsman.turn("i")
+    driver, topic = at_helm(world), "/wamv1/thrusters/left_thrust_cmd"
+    turn(driver, "i")
     world.wait(lambda here: here.values(topic))
     assert world.wires.publishers(topic) == ["/rosbridge/client_1"]
-    helmsman.turn("k")
+    turn(driver, "k")
     world.wait(lambda here: not here.wires.publishers(topic))
-    helmsman.close()
+    driver.close()
 
 
 def test_a_kept_velocity_is_driven_by_cmd_vel_in_its_own_units():
     with World(cmd_vel="velocity") as world:
-        helmsman = at_helm(world, "wamv2")
-        helmsman.turn("o")
+        driver = at_helm(world, "wamv2")
+        turn(driver, "o")
         world.wait(lambda here: here.came)
-        assert dict(helmsman.status())["power"] == "+0.50 m/s"
-        helmsman.close()
+        assert dict(driver.status())["power"] == "+0.50 m/s"
+        driver.close()
         world.wait(lambda here: here.came[-1][1].linear.x == 0.0)
     name, twist = world.came[0]
     assert (name, twist.linear.x, twist.angular.z) == ("/wamv2/cmd_vel", 0.5, -1.0)
@@ -161,7 +169,7 @@ def test_a_kept_velocity_is_driven_by_cmd_vel_in_its_own_units():
 
 def test_the_status_has_compass_degrees_of_true_north(world):
     """North is 90 degrees from east, and x half a radian from it."""
-    helmsman = at_helm(world)
+    driver = at_helm(world)
     pose = messages.new("geometry_msgs/Pose", orientation={"z": math.sin(0.5), "w": math.cos(0.5)})  # 1 rad from x
     twist = messages.new("geometry_msgs/Twist", linear={"y": 2.0})
     states = messages.new("gazebo_msgs/ModelStates", name=["wamv1"], pose=[pose], twist=[twist])
@@ -170,20 +178,20 @@ def test_the_status_has_compass_degrees_of_true_north(world):
         world.send("/gazebo/model_states", states)
         world.send("/vrx/debug/wind/speed", messages.new("std_msgs/Float64", data=3.0))
         world.send("/vrx/debug/wind/direction", messages.new("std_msgs/Float64", data=120.0))
-        return {"course", "wind"} <= dict(helmsman.status()).keys()
+        return {"course", "wind"} <= dict(driver.status()).keys()
 
-    turned(helmsman, known)
-    status = dict(helmsman.status())
-    helmsman.close()
+    turned(driver, known)
+    status = dict(driver.status())
+    driver.close()
     assert (status["heading"], status["course"]) == ("4 deg compass", "331 deg compass")
     assert status["wind"] == "3.0 m/s to 330 deg compass"
 
 
 def test_leaving_stops_the_boats_that_were_driven(world):
-    helmsman = at_helm(world)
-    helmsman.turn("in,")
+    driver = at_helm(world)
+    turn(driver, "in,")
     world.wait(lambda here: here.values("/wamv2/thrusters/left_thrust_cmd"))
-    helmsman.close()
+    driver.close()
     for boat in ("wamv1", "wamv2"):
         world.wait(lambda here, boat=boat: here.values(f"/{boat}/thrusters/left_thrust_cmd")[-1] == 0.0)
     assert world.values("/wamv1/thrusters/left_thrust_cmd")[0] == 0.5
@@ -192,58 +200,58 @@ def test_leaving_stops_the_boats_that_were_driven(world):
 
 def test_p_pauses_a_clock_that_ticks_and_lets_one_that_stands_go_on(world):
     now = [0.0]
-    helmsman = at_helm(world, clock=lambda: now[0])
+    driver = at_helm(world, clock=lambda: now[0])
     now[0] = 5.0
     world.send("/clock", messages.new("rosgraph_msgs/Clock", clock=messages.stamp(7.25)))
-    turned(helmsman, lambda: dict(helmsman.status()).get("time") == "7.2 s")
-    helmsman.turn("p")
-    assert dict(helmsman.status())["time"] == "7.2 s, paused"
-    helmsman.turn("p")
+    turned(driver, lambda: dict(driver.status()).get("time") == "7.2 s")
+    turn(driver, "p")
+    assert dict(driver.status())["time"] == "7.2 s, paused"
+    turn(driver, "p")
     world.wait(lambda here: len(here.called) == 2)
-    helmsman.close()
+    driver.close()
     assert world.called == ["pause_physics", "unpause_physics"]
 
 
 def test_backspace_stops_and_resets(world):
-    helmsman = at_helm(world)
-    helmsman.turn("i")
-    helmsman.turn(["backspace"])
-    turned(helmsman, lambda: "the simulation is reset" in helmsman.said)
-    helmsman.close()
-    assert (world.called, helmsman.pilot.wheels) == (["reset_world"], {})
+    driver = at_helm(world)
+    turn(driver, "i")
+    turn(driver, ["backspace"])
+    turned(driver, lambda: "the simulation is reset" in driver.said)
+    driver.close()
+    assert (world.called, driver.pilot.wheels) == (["reset_world"], {})
     assert world.values("/wamv1/thrusters/left_thrust_cmd")[-1] == 0.0
 
 
 def test_boats_come_and_go(world):
-    helmsman = at_helm(world, "wamv2")
+    driver = at_helm(world, "wamv2")
     world.tell("wamv1", "wamv10", "wamv9")
-    turned(helmsman, lambda: helmsman.pilot.boat == "wamv1")
-    assert helmsman.said[-1] == "wamv2 was removed; the keys drive wamv1 now"
-    helmsman.turn("ni")
+    turned(driver, lambda: driver.pilot.boat == "wamv1")
+    assert driver.said[-1] == "wamv2 was removed; the keys drive wamv1 now"
+    turn(driver, "ni")
     world.wait(lambda here: here.values("/wamv9/thrusters/left_thrust_cmd"))  # 9 comes before 10
-    helmsman.close()
+    driver.close()
 
 
 def test_a_lost_connection_is_told_and_comes_again(world, monkeypatch):
     monkeypatch.setattr(driving, "RETRY", 0.05)
-    helmsman = at_helm(world)
-    helmsman.turn("i")
+    driver = at_helm(world)
+    turn(driver, "i")
     world.bridge.close()
-    turned(helmsman, lambda: helmsman.said[-1] == f"the connection to {world.url} is lost: trying again")
-    assert helmsman.status() == (("not connected to", world.url),)
+    turned(driver, lambda: driver.said[-1] == f"the connection to {world.url} is lost: trying again")
+    assert driver.status() == (("not connected to", world.url),)
     with World(port=world.bridge.port) as again:
-        turned(helmsman, lambda: helmsman.said[-1] == "connected again, to bay")
+        turned(driver, lambda: driver.said[-1] == "connected again, to bay")
         assert again.values("/wamv1/thrusters/left_thrust_cmd") == []  # nobody has asked for anything since
-        helmsman.turn("i")
+        turn(driver, "i")
         again.wait(lambda here: here.values("/wamv1/thrusters/left_thrust_cmd"))
-        helmsman.close()
+        driver.close()
 
 
 def test_where_nothing_answers_the_error_says_what_to_start():
     with World() as world:
         url = world.url
     with pytest.raises(NetworkError) as caught:
-        Helmsman(url, None, say=print)
+        RosbridgeDriver(url, None, say=print)
     assert str(caught.value) == (
         f"no rosbridge answers at {url} (Connection refused); start a world there: vrx-mj serve WORLD --rosbridge"
     )
@@ -258,7 +266,7 @@ def test_an_unknown_boat_is_told_with_those_that_there_are(world):
 def test_another_rosbridge_is_told(monkeypatch):
     monkeypatch.setattr(driving, "GREETING", 0.1)
     with Bridged() as other, pytest.raises(NetworkError) as caught:
-        Helmsman(other.url, None, say=print)
+        RosbridgeDriver(other.url, None, say=print)
     assert str(caught.value) == (
         f"the server at {other.url} is not `vrx-mj serve`: it has no /vrx_mj/world or no boats' topics"
     )
@@ -267,15 +275,15 @@ def test_another_rosbridge_is_told(monkeypatch):
 @pytest.mark.parametrize("url", ["http://127.0.0.1:1", "ws://", "ws:///x"])
 def test_what_is_no_address_is_told(url):
     with pytest.raises(NetworkError) as caught:
-        Helmsman(url, None, say=print)
+        RosbridgeDriver(url, None, say=print)
     assert (
         str(caught.value) == f"invalid rosbridge address '{url}': ws://HOST:PORT is needed, as in ws://127.0.0.1:9090"
     )
 
 
 def test_topics_are_named_as_in_vrx():
-    rudder = Engine("rudder", 0.0, 0.0, True, 0.5, rudder=True)
-    assert topics("skiff", [rudder], Wheel(1.0, 1.0)) == {"/skiff/thrusters/rudder_thrust_angle": -0.5}
+    assert command_topic("skiff", "rudder_angle") == "/skiff/thrusters/rudder_thrust_angle"
+    assert command_topic("skiff", "left") == "/skiff/thrusters/left_thrust_cmd"
 
 
 @pytest.mark.parametrize(

@@ -13,14 +13,14 @@ LARGEST_CALL = 1 << 24
 _LENGTH = struct.Struct("<I")
 
 
-def framed(body: bytes) -> bytes:
-    """With its length before it, as all is sent."""
+def with_length(body: bytes) -> bytes:
+    """The bytes of a frame: the length, then the body."""
     return _LENGTH.pack(len(body)) + body
 
 
 def encode_header(fields: Mapping[str, str]) -> bytes:
     """The header with its length before it."""
-    return framed(b"".join(framed(f"{name}={value}".encode()) for name, value in fields.items()))
+    return with_length(b"".join(with_length(f"{name}={value}".encode()) for name, value in fields.items()))
 
 
 def decode_header(raw: bytes) -> dict[str, str]:

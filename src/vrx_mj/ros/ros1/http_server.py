@@ -28,9 +28,9 @@ _PORTION = 1 << 16
 _ALL_BODIES = 1 << 27
 """Bytes of all bodies and answers that have come, or wait to be taken, at one time."""
 _MOST_CALLS = 1000
-"""Of one system.multicall."""
+"""Calls in one system.multicall."""
 CALLS_SHARE = 0.25
-"""Of the wall time that answers may take in the long run."""
+"""Share of the wall time that answers may take in the long run."""
 CALLS_BURST = 0.5
 """Wall time of answers that are given at once: a launch file or a recorder calls hundreds of times [s]."""
 _LARGEST_ANSWER = 1 << 26
@@ -110,7 +110,7 @@ class HttpServer:
             writer.transport.abort()
             return
         if not self._connection_limit.enter(place):
-            text = f"{self.title}: too many connections; one of {place.host} refused"
+            text = f"{self.title}: too many connections: refused one from {place.host}"
             self._notices.write("WARN", "crowd", place.host, text)
             writer.transport.abort()
             return

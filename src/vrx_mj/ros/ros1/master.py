@@ -5,12 +5,13 @@ import contextlib
 import os
 import socket
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 from xmlrpc.client import Fault
 
 from vrx_mj.errors import CommandError
-from vrx_mj.ros.graph import Graph
-from vrx_mj.ros.parameters import LONGEST, is_legal, is_type, joined, resolve, updates
+from vrx_mj.ros.graph import Graph, Wire
+from vrx_mj.ros.parameters import LONGEST, is_legal, is_type, join_names, resolve, updates
 from vrx_mj.ros.ros1.xmlrpc import BROKEN, LARGEST_REPLY, Proxy, address
 
 _NODE_TIMEOUT = 5.0
@@ -19,7 +20,7 @@ MOST_NODES = 512
 """Nodes with calls under way, at most; beyond that the calls to the slowest one are dropped."""
 
 _MOST_CALLS = 2000
-"""Of one node that wait, at most."""
+"""Calls to one node that may wait."""
 
 
 class Notifier:
@@ -77,8 +78,8 @@ SWEEP = 10.0
 """Wall time for a look at all nodes, about [s]."""
 
 
-class Master:
-    """The graph for ROS 1's nodes. It lives in the loop's thread.
+class Master(Wire):
+    """The graph for ROS 1's nodes: a wire that calls those whom a change concerns.
 
     The nodes of this process are registered by this process alone: nobody on the network takes their names, nor takes
     back what they have registered.
@@ -86,24 +87,22 @@ class Master:
 
     def __init__(self, graph: Graph, uri: str) -> None:
         self.graph, self.uri = graph, uri
-        self.changed = asyncio.Event()
-        """Set whenever somebody has registered or gone."""
         self._sweeper: asyncio.Task[None] | None = None
         self._notifier = Notifier(self._was_refused)
         self._methods: dict[str, tuple[str, Callable[..., Reply]]] = {
             "getPid": ("", lambda _: (1, "", os.getpid())),
             "getUri": ("", lambda _: (1, "", self.uri)),
             "shutdown": ("v", lambda *_: (0, "this master ends with its simulation", 0)),
-            "registerPublisher": ("nta", self._register_publisher),
-            "registerSubscriber": ("nta", self._register_subscriber),
+            "registerPublisher": ("nta", partial(self._register_topic, "publisher", "subscriber")),
+            "registerSubscriber": ("nta", partial(self._register_topic, "subscriber", "publisher")),
             "registerService": ("nsa", self._register_service),
-            "unregisterPublisher": ("na", self._unregister_publisher),
-            "unregisterSubscriber": ("na", self._unregister_subscriber),
-            "unregisterService": ("ns", self._unregister_service),
+            "unregisterPublisher": ("na", partial(self._unregister, "publisher")),
+            "unregisterSubscriber": ("na", partial(self._unregister, "subscriber")),
+            "unregisterService": ("ns", partial(self._unregister, "service")),
             "lookupNode": ("n", self._lookup_node),
             "lookupService": ("n", self._lookup_service),
             "getPublishedTopics": ("v", self._published_topics),
-            "getTopicTypes": ("", self._topic_types),
+            "getTopicTypes": ("", lambda _: (1, "current topics", [list(pair) for pair in self.graph.types.items()])),
             "getSystemState": ("", self._system_state),
             "setParam": ("kv", self._set_parameter),
             "getParam": ("k", self._get_parameter),
@@ -111,7 +110,7 @@ class Master:
             "deleteParam": ("k", self._delete_parameter),
             "searchParam": ("v", self._search_parameter),
             "subscribeParam": ("ak", self._subscribe_parameter),
-            "unsubscribeParam": ("ak", self._unsubscribe_parameter),
+            "unsubscribeParam": ("ak", lambda node, api, key: self._unregister("parameter", node, key, api)),
             "getParamNames": ("", lambda _: (1, "Parameter names", self.graph.parameters.names())),
         }
         """Methods with their values after the caller: (n)ame, (t)ype, (a)pi, (s)ervice's api, (k)ey, any (v)alue."""
@@ -122,8 +121,9 @@ class Master:
             return [*self._methods, "system.listMethods", "system.multicall"]
         if method not in self._methods:
             raise Fault(1, f'method "{method[:100]}" is not supported')
-        if method in _REGISTERING and values and isinstance(values[0], str) and joined(values[0]) in self.graph.local:
-            return [-1, f"ERROR: {joined(values[0])} is the simulation's own node: another name is needed", 0]
+        caller = join_names(values[0]) if values and isinstance(values[0], str) else ""
+        if method in _REGISTERING and caller in self.graph.local:
+            return [-1, f"ERROR: {caller} is the simulation's own node: another name is needed", 0]
         return list(self.call(method, values))
 
     def call(self, method: str, values: Sequence[object]) -> Reply:
@@ -134,33 +134,35 @@ class Master:
         if len(values) != len(kinds) + 1:
             return -1, "Error: bad call arity", 0
         try:
-            checked = [_checked(kind, value, values[0]) for kind, value in zip(kinds, values[1:], strict=True)]
+            checked = [_check_value(kind, value, values[0]) for kind, value in zip(kinds, values[1:], strict=True)]
             return function(values[0], *checked)
         except CommandError as error:
             return -1, str(error), 0
 
     def start(self) -> None:
-        """Begin to look after nodes that died."""
+        """Follow the graph's changes, and look after nodes that die."""
+        self.graph.wires.append(self)
         self._sweeper = asyncio.get_running_loop().create_task(self._sweep())
 
     async def close(self) -> None:
         """Stop calling nodes."""
+        if self in self.graph.wires:
+            self.graph.wires.remove(self)
         if self._sweeper is not None:
             self._sweeper.cancel()
             await asyncio.gather(self._sweeper, return_exceptions=True)
         await self._notifier.close()
 
-    def registered(self, kind: str, name: str) -> None:
-        """A publisher, a subscriber or a service has come or gone."""
-        self.changed.set()
+    def registration_changed(self, kind: str, name: str) -> None:
+        """Call the subscribers of a topic whose publishers have changed."""
         if kind == "publisher":
             known = self.graph.registrations
             publishers = known.apis("publisher", name)
             for api in set(known.apis("subscriber", name)) - {self.graph.uri}:
                 self._notifier.notify(api, "publisherUpdate", name, publishers)
 
-    def replaced(self, node: str, uri: str) -> None:
-        """Another node has taken the name of a node, whose URI was this."""
+    def node_replaced(self, node: str, uri: str) -> None:
+        """Shut down the node whose name another one has taken."""
         self._notifier.notify(uri, "shutdown", f"[{node}] Reason: new node registered with same name")
 
     def parameter_changed(self, key: str, value: object, setter: str) -> None:
@@ -171,26 +173,18 @@ class Master:
                 if node != setter:
                     self._notifier.notify(api, "paramUpdate", update.key, update.value)
 
-    def _register_publisher(self, node: str, topic: str, kind: str, api: str) -> Reply:
-        self.graph.register_remote("publisher", topic, node, api, kind)
-        return 1, f"Registered [{node}] as publisher of [{topic}]", self.graph.registrations.apis("subscriber", topic)
-
-    def _register_subscriber(self, node: str, topic: str, kind: str, api: str) -> Reply:
-        self.graph.register_remote("subscriber", topic, node, api, kind)
-        return 1, f"Subscribed to [{topic}]", self.graph.registrations.apis("publisher", topic)
+    def _register_topic(self, role: str, others: str, node: str, topic: str, kind: str, api: str) -> Reply:
+        self.graph.register_remote(role, topic, node, api, kind)
+        return 1, f"Registered [{node}] as {role} of [{topic}]", self.graph.registrations.apis(others, topic)
 
     def _register_service(self, node: str, service: str, service_api: str, api: str) -> Reply:
         self.graph.register_remote("service", service, node, api, service_uri=service_api)
         return 1, f"Registered [{node}] as provider of [{service}]", 1
 
-    def _unregister_publisher(self, node: str, topic: str, api: str) -> Reply:
-        return _removed(node, topic, self.graph.unregister_remote("publisher", topic, node, api))
-
-    def _unregister_subscriber(self, node: str, topic: str, api: str) -> Reply:
-        return _removed(node, topic, self.graph.unregister_remote("subscriber", topic, node, api))
-
-    def _unregister_service(self, node: str, service: str, service_api: str) -> Reply:
-        return _removed(node, service, self.graph.unregister_remote("service", service, node, service_api))
+    def _unregister(self, kind: str, node: str, name: str, api: str) -> Reply:
+        count = self.graph.unregister_remote(kind, name, node, api)
+        done, none = f"Unregistered [{node}] as provider of [{name}]", f"[{node}] is not a known provider of [{name}]"
+        return 1, done if count else none, count
 
     def _lookup_node(self, _: str, name: str) -> Reply:
         if name in self.graph.local and name != self.graph.node:
@@ -210,9 +204,6 @@ class Master:
         under = f"{resolve(str(subgraph), node)}/" if subgraph and subgraph != "/" else "/"
         names = [name for name in self.graph.registrations.names("publisher") if name.startswith(under)]
         return 1, "current topics", [[name, self.graph.types.get(name, "*")] for name in names]
-
-    def _topic_types(self, _: str) -> Reply:
-        return 1, "current system state", [list(pair) for pair in self.graph.types.items()]
 
     def _system_state(self, _: str) -> Reply:
         state = [self.graph.registrations.state(kind) for kind in ("publisher", "subscriber", "service")]
@@ -250,9 +241,6 @@ class Master:
         value = self.graph.parameters.get(key) if self.graph.parameters.has(key) else {}
         return 1, f"Subscribed to parameter [{key}]", value
 
-    def _unsubscribe_parameter(self, node: str, api: str, key: str) -> Reply:
-        return 1, f"Unsubscribe to parameter [{key}]", self.graph.unregister_remote("parameter", key, node, api)
-
     def _was_refused(self, api: str) -> None:
         """Nobody listens at a node's URI any more: it has died without a word."""
         for node in [name for name, uri in self.graph.registrations.nodes.items() if uri == api]:
@@ -277,7 +265,7 @@ class Master:
             self._was_refused(api)
 
 
-def _checked(kind: str, value: object, node: str) -> object:
+def _check_value(kind: str, value: object, node: str) -> object:
     """A value of a call, names made absolute."""
     if kind == "k" and isinstance(value, str) and 0 < len(value) <= LONGEST:
         return resolve(value, node)
@@ -290,8 +278,3 @@ def _checked(kind: str, value: object, node: str) -> object:
         return value
     what = {"n": "name", "t": "type", "k": "name of a parameter"}.get(kind, f"URI like {scheme}host:port")
     raise CommandError(f"ERROR: {str(value)[:60]!r} is not a {what}")
-
-
-def _removed(node: str, key: str, count: int) -> Reply:
-    text = f"Unregistered [{node}] as provider of [{key}]" if count else f"[{node}] is not a known provider of [{key}]"
-    return 1, text, count

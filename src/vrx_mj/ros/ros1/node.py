@@ -5,12 +5,13 @@ import contextlib
 import os
 import time
 from collections.abc import Callable, Coroutine, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 from xmlrpc.client import Fault
 
 from vrx_mj.errors import CommandError, NetworkError
-from vrx_mj.ros.access import addresses, announced, bound, is_local, own_names
-from vrx_mj.ros.graph import Graph
+from vrx_mj.ros.access import addresses, announced_address, is_local, listening_addresses, own_names
+from vrx_mj.ros.graph import Graph, Wire
 from vrx_mj.ros.interface import Traffic
 from vrx_mj.ros.limits import ConnectionLimit, Intake, Place
 from vrx_mj.ros.messages import Message
@@ -30,28 +31,26 @@ _MASTER = "/master"
 """The caller that masters say they are."""
 
 
+@dataclass
 class Slave:
     """Answers with what a node has."""
 
-    def __init__(
-        self,
-        node: str,
-        master_uri: str,
-        publications: dict[str, Publication],
-        subscriptions: dict[str, Subscription],
-        notices: Notices,
-    ) -> None:
-        self.node, self.master_uri = node, master_uri
-        self.publications, self.subscriptions, self.notices = publications, subscriptions, notices
-        self.uri = ""
-        self.stream: tuple[str, int] = ("", 0)
-        """Host and port of TCPROS."""
-        self.trusted: Callable[[str], bool] = lambda host: False
-        """Whether a caller at such an address may command the node."""
-        self.is_masters_own = False
-        """Whether the master is this process's own, which never ends its node; others may have it call us."""
-        self.on_shutdown: Callable[[str], None] | None = None
-        """Called with the reason when somebody shuts the node down."""
+    node: str
+    master_uri: str
+    publications: dict[str, Publication]
+    subscriptions: dict[str, Subscription]
+    notices: Notices
+    is_masters_own: bool = False
+    """Whether the master is this process's own, which never ends its node; others may have it call us."""
+    uri: str = ""
+    stream: tuple[str, int] = ("", 0)
+    """Host and port of TCPROS."""
+    trusted: Callable[[str], bool] = lambda host: False
+    """Whether a caller at such an address may command the node."""
+    on_shutdown: Callable[[str], None] | None = None
+    """Called with the reason when somebody shuts the node down."""
+
+    def __post_init__(self) -> None:
         self._methods: dict[str, tuple[int, Callable[..., Reply]]] = {
             "getBusStats": (0, self._bus_stats),
             "getBusInfo": (0, self._bus_info),
@@ -59,8 +58,8 @@ class Slave:
             "getUri": (0, lambda: (1, "", self.uri)),
             "getName": (0, lambda: (1, "", self.node)),
             "getPid": (0, lambda: (1, "", os.getpid())),
-            "getSubscriptions": (0, lambda: (1, "subscriptions", _listed(self.subscriptions))),
-            "getPublications": (0, lambda: (1, "publications", _listed(self.publications))),
+            "getSubscriptions": (0, lambda: (1, "subscriptions", _topic_list(self.subscriptions))),
+            "getPublications": (0, lambda: (1, "publications", _topic_list(self.publications))),
             "paramUpdate": (2, lambda *_: (-1, "not subscribed", 0)),
             "publisherUpdate": (2, self._publisher_update),
             "requestTopic": (2, self._request_topic),
@@ -138,7 +137,7 @@ class Slave:
             self.on_shutdown(reason)
 
 
-def _listed(topics: Mapping[str, Publication] | Mapping[str, Subscription]) -> list[list[str]]:
+def _topic_list(topics: Mapping[str, Publication] | Mapping[str, Subscription]) -> list[list[str]]:
     return [[topic.name, topic.type] for topic in topics.values()]
 
 
@@ -263,21 +262,20 @@ _OPEN_TIMEOUT = 15.0
 _CLOSE_TIMEOUT = 2.0
 
 
-class Node:
+class Node(Wire):
     """The nodes of this process on TCPROS: a `Wire` (see `vrx_mj.ros.graph`), in the network's thread."""
 
     def __init__(self, graph: Graph, access: MasterAccess, master_uri: str, connection_limit: ConnectionLimit) -> None:
         self.graph, self.master_uri, self._access = graph, master_uri, access
-        self.listened: frozenset[str] = frozenset()
         name, notices = graph.node, graph.notices
         self.stream = Stream(name)
         self.publications: dict[str, Publication] = {}
         self.subscriptions: dict[str, Subscription] = {}
         self.provided: dict[str, Provided] = {}
-        self.slave = Slave(name, master_uri, self.publications, self.subscriptions, notices)
-        self.slave.is_masters_own = access.master is not None
+        is_own = access.master is not None
+        self.slave = Slave(name, master_uri, self.publications, self.subscriptions, notices, is_own)
         self.tcpros_listener = TcprosListener(
-            self._meet, connection_limit, Intake(_INCOMING_BYTES), notices, self._changed
+            self._meet, connection_limit, Intake(_INCOMING_BYTES), notices, self._note_readers
         )
         self.api = HttpServer(f"node {name}", self.slave.answer, connection_limit, notices, access.names)
         self.registrar = Registrar(name, master_uri, access.link, notices)
@@ -287,15 +285,15 @@ class Node:
         self._closing: set[asyncio.Task[None]] = set()
         self._task: asyncio.Task[None] | None = None
 
-    async def start(self, hosts: Sequence[str], announced: str) -> None:
+    async def start(self, hosts: Sequence[str], announced_address: str) -> None:
         """Listen at addresses, and announce one of them. OSError: that cannot be done."""
-        self.slave.stream = announced, await self.tcpros_listener.start(hosts)
-        self.slave.uri = f"http://{announced}:{await self.api.start(hosts, 0)}/"
-        self.watch.announced = announced
+        self.slave.stream = announced_address, await self.tcpros_listener.start(hosts)
+        self.slave.uri = f"http://{announced_address}:{await self.api.start(hosts, 0)}/"
+        self.watch.announced = announced_address
         masters = set(addresses(address(self.master_uri)[0]))
         self.slave.trusted = lambda host: host in masters or is_local(host)
         self.registrar.publishers = self._found_publishers
-        self.registrar.seen = self._seen
+        self.registrar.seen = self._take_state
         self.registrar.api, self.registrar.replaced = self.slave.uri, self.slave.end
         self._join()
         self._task = asyncio.get_running_loop().create_task(self.registrar.run())
@@ -325,7 +323,7 @@ class Node:
 
     # Changes of the graph
 
-    def registered(self, kind: str, name: str) -> None:
+    def registration_changed(self, kind: str, name: str) -> None:
         """A publisher, a subscriber or a service of a name has come or gone."""
         if kind == "publisher":
             self._publish(name)
@@ -335,16 +333,9 @@ class Node:
             self._listen(name)
         elif kind == "service":
             self._provide(name)
-        if self._access.master is not None:
-            self._access.master.registered(kind, name)
-        else:
+        if self._access.master is None:
             self.registrar.settled.clear()
-            self.registrar.wake.set()
-
-    def replaced(self, node: str, uri: str) -> None:
-        """Another node has taken the name of a node, whose URI was this."""
-        if self._access.master is not None:
-            self._access.master.replaced(node, uri)
+        self.registrar.wake.set()
 
     def deliver(self, name: str, type_name: str, message: Message) -> None:
         """Send a message to who listens."""
@@ -358,9 +349,7 @@ class Node:
 
     def parameter_changed(self, key: str, value: object, setter: str) -> None:
         """A node has set or deleted a parameter."""
-        if self._access.master is not None:
-            self._access.master.parameter_changed(key, value, setter)
-        elif setter == self.graph.node:
+        if self._access.master is None and setter == self.graph.node:
             self.registrar.wake.set()
 
     def _join(self) -> None:
@@ -371,11 +360,11 @@ class Node:
         graph.remote_call = self._call
         if self._access.master is None:
             graph.remote_master = self._ask
-            self.registrar.wished = self._wished
+            self.registrar.wished = self._wished_registrations
             self.registrar.parameters = lambda: self.graph.own_parameters
         for kind in ("publisher", "subscriber", "service"):
             for name in graph.registrations.names(kind):
-                self.registered(kind, name)
+                self.registration_changed(kind, name)
 
     def _publish(self, name: str) -> None:
         """Have a topic that nodes of this process publish, and no other."""
@@ -383,10 +372,10 @@ class Node:
         held = self.publications.get(name)
         if held is not None and (held.type, held.latched) != (type_name, latched):
             self.publications.pop(name).close()
-            self._changed()
+            self._note_readers()
         if type_name is not None and name not in self.publications:
             self.publications[name] = Publication(
-                self.stream, name, type_name, latched=latched, last=lambda: self.graph.latched(name)
+                self.stream, name, type_name, latched=latched, last=lambda: self.graph.latched_messages(name)
             )
 
     def _listen(self, name: str) -> None:
@@ -400,7 +389,7 @@ class Node:
                 self.graph.node,
                 name,
                 type_name,
-                self._received,
+                self._take_remote,
                 self.tcpros_listener.intake,
                 self.graph.notices,
                 self.graph.uri,
@@ -418,7 +407,7 @@ class Node:
 
     # What other processes do
 
-    def _received(self, name: str, message: Message, sender: str, latched: bool) -> None:
+    def _take_remote(self, name: str, message: Message, sender: str, latched: bool) -> None:
         """A message of another process has come."""
         kept = latched and ((name, sender) in self._kept or len(self._kept) < _MOST_LATCHED)
         if kept:
@@ -437,7 +426,7 @@ class Node:
             raise CommandError(f"no service named '{name}'")
         return await call_service(uri, self.graph.node, name, make)
 
-    def _wished(self) -> dict[tuple[str, str, str], list[str]]:
+    def _wished_registrations(self) -> dict[tuple[str, str, str], list[str]]:
         """All that nodes of this process have registered."""
         graph, known = self.graph, self.graph.registrations
         wished: dict[tuple[str, str, str], list[str]] = {}
@@ -470,7 +459,7 @@ class Node:
             return None
         return Caller(met, transport, header, self.graph.network, self.tcpros_listener.intake, place)
 
-    def _changed(self) -> None:
+    def _note_readers(self) -> None:
         """Somebody has come or gone."""
         self.listened = frozenset(name for name, topic in self.publications.items() if topic.readers)
 
@@ -478,7 +467,7 @@ class Node:
         if topic in self.subscriptions:
             self.subscriptions[topic].update(uris)
 
-    def _seen(self, state: SystemState, types: Mapping[str, str]) -> None:
+    def _take_state(self, state: SystemState, types: Mapping[str, str]) -> None:
         if self._access.master is None:
             self.graph.mirror(state, types)
         for name, topic in self.subscriptions.items():
@@ -535,31 +524,29 @@ class Ros1:
     def settle(self, timeout: float = 5.0) -> None:
         """Wait until the master knows all that is offered; TimeoutError: it does not, so long [s]."""
         if self._node is not None:
-            self._graph.network.call(self._settled(self._node), timeout)
+            self._graph.network.call(self._node.registrar.settled.wait(), timeout)
 
     async def _open(self) -> Sequence[str]:
         graph = self._graph
         names = own_names(self._host, self.master_uri)
         access = await open_master(graph, self.master_uri, self._host, self._connection_limit, names)
-        where = announced(self._host, access.host)
+        where = announced_address(self._host, access.host)
         node = Node(graph, access, self.master_uri, self._connection_limit)
         try:
-            await node.start(bound(self._host), where)
+            await node.start(listening_addresses(self._host), where)
         except OSError as error:
             await node.close()
             await access.close()
             raise NetworkError(f"ROS 1: cannot listen at {self._host}: {error}") from error
         node.slave.on_shutdown = self._shut_down
         self._access, self._node = access, node
-        if access.master is not None:
-            access.master.changed = node.registrar.wake
         graph.notices.listener = graph.log
         own = "own master" if access.master is not None else "the master"
         lines = [f"ROS 1: {own} at {self.master_uri}, node {graph.node} at {node.slave.uri}"]
-        if not is_ours(where, bound(self._host)):
+        if not is_ours(where, listening_addresses(self._host)):
             lines.append(
                 f"ROS 1: nodes get the address {where} (ROS_HOSTNAME or ROS_IP), but this server listens at "
-                f"{', '.join(bound(self._host))} only: give --host {where} or --host 0.0.0.0"
+                f"{', '.join(listening_addresses(self._host))} only: give --host {where} or --host 0.0.0.0"
             )
         return lines
 
@@ -573,9 +560,6 @@ class Ros1:
             await access.close()
         for _ in range(3):  # what was aborted is closed in the loop's next turns
             await asyncio.sleep(0)
-
-    async def _settled(self, node: Node) -> None:
-        await node.registrar.settled.wait()
 
     def _shut_down(self, reason: str) -> None:
         if self.on_shutdown is not None:

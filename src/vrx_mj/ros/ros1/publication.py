@@ -7,6 +7,7 @@ import socket
 import struct
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 from vrx_mj.errors import CommandError
@@ -26,7 +27,7 @@ from vrx_mj.ros.messages import (
 )
 from vrx_mj.ros.network import Network, Notices
 from vrx_mj.ros.parameters import LONGEST
-from vrx_mj.ros.ros1.connection import LARGEST_CALL, LARGEST_HEADER, Splitter, decode_header, encode_header, framed
+from vrx_mj.ros.ros1.connection import LARGEST_CALL, LARGEST_HEADER, Splitter, decode_header, encode_header, with_length
 
 _HIGH_WATER = 1 << 18
 """Bytes that asyncio holds of a connection before its outbox fills."""
@@ -48,7 +49,7 @@ class Stream:
         self.node = node
         self.counts = Counts()
         self.numbers = itertools.count(1)
-        """Of connections."""
+        """Numbers of connections."""
 
 
 class Publication:
@@ -154,18 +155,18 @@ class Reader:
         """Send a message now or later."""
         self._outbox.push(frame, len(frame))
 
-    def received(self, data: bytes) -> None:
+    def take(self, data: bytes) -> None:
         """It sends something; nothing is expected."""
         self._talk += len(data)
         if self._talk > _MOST_IDLE_TALK:
             self.transport.abort()
 
-    def blocked(self, *, now: bool) -> None:
+    def set_blocked(self, *, now: bool) -> None:
         """The connection takes no more, or takes again."""
         self._blocked = now
         self._write()
 
-    def lost(self) -> None:
+    def note_loss(self) -> None:
         """The connection is closed."""
         self._blocked = True
         self._rest = memoryview(b"")
@@ -173,7 +174,7 @@ class Reader:
         self.publication.readers.discard(self)
 
     def info(self) -> list[object]:
-        """As `getBusInfo` has it."""
+        """The row of this connection in `getBusInfo`."""
         there = self.transport.get_extra_info("peername") or ("?", 0)
         here = self.transport.get_extra_info("sockname") or ("?", 0)
         about = f"TCPROS connection on port {here[1]} to [{there[0]}:{there[1]} on socket {self.number}]"
@@ -198,14 +199,16 @@ _REQUEST_TIMEOUT = 10.0
 """Wall time in which a request must begin to come, and in which an answer must be taken [s]."""
 
 
+@dataclass(eq=False)
 class Provided:
     """A service of a node of this process, and its callers."""
 
-    def __init__(self, node: str, name: str, type_name: str, call: Callable[[Message, str, Answer], None]) -> None:
-        self.node, self.name, self.type = node, name, type_name
-        self.call = call
-        """Takes the request, the caller's name, and what is to be called with the response."""
-        self.callers: set[Caller] = set()
+    node: str
+    name: str
+    type: str
+    call: Callable[[Message, str, Answer], None]
+    """Takes the request, the caller's name, and what is to be called with the response."""
+    callers: "set[Caller]" = field(default_factory=set)
 
     def refusal(self, header: Mapping[str, str]) -> str | None:
         """Why somebody cannot call it."""
@@ -259,21 +262,21 @@ class Caller:
         service.callers.add(self)
         self._timer = None if self._persistent else network.loop.call_later(_REQUEST_TIMEOUT, transport.abort)
 
-    def received(self, data: bytes) -> None:
+    def take(self, data: bytes) -> None:
         """A piece of a request; CommandError: it is too large."""
         if self._timer is not None:
             self._timer.cancel()
         self._splitter.feed(data)
         self._next()
 
-    def blocked(self, *, now: bool) -> None:
+    def set_blocked(self, *, now: bool) -> None:
         """It takes no more answers, so that no more calls are taken, or takes them again."""
         self._blocked = now
         if not now and not self._busy and not self._lost:
             self.transport.resume_reading()
             self._network.loop.call_soon(self._resume)
 
-    def lost(self) -> None:
+    def note_loss(self) -> None:
         """The connection is closed."""
         self._lost = True
         self._stall.stop()
@@ -294,15 +297,11 @@ class Caller:
         try:
             request = decode(frame, f"{self.service.type}Request")
         except CommandError as error:
-            self._answered(None, str(error))
+            self._answer(None, str(error))
             return
-        self.service.call(request, self.node, self._answer)
+        self.service.call(request, self.node, partial(self._network.soon, self._answer))
 
     def _answer(self, response: Message | None, why: str) -> None:
-        """The response, or the reason for its absence, from any thread."""
-        self._network.soon(self._answered, response, why)
-
-    def _answered(self, response: Message | None, why: str) -> None:
         if self._lost or not self._busy:
             return
         self.transport.write(self._bytes(response, why))
@@ -324,10 +323,10 @@ class Caller:
     def _bytes(self, response: Message | None, why: str) -> bytes:
         if response is not None:
             try:
-                return b"\x01" + framed(encode(response, f"{self.service.type}Response"))
+                return b"\x01" + with_length(encode(response, f"{self.service.type}Response"))
             except Exception as error:  # whatever rosbags raises of an invalid response
                 why = str(CommandError(f"{self.service.name}: the response cannot be written: {error}"))
-        return b"\x00" + framed(why.encode("utf-8", "replace"))
+        return b"\x00" + with_length(why.encode("utf-8", "replace"))
 
 
 HEADER_TIMEOUT = 10.0
@@ -388,7 +387,7 @@ class Incoming(asyncio.Protocol):
         assert isinstance(transport, asyncio.Transport)
         host = self._place.host = str((transport.get_extra_info("peername") or ("?",))[0])
         if not self._listener.connection_limit.enter(self._place):
-            self._listener.notices.write("WARN", "crowd", host, f"too many connections; one of {host} refused")
+            self._listener.notices.write("WARN", "crowd", host, f"too many connections: refused one from {host}")
             self._over = True
             transport.abort()
             return
@@ -403,7 +402,7 @@ class Incoming(asyncio.Protocol):
             return
         try:
             if self._role is not None:
-                self._role.received(data)
+                self._role.take(data)
                 return
             self._splitter.feed(data)
             frame = self._splitter.take()
@@ -416,13 +415,13 @@ class Incoming(asyncio.Protocol):
         """It takes no more."""
         self._blocked = True
         if self._role is not None:
-            self._role.blocked(now=True)
+            self._role.set_blocked(now=True)
 
     def resume_writing(self) -> None:
         """It takes more."""
         self._blocked = False
         if self._role is not None:
-            self._role.blocked(now=False)
+            self._role.set_blocked(now=False)
 
     def connection_lost(self, _: Exception | None) -> None:
         """It has gone."""
@@ -434,7 +433,7 @@ class Incoming(asyncio.Protocol):
         self._listener.inside.discard(self)
         self._splitter.rest()
         if self._role is not None:
-            self._role.lost()
+            self._role.note_loss()
             self._listener.changed()
 
     def _abort(self) -> None:
@@ -453,11 +452,11 @@ class Incoming(asyncio.Protocol):
             self._end()
             return
         self._role = role
-        role.blocked(now=self._blocked)
+        role.set_blocked(now=self._blocked)
         self._listener.changed()
         rest = self._splitter.rest()
         if rest:
-            role.received(rest)
+            role.take(rest)
 
     def _refuse(self, why: str) -> None:
         assert self.transport is not None

@@ -5,11 +5,11 @@ import contextlib
 import uuid
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 from xmlrpc.client import Fault
 
 from vrx_mj.errors import CommandError, NetworkError
-from vrx_mj.ros.access import Names, addresses, announced, bound, is_local, is_loopback
+from vrx_mj.ros.access import Names, addresses, announced_address, is_local, is_loopback, listening_addresses
 from vrx_mj.ros.graph import Graph
 from vrx_mj.ros.limits import ConnectionLimit
 from vrx_mj.ros.network import Notices, shown_process, who_listens
@@ -23,40 +23,17 @@ _Request = tuple[str, Sequence[object]]
 """Method and values."""
 
 
-class Link(Protocol):
-    """The way to a master."""
+class Link:
+    """The way to a master, of this process or of another one."""
 
-    async def many(self, requests: Sequence[_Request], timeout: float = ANSWER_TIMEOUT) -> list[object]:
-        """The value of each call; None where it failed. OSError and so on: the master cannot be reached."""
-
-    def close(self) -> None:
-        """Close the connection."""
-
-
-class NearLink:
-    """To our own master."""
-
-    def __init__(self, master: Master) -> None:
-        self._master = master
-
-    async def many(self, requests: Sequence[_Request], timeout: float = ANSWER_TIMEOUT) -> list[object]:
-        """As `Link` has it."""
-        del timeout  # it answers at once
-        return [_value(list(self._master.call(method, values))) for method, values in requests]
-
-    def close(self) -> None:
-        """No connection is left to close."""
-
-
-class FarLink:
-    """To a master of somebody else."""
-
-    def __init__(self, uri: str) -> None:
-        self._proxy = Proxy(uri)
+    def __init__(self, uri: str, master: Master | None = None) -> None:
+        self._proxy, self._master = Proxy(uri), master
         self._takes_many = True
 
     async def many(self, requests: Sequence[_Request], timeout: float = ANSWER_TIMEOUT) -> list[object]:
-        """As `Link` has it."""
+        """The value of each call; None where it failed. OSError and so on: the master cannot be reached."""
+        if self._master is not None:
+            return [_value(list(self._master.call(method, values))) for method, values in requests]
         values: list[object] = []
         for start in range(0, len(requests), _MOST_AT_ONCE):
             values += await self._some(requests[start : start + _MOST_AT_ONCE], timeout)
@@ -104,7 +81,7 @@ class MasterAccess:
     host: str
     link: Link
     names: Names
-    """Of this machine."""
+    """Names of this machine."""
     master: Master | None = None
     """If it is our own."""
     server: HttpServer | None = None
@@ -141,7 +118,7 @@ async def open_master(
         server = HttpServer("master", master.answer, connection_limit, graph.notices, names)
         await _listen(server, hosts, where, port)
         master.start()
-        return MasterAccess(where, NearLink(master), names, master, server)
+        return MasterAccess(where, Link(uri, master), names, master, server)
     except OSError as error:
         raise NetworkError(f"no ROS master at {uri}: {str(error) or 'no answer'}{_who(where, port)}") from None
     except (*BROKEN, Fault) as error:
@@ -149,7 +126,7 @@ async def open_master(
     finally:
         proxy.close()
     await _refuse_second(uri, graph.node)
-    return MasterAccess(where, FarLink(uri), names)
+    return MasterAccess(where, Link(uri), names)
 
 
 def is_ours(host: str, listening: Sequence[str]) -> bool:
@@ -165,7 +142,7 @@ def _own(graph: Graph, uri: str, where: str, port: int, host: str) -> tuple[Mast
             f"no ROS master answers at {uri}, and {where} is another machine: start roscore there, or unset "
             "ROS_MASTER_URI to start a master here"
         )
-    hosts = bound(host)
+    hosts = listening_addresses(host)
     if hosts != ["0.0.0.0"]:  # a machine's own name is 127.0.1.1 where Debian has put it into /etc/hosts
         hosts += [one for one in addresses(where) if is_loopback(one) and one not in hosts]
     if not is_ours(where, hosts):
@@ -173,10 +150,10 @@ def _own(graph: Graph, uri: str, where: str, port: int, host: str) -> tuple[Mast
             f"no ROS master answers at {uri}, and this server listens at {', '.join(hosts)} only: "
             f"give --host {where} or --host 0.0.0.0"
         )
-    known = f"http://{where if not is_loopback(where) and where != 'localhost' else announced(host, where)}:{port}/"
+    known = announced_address(host, where) if is_loopback(where) else where
     for name, value in {**_PARAMETERS, "/run_id": str(uuid.uuid4())}.items():
         graph.set_parameter(name, value, graph.node)
-    return Master(graph, known), hosts
+    return Master(graph, f"http://{known}:{port}/"), hosts
 
 
 async def _listen(server: HttpServer, hosts: Sequence[str], where: str, port: int) -> None:
@@ -217,7 +194,7 @@ def _who(where: str, port: int) -> str:
 _PERIOD = 2.0
 """Wall time between two looks at what the master knows [s]."""
 _SOONEST = 0.25
-"""And at least, however often the master changes."""
+"""Least wall time between two such looks [s]."""
 _WITHDRAW_TIMEOUT = 1.0
 """Wall time to take all back at the end [s]."""
 _SLOW = 30.0
@@ -276,7 +253,7 @@ class Registrar:
                     self.notices.write("INFO", "found", self.uri, f"the master at {self.uri} answers again")
                 self._is_lost = False
             except (*BROKEN, Fault) as error:
-                self._missed(error)
+                self._note_loss(error)
             with contextlib.suppress(TimeoutError):
                 async with asyncio.timeout(pause):
                     await self.wake.wait()
@@ -314,9 +291,9 @@ class Registrar:
             replies = await self.link.many([self._call("register", key, wished[key]) for key in keys])
             self._done = wished
             for (_, kind, name), reply in zip(keys, replies, strict=True):
-                self._registered(kind, name, reply)
+                self._take_reply(kind, name, reply)
 
-    def _registered(self, kind: str, name: str, reply: object) -> None:
+    def _take_reply(self, kind: str, name: str, reply: object) -> None:
         if reply is None:
             self.notices.write("ERROR", "register", name, f"the master at {self.uri} does not register {kind} {name}")
         elif kind == "subscriber" and isinstance(reply, list):
@@ -366,7 +343,7 @@ class Registrar:
             del self._done[key]
             self.wake.set()
 
-    def _missed(self, error: Exception) -> None:
+    def _note_loss(self, error: Exception) -> None:
         if not self._is_lost:
             self.notices.forget("found", self.uri)
             text = f"the master at {self.uri} does not answer ({str(error) or type(error).__name__}): trying again"

@@ -3,6 +3,7 @@
 import asyncio
 import socket
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
 from xmlrpc.client import Fault
 
 from vrx_mj.errors import CommandError
@@ -10,7 +11,7 @@ from vrx_mj.ros.limits import Intake, Place, Stall
 from vrx_mj.ros.messages import Message, decode, encode, full_text, is_known, md5sum, service_md5sum
 from vrx_mj.ros.network import Notices
 from vrx_mj.ros.parameters import LONGEST
-from vrx_mj.ros.ros1.connection import LARGEST_HEADER, Splitter, decode_header, encode_header, framed
+from vrx_mj.ros.ros1.connection import LARGEST_HEADER, Splitter, decode_header, encode_header, with_length
 from vrx_mj.ros.ros1.publication import keep_alive
 from vrx_mj.ros.ros1.xmlrpc import BROKEN, LARGEST_REPLY, Proxy, address
 
@@ -31,47 +32,36 @@ FIRST_PAUSE, LONGEST_PAUSE = 0.5, 8.0
 """Wall time until a connection is tried again [s]."""
 
 
+@dataclass(eq=False)
 class Subscription:
     """A topic that nodes of this process listen to, and its publishers elsewhere."""
 
-    def __init__(
-        self,
-        node: str,
-        name: str,
-        type_name: str,
-        take: Callable[[str, Message, str, bool], None],
-        intake: Intake,
-        notices: Notices,
-        own: str = "",
-        has_room: Callable[[], bool] = lambda: True,
-    ) -> None:
-        """A topic, of no publisher yet.
-
-        Args:
-            node: our own.
-            name: the topic's.
-            type_name: of its messages.
-            take: is given the messages.
-            intake: bounds what has begun to come.
-            notices: what goes wrong.
-            own: the URI of the nodes of this process, whose messages come another way.
-            has_room: whether there may be a connection more.
-        """
-        self.node, self.name, self.type, self._own, self._has_room = node, name, type_name, own, has_room
-        self.take = take
-        """Takes the topic, a message, who sent it, and whether its publisher latches it."""
-        self.intake, self.notices = intake, notices
-        self.sources: dict[str, Source] = {}
-        """By the publisher's URI."""
-        self.last_number = 0
+    node: str
+    """Name of our own node."""
+    name: str
+    """Name of the topic."""
+    type: str
+    """Type of its messages."""
+    take: Callable[[str, Message, str, bool], None]
+    """Takes the topic, a message, who sent it, and whether its publisher latches it."""
+    intake: Intake
+    """Bounds what has begun to come."""
+    notices: Notices
+    own: str = ""
+    """URI of the nodes of this process, whose messages come another way."""
+    has_room: Callable[[], bool] = lambda: True
+    """Whether there may be one more connection."""
+    sources: dict[str, "Source"] = field(default_factory=dict)
+    """Sources by the publisher's URI."""
+    last_number: int = 0
 
     def update(self, uris: Iterable[str]) -> None:
         """These are the publishers now."""
-        wanted = list(dict.fromkeys(uri for uri in uris if len(uri) <= LONGEST and uri != self._own))[:MOST_PUBLISHERS]
+        wanted = list(dict.fromkeys(uri for uri in uris if len(uri) <= LONGEST and uri != self.own))[:MOST_PUBLISHERS]
         for uri in set(self.sources) - set(wanted):
             self.sources.pop(uri).close()
         for uri in wanted:
-            if uri not in self.sources and not self._has_room():
+            if uri not in self.sources and not self.has_room():
                 text = f"{self.name}: too many publishers are connected; no messages from {uri}"
                 self.notices.write("WARN", "publishers", self.name, text)
             elif uri not in self.sources:
@@ -111,7 +101,7 @@ class Source:
         return self._task
 
     def info(self) -> list[object]:
-        """As `getBusInfo` has it."""
+        """The row of this connection in `getBusInfo`."""
         name = self.topic.name
         there = here = ("?", 0)
         if self.receiver is not None and self.receiver.transport is not None:
@@ -196,7 +186,7 @@ class Receiver(asyncio.Protocol):
         try:
             self._splitter.feed(data)
             if self._sender is None:
-                self._greeted()
+                self._take_header()
             if self._sender is not None:
                 self._messages(self._sender)
         except CommandError as error:
@@ -213,7 +203,7 @@ class Receiver(asyncio.Protocol):
         if not self.ended.done():
             self.ended.set_result(None)
 
-    def _greeted(self) -> None:
+    def _take_header(self) -> None:
         """The publisher's header, if it has come."""
         frame = self._splitter.take()
         if frame is None:
@@ -286,7 +276,7 @@ async def call_service(
             raise CommandError(f"{name} has the type {type_name}, which is not known here")
         if header.get("md5sum") not in {"*", service_md5sum(type_name)}:
             raise CommandError(f"{name}: its {type_name} differs from the one that is known here")
-        writer.write(framed(encode(make(type_name), f"{type_name}Request")))
+        writer.write(with_length(encode(make(type_name), f"{type_name}Request")))
         async with asyncio.timeout(_LONGEST_CALL):
             done = await reader.readexactly(1)
             body = await _frame(reader, _LARGEST_MESSAGE)

@@ -6,46 +6,36 @@ import json
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Protocol
 
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError
 from vrx_mj.ros.graph import Graph
-from vrx_mj.ros.limits import Counts, Frame, Intake, Outbox, Pace, Place, pieces
+from vrx_mj.ros.limits import ConnectionLimit, Counts, Frame, Intake, Outbox, Pace, Place, pieces
 from vrx_mj.ros.messages import known_type, ros1_name
 from vrx_mj.ros.network import Notices
-from vrx_mj.ros.rosbridge.codec import from_png, reply_frames, taken
-from vrx_mj.ros.rosbridge.protocol import (
+from vrx_mj.ros.rosbridge.codec import (
     MOST_INCOMING,
     Operation,
     Options,
     absolute,
     flag,
+    from_png,
+    message_of,
     number,
     operation,
     options,
+    reply_frames,
     text,
 )
 from vrx_mj.ros.rosbridge.republisher import Republisher
 from vrx_mj.ros.rosbridge.rosapi import Rosapi
 from vrx_mj.ros.rosbridge.topics import Offered, Services, Subscription, Topics, Written, node_name, respond
 
+MOST_CONNECTIONS = 192
 _MOST_FRAGMENTS = 1 << 25
 """Characters of all clients' fragments that wait for the rest of their messages, at most."""
-
-
-class Ending(Protocol):
-    """A client, as far as the hub is concerned."""
-
-    host: str
-    """The peer's address."""
-    is_silent: bool
-    """Whether it has sent nothing yet."""
-
-    def abort(self) -> None:
-        """End its connection at once."""
 
 
 class Hub:
@@ -55,10 +45,11 @@ class Hub:
         self.graph = graph
         self.counts = Counts()
         self.flooding: set[Pace] = set()
+        self.connections = ConnectionLimit(MOST_CONNECTIONS)
         self.fragments = Intake(_MOST_FRAGMENTS)
         self.topics = Topics(graph)
         self.services = Services(graph)
-        self.clients: dict[int, Ending] = {}
+        self.clients: dict[int, Client] = {}
         self.numbers = itertools.count(1)
         self._notices = Notices()
         self._rosapi = Rosapi(graph, self.services)
@@ -74,9 +65,8 @@ class Hub:
         self._notices.write("WARN", kind, peer, f"rosbridge: {peer}: {text}")
 
 
-_MOST_OPEN = 16
-"""Messages of a client of which fragments are missing, at most: the oldest are thrown away."""
-_MOST_PIECES = 10_000
+_OVERHEAD = 100
+"""Characters that a fragment counts for besides its own."""
 
 
 class Fragments:
@@ -96,10 +86,11 @@ class Fragments:
         identity, data = text(message, "id"), message.get("data")
         if not isinstance(data, str):
             raise CommandError("fragment: data is missing, or not a string")
-        total = _whole(message, "total", 1, _MOST_PIECES)
+        total = _whole(message, "total", 1, MOST_INCOMING)
         number = _whole(message, "num", 0, total - 1)
         pieces = self._open.setdefault(identity, {})
-        self._size += len(data) - len(pieces.get(number, ""))
+        before = pieces.get(number)
+        self._size += len(data) + _OVERHEAD - (0 if before is None else len(before) + _OVERHEAD)
         pieces[number] = data
         if self._size > MOST_INCOMING:
             self.end()
@@ -108,8 +99,6 @@ class Fragments:
             whole = "".join(pieces[number] for number in sorted(pieces))
             self._forget(identity)
             return whole
-        if len(self._open) > _MOST_OPEN:
-            self._forget(next(iter(self._open)))
         self._intake.hold(self._place, self._size)
         return None
 
@@ -120,7 +109,7 @@ class Fragments:
         self._intake.hold(self._place, 0)
 
     def _forget(self, identity: str) -> None:
-        self._size -= sum(map(len, self._open.pop(identity).values()))
+        self._size -= sum(len(data) + _OVERHEAD for data in self._open.pop(identity).values())
         self._intake.hold(self._place, self._size)
 
 
@@ -129,11 +118,6 @@ def _whole(message: Operation, key: str, low: int, high: int) -> int:
     if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
         raise CommandError(f"fragment: invalid {key} {str(value)[:40]!r}; allowed: a whole number from {low} to {high}")
     return value
-
-
-_MOST_ADVERTISED = 1024
-_MOST_LATCHED = 8 << 20
-"""Characters of JSON of the messages that are kept for one client, at most."""
 
 
 @dataclass
@@ -157,14 +141,14 @@ class Publishing:
         self._sender = sender
         self._topics: dict[str, Advertised] = {}
 
-    def has(self, name: str) -> bool:
-        """Whether a topic is advertised."""
+    def __len__(self) -> int:
+        return len(self._topics)
+
+    def __contains__(self, name: str) -> bool:
         return name in self._topics
 
     def advertise(self, name: str, type_name: str, latch: bool) -> None:
-        """Say that this client publishes; CommandError: the topic has another type, or there are too many."""
-        if name not in self._topics and len(self._topics) >= _MOST_ADVERTISED:
-            raise CommandError(f"advertise: this client has {_MOST_ADVERTISED} topics; no more are accepted")
+        """Say that this client publishes; CommandError: the topic has another type."""
         if name not in self._topics:
             self._hub.topics.advertise(name, type_name, self._number, latched=latch)
         elif self._topics[name].type != type_name:
@@ -182,14 +166,14 @@ class Publishing:
         graph, advertised = self._hub.graph, self._topics[name]
         entry = graph.table.inputs.get(name)
         type_name = entry.type if entry else advertised.type
-        message = taken(value, type_name, graph.time, name)
+        message = message_of(value, type_name, graph.time, name)
         is_kept = advertised.latch and self._keep(name, len(json.dumps(value)))
         graph.publish(name, type_name, message, node_name(self._number), latched=is_kept, sender=self._sender)
         if not advertised.reported and not graph.registrations.apis("subscriber", name):
             advertised.reported = True
             graph.inbox.unknown_publisher(name, type_name, self._sender)
         if advertised.latch and not is_kept:
-            raise CommandError(f"publish: {name} is latched, but {_MOST_LATCHED} characters are already kept")
+            raise CommandError(f"publish: {name} is latched, but {MOST_INCOMING} characters are already kept")
 
     def end(self) -> None:
         """The client has gone."""
@@ -200,23 +184,23 @@ class Publishing:
     def _keep(self, name: str, size: int) -> bool:
         """Whether a latched message of so many characters may be kept."""
         others = sum(advertised.kept for other, advertised in self._topics.items() if other != name)
-        if others + size > _MOST_LATCHED:
+        if others + size > MOST_INCOMING:
             return False
         self._topics[name].kept = size
         return True
 
 
 CLIENTS_SHARE = 0.5
-"""Of the time, what the messages of all clients may take in the long run."""
+"""Share of the time that messages of all clients may take in the long run."""
 CLIENT_BURST = 0.2
 """What those of one may take at once [s]."""
 MOST_ANSWERS, MOST_MESSAGES = 2000, 1000
-"""Of a client, that wait; a client that leaves more answers unread is disconnected."""
+"""Answers and messages that may wait for a client; one that leaves more answers unread is disconnected."""
 _LEVELS = ("none", "error", "warning", "info")
 _DEEPEST = 2
 """Operations within operations: a PNG in fragments."""
-_MOST_SUBSCRIPTIONS = 4096
-"""Why a connection is closed (RFC 6455: policy)."""
+MOST_HELD = 4096
+"""Topics, services and calls of one client, at most."""
 
 
 PIECE = 1 << 17
@@ -226,19 +210,17 @@ PIECE = 1 << 17
 class Client:
     """A connection and what it has asked for."""
 
-    def __init__(self, connection: ServerConnection, hub: Hub) -> None:
+    def __init__(self, connection: ServerConnection, place: Place, hub: Hub) -> None:
         host, port = connection.remote_address[:2]
         self.number = next(hub.numbers)
         self.sender = f"{host}:{port}"
-        self.host = str(host)
-        self._connection = connection
+        self._connection, self._place = connection, place
         self._hub = hub
         self._filled = asyncio.Event()
         self._answers: Outbox[Written] = Outbox(hub.counts, MOST_ANSWERS, self._filled.set)
         self._messages: Outbox[Written] = Outbox(hub.counts, MOST_MESSAGES, self._filled.set)
         self._pace = Pace(CLIENTS_SHARE, CLIENT_BURST, hub.flooding)
-        self._fragments = Fragments(hub.fragments, Place(self.host, self.abort))
-        self.is_silent = True
+        self._fragments = Fragments(hub.fragments, place)
         self._subscriptions: dict[str, Subscription] = {}
         self._publishing = Publishing(hub, self.number, self.sender)
         self._level = "error"
@@ -261,12 +243,15 @@ class Client:
     async def serve(self) -> None:
         """Do what it asks until it goes."""
         self._hub.clients[self.number] = self
+        is_settled = False
         writing = asyncio.create_task(self._write())
-        writing.add_done_callback(self._stopped)
+        writing.add_done_callback(self._note_end_of_writing)
         try:
             while True:
                 data = await self._connection.recv()
-                self.is_silent = False
+                if not is_settled and not self._hub.connections.settle(self._place):
+                    break
+                is_settled = True
                 begin = time.perf_counter()
                 self._incoming(data)
                 spent = time.perf_counter() - begin
@@ -286,7 +271,9 @@ class Client:
         if self._answers.has_room(size):
             self._answers.push((lambda: frames, binary), size)
         else:
-            self._hub.report_once(self.host, "slow", f"{self.sender} does not read its answers, and was disconnected")
+            self._hub.report_once(
+                self._place.host, "slow", f"{self.sender} does not read its answers, and was disconnected"
+            )
             self.abort()
 
     def abort(self) -> None:
@@ -321,9 +308,9 @@ class Client:
         small = sum(map(len, frame)) <= PIECE  # a connection holds no more than a piece for a client that does not read
         await self._connection.send(b"".join(frame) if small else pieces(frame, PIECE), text=not binary)
 
-    def _stopped(self, writing: asyncio.Task[None]) -> None:
+    def _note_end_of_writing(self, writing: asyncio.Task[None]) -> None:
         if not writing.cancelled() and not isinstance(writing.exception(), ConnectionClosed):
-            self._hub.report_once(self.host, "write", f"{self.sender} was disconnected: {writing.exception()!r}")
+            self._hub.report_once(self._place.host, "write", f"{self.sender} was disconnected: {writing.exception()!r}")
             self.abort()
 
     def _incoming(self, data: str | bytes) -> None:
@@ -338,7 +325,7 @@ class Client:
 
     def _refuse(self, message: Operation, why: str) -> None:
         kind = message.get("op", "")
-        self._hub.report_once(self.host, kind if kind in self._operations else "", why)
+        self._hub.report_once(self._place.host, kind if kind in self._operations else "", why)
         self.status("error", why, message.get("id"))
 
     def _handle(self, message: Operation, depth: int) -> None:
@@ -354,8 +341,17 @@ class Client:
             raise UnknownNameError("operation", kind[:40], [*self._operations, "fragment", "png"])
         self._operations[kind](message)
 
+    def _check_room(self, message: Operation) -> None:
+        """Refuse an operation after which the client would hold too much."""
+        held = len(self._publishing) + sum(map(len, self._subscriptions.values())) + self._hub.services.held_by(self)
+        if held >= MOST_HELD:
+            raise CommandError(
+                f"{message['op']}: this client has {held} topics, services and calls; no more are accepted"
+            )
+
     def _advertise(self, message: Operation) -> None:
         name = absolute(text(message, "topic"))
+        self._check_room(message)
         self._publishing.advertise(name, known_type(text(message, "type")), flag(message, "latch", False))
 
     def _unadvertise(self, message: Operation) -> None:
@@ -363,10 +359,11 @@ class Client:
 
     def _publish(self, message: Operation) -> None:
         name = absolute(text(message, "topic"))
-        if not self._publishing.has(name):
+        if name not in self._publishing:
             known = text(message, "type", "") or self._hub.graph.type_of(name)
             if known is None:
                 raise CommandError(f"publish: the type of topic {name} is not known; advertise it first")
+            self._check_room(message)
             self._publishing.advertise(name, known_type(known), flag(message, "latch", False))
         self._publishing.publish(name, message.get("msg", {}))
 
@@ -377,8 +374,7 @@ class Client:
         known = self._hub.graph.type_of(name)
         if not asked and known is None:
             raise CommandError(f"subscribe: the type of topic {name} is not known yet; give it as type")
-        if written not in self._subscriptions and len(self._subscriptions) >= _MOST_SUBSCRIPTIONS:
-            raise CommandError(f"subscribe: this client has {_MOST_SUBSCRIPTIONS} topics; no more are accepted")
+        self._check_room(message)
         subscription = self._subscriptions.get(written) or Subscription(written, self._messages)
         subscription.add(identity, wish)
         type_name = known_type(asked or known or "")
@@ -394,7 +390,7 @@ class Client:
             self.status("warning", f"unsubscribe: {written} is not subscribed", message.get("id"))
             return
         subscription.remove(text(message, "id") if message.get("id") is not None else None)
-        if not subscription.used:
+        if not subscription:
             del self._subscriptions[written]
             self._hub.topics.leave(absolute(written), self.number, subscription)
 
@@ -402,6 +398,7 @@ class Client:
         written = text(message, "service")
         identity = text(message, "id", "") if message.get("id") is not None else None
         try:
+            self._check_room(message)
             wish, timeout = options(message), number(message, "timeout", 1e9)
             self._hub.services.call(absolute(written), written, self, message.get("args"), identity, wish, timeout)
         except VrxError as error:
@@ -413,6 +410,7 @@ class Client:
 
     def _advertise_service(self, message: Operation) -> None:
         written = text(message, "service")
+        self._check_room(message)
         self._hub.services.advertise(absolute(written), Offered(ros1_name(text(message, "type")), written, self))
 
     def _unadvertise_service(self, message: Operation) -> None:

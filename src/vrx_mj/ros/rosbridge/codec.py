@@ -5,12 +5,13 @@ import io
 import itertools
 import json
 import math
+import re
 import reprlib
 import secrets
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import cbor2
 import numpy as np
@@ -57,6 +58,104 @@ def from_png(data: str, largest: int) -> str:
         raise CommandError("data is not a base64 PNG that holds text") from error
 
 
+MOST_INCOMING = 4 << 20
+"""Bytes of a message from a client, at most; put together from its fragments also."""
+_MOST_TEXT = 256
+"""Characters of a name, a type or an id, at most."""
+_MOST_QUEUE = 1000
+_COMPRESSIONS = ("none", "png", "cbor", "cbor-raw")
+_NAME = re.compile(r"/?[A-Za-z][A-Za-z0-9_/]*")
+
+Operation = Mapping[str, Any]
+"""A client's message."""
+
+
+class Options(NamedTuple):
+    """How a client wants messages."""
+
+    throttle: float = 0.0
+    """Wall time between two, at least [s]."""
+    queue: int = 0
+    """How many may wait, at most; 0: as many as the client's queue holds."""
+    fragment_size: int = 0
+    """Characters; 0: whole."""
+    compression: str = "none"
+
+
+def operation(data: str | bytes) -> Operation:
+    """A message from its text.
+
+    Raises:
+        CommandError: it is not a JSON object with an operation.
+    """
+    try:
+        made = json.loads(data)
+    except (ValueError, RecursionError) as error:
+        start = reprlib.repr(data if isinstance(data, str) else bytes(data))
+        raise CommandError(f"a message is not JSON: {error}; it starts with {start}") from error
+    if not isinstance(made, dict) or not isinstance(made.get("op"), str):
+        raise CommandError(f"a message must be a JSON object with a string 'op', got {reprlib.repr(made)}")
+    return made
+
+
+def text(message: Operation, key: str, default: str | None = None) -> str:
+    """A string of an operation; without a default it has to be there."""
+    value = message.get(key, default)
+    if value is None:
+        value = default
+    if not isinstance(value, str):
+        missing = "is missing" if key not in message else f"{reprlib.repr(value)} is not a string"
+        raise CommandError(f"{message['op']}: {key} {missing}")
+    if len(value) > _MOST_TEXT:
+        raise CommandError(f"{message['op']}: {key} has {len(value)} characters; at most {_MOST_TEXT}")
+    return value
+
+
+def number(message: Operation, key: str, largest: float, default: float = 0.0) -> float:
+    """A number of an operation from 0 on."""
+    value = message.get(key)
+    if value is None:
+        return default
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= largest:
+        raise CommandError(
+            f"{message['op']}: invalid {key} {reprlib.repr(value)}; allowed: a number from 0 to {largest:g}"
+        )
+    return float(value)
+
+
+def flag(message: Operation, key: str, default: bool) -> bool:
+    """A truth value of an operation."""
+    value = message.get(key)
+    if value is None:
+        return default
+    if not isinstance(value, bool):
+        raise CommandError(f"{message['op']}: invalid {key} {reprlib.repr(value)}; allowed: true, false")
+    return value
+
+
+def options(message: Operation) -> Options:
+    """How a subscription or a call wants to be answered."""
+    compression = text(message, "compression", "none")
+    if compression not in _COMPRESSIONS:
+        known = ", ".join(_COMPRESSIONS)
+        raise CommandError(f"{message['op']}: invalid compression {compression!r}; allowed: {known}")
+    return Options(
+        throttle=number(message, "throttle_rate", 1e9) / 1000.0,
+        queue=min(int(number(message, "queue_length", 1e9)), _MOST_QUEUE),
+        fragment_size=int(number(message, "fragment_size", 1e9)),
+        compression=compression,
+    )
+
+
+def absolute(name: str) -> str:
+    """A topic's, service's or parameter's name with its slash; CommandError: it is invalid."""
+    if _NAME.fullmatch(name) is None or len(name) > _MOST_TEXT:
+        raise CommandError(
+            f"{name[:_MOST_TEXT]!r} is not a name: at most {_MOST_TEXT} letters, digits, '_' and '/', a letter first"
+        )
+    return "/" + "/".join(part for part in name.split("/") if part)
+
+
 _FLOAT32_MAX = float(np.finfo(np.float32).max)
 _FLOATS = frozenset({"float32", "float64"})
 _PARTS = {"secs": "sec", "nsecs": "nanosec", "sec": "sec", "nanosec": "nanosec"}
@@ -66,7 +165,7 @@ _short = reprlib.Repr()
 _short.maxstring = _short.maxlong = _short.maxother = _SHOWN
 
 
-def taken(value: object, type_name: str, now: float, place: str) -> Message:
+def message_of(value: object, type_name: str, now: float, place: str) -> Message:
     """The message that a JSON object describes, at a moment [s]; errors name its `place`.
 
     Raises:
@@ -77,11 +176,11 @@ def taken(value: object, type_name: str, now: float, place: str) -> Message:
     known = fields(type_name)
     for name in value:
         if name not in known:
-            raise CommandError(f"{place}: {type_name} has no field {_shown(name)}; {_known(name, known)}")
+            raise CommandError(f"{place}: {type_name} has no field {_value_text(name)}; {_known_names(name, known)}")
     given = {name: _field(value[name], known[name], now, f"{place}.{name}") for name in value}
     for name, field in known.items():
         if name not in given and field.type == "std_msgs/Header" and field.length < 0:
-            given[name] = taken({}, field.type, now, place)
+            given[name] = message_of({}, field.type, now, place)
     if type_name == "std_msgs/Header":
         given.setdefault("stamp", messages.stamp(now))
     return messages.new(type_name, **given)
@@ -98,14 +197,14 @@ def request(arguments: object, type_name: str, now: float, place: str) -> Messag
         if len(arguments) > len(names):
             raise CommandError(f"{place}: {len(arguments)} arguments; {type_name} has {len(names)} fields")
         arguments = dict(zip(names, arguments, strict=False))
-    return taken({} if arguments is None else arguments, type_name, now, place)
+    return message_of({} if arguments is None else arguments, type_name, now, place)
 
 
 def _field(value: object, field: Field, now: float, place: str) -> object:
     if field.length < 0:
         return _single(value, field.type, now, place)
     if field.type in {"uint8", "char"} and isinstance(value, str):
-        value = _decoded(value, place)
+        value = _decode_base64(value, place)
     elif not isinstance(value, list):
         raise _wrong(place, value, f"a list of {field.type}")
     if field.length and len(value) != field.length:
@@ -156,7 +255,7 @@ def _single(value: object, type_name: str, now: float, place: str) -> object:
     if type_name in {MOMENT, SPAN}:
         return _moment(value, type_name, now, place)
     if "/" in type_name:
-        return taken(value, type_name, now, place)
+        return message_of(value, type_name, now, place)
     if type_name == "string":
         return _text(value, place)
     if type_name == "bool":
@@ -206,7 +305,7 @@ def _moment(value: object, type_name: str, now: float, place: str) -> Message:
     moment = messages.stamp(0.0) if type_name == MOMENT else messages.duration(0.0)
     for name, number in value.items():
         if name not in _PARTS:
-            raise CommandError(f"{place}: a {type_name} has no field {_shown(name)}; known: secs, nsecs")
+            raise CommandError(f"{place}: a {type_name} has no field {_value_text(name)}; known: secs, nsecs")
         whole = _integer(number, "int32", f"{place}.{name}")
         if type_name == MOMENT and whole < 0:
             raise _wrong(f"{place}.{name}", number, "a time of 0 or more")
@@ -214,7 +313,7 @@ def _moment(value: object, type_name: str, now: float, place: str) -> Message:
     return moment
 
 
-def _decoded(text: str, place: str) -> bytes:
+def _decode_base64(text: str, place: str) -> bytes:
     try:
         return base64.b64decode(text, validate=True)
     except ValueError as error:
@@ -222,16 +321,16 @@ def _decoded(text: str, place: str) -> bytes:
 
 
 def _wrong(place: str, value: object, allowed: str) -> CommandError:
-    return CommandError(f"{place}: invalid value {_shown(value)}; allowed: {allowed}")
+    return CommandError(f"{place}: invalid value {_value_text(value)}; allowed: {allowed}")
 
 
-def _shown(value: object) -> str:
+def _value_text(value: object) -> str:
     """A value as far as it fits into a line."""
     text = _short.repr(value)
     return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."
 
 
-def _known(name: str, known: Mapping[str, Field]) -> str:
+def _known_names(name: str, known: Mapping[str, Field]) -> str:
     close = nearest(name, known) if len(name) <= _SHOWN else None
     return f"did you mean '{close}'?" if close else f"known: {', '.join(known) or 'none'}"
 

@@ -11,7 +11,7 @@ import numpy as np
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import CommandError
 from vrx_mj.frames import conjugate, quaternion_product, rotation_matrix, rotation_vector
-from vrx_mj.ros.graph import Graph, Service
+from vrx_mj.ros.graph import Graph, Service, Wire
 from vrx_mj.ros.interface import Answer
 from vrx_mj.ros.messages import Message, new
 from vrx_mj.ros.table.boats import transform
@@ -27,7 +27,7 @@ _MOST_ASKED, _MOST_SOURCES, _MOST_FRAMES, _DEEPEST = 64, 256, 10_000, 100
 _LEAST_TIMEOUT = 1.0
 """Wall time for which nobody may listen before a request ends [s]."""
 _ACTIVE = 1
-"""Of actionlib_msgs/GoalStatus."""
+"""Status ACTIVE of actionlib_msgs/GoalStatus."""
 
 
 @dataclass
@@ -36,7 +36,7 @@ class _Asked:
 
     topic: str
     type: str
-    """Of the topic's messages."""
+    """Type of the topic's messages."""
     wanted: Message
     """A TFSubscriptionGoal, or a request of the service, which has its fields."""
     make: Callable[[list[Message]], Message]
@@ -48,12 +48,11 @@ class _Asked:
     """Position and quaternion of each frame, as sent last."""
 
 
-class Republisher:
+class Republisher(Wire):
     """Frames by their names, as they are known last, and the pages that ask for them: a wire of the graph."""
 
     def __init__(self, graph: Graph) -> None:
         self._graph, self._numbers = graph, itertools.count()
-        self.listened: frozenset[str] = frozenset()
         self._frames: dict[str, tuple[str, FloatArray, FloatArray]] = {}
         """Parent of each, position and quaternion in that."""
         self._asked: dict[str, _Asked] = {}
@@ -64,7 +63,7 @@ class Republisher:
         service = Service(self._graph.node, f"{_PACKAGE}/RepublishTFs", self._serve)
         self._graph.provide("/republish_tfs", service)
 
-    def registered(self, kind: str, name: str) -> None:
+    def registration_changed(self, kind: str, name: str) -> None:
         """A page that is about to publish a goal has somebody who listens."""
         if kind == "publisher" and name == _GOAL and not self._graph.is_local("subscriber", _GOAL):
             node, register = self._graph.node, self._graph.register
@@ -88,12 +87,6 @@ class Republisher:
                 self._begin(message.goal_id.id, asked)
             except CommandError as error:
                 self._graph.notices.write("WARN", "goal", _GOAL, f"{_GOAL}: {error}")
-
-    def replaced(self, node: str, uri: str) -> None:
-        """Nodes that have gone are seen by their topics."""
-
-    def parameter_changed(self, key: str, value: object, setter: str) -> None:
-        """There is none."""
 
     def _serve(self, request: Message, _caller: str, answer: Answer) -> None:
         topic = f"/{_PACKAGE}/tf_repub_{next(self._numbers)}"
@@ -119,7 +112,7 @@ class Republisher:
             self.listened |= {_MOVING, _STILL}
             for name in (_STILL, _MOVING):
                 self._graph.register("subscriber", name, self._graph.node, _FRAMES)
-                for message in self._graph.latched(name):
+                for message in self._graph.latched_messages(name):
                     self.deliver(name, _FRAMES, message)
         asked.heard = asyncio.get_running_loop().time()
         self._send(key, asked)
@@ -135,7 +128,7 @@ class Republisher:
         if loop.time() - asked.heard > asked.timeout:
             self._end(key)
             return
-        moved = self._moved(asked) if is_heard else []
+        moved = self._transforms_of_moved(asked) if is_heard else []
         if moved:
             self._graph.publish(asked.topic, asked.type, asked.make(moved), self._graph.node)
         loop.call_later(1.0 / asked.wanted.rate, self._send, key, asked)
@@ -150,7 +143,7 @@ class Republisher:
             for name in (_MOVING, _STILL):
                 self._graph.unregister("subscriber", name, self._graph.node)
 
-    def _moved(self, asked: _Asked) -> list[Message]:
+    def _transforms_of_moved(self, asked: _Asked) -> list[Message]:
         wanted, found = asked.wanted, []
         target = wanted.target_frame.lstrip("/")
         base, at, turn = self._in_root(target)

@@ -1,7 +1,9 @@
 """rosapi: what clients ask about topics, services, types, parameters and each other."""
 
+import inspect
 import json
 from collections.abc import Awaitable, Callable, Coroutine, Iterator, Mapping
+from functools import partial
 from typing import Any
 
 from vrx_mj.errors import CommandError, UnknownNameError
@@ -10,7 +12,6 @@ from vrx_mj.ros.messages import (
     INTEGERS,
     MOMENT,
     SPAN,
-    Field,
     definition,
     fields,
     known_type,
@@ -19,9 +20,8 @@ from vrx_mj.ros.messages import (
     stamp,
     typestore,
 )
-from vrx_mj.ros.parameters import joined, plain
-from vrx_mj.ros.rosbridge.codec import json_bytes
-from vrx_mj.ros.rosbridge.protocol import absolute
+from vrx_mj.ros.parameters import join_names, plain
+from vrx_mj.ros.rosbridge.codec import absolute, json_bytes
 from vrx_mj.ros.rosbridge.topics import Services
 
 _EXAMPLES = dict.fromkeys(INTEGERS, "0") | {"float32": "0.0", "float64": "0.0", "bool": "False", "string": ""}
@@ -44,7 +44,7 @@ def _typedefs(type_name: str) -> list[dict[str, object]]:
             continue
         definitions[name] = {"type": name} | (_MOMENTS if name in {MOMENT, SPAN} else _typedef(name))
         if name not in {MOMENT, SPAN}:
-            waiting += [field.type for field in fields(name).values() if _is_message(field)]
+            waiting += [one.type for one in fields(name).values() if "/" in one.type or one.type in {MOMENT, SPAN}]
     return list(definitions.values())
 
 
@@ -60,10 +60,6 @@ def _typedef(name: str) -> dict[str, object]:
         "constnames": [key for key, _, _ in constants],
         "constvalues": [str(value) for _, _, value in constants],
     }
-
-
-def _is_message(field: Field) -> bool:
-    return "/" in field.type or field.type in {MOMENT, SPAN}
 
 
 MOST_PARAMETERS = 1024
@@ -85,75 +81,81 @@ class Rosapi:
 
     def provide(self) -> None:
         """Register all services."""
-        for name, arguments in _ARGUMENTS.items():
-            type_name = _TYPES.get(name) or "".join(part.capitalize() for part in name.split("_"))
-            method = getattr(self, f"_on_{name}")
-            answer = _named(self._at_once(method) if "param" in name else method, arguments)
-            self._services.build_in(f"/rosapi/{name}", f"rosapi/{type_name}", answer)
+        for method_name in vars(Rosapi):
+            if method_name.startswith("_on_"):
+                name = method_name.removeprefix("_on_")
+                words = name.replace("action_servers", "get_action_servers").split("_")
+                type_name = "".join(word.capitalize() for word in words)
+                answer = partial(self._answer, getattr(self, method_name))
+                self._services.build_in(f"/rosapi/{name}", f"rosapi/{type_name}", answer)
 
-    def _at_once(self, method: Callable[[object], Coroutine[object, None, _Values]]) -> Callable[[object], object]:
-        """The method, its answer made at once where the parameters are this process's: that is time of the client."""
-        return lambda asked: method(asked) if self._graph.remote_master is not None else _finished(method(asked))
+    def _answer(self, method: Callable[..., object], asked: object) -> object:
+        """What a method gives, whose parameters are the request's fields; a request may also be a list of these.
 
-    def _on_topics(self, _: object) -> _Values:
+        An answer about parameters of this process is made at once: that is time of the client.
+        """
+        parameters = inspect.signature(method).parameters.values()
+        fields = {one.name.rstrip("_"): one.default for one in parameters}
+        given = dict(zip(fields, asked, strict=False)) if isinstance(asked, list) else asked
+        answer = method(*(_argument(given, name, default) for name, default in fields.items()))
+        is_here = "param" in method.__name__ and self._graph.remote_master is None
+        return _result(answer) if is_here and inspect.iscoroutine(answer) else answer
+
+    def _on_topics(self) -> _Values:
         types = self._graph.topics()
         return {"topics": list(types), "types": list(types.values())}
 
-    def _on_topics_for_type(self, asked: object) -> _Values:
-        wanted = ros1_name(_argument(asked, "type"))
-        return {"topics": [name for name, kind in self._graph.topics().items() if kind == wanted]}
+    def _on_topics_for_type(self, type_: str) -> _Values:
+        return {"topics": [name for name, kind in self._graph.topics().items() if kind == type_]}
 
-    def _on_topics_and_raw_types(self, _: object) -> _Values:
+    def _on_topics_and_raw_types(self) -> _Values:
         types = self._graph.topics()
         texts = [definition(kind) if kind in known_types() else "" for kind in types.values()]
         return {"topics": list(types), "types": list(types.values()), "typedefs_full_text": texts}
 
-    def _on_topic_type(self, asked: object) -> _Values:
-        return {"type": self._graph.type_of(absolute(_argument(asked, "topic"))) or ""}
+    def _on_topic_type(self, topic: str) -> _Values:
+        return {"type": self._graph.type_of(topic) or ""}
 
-    def _on_services(self, _: object) -> _Values:
+    def _on_services(self) -> _Values:
         return {"services": sorted(self._graph.registrations.names("service"))}
 
-    def _on_services_for_type(self, asked: object) -> _Values:
-        wanted = ros1_name(_argument(asked, "type"))
+    def _on_services_for_type(self, type_: str) -> _Values:
         known = sorted(self._graph.services.items())
-        return {"services": [name for name, service in known if ros1_name(service.type) == wanted]}
+        return {"services": [name for name, service in known if ros1_name(service.type) == type_]}
 
-    def _on_service_type(self, asked: object) -> _Values | Awaitable[_Values]:
-        name = absolute(_argument(asked, "service"))
-        service = self._graph.services.get(name)
-        if service is None and self._graph.registrations.apis("service", name):
-            return self._type_elsewhere(name)
-        return {"type": ros1_name(service.type) if service else ""}
+    def _on_service_type(self, service: str) -> _Values | Awaitable[_Values]:
+        known = self._graph.services.get(service)
+        if known is None and self._graph.registrations.apis("service", service):
+            return self._type_elsewhere(service)
+        return {"type": ros1_name(known.type) if known else ""}
 
     async def _type_elsewhere(self, name: str) -> _Values:
         assert self._graph.remote_call is not None, "who else has registered it"
         type_name, _ = await self._graph.remote_call(name, None)
         return {"type": type_name}
 
-    def _on_service_node(self, asked: object) -> _Values:
-        return {"node": self._node(absolute(_argument(asked, "service")))}
+    def _on_service_node(self, service: str) -> _Values:
+        return {"node": self._node(service)}
 
-    def _on_service_host(self, asked: object) -> _Values:
-        name = absolute(_argument(asked, "service"))
-        self._node(name)
-        return {"host": self._services.host(name)}
+    def _on_service_host(self, service: str) -> _Values:
+        self._node(service)
+        return {"host": self._services.host(service)}
 
-    def _on_service_request_details(self, asked: object) -> _Values:
-        return {"typedefs": _typedefs(f"{ros1_name(_argument(asked, 'type'))}Request")}
+    def _on_service_request_details(self, type_: str) -> _Values:
+        return {"typedefs": _typedefs(f"{type_}Request")}
 
-    def _on_service_response_details(self, asked: object) -> _Values:
-        return {"typedefs": _typedefs(f"{ros1_name(_argument(asked, 'type'))}Response")}
+    def _on_service_response_details(self, type_: str) -> _Values:
+        return {"typedefs": _typedefs(f"{type_}Response")}
 
-    def _on_message_details(self, asked: object) -> _Values:
-        return {"typedefs": _typedefs(_argument(asked, "type"))}
+    def _on_message_details(self, type_: str) -> _Values:
+        return {"typedefs": _typedefs(type_)}
 
-    def _on_nodes(self, _: object) -> _Values:
+    def _on_nodes(self) -> _Values:
         nodes = self._graph.registrations.nodes
         return {"nodes": sorted(nodes, key=lambda node: (node != self._graph.node, node))}
 
-    def _on_node_details(self, asked: object) -> _Values:
-        node, known = absolute(_argument(asked, "node")), self._graph.registrations
+    def _on_node_details(self, node: str) -> _Values:
+        known = self._graph.registrations
         if node not in known.nodes:
             raise UnknownNameError("node", node, known.nodes)
         names = {"subscribing": "subscriber", "publishing": "publisher", "services": "service"}
@@ -162,53 +164,51 @@ class Rosapi:
             for key, kind in names.items()
         }
 
-    def _on_publishers(self, asked: object) -> _Values:
-        return {"publishers": self._holders("publisher", absolute(_argument(asked, "topic")))}
+    def _on_publishers(self, topic: str) -> _Values:
+        return {"publishers": self._holders("publisher", topic)}
 
-    def _on_subscribers(self, asked: object) -> _Values:
-        return {"subscribers": self._holders("subscriber", absolute(_argument(asked, "topic")))}
+    def _on_subscribers(self, topic: str) -> _Values:
+        return {"subscribers": self._holders("subscriber", topic)}
 
-    def _on_action_servers(self, _: object) -> _Values:
+    def _on_action_servers(self) -> _Values:
         parts: dict[str, set[str]] = {}
         for name in self._graph.topics():
             space, _, last = name.rpartition("/")
             parts.setdefault(space, set()).add(last)
         return {"action_servers": [space for space, names in parts.items() if names >= _ACTION]}
 
-    def _on_get_time(self, _: object) -> _Values:
+    def _on_get_time(self) -> _Values:
         now = stamp(self._graph.time)
         return {"time": {"secs": now.sec, "nsecs": now.nanosec}}
 
-    async def _on_get_param_names(self, _: object) -> _Values:
+    async def _on_get_param_names(self) -> _Values:
         return {"names": sorted(await self._parameters.names())}
 
-    async def _on_get_param(self, asked: object) -> _Values:
-        default = _argument(asked, "default", "")
+    async def _on_get_param(self, name: str, default: str = "") -> _Values:
         try:
-            return {"value": json_bytes(await self._parameters.get(_parameter(asked))).decode("ascii")}
+            return {"value": json_bytes(await self._parameters.get(name)).decode("ascii")}
         except KeyError:
             return {"value": default or "null"}
         except TypeError as error:
             raise CommandError(f"get_param: {error}") from error
 
-    async def _on_set_param(self, asked: object) -> _Values:
-        text = _argument(asked, "value")
+    async def _on_set_param(self, name: str, value: str) -> _Values:
         try:
-            value = json.loads(text)
+            decoded = json.loads(value)
         except (ValueError, RecursionError) as error:
-            raise CommandError(f"set_param: value {text[:60]!r} is not JSON: {error}") from error
-        await self._parameters.set(_parameter(asked), value)
+            raise CommandError(f"set_param: value {value[:60]!r} is not JSON: {error}") from error
+        await self._parameters.set(name, decoded)
         return {}
 
-    async def _on_has_param(self, asked: object) -> _Values:
-        return {"exists": await self._parameters.has(_parameter(asked))}
+    async def _on_has_param(self, name: str) -> _Values:
+        return {"exists": await self._parameters.has(name)}
 
-    async def _on_delete_param(self, asked: object) -> _Values:
-        await self._parameters.delete(_parameter(asked))
+    async def _on_delete_param(self, name: str) -> _Values:
+        await self._parameters.delete(name)
         return {}
 
-    async def _on_search_param(self, asked: object) -> _Values:
-        return {"global_name": await self._parameters.search(_parameter(asked))}
+    async def _on_search_param(self, name: str) -> _Values:
+        return {"global_name": await self._parameters.search(name)}
 
     def _holders(self, kind: str, name: str) -> list[str]:
         nodes = {node for node, _ in self._graph.registrations.holders(kind, name)}
@@ -230,7 +230,7 @@ class ClientParameters:
         """What clients have set, and how many characters of JSON that is."""
 
     async def names(self) -> list[str]:
-        """Of all."""
+        """Names of all parameters."""
         remote = self._graph.remote_master
         return self._graph.parameters.names() if remote is None else await remote("getParamNames", ()) or []
 
@@ -251,8 +251,8 @@ class ClientParameters:
     async def set(self, name: str, value: object) -> None:
         """Set one; CommandError: clients have set too many or too long ones, or it cannot be set."""
         value = plain(value)
-        sizes = {key: len(key) + len(json.dumps(part)) for key, part in _leaves(joined(name), value)}
-        kept = {key: size for key, size in self._set.items() if not _overlap(key, joined(name))}
+        sizes = {key: len(key) + len(json.dumps(part)) for key, part in _leaves(join_names(name), value)}
+        kept = {key: size for key, size in self._set.items() if not _overlap(key, join_names(name))}
         if len(kept) + len(sizes) > MOST_PARAMETERS:
             count = len(kept) + len(sizes)
             raise CommandError(f"{name}: {count} parameters would be set by clients; at most {MOST_PARAMETERS}")
@@ -274,7 +274,7 @@ class ClientParameters:
                 raise KeyError(name)
         except KeyError:
             raise CommandError(f"{name}: no such parameter") from None
-        self._set = {key: size for key, size in self._set.items() if not _overlap(key, joined(name))}
+        self._set = {key: size for key, size in self._set.items() if not _overlap(key, join_names(name))}
 
     async def search(self, name: str) -> str:
         """The absolute name of one as seen from the simulation's node; empty for an invalid one."""
@@ -283,7 +283,7 @@ class ClientParameters:
         return str(await self._graph.remote_master("searchParam", (name.strip("/"),)) or "")
 
 
-def _finished(answer: Coroutine[object, None, _Values]) -> _Values:
+def _result(answer: Coroutine[object, None, _Values]) -> _Values:
     """The result of a coroutine that waits for nothing."""
     try:
         answer.send(None)
@@ -296,7 +296,7 @@ def _leaves(name: str, value: object) -> Iterator[tuple[str, object]]:
     """Every value that is not a namespace, by its whole name."""
     if isinstance(value, dict) and value:
         for key, part in value.items():
-            yield from _leaves(joined(name, key), part)
+            yield from _leaves(join_names(name, key), part)
     else:
         yield name, value
 
@@ -306,49 +306,18 @@ def _overlap(one: str, other: str) -> bool:
     return f"{one}/".startswith(f"{other.rstrip('/')}/") or f"{other}/".startswith(f"{one}/")
 
 
-_ARGUMENTS: dict[str, tuple[str, ...]] = {
-    "topics": (),
-    "topics_for_type": ("type",),
-    "topics_and_raw_types": (),
-    "topic_type": ("topic",),
-    "services": (),
-    "services_for_type": ("type",),
-    "service_type": ("service",),
-    "service_node": ("service",),
-    "service_host": ("service",),
-    "service_request_details": ("type",),
-    "service_response_details": ("type",),
-    "message_details": ("type",),
-    "nodes": (),
-    "node_details": ("node",),
-    "publishers": ("topic",),
-    "subscribers": ("topic",),
-    "action_servers": (),
-    "get_time": (),
-    "get_param_names": (),
-    "get_param": ("name", "default"),
-    "set_param": ("name", "value"),
-    "has_param": ("name",),
-    "delete_param": ("name",),
-    "search_param": ("name",),
+_CONVERSIONS: Mapping[str, Callable[[str], str]] = {
+    "type": ros1_name,
+    "topic": absolute,
+    "service": absolute,
+    "node": absolute,
+    "name": lambda name: "/" if name == "/" else absolute(name),
 }
-"""Every service, and its request's fields in their order."""
-_TYPES = {"action_servers": "GetActionServers"}
-"""Those whose type is not the service's name in capitals."""
+"""What becomes of an argument, by its name."""
 
 
-def _named(answer: Callable[[object], object], names: tuple[str, ...]) -> Callable[[object], object]:
-    """An answer whose request may also be a list."""
-    return lambda asked: answer(dict(zip(names, asked, strict=False)) if isinstance(asked, list) else asked)
-
-
-def _argument(asked: object, name: str, default: str | None = None) -> str:
+def _argument(asked: object, name: str, default: object) -> str:
     value = asked.get(name, default) if isinstance(asked, Mapping) else default
     if not isinstance(value, str):
         raise CommandError(f"{name} is missing, or not a string: the request is {{'{name}': '...'}}")
-    return value
-
-
-def _parameter(asked: object) -> str:
-    name = _argument(asked, "name")
-    return "/" if name == "/" else absolute(name)
+    return _CONVERSIONS.get(name, str)(value)

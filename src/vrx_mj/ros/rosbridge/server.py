@@ -6,7 +6,6 @@ import functools
 import http
 import logging
 import os
-from collections import OrderedDict
 from collections.abc import Sequence
 from typing import Any
 
@@ -15,18 +14,14 @@ from websockets.http11 import Request, Response
 
 from vrx_mj.errors import CommandError, NetworkError
 from vrx_mj.ros import messages
-from vrx_mj.ros.access import Names, Origins, checked_origins, host_of, is_address, is_loopback
+from vrx_mj.ros.access import Names, Origins, checked_origins, host_of, is_address
 from vrx_mj.ros.graph import Graph
 from vrx_mj.ros.interface import Traffic
+from vrx_mj.ros.limits import ConnectionLimit, Place
 from vrx_mj.ros.network import refusal
 from vrx_mj.ros.rosbridge.client import Client, Hub
-from vrx_mj.ros.rosbridge.protocol import MOST_INCOMING
+from vrx_mj.ros.rosbridge.codec import MOST_INCOMING
 
-MOST_CLIENTS = 64
-MOST_OF_A_HOST = MOST_CLIENTS * 3 // 4
-"""Clients of one host that is not this one."""
-_MOST_HANDSHAKES = 64
-"""Connections that are in their handshake; with one more the oldest goes."""
 _HANDSHAKE = 10.0
 """Wall time for a handshake [s]."""
 _ALIVE = 60.0
@@ -38,27 +33,22 @@ _websockets_logger.setLevel(logging.CRITICAL)  # it would print a traceback for 
 
 
 class Socket(ServerConnection):
-    """A connection, which gives way to new ones while it is in its handshake."""
+    """A connection, which gives way to new ones until its first message has come."""
 
-    def __init__(self, handshakes: "OrderedDict[Socket, None]", *arguments: Any, **options: Any) -> None:
+    def __init__(self, connections: ConnectionLimit, *arguments: Any, **options: Any) -> None:
         super().__init__(*arguments, **options)
-        self._handshakes = handshakes
+        self._connections = connections
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """It was accepted."""
+        """Take a place among the connections."""
         super().connection_made(transport)
-        self._handshakes[self] = None
-        if len(self._handshakes) > _MOST_HANDSHAKES:
-            oldest, _ = self._handshakes.popitem(last=False)
-            oldest.transport.abort()
-
-    def admitted(self) -> None:
-        """Its handshake is over."""
-        self._handshakes.pop(self, None)
+        self.place = Place(str(self.remote_address[0]), self.transport.abort)
+        if not self._connections.enter(self.place):
+            self.transport.abort()
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """It was closed."""
-        self._handshakes.pop(self, None)
+        """Give the place up."""
+        self._connections.leave(self.place)
         super().connection_lost(exc)
 
 
@@ -92,7 +82,6 @@ class Rosbridge:
         self._network = graph.network
         self._hub = Hub(graph)
         self._server: Server | None = None
-        self._handshakes: OrderedDict[Socket, None] = OrderedDict()
         self._origins = Origins(checked_origins(origins))
         self._names = Names([host, os.environ.get("ROS_HOSTNAME", ""), os.environ.get("ROS_IP", "")])
 
@@ -108,7 +97,7 @@ class Rosbridge:
 
     @property
     def traffic(self) -> Traffic:
-        """What it has carried."""
+        """Traffic since the start."""
         counts = self._hub.counts
         return Traffic(len(self._hub.clients), counts.sent, counts.dropped)
 
@@ -132,19 +121,19 @@ class Rosbridge:
             ping_timeout=_ALIVE,
             close_timeout=_CLOSING / 2.0,
             logger=_websockets_logger,
-            create_connection=functools.partial(Socket, self._handshakes),  # type: ignore[arg-type]  # it makes one
+            create_connection=functools.partial(Socket, self._hub.connections),  # type: ignore[arg-type]  # it makes one
         )
         self.port = self._server.sockets[0].getsockname()[1]
         self._hub.open()
 
     async def _serve(self, connection: ServerConnection) -> None:
         assert isinstance(connection, Socket)
-        connection.admitted()
-        await Client(connection, self._hub).serve()
+        await Client(connection, connection.place, self._hub).serve()
 
     def _admit(self, connection: ServerConnection, request: Request) -> Response | None:
         """Refuse a handshake, or not."""
-        peer, reached = str(connection.remote_address[0]), str(connection.local_address[0])
+        assert isinstance(connection, Socket)
+        reached = str(connection.local_address[0])
         asked = ", ".join(request.headers.get_all("Host"))
         host = host_of(asked)
         for origin in request.headers.get_all("Origin"):  # programs send none
@@ -154,27 +143,14 @@ class Rosbridge:
             if not self._origins.welcome(origin, host):
                 text = f"pages of {ascii(origin)[1:-1][:200]} may not connect{_allowing(origin)}"
                 return self._refusal(connection, http.HTTPStatus.FORBIDDEN, f"origin {origin}", text)
-        text = self._crowd(peer)
-        return connection.respond(http.HTTPStatus.SERVICE_UNAVAILABLE, f"{text}\n") if text else None
+        if not self._hub.connections.has_room(connection.place):
+            text = f"too many clients are connected; no more of {connection.place.host} are accepted"
+            return self._refusal(connection, http.HTTPStatus.SERVICE_UNAVAILABLE, "crowd", text)
+        return None
 
-    def _refusal(
-        self, connection: ServerConnection, status: http.HTTPStatus, kind: str, text: str
-    ) -> Response:  # fmt: skip
-        self._hub.report_once(str(connection.remote_address[0]), kind, text)
+    def _refusal(self, connection: Socket, status: http.HTTPStatus, kind: str, text: str) -> Response:
+        self._hub.report_once(connection.place.host, kind, text)
         return connection.respond(status, f"{text}\n")
-
-    def _crowd(self, peer: str) -> str:
-        """Why one more client is refused; empty if it is not, as where a client that sends nothing makes room."""
-        clients = self._hub.clients.values()
-        if not is_loopback(peer) and sum(client.host == peer for client in clients) >= MOST_OF_A_HOST:
-            return f"{MOST_OF_A_HOST} clients of {peer} are connected; no more are accepted"
-        silent = next((client for client in clients if client.is_silent), None)
-        if len(clients) < MOST_CLIENTS:
-            return ""
-        if silent is None:
-            return f"{MOST_CLIENTS} clients are connected; no more are accepted"
-        silent.abort()
-        return ""
 
     async def _close(self) -> None:
         if self._server is None:

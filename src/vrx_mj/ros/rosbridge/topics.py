@@ -4,22 +4,17 @@ import asyncio
 import functools
 import inspect
 import itertools
-from collections import Counter, deque
+from collections import deque
 from collections.abc import Awaitable, Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError
-from vrx_mj.ros.graph import Graph, Service
+from vrx_mj.ros.graph import Graph, Service, Wire
 from vrx_mj.ros.interface import Answer
 from vrx_mj.ros.limits import Frame, Outbox
 from vrx_mj.ros.messages import Message, known_types, ros1_name
-from vrx_mj.ros.rosbridge.codec import Parcel, plain, request, taken
-from vrx_mj.ros.rosbridge.protocol import Options
-
-_MOST_IDS = 256
-"""Subscriptions of one topic by one client, at most."""
-
+from vrx_mj.ros.rosbridge.codec import Options, Parcel, message_of, plain, request
 
 Written = tuple[Callable[[], Iterable[Frame]], bool]
 """What a client gets: what makes its frames when they can be sent, and whether they are binary."""
@@ -34,7 +29,7 @@ class Subscription:
 
     def __init__(self, topic: str, outbox: Outbox[Written]) -> None:
         self.topic = topic
-        """As the client writes it, which is how it gets its messages."""
+        """Name of the topic as the client writes it; messages carry this name."""
         self._outbox = outbox
         self._wishes: dict[str, Options] = {}
         self._options = Options()
@@ -42,17 +37,11 @@ class Subscription:
         self._last = -float("inf")
         self._timer: asyncio.TimerHandle | None = None
 
-    @property
-    def used(self) -> bool:
-        """Whether any is left."""
-        return bool(self._wishes)
+    def __len__(self) -> int:
+        return len(self._wishes)
 
     def add(self, identity: str, options: Options) -> None:
-        """One more, or other options for one; CommandError: there are too many."""
-        if identity not in self._wishes and len(self._wishes) >= _MOST_IDS:
-            raise CommandError(
-                f"subscribe: {self.topic} has {_MOST_IDS} subscriptions of this client; no more are accepted"
-            )
+        """Add one more, or change the options of one."""
         self._wishes[identity] = options
         self._choose()
 
@@ -116,8 +105,6 @@ class Subscription:
 
 
 _NODES = "/rosbridge/client_"
-_MOST_TOPICS = 10_000
-"""Topics that clients may bring, at most."""
 
 
 def node_name(number: int) -> str:
@@ -125,26 +112,21 @@ def node_name(number: int) -> str:
     return f"{_NODES}{number}"
 
 
-class Topics:
+class Topics(Wire):
     """What clients listen to and publish: a `Wire` (see `vrx_mj.ros.graph`)."""
 
     def __init__(self, graph: Graph) -> None:
         self._graph = graph
         self._listeners: dict[str, dict[int, list[Subscription]]] = {}
-        """By topic and client."""
-        self._held: Counter[str] = Counter()
-        """Topics that clients have registered, and how often."""
-        self.listened: frozenset[str] = frozenset()
+        """Subscriptions by topic and client."""
 
     def advertise(self, name: str, type_name: str, client: int, *, latched: bool) -> None:
         """Have a client publish a topic; CommandError: it has another type, or there are too many."""
         self._check(name, type_name)
-        self._held[name] += 1
         self._graph.register("publisher", name, node_name(client), type_name, latched=latched)
 
     def unadvertise(self, name: str, client: int) -> None:
         """A client publishes a topic no more."""
-        self._release(name)
         self._graph.unregister("publisher", name, node_name(client))
 
     def listen(self, name: str, type_name: str, client: int, subscription: Subscription) -> list[Parcel]:
@@ -158,10 +140,9 @@ class Topics:
         if subscription not in mine:
             mine.append(subscription)
         if len(mine) == 1:
-            self._held[name] += 1
             self._graph.register("subscriber", name, node_name(client), type_name)
         self.listened = frozenset(self._listeners)
-        return [Parcel(message, type_name, self._graph.time) for message in self._graph.latched(name)]
+        return [Parcel(message, type_name, self._graph.time) for message in self._graph.latched_messages(name)]
 
     def leave(self, name: str, client: int, subscription: Subscription) -> None:
         """End a subscription."""
@@ -173,7 +154,6 @@ class Topics:
         if not listeners:
             del self._listeners[name]
             self.listened = frozenset(self._listeners)
-        self._release(name)
         self._graph.unregister("subscriber", name, node_name(client))
 
     def deliver(self, name: str, type_name: str, message: Message) -> None:
@@ -191,40 +171,20 @@ class Topics:
             for subscription in subscriptions:
                 subscription.take(parcel)
 
-    def registered(self, kind: str, name: str) -> None:
-        """Clients ask for what has come or gone."""
-
-    def replaced(self, node: str, uri: str) -> None:
-        """Clients have no URIs."""
-
-    def parameter_changed(self, key: str, value: object, setter: str) -> None:
-        """Clients ask for parameters."""
-
     def _check(self, name: str, type_name: str) -> None:
         known = self._graph.type_of(name)
         if known is not None and known != type_name:
             raise CommandError(f"topic {name} is a {known}, not a {type_name}")
-        if name not in self._held and len(self._held) >= _MOST_TOPICS:
-            raise CommandError(f"topic {name}: there are already {_MOST_TOPICS} topics; no more are accepted")
-
-    def _release(self, name: str) -> None:
-        self._held[name] -= 1
-        if not self._held[name]:
-            del self._held[name]
 
 
 _LONGEST_CALL = 600.0
 """Wall time after which a call has failed, unless it gives another time, and at most [s]."""
-_MOST_CALLS = 256
-"""Calls of one client that wait, at most."""
 _MOST_ELSEWHERE = 64
 """Calls of services of other processes that wait, at most: each has a connection."""
-_MOST_OFFERED = 256
-"""Services that one client offers, at most."""
 
 
 class Caller(Protocol):
-    """A client, as far as services are concerned."""
+    """Who calls a service."""
 
     number: int
     sender: str
@@ -240,7 +200,7 @@ class Offered:
 
     type: str
     name: str
-    """As that client writes it."""
+    """Name of the service as the client writes it."""
     client: Caller
 
 
@@ -263,7 +223,7 @@ class Elsewhere:
     """One on another wire who calls a service that a client of rosbridge offers."""
 
     number = 0
-    """Of them all together."""
+    """None of the clients'."""
 
     def __init__(self, sender: str, type_name: str, answer: Answer) -> None:
         self.sender, self._type, self._answer = sender, type_name, answer
@@ -274,7 +234,7 @@ class Elsewhere:
             self._answer(None, str(message["values"]))
             return
         try:
-            self._answer(taken(message["values"], f"{self._type}Response", 0.0, str(message["service"])), "")
+            self._answer(message_of(message["values"], f"{self._type}Response", 0.0, str(message["service"])), "")
         except VrxError as error:
             self._answer(None, str(error))
 
@@ -297,21 +257,16 @@ class Services:
         self._graph.provide(name, Service(self._graph.node, type_name, _only_here))
 
     def advertise(self, name: str, offered: Offered) -> None:
-        """Have a client offer a service; CommandError: there is one, or it offers too many."""
+        """Have a client offer a service; CommandError: another one does."""
         holder = self.offered.get(name)
         if self._graph.registrations.apis("service", name) and (holder is None or holder.client is not offered.client):
             raise CommandError(f"service {name}: it is already offered by {self.host(name)}")
-        if sum(other.client is offered.client for other in self.offered.values()) >= _MOST_OFFERED:
-            raise CommandError(f"service {name}: a client may offer {_MOST_OFFERED} services; no more are accepted")
         self.offered[name] = offered
 
         def call(request: Message, caller: str, answer: Answer) -> None:
             asked = plain(request, f"{offered.type}Request")
             elsewhere = Elsewhere(caller, offered.type, answer)
-            try:
-                self._forward(offered, asked, elsewhere, Pending(elsewhere, None, name, offered.type, Options()))
-            except VrxError as error:
-                answer(None, str(error))
+            self._forward(offered, asked, Pending(elsewhere, None, name, offered.type, Options()))
 
         self._graph.provide(name, Service(node_name(offered.client.number), offered.type, call))
 
@@ -346,7 +301,7 @@ class Services:
             else:
                 respond(caller, written, identity, options, answer, True)
         elif offered is not None:
-            self._forward(offered, self._asked(arguments, offered.type, name), caller, call, timeout)
+            self._forward(offered, self._request(arguments, offered.type, name), call, timeout)
         elif service is not None:
             message = request(arguments, f"{service.type}Request", self._graph.time, name)
             service.call(message, caller.sender, self._answer(self._begin(name, call, timeout)))
@@ -367,7 +322,7 @@ class Services:
         try:
             if f"{call.type}Response" in known_types() and (result or isinstance(values, dict)):
                 values = {} if values is None else values
-                values, result = self._checked(values, f"{call.type}Response", call.name), True
+                values, result = self._complete(values, f"{call.type}Response", call.name), True
         except VrxError as error:
             self._finish(key, f"the response of the service's client is wrong: {error}", False)
             raise
@@ -382,32 +337,35 @@ class Services:
             elif call.server is client:
                 self._finish(key, f"{call.name}: the client that offers it has disconnected", False)
 
+    def held_by(self, client: Caller) -> int:
+        """How many services a client offers, and calls it waits for."""
+        offered = sum(one.client is client for one in self.offered.values())
+        return offered + sum(call.caller is client for call in self._calls.values())
+
     def _begin(self, name: str, call: Pending, timeout: float) -> str:
         """Wait for the answer to a call; returns its id."""
-        if sum(other.caller.number == call.caller.number for other in self._calls.values()) >= _MOST_CALLS:
-            raise CommandError(f"{name}: {_MOST_CALLS} calls of this client wait for answers; no more are accepted")
         key = f"call_service:{name}:{next(self._numbers)}"
         self._calls[key] = call
         longest = min(timeout or _LONGEST_CALL, _LONGEST_CALL)
-        call.timer = asyncio.get_running_loop().call_later(longest, self._late, key, longest)
+        call.timer = asyncio.get_running_loop().call_later(longest, self._time_out, key, longest)
         return key
 
-    def _forward(self, offered: Offered, asked: object, caller: Caller, call: Pending, timeout: float = 0.0) -> None:
+    def _forward(self, offered: Offered, asked: object, call: Pending, timeout: float = 0.0) -> None:
         """Have a client answer a call."""
         call.server = offered.client
         key = self._begin(call.name, call, timeout)
         offered.client.send({"op": "call_service", "id": key, "service": offered.name, "args": asked})
 
-    def _asked(self, arguments: object, type_name: str, name: str) -> object:
+    def _request(self, arguments: object, type_name: str, name: str) -> object:
         """The request of a client's service: a message, or where its type is not known what JSON holds."""
         known = f"{type_name}Request"
         if known not in known_types():
             return {} if arguments is None else arguments
         return plain(request(arguments, known, self._graph.time, name), known)
 
-    def _checked(self, values: object, type_name: str, place: str) -> object:
+    def _complete(self, values: object, type_name: str, place: str) -> object:
         """What JSON holds, with all fields of a type."""
-        return plain(taken(values, type_name, self._graph.time, place), type_name)
+        return plain(message_of(values, type_name, self._graph.time, place), type_name)
 
     async def _call_elsewhere(self, name: str, arguments: object) -> object:
         """The response of a service of another process."""
@@ -436,15 +394,15 @@ class Services:
 
     def _answer(self, key: str) -> Callable[[Message | None, str], None]:
         """What the simulation's thread calls."""
-        return lambda response, why: self._graph.network.soon(self._answered, key, response, why)
+        return lambda response, why: self._graph.network.soon(self._take_answer, key, response, why)
 
-    def _answered(self, key: str, response: Message | None, why: str) -> None:
+    def _take_answer(self, key: str, response: Message | None, why: str) -> None:
         if key in self._calls:
             failed = response is None
             values = why if failed else plain(response, f"{self._calls[key].type}Response")
             self._finish(key, values, not failed)
 
-    def _late(self, key: str, seconds: float) -> None:
+    def _time_out(self, key: str, seconds: float) -> None:
         self._finish(key, f"{self._calls[key].name}: no answer in {seconds:g} s", False)
 
     def _finish(self, key: str, values: object, result: bool) -> None:

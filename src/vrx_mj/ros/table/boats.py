@@ -21,7 +21,8 @@ from vrx_mj.model.boats import Thruster
 from vrx_mj.physics.tables import BLADES
 from vrx_mj.ros.interface import BOTH, VRX, VRX3, Input, Output
 from vrx_mj.ros.messages import Message, new
-from vrx_mj.ros.table.host import Host, header, turned, vector
+from vrx_mj.ros.parameters import command_topic
+from vrx_mj.ros.table.host import Host, header, rotation_fields, vector
 from vrx_mj.ros.table.viewers import with_meshes_inside
 from vrx_mj.runtime.hull import Propeller
 
@@ -68,12 +69,6 @@ def _cmd_drive(host: Host, boat: str, name: str) -> Input:
         host.command(boat, twist_commands(host, boat, 0.5 * (left + right), 0.5 * (right - left)))
 
     return Input(name, "usv_gazebo_plugins/UsvDrive", take, boat)
-
-
-def command_topic(boat: str, name: str) -> str:
-    """VRX's topic of a command, `/wamv/thrusters/left_thrust_cmd` for `left`."""
-    stem = name.removesuffix(_ANGLE)
-    return f"/{boat}/thrusters/{stem}{'_thrust_cmd' if stem == name else '_thrust_angle'}"
 
 
 def _cmd_vel(host: Host, boat: str, name: str, thrusters: Sequence[Input]) -> Input:
@@ -136,7 +131,7 @@ class BoatJoint(NamedTuple):
     """A joint, and the link that it carries; frames have the boat's name before theirs, as `wamv/base_link`."""
 
     joint: str
-    """As the description calls it."""
+    """Name of the joint in the description."""
     parent: str
     child: str
     """Frames."""
@@ -249,10 +244,10 @@ class BoatFrames:
             yield Output(f"{stem}/{name}", "tf2_msgs/TFMessage", make, rate, latched=rate == 0.0, dialects=VRX3)
         if self.description is not None:
             for dialects, whole in ((VRX3, False), (VRX, True)):
-                text = cache(partial(self._described, whole))
+                text = cache(partial(self._description_message, whole))
                 yield Output(f"{stem}/robot_description", "std_msgs/String", text, latched=True, dialects=dialects)
 
-    def _described(self, whole: bool) -> Message:
+    def _description_message(self, whole: bool) -> Message:
         text = self.description or ""
         return new("std_msgs/String", data=with_meshes_inside(text, self._host.sim.world.assets) if whole else text)
 
@@ -300,14 +295,14 @@ class BoatFrames:
                 frames[joint.child] = transform(0.0, joint.parent, joint.child, joint.position, joint.quaternion)
         return list(frames.values())
 
-    def prefixed(self) -> list[Message]:
+    def prefixed_frames(self) -> list[Message]:
         """Names of VRX 3 for all its frames: `wamv/wamv/base_link` is where `wamv/base_link` is."""
         names = [f"{self.boat}/{BASE}", *(frame.child_frame_id for frame in self.still()), *self._moving]
         here = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)
         return [transform(0.0, name, f"{self.boat}/{name}", *here) for name in names]
 
     def moving(self) -> list[Message]:
-        """Of its engines, as steered, and its propellers; and of the boat in `map`, if that is published."""
+        """Transforms of engines as steered and of propellers; and of the boat in `map`, if that is published."""
         host, boat = self._host, self.boat
         spins, angles = self._spun(), host.sim.steering(boat)
         frames = self._located()
@@ -407,5 +402,5 @@ def transform(
         "geometry_msgs/TransformStamped",
         header=header(time, parent),
         child_frame_id=child,
-        transform={"translation": vector(position), "rotation": turned(turn)},
+        transform={"translation": vector(position), "rotation": rotation_fields(turn)},
     )

@@ -4,7 +4,6 @@ import itertools
 import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import partial
 
 import mujoco
 import numpy as np
@@ -53,7 +52,7 @@ def gazebo_inputs(host: Host) -> Iterator[Input]:
 
 
 def gazebo_services(host: Host) -> Iterator[Service]:
-    """Those of which the tutorials speak, and their likes."""
+    """Gazebo's services that the tutorials and common scripts call."""
     for name, do in (
         ("reset_world", lambda _: host.reset_world()),
         ("reset_simulation", lambda _: host.reset_simulation()),
@@ -79,19 +78,31 @@ def gazebo_services(host: Host) -> Iterator[Service]:
     ):
         yield _service(host, name, kind, answer)
     for name, kind, clear in (
-        ("clear_body_wrenches", "gazebo_msgs/BodyRequest", _clear_wrenches),
-        ("clear_joint_forces", "gazebo_msgs/JointRequest", _clear_efforts),
+        (
+            "clear_body_wrenches",
+            "gazebo_msgs/BodyRequest",
+            lambda asked: host.applied.clear(body=host.bodies.body(asked.body_name)),
+        ),
+        (
+            "clear_joint_forces",
+            "gazebo_msgs/JointRequest",
+            lambda asked: host.applied.clear(joint=_axis(host, asked.joint_name)),
+        ),
     ):
-        yield Service(f"/gazebo/{name}", kind, _emptily(partial(clear, host), kind))
+        yield Service(f"/gazebo/{name}", kind, _emptily(clear, kind))
 
 
 def gz_services(host: Host) -> Iterator[Service]:
-    """Those of gz sim by which ros_gz_bridge spawns, removes and moves; why one failed is told to people alone."""
+    """Services of gz sim that spawn, remove and move models; the reason of a failure goes to the log alone."""
     world = re.sub(r"\W", "_", host.sim.world.name.rpartition("/")[2])
     for name, what, do in (
         ("create", "SpawnEntity", lambda asked: _create(host, asked.entity_factory)),
         ("remove", "DeleteEntity", lambda asked: host.remove(_entity(asked))),
-        ("set_pose", "SetEntityPose", lambda asked: _set_pose(host, asked)),
+        (
+            "set_pose",  # at rest, as by set_model_state
+            "SetEntityPose",
+            lambda asked: _put(host, host.bodies.parts(_entity(asked)), new("gazebo_msgs/ModelState", pose=asked.pose)),
+        ),
     ):
         response = cdr.kind(f"ros_gz_interfaces/{what}Response")
 
@@ -124,11 +135,6 @@ def _entity(asked: Message) -> str:
     if not asked.entity.name:
         raise CommandError("entity.name is needed: entities have no id")
     return str(asked.entity.name.replace("::", "/"))
-
-
-def _set_pose(host: Host, asked: Message) -> None:
-    """At rest, as by set_model_state."""
-    _put(host, host.bodies.parts(_entity(asked)), new("gazebo_msgs/ModelState", pose=asked.pose))
 
 
 def _states(kind: str, placed: Mapping[str, Placed]) -> Message:
@@ -252,7 +258,7 @@ def _set_model(host: Host, state: Message) -> None:
 
 
 def _put(host: Host, parts: Sequence[str], state: Message) -> None:
-    """As Gazebo: the twist is set too, so that one that was not given stops the body.
+    """Set pose and twist as Gazebo does: a twist that is not given stops the body.
 
     The first of the parts goes to the pose, and the others keep their places beside it.
     """
@@ -267,7 +273,7 @@ def _put(host: Host, parts: Sequence[str], state: Message) -> None:
         velocity = (*(to_body @ linear).tolist(), *(to_body @ angular).tolist())
         move = host.sim.set_boat if name in host.sim.boats else host.sim.set_object
         move(name, pose=pose, velocity=velocity)
-    host.moved()
+    host.note_move()
 
 
 def _beside(host: Host, parts: Sequence[str], where: Pose) -> Iterator[Pose]:
@@ -309,7 +315,7 @@ def _three(what: str, given: Message) -> FloatArray:
 
 
 def _apply_wrench(host: Host, asked: Message) -> None:
-    """As Gazebo: about the centre of mass, in the axes of the frame and moved there from its origin."""
+    """Apply a wrench as Gazebo does: given in a frame, moved from its origin to the centre of mass."""
     link, base = host.bodies.link(asked.body_name), host.bodies.frame(asked.reference_frame)
     force, torque = _three("wrench.force", asked.wrench.force), _three("wrench.torque", asked.wrench.torque)
     torque = torque + np.cross(_three("reference_point", asked.reference_point), force)
@@ -324,14 +330,6 @@ def _apply_wrench(host: Host, asked: Message) -> None:
 def _apply_effort(host: Host, asked: Message) -> None:
     values = np.array([asked.effort])
     host.applied.add(AppliedForce(asked.joint_name, "", _axis(host, asked.joint_name), values, *_span(asked)))
-
-
-def _clear_wrenches(host: Host, asked: Message) -> None:
-    host.applied.clear(body=host.bodies.body(asked.body_name))
-
-
-def _clear_efforts(host: Host, asked: Message) -> None:
-    host.applied.clear(joint=_axis(host, asked.joint_name))
 
 
 def _axis(host: Host, name: str) -> str:

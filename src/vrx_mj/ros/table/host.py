@@ -8,14 +8,14 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.colors import Rgb, boat_colors
-from vrx_mj.errors import CommandError, UnknownNameError
+from vrx_mj.errors import CommandError, UnknownNameError, VrxError
 from vrx_mj.frames import rotation_vector
 from vrx_mj.mjcf.objects import DEPTH, ball_names
 from vrx_mj.model.world import Parameters
 from vrx_mj.ros.interface import Input, Output
 from vrx_mj.ros.messages import Message, kind, new, stamp
 from vrx_mj.runtime.applied import AppliedForces
-from vrx_mj.runtime.observation import Observation
+from vrx_mj.runtime.observation import BoatObservation, Observation
 from vrx_mj.runtime.simulation import Simulation
 
 _AXES = frozenset({"axis", "axis2", "ball"})
@@ -79,7 +79,7 @@ class Bodies:
         self._models: dict[str, int] = {}
         self._parts: dict[str, list[str]] = {}
         for name, index in singles.items():
-            for model_name in _nested(name) if name.partition("/")[0] not in boats else [_gazebo(name)]:
+            for model_name in _model_names(name) if name.partition("/")[0] not in boats else [_gazebo(name)]:
                 self._models.setdefault(model_name, index)
                 self._parts.setdefault(model_name, []).append(name)
         self._links = {_link_name(body, boats): index for body, index in known.items()}
@@ -103,7 +103,7 @@ class Bodies:
         self.parts(name)
         index = self._models[_gazebo(name)]
         self._refresh()
-        return self._placed(index)
+        return self._place_of(index)
 
     def parts(self, name: str) -> Sequence[str]:
         """The boat, object or dock that a model is, or all that it is made of, by their names in this world.
@@ -122,7 +122,7 @@ class Bodies:
         if name not in self._links:
             raise UnknownNameError("link", name, self._links)
         self._refresh()
-        return self._placed(self._links[name])
+        return self._place_of(self._links[name])
 
     def body(self, link: str) -> str:
         """The name of a link's body in the MJCF; UnknownNameError for an unknown name."""
@@ -133,12 +133,12 @@ class Bodies:
     def all_models(self) -> Iterator[tuple[str, Placed]]:
         """Every model and where it is, boats last; balls that were not fired are none."""
         self._refresh()
-        return ((name, self._placed(index)) for name, index in self._models.items() if self._is_there(index))
+        return ((name, self._place_of(index)) for name, index in self._models.items() if self._is_there(index))
 
     def all_links(self) -> Iterator[tuple[str, Placed]]:
         """Every link and where it is."""
         self._refresh()
-        return ((name, self._placed(index)) for name, index in self._links.items() if self._is_there(index))
+        return ((name, self._place_of(index)) for name, index in self._links.items() if self._is_there(index))
 
     def _is_there(self, index: int) -> bool:
         """Whether a body is no ball, or one that was fired."""
@@ -190,7 +190,7 @@ class Bodies:
             raise CommandError(f"the link '{name}' has a parent link: only a model's first link can be placed")
         return self._singles[index]
 
-    def _placed(self, index: int) -> Placed:
+    def _place_of(self, index: int) -> Placed:
         data, velocity = self._data, np.empty(6)
         mujoco.mj_objectVelocity(self._sim.model, data, mujoco.mjtObj.mjOBJ_XBODY, index, velocity, 0)
         return Placed(data.xpos[index].copy(), data.xquat[index].copy(), velocity[3:], velocity[:3])
@@ -205,6 +205,51 @@ class Bodies:
         mujoco.mj_comVel(model, data)
 
 
+_STILL = (0.0,) * 6
+_CLOSE = 1e-9
+"""A body that moved less [m] is left alone: one that sleeps goes on sleeping."""
+
+
+class InitialPoses:
+    """Poses by name, each from when its body was first seen."""
+
+    def __init__(self, sim: Simulation) -> None:
+        self._sim = sim
+        self._boats: dict[str, FloatArray] = {}
+        self._objects: dict[str, FloatArray] = {}
+        self.bind()
+
+    def bind(self) -> None:
+        """Boats came or went."""
+        seen = self._sim.observe()
+        self._boats = {name: self._boats.get(name, _pose(seen[name])) for name in self._sim.boats}
+        names = [item.name for item in self._sim.world.parameters.objects if item.kind != "static"]
+        afloat = {name: place for name in names if (place := self._object(name)) is not None}
+        self._objects = {name: self._objects.get(name, place) for name, place in afloat.items()}
+
+    def put_back(self) -> None:
+        """Put everything that moved where it started, at rest; boats that their task holds stay where it does."""
+        task = self._sim.task
+        held = {task["boat"]} if task is not None and task["state"] == "initial" else set()
+        for name, pose in self._boats.items():
+            if name not in held:
+                self._sim.set_boat(name, pose=pose.tolist(), velocity=_STILL)
+        for name, pose in self._objects.items():
+            now = self._object(name)
+            if now is not None and np.abs(now - pose).max() > _CLOSE:
+                self._sim.set_object(name, pose=pose.tolist(), velocity=_STILL)
+
+    def _object(self, name: str) -> FloatArray | None:
+        try:
+            return _pose(self._sim.observe_object(name))
+        except VrxError:
+            return None
+
+
+def _pose(seen: BoatObservation) -> FloatArray:
+    return np.array([*seen.position, seen.roll, seen.pitch, seen.heading])
+
+
 def _joint_name(name: str, boats: Collection[str]) -> str:
     """Gazebo's name of a joint: `raft::hinge` for its axis `raft/hinge/axis` in the MJCF."""
     whole, _, last = name.rpartition("/")
@@ -216,7 +261,7 @@ def _gazebo(name: str) -> str:
     return name.replace("/", "::")
 
 
-def _nested(name: str) -> Iterator[str]:
+def _model_names(name: str) -> Iterator[str]:
     """Gazebo's names of the models in which an object is, from the outermost on, and of itself."""
     steps = name.split("/")
     return ("::".join(steps[: count + 1]) for count in range(len(steps)))
@@ -240,7 +285,7 @@ def vector(values: Sequence[float] | FloatArray) -> dict[str, float]:
     return {"x": x, "y": y, "z": z}
 
 
-def turned(quaternion: Sequence[float] | FloatArray) -> dict[str, float]:
+def rotation_fields(quaternion: Sequence[float] | FloatArray) -> dict[str, float]:
     """x, y, z, w of a message, from (w, x, y, z)."""
     w, x, y, z = (float(value) for value in quaternion)
     return {"x": x, "y": y, "z": z, "w": w}
@@ -265,7 +310,7 @@ def header(time: float, frame: str = "") -> Message:
 
 
 _ROUND = 10.0
-"""Of the coordinates of the frame `start` [m]."""
+"""Coordinates of the frame `start` are multiples of this [m]."""
 
 
 class Scenery:
@@ -313,7 +358,7 @@ class Host(Protocol):
     paused: bool
 
     @property
-    def seen(self) -> Observation:
+    def observation(self) -> Observation:
         """What boats see at the present moment, made once for it."""
 
     @property
@@ -354,14 +399,14 @@ class Host(Protocol):
     def remove(self, name: str) -> None:
         """Take a boat, an object or a dock out of it."""
 
-    def moved(self) -> None:
+    def note_move(self) -> None:
         """Something was put somewhere."""
 
     def reset_world(self) -> None:
         """Put everything back where it started; time goes on."""
 
     def reset_simulation(self) -> None:
-        """The same, and begin at time 0."""
+        """Begin again at time 0."""
 
     def step(self, duration: float) -> None:
         """Advance by a duration [s], paused or not."""

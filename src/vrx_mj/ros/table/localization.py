@@ -14,7 +14,7 @@ from vrx_mj.frames import matrix_quaternion, rotation
 from vrx_mj.ros.interface import BOTH, Output, Service
 from vrx_mj.ros.messages import Message, new
 from vrx_mj.ros.table.boats import BASE, WORLD_FRAME, transform
-from vrx_mj.ros.table.host import Host, header, turned, vector
+from vrx_mj.ros.table.host import Host, header, rotation_fields, vector
 from vrx_mj.runtime.observation import Observation
 
 Source = Literal["truth", "navigator"]
@@ -53,7 +53,7 @@ class Localization:
     @property
     def now(self) -> Located:
         """Where the boat is at the present moment, in the world's axes."""
-        seen = self._host.seen
+        seen = self._host.observation
         if self._located is None or self._located[0] is not seen:
             by_sensors = self._localizer and self._localizer(seen[self._boat], self._host.sim.time)
             self._located = seen, by_sensors or truly_located(seen[self._boat])
@@ -71,7 +71,7 @@ class Localization:
     def outputs(self) -> Iterator[Output]:
         """Where it is, by all and by the fix alone, and the first as a fix."""
         output = partial(Output, rate=_RATE, dialects=BOTH, recorded="nowhere")
-        yield output(f"{self._stem}/odometry/filtered", _ODOMETRY, self._filtered)
+        yield output(f"{self._stem}/odometry/filtered", _ODOMETRY, self._filtered_odometry)
         if self._earth is not None:
             yield output(f"{self._stem}/odometry/gps", _ODOMETRY, self._by_gps)
             yield output(f"{self._stem}/gps/filtered", "sensor_msgs/NavSatFix", self._as_fix)
@@ -86,7 +86,7 @@ class Localization:
             yield service(f"{stem}/toLL", "robot_localization/ToLL", self._to_geodetic)
             yield service(f"{stem}/datum", "robot_localization/SetDatum", self._set_datum)
 
-    def _filtered(self) -> Message:
+    def _filtered_odometry(self) -> Message:
         located = self.now
         turn = matrix_quaternion(self._axes.T @ located.rotation)
         twist = {"linear": vector(located.velocity), "angular": vector(located.spin)}
@@ -99,7 +99,7 @@ class Localization:
         )
 
     def _by_gps(self) -> Message | None:
-        """Of a new fix; it has no orientation."""
+        """Odometry of a new fix, without orientation."""
         located = self.now
         time, place, covariance = self._host.sim.time, located.position, located.pose_covariance
         if self._localizer is not None:
@@ -112,7 +112,7 @@ class Localization:
     def _pose(self, place: FloatArray, covariance: FloatArray, turn: FloatArray = _UNTURNED) -> dict[str, object]:
         """geometry_msgs/PoseWithCovariance in the boat's frame; position and covariance are in the world's axes."""
         axes = np.kron(np.eye(2), self._axes)
-        pose = {"position": vector(self._in_odom(place)), "orientation": turned(turn)}
+        pose = {"position": vector(self._in_odom(place)), "orientation": rotation_fields(turn)}
         return {"pose": pose, "covariance": (axes.T @ covariance @ axes).reshape(-1)}
 
     def _as_fix(self) -> Message:

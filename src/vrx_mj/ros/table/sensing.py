@@ -12,7 +12,7 @@ import numpy.typing as npt
 from vrx_mj.config.sensors import LidarConfig
 from vrx_mj.ros.interface import VRX, VRX3, Input, Output, Service
 from vrx_mj.ros.messages import Message, new, stamp
-from vrx_mj.ros.table.host import Host, header, turned, vector
+from vrx_mj.ros.table.host import Host, header, rotation_fields, vector
 from vrx_mj.ros.table.vrx3 import with_vrx3
 from vrx_mj.runtime.mounted import Mounted
 from vrx_mj.sensors.errors import covariance
@@ -20,7 +20,6 @@ from vrx_mj.sensors.readings import (
     ApparentWind,
     CameraInfo,
     Echo,
-    Fix,
     Heading,
     Inertia,
     Labels,
@@ -33,9 +32,9 @@ from vrx_mj.sensors.readings import (
 from vrx_mj.sensors.view import intrinsics
 
 _JPEG_QUALITY = 80
-"""As image_transport's default."""
+"""JPEG quality, image_transport's default."""
 _FLOAT32, _UINT16 = 7, 4
-"""Of sensor_msgs/PointField."""
+"""Data types of sensor_msgs/PointField."""
 _KNOWN_DIAGONAL = 2
 """COVARIANCE_TYPE_DIAGONAL_KNOWN of sensor_msgs/NavSatFix."""
 _UNKNOWN_VARIANCE, _NOT_MEASURED = 1000.0, -1.0
@@ -150,6 +149,12 @@ def _head(reading: Reading) -> Message:
     return header(reading.time, reading.frame)
 
 
+def _with_fields(type_name: str, reading: Reading, names: str, **others: object) -> Message:
+    """A message with a header and fields that are called as in the reading's data, besides others."""
+    same = {name: getattr(reading.data, name) for name in names.split()}
+    return new(type_name, header=_head(reading), **same, **others)
+
+
 def _image(reading: Reading) -> Message:
     return _pixels(reading, reading.data.rgb, "rgb8")
 
@@ -185,7 +190,7 @@ def _detections(reading: Reading) -> Message | None:
     return labels and new("vision_msgs/Detection2DArray", header=_head(reading), detections=found)
 
 
-def _compressed(reading: Reading) -> Message:
+def _compressed_image(reading: Reading) -> Message:
     data = np.frombuffer(reading.data.jpeg(_JPEG_QUALITY), np.uint8)
     return new("sensor_msgs/CompressedImage", header=_head(reading), format="rgb8; jpeg compressed bgr8", data=data)
 
@@ -258,18 +263,9 @@ def _points(reading: Reading) -> Message:
 
 
 def _scan(reading: Reading) -> Message:
-    """sensor_msgs/LaserScan."""
-    scan: Scan = reading.data
-    return new(
-        "sensor_msgs/LaserScan",
-        header=_head(reading),
-        angle_min=scan.angle_min,
-        angle_max=scan.angle_max,
-        angle_increment=scan.angle_increment,
-        range_min=scan.range_min,
-        range_max=scan.range_max,
-        ranges=scan.ranges,
-    )
+    """sensor_msgs/LaserScan of a `Scan`."""
+    names = "angle_min angle_max angle_increment range_min range_max ranges"
+    return _with_fields("sensor_msgs/LaserScan", reading, names)
 
 
 def _middle_ring(_host: Host, sensor: Mounted, stems: Stems) -> Iterator[Output]:
@@ -288,22 +284,19 @@ def middle_ring(cloud: PointCloud, config: LidarConfig) -> Scan:
     first, last = config.azimuth
     step = (last - first) / (config.samples - 1) if config.samples > 1 else 0.0
     points = cloud.points[cloud.ring == config.rings // 2].astype(np.float64)
-    turned = np.mod(np.arctan2(points[:, 1], points[:, 0]) - first + 0.5 * step, 2.0 * np.pi)
-    index = np.minimum((turned / step).astype(np.int64) if step > 0.0 else 0, config.samples - 1)
+    rotation_fields = np.mod(np.arctan2(points[:, 1], points[:, 0]) - first + 0.5 * step, 2.0 * np.pi)
+    index = np.minimum((rotation_fields / step).astype(np.int64) if step > 0.0 else 0, config.samples - 1)
     ranges = np.full(config.samples, np.inf, np.float32)
     ranges[index] = np.linalg.norm(points, axis=1)
     return Scan(ranges, first, last, step, *config.range)
 
 
 def _fix(reading: Reading) -> Message:
-    fix: Fix = reading.data
-    return new(
+    return _with_fields(
         "sensor_msgs/NavSatFix",
-        header=_head(reading),
-        latitude=fix.latitude,
-        longitude=fix.longitude,
-        altitude=fix.altitude,
-        position_covariance=np.array(fix.position_covariance),
+        reading,
+        "latitude longitude altitude",
+        position_covariance=np.array(reading.data.position_covariance),
         position_covariance_type=_KNOWN_DIAGONAL,
     )
 
@@ -317,7 +310,7 @@ def _imu(reading: Reading) -> Message:
     return new(
         "sensor_msgs/Imu",
         header=_head(reading),
-        orientation=turned(inertia.orientation),
+        orientation=rotation_fields(inertia.orientation),
         orientation_covariance=np.array(inertia.orientation_covariance),
         angular_velocity=vector(inertia.angular_velocity),
         angular_velocity_covariance=np.array(inertia.angular_velocity_covariance),
@@ -334,13 +327,13 @@ def _apparent_wind(reading: Reading) -> Message:
 
 
 def _compass(reading: Reading) -> Message:
-    """As drivers of receivers with two antennas: a yaw; roll and pitch are unknown, and accelerations not measured."""
+    """sensor_msgs/Imu as drivers of dual-antenna receivers publish it: yaw only, no accelerations."""
     data: Heading = reading.data
     yaw, unknown = 0.5 * data.heading, _UNKNOWN_VARIANCE
     return new(
         "sensor_msgs/Imu",
         header=_head(reading),
-        orientation=turned((math.cos(yaw), 0.0, 0.0, math.sin(yaw))),
+        orientation=rotation_fields((math.cos(yaw), 0.0, 0.0, math.sin(yaw))),
         orientation_covariance=np.array(covariance(unknown, unknown, data.heading_variance)),
         angular_velocity=vector((0.0, 0.0, data.rate_of_turn)),
         angular_velocity_covariance=np.array(covariance(unknown, unknown, data.rate_of_turn_variance)),
@@ -351,14 +344,8 @@ def _compass(reading: Reading) -> Message:
 def _range(reading: Reading) -> Message:
     """sensor_msgs/Range, whose `radiation_type` 0 is ultrasound."""
     echo: Echo = reading.data
-    return new(
-        "sensor_msgs/Range",
-        header=_head(reading),
-        field_of_view=echo.field_of_view,
-        min_range=echo.range_min,
-        max_range=echo.range_max,
-        range=echo.range,
-    )
+    names = "field_of_view range"
+    return _with_fields("sensor_msgs/Range", reading, names, min_range=echo.range_min, max_range=echo.range_max)
 
 
 def _odometries(_host: Host, sensor: Mounted, stems: Stems) -> Iterator[Output]:
@@ -375,7 +362,7 @@ def _odometry(child: str, variance: float, reading: Reading) -> Message:
         "nav_msgs/Odometry",
         header=header(reading.time, "map"),
         child_frame_id=child,
-        pose={"pose": {"position": vector(truth.position), "orientation": turned(truth.orientation)}},
+        pose={"pose": {"position": vector(truth.position), "orientation": rotation_fields(truth.orientation)}},
         twist={
             "twist": {"linear": vector(truth.velocity), "angular": vector(truth.angular_velocity)},
             "covariance": variance * np.eye(6).reshape(-1),
@@ -383,15 +370,8 @@ def _odometry(child: str, variance: float, reading: Reading) -> Message:
     )
 
 
-def _heard(reading: Reading) -> Message:
-    sound: Sound = reading.data
-    return new(
-        "usv_msgs/RangeBearing",
-        header=_head(reading),
-        range=sound.range,
-        bearing=sound.bearing,
-        elevation=sound.elevation,
-    )
+def _range_bearing(reading: Reading) -> Message:
+    return _with_fields("usv_msgs/RangeBearing", reading, "range bearing elevation")
 
 
 def _signal(reading: Reading) -> Message:
@@ -408,7 +388,7 @@ def _signal(reading: Reading) -> Message:
         "visualization_msgs/Marker",
         header=_head(reading),
         ns="pinger",
-        pose={"orientation": turned(turn)},
+        pose={"orientation": rotation_fields(turn)},
         scale={"x": max(sound.range, 0.1), "y": 0.5, "z": 0.5},
         color={"b": 1.0, "a": 1.0},
     )
@@ -462,7 +442,7 @@ TOPICS: Mapping[str, SensorTopics] = {
         "sensors/cameras/{}_sensor",
         (
             SensorTopic("/image_raw", "sensor_msgs/Image", _image, ("/optical/image_raw",)),
-            SensorTopic("/image_raw/compressed", "sensor_msgs/CompressedImage", _compressed),
+            SensorTopic("/image_raw/compressed", "sensor_msgs/CompressedImage", _compressed_image),
             SensorTopic("/labels", "vision_msgs/Detection2DArray", _detections, ("/labels",), lambda c: c.labels),
             SensorTopic("/labels/mask", "sensor_msgs/Image", _mask, ("/labels/mask",), lambda c: c.labels),
         ),
@@ -487,7 +467,7 @@ TOPICS: Mapping[str, SensorTopics] = {
     "p3d": SensorTopics("sensors/position/ground_truth_odometry", outputs=_odometries),
     "pinger": SensorTopics(
         "sensors/acoustics/receiver",
-        (SensorTopic("/range_bearing", "usv_msgs/RangeBearing", _heard, ("/range_bearing",)),),
+        (SensorTopic("/range_bearing", "usv_msgs/RangeBearing", _range_bearing, ("/range_bearing",)),),
         _markers,
         _place_beacon,
     ),

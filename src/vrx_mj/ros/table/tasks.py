@@ -13,7 +13,7 @@ from vrx_mj.errors import CommandError
 from vrx_mj.model.tasks import Wildlife
 from vrx_mj.ros.interface import VRX3, Input, Output, Service
 from vrx_mj.ros.messages import Message, duration, fields, new, stamp
-from vrx_mj.ros.table.host import Host, collision_name, header, turned
+from vrx_mj.ros.table.host import Host, collision_name, header, rotation_fields
 from vrx_mj.ros.table.vrx3 import in_vrx3, parameters, with_vrx3
 from vrx_mj.tasks.registry import TASK_KINDS, Form
 
@@ -193,7 +193,7 @@ def _place(time: float, frame: str, place: Mapping[str, Any]) -> Message:
                 "longitude": float(place["longitude"] if on_earth else place["y"]),
                 "altitude": float(place.get("altitude", place.get("z", 0.0)) or 0.0),
             },
-            "orientation": turned((math.cos(half), 0.0, 0.0, math.sin(half))),
+            "orientation": rotation_fields((math.cos(half), 0.0, 0.0, math.sin(half))),
         },
     )
 

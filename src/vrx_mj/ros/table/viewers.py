@@ -1,10 +1,12 @@
-"""What viewers draw: shore, docks and objects as markers, meshes of boats inside URDFs, and a frame near the boats."""
+"""What viewers draw: shore, docks and objects as markers, meshes of boats inside URDFs, and a layout of panels."""
 
 import base64
+import json
 import re
 from collections.abc import Collection, Iterator, Mapping
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 from urllib.parse import unquote
 from xml.sax.saxutils import unescape
 
@@ -18,7 +20,7 @@ from vrx_mj.mjcf.templates import mesh_of_file
 from vrx_mj.mjcf.world import World
 from vrx_mj.ros.interface import BOTH, Output
 from vrx_mj.ros.messages import Message, kind, new
-from vrx_mj.ros.table.host import Host, header, turned, vector
+from vrx_mj.ros.table.host import Host, header, rotation_fields, vector
 from vrx_mj.sensors.displays import displays_of
 
 MARKERS, START = "/vrx_mj/markers", "start"
@@ -77,7 +79,7 @@ def _markers(world: World, start: FloatArray) -> Iterator[Message]:
             ns=space,
             id=geom,
             type=shape,
-            pose={"position": vector(data.geom_xpos[geom] - start), "orientation": turned(quaternion)},
+            pose={"position": vector(data.geom_xpos[geom] - start), "orientation": rotation_fields(quaternion)},
             scale=vector(sizes.get(shape, (x, y or x, z or x))),
             color=dict(zip("rgba", map(float, model.geom_rgba[geom]), strict=True)),
             points=_corners(model, int(model.geom_dataid[geom])) if shape == TRIANGLES else [],
@@ -100,7 +102,7 @@ def with_meshes_inside(text: str, assets: Collection[str]) -> str:
 
     def inside(found: re.Match[str]) -> str:
         try:
-            asset, url = _embedded(Path(unquote(unescape(found[1]))))
+            asset, url = _embedded_mesh(Path(unquote(unescape(found[1]))))
         except VrxError:
             return found[0]
         return f'"{url}"' if asset in assets else found[0]
@@ -109,7 +111,45 @@ def with_meshes_inside(text: str, assets: Collection[str]) -> str:
 
 
 @lru_cache(maxsize=256)
-def _embedded(file: Path) -> tuple[str, str]:
+def _embedded_mesh(file: Path) -> tuple[str, str]:
     """The name of a mesh among the assets of a world, and its URL."""
     url = f"data:model/gltf-binary;base64,{base64.b64encode(mesh_glb(file)).decode()}"
     return mesh_of_file(file).file, url
+
+
+_CAMERA = {"perspective": True, "distance": 55.0, "phi": 62.0, "thetaOffset": 25.0, "fovy": 45.0, "near": 0.5,
+          "far": 5000.0, "target": [0, 0, 0], "targetOffset": [0, 0, 0], "targetOrientation": [0, 0, 0, 1]}  # fmt: skip
+"""Camera of the 3D panel: 55 m from the frame `start`, north up."""
+_SEA = {"layerId": "foxglove.Grid", "instanceId": "sea", "label": "sea level", "frameId": START, "visible": True,
+       "size": 400, "divisions": 40, "lineWidth": 1, "color": "#3a7ca566", "position": [0, 0, 0],
+       "rotation": [0, 0, 0]}  # fmt: skip
+_BOAT = {"layerId": "foxglove.Urdf", "sourceType": "topic", "visible": True, "displayMode": "auto"}
+
+
+def layout_text(types: Mapping[str, str]) -> str:
+    """A layout of panels for Foxglove and Lichtblick, as JSON: the world in 3D, a map, and a camera.
+
+    `types` are those of the topics to show, by name.
+    """
+    by_type: dict[str, list[str]] = {}
+    for topic, type_name in types.items():
+        by_type.setdefault(type_name, []).append(topic)
+    boats = [name for name in by_type.get("std_msgs/String", ()) if name.endswith("/robot_description")]
+    panels: dict[str, dict[str, Any]] = {
+        "3D!world": {
+            "cameraState": _CAMERA,
+            "followMode": "follow-none",
+            "followTf": START,
+            "scene": {"transforms": {"showLabel": False, "axisScale": 0, "lineWidth": 0}},
+            "topics": {MARKERS: {"visible": True}},
+            "layers": {"sea": _SEA} | {topic: _BOAT | {"instanceId": topic, "topic": topic} for topic in boats},
+        }
+    }
+    side: Any = "map!fixes"
+    panels[side] = {"topicConfig": {}, "followTopic": next(iter(by_type.get("sensor_msgs/NavSatFix", ())), "")}
+    for topic in by_type.get("sensor_msgs/CompressedImage", ())[:1]:
+        panels["Image!camera"] = {"imageMode": {"imageTopic": topic}}
+        side = {"direction": "column", "first": "Image!camera", "second": side}
+    panes = {"direction": "row", "first": "3D!world", "second": side, "splitPercentage": 70}
+    rest = {"globalVariables": {}, "userNodes": {}, "playbackConfig": {"speed": 1}}
+    return json.dumps({"configById": panels, **rest, "layout": panes}, indent=1) + "\n"

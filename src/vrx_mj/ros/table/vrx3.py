@@ -26,7 +26,7 @@ PACKAGES = (
 )
 """Packages of the types that VRX 3's topics have."""
 _KINDS = {bool: (1, "bool_value"), int: (2, "integer_value"), float: (3, "double_value"), str: (4, "string_value")}
-"""Of rcl_interfaces/ParameterType, and the field that has the value."""
+"""Numbers of rcl_interfaces/ParameterType, and the fields that hold the values."""
 
 
 def parameters(header: Message, values: Mapping[str, str | bool | int | float]) -> Message:
@@ -60,23 +60,15 @@ def with_vrx3(output: Output, *names: str) -> Iterator[Output]:
 def in_vrx3(output: Output, name: str) -> Output:
     """A topic as VRX 3 has it: by its name, with its type for the same content."""
     kind, convert = CONVERSIONS.get(output.type, (output.type, lambda message: message))
-    make = partial(_converted, output.make, convert)
+    make = partial(_convert, output.make, convert)
     return replace(output, name=name, type=kind, make=make, dialects=VRX3)
 
 
-def _converted(
+def _convert(
     make: Callable[..., Message | None], convert: Callable[[Message], Message], *reading: object
 ) -> Message | None:
     message = make(*reading)
     return None if message is None else convert(message)
-
-
-def _number(message: Message) -> Message:
-    return new("std_msgs/Float32", data=float(np.float32(message.data)))
-
-
-def _numbers(message: Message) -> Message:
-    return kind("ros_gz_interfaces/Float32Array")(np.asarray(message.data, np.float32))
 
 
 def _pose(message: Message) -> Message:
@@ -84,18 +76,6 @@ def _pose(message: Message) -> Message:
     where = message.pose.position
     position = {"x": where.latitude, "y": where.longitude, "z": where.altitude}
     return new("geometry_msgs/Pose", position=position, orientation=message.pose.orientation)
-
-
-def _pose_stamped(message: Message) -> Message:
-    return new("geometry_msgs/PoseStamped", header=message.header, pose=_pose(message))
-
-
-def _pose_array(message: Message) -> Message:
-    return new("geometry_msgs/PoseArray", header=message.header, poses=[_pose(pose) for pose in message.poses])
-
-
-def _range_bearing(message: Message) -> Message:
-    return parameters(message.header, {name: getattr(message, name) for name in ("range", "bearing", "elevation")})
 
 
 def _detections(message: Message) -> Message:
@@ -112,11 +92,26 @@ def _detections(message: Message) -> Message:
 
 
 CONVERSIONS: Mapping[str, tuple[str, Callable[[Message], Message]]] = {
-    "std_msgs/Float64": ("std_msgs/Float32", _number),
-    "std_msgs/Float64MultiArray": ("ros_gz_interfaces/Float32Array", _numbers),
-    "geographic_msgs/GeoPoseStamped": ("geometry_msgs/PoseStamped", _pose_stamped),
-    "geographic_msgs/GeoPath": ("geometry_msgs/PoseArray", _pose_array),
-    "usv_msgs/RangeBearing": ("ros_gz_interfaces/ParamVec", _range_bearing),
+    "std_msgs/Float64": (
+        "std_msgs/Float32",
+        lambda one: new("std_msgs/Float32", data=float(np.float32(one.data))),
+    ),
+    "std_msgs/Float64MultiArray": (
+        "ros_gz_interfaces/Float32Array",
+        lambda one: kind("ros_gz_interfaces/Float32Array")(np.asarray(one.data, np.float32)),
+    ),
+    "geographic_msgs/GeoPoseStamped": (
+        "geometry_msgs/PoseStamped",
+        lambda one: new("geometry_msgs/PoseStamped", header=one.header, pose=_pose(one)),
+    ),
+    "geographic_msgs/GeoPath": (
+        "geometry_msgs/PoseArray",
+        lambda one: new("geometry_msgs/PoseArray", header=one.header, poses=[_pose(pose) for pose in one.poses]),
+    ),
+    "usv_msgs/RangeBearing": (
+        "ros_gz_interfaces/ParamVec",
+        lambda one: parameters(one.header, {name: getattr(one, name) for name in ("range", "bearing", "elevation")}),
+    ),
     "vision_msgs/Detection2DArray": ("vision_msgs/Detection2DArray", _detections),
 }
-"""By type of VRX's messages, that of VRX 3 and how it is made; other types are the same in both."""
+"""VRX 3's type for each of VRX's that differs, and the conversion."""

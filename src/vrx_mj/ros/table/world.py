@@ -102,7 +102,7 @@ def world_outputs(host: Host, boat_frames: Sequence[BoatFrames], clock_rate: flo
 
     @cache
     def vrx3_still() -> Message:
-        more = [frame for one in boat_frames for frame in one.prefixed()]
+        more = [frame for one in boat_frames for frame in one.prefixed_frames()]
         return new("tf2_msgs/TFMessage", transforms=[*still().transforms, *more])
 
     rows = partial(Output, dialects=BOTH, recorded="rows")

@@ -7,15 +7,17 @@ import math
 import re
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, NamedTuple
+from functools import partial
+from typing import Any
 
 from websockets.exceptions import ConnectionClosed, InvalidURI, WebSocketException
 from websockets.sync.client import ClientConnection, connect
 
-from vrx_mj.drive.pilot import Engine, Pilot, Wheel, engine_commands
+from vrx_mj.drive.pilot import Driver, Engine, Motion, Wheel, drive, engine_commands
 from vrx_mj.drive.terminal import HELP, Terminal
-from vrx_mj.errors import CommandError, NetworkError, UnknownNameError
+from vrx_mj.errors import CommandError, NetworkError
 from vrx_mj.frames import compass
+from vrx_mj.ros.parameters import command_topic
 from vrx_mj.runtime.timing import Pause
 from vrx_mj.signals import ended_by_signals
 
@@ -39,7 +41,7 @@ class Bridge:
         """
         self.url = url
         self._stack = contextlib.ExitStack()
-        self._socket = _connected(url, self._stack)
+        self._socket = self._stack.enter_context(_connection(url))
         self.is_open = True
         """Whether the connection stands."""
         self._listeners: dict[str, Callable[[_Values], None]] = {}
@@ -72,16 +74,17 @@ class Bridge:
         self._calls[identity] = take
         self._send({"op": "call_service", "id": identity, "service": service, "args": arguments})
 
-    def listen(self, seconds: float) -> None:
-        """Give what comes within that time to those who wait for it."""
+    def listen(self, seconds: float) -> bool:
+        """Give what comes within that time to those who wait for it; whether the connection still stands."""
         until = time.monotonic() + seconds
         try:
             while True:
                 self._take(self._socket.recv(timeout=max(0.0, until - time.monotonic())))
         except TimeoutError:
-            return
+            pass
         except ConnectionClosed:
             self.is_open = False
+        return self.is_open
 
     def close(self) -> None:
         """End the connection, after all that was sent."""
@@ -109,12 +112,10 @@ class Bridge:
                 take(came.get("values"), came.get("result") is True)
 
 
-def _connected(url: str, stack: contextlib.ExitStack) -> ClientConnection:
-    """A connection, which the stack ends."""
+def _connection(url: str) -> ClientConnection:
+    """A connection to a rosbridge."""
     try:
-        return stack.enter_context(
-            connect(url, max_size=_MOST_INCOMING, compression=None, open_timeout=_OPENING, proxy=None)
-        )
+        return connect(url, max_size=_MOST_INCOMING, compression=None, open_timeout=_OPENING, proxy=None)
     except (InvalidURI, ValueError):
         raise NetworkError(
             f"invalid rosbridge address '{url}': ws://HOST:PORT is needed, as in ws://127.0.0.1:9090"
@@ -144,17 +145,6 @@ _SETTLES = 1.0
 _Clock = Callable[[], float]
 
 
-class Motion(NamedTuple):
-    """How a boat moves."""
-
-    speed: float
-    """Over ground [m/s]."""
-    heading: float
-    """Of its bow [rad], counter-clockwise from x."""
-    course: float
-    """Over ground [rad], counter-clockwise from x."""
-
-
 class Scene:
     """Filled by the messages of one connection."""
 
@@ -180,8 +170,8 @@ class Scene:
             (_WORLD, "std_msgs/String", self._world, 0.0),
             ("/clock", "rosgraph_msgs/Clock", self._tick, _SEEN_PERIOD),
             ("/gazebo/model_states", "gazebo_msgs/ModelStates", self._see, _SEEN_PERIOD),
-            ("/vrx/debug/wind/speed", "std_msgs/Float64", self._blow, _SEEN_PERIOD),
-            ("/vrx/debug/wind/direction", "std_msgs/Float64", self._veer, _SEEN_PERIOD),
+            ("/vrx/debug/wind/speed", "std_msgs/Float64", partial(self._note_wind, "wind_speed"), _SEEN_PERIOD),
+            ("/vrx/debug/wind/direction", "std_msgs/Float64", partial(self._note_wind, "wind_direction"), _SEEN_PERIOD),
         ):
             bridge.subscribe(topic, kind, take, period=period)
 
@@ -233,20 +223,17 @@ class Scene:
 
     def _see(self, message: _Values) -> None:
         rows = zip(message["name"], message["pose"], message["twist"], strict=True)
-        self.motions = {name: _motion(pose["orientation"], twist["linear"]) for name, pose, twist in rows}
+        self.motions = {name: self._motion(pose["orientation"], twist["linear"]) for name, pose, twist in rows}
 
-    def _blow(self, message: _Values) -> None:
-        self.wind_speed = message["data"]
+    def _motion(self, turn: Mapping[str, float], velocity: Mapping[str, float]) -> Motion:
+        w, x, y, z = (turn[axis] for axis in "wxyz")
+        heading = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+        course = math.atan2(velocity["y"], velocity["x"])
+        speed = math.hypot(velocity["x"], velocity["y"])
+        return Motion(speed, compass(heading + self.x_from_east), compass(course + self.x_from_east))
 
-    def _veer(self, message: _Values) -> None:
-        self.wind_direction = message["data"]
-
-
-def _motion(turn: Mapping[str, float], velocity: Mapping[str, float]) -> Motion:
-    w, x, y, z = (turn[axis] for axis in "wxyz")
-    heading = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-    vx, vy = velocity["x"], velocity["y"]
-    return Motion(math.hypot(vx, vy), heading, math.atan2(vy, vx))
+    def _note_wind(self, name: str, message: _Values) -> None:
+        setattr(self, name, message["data"])
 
 
 def _by_number(name: str) -> tuple[str, int]:
@@ -265,11 +252,10 @@ RETRY = 1.0
 GREETING = 5.0
 """Wall time in which a world's chart must come [s]."""
 _REST = Wheel()
-_ANGLE = "_angle"
 _TIME = ("time", "p: pause or resume; backspace: reset")
 
 
-def drive(url: str, *, boat: str | None = None) -> None:
+def drive_served_world(url: str, *, boat: str | None = None) -> None:
     """Drive by the keys of this process's terminal, until Ctrl-C.
 
     Args:
@@ -286,23 +272,21 @@ def drive(url: str, *, boat: str | None = None) -> None:
             raise CommandError(
                 "no keys can be read, since standard input is not a terminal; --web serves a page to drive from"
             )
-        helmsman = Helmsman(url, boat, say=terminal.write_line)
+        driver = RosbridgeDriver(url, boat, say=terminal.write_line)
         try:
             for name, text in (*(row for row in HELP if row[0] != _TIME[0]), _TIME):
                 terminal.write_line(f"  {name:<10} {text}")
             terminal.write_line("Ctrl-C stops the boats that you drove and quits.")
-            while True:
-                helmsman.turn(terminal.pressed())
-                terminal.show(helmsman)
+            drive(driver, [terminal])
         finally:
-            helmsman.close()
+            driver.close()
 
 
-class Helmsman:
+class RosbridgeDriver(Driver):
     """Takes keys and drives, over a connection that may be lost and come again."""
 
     def __init__(self, url: str, boat: str | None, *, say: _Say, clock: Callable[[], float] = time.monotonic) -> None:
-        """Connect, and wait for the world's chart; errors are those of `drive`."""
+        """Connect, and wait for the world's chart; errors are those of `drive_served_world`."""
         self._url, self._say, self._clock = url, say, clock
         self._bridge = Bridge(url)
         self._scene = Scene(self._bridge, clock)
@@ -310,57 +294,45 @@ class Helmsman:
         self._pause, self._retry = Pause(), -math.inf
         try:
             self._greet()
-            boats = self._scene.boats or ()
-            if boat is not None and boat not in boats:
-                raise UnknownNameError("boat", boat, boats)
+            super().__init__(self._scene.engines, boat)
         except BaseException:
             self._bridge.close()
             raise
-        self.pilot = Pilot({}, "")
         self._meet()
-        self.pilot.boat = boat or self.pilot.boat
-        say(f"connected to {self._scene.name} at {url}: {', '.join(boats) or 'no boats'}")
-        if self._scene.keeps_velocity:
+        say(f"connected to {self._scene.name} at {url}: {', '.join(self._scene.engines) or 'no boats'}")
+        if self.keeps_velocity:
             say("cmd_vel sets a velocity to hold: power is in m/s and turn in rad/s")
 
-    def turn(self, keys: Iterable[str]) -> None:
-        """Take keys, send what is due, and listen for a moment."""
-        pressed = [key for key in keys if self._press(key)]
+    def advance(self) -> None:
+        """Send what is due, and listen for a moment."""
         if not self._bridge.is_open:
             self._reconnect()
             return
         self._scene.follow()
-        if pressed or self._pause.is_over(self._clock()):
+        if self._pause.is_over(self._clock()):
             self._pause.begin(self._clock(), _PERIOD)
             self._send()
-        self._bridge.listen(_LOOK)
+        is_open = self._bridge.listen(_LOOK)
         self._meet()
-        self._note_loss()
+        if not is_open:
+            self._say(f"the connection to {self._url} is lost: trying again")
 
-    def status(self) -> tuple[tuple[str, str], ...]:
-        """Names and values of the line."""
-        if not self._bridge.is_open:
-            return (("not connected to", self._url),)
-        scene, wheel = self._scene, self.pilot.wheel
-        units = (" m/s", " rad/s") if scene.keeps_velocity else ("", "")
-        rows = [
-            ("boat", self.pilot.boat or "none"),
-            ("power", f"{wheel.power:+.2f}{units[0]}"),
-            ("turn", f"{wheel.turn:+.2f}{units[1]}"),
-        ]
-        if not scene.keeps_velocity:
-            rows.append(("angle", f"{math.degrees(wheel.angle):+.0f} deg"))
-        motion = scene.motions.get(self.pilot.boat)
-        if motion is not None:
-            rows.append(("speed", f"{motion.speed:.2f} m/s"))
-            for name, angle in (("heading", motion.heading), ("course", motion.course)):
-                rows.append((name, f"{compass(angle + scene.x_from_east):.0f} deg compass"))
+    def motion(self) -> Motion | None:
+        """How the boat moves that the keys drive."""
+        return self._scene.motions.get(self.pilot.boat)
+
+    def conditions(self) -> Iterable[tuple[str, str]]:
+        """Wind and time, where they are known."""
+        scene = self._scene
         if scene.wind_speed is not None and scene.wind_direction is not None:
             toward = compass(math.radians(scene.wind_direction))
-            rows.append(("wind", f"{scene.wind_speed:.1f} m/s to {toward:.0f} deg compass"))
+            yield "wind", f"{scene.wind_speed:.1f} m/s to {toward:.0f} deg compass"
         if scene.time is not None:
-            rows.append(("time", f"{scene.time:.1f} s{', paused' if scene.is_paused else ''}"))
-        return tuple(rows)
+            yield "time", f"{scene.time:.1f} s{', paused' if scene.is_paused else ''}"
+
+    def status(self) -> Sequence[tuple[str, str]]:
+        """Names and values for the person who drives."""
+        return super().status() if self._bridge.is_open else (("not connected to", self._url),)
 
     def close(self) -> None:
         """Stop the boats that were driven, and end the connection."""
@@ -369,22 +341,25 @@ class Helmsman:
                 self._command(boat, _REST)
         self._bridge.close()
 
-    def _press(self, key: str) -> bool:
-        if not self._bridge.is_open:
-            return False
-        if key == "p":
-            pause = not self._scene.is_paused
-            self._call("pause_physics" if pause else "unpause_physics")
-            self._scene.note_pause(paused=pause)
-        elif key == "backspace":
-            for boat in self.pilot.wheels:
-                self._command(boat, _REST)
-            self.pilot.reset()
-            self._sent.clear()
-            self._call("reset_world", "the simulation is reset")
-        else:
-            return self.pilot.press(key)
-        return False
+    def press(self, key: str) -> None:
+        """Take a key, while there is a connection; what it changes is sent at once."""
+        if self._bridge.is_open:
+            super().press(key)
+            self._pause.end()
+
+    def pause(self) -> None:
+        """Stop time, or let it go on."""
+        pause = not self._scene.is_paused
+        self._call("pause_physics" if pause else "unpause_physics")
+        self._scene.note_pause(paused=pause)
+
+    def reset(self) -> None:
+        """Stop the boats that were driven, and put everything back where it started."""
+        for boat in self.pilot.wheels:
+            self._command(boat, _REST)
+        self.pilot.reset()
+        self._sent.clear()
+        self._call("reset_world", "the simulation is reset")
 
     def _call(self, name: str, done: str = "") -> None:
         def take(answer: object, well: bool) -> None:
@@ -402,16 +377,16 @@ class Helmsman:
                 self._sent[boat] = wheel
 
     def _command(self, boat: str, wheel: Wheel) -> None:
-        if self._scene.keeps_velocity:
+        if self.keeps_velocity:
             twist = {"linear": {"x": wheel.power, "y": 0.0, "z": 0.0}, "angular": {"x": 0.0, "y": 0.0, "z": wheel.turn}}
             self._bridge.publish(f"/{boat}/cmd_vel", _TWIST, twist, last=wheel == _REST)
             return
-        for topic, value in topics(boat, self._scene.engines.get(boat, ()), wheel).items():
-            self._bridge.publish(topic, "std_msgs/Float32", {"data": value}, last=wheel == _REST)
+        for name, value in engine_commands(self._scene.engines.get(boat, ()), wheel).items():
+            self._bridge.publish(command_topic(boat, name), "std_msgs/Float32", {"data": value}, last=wheel == _REST)
 
     def _meet(self) -> None:
         """Boats may have come or gone."""
-        before = self.pilot.boat
+        before, self.keeps_velocity = self.pilot.boat, self._scene.keeps_velocity
         self.pilot.change_boats(self._scene.engines)
         self._sent = {boat: wheel for boat, wheel in self._sent.items() if boat in self.pilot.wheels}
         if before and before != self.pilot.boat:
@@ -426,10 +401,6 @@ class Helmsman:
                 raise NetworkError(
                     f"the server at {self._url} is not `vrx-mj serve`: it has no {_WORLD} or no boats' topics"
                 )
-
-    def _note_loss(self) -> None:
-        if not self._bridge.is_open:
-            self._say(f"the connection to {self._url} is lost: trying again")
 
     def _reconnect(self) -> None:
         """Try, if it is time; keys have to be pressed anew afterwards."""
@@ -451,12 +422,3 @@ class Helmsman:
             return
         self._say(f"connected again, to {self._scene.name}")
         self._meet()
-
-
-def topics(boat: str, engines: Sequence[Engine], wheel: Wheel) -> Mapping[str, float]:
-    """Values of a boat's topics of thrusters that do what is asked."""
-    commands = engine_commands(engines, wheel)
-    return {
-        f"/{boat}/thrusters/{name.removesuffix(_ANGLE)}_thrust_{'angle' if name.endswith(_ANGLE) else 'cmd'}": value
-        for name, value in commands.items()
-    }

@@ -103,14 +103,14 @@ class _Answering(http.server.BaseHTTPRequestHandler):
         self._answer(whole=True)
 
     def do_HEAD(self) -> None:
-        """The same without the file."""
+        """Answer with the headers of a file alone."""
         self._answer(whole=False)
 
     def log_message(self, format: str, *args: object) -> None:  # noqa: A002 -- the name is the base class's
         """Say nothing."""
 
     def _answer(self, *, whole: bool) -> None:
-        status, kind, body = self._found()
+        status, kind, body = self._response()
         self.send_response(status)
         for name, value in (
             ("Content-Type", f"{kind}; charset=utf-8"),
@@ -126,7 +126,7 @@ class _Answering(http.server.BaseHTTPRequestHandler):
         if whole:
             self.wfile.write(body)
 
-    def _found(self) -> tuple[http.HTTPStatus, str, bytes]:
+    def _response(self) -> tuple[http.HTTPStatus, str, bytes]:
         hosts = self.headers.get_all("Host", [])
         if len(hosts) != 1 or not is_loopback(host_of(hosts[0])):
             text = (

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from vrx_mj.errors import CommandError
 from vrx_mj.ros.limits import Intake, Place
-from vrx_mj.ros.ros1.connection import Splitter, decode_header, encode_header, framed
+from vrx_mj.ros.ros1.connection import Splitter, decode_header, encode_header, with_length
 
 NAMES = st.text(min_size=1, max_size=20).filter(lambda name: "=" not in name)
 
@@ -39,7 +39,7 @@ def test_what_is_no_header_is_named(raw, message):
 
 @given(st.lists(st.binary(max_size=40), max_size=10), st.lists(st.integers(1, 30), min_size=1))
 def test_frames_come_out_however_the_stream_is_cut(bodies, sizes):
-    stream = b"".join(map(framed, bodies))
+    stream = b"".join(map(with_length, bodies))
     intake = Intake(1000)
     splitter = Splitter(40, intake, SOMEBODY)
     found = []
@@ -79,5 +79,5 @@ def test_all_that_wait_for_frames_share_what_they_may_hold():
 
 def test_a_frame_may_be_as_large_as_the_largest():
     splitter = Splitter(40, Intake(1000), SOMEBODY)
-    splitter.feed(framed(b"x" * 40))
+    splitter.feed(with_length(b"x" * 40))
     assert splitter.take() == b"x" * 40

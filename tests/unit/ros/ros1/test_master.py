@@ -6,7 +6,7 @@ from xmlrpc.client import Fault
 import pytest
 
 from vrx_mj.ros.graph import Graph
-from vrx_mj.ros.interface import RosInterface, Service
+from vrx_mj.ros.interface import Inbox, RosInterface, Service
 from vrx_mj.ros.ros1.master import Master
 
 A, B = "http://127.0.0.1:1/", "http://127.0.0.1:2/"
@@ -40,7 +40,7 @@ def mastered(graph):
 
 @pytest.fixture
 def master():
-    return mastered(Graph(None, None, "/simulation"))
+    return mastered(Graph(None, Inbox(), "/simulation"))
 
 
 def call(master, method, *values):
@@ -53,7 +53,11 @@ def state(master):
 
 
 def test_topics_come_and_go_and_subscribers_are_told(master):
-    assert call(master, "registerSubscriber", "/b", "/x", "std_msgs/Int8", B) == (1, "Subscribed to [/x]", [])
+    assert call(master, "registerSubscriber", "/b", "/x", "std_msgs/Int8", B) == (
+        1,
+        "Registered [/b] as subscriber of [/x]",
+        [],
+    )
     assert call(master, "registerPublisher", "/ns/a", "/x", "std_msgs/Int8", A)[2] == [B]
     assert call(master, "registerPublisher", "/ns/a", "y", "*", A)[1] == "Registered [/ns/a] as publisher of [/ns/y]"
     assert call(master, "getTopicTypes", "/t")[2] == [
@@ -107,7 +111,7 @@ def test_a_new_node_of_a_name_ends_the_old_one_and_its_topics(master):
     ],
 )
 def test_nobody_takes_the_name_of_the_simulations_own_node(name, method, values):
-    master = mastered(Graph(None, None))
+    master = mastered(Graph(None, Inbox()))
     master.graph.open(A, "rosrpc://h:0")
     own = [
         ("registerPublisher", "/clock", "rosgraph_msgs/Clock", A),

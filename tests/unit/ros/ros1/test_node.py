@@ -10,7 +10,7 @@ from vrx_mj.ros.interface import Inbox, UnknownTopicPublisher
 from vrx_mj.ros.limits import Intake, Place
 from vrx_mj.ros.messages import new
 from vrx_mj.ros.network import Notices, shown_process, who_listens
-from vrx_mj.ros.ros1.connection import framed
+from vrx_mj.ros.ros1.connection import with_length
 from vrx_mj.ros.ros1.node import Slave, Watch
 from vrx_mj.ros.ros1.publication import Caller, Provided, Publication, Stream
 from vrx_mj.ros.ros1.registrar import PORTION, _portions
@@ -226,20 +226,20 @@ def test_a_caller_that_does_not_read_its_answers_is_asked_for_no_more_calls():
     wire, called = Wire(), []
     service = Provided("/gazebo", "/s", "std_srvs/Empty", lambda request, caller, answer: called.append(answer))
     caller = Caller(service, wire, {"callerid": "/x", "persistent": "1"}, wire, Intake(1000), Place("127.0.0.1", list))
-    caller.received(framed(b"") * 3)
+    caller.take(with_length(b"") * 3)
     response = new("std_srvs/EmptyResponse")
     assert (len(called), wire.reads) == (1, False)
-    caller.blocked(now=True)
+    caller.set_blocked(now=True)
     called[0](response, "")
     assert (len(called), wire.reads, wire.later) == (1, False, [])
-    caller.blocked(now=False)
+    caller.set_blocked(now=False)
     wire.turn()
     called[1](response, "")
     wire.turn()
     called[2](None, "no")
     wire.turn()
     assert (len(called), wire.reads) == (3, True)
-    assert wire.written == b"\1\0\0\0\0" * 2 + b"\0" + framed(b"no")
+    assert wire.written == b"\1\0\0\0\0" * 2 + b"\0" + with_length(b"no")
 
 
 def test_parameters_are_sent_in_portions_that_a_master_can_take():

@@ -6,8 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from vrx_mj.errors import CommandError
 from vrx_mj.ros.limits import SMALL, Intake, Place
-from vrx_mj.ros.rosbridge.client import Fragments
+from vrx_mj.ros.rosbridge.client import _OVERHEAD, Fragments
 
 
 def piece(identity, number, total, data):
@@ -16,19 +17,19 @@ def piece(identity, number, total, data):
 
 @given(st.lists(st.text("ab", max_size=5), min_size=1, max_size=4), st.randoms())
 def test_a_message_is_whole_with_its_last_fragment_and_then_holds_nothing(parts, chance):
-    intake = Intake(1000)
+    intake = Intake(100_000)
     fragments = Fragments(intake, Place("127.0.0.1", list))
     order = list(enumerate(parts))
     chance.shuffle(order)
     for count, (number, data) in enumerate(order[:-1], 1):
         assert fragments.add(piece("m", number, len(parts), data)) is None
-        assert intake.used == sum(len(data) for _, data in order[:count])
+        assert intake.used == sum(len(data) + _OVERHEAD for _, data in order[:count])
     assert fragments.add(piece("m", order[-1][0], len(parts), order[-1][1])) == "".join(parts)
     assert intake.used == 0
 
 
 def test_of_clients_that_hold_too_much_the_first_goes():
-    ended, intake = [], Intake(3 * SMALL)
+    ended, intake = [], Intake(3 * (SMALL + _OVERHEAD))
     first, second, third = (
         Fragments(intake, Place("127.0.0.1", lambda number=number: ended.append(number))) for number in range(3)
     )
@@ -37,16 +38,20 @@ def test_of_clients_that_hold_too_much_the_first_goes():
             one.add(piece(name, 0, 2, "x" * SMALL))
     assert ended == [0]
     third.add(piece("a", 0, 2, "x"))
-    assert intake.used == 2 * SMALL + 1
+    assert intake.used == 2 * (SMALL + _OVERHEAD) + 1 + _OVERHEAD
     for one in (first, second, third):
         one.end()
     assert intake.used == 0
 
 
-@pytest.mark.parametrize("count", [16, 17, 40])
-def test_of_many_messages_that_have_begun_the_oldest_are_forgotten(count):
-    intake = Intake(1000)
+def test_fragments_without_characters_are_bounded_too(monkeypatch):
+    monkeypatch.setattr("vrx_mj.ros.rosbridge.client.MOST_INCOMING", 3 * _OVERHEAD)
+    intake = Intake(100_000)
     fragments = Fragments(intake, Place("127.0.0.1", list))
-    for number in range(count):
-        fragments.add(piece(f"m{number}", 0, 2, "x"))
-    assert intake.used == min(count, 16)
+    for number in range(3):
+        for _ in range(2):  # one that comes twice counts once
+            fragments.add(piece("m" if number else "n", number, 300, ""))
+    assert intake.used == 3 * _OVERHEAD
+    with pytest.raises(CommandError, match="more than 300 characters wait"):
+        fragments.add(piece("m", 5, 300, ""))
+    assert intake.used == 0

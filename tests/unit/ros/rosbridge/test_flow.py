@@ -21,13 +21,12 @@ from bridged import Bridged, image, imu
 from rosbridge_client import Skipping, Talk
 from vrx_mj.ros import messages
 from vrx_mj.ros.interface import Output, RosInterface, Sent
-from vrx_mj.ros.limits import MOST_BYTES_OF_ALL, Counts, Intake
+from vrx_mj.ros.limits import MOST_BYTES_OF_ALL, Counts, Intake, Place
 from vrx_mj.ros.rosbridge.client import PIECE, Client
-from vrx_mj.ros.rosbridge.codec import Parcel
-from vrx_mj.ros.rosbridge.protocol import Options
-from vrx_mj.ros.rosbridge.server import MOST_CLIENTS
+from vrx_mj.ros.rosbridge.codec import Options, Parcel
 from vrx_mj.ros.rosbridge.topics import Subscription
 
+CLIENTS = 64
 IMU, CAMERA, INFO = "/wamv/sensors/imu/data", "/wamv/sensors/camera/image_raw", "/vrx/task/info"
 
 
@@ -129,7 +128,7 @@ class Peer:
 def client(counts, peer=None):
     """A client of a hub that only counts."""
     hub = SimpleNamespace(counts=counts, numbers=itertools.count(1), flooding=set(), fragments=Intake(1))
-    return Client(peer or Peer(), hub)
+    return Client(peer or Peer(), Place("127.0.0.1", list), hub)
 
 
 def put(client, source, frames, most=0):
@@ -198,7 +197,7 @@ def test_a_client_that_does_not_read_loses_messages_and_others_do_not(bridged):
         unread.send(json.dumps({"op": "subscribe", "topic": CAMERA, "compression": "cbor"}))
         talk.say("subscribe", topic=IMU)
         talk.sync()
-        bridged.wait(lambda b: b.wires.wanted == {CAMERA, IMU})
+        bridged.wait(lambda b: b.wires.subscribed_topics == {CAMERA, IMU})
         for seq in range(40):  # 120 MB: the server keeps 16 MiB, the sockets and the client's queue some more
             bridged.send(CAMERA, image(pixels, 1000))
             bridged.send(IMU, imu(seq=seq))
@@ -227,21 +226,21 @@ def framed(message):
 def test_clients_that_do_not_read_hold_a_piece_each(bridged):
     pixels = np.zeros(1_000_000 // 12 * 12, np.uint8)
     with contextlib.ExitStack() as stack:
-        for number in range(MOST_CLIENTS):
+        for number in range(CLIENTS):
             reader = stack.enter_context(socket.socket())
             reader.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
             reader.connect(("127.0.0.1", bridged.bridge.port))
             wish = {"topic": CAMERA, "fragment_size": (0, 200_000 + number)[number % 2]}
             reader.sendall(HELLO + framed({"op": "subscribe", **wish}))
         subscribers = lambda b: len(b.graph.registrations.holders("subscriber", CAMERA))  # noqa: E731
-        bridged.wait(lambda b: subscribers(b) == MOST_CLIENTS, 30.0)
+        bridged.wait(lambda b: subscribers(b) == CLIENTS, 30.0)
         for _ in range(40):
             bridged.send(CAMERA, image(pixels, 4))
             bridged.network.call(asyncio.sleep(0.0), 30.0)
         bridged.wait(lambda b: b.bridge.traffic.dropped > 0, 30.0)
         clients = list(bridged.bridge._hub.clients.values())
         held = [client._connection.transport.get_write_buffer_size() for client in clients]
-        assert len(held) == MOST_CLIENTS
+        assert len(held) == CLIENTS
         assert 0 < max(held) < 2 * PIECE
         assert bridged.bridge._hub.counts.waiting <= MOST_BYTES_OF_ALL
     bridged.wait(lambda b: subscribers(b) == 0, 30.0)
@@ -251,12 +250,12 @@ def test_clients_that_do_not_read_hold_a_piece_each(bridged):
 def test_clients_with_wishes_of_their_own_share_what_a_message_is_written_as():
     parcel = Parcel(image(np.zeros(1_200_000, np.uint8)), "sensor_msgs/Image", 0.0)
     tracemalloc.start()
-    begun = [iter(parcel.frames(f"t{number}", "none", 50_000 + number)) for number in range(MOST_CLIENTS)]
+    begun = [iter(parcel.frames(f"t{number}", "none", 50_000 + number)) for number in range(CLIENTS)]
     sizes = [len(next(frames)[0]) + len(next(frames)[0]) for frames in begun]
     held = tracemalloc.get_traced_memory()[0]
     tracemalloc.stop()
     assert min(sizes) > 50_000
-    assert held < 1_600_000 + MOST_CLIENTS * 4 * 50_000  # in JSON, and what each is about to send
+    assert held < 1_600_000 + CLIENTS * 4 * 50_000  # in JSON, and what each is about to send
 
 
 def test_of_what_is_being_sent_the_message_is_not_kept():
@@ -302,12 +301,12 @@ def test_a_table_takes_the_place_of_the_one_before(bridged):
         talk.say("subscribe", topic=IMU)
         talk.say("subscribe", topic="/wamv2/info", type="std_msgs/String")
         talk.sync()
-        assert bridged.wires.wanted == {IMU}
+        assert bridged.wires.subscribed_topics == {IMU}
         added = Output("/wamv2/info", "std_msgs/String", lambda: None, latched=True)
         bridged.wires.offer(RosInterface({added.name: added}))
         bridged.wires.publish([Sent(added, messages.new("std_msgs/String", data="new"), 3.0)])
         assert talk.hear()["msg"] == {"data": "new"}
-        assert bridged.wires.wanted == {"/wamv2/info"}
+        assert bridged.wires.subscribed_topics == {"/wamv2/info"}
         assert talk.call("/rosapi/services_for_type", ["std_srvs/Trigger"])["values"] == {"services": []}
         assert talk.call("/wamv/fire")["result"] is False
         assert talk.call("/rosapi/get_param_names")["values"] == {"names": []}

@@ -28,7 +28,7 @@ def other(bridged):
 def test_imu_as_json_has_every_field_and_null_for_nan(bridged, talk):
     talk.say("subscribe", topic=IMU)
     talk.sync()
-    assert bridged.wires.wanted == {IMU}
+    assert bridged.wires.subscribed_topics == {IMU}
     bridged.send(IMU, imu(seq=3))
     got = talk.hear()
     zero = {"x": 0.0, "y": 0.0, "z": 0.0}
@@ -52,23 +52,23 @@ def test_who_unsubscribes_is_not_made_for(bridged, talk):
     talk.say("subscribe", topic=IMU, id="b")
     talk.say("unsubscribe", topic=IMU, id="a")
     talk.sync()
-    assert bridged.wires.wanted == {IMU}
+    assert bridged.wires.subscribed_topics == {IMU}
     talk.say("unsubscribe", topic=IMU, id="b")
     talk.sync()
-    assert bridged.wires.wanted == frozenset()
+    assert bridged.wires.subscribed_topics == frozenset()
     talk.say("subscribe", topic=IMU, id="a")
     talk.say("subscribe", topic=IMU)
     talk.say("unsubscribe", topic=IMU)
     talk.sync()
-    assert bridged.wires.wanted == frozenset()
+    assert bridged.wires.subscribed_topics == frozenset()
 
 
 def test_who_goes_is_not_made_for(bridged):
     with Talk(bridged) as talk:
         talk.say("subscribe", topic=IMU)
         talk.sync()
-        assert bridged.wires.wanted == {IMU}
-    bridged.wait(lambda b: not b.wires.wanted)
+        assert bridged.wires.subscribed_topics == {IMU}
+    bridged.wait(lambda b: not b.wires.subscribed_topics)
 
 
 def test_a_message_keeps_the_name_that_the_client_uses(bridged, talk):
@@ -381,3 +381,25 @@ def test_a_message_larger_than_allowed_ends_the_connection(bridged):
         talk.socket.send("x" * (5 << 20))
         with pytest.raises(ConnectionClosed):
             talk.socket.recv(WAIT)
+
+
+def test_a_client_may_hold_so_much_and_no_more(bridged, talk, monkeypatch):
+    monkeypatch.setattr("vrx_mj.ros.rosbridge.client.MOST_HELD", 4)
+    talk.say("advertise", topic="/one", type="std_msgs/String")
+    talk.say("subscribe", topic="/two", type="std_msgs/String", id="a")
+    talk.say("subscribe", topic="/two", type="std_msgs/String", id="b")
+    talk.say("advertise_service", service="/three", type="std_srvs/Empty")
+    assert talk.sync() == []
+    full = "this client has 4 topics, services and calls; no more are accepted"
+    talk.say("subscribe", topic="/two", type="std_msgs/String", id="c")
+    talk.say("publish", topic="/four", type="std_msgs/String", msg={})
+    talk.say("call_service", service="/three", id="5")
+    assert [answer.get("msg", answer.get("values")) for answer in (talk.hear(), talk.hear(), talk.hear())] == [
+        f"subscribe: {full}",
+        f"publish: {full}",
+        f"call_service: {full}",
+    ]
+    talk.say("unadvertise", topic="/one")
+    talk.say("unadvertise_service", service="/three")
+    talk.say("unsubscribe", topic="/two")
+    assert talk.sync() == []

@@ -146,24 +146,27 @@ def test_a_host_that_is_not_this_machine_is_refused():
     assert str(raised.value) == "rosbridge: port 0 of 192.0.2.1 cannot be opened: Cannot assign requested address"
 
 
+FULL = "too many clients are connected; no more of 127.0.0.1 are accepted\n"
+
+
 def test_so_many_clients_are_taken_and_no_more(bridged, monkeypatch):
-    monkeypatch.setattr("vrx_mj.ros.rosbridge.server.MOST_CLIENTS", 1)
+    monkeypatch.setattr(bridged.bridge._hub.connections, "most", 2)
     with Talk(bridged) as talk:
         talk.sync()
-        assert refusal(bridged.url) == (503, "1 clients are connected; no more are accepted\n")
+        assert refusal(bridged.url) == (503, FULL)
     bridged.wait(lambda b: b.wires.traffic.clients == 0)
 
 
 def test_one_host_leaves_room_for_others(bridged, monkeypatch):
-    monkeypatch.setattr("vrx_mj.ros.rosbridge.server.MOST_OF_A_HOST", 1)
-    monkeypatch.setattr("vrx_mj.ros.rosbridge.server.is_loopback", lambda host: False)
+    monkeypatch.setattr(bridged.bridge._hub.connections, "most", 8)
+    monkeypatch.setattr("vrx_mj.ros.limits.is_loopback", lambda host: False)
     with Talk(bridged) as talk:
         talk.sync()
-        assert refusal(bridged.url) == (503, "1 clients of 127.0.0.1 are connected; no more are accepted\n")
+        assert refusal(bridged.url) == (503, FULL)
 
 
 def test_clients_that_say_nothing_make_room(bridged, monkeypatch):
-    monkeypatch.setattr("vrx_mj.ros.rosbridge.server.MOST_CLIENTS", 3)
+    monkeypatch.setattr(bridged.bridge._hub.connections, "most", 4)
     with Talk(bridged) as first, connect(bridged.url) as silent:
         first.sync()
         with Talk(bridged) as second, Talk(bridged) as third:

@@ -3,7 +3,7 @@
 import asyncio
 import time
 
-from vrx_mj.ros.rosbridge.protocol import Options
+from vrx_mj.ros.rosbridge.codec import Options
 from vrx_mj.ros.rosbridge.topics import Subscription
 
 THROTTLE = 0.04
@@ -91,7 +91,7 @@ def test_what_waits_goes_with_the_last_wish():
         subscription.take(Parcel(0))
         subscription.take(Parcel(1))
         subscription.remove("0")
-        assert not subscription.used
+        assert not subscription
         await asyncio.sleep(3 * THROTTLE)
 
     assert subscribed(end, Options(throttle=THROTTLE, queue=5))[1:] == ["forgotten"]

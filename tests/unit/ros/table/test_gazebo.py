@@ -36,7 +36,7 @@ class Host:
             frame=lambda name: None if name in {"", "world"} else models[name],
         )
         self.sim = SimpleNamespace(time=2.0, boats=("a",), set_boat=self.put)
-        self.reset_world = self.reset_simulation = self.moved = lambda: None
+        self.reset_world = self.reset_simulation = self.note_move = lambda: None
 
     def put(self, name, *, pose, velocity):
         self.pose, self.velocity = np.array(pose), np.array(velocity)

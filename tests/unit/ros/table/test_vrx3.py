@@ -63,7 +63,7 @@ class Fake:
     title, dialect = "ROS 2", "vrx3"
 
     def __init__(self, *wanted):
-        self.wanted, self.sent, self.table = frozenset(wanted), [], None
+        self.subscribed_topics, self.sent, self.table = frozenset(wanted), [], None
 
     def offer(self, table):
         self.table = table
