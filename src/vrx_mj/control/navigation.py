@@ -109,14 +109,10 @@ class Navigator:
     """
 
     def __init__(self) -> None:
-        self._plane: TangentPlane | None = None
+        self.plane: TangentPlane | None = None
+        """The local frame; None before the first estimate, and with ground truth."""
         self._antenna: tuple[float, ...] = (0.0, 0.0, 0.0)
         self._truth = False
-
-    @property
-    def plane(self) -> TangentPlane | None:
-        """The local frame; None before the first estimate, and with ground truth."""
-        return self._plane
 
     def __call__(self, boat: "BoatObservation", t: float) -> Estimate:
         """Where the boat is at the time `t` [s]."""
@@ -125,7 +121,7 @@ class Navigator:
             return true_estimate(boat)
         fix, inertia, age = readings[0].data, readings[1].data, t - readings[0].time
         turned = rotation_matrix(inertia.orientation)
-        if self._plane is None:
+        if self.plane is None:
             self._begin(readings[0])
         north, west, up = fix.velocity
         antenna = np.array([*self._local(fix.latitude, fix.longitude), fix.altitude]), np.array([-west, north, up])
@@ -144,30 +140,30 @@ class Navigator:
 
     def place(self, place: Mapping[str, Any]) -> tuple[float, float]:
         """A place of a task, {latitude, longitude} or {x, y}, in the local frame [m]."""
-        if self._plane is not None and place.get("latitude") is not None:
+        if self.plane is not None and place.get("latitude") is not None:
             return self._local(float(place["latitude"]), float(place["longitude"]))
         return float(place["x"]), float(place["y"])
 
     def direction(self, place: Mapping[str, Any]) -> float:
         """The yaw of a task's place in the local frame [rad], from -pi to pi; 0 if it has none."""
         yaw = place.get("yaw") or 0.0
-        return math.remainder(yaw if self._plane is None else place.get("yaw_from_east", yaw), math.tau)
+        return math.remainder(yaw if self.plane is None else place.get("yaw_from_east", yaw), math.tau)
 
     def report(self, x: float, y: float) -> dict[str, float]:
         """A place of the local frame [m] in the form that tasks take: by latitude and longitude, if there are."""
-        if self._plane is None:
+        if self.plane is None:
             return {"x": x, "y": y}
-        latitude, longitude = self._plane.geodetic(x, y)
+        latitude, longitude = self.plane.geodetic(x, y)
         return {"latitude": latitude, "longitude": longitude}
 
     def _local(self, latitude: float, longitude: float) -> tuple[float, float]:
-        assert self._plane is not None, "before the first fix"
-        return self._plane.local(latitude, longitude)
+        assert self.plane is not None, "before the first fix"
+        return self.plane.local(latitude, longitude)
 
     def _begin(self, reading: "Reading") -> None:
         """Lay the local frame at the first fix."""
         fix, mount = reading.data, reading.mount
-        self._plane = TangentPlane(fix.latitude, fix.longitude)
+        self.plane = TangentPlane(fix.latitude, fix.longitude)
         if fix.altitude > _ABOVE_WATER and mount is not None:
             self._antenna = tuple(float(value) for value in mount.position)
 

@@ -22,11 +22,14 @@ def _name_of(kind: str) -> Mapping[str, str]:
     return {"name_of": kind}
 
 
+class _Strict:
+    __pydantic_config__ = STRICT
+
+
 @dataclass(frozen=True, kw_only=True)
-class TaskBase:
+class TaskBase(_Strict):
     """What all tasks have."""
 
-    __pydantic_config__ = STRICT
     type: str
     """Which set of rules."""
     name: Text
@@ -50,10 +53,9 @@ class TaskBase:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Goal:
+class Goal(_Strict):
     """A place on the water and a heading."""
 
-    __pydantic_config__ = STRICT
     x: Real
     """Along x [m]."""
     y: Real
@@ -67,10 +69,9 @@ class Goal:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Pinger:
+class Pinger(_Strict):
     """Place of a beacon."""
 
-    __pydantic_config__ = STRICT
     x: Real
     """Along x [m]."""
     y: Real
@@ -84,10 +85,9 @@ class Pinger:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Gate:
+class Gate(_Strict):
     """Two buoys."""
 
-    __pydantic_config__ = STRICT
     left: Text = field(metadata=_name_of(_THING))
     """Name of the buoy on the left."""
     right: Text = field(metadata=_name_of(_THING))
@@ -95,10 +95,9 @@ class Gate:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Channel:
+class Channel(_Strict):
     """The gates of a gymkhana."""
 
-    __pydantic_config__ = STRICT
     gates: Annotated[tuple[Gate, ...], Field(max_length=_MOST)]
     """The gates, in their order."""
     obstacle_penalty: NonNegative
@@ -108,10 +107,9 @@ class Channel:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Shown:
+class Shown(_Strict):
     """An object that shows up before the boat for a while."""
 
-    __pydantic_config__ = STRICT
     time: NonNegative
     """When it shows up [s]."""
     duration: NonNegative
@@ -127,10 +125,9 @@ class Shown:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Box:
+class Box(_Strict):
     """A box in a dock's frame."""
 
-    __pydantic_config__ = STRICT
     center: Vec3
     """Centre [m]."""
     size: _Size
@@ -138,10 +135,9 @@ class Box:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Bay:
+class Bay(_Strict):
     """A bay of a dock."""
 
-    __pydantic_config__ = STRICT
     name: Text
     """Name of the bay."""
     placard: Text | None = field(metadata=_name_of("placard"))
@@ -157,10 +153,9 @@ class Bay:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Hole:
+class Hole(_Strict):
     """A hole in a placard."""
 
-    __pydantic_config__ = STRICT
     bay: Text
     """Name of its bay."""
     size: Literal["big", "small"]
@@ -174,10 +169,9 @@ class Hole:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Animal:
+class Animal(_Strict):
     """Something that swims."""
 
-    __pydantic_config__ = STRICT
     name: Text = field(metadata=_name_of(_THING))
     """Name of the object."""
     model: Text

@@ -2,11 +2,10 @@
 
 import math
 
-from vrx_mj.arrays import FloatArray
 from vrx_mj.config.sensors import GnssCompassConfig
 from vrx_mj.frames import compass
 from vrx_mj.sensors.errors import Draw
-from vrx_mj.sensors.kinds import Measurement, Plot, RecordedNumbers, SensorKind
+from vrx_mj.sensors.kinds import Plot, RecordedNumbers, SensorKind
 from vrx_mj.sensors.places import Place
 from vrx_mj.sensors.readings import Heading
 
@@ -28,19 +27,12 @@ def _with_variances(angle: float, turn: float, config: GnssCompassConfig) -> Hea
     return Heading(angle, turn, config.heading_noise**2, config.turn_noise**2)
 
 
-def _measure(by: Measurement) -> Heading:
-    return heading(by.config, by.place, by.x_from_east, by.draw)
-
-
-def _from_numbers(numbers: FloatArray, config: GnssCompassConfig) -> Heading:
-    angle, turn = numbers.tolist()
-    return _with_variances(angle, turn, config)
-
-
 GNSS_COMPASS = SensorKind(
     GnssCompassConfig,
-    _measure,
-    RecordedNumbers(lambda _: 2, _from_numbers, fields=2),
+    lambda by: heading(by.config, by.place, by.x_from_east, by.draw),
+    RecordedNumbers(
+        lambda _: 2, lambda numbers, config: _with_variances(float(numbers[0]), float(numbers[1]), config), fields=2
+    ),
     plots=(
         Plot("heading", "Heading [deg]", lambda data: compass(data.heading)),
         Plot("rate_of_turn", "Rate of turn [deg/s]", lambda data: math.degrees(data.rate_of_turn)),

@@ -9,7 +9,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.config.sensors import ErrorModel, ImuConfig
 from vrx_mj.frames import conjugate, quaternion_product, rotation_vector
 from vrx_mj.sensors.errors import Draw, axis_of, covariance, errors, variances
-from vrx_mj.sensors.kinds import Measurement, Plot, RecordedNumbers, SensorKind
+from vrx_mj.sensors.kinds import Plot, RecordedNumbers, SensorKind
 from vrx_mj.sensors.places import Place
 from vrx_mj.sensors.readings import Inertia
 
@@ -82,18 +82,14 @@ def _turn(angle: float, place: int) -> FloatArray:
     return quaternion
 
 
-def _measure(by: Measurement) -> Inertia:
-    return inertia(by.config, by.place, by.place_before, by.interval, by.gravity, by.draw, by.x_from_east)
-
-
-def _from_numbers(numbers: FloatArray, config: ImuConfig) -> Inertia:
-    return Inertia(numbers[:4], numbers[4:7], numbers[7:], *_covariances(config))
-
-
 IMU = SensorKind(
     ImuConfig,
-    _measure,
-    RecordedNumbers(lambda _: 10, _from_numbers, fields=3),
+    lambda by: inertia(by.config, by.place, by.place_before, by.interval, by.gravity, by.draw, by.x_from_east),
+    RecordedNumbers(
+        lambda _: 10,
+        lambda numbers, config: Inertia(numbers[:4], numbers[4:7], numbers[7:], *_covariances(config)),
+        fields=3,
+    ),
     plots=(
         Plot("acceleration", "Acceleration [m/s2]", lambda data: data.linear_acceleration, axes=True),
         Plot("turning", "Turning [deg/s]", lambda data: np.degrees(data.angular_velocity), axes=True),
