@@ -20,8 +20,6 @@ MODULES = (
     "vrx_mj.recording",
 )
 """Modules whose `__all__` is the public API."""
-INTERNAL = {"check_kind", "nearest"}
-"""Functions of `vrx_mj.errors` that only the package itself calls."""
 MADE_HERE = ("vrx_mj.runtime.", "vrx_mj.sensors.")
 """Packages whose classes users meet, but do not make."""
 Function = ast.FunctionDef | ast.AsyncFunctionDef
@@ -62,7 +60,7 @@ def _described(path: str) -> list[Public]:
     """What a directive of a page describes: one name, or all that a module exports."""
     if _tree(path) is None:
         return [_resolved(*path.rpartition(".")[::2], path)]
-    return [_resolved(path, name, f"{path}.{name}") for name in _exported(path) if name not in INTERNAL]
+    return [_resolved(path, name, f"{path}.{name}") for name in _exported(path)]
 
 
 def _undescribed(path: str, module: str, node: ast.AST, above: str, common: set[str]) -> Iterator[str]:
@@ -113,11 +111,13 @@ def _tree(module: str) -> ast.Module | None:
 
 
 def _exported(module: str) -> list[str]:
-    """A module's `__all__`."""
+    """A package's `__all__`, or the classes of a module."""
     tree = _tree(module)
     assert tree is not None, module
-    assigned = (node for node in tree.body if isinstance(node, ast.Assign))
-    return list(ast.literal_eval(next(node.value for node in assigned if ast.unparse(node.targets[0]) == "__all__")))
+    for node in tree.body:
+        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__":
+            return list(ast.literal_eval(node.value))
+    return [node.name for node in tree.body if isinstance(node, ast.ClassDef)]
 
 
 def _resolved(module: str, name: str, path: str) -> Public:

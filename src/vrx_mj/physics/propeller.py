@@ -102,7 +102,7 @@ def propeller_step(
 
 
 @kernel
-def _advance_speed(thruster: Record, through: Motion, angle: float) -> float:
+def advance_speed(thruster: Record, through: Motion, angle: float) -> float:
     """Return the speed [m/s] through the water at a propeller, along its axis at a steering `angle` [rad].
 
     `through` is the hull's motion through the water that is at the propeller.
@@ -152,7 +152,7 @@ def update_propeller(
     advance = 0.0
     if propeller.vanishing_speed < math.inf:
         water = _water_velocity(waves, sea, current, current_state, layers, (x, y, z), time)
-        advance = _advance_speed(thruster, relative_motion(body, water), own.angle)
+        advance = advance_speed(thruster, relative_motion(body, water), own.angle)
     own.thrust = thruster.gain * propeller_step(propeller, state, curve, share, advance, depth, dt)
 
 

@@ -137,7 +137,7 @@ def vessel_loads(
     stream, orbital, turning = water
     through = relative_motion(body, (stream[0] + orbital.u, stream[1] + orbital.v, stream[2] + orbital.w))
     if vessel.hydrostatics == MATRIX:
-        pressed = _restoring_of_vessel(vessel, waves, sea, body, t)
+        pressed = restoring_of_vessel(vessel, waves, sea, body, t)
     else:
         pressed = _pressure_on_vessel(vessel, meshes, waves, sea, body, t, work)
     if vessel.diffraction_frequencies > 0:  # in which is what the water's acceleration does
@@ -226,7 +226,7 @@ def _pressure_on_vessel(
 
 
 @kernel
-def _restoring_of_vessel(vessel: Record, waves: Table, sea: Record, body: Motion, t: float) -> Wrench:
+def restoring_of_vessel(vessel: Record, waves: Table, sea: Record, body: Motion, t: float) -> Wrench:
     """Return W n - G d of a hull with a stiffness, on the plane that the surface is at the link's origin.
 
     W is the weight that it carries at rest, n the plane's normal, and d = (0, 0, rise, n_y, -n_x, 0) in body axes: the

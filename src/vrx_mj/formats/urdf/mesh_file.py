@@ -65,7 +65,7 @@ def mesh(path: str, name: str) -> MeshData:
     return _checked(name, _merged(parts, unit))
 
 
-def _glb(path: str, name: str) -> bytes:
+def glb(path: str, name: str) -> bytes:
     """The mesh of a file as glTF, whose y axis is up.
 
     Raises:
