@@ -80,13 +80,13 @@ class Scratch:
         self._take_kernels()
         self._clean: set[str] = set()
 
-    def check_clean(self, package: str, arguments: Sequence[str], limit: float) -> None:
-        """Once for each package: its tests pass where nothing is wrong, which compiles the kernels that they call."""
-        if package not in self._clean:
+    def check_clean(self, name: str, arguments: Sequence[str], limit: float) -> None:
+        """Once for each package or test: it passes where nothing is wrong, which compiles the kernels that it calls."""
+        if name not in self._clean:
             result, test = self.run_tests(arguments, limit)
             if result != "passed":
-                raise RuntimeError(f"the tests of {package} fail without a mutant: {test or result}")
-            self._clean.add(package)
+                raise RuntimeError(f"{name} fails without a mutant: {test or result}")
+            self._clean.add(name)
 
     def _take_kernels(self) -> None:
         """Begin with the kernels that the checkout has compiled."""
