@@ -40,7 +40,7 @@ def test_what_contributing_adds_works_at_the_first_try(tmp_path):
         changed(tmp_path, diff)
     assert len(DIFFS) >= 2
     tests = ["tests/unit/runtime/test_effects.py", "tests/unit/runtime/test_ocean.py", "-k", "effect or spectrum"]
-    program = [sys.executable, "-m", "pytest", "-q", "-v", "-p", "no:cacheprovider", *tests]
+    program = [sys.executable, "-m", "pytest", "-v", "-p", "no:cacheprovider", *tests]
     own = {**environment(VRX_MJ_CACHE=tmp_path / "cache"), "PYTHONPATH": str(tmp_path / "src")}
     done = subprocess.run(program, check=False, cwd=ROOT, env=own, capture_output=True, text=True, encoding="utf-8")
     assert done.returncode == 0, done.stdout
