@@ -174,7 +174,8 @@ def _linear(amplitude: float, frequency: float, towards: tuple[float, float], si
     return Component(amplitude, k, frequency, towards, amplitude * site.gravity * k / frequency)
 
 
-def _turned(direction: Sequence[float], angle: float) -> tuple[float, float]:
+def rotated_direction(direction: Sequence[float], angle: float) -> tuple[float, float]:
+    """Return the unit vector of a direction, turned counter-clockwise by an angle [rad]."""
     length = math.hypot(direction[0], direction[1])
     x, y = direction[0] / length, direction[1] / length
     return math.cos(angle) * x - math.sin(angle) * y, math.sin(angle) * x + math.cos(angle) * y
@@ -207,14 +208,14 @@ def irregular_sea(
     frequencies = band_frequencies(spectrum, *band, number)
     angles = [0.0] * number if spreading is None else spread_angles(spreading, number)
     return [
-        _linear(amplitude, frequency, _turned(direction, angle), site)
+        _linear(amplitude, frequency, rotated_direction(direction, angle), site)
         for frequency, angle in zip(frequencies, angles, strict=True)
     ]
 
 
 def regular_wave(height: float, period: float, direction: Sequence[float], site: Site = Site()) -> list[Component]:  # noqa: B008
     """Return the one linear (Airy) wave of a height, crest over trough [m], and a period [s]."""
-    return [_linear(0.5 * height, 2.0 * math.pi / period, _turned(direction, 0.0), site)]
+    return [_linear(0.5 * height, 2.0 * math.pi / period, rotated_direction(direction, 0.0), site)]
 
 
 _Harmonics = tuple[tuple[float, ...], ...]
@@ -322,7 +323,7 @@ def stokes_wave(height: float, period: float, direction: Sequence[float], site: 
     if abs(k * _stokes_speed(k, height, site) / omega - 1.0) > 1e-9:
         raise ValueError(f"no Stokes wave of {height:g} m has a period of {period:g} s there")
     kh, powers = min(k * site.depth, DEEP), [(0.5 * k * height) ** power for power in range(1, 6)]
-    towards, scale = _turned(direction, 0.0), math.sqrt(math.tanh(kh) * site.gravity / k)
+    towards, scale = rotated_direction(direction, 0.0), math.sqrt(math.tanh(kh) * site.gravity / k)
     rows = []
     for order, (surface, velocity) in enumerate(zip(_stokes_surface(kh), _stokes_velocity(kh), strict=True), 1):
         amplitude = _product(surface, powers) / k

@@ -34,7 +34,7 @@ def added_inertia_of_vessel(vessel: Record, m: Motion, out: FloatArray) -> None:
 
 
 @kernel
-def _times(a: FloatArray, row: int, v: Vector, w: Vector) -> Vector:
+def matrix_times(a: FloatArray, row: int, v: Vector, w: Vector) -> Vector:
     """Return three rows, from `row` on, of a (6, 6) times (v, w)."""
     x, y, z = a[row], a[row + 1], a[row + 2]
     return (
@@ -63,9 +63,9 @@ def added_mass_bias(vessel: Record, through: Motion, water: Vector, turning: Vec
     turned, carried, spin = cross(w, v), unrotate(m, *water), unrotate(m, *turning)
     arm = cross(spin, (vessel.buoyancy[0], vessel.buoyancy[1], vessel.buoyancy[2]))
     rate = turned[0] + carried[0] - arm[0], turned[1] + carried[1] - arm[1], turned[2] + carried[2] - arm[2]
-    force, torque = _times(a, 0, rate, spin), _times(a, 3, rate, spin)
-    p, moment = _times(a, 0, v, w), _times(a, 3, v, w)
-    munk = p if vessel.munk != 0 else _times(a, 0, none, w)
+    force, torque = matrix_times(a, 0, rate, spin), matrix_times(a, 3, rate, spin)
+    p, moment = matrix_times(a, 0, v, w), matrix_times(a, 3, v, w)
+    munk = p if vessel.munk != 0 else matrix_times(a, 0, none, w)
     centripetal, across, around = cross(w, p), cross(v, munk), cross(w, moment)
     return Wrench(
         force[0] - centripetal[0],

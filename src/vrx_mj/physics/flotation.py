@@ -32,7 +32,7 @@ from typing import NamedTuple
 
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.physics.kernel import expanded_kernel, kernel
-from vrx_mj.physics.motion import Motion, Vector, Wrench, add, cross, rotate, rotated_wrench, unrotate, zero_wrench
+from vrx_mj.physics.motion import Motion, Vector, Wrench, add, cross, dot, rotate, rotated_wrench, unrotate, zero_wrench
 from vrx_mj.physics.tables import Record, Table, Waves
 from vrx_mj.physics.volumes import submerged
 from vrx_mj.physics.waves import surface_height
@@ -291,7 +291,7 @@ def _solve(rows: tuple[Vector, Vector, Vector], h: Vector) -> Vector:
     """Return the solution of three linear equations (Cramer's rule)."""
     a, b, c = rows
     bc = cross(b, c)
-    det = a[0] * bc[0] + a[1] * bc[1] + a[2] * bc[2]
+    det = dot(a, bc)
     ca, ab = cross(c, a), cross(a, b)
     return (
         (bc[0] * h[0] + ca[0] * h[1] + ab[0] * h[2]) / det,
@@ -308,7 +308,7 @@ def _world_inertia(body: Record, motion: Motion) -> Inertia:
     m = motion
     x, y, z = (m.r00, m.r01, m.r02), (m.r10, m.r11, m.r12), (m.r20, m.r21, m.r22)
     ix, iy, iz = _times(i, x), _times(i, y), _times(i, z)
-    return Inertia(_dot(x, ix), _dot(y, iy), _dot(z, iz), _dot(x, iy), _dot(x, iz), _dot(y, iz))
+    return Inertia(dot(x, ix), dot(y, iy), dot(z, iz), dot(x, iy), dot(x, iz), dot(y, iz))
 
 
 @kernel
@@ -319,11 +319,6 @@ def _times(i: Inertia, v: Vector) -> Vector:
         i.xy * v[0] + i.yy * v[1] + i.yz * v[2],
         i.xz * v[0] + i.yz * v[1] + i.zz * v[2],
     )
-
-
-@kernel
-def _dot(a: Vector, b: Vector) -> float:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @kernel

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.elementary import cosine, cosine_and_sine
 from vrx_mj.physics.kernel import kernel
-from vrx_mj.physics.motion import Motion, Vector, cross, unrotate
+from vrx_mj.physics.motion import Motion, Vector, cross, unrotate, with_velocity
 from vrx_mj.physics.tables import Record, Table, Waves
 from vrx_mj.physics.wave_columns import MORE, bottom_share, decay, motion_of_columns, turning_of_columns
 from vrx_mj.physics.waves import elevation, ramp
@@ -143,10 +143,7 @@ def turned_with(through: Motion, turning: Turning, point: FloatArray) -> Motion:
     m = through
     p, q, r = unrotate(m, turning.p, turning.q, 0.0)
     u, v, w = cross((p, q, r), (point[0], point[1], point[2]))
-    return Motion(
-        m.x, m.y, m.z, m.r00, m.r01, m.r02, m.r10, m.r11, m.r12, m.r20, m.r21, m.r22,
-        m.u + u, m.v + v, m.w + w, m.p - p, m.q - q, m.r - r,
-    )  # fmt: skip
+    return with_velocity(m, (m.u + u, m.v + v, m.w + w), (m.p - p, m.q - q, m.r - r))
 
 
 @kernel

@@ -93,16 +93,36 @@ def relative_motion(motion: Motion, water: Vector) -> Motion:
     """Return a motion through water that moves with a velocity [m/s, world axes] and does not turn."""
     m = motion
     u, v, w = unrotate(m, water[0], water[1], water[2])
-    return Motion(
-        m.x, m.y, m.z, m.r00, m.r01, m.r02, m.r10, m.r11, m.r12, m.r20, m.r21, m.r22,
-        m.u - u, m.v - v, m.w - w, m.p, m.q, m.r,
-    )  # fmt: skip
+    return with_velocity(m, (m.u - u, m.v - v, m.w - w), (m.p, m.q, m.r))
 
 
 @kernel
 def cross(a: Vector, b: Vector) -> Vector:
     """Return the vector product."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+@kernel
+def dot(a: Vector, b: Vector) -> float:
+    """Return the scalar product."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@kernel
+def velocity_at(motion: Motion, x: float, y: float, z: float) -> Vector:
+    """Return the velocity [m/s] of a point (x, y, z) [m] of a link, body axes."""
+    m = motion
+    return m.u + m.q * z - m.r * y, m.v + m.r * x - m.p * z, m.w + m.p * y - m.q * x
+
+
+@kernel
+def with_velocity(motion: Motion, velocity: Vector, spin: Vector) -> Motion:
+    """Return the pose of a motion with another velocity [m/s] and angular velocity [rad/s], body axes."""
+    m = motion
+    return Motion(
+        m.x, m.y, m.z, m.r00, m.r01, m.r02, m.r10, m.r11, m.r12, m.r20, m.r21, m.r22,
+        velocity[0], velocity[1], velocity[2], spin[0], spin[1], spin[2],
+    )  # fmt: skip
 
 
 @kernel
@@ -133,15 +153,9 @@ def scaled(wrench: Wrench, factor: float) -> Wrench:
 @kernel
 def shift(wrench: Wrench, lever: Vector) -> Wrench:
     """Return `wrench` about another point; `lever` [m] leads from that point to the wrench's own."""
-    lx, ly, lz = lever
-    return Wrench(
-        wrench.fx,
-        wrench.fy,
-        wrench.fz,
-        wrench.tx + ly * wrench.fz - lz * wrench.fy,
-        wrench.ty + lz * wrench.fx - lx * wrench.fz,
-        wrench.tz + lx * wrench.fy - ly * wrench.fx,
-    )
+    w, (x, y, z) = wrench, lever
+    tx, ty, tz = w.tx + y * w.fz - z * w.fy, w.ty + z * w.fx - x * w.fz, w.tz + x * w.fy - y * w.fx
+    return Wrench(w.fx, w.fy, w.fz, tx, ty, tz)
 
 
 @kernel

@@ -11,7 +11,7 @@ import math
 from vrx_mj.physics.current import current_velocity
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.kinematics import orbital_motion
-from vrx_mj.physics.motion import Motion, Vector, relative_motion, rotate
+from vrx_mj.physics.motion import Motion, Vector, dot, relative_motion, rotate, velocity_at
 from vrx_mj.physics.tables import Record, Table, Waves
 from vrx_mj.physics.thrust import effective_command, force_direction, force_point
 from vrx_mj.physics.waves import surface_height
@@ -108,11 +108,7 @@ def advance_speed(thruster: Record, through: Motion, angle: float) -> float:
     `through` is the hull's motion through the water that is at the propeller.
     """
     x, y, z = force_point(thruster, angle)
-    d = force_direction(thruster, angle)
-    u = through.u + through.q * z - through.r * y
-    v = through.v + through.r * x - through.p * z
-    w = through.w + through.p * y - through.q * x
-    return d[0] * u + d[1] * v + d[2] * w
+    return dot(force_direction(thruster, angle), velocity_at(through, x, y, z))
 
 
 @kernel

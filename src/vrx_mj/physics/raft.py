@@ -21,7 +21,7 @@ from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.physics.flotation import Sums, sums_wrench, water_rise, wet_sums
 from vrx_mj.physics.kernel import allocating_kernel, kernel
 from vrx_mj.physics.kinematics import orbital_motion
-from vrx_mj.physics.motion import Motion, Vector, Wrench, add, motion, rotate, zero_wrench
+from vrx_mj.physics.motion import Motion, Vector, Wrench, add, cross, dot, motion, rotate, velocity_at, zero_wrench
 from vrx_mj.physics.tables import Record, Table, Waves
 from vrx_mj.physics.waves import surface_height
 from vrx_mj.physics.wind import wind_load
@@ -58,7 +58,7 @@ def block_load(
     for k in range(18):
         work[index].frame[k] = frame[k]
     o = block.offset
-    body = _moved(frame, o[0], o[1], o[2])
+    body = _motion_at(frame, o[0], o[1], o[2])
     height = surface_height(waves, sea, body.x, body.y, time)
     rise = water_rise(states[index], height, dt)
     velocity = rotate(body, body.u, body.v, body.w)
@@ -89,14 +89,14 @@ def moor(line: Record, blocks: Table, work: Table, dt: float) -> Wrench:
     """Return the pull of a mooring line on its block, about the block's centre of mass, and add to the block's drag."""
     block, own = blocks[line.block], work[line.block]
     frame, p, o = _motion_of(own.frame), line.point, block.offset
-    end = _moved(frame, p[0], p[1], p[2])
+    end = _motion_at(frame, p[0], p[1], p[2])
     velocity = rotate(end, end.u, end.v, end.w)
     damping = line.damping + dt * line.stiffness
     fx = -line.stiffness * (end.x - line.anchor[0]) - damping * velocity[0]
     fy = -line.stiffness * (end.y - line.anchor[1]) - damping * velocity[1]
     origin = work[_root(blocks, line.block)].frame
     _add_drag(own.drag, (end.x - origin[0], end.y - origin[1], end.z - origin[2]), dt * damping, 0.0)
-    center = _moved(frame, o[0], o[1], o[2])
+    center = _motion_at(frame, o[0], o[1], o[2])
     x, y, z = end.x - center.x, end.y - center.y, end.z - center.z
     return Wrench(fx, fy, 0.0, -z * fy, z * fx, x * fy - y * fx)
 
@@ -171,19 +171,18 @@ def _frame(index: int, blocks: Table, work: Table, qpos: FloatArray, qvel: Float
     parent = _motion_of(work[block.parent].frame)
     angle, rate = qpos[block.qpos], qvel[block.dof]
     a, b, p = block.axis, block.anchor, block.position
-    hinge = _moved(parent, p[0] + b[0], p[1] + b[1], p[2] + b[2])
-    turned = _turned(hinge, a, math.sin(angle), math.cos(angle), rate)
-    frame = _moved(turned, -b[0], -b[1], -b[2])
+    hinge = _motion_at(parent, p[0] + b[0], p[1] + b[1], p[2] + b[2])
+    turned = _frame_about(hinge, a, math.sin(angle), math.cos(angle), rate)
+    frame = _motion_at(turned, -b[0], -b[1], -b[2])
     axis, origin = rotate(parent, a[0], a[1], a[2]), work[_root(blocks, index)].frame
-    x, y, z = hinge.x - origin[0], hinge.y - origin[1], hinge.z - origin[2]
     column = work[index].axis
-    column[0], column[1], column[2] = y * axis[2] - z * axis[1], z * axis[0] - x * axis[2], x * axis[1] - y * axis[0]
+    column[0], column[1], column[2] = cross((hinge.x - origin[0], hinge.y - origin[1], hinge.z - origin[2]), axis)
     column[3], column[4], column[5] = axis
     return frame
 
 
 @kernel
-def _turned(hinge: Motion, axis: FloatArray, sin: float, cos: float, rate: float) -> Motion:
+def _frame_about(hinge: Motion, axis: FloatArray, sin: float, cos: float, rate: float) -> Motion:
     """Return a frame turned about one of its own axes, a unit vector: v cos + (a x v) sin + a (a.v) (1 - cos)."""
     x, y, z = axis[0], axis[1], axis[2]
     c = 1.0 - cos
@@ -195,24 +194,18 @@ def _turned(hinge: Motion, axis: FloatArray, sin: float, cos: float, rate: float
     return Motion(
         hinge.x, hinge.y, hinge.z,
         first[0], second[0], third[0], first[1], second[1], third[1], first[2], second[2], third[2],
-        _product(first, velocity), _product(second, velocity), _product(third, velocity),
-        _product(first, spin), _product(second, spin), _product(third, spin),
+        dot(first, velocity), dot(second, velocity), dot(third, velocity),
+        dot(first, spin), dot(second, spin), dot(third, spin),
     )  # fmt: skip
 
 
 @kernel
-def _product(a: Vector, b: Vector) -> float:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-@kernel
-def _moved(m: Motion, x: float, y: float, z: float) -> Motion:
+def _motion_at(m: Motion, x: float, y: float, z: float) -> Motion:
     """Return the motion of a frame's parallel at a point of it [m], body axes."""
-    way = rotate(m, x, y, z)
+    way, (u, v, w) = rotate(m, x, y, z), velocity_at(m, x, y, z)
     return Motion(
         m.x + way[0], m.y + way[1], m.z + way[2],
-        m.r00, m.r01, m.r02, m.r10, m.r11, m.r12, m.r20, m.r21, m.r22,
-        m.u + m.q * z - m.r * y, m.v + m.r * x - m.p * z, m.w + m.p * y - m.q * x, m.p, m.q, m.r,
+        m.r00, m.r01, m.r02, m.r10, m.r11, m.r12, m.r20, m.r21, m.r22, u, v, w, m.p, m.q, m.r,
     )  # fmt: skip
 
 

@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from vrx_mj.physics.kernel import kernel
-from vrx_mj.physics.motion import Motion, Vector, Wrench, rotated_wrench
+from vrx_mj.physics.motion import Motion, Vector, Wrench, cross, rotated_wrench, velocity_at
 from vrx_mj.physics.tables import LINEAR, NEWTONS, Record
 
 
@@ -87,7 +87,8 @@ def thruster_wrench(
     if along != 0.0:
         e = _from_hinge(thruster, (along, 0.0, 0.0), c, s)
         fx, fy, fz = fx + e[0], fy + e[1], fz + e[2]
-    return rotated_wrench(motion, Wrench(fx, fy, fz, y * fz - z * fy, z * fx - x * fz, x * fy - y * fx))
+    tx, ty, tz = cross((x, y, z), (fx, fy, fz))
+    return rotated_wrench(motion, Wrench(fx, fy, fz, tx, ty, tz))
 
 
 @kernel
@@ -101,7 +102,7 @@ def engine_wrench(thruster: Record, motion: Motion, force: float, angle: float, 
     x, y, z = p[0] - com[0], p[1] - com[1], p[2] - com[2]
     fx, fy, fz = d[0] * force + along, d[1] * force, d[2] * force
     push = _from_hinge(thruster, (fx, fy, fz), c, s)
-    turn = _from_hinge(thruster, (y * fz - z * fy, z * fx - x * fz, x * fy - y * fx), c, s)
+    turn = _from_hinge(thruster, cross((x, y, z), (fx, fy, fz)), c, s)
     return rotated_wrench(motion, Wrench(push[0], push[1], push[2], turn[0], turn[1], turn[2]))
 
 
@@ -178,9 +179,7 @@ def rudder_force(rudder: Record, motion: Motion, angle: float, thrust: float) ->
     Waves, current and the emerged part of the blade are not considered, as for thrusters.
     """
     x, y, z = force_point(rudder, angle)
-    u = motion.u + motion.q * z - motion.r * y
-    v = motion.v + motion.r * x - motion.p * z
-    w = motion.w + motion.p * y - motion.q * x
+    u, v, w = velocity_at(motion, x, y, z)
     m = rudder.rotation
     ahead = m[0, 0] * u + m[1, 0] * v + m[2, 0] * w
     aside = m[0, 1] * u + m[1, 1] * v + m[2, 1] * w

@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from vrx_mj.arrays import ByteArray, FloatArray, IntArray
-from vrx_mj.physics.added_mass import added_mass_bias
+from vrx_mj.physics.added_mass import added_mass_bias, matrix_times
 from vrx_mj.physics.conditions import Conditions
 from vrx_mj.physics.crossflow import crossflow_drag
-from vrx_mj.physics.kernel import allocating_kernel, kernel
+from vrx_mj.physics.kernel import allocating_kernel, inlined_kernel, kernel
 from vrx_mj.physics.kinematics import surface_slope
 from vrx_mj.physics.lanes import WIDTH, zeros_in_lines
 from vrx_mj.physics.motion import (
@@ -25,6 +25,7 @@ from vrx_mj.physics.motion import (
     scaled,
     shift,
     unrotate,
+    velocity_at,
     zero_vector,
     zero_wrench,
 )  # fmt: skip
@@ -94,7 +95,7 @@ def wet_share(vessel: Record, sea: Record, pressure: Wrench) -> float:
     return float(min(max(pressure.fz / (_AWASH * vessel.displacement * sea.gravity), 0.0), 1.0))
 
 
-@kernel
+@inlined_kernel
 def drag_on_vessel(hull: Record, vessel: Record, strips: Table, now: Conditions) -> Wrench:
     """Return damping, and drag of the flow across the hull: world axes, about `hull.link_com`."""
     own = strips[vessel.strip_start : vessel.strip_start + vessel.strip_count]
@@ -102,7 +103,7 @@ def drag_on_vessel(hull: Record, vessel: Record, strips: Table, now: Conditions)
     return _placed(scaled(drag, now.wet), hull, now.body)
 
 
-@kernel
+@inlined_kernel
 def bias_on_vessel(hull: Record, vessel: Record, now: Conditions) -> Wrench:
     """Return the added mass' force at zero acceleration: world axes, about `hull.link_com`."""
     if vessel.diffraction_frequencies > 0:  # in which is what the water's acceleration does
@@ -114,7 +115,7 @@ def bias_on_vessel(hull: Record, vessel: Record, now: Conditions) -> Wrench:
     return _placed(scaled(bias, now.wet), hull, now.body)
 
 
-@kernel
+@inlined_kernel
 def radiation_on_vessel(hull: Record, vessel: Record, memory: Table, state: Table, now: Conditions) -> Wrench:
     """Advance the hull's memory, and return the force of the waves that it made: world axes, about `hull.link_com`.
 
@@ -137,7 +138,7 @@ def radiation_on_vessel(hull: Record, vessel: Record, memory: Table, state: Tabl
     return _placed(scaled(memory_load(rows, own), now.wet), hull, now.body)
 
 
-@kernel
+@inlined_kernel
 def diffraction_on_vessel(
     hull: Record, vessel: Record, table: FloatArray, waves: Table, sea: Record, now: Conditions
 ) -> Wrench:
@@ -160,7 +161,7 @@ def _placed(wrench: Wrench, hull: Record, body: Motion) -> Wrench:
     return from_origin(rotated_wrench(body, wrench), body, hull.link_com)
 
 
-@kernel
+@inlined_kernel
 def pressure_on_vessel(
     hull: Record, vessel: Record, meshes: HullMeshes, waves: Table, sea: Record, body: Motion, t: float,
     work: VesselWork,
@@ -238,8 +239,11 @@ def restoring_of_vessel(vessel: Record, waves: Table, sea: Record, body: Motion,
 def _damping_of_vessel(vessel: Record, through: Motion) -> Wrench:
     """Return linear damping, and quadratic damping of the motion of `vessel.point`, through the water."""
     m, d, q, c = through, vessel.damping, vessel.damping_quadratic, vessel.point
-    u, v, w = m.u + m.q * c[2] - m.r * c[1], m.v + m.r * c[0] - m.p * c[2], m.w + m.p * c[1] - m.q * c[0]
-    linear = Wrench(-_row(d, 0, m), -_row(d, 1, m), -_row(d, 2, m), -_row(d, 3, m), -_row(d, 4, m), -_row(d, 5, m))
+    u, v, w = velocity_at(m, c[0], c[1], c[2])
+    velocity, spin = (m.u, m.v, m.w), (m.p, m.q, m.r)
+    x, y, z = matrix_times(d, 0, velocity, spin)
+    k, n, o = matrix_times(d, 3, velocity, spin)
+    linear = Wrench(-x, -y, -z, -k, -n, -o)
     quadratic = Wrench(
         -q[0] * abs(u) * u,
         -q[1] * abs(v) * v,
@@ -249,10 +253,3 @@ def _damping_of_vessel(vessel: Record, through: Motion) -> Wrench:
         -q[5] * abs(m.r) * m.r,
     )
     return add(linear, shift(quadratic, (c[0], c[1], c[2])))
-
-
-@kernel
-def _row(matrix: FloatArray, index: int, m: Motion) -> float:
-    """Return a row of a (6, 6) times the velocities of a motion."""
-    a = matrix[index]
-    return float(a[0] * m.u + a[1] * m.v + a[2] * m.w + a[3] * m.p + a[4] * m.q + a[5] * m.r)

@@ -19,6 +19,7 @@ from vrx_mj.physics.kernel import allocating_kernel, kernel
 from vrx_mj.physics.noise import stream_key, uniform
 from vrx_mj.physics.tables import Record, Table, Waves
 from vrx_mj.physics.wave_columns import elevation_of_columns, wave_columns
+from vrx_mj.spectra import rotated_direction
 
 _PHILLIPS = 0.0081
 """Phillips' constant of the Pierson-Moskowitz spectrum (1964)."""
@@ -51,8 +52,9 @@ def pms_components(
     for index in range(number):
         order = index - 1
         frequency = peak * scale**order
-        amplitude = gain * math.sqrt(2.0 * _spectrum(frequency, peak) * widths[index])
-        towards = _turned(direction, order * angle)
+        density = _PHILLIPS * SPECTRUM_GRAVITY**2 / frequency**5 * math.exp(-1.25 * (peak / frequency) ** 4)
+        amplitude = gain * math.sqrt(2.0 * density * widths[index])
+        towards = rotated_direction(direction, order * angle)
         rows.append(_component(amplitude, frequency, towards, steepness / number))
     return rows
 
@@ -77,21 +79,9 @@ def cwr_components(
     for order in range(-(number // 2), number - number // 2):
         size = scale**order
         frequency = math.sqrt(WAVE_GRAVITY * middle / size)
-        towards = _turned(direction, order * angle)
+        towards = rotated_direction(direction, order * angle)
         rows.append(_component(size * amplitude, frequency, towards, steepness / number))
     return rows
-
-
-def _spectrum(frequency: float, peak: float) -> float:
-    """Return Pierson and Moskowitz' spectral density [m2 s] at an angular frequency [rad/s]."""
-    return _PHILLIPS * SPECTRUM_GRAVITY**2 / frequency**5 * math.exp(-1.25 * (peak / frequency) ** 4)
-
-
-def _turned(direction: Sequence[float], angle: float) -> tuple[float, float]:
-    length = math.hypot(direction[0], direction[1])
-    x, y = direction[0] / length, direction[1] / length
-    c, s = math.cos(angle), math.sin(angle)
-    return c * x - s * y, s * x + c * y
 
 
 def _component(amplitude: float, frequency: float, direction: tuple[float, float], steepness: float) -> _Component:

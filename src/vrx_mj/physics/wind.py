@@ -143,15 +143,14 @@ def apparent_wind_load(coefficients: FloatArray, motion: Motion, wind_vector: tu
     (cx rx |rx|, cy ry |ry|), torque -2 cz rx ry about the vertical. VRX 3's quirk is kept: the coefficients belong to
     east and north, so that the force on a boat depends on where the wind comes from and not on the boat's heading.
     """
-    vx, vy, _ = rotate(motion, motion.u, motion.v, motion.w)
-    rx, ry = wind_vector[0] - vx, wind_vector[1] - vy
+    rx, ry = _apparent_wind(wind_vector, motion)
     fx = coefficients[0] * rx * abs(rx)
     fy = coefficients[1] * ry * abs(ry)
     return Wrench(fx, fy, 0.0, 0.0, 0.0, -2.0 * coefficients[2] * rx * ry)
 
 
 @kernel
-def _less(wind_vector: tuple[float, float], motion: Motion) -> tuple[float, float]:
+def _apparent_wind(wind_vector: tuple[float, float], motion: Motion) -> tuple[float, float]:
     """Return the wind less the velocity of the link's origin [m/s, world]: the apparent wind."""
     vx, vy, _ = rotate(motion, motion.u, motion.v, motion.w)
     return wind_vector[0] - vx, wind_vector[1] - vy
@@ -165,18 +164,20 @@ def wind_on_hull(hull: Record, windage: Table | None, motion: Motion, wind_vecto
     """
     if windage is not None and hull.windage_count > 0:
         return windage_load(hull, windage, motion, wind_vector)
-    if hull.profile == MARINE:
-        return wind_load(hull.wind, motion, _less(wind_vector, motion))
-    if hull.profile == VRX3:
-        return from_origin(apparent_wind_load(hull.wind, motion, wind_vector), motion, hull.link_com)
-    return wind_load(hull.wind, motion, wind_vector)
+    return _wind_by_profile(hull, hull.link_com, motion, wind_vector)
+
+
+@kernel
+def _wind_by_profile(row: Record, com: FloatArray, motion: Motion, wind_vector: tuple[float, float]) -> Wrench:
+    """Return the wind's wrench by the profile and coefficients of a row: world axes, about `com` [m], body axes."""
+    if row.profile == MARINE:
+        return wind_load(row.wind, motion, _apparent_wind(wind_vector, motion))
+    if row.profile == VRX3:
+        return from_origin(apparent_wind_load(row.wind, motion, wind_vector), motion, com)
+    return wind_load(row.wind, motion, wind_vector)
 
 
 @kernel
 def wind_on_float(item: Record, motion: Motion, wind_vector: tuple[float, float]) -> Wrench:
-    """Return the same for a floating object: world axes, about its centre of mass."""
-    if item.profile == MARINE:
-        return wind_load(item.wind, motion, _less(wind_vector, motion))
-    if item.profile == VRX3:
-        return from_origin(apparent_wind_load(item.wind, motion, wind_vector), motion, item.com)
-    return wind_load(item.wind, motion, wind_vector)
+    """Return what the wind does to a floating object: world axes, about its centre of mass."""
+    return _wind_by_profile(item, item.com, motion, wind_vector)

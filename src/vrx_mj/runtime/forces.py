@@ -11,7 +11,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.frames import rotation_matrix
 from vrx_mj.physics.added_mass import added_inertia_of_vessel
 from vrx_mj.physics.drag import added_inertia
-from vrx_mj.physics.motion import Motion, Wrench, add, from_origin, motion, shift, zero_wrench
+from vrx_mj.physics.motion import Motion, Wrench, add, from_origin, motion, rotate, shift, zero_wrench
 from vrx_mj.physics.tables import RUDDER, SAIL, VRX3, Record, Table
 from vrx_mj.physics.thrust import thruster_wrench
 from vrx_mj.runtime.effects import EFFECTS, Hulls, hull_loads, hull_loads_vrx
@@ -41,9 +41,10 @@ class Forces(dict[str, FloatArray]):
 
 def boat_forces(arrays: LoopArrays, index: int, time: float) -> Forces:
     """The wrenches that the step from `time` [s] applies to the boat of row `index`."""
-    hull, body = arrays.hulls[index], motion(arrays.data.qpos, arrays.data.qvel, *_address(arrays, index))
+    hull = arrays.hulls[index]
+    body = motion(arrays.data.qpos, arrays.data.qvel, int(hull["qpos"]), int(hull["dof"]))
     mass, center = _boat_center(arrays, hull, body)
-    lever = tuple(_turned(body, hull["link_com"]) - center)
+    lever = tuple(rotate(body, *hull["link_com"].tolist()) - center)
 
     def about_center(wrench: Wrench) -> FloatArray:
         return np.array(shift(wrench, lever))
@@ -74,16 +75,6 @@ def _run_of_copies(arrays: LoopArrays) -> tuple[Run, dict[str, npt.NDArray[Any]]
     return Run(arrays.model, arrays.contact_free, arrays.data, copies), copies
 
 
-def _address(arrays: LoopArrays, index: int) -> tuple[int, int]:
-    return int(arrays.hulls["qpos"][index]), int(arrays.hulls["dof"][index])
-
-
-def _turned(body: Motion, vector: npt.ArrayLike) -> FloatArray:
-    matrix = np.array(body[3:12]).reshape(3, 3)
-    turned: FloatArray = matrix @ np.asarray(vector)
-    return turned
-
-
 def _thrusts(arrays: LoopArrays, hull: Record, body: Motion, states: Table) -> dict[str, Wrench]:
     """What the thrusters do, and the rudders and sails if there are any, about `link_com`."""
     wrenches = {"thrust": zero_wrench()}
@@ -111,7 +102,7 @@ def _boat_center(arrays: LoopArrays, hull: Record, body: Motion) -> tuple[float,
             turn = thruster["rotation"] @ rotation_matrix((np.cos(half), 0.0, 0.0, np.sin(half)))
             moment = moment + engine * (thruster["position"] + turn @ thruster["body_com"])
             total += engine
-    return total, _turned(body, moment / total)
+    return total, np.array(rotate(body, *(moment / total).tolist()))
 
 
 def _added_mass(arrays: LoopArrays, hull: Record, body: Motion, bias: Wrench) -> Wrench:
@@ -123,7 +114,7 @@ def _added_mass(arrays: LoopArrays, hull: Record, body: Motion, bias: Wrench) ->
         added_inertia(hull, body, matrix)
     dof = int(hull["dof"])
     reaction = -(matrix @ arrays.data.qacc[dof : dof + 6])
-    wrench = Wrench(*(reaction[:3] + np.array(bias[:3])), *_turned(body, reaction[3:]))
+    wrench = Wrench(*(reaction[:3] + np.array(bias[:3])), *np.array(rotate(body, *reaction[3:].tolist())))
     about_origin = hull["profile"] == VRX3 or hull["vessel"] >= 0
     return from_origin(wrench, body, hull["link_com"]) if about_origin else wrench
 
