@@ -340,19 +340,6 @@ def test_files_that_contributing_names_exist():
     assert len(named) > 30
 
 
-def test_diffs_in_contributing_start_from_lines_that_are_there():
-    diffs = re.findall(r"```diff\n(.*?)```", read("CONTRIBUTING.md"), re.DOTALL)
-    files = [part.partition("\n") for diff in diffs for part in re.split(r"^--- (?:a/)?", diff, flags=re.MULTILINE)[1:]]
-    missing = [
-        (file, line[1:])
-        for file, _, lines in files
-        for line in lines.splitlines()
-        if line[0] in " -" and line[1:] not in read(file).splitlines()
-    ]
-    assert missing == []
-    assert len(files) > 5
-
-
 def test_limits_are_few_enough_to_know_each():
     found = figures.limits(path.read_text(encoding="utf-8") for path in figures.SOURCE.rglob("*.py"))
     assert 0 < len(found) <= LIMITS, "what a type, a library or another limit bounds needs none of its own"
