@@ -42,7 +42,7 @@ class Number:
     """Type with its range."""
 
     def field_value(self, given: object) -> float | tuple[float, float]:
-        """What its field has for a value: the value, or the unit vector of a direction.
+        """Return what its field has for a `given` value: the value, or the unit vector of a direction.
 
         Raises:
             CommandError: the value is not a number, or outside the range.

@@ -70,7 +70,7 @@ def test_a_number_that_is_set_reaches_the_loop_and_is_listed_with_its_value(worl
             seen.add((kind, name.rsplit(".", 1)[-1]))
             value = number.value * 0.75 if number.value else 0.125
             changed = with_numbers(world.parameters, {name: value})
-            again = World(world.mjcf, world.assets, changed)
+            again = World(world.pieces, changed)
             assert parameters(again)[name].value == pytest.approx(value, rel=1e-15), name
             assert arrays_of(again, own) != before, f"{label}: {name}"
 
@@ -142,8 +142,7 @@ def test_numbers_at_their_values_leave_the_world_as_it_is(worlds):
     numbers = parameters(world)
     again = with_numbers(world.parameters, {name: number.value for name, number in numbers.items()})
     assert {name: number.value for name, number in numbers.items()} == {
-        name: pytest.approx(number.value, rel=1e-15)
-        for name, number in parameters(World(world.mjcf, world.assets, again)).items()
+        name: pytest.approx(number.value, rel=1e-15) for name, number in parameters(World(world.pieces, again)).items()
     }
 
 

@@ -62,7 +62,7 @@ def test_connected_interfaces_come_first_and_those_of_containers_last(monkeypatc
 @pytest.mark.usefixtures("without_route")
 def test_without_a_default_route_the_address_of_an_interface_is_told(monkeypatch):
     monkeypatch.setattr(access, "interface_addresses", lambda: [FAR])
-    assert access.announced("0.0.0.0", "localhost") == FAR
+    assert access.announced_address("0.0.0.0", "localhost") == FAR
     assert told(host="0.0.0.0", rosbridge=9090) == [("INFO", f"roslibpy: roslibpy.Ros('{FAR}', 9090)")]
 
 

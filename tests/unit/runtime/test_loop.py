@@ -1,6 +1,5 @@
 """The compiled loop against MuJoCo's own `mj_step`, stage by stage."""
 
-import dataclasses
 import math
 import re
 
@@ -163,13 +162,12 @@ def test_added_mass_of_a_boat_whose_inertia_is_diagonal(tmp_path):
     assert sim.data.qvel[5] == pytest.approx(50.0 * 0.01 / (30 + 70), rel=1e-9)
 
 
-def test_an_inertia_that_mujoco_keeps_as_a_diagonal_is_refused():
-    world = simulation(FLEETS["fixed engines"]).world
-    text = re.sub(
-        r"<inertial pos=[^>]*fullinertia=[^>]*>", '<inertial pos="0 0 0" mass="9" diaginertia="3 2 1"/>', world.mjcf
-    )
+def test_an_inertia_that_mujoco_keeps_as_a_diagonal_is_refused(tmp_path):
+    scene = simulation(FLEETS["fixed engines"]).world.save(tmp_path)
+    own = '<inertial pos="0 0 0" mass="9" diaginertia="3 2 1"/>'
+    scene.write_text(re.sub(r"<inertial pos=[^>]*fullinertia=[^>]*>", own, scene.read_text("utf-8")), encoding="utf-8")
     with pytest.raises(vrx_mj.VrxError) as caught:
-        vrx_mj.Simulation(dataclasses.replace(world, mjcf=text))
+        vrx_mj.Simulation.load(tmp_path)
     assert str(caught.value) == (
         "body a/base_link: invalid inertia: MuJoCo keeps only its diagonal; turn its `inertial` by a `quat`"
     )

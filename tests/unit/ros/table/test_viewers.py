@@ -102,7 +102,7 @@ def test_markers_are_sent_again_when_an_object_comes_and_not_before(bay):
     assert len(scene.network.got[MARKERS]) == 1
     before = len(latched(scene, MARKERS).markers)
     scene.sim.spawn_object("red", model="mb_marker_buoy_red", pose=(-480, 210, 0, 0, 0, 0))
-    scene.server._changed()
+    scene.server._update()
     scene.server.advance(200)
     assert len(scene.network.got[MARKERS]) == 2
     assert len(latched(scene, MARKERS).markers) > before
@@ -118,7 +118,7 @@ def test_the_frame_start_is_in_map_near_the_boats(scene):
     for boat in scene.sim.boats:
         assert np.linalg.norm(scene.sim.observe()[boat].position[:2] - start[:2]) < 20.0
     scene.sim.spawn("guest", pose=(*start[:2] + 900.0, 0.1, 0.0, 0.0, 0.0))
-    scene.server._changed()
+    scene.server._update()
     assert latched(scene, "/tf_static").transforms[0] == near
 
 
