@@ -22,7 +22,7 @@ SOURCES = sorted((REPO / "src").rglob("*.py"))
 TESTS = sorted((REPO / "tests").rglob("*.py"))
 PROSE = sorted([*REPO.glob("*.md"), *(REPO / "docs").rglob("*.md"), REPO / "assets" / "README.md"])
 MODULE_LINES = 600
-LIMITS = 103
+LIMITS = 95
 FUNCTION_LINES = 40
 LONG = re.compile(rf"^( *)(?:async )?def .*\n(?:(?:\1[ )].*)?\n){{{FUNCTION_LINES}}}", re.MULTILINE)
 """A function of more lines than that, its docstring counted: files without one need not be parsed."""

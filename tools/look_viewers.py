@@ -16,10 +16,9 @@ from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
-from vrx_mj.ros.layout import layout_text
-
 import browser  # beside the tests
 from vrx_mj.recording.viewer import free_port
+from vrx_mj.ros.table.viewers import layout_text
 
 WEB = "LICHTBLICK"
 """Environment variable: the folder of Lichtblick's web build, `yarn web:build:prod` in its repository."""

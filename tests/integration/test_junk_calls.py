@@ -73,7 +73,14 @@ def dropped(made):
 
 @pytest.mark.slow
 def test_worlds(junk, world):
-    known = {"world": "ocean", "fleet": FLEET, "seed": 1, "nudge": False, "arguments": None}
+    known = {
+        "world": "ocean",
+        "fleet": FLEET,
+        "seed": 1,
+        "nudge": False,
+        "arguments": None,
+        "parameters": {"wind.mean": 2.0},
+    }
     assert_all_tried(known, vrx_mj.compile_world)
     junk.try_all("compile_world", vrx_mj.compile_world, known)
     junk.try_all("World.save", world.save, {"target": "saved"})

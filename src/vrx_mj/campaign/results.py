@@ -111,7 +111,7 @@ def write_csv(file: Path, results: Iterable[Result]) -> None:
     write_text(file, text.getvalue())
 
 
-def _row(result: Result) -> dict[str, Any]:
+def _row(result: Result) -> dict[str, object]:
     task = result.task or {}
     return {
         **asdict(result.cell),

@@ -4,7 +4,7 @@ import colorsys
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -198,7 +198,7 @@ def object_color(item: MapObject) -> str:
     return hex_color(round(255 * min(max(share, 0.0), 1.0)) for share in item.color)
 
 
-def ground_of(scene: MapScene) -> dict[str, Any]:
+def ground_of(scene: MapScene) -> dict[str, object]:
     """The shore and the docks for JSON."""
     docks = [
         {"name": dock.name, "cells": rounded(dock.cells), "yaw": dock.yaw, "cell": dock.block} for dock in scene.docks

@@ -123,7 +123,7 @@ def _field(row: Any, own: str, path: _Path, name: str) -> Iterator[Number]:
     yield from _numbers(getattr(row, own), kind, (*path, own), name, unit[1].split(", ") if unit else [], meaning)
 
 
-def _numbers(value: Any, kind: Any, path: _Path, name: str, units: Sequence[str], meaning: str) -> Iterator[Number]:
+def _numbers(value: Any, kind: object, path: _Path, name: str, units: Sequence[str], meaning: str) -> Iterator[Number]:
     """The numbers of a value; `units` are those of its parts, or of motions along and about axes."""
     if get_origin(kind) in {Union, UnionType}:
         kind = get_args(kind)[0]

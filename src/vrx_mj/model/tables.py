@@ -49,7 +49,7 @@ def _record(*kinds: Any, **more: Any) -> np.dtype[np.void]:
     return np.dtype([(name, *own) for name, own in columns.items()], align=True)
 
 
-def _rows(*names: str) -> dict[str, Any]:
+def _rows(*names: str) -> dict[str, type[np.int64]]:
     """Columns of what a row has in other tables."""
     return {f"{name}_{column}": _i for name in names for column in ("start", "count")}
 

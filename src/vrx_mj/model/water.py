@@ -22,7 +22,7 @@ class Wave:
     frequency: Annotated[NonNegative, TIED]
     """Angular frequency [rad/s]."""
     direction: Heading
-    """Direction of travel, a unit vector [rad]."""
+    """Direction of travel [rad]."""
     steepness: Annotated[Share, TIED]
     """Share of the trochoid's horizontal motion; heights ignore it."""
     orbital: Annotated[Real, TIED] | None = field(default=None, metadata=LEFT_OUT)
@@ -105,7 +105,7 @@ class Wind:
 
     __pydantic_config__ = STRICT
     direction: Heading
-    """Direction toward which the air moves, a unit vector [rad]."""
+    """Direction toward which the air moves [rad]."""
     mean: Real
     """Mean speed [m/s]."""
     gain: NonNegative

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
 
 from jinja2 import Environment
 from numba.core import event
@@ -69,14 +68,14 @@ def counts(results: Sequence[Result]) -> tuple[int, int, int]:
     return states.count("inside"), states.count("known"), len(states)
 
 
-def results_json(results: Sequence[Result]) -> dict[str, Any]:
+def results_json(results: Sequence[Result]) -> dict[str, object]:
     """All rows with what they were made on. A number that is not finite is null."""
     inside, known, total = counts(results)
     cases = [_case_fields(result) for result in results]
     return {"inside": inside, "known": known, "rows": total, "machine": _machine(), "cases": cases}
 
 
-def _case_fields(result: Result) -> dict[str, Any]:
+def _case_fields(result: Result) -> dict[str, object]:
     case, times = result.case, {"seconds": round(result.seconds, 2), "compiling": round(result.compiling, 2)}
     told = {"name": case.name, "title": case.title, "setup": case.setup, "source": case.source}
     found = {"inside": result.state == "inside", "state": result.state, "error": result.error or None}
@@ -84,7 +83,7 @@ def _case_fields(result: Result) -> dict[str, Any]:
     return {**told, "files": list(case.files), **found, **times, "rows": rows}
 
 
-def _row_fields(row: Row) -> dict[str, Any]:
+def _row_fields(row: Row) -> dict[str, object]:
     numbers = {"reference": row.reference, "ours": row.ours, "difference": row.difference, "low": row.low,
                "high": row.high, "theory": row.theory}  # fmt: skip
     finite = {name: value if value is not None and math.isfinite(value) else None for name, value in numbers.items()}
