@@ -173,6 +173,19 @@ def test_public_names_are_listed_in_packages_alone():
     assert not [shown(each) for each in SOURCES if each.stem != "__init__" and listing.search(each.read_text("utf-8"))]
 
 
+def test_functions_that_are_named_in_texts_are_there():
+    """Jobs of the process without rights, readers and commands, as `formats.urdf.kinematics:tree`."""
+    named = re.compile(r'"((?:\w+\.)*\w+):(\w+)"')
+    missing = []
+    for file in SOURCES:
+        for module, name in named.findall(file.read_text("utf-8")):
+            places = [folder / f"{module.replace('.', '/')}.py" for folder in (file.parent, REPO / "src" / "vrx_mj")]
+            home = next((place for place in places if place.is_file()), None)
+            if home and not re.search(rf"^(def|class) {name}\b|^{name} = ", home.read_text("utf-8"), re.MULTILINE):
+                missing.append((shown(file), f"{module}:{name}"))
+    assert missing == []
+
+
 def test_importing_the_package_loads_nothing_heavy():
     done = subprocess.run(
         [sys.executable, "-c", LIGHT, *HEAVY], capture_output=True, encoding="utf-8", check=True, cwd=REPO

@@ -39,7 +39,23 @@ class Forces(dict[str, FloatArray]):
         return total
 
 
-def boat_forces(arrays: LoopArrays, index: int, time: float) -> Forces:
+class RunCopy:
+    """A copy of a run, whose steps leave the run itself as it is."""
+
+    def __init__(self, arrays: LoopArrays) -> None:
+        named = arrays.by_name(np.zeros(3, np.int64), np.zeros((0, 0)))
+        changed = [name for name in named if ARRAYS[name].use == STATE or name in _APPLIED]
+        self._own, self._copies = named, {name: named[name].copy() for name in changed}
+        self._run = Run(arrays.model, arrays.contact_free, arrays.data, named | self._copies)
+
+    def fresh(self) -> tuple[Run, dict[str, npt.NDArray[Any]]]:
+        """The copy in the present state, and its arrays that a step changes, by name."""
+        for name, copy in self._copies.items():
+            copy[...] = self._own[name]
+        return self._run, self._copies
+
+
+def boat_forces(arrays: LoopArrays, run_copy: RunCopy, index: int, time: float) -> Forces:
     """The wrenches that the step from `time` [s] applies to the boat of row `index`."""
     hull = arrays.hulls[index]
     body = motion(arrays.data.qpos, arrays.data.qvel, int(hull["qpos"]), int(hull["dof"]))
@@ -49,7 +65,7 @@ def boat_forces(arrays: LoopArrays, index: int, time: float) -> Forces:
     def about_center(wrench: Wrench) -> FloatArray:
         return np.array(shift(wrench, lever))
 
-    run, copies = _run_of_copies(arrays)
+    run, copies = run_copy.fresh()
     loads, step = np.zeros((len(EFFECTS), 6)), arrays.timestep
     (hull_loads_vrx if arrays.vrx_only else hull_loads)(run.table, index, time + step, step, loads)
     kind = Hulls.STATIONS if hull["vessel"] < 0 else Hulls.VESSELS
@@ -64,15 +80,6 @@ def boat_forces(arrays: LoopArrays, index: int, time: float) -> Forces:
         "contact": _contacts(arrays, int(hull["body"]), center + np.array(body[:3])),
     }
     return Forces(outside, {"added_mass": about_center(_added_mass(arrays, hull, body, bias))})
-
-
-def _run_of_copies(arrays: LoopArrays) -> tuple[Run, dict[str, npt.NDArray[Any]]]:
-    """A run whose next step leaves `arrays` as they are, and the arrays to which it leads."""
-    named = arrays.by_name(np.zeros(3, np.int64), np.zeros((0, 0)))
-    copies = {
-        name: array.copy() if ARRAYS[name].use == STATE or name in _APPLIED else array for name, array in named.items()
-    }
-    return Run(arrays.model, arrays.contact_free, arrays.data, copies), copies
 
 
 def _thrusts(arrays: LoopArrays, hull: Record, body: Motion, states: Table) -> dict[str, Wrench]:

@@ -20,6 +20,7 @@ from vrx_mj.runtime.bodies import FreeBodies
 from vrx_mj.runtime.commands import CommandNames
 from vrx_mj.runtime.crowding import crowded, fitting, most_contacts
 from vrx_mj.runtime.displays import Displays
+from vrx_mj.runtime.forces import RunCopy
 from vrx_mj.runtime.hull import Propeller, thrusters
 from vrx_mj.runtime.loop import advance, advance_vrx
 from vrx_mj.runtime.loop_arrays import LoopArrays
@@ -175,6 +176,7 @@ class LiveWorld:
     def renew_arguments(self) -> None:
         """Give the loop the present arrays."""
         self._run = self.arrays.run(self.sampler.table, self.sampler.buffer)
+        self.run_copy = cache(partial(RunCopy, self.arrays))
         self._loop: Callable[..., int] = advance_vrx if self.arrays.vrx_only else advance
 
     def _diverged(self) -> None:

@@ -301,7 +301,7 @@ class Simulation(Roster):
         boat has that name.
         """
         check_name("boat", boat, self.boats)
-        return boat_forces(self._live.arrays, self.boats.index(boat), self.time)
+        return boat_forces(self._live.arrays, self._live.run_copy(), self.boats.index(boat), self.time)
 
     def steering(self, boat: str) -> dict[str, float]:
         """Current angle of each engine and rudder of a boat [rad]; UnknownNameError if no boat has that name."""
