@@ -107,7 +107,7 @@ _LEVELS = {"INFO": 20, "WARN": 30, "ERROR": 40}
 """Levels of rcl_interfaces/Log."""
 _OURS = ("/rosout", "/parameter_events")
 _CLOCK = "/clock"
-_SOMEBODY = "ROS 2"
+_SOMEBODY, _NAMELESS = "ROS 2", "_NODE_NAME_UNKNOWN_"
 
 
 Handle = Any
@@ -245,9 +245,14 @@ class Node:
             self._notices.write("WARN", "decode", topic, f"{topic} from {sender}: {error}")
 
     def _sender(self, topic: str) -> str:
-        """The node that publishes, if it is the only one: messages do not say whose they are."""
+        """The node that publishes, if it is the only one: messages do not say whose they are.
+
+        A publisher is known some time before the name of its node.
+        """
         if topic not in self._senders:
             names = self.publishers(topic)
+            if any(name.endswith(_NAMELESS) for name in names):
+                return _SOMEBODY
             self._senders[topic] = names[0] if len(names) == 1 else _SOMEBODY
         return self._senders[topic]
 

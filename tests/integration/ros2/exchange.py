@@ -92,7 +92,7 @@ def main():
     send(ros2, "/goal", "/markers")  # before anybody listens
     client = Client()
     told |= outputs(client, ros2)
-    told["commands"] = commands(client, inbox)
+    told["commands"] = commands(client, ros2, inbox)
     told["calls"] = calls(client, inbox)
     told["unknown_publishers"] = unknown_publishers(client, inbox)
     told["cost"] = cost(ros2, inbox)
@@ -141,11 +141,12 @@ def topics(client):
     return sorted(name for name, _ in client.node.get_topic_names_and_types())
 
 
-def commands(client, inbox):
+def commands(client, ros2, inbox):
     thrust = client.node.create_publisher(Float64, "/wamv/thrusters/left/thrust", 10)
     fire = client.node.create_publisher(Bool, "/fire", 10)
     both = (thrust, fire)
     client.until(lambda: all(one.get_subscription_count() for one in both), "somebody takes commands")
+    client.until(lambda: all(ros2.publishers(one.topic_name) == ["/client"] for one in both), "the client's name")
     for value in (1.5, 2.5, 3.5):
         thrust.publish(Float64(data=value))
     fire.publish(Bool(data=True))

@@ -215,3 +215,9 @@ def test_closing_what_never_opened_does_nothing():
     ros2.close()
     assert ros2.subscribed_topics == frozenset()
     assert ros2.traffic == (0, 0, 0)
+
+
+def test_a_publisher_has_its_nodes_name_as_soon_as_that_is_known():
+    names = iter([["_NODE_NAMESPACE_UNKNOWN_/_NODE_NAME_UNKNOWN_"], ["/team/pilot"], []])
+    node = SimpleNamespace(_senders={}, publishers=lambda _topic: next(names))
+    assert [ros2_node.Node._sender(node, "/fire") for _ in range(3)] == ["ROS 2", "/team/pilot", "/team/pilot"]
