@@ -131,8 +131,8 @@ def _columns(name: str, head: list[str], wanted: tuple[str, ...]) -> list[tuple[
     known = list(map(str.strip, head))
     for column in ("time", *wanted):
         if column not in known:
-            told = shortened(", ".join(known[:100]) or "none", 1000)
-            raise VrxError(f"{name}: no column '{column}' in its first line; it has {told}")
+            listed = shortened(", ".join(known[:100]) or "none", 1000)
+            raise VrxError(f"{name}: no column '{column}' in its first line; it has {listed}")
     return [(column, known.index(column)) for column in ("time", *wanted)]
 
 

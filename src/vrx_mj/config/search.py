@@ -99,8 +99,8 @@ def near_names(file: Path) -> str:
 
 def in_vrx(kind: str, name: str, known: Container[str]) -> str | None:
     """The message about a world's name that is one of VRX's; None: VRX has no such name."""
-    told = function_of("names", name) if kind == "worlds" else None
-    return told(name, known) if told else None
+    describe = function_of("names", name) if kind == "worlds" else None
+    return describe(name, known) if describe else None
 
 
 _CLASSIC, _NEWER = "ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH"

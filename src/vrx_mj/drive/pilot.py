@@ -138,7 +138,7 @@ class Driver(ABC):
     """Whether power and turn are a velocity [m/s] and a turning rate [rad/s] to keep, instead of shares of thrust."""
 
     def __init__(self, engines: Mapping[str, Sequence[Engine]], boat: str | None) -> None:
-        """Drive boats with these engines, `boat` or else the first of them at first; UnknownNameError: it is none."""
+        """Drive boats with these engines, beginning with `boat` or the first; UnknownNameError: no such boat."""
         if boat is not None and boat not in engines:
             raise UnknownNameError("boat", boat, engines)
         self.pilot = Pilot(engines, boat or next(iter(engines), ""))

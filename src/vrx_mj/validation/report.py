@@ -77,10 +77,10 @@ def results_json(results: Sequence[Result]) -> dict[str, object]:
 
 def _case_fields(result: Result) -> dict[str, object]:
     case, times = result.case, {"seconds": round(result.seconds, 2), "compiling": round(result.compiling, 2)}
-    told = {"name": case.name, "title": case.title, "setup": case.setup, "source": case.source}
+    fields = {"name": case.name, "title": case.title, "setup": case.setup, "source": case.source}
     found = {"inside": result.state == "inside", "state": result.state, "error": result.error or None}
     rows = [_row_fields(row) for row in result.findings.rows]
-    return {**told, "files": list(case.files), **found, **times, "rows": rows}
+    return {**fields, "files": list(case.files), **found, **times, "rows": rows}
 
 
 def _row_fields(row: Row) -> dict[str, object]:

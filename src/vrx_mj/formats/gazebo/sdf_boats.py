@@ -64,8 +64,8 @@ def read_boat(file: Path) -> Urdf:
     findings.settle()
     warn(findings)
     lost = (f"{place}: {what}: {why}" for place, what, why in losses(model.root.element, "model", "boat"))
-    told = (*lost, *(f"{node.place}: {node.path}: {text}" for node, text in remarks), *_offset(model, robot))
-    return replace(robot, remarks=told, text=urdf_text(robot, tags))
+    notes = (*lost, *(f"{node.place}: {node.path}: {text}" for node, text in remarks), *_offset(model, robot))
+    return replace(robot, remarks=notes, text=urdf_text(robot, tags))
 
 
 def boat_pose(pose: Pose, file: Path) -> Pose:

@@ -117,8 +117,8 @@ def gazebo_world(file: Path, arguments: Mapping[str, str] | None = None) -> Gaze
             place = Place(File(problem.file, None), problem.line, problem.column)
             unread.append(Note(place, problem.key or label(part), "not read", problem.message))
         more = _alike(world, parts.values()) if turn >= _CANDIDATES else []
-        told = f"{_CANDIDATES} others of its kind cannot be read"
-        unread += [Note(one.place, label(one), "not read", told) for one in more]
+        warning = f"{_CANDIDATES} others of its kind cannot be read"
+        unread += [Note(one.place, label(one), "not read", warning) for one in more]
         left = {id(part) for part in (*parts.values(), *more)}
         world = replace(world, children=tuple(child for child in world.children if id(child) not in left))
     raise AssertionError("a world without parts can be read")

@@ -132,8 +132,8 @@ def _block(call: Call, name: str) -> str:
         raise call.fault(key, fault)
     if element.children and element.own_text:
         stray = shown(" ".join(element.own_text.split()))
-        told = f"{call.place.file.name}:{call.place_of(key).line}: {stray} between the elements of {key}"
-        warnings.warn(f"{told} is ignored", VrxWarning, stacklevel=2)
+        problem = f"{call.place.file.name}:{call.place_of(key).line}: {stray} between the elements of {key}"
+        warnings.warn(f"{problem} is ignored", VrxWarning, stacklevel=2)
     return f"<{name}>{' '.join(text.split())}</{name}>"
 
 
