@@ -219,7 +219,8 @@ class Node:
                 if topic in self._out or topic in self._in or topic in _OURS or self._node.count_subscribers(topic):
                     continue
                 for sender in self.publishers(topic):
-                    self._inbox.unknown_publisher(topic, types[0].replace("/msg/", "/"), sender, "vrx3")
+                    if not sender.endswith(_NAMELESS):  # else the next look knows it
+                        self._inbox.unknown_publisher(topic, types[0].replace("/msg/", "/"), sender, "vrx3")
 
     def log(self, level: str, text: str) -> None:
         """A line on /rosout."""
