@@ -54,18 +54,18 @@ class Voyage:
 
     def stretch(self) -> None:
         """Do something at random, then advance under random commands."""
-        for deed, share in (
-            (self.place, 0.05),
+        for call, share in (
+            (self.set_boat, 0.05),
             (self.fire, 0.05),
-            (self.come, 0.01),
-            (self.go, 0.01),
+            (self.spawn, 0.01),
+            (self.remove, 0.01),
             (self.reset, 0.003),
-            (self.back, 0.03),
+            (self.set_state, 0.03),
         ):
             if self.chance.random() < share:
                 try:
-                    deed()
-                    self.log.counts[deed.__name__] += 1
+                    call()
+                    self.log.counts[call.__name__] += 1
                 except VrxError as error:
                     self.log.counts[f"refused: {type(error).__name__}"] += 1
         self.advance()
@@ -75,7 +75,7 @@ class Voyage:
         sim, steps = self.sim, self.chance.randint(1, LONGEST)
         begun, boats = sim.time, len(sim.boats)
         commands = {
-            boat: {name: drawn_command(name, self.chance) for name in sim.command_names(boat)} for boat in sim.boats
+            boat: {name: random_command(name, self.chance) for name in sim.command_names(boat)} for boat in sim.boats
         }
         try:
             sim.step(commands, duration=round(steps * sim.timestep, 9)) if self.chance.random() < 0.5 else self._held(
@@ -98,12 +98,12 @@ class Voyage:
         finite = np.isfinite(sim.data.qpos).all() and np.isfinite(sim.data.qvel).all()
         log.expect(finite, f"a state at t = {sim.time} that is not finite, and was not raised")
         log.expect(abs(sim.time - expected) < 1e-6 * max(expected, 1.0), f"time {sim.time} instead of {expected}")
-        told = {kind: int(sim.data.warning[kind].number) for kind in SILENT if sim.data.warning[kind].number}
-        log.expect(not told, f"warnings of MuJoCo {told}")
+        warned = {kind: int(sim.data.warning[kind].number) for kind in SILENT if sim.data.warning[kind].number}
+        log.expect(not warned, f"warnings of MuJoCo {warned}")
         log.expect(sim.data.ncon < CONTACTS, f"{sim.data.ncon} contacts")
         log.contacts = max(log.contacts, int(sim.data.ncon))
 
-    def place(self) -> None:
+    def set_boat(self) -> None:
         """Put a boat somewhere near, moving."""
         boat = self.chance.choice(self.sim.boats)
         x, y, z = self.sim.observe()[boat].position
@@ -120,7 +120,7 @@ class Voyage:
         """Shoot a ball, where there is a shooter."""
         self.sim.fire(self.chance.choice(self.sim.boats))
 
-    def come(self) -> None:
+    def spawn(self) -> None:
         """Have another boat join."""
         x, y, z = self.sim.observe()[self.sim.boats[0]].position
         self.spawned += 1
@@ -129,7 +129,7 @@ class Voyage:
             pose=[x + self.chance.uniform(-60, 60), y + self.chance.uniform(-60, 60), z, 0, 0, 0],
         )
 
-    def go(self) -> None:
+    def remove(self) -> None:
         """Have a boat leave, unless it is the last but one."""
         if len(self.sim.boats) > 2:
             self.sim.remove(self.chance.choice(self.sim.boats[1:]))
@@ -139,7 +139,7 @@ class Voyage:
         self.sim.reset(self.chance.randrange(10**6))
         self.kept = self.sim.get_state(), self.sim.boats
 
-    def back(self) -> None:
+    def set_state(self) -> None:
         """Go back to a state, or keep the present one."""
         if self.kept[1] == self.sim.boats and self.chance.random() < 0.5:
             self.sim.set_state(self.kept[0])
@@ -147,7 +147,7 @@ class Voyage:
             self.kept = self.sim.get_state(), self.sim.boats
 
 
-def drawn_command(name: str, chance: random.Random) -> float:
+def random_command(name: str, chance: random.Random) -> float:
     """A command: legal, at a limit, or far beyond."""
     if name.endswith("_angle"):
         return chance.choice([0.0, math.pi, -math.pi, chance.uniform(-1, 1), 100.0])
@@ -163,13 +163,13 @@ class Rows:
 
     def stretch(self) -> None:
         """Change some rows, then advance all under random commands."""
-        for deed, share in ((self.place, 0.05), (self.vary, 0.05), (self.reset, 0.05)):
+        for call, share in ((self.set_boat, 0.05), (self.vary, 0.05), (self.reset, 0.05)):
             if self.chance.random() < share:
-                deed()
-                self.log.counts[deed.__name__] += 1
+                call()
+                self.log.counts[call.__name__] += 1
         batch, steps = self.batch, self.chance.randint(1, LONGEST)
         begun, stopped = batch.time, batch.diverged
-        commands = np.array([[drawn_command(name, self.chance) for _, name in batch.channels] for _ in range(ROWS)])
+        commands = np.array([[random_command(name, self.chance) for _, name in batch.channels] for _ in range(ROWS)])
         try:
             batch.step(commands, duration=round(steps * batch.timestep, 9))
             raised = False
@@ -195,8 +195,8 @@ class Rows:
             f"times {batch.time} instead of {expected}",
         )
         for data in (batch._data[row] for row in np.flatnonzero(going)):
-            told = {kind: int(data.warning[kind].number) for kind in SILENT if data.warning[kind].number}
-            log.expect(not told, f"warnings of MuJoCo {told}")
+            warned = {kind: int(data.warning[kind].number) for kind in SILENT if data.warning[kind].number}
+            log.expect(not warned, f"warnings of MuJoCo {warned}")
             log.expect(data.ncon < CONTACTS, f"{data.ncon} contacts")
             log.contacts = max(log.contacts, int(data.ncon))
 
@@ -204,7 +204,7 @@ class Rows:
         """Numbers of some rows."""
         return np.flatnonzero(self.numbers.random(ROWS) < 0.4)
 
-    def place(self) -> None:
+    def set_boat(self) -> None:
         """Put a boat of some rows near where it is."""
         rows, number = self.some(), self.chance.randrange(len(self.batch.boats))
         pose = np.zeros((len(rows), 6))
