@@ -31,7 +31,7 @@ from vrx_mj.mjcf.objects import object_piece, object_rows, parked_balls
 from vrx_mj.mjcf.parameters import Rows, current_parameters, sea_parameters
 from vrx_mj.mjcf.pieces import Part, Piece, Pieces
 from vrx_mj.mjcf.placement import PlacedObject, place_docks, place_fields, place_objects
-from vrx_mj.mjcf.robots import boat_kind, boat_rows, stiffness
+from vrx_mj.mjcf.robots import boat_kind, boat_rows, reweighed_piece, stiffness
 from vrx_mj.mjcf.scene import scene_parameters, scene_values
 from vrx_mj.mjcf.tasks import Touch, lock_of, task_parameters, touches_of
 from vrx_mj.mjcf.terrain import shoreline, terrain_piece
@@ -135,7 +135,7 @@ class _Assembly:
         for ball in self.balls:
             self._add_object(ball, asleep=True)
         self._add_task()
-        parameters = with_numbers(self._parameters(seed), numbers)
+        parameters = self._with_masses(with_numbers(self._parameters(seed), numbers))
         self.sea = parameters.sea
         pieces = self._pieces()
         try:
@@ -154,6 +154,20 @@ class _Assembly:
         """The world with its robots: what is wrong with the whole may be in one of these."""
         robots = first_names(dict.fromkeys(boat.robot for boat in self.boats), 4)
         return f"world {self.config.name}" + (f" with {robots}" if robots else "")
+
+    def _with_masses(self, parameters: Parameters) -> Parameters:
+        """The world's parameters, once the pieces of its boats have the masses of their hulls."""
+        hulls = {boat.name: (boat, hull) for boat, hull in zip(self.boats, parameters.hulls, strict=True)}
+        for index, part in enumerate(self.parts):
+            if part.name in hulls:
+                boat, hull = hulls[part.name]
+                kind = boat_kind(self._build(boat), boat.engines, boat.color)
+                self.parts[index] = replace(part, piece=reweighed_piece(kind, boat.engines, boat.color, hull))
+        rows = [
+            row if row.joint else replace(row, body_com=parameters.hulls[row.hull].body_com)
+            for row in parameters.thrusters
+        ]
+        return replace(parameters, thrusters=tuple(rows))
 
     def _pieces(self) -> Pieces:
         config = self.config

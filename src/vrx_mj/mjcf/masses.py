@@ -54,7 +54,7 @@ def boat_mass(boat: Boat) -> MassProperties:
     parts = [*_masses(boat.parts), *turning]
     if not parts:
         raise CompileError(f"robot {boat.name}: no link has a mass of {_LEAST:g} kg or more")
-    return _check_moments(joined(parts), f"robot {boat.name}")
+    return check_moments(joined(parts), f"robot {boat.name}")
 
 
 def body_mass(boat: Boat, engines: Engines) -> MassProperties:
@@ -62,15 +62,19 @@ def body_mass(boat: Boat, engines: Engines) -> MassProperties:
     if engines == "fixed":
         return boat_mass(boat)
     for thruster in boat.thrusters:
-        _check_moments(turning_mass(thruster) or NOTHING, f"robot {boat.name}: what turns with '{thruster.name}'")
+        check_moments(turning_mass(thruster) or NOTHING, f"robot {boat.name}: what turns with '{thruster.name}'")
     parts = list(_masses(boat.parts))
     if not parts:
         raise CompileError(f"robot {boat.name}: only its engines have a mass; build it with engines: fixed")
-    return _check_moments(joined(parts), f"robot {boat.name} without its engines")
+    return check_moments(joined(parts), f"robot {boat.name} without its engines")
 
 
-def _check_moments(body: MassProperties, name: str) -> MassProperties:
-    """A body that MuJoCo takes."""
+def check_moments(body: MassProperties, name: str) -> MassProperties:
+    """Refuse a body that MuJoCo does not take, and return any other.
+
+    Raises:
+        CompileError: a principal moment of inertia is too small.
+    """
     moments = np.linalg.eigvalsh(body.inertia).tolist()
     if moments[0] < _LEAST:
         words = ", ".join(f"{moment:.3g}" for moment in moments)

@@ -37,6 +37,7 @@ from vrx_mj.mjcf.masses import (
     axis_inertia,
     boat_mass,
     body_mass,
+    check_moments,
     push_center,
     turning_mass,
 )
@@ -44,7 +45,19 @@ from vrx_mj.mjcf.parameters import PROFILES, Rows
 from vrx_mj.mjcf.pieces import PREFIX, Piece
 from vrx_mj.mjcf.templates import Geom, geoms, meshes
 from vrx_mj.mjcf.wind import boat_wind, boat_windage
-from vrx_mj.model.boats import AutopilotChannel, Battery, Hull, Propeller, Sail, Sensor, Station, Thruster, Vessel
+from vrx_mj.model.boats import (
+    MJCF_FIELDS,
+    AutopilotChannel,
+    Battery,
+    Hull,
+    Inertia,
+    Propeller,
+    Sail,
+    Sensor,
+    Station,
+    Thruster,
+    Vessel,
+)
 from vrx_mj.model.boats import Boat as Entry
 from vrx_mj.model.kinds import LONGEST_DESCRIPTION
 from vrx_mj.outputs import write_files
@@ -52,6 +65,7 @@ from vrx_mj.physics.sail import sail_curve
 from vrx_mj.physics.tables import GLF, LINEAR, NEWTONS, RUDDER, SAIL
 from vrx_mj.physics.thrust import normal_slope
 from vrx_mj.physics.windage import AIR_DENSITY
+from vrx_mj.rigid_bodies import MassProperties, rigid
 
 _Color = tuple[float, float, float, float]
 _Vector = tuple[float, float, float]
@@ -70,10 +84,13 @@ class _Frame:
     geoms: tuple[Geom, ...]
 
 
-def robot_piece(boat: Boat, engines: Engines = "fixed", color: _Color | None = None) -> Piece:
+def robot_piece(
+    boat: Boat, engines: Engines = "fixed", color: _Color | None = None, body: MassProperties | None = None
+) -> Piece:
     """The boat as a piece of a world.
 
-    Collision geoms are in group 3, visual ones in group 2. `color` repaints the first visual, the skin.
+    Collision geoms are in group 3, visual ones in group 2. `color` repaints the first visual, the skin; `body` is the
+    mass of the base link's body, by default that of its links.
     """
     parts = [*boat.parts, *chain.from_iterable(thruster.parts for thruster in boat.thrusters)]
     needed = meshes(shape for part in parts for shape in (*part.collisions, *part.visuals))
@@ -87,7 +104,7 @@ def robot_piece(boat: Boat, engines: Engines = "fixed", color: _Color | None = N
         "link": boat.link,
         "is_fixed": boat.link == _WORLD,
         "meshes": needed,
-        "base_mass": body_mass(boat, engines),
+        "base_mass": body or body_mass(boat, engines),
         "base": _paint([_frame(part, double, yields) for part in boat.parts], color),
         "thrusters": thrusters,
         "cameras": [_camera_view(sensor) for sensor in boat.sensors if isinstance(sensor, CameraConfig)],
@@ -180,6 +197,7 @@ def hull_row(boat: Boat, engines: Engines, prefix: str) -> Hull:
         link_com=_vector(push_center(boat)),
         body_com=_vector(body.center),
         mass=body.mass,
+        inertia=Inertia(**dict(zip(Inertia.__annotations__, body.tensor(), strict=True))),
         wind=(0.0, 0.0, 0.0),
         profile=0,
         gravity=0.0,
@@ -310,6 +328,19 @@ def _paint(frames: list[_Frame], color: _Color | None) -> list[_Frame]:
                 items = (*frame.geoms[:number], replace(item, rgba=color), *frame.geoms[number + 1 :])
                 return [*frames[:index], _Frame(frame.pose, items), *frames[index + 1 :]]
     return frames
+
+
+def reweighed_piece(kind: "BoatKind", engines: Engines, color: _Color | None, hull: Hull) -> Piece:
+    """The piece of a boat whose hull has the mass, centre of mass and inertia of a row; the kind's if they are its own.
+
+    Raises:
+        CompileError: no body has them.
+    """
+    if all(getattr(hull, name) == getattr(kind.hull, name) for name in MJCF_FIELDS):
+        return kind.piece
+    assert hull.inertia is not None, "a hull that was just compiled"
+    body = rigid(hull.mass, hull.body_com, tuple(vars(hull.inertia).values()))
+    return robot_piece(kind.boat, engines, color, check_moments(body, f"robot {kind.boat.name}"))
 
 
 def save_robot(boat: Boat, target: Path, *, name: str) -> None:

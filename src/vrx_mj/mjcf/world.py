@@ -66,7 +66,8 @@ class World:
     @cached_property
     def sha256(self) -> str:
         """SHA-256 of the saved world, without the descriptions of its boats: these name places on this machine."""
-        former = replace(without_descriptions(self.parameters), format=FORMER)  # states of saved runs name this digest
+        hulls = tuple(replace(hull, inertia=None) for hull in self.parameters.hulls)  # the MJCF has it
+        former = replace(without_descriptions(self.parameters), format=FORMER, hulls=hulls)
         digest = hashlib.sha256(self.mjcf.encode())
         digest.update(json_of(former).encode())
         for name in sorted(self.assets):

@@ -169,6 +169,29 @@ class Vessel:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Inertia:
+    """Moments and products of inertia about the centre of mass, body axes."""
+
+    __pydantic_config__ = STRICT
+    xx: Positive
+    """Moment of inertia about x [kg m2]."""
+    yy: Positive
+    """Moment of inertia about y [kg m2]."""
+    zz: Positive
+    """Moment of inertia about z [kg m2]."""
+    xy: Real
+    """Product of inertia of x and y, below 0 for mass at x y > 0 [kg m2]."""
+    xz: Real
+    """Product of inertia of x and z [kg m2]."""
+    yz: Real
+    """Product of inertia of y and z [kg m2]."""
+
+
+MJCF_FIELDS = ("mass", "body_com", "inertia")
+"""Fields of a hull that its MJCF's body has too."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class Hull:
     """The hull of a boat, a free body; vectors are in body axes."""
 
@@ -189,9 +212,9 @@ class Hull:
     """Quadratic drag [N s2/m2, N m s2]."""
     link_com: Vec3
     """Centre of mass of VRX's base link [m]."""
-    body_com: Annotated[Vec3, TIED]
+    body_com: Vec3
     """Centre of mass of the MJCF's body [m]."""
-    mass: Annotated[Positive, TIED]
+    mass: Positive
     """Mass of the MJCF's body [kg]."""
     wind: Annotated[WindForce, Unless("windage")]
     """Wind coefficients along x and y, and of turning [N s2/m2, N m s2/m2]."""
@@ -211,6 +234,8 @@ class Hull:
     """What it shows to the wind, instead of its coefficients."""
     vessel: Vessel | None = field(default=None, metadata=LEFT_OUT)
     """Its model in profile `marine`, instead of stations, added mass and drag."""
+    inertia: Inertia | None = field(default=None, metadata=LEFT_OUT)
+    """Moments of inertia of the MJCF's body; None: saved by a version that did not list them."""
 
 
 @dataclass(frozen=True, kw_only=True)
