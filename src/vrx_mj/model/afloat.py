@@ -1,13 +1,12 @@
 """Floating things other than boats: single objects, links of jointed ones, and docks as trees of blocks on hinges."""
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Annotated, Literal
 
 from pydantic import Field
 
 from vrx_mj.model.kinds import (
     LEFT_OUT,
-    STRICT,
     Count,
     Flag,
     Index,
@@ -23,14 +22,14 @@ from vrx_mj.model.kinds import (
     Vec2,
     Vec3,
     WindForce,
+    record,
 )
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Float:
     """A floating object, a free body; or a link of an object that has joints."""
 
-    __pydantic_config__ = STRICT
     body: Text
     """Name of the MJCF's body."""
     mass: Positive
@@ -61,11 +60,10 @@ class Float:
     """What drives it along a path, or -1."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Element:
     """A shape that displaces water."""
 
-    __pydantic_config__ = STRICT
     shape: Literal[0, 1, 2]
     """Box, sphere or cylinder with axis z."""
     size: tuple[NonNegative, NonNegative, NonNegative]
@@ -80,11 +78,10 @@ class Element:
     """Mean of the extents along x, y, z [m]."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Block:
     """A block of a floating dock, a root or on a hinge of one that comes before."""
 
-    __pydantic_config__ = STRICT
     body: Text
     """Name of the MJCF's body."""
     parent: Index
@@ -119,11 +116,10 @@ class Block:
     """Wind coefficients along x and y, and of turning [N s2/m2, N m s2/m2]."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Mooring:
     """A line that holds a block."""
 
-    __pydantic_config__ = STRICT
     block: Row
     """The block."""
     point: Vec3
@@ -136,11 +132,10 @@ class Mooring:
     """Damping [N s/m]."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Rope:
     """A line that holds a floating object."""
 
-    __pydantic_config__ = STRICT
     float: Row
     """The floating object, a row of `floats`."""
     anchor: Vec2
@@ -153,11 +148,10 @@ class Rope:
     """Damping [N s/m]."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Follower:
     """What drives a floating object along a path."""
 
-    __pydantic_config__ = STRICT
     force: Real
     """Force along the body's x [N]."""
     torque: Real
@@ -176,10 +170,9 @@ class Follower:
     """Number of its waypoints."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class PathPoint:
     """A waypoint of a follower."""
 
-    __pydantic_config__ = STRICT
     position: Vec2
     """x and y [m]."""

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import PurePath
 from typing import Annotated, Literal
 
@@ -13,7 +13,6 @@ from vrx_mj.config.fleet import AisClass
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.model.kinds import (
     LEFT_OUT,
-    STRICT,
     TIED,
     Angle,
     Coefficient,
@@ -39,6 +38,7 @@ from vrx_mj.model.kinds import (
     Unless,
     Vec3,
     WindForce,
+    record,
 )
 from vrx_mj.physics.tables import BLADES, MESH, NEWTONS
 
@@ -53,11 +53,10 @@ _Blendermann = Annotated[
 ]
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Windage:
     """What a hull shows to the wind; angles are those off the bow from which it comes."""
 
-    __pydantic_config__ = STRICT
     frontal_area: Positive
     """Area seen from ahead [m2]."""
     lateral_area: Positive
@@ -76,11 +75,10 @@ class Windage:
     """Blendermann's parameters: CD_t, CD_l,AF from ahead and from astern, delta and kappa [1]."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Strip:
     """A piece of a hull's lateral area, or a skeg, in body axes."""
 
-    __pydantic_config__ = STRICT
     x: Real
     """Place of its middle, ahead of the link's origin [m]."""
     z: Real
@@ -91,11 +89,10 @@ class Strip:
     """Force over the product of its speed and its velocity across the water [N s2/m2]."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Memory:
     """A damped oscillation of the waves that a hull makes by one of its motions: about the link's origin, body axes."""
 
-    __pydantic_config__ = STRICT
     motion: Annotated[int, Field(ge=0, le=5)]
     """The motion: 0 to 5 for surge, sway, heave, roll, pitch, yaw."""
     pole: Annotated[tuple[Annotated[float, Field(lt=0.0, ge=-1e6)], Coefficient], Parts("real", "imaginary")]
@@ -109,11 +106,10 @@ class Memory:
 Forces = tuple[Real, Real, Real, Real, Real, Real, Real, Real, Real, Real, Real, Real]
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Diffraction:
     """Forces of the waves that a hull scatters, about the link's origin, in axes level with the water."""
 
-    __pydantic_config__ = STRICT
     step: Positive
     """Step between frequencies, of which the first is 0 [rad/s]."""
     forces: Annotated[tuple[Annotated[tuple[Forces, ...], Field(max_length=360)], ...], Field(max_length=501), TIED]
@@ -122,11 +118,10 @@ class Diffraction:
     Real parts, then imaginary ones, per metre of amplitude [N/m, N]."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Vessel:
     """The model of a hull in profile `marine`; matrices are about the link's origin, body axes."""
 
-    __pydantic_config__ = STRICT
     hydrostatics: Literal[0, 1]
     """`physics.tables.MESH` or `MATRIX`."""
     added_mass: SixBySix
@@ -168,11 +163,10 @@ class Vessel:
         return self.hydrostatics == MESH
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Inertia:
     """Moments and products of inertia about the centre of mass, body axes."""
 
-    __pydantic_config__ = STRICT
     xx: Positive
     """Moment of inertia about x [kg m2]."""
     yy: Positive
@@ -191,11 +185,10 @@ MJCF_FIELDS = ("mass", "body_com", "inertia")
 """Fields of a hull that its MJCF's body has too."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Hull:
     """The hull of a boat, a free body; vectors are in body axes."""
 
-    __pydantic_config__ = STRICT
     body: Text
     """Name of the MJCF's body."""
     joint: Text
@@ -238,11 +231,10 @@ class Hull:
     """Moments of inertia of the MJCF's body; None: saved by a version that did not list them."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Station:
     """A piece of a hull's float at which the water lifts it."""
 
-    __pydantic_config__ = STRICT
     position: Vec3
     """Place on the keel line [m], body axes from the link's origin."""
     radius: NonNegative
@@ -254,11 +246,10 @@ class Station:
 ThrustPoint = Annotated[tuple[Annotated[float, Field(ge=-1.0, le=1.0)], Real], Parts("command", "thrust")]
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Propeller:
     """A propeller whose thrust was measured, in profile `marine`."""
 
-    __pydantic_config__ = STRICT
     thrust: Annotated[tuple[ThrustPoint, ...], Field(min_length=2, max_length=1000)]
     """Rising commands, and the thrust at rest that each gives [1, N]."""
     diameter: Positive
@@ -286,22 +277,20 @@ class Propeller:
 SailPoint = Annotated[tuple[Annotated[float, Field(ge=0.0, le=math.pi)], Real, Real], Parts("angle", "lift", "drag")]
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Sail:
     """What the wind does to a sail."""
 
-    __pydantic_config__ = STRICT
     curve: Annotated[tuple[SailPoint, ...], Field(min_length=2)]
     """Rising angles between the apparent wind and the chord, and coefficients of lift and drag there [rad, 1, 1]."""
     sheet: bool
     """Whether a sheet lets the boom to lee by the angle of the command; else it goes to that angle."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Thruster:
     """An engine and its propeller, a rudder or a sail; `position` and `rotation` are those of its hinge in the hull."""
 
-    __pydantic_config__ = STRICT
     name: Text
     """Name of its command."""
     hull: Row
@@ -387,11 +376,10 @@ class Thruster:
         return -self.max_command, self.max_command
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Sensor:
     """A sensor on a boat."""
 
-    __pydantic_config__ = STRICT
     boat: Text
     """Name of the boat."""
     body: Text
@@ -416,11 +404,10 @@ class Sensor:
         return self.config.type
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class AutopilotChannel:
     """What the pulses of an autopilot's channel command."""
 
-    __pydantic_config__ = STRICT
     number: Annotated[int, Field(ge=1, le=32)]
     """Number of the channel."""
     command: Text
@@ -436,11 +423,10 @@ class AutopilotChannel:
 _VoltagePoint = Annotated[tuple[Share, Positive], Parts("charge", "voltage")]
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Battery:
     """What the propellers of a boat run on."""
 
-    __pydantic_config__ = STRICT
     capacity: Positive
     """Charge [A h]."""
     voltage: Annotated[tuple[_VoltagePoint, ...], Field(min_length=2, max_length=100)]
@@ -449,11 +435,10 @@ class Battery:
     """Resistance within [ohm]."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Boat:
     """A boat as its fleet has it."""
 
-    __pydantic_config__ = STRICT
     name: Name
     """Name of the boat."""
     robot: Text
@@ -493,11 +478,10 @@ def boat_label(name: str, robot: str) -> str:
     return f"{name} ({kind})" if kind and name.startswith("wamv") and "wamv" not in kind else name
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class WindCoefficients:
     """How the wind acts on something."""
 
-    __pydantic_config__ = STRICT
     model: Text
     """Name of a boat, an object, a kind of robot or a model of objects."""
     link: Text | None = None
@@ -506,11 +490,10 @@ class WindCoefficients:
     """Coefficients x, y [N s2/m2] and turning [N m s2/m2]."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Spawn:
     """What a boat that joins later takes from the world."""
 
-    __pydantic_config__ = STRICT
     robot: Text = "wamv"
     """Kind of boat."""
     arguments: Mapping[Text, Text] = field(default_factory=dict, metadata=LEFT_OUT)

@@ -1,14 +1,24 @@
 """Kinds of values that a compiled world is made of; what is outside them is damage."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Annotated, Literal
+from dataclasses import dataclass, field
+from typing import Annotated, Literal, TypeVar, dataclass_transform
 
 from pydantic import AfterValidator, ConfigDict, Field, StringConstraints
 from pydantic_core import PydanticCustomError
 
+_Class = TypeVar("_Class")
+
 STRICT = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, revalidate_instances="always")
 """No value is turned into one of another kind, but for whole numbers into floats; no key is ignored."""
+
+
+@dataclass_transform(frozen_default=True, kw_only_default=True, field_specifiers=(field,))
+def record(kind: type[_Class]) -> type[_Class]:
+    """Make a class a frozen dataclass, given by names alone, whose values pydantic checks strictly."""
+    kind.__pydantic_config__ = STRICT  # type: ignore[attr-defined]
+    return dataclass(frozen=True, kw_only=True)(kind)
+
 
 LEFT_OUT: Mapping[str, bool] = {"left_out": True}
 """Metadata of a field that JSON leaves out while it has its default."""

@@ -1,23 +1,22 @@
 """What a compiled world has besides boats and water: objects, docks, signs, the shore, and where on Earth it is."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Annotated, Literal
 
 from pydantic import Field
 
 from vrx_mj.frames import Geodetic
-from vrx_mj.model.kinds import LEFT_OUT, STRICT, Degrees, NonNegative, Pose, Positive, Real, Share, Text, Vec3
+from vrx_mj.model.kinds import LEFT_OUT, Degrees, NonNegative, Pose, Positive, Real, Share, Text, Vec3, record
 
 Ring = Annotated[tuple[tuple[Real, Real], ...], Field(min_length=3, max_length=100_000)]
 """Corners [x, y] of a shoreline [m], not closed, the land on the left."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Object:
     """An object, as others than the loop see it."""
 
-    __pydantic_config__ = STRICT
     name: Text
     """Name of the object."""
     model: Text
@@ -32,11 +31,10 @@ class Object:
     """Names of the MJCF's bodies that hang on that one by joints, each after the one that it hangs on."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Dock:
     """A dock, as others than the loop see it."""
 
-    __pydantic_config__ = STRICT
     name: Text
     """Name of the dock."""
     pose: Pose
@@ -53,11 +51,10 @@ class Dock:
     """Names of the bodies of its placards."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Light:
     """A light buoy's panels."""
 
-    __pydantic_config__ = STRICT
     name: Text
     """Name of the object."""
     body: Text
@@ -68,11 +65,10 @@ class Light:
     """The colours at the start."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Placard:
     """A sign on a dock that shows one of several symbols."""
 
-    __pydantic_config__ = STRICT
     name: Text
     """Name of the placard."""
     body: Text
@@ -83,11 +79,10 @@ class Placard:
     """The symbol at the start, as `red_circle`."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Marker:
     """A cylinder that only pictures show."""
 
-    __pydantic_config__ = STRICT
     position: Vec3
     """Place of its middle [m]."""
     axis: Vec3
@@ -100,11 +95,10 @@ class Marker:
     """Red, green, blue and alpha."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Georeference(Geodetic):
     """Where on Earth (WGS84) the world's origin is."""
 
-    __pydantic_config__ = STRICT
     latitude: Annotated[float, Field(ge=-90.0, le=90.0)]
     """Latitude [degrees]."""
     longitude: Annotated[float, Field(ge=-180.0, le=180.0)]
@@ -115,11 +109,10 @@ class Georeference(Geodetic):
     """Direction of the world's x axis [degrees], counter-clockwise from east."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Scene:
     """What renderers and viewers set by hand."""
 
-    __pydantic_config__ = STRICT
     fog: bool
     """Whether there is fog."""
     grid: bool

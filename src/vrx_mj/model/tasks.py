@@ -1,12 +1,12 @@
 """The task of a compiled world, resolved: one dataclass for each set of rules."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, fields, is_dataclass
+from dataclasses import field, fields, is_dataclass
 from typing import Annotated, Literal, TypeVar, get_args, get_type_hints
 
 from pydantic import Field
 
-from vrx_mj.model.kinds import STRICT, Angle, NonNegative, Pose, Positive, Real, Text, Vec3, late
+from vrx_mj.model.kinds import Angle, NonNegative, Pose, Positive, Real, Text, Vec3, late, record
 
 _MOST = 100_000
 """Most things of a kind in a task."""
@@ -22,12 +22,8 @@ def _name_of(kind: str) -> Mapping[str, str]:
     return {"name_of": kind}
 
 
-class _Strict:
-    __pydantic_config__ = STRICT
-
-
-@dataclass(frozen=True, kw_only=True)
-class TaskBase(_Strict):
+@record
+class TaskBase:
     """What all tasks have."""
 
     type: str
@@ -52,8 +48,8 @@ class TaskBase(_Strict):
     """What the boat may touch, in the order of the MJCF's contact sensors."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Goal(_Strict):
+@record
+class Goal:
     """A place on the water and a heading."""
 
     x: Real
@@ -68,8 +64,8 @@ class Goal(_Strict):
     """Longitude [degrees]; None without a georeference."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Pinger(_Strict):
+@record
+class Pinger:
     """Place of a beacon."""
 
     x: Real
@@ -84,8 +80,8 @@ class Pinger(_Strict):
     """Longitude [degrees]; None without a georeference."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Gate(_Strict):
+@record
+class Gate:
     """Two buoys."""
 
     left: Text = field(metadata=_name_of(_THING))
@@ -94,8 +90,8 @@ class Gate(_Strict):
     """Name of the buoy on the right."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Channel(_Strict):
+@record
+class Channel:
     """The gates of a gymkhana."""
 
     gates: Annotated[tuple[Gate, ...], Field(max_length=_MOST)]
@@ -106,8 +102,8 @@ class Channel(_Strict):
     """Time after a collision in which others do not count [s]."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Shown(_Strict):
+@record
+class Shown:
     """An object that shows up before the boat for a while."""
 
     time: NonNegative
@@ -124,8 +120,8 @@ class Shown(_Strict):
     """Pose where it waits [m, rad]."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Box(_Strict):
+@record
+class Box:
     """A box in a dock's frame."""
 
     center: Vec3
@@ -134,8 +130,8 @@ class Box(_Strict):
     """Edges [m]."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Bay(_Strict):
+@record
+class Bay:
     """A bay of a dock."""
 
     name: Text
@@ -152,8 +148,8 @@ class Bay(_Strict):
     """Whether it is the right one."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Hole(_Strict):
+@record
+class Hole:
     """A hole in a placard."""
 
     bay: Text
@@ -168,8 +164,8 @@ class Hole(_Strict):
     """Points of a ball in it."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Animal(_Strict):
+@record
+class Animal:
     """Something that swims."""
 
     name: Text = field(metadata=_name_of(_THING))
@@ -180,7 +176,7 @@ class Animal(_Strict):
     """What to do about it."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Stationkeeping(TaskBase):
     """Stay at a pose."""
 
@@ -191,7 +187,7 @@ class Stationkeeping(TaskBase):
     """Whether the heading counts."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Wayfinding(TaskBase):
     """Pass near poses."""
 
@@ -200,7 +196,7 @@ class Wayfinding(TaskBase):
     """The poses."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Perception(TaskBase):
     """Report objects that show up."""
 
@@ -211,7 +207,7 @@ class Perception(TaskBase):
     """Whether they show up again."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Navigation(TaskBase):
     """Pass gates without a collision."""
 
@@ -222,7 +218,7 @@ class Navigation(TaskBase):
     """Penalty of a collision [s]."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class FollowPath(TaskBase):
     """Pass gates for points."""
 
@@ -237,7 +233,7 @@ class FollowPath(TaskBase):
     """Penalty of a collision."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Dock(TaskBase):
     """Dock in the right bay, and shoot balls into holes."""
 
@@ -268,7 +264,7 @@ class Dock(TaskBase):
     """Time in a bay that counts as docking [s]."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Wildlife(TaskBase):
     """Circle some animals and avoid others."""
 
@@ -283,7 +279,7 @@ class Wildlife(TaskBase):
     """Rate at which VRX publishes the animals [Hz]."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Gymkhana(TaskBase):
     """Pass a channel, then stay near a beacon."""
 
@@ -296,7 +292,7 @@ class Gymkhana(TaskBase):
     """Penalty of a collision."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class AcousticPerception(TaskBase):
     """Find a beacon."""
 
@@ -307,7 +303,7 @@ class AcousticPerception(TaskBase):
     """Distance at which it is reached [m]."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class AcousticTracking(TaskBase):
     """Follow a beacon that moves."""
 

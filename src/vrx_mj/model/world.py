@@ -13,7 +13,7 @@ from vrx_mj.constants import LONGEST_STEP, SHORTEST_STEP
 from vrx_mj.frames import compass
 from vrx_mj.model.afloat import Block, Element, Float, Follower, Mooring, PathPoint, Rope
 from vrx_mj.model.boats import Boat, Hull, Sensor, Spawn, Station, Thruster
-from vrx_mj.model.kinds import LEFT_OUT, STRICT, Angle, Count, NonNegative, Pose, Real, Text
+from vrx_mj.model.kinds import LEFT_OUT, Angle, Count, NonNegative, Pose, Real, Text, record
 from vrx_mj.model.site import Dock, Georeference, Light, Marker, Object, Placard, Ring, Scene
 from vrx_mj.model.tasks import Task
 from vrx_mj.model.water import Air, Current, Sea, Wind
@@ -26,11 +26,10 @@ MOST_BYTES = 200_000_000
 """Bytes of the largest file of a saved world that is read."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Parameters:
     """Tables and names that belong to an MJCF."""
 
-    __pydantic_config__ = STRICT
     format: Literal[3, 4]
     """Version of the saved form."""
     name: Text
