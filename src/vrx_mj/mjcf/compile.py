@@ -33,7 +33,7 @@ from vrx_mj.mjcf.pieces import Part, Piece, Pieces
 from vrx_mj.mjcf.placement import PlacedObject, place_docks, place_fields, place_objects
 from vrx_mj.mjcf.robots import boat_kind, boat_rows, reweighed_piece, stiffness
 from vrx_mj.mjcf.scene import scene_parameters, scene_values
-from vrx_mj.mjcf.tasks import Touch, lock_of, task_parameters, touches_of
+from vrx_mj.mjcf.tasks import Touch, task_parameters, touches_of
 from vrx_mj.mjcf.terrain import shoreline, terrain_piece
 from vrx_mj.mjcf.wind import air_parameters, newcomer_wind, own_load, warn_if_unmoved, warn_if_unpushed, wind_parameters
 from vrx_mj.mjcf.world import World
@@ -219,8 +219,10 @@ class _Assembly:
             return
         links, terrain = self._base_links(), self.config.terrain is not None
         self.touches = touches_of(self.task.boat, links, self.objects, self.docks, terrain=terrain)
-        if lock := lock_of(self.task, links, {boat.name: boat.pose for boat in self.boats}):
-            self.parts.append(Part("carrier", Piece.from_template("lock.xml.j2", {}, lock=lock)))
+        if self.task.locked:
+            boat = next(boat for boat in self.boats if boat.name == self.task.boat)
+            carrier = Piece.from_template("lock.xml.j2", {}, boat=boat.name, body=links[boat.name], pose=boat.pose)
+            self.parts.append(Part("carrier", carrier))
         self.task = replace(self.task, rivals=tuple(touch.name for touch in self.touches))
 
     def _base_links(self) -> dict[str, str]:
