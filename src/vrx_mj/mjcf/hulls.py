@@ -1,6 +1,7 @@
 """The model of a boat's hull in profile `marine`: its mesh, and its matrices about the link's origin."""
 
 import warnings
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,7 @@ from vrx_mj.physics.thrust import normal_slope
 from vrx_mj.rigid_bodies import MassProperties
 
 
+@lru_cache(maxsize=32)
 def vessel_of(boat: Boat, density: float) -> Vessel | None:
     """The hull of a kind of boat, in water of a density [kg/m3].
 

@@ -24,7 +24,7 @@ from vrx_mj.config.wording import ros_names_note
 from vrx_mj.config.world import PhysicsConfig, SpawnConfig
 from vrx_mj.errors import CommandError, CompileError, UnknownNameError, VrxWarning
 from vrx_mj.mjcf import boats
-from vrx_mj.mjcf.afloat import depth_in_land
+from vrx_mj.mjcf.afloat import depth_in_land, outline
 from vrx_mj.mjcf.build import build_boat
 from vrx_mj.mjcf.dock_pieces import dock_piece, dock_rows
 from vrx_mj.mjcf.docks import docks_overlap
@@ -81,7 +81,7 @@ def with_boat(world: World, entry: Mapping[str, object]) -> World:
         warnings.warn(note, VrxWarning, stacklevel=3)
     old = world.parameters
     kind = boat_kind(_build(boat, old.profile), boat.engines, boat.color)
-    if old.shoreline and (depth := depth_in_land(kind.outline, boat.pose, old.shoreline)):
+    if old.shoreline and (depth := depth_in_land(outline(kind.boat), boat.pose, old.shoreline)):
         x, y, *_ = boat.pose
         shore = f"{depth:.2f} m inside the shore of {old.terrain}"
         raise CommandError(f"no place for {boat.name} at ({x:g}, {y:g}): it would be on land, {shore}")
