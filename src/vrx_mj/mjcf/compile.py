@@ -38,6 +38,7 @@ from vrx_mj.mjcf.terrain import shoreline, terrain_piece
 from vrx_mj.mjcf.wind import air_parameters, newcomer_wind, own_load, warn_if_unmoved, warn_if_unpushed, wind_parameters
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Spawn
+from vrx_mj.model.kinds import record_from
 from vrx_mj.model.numbers import with_numbers
 from vrx_mj.model.site import Georeference
 from vrx_mj.model.tasks import Goal, Task, parts_of
@@ -266,30 +267,25 @@ class _Assembly:
     def _parameters(self, seed: int) -> Parameters:
         config, earth = self.config, self.config.georeference
         goals = tuple((goal.x, goal.y, goal.yaw) for goal in parts_of(self.task, Goal))
-        return Parameters(
+        return record_from(
+            Parameters,
+            config,
+            config.physics,
             format=FORMAT,
-            name=config.name,
             fleet=self.fleet,
-            description=config.description,
             seed=seed,
-            profile=config.physics.profile,
-            timestep=config.physics.timestep,
-            gravity=config.physics.gravity,
-            at_base_link=config.physics.at_base_link,
             sea=self.sea,
             current=current_parameters(config.current),
             wind=wind_parameters(config.wind, config.physics.profile),
             air=air_parameters(config.wind, config.physics.profile),
             **self.rows.tables,
-            spawn=_spawn_parameters(config),
+            spawn=record_from(Spawn, config.spawn, config.physics, wind=newcomer_wind(config.wind, config.physics)),
             task=self.task,
             waypoints=goals,
             markers=tuple(marker_rows(config.markers, goals)),
-            georeference=Georeference(**earth.model_dump(exclude={"folder"})) if earth else None,
-            terrain=config.terrain,
+            georeference=record_from(Georeference, earth) if earth else None,
             shoreline=shoreline(config.terrain, config.folder) if config.terrain else (),
             scene=scene_parameters(config),
-            camera=config.camera,
         )
 
 
@@ -299,9 +295,3 @@ def _warn_if_stiff(boat: Boat, timestep: float) -> None:
         text = f"robot {boat.name}: its linear drag removes {share:.3g} times its velocity in a step of {timestep:g} s"
         text += f"; beyond {_STIFF:g} it diverges: check `drag_linear`, or use a shorter timestep"
         warnings.warn(text, VrxWarning, stacklevel=5)
-
-
-def _spawn_parameters(config: WorldConfig) -> Spawn:
-    """What a boat that joins later takes from the world: parts that nobody names, and how the wind acts on it."""
-    parts = config.spawn.model_dump(include={"robot", "arguments", "thrusters", "sensors"})
-    return Spawn(**parts, wind=newcomer_wind(config.wind, config.physics), quirks=config.physics.quirks)

@@ -18,6 +18,7 @@ from vrx_mj.mjcf.placement import PlacedDock
 from vrx_mj.mjcf.templates import Geom, Mesh, geoms, meshes
 from vrx_mj.mjcf.wind import NO_WIND, wind_coefficients
 from vrx_mj.model.afloat import Block, Element, Mooring
+from vrx_mj.model.kinds import record_from
 from vrx_mj.model.site import Dock, Placard
 
 _Row = dict[str, Any]
@@ -63,15 +64,7 @@ def dock_entry(dock: PlacedDock) -> Dock:
     """What others than the loop want to know of a dock; `bodies` are those that move on their own, the root first."""
     placards = [f"{dock.parent}/{item.name}/link" for item in dock.berths.placards]
     bodies = _bodies(dock, block_tree(dock.cells)) if dock.config.dynamic else [f"{dock.name}/dock"]
-    return Dock(
-        name=dock.name,
-        pose=dock.pose,
-        cells=dock.cells,
-        block=dock.config.block,
-        dynamic=dock.config.dynamic,
-        bodies=tuple(bodies),
-        placards=tuple(placards),
-    )
+    return record_from(Dock, dock, dock.config, bodies=tuple(bodies), placards=tuple(placards))
 
 
 def dock_rows(dock: PlacedDock, wind: WindConfig | None, gravity: float, tables: Rows) -> Rows:
@@ -114,7 +107,10 @@ def _block_rows(
     elements: list[Element] = []
     for index, body in enumerate(_bodies(dock, tree)):
         position, anchor, axis = _hinge(tree, index, edge)
-        block = Block(
+        block = record_from(
+            Block,
+            config,
+            buoyancy,
             body=body,
             parent=first + tree.parents[index] if index else -1,
             depth=tree.depths[index],
@@ -122,12 +118,9 @@ def _block_rows(
             anchor=anchor,
             axis=axis,
             offset=_center(tree.cells[0], edge) if index == 0 else (0.0, 0.0, 0.0),
-            mass=config.mass,
             density=buoyancy.fluid_density,
             gravity=gravity,
             level=buoyancy.fluid_level,
-            linear_drag=buoyancy.linear_drag,
-            angular_drag=buoyancy.angular_drag,
             element_start=first_element + len(elements),
             element_count=len(buoyancy.elements),
             wind=listed if index == 0 else NO_WIND,
@@ -152,12 +145,12 @@ def _moorings(dock: PlacedDock, first: int) -> list[Mooring]:
         corner = (edge * (cell[0] + sx / 2), edge * (cell[1] + sy / 2), _BLOCK_HEIGHT)
         there = apply(turn, corner)
         origin = (0.0, 0.0, 0.0) if index == 0 else _center(cell, edge)
-        line = Mooring(
+        line = record_from(
+            Mooring,
+            mooring,
             block=first + index,
             point=(corner[0] - origin[0], corner[1] - origin[1], corner[2] - origin[2]),
             anchor=(dock.pose[0] + there[0], dock.pose[1] + there[1]),
-            stiffness=mooring.stiffness,
-            damping=mooring.damping,
         )
         rows.append(line)
     return rows

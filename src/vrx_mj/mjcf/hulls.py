@@ -13,8 +13,8 @@ from vrx_mj.config.solids import solid
 from vrx_mj.errors import VrxError, VrxWarning
 from vrx_mj.mjcf.boats import Boat
 from vrx_mj.mjcf.derive import hull_corners
-from vrx_mj.mjcf.flotation import flotation, flotation_at
-from vrx_mj.mjcf.hull_checks import check_lift, check_mass, check_rest
+from vrx_mj.mjcf.flotation import flotation, flotation_at, lift_fault
+from vrx_mj.mjcf.hull_checks import check_mass, check_rest
 from vrx_mj.mjcf.masses import boat_mass, push_center
 from vrx_mj.mjcf.panels import panels_of
 from vrx_mj.mjcf.radiation import about_origin, diffraction_of, memory_of, six
@@ -112,8 +112,10 @@ def _mesh(boat: Boat, config: MarineHullConfig, point: FloatArray, density: floa
     """The height of the water at rest [m], and what a vessel has of a mesh, which carries the boat."""
     body = boat_mass(boat)
     corners = _surface(boat, config, body.mass / density)
-    whole = flotation_at(corners, float(corners[:, :, 2].max())).volume * density if len(corners) else 0.0
-    check_lift(boat.name, whole, body.mass)
+    whole = flotation_at(corners, float(corners[:, :, 2].max())).volume if len(corners) else 0.0
+    more = " and that all of the hull is in it, or the mass of the links"
+    if fault := lift_fault(whole, density, body.mass, more, "`scale: [0.001, 0.001, 0.001]`"):
+        raise VrxError(f"robot {boat.name} {fault}")
     rest = flotation(corners, body.mass / density)
     points, triangles = panels_of(corners)
     return rest.level, {

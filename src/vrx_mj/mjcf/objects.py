@@ -27,6 +27,7 @@ from vrx_mj.mjcf.placement import PlacedObject
 from vrx_mj.mjcf.templates import Geom, geoms, meshes
 from vrx_mj.mjcf.wind import NO_WIND, wind_coefficients
 from vrx_mj.model.afloat import Element, Float, Follower, PathPoint, Rope
+from vrx_mj.model.kinds import record_from
 from vrx_mj.model.site import Light, Object
 from vrx_mj.model.world import Parameters
 
@@ -186,9 +187,9 @@ def follower_row(item: PlacedObject, profile: str, start: int) -> tuple[Follower
     assert path is not None, f"{item.name} follows no path"
     points = path_points(path, item.pose)
     turns_first = profile == _TURNS_FIRST if path.turns_first is None else path.turns_first
-    row = Follower(
-        force=path.force,
-        torque=path.torque,
+    row = record_from(
+        Follower,
+        path,
         tolerance=math.radians(path.bearing_tolerance),
         reach=path.range_tolerance,
         turns_first=1 if turns_first else 0,
@@ -247,11 +248,11 @@ def _float_row(
     elements = buoyancy.elements if buoyancy else ()
     silent = buoyancy is None or "fluid_density" not in buoyancy.model_fields_set
     density = buoyancy.fluid_density if buoyancy else WATER_DENSITY
-    row = Float(
+    row = record_from(
+        Float,
+        part,
         body=f"{item.name}/{link}",
-        mass=part.mass,
         com=part.center_of_mass,
-        inertia=part.inertia,
         density=DENSITY if physics.profile == NEWER and silent else density,
         gravity=physics.gravity,
         level=buoyancy.fluid_level if buoyancy else 0.0,
@@ -271,10 +272,11 @@ def _rope_row(item: PlacedObject, rope: RopeConfig, number: int) -> Rope:
     mass = item.config.whole_mass
     stiffness = _ROPE_STIFFNESS * mass if rope.stiffness is None else rope.stiffness
     x, y, *_ = compose(item.pose, (*item.config.center_of_mass, 0.0, 0.0, 0.0))
-    return Rope(
+    return record_from(
+        Rope,
+        rope,
         float=number,
         anchor=(x, y),
-        length=rope.length,
         stiffness=stiffness,
         damping=2.0 * math.sqrt(stiffness * mass) if rope.damping is None else rope.damping,
     )

@@ -9,7 +9,7 @@ import itertools
 import math
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import chain
 from pathlib import Path
@@ -57,7 +57,7 @@ from vrx_mj.model.boats import (
     Thruster,
 )
 from vrx_mj.model.boats import Boat as Entry
-from vrx_mj.model.kinds import LONGEST_DESCRIPTION
+from vrx_mj.model.kinds import LONGEST_DESCRIPTION, record_from
 from vrx_mj.outputs import write_files
 from vrx_mj.physics.sail import sail_curve
 from vrx_mj.physics.tables import GLF, LINEAR, NEWTONS, RUDDER, SAIL
@@ -185,14 +185,13 @@ def hull_row(boat: Boat, engines: Engines, prefix: str) -> Hull:
     water = boat.hydrodynamics
     assert water is not None, f"{boat.name} has no hydrodynamics"
     body = body_mass(boat, engines)
-    return Hull(
+    return record_from(
+        Hull,
+        water,
         body=prefix + boat.link,
         joint=f"{prefix}free",
         density=water.water_density,
         level=water.water_level,
-        added_mass=water.added_mass,
-        drag_linear=water.drag_linear,
-        drag_quadratic=water.drag_quadratic,
         link_com=_vector(push_center(boat)),
         body_com=_vector(body.center),
         mass=body.mass,
@@ -257,7 +256,10 @@ def thruster_rows(boat: Boat, engines: Engines, prefix: str) -> list[Thruster]:
         drive = item.drive
         strongest = max(drive.max_force_forward, -drive.max_force_reverse)
         rows.append(
-            Thruster(
+            record_from(
+                Thruster,
+                item.drive,
+                item.servo,
                 name=item.name,
                 hull=0,
                 body=prefix + (item.link if hinged else boat.link),
@@ -271,9 +273,6 @@ def thruster_rows(boat: Boat, engines: Engines, prefix: str) -> list[Thruster]:
                 max_command=strongest if drive.mapping == "newtons" else drive.max_command,
                 max_forward=drive.max_force_forward,
                 max_reverse=drive.max_force_reverse,
-                timeout=drive.timeout,
-                max_angle=drive.max_angle,
-                **item.servo.model_dump(),
                 **_force(item, names, boat),
             )
         )
@@ -330,9 +329,6 @@ def save_robot(boat: Boat, target: Path, *, name: str) -> None:
 
 
 _Named = TypeVar("_Named", Hull, Thruster, Sensor)
-
-_SAME = tuple(own.name for own in fields(Entry) if own.name in BoatConfig.model_fields)
-"""Fields of a boat that a fleet gives and a compiled world has as they are."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -396,15 +392,16 @@ def boat_rows(
         thruster_start=start,
     )
     robot = kind.boat
-    entry = Entry(
+    entry = record_from(
+        Entry,
+        boat,
         life=life,
         description=robot.description if len(robot.description) <= LONGEST_DESCRIPTION else "",
         autopilot=tuple(
-            AutopilotChannel(number=int(number), command=one.thruster, **one.model_dump(exclude={"thruster"}))
+            record_from(AutopilotChannel, one, number=int(number), command=one.thruster)
             for number, one in robot.autopilot.items()
         ),
-        battery=None if robot.battery is None else Battery(**robot.battery.model_dump()),
-        **{key: getattr(boat, key) for key in _SAME},
+        battery=None if robot.battery is None else record_from(Battery, robot.battery),
     )
     return Rows(
         hulls=[row],
@@ -427,7 +424,7 @@ def _measured(config: PropellerConfig | None) -> dict[str, Any]:
     """What a thruster's row has of a measured propeller."""
     if config is None:
         return {}
-    own = Propeller(**config.model_dump())
+    own = record_from(Propeller, config)
     return {"measured": own, "max_forward": own.full_ahead, "max_reverse": own.full_astern}
 
 

@@ -27,6 +27,7 @@ from vrx_mj.mjcf.placement import PlacedDock, PlacedObject
 from vrx_mj.mjcf.templates import render
 from vrx_mj.mjcf.terrain import on_land
 from vrx_mj.model import tasks as model
+from vrx_mj.model.kinds import record_from
 from vrx_mj.model.tasks import Goal, Pinger
 
 _Row = dict[str, Any]
@@ -208,12 +209,10 @@ def task_parameters(
         return None
     site = Site(config, boats, objects, docks, shooters)
     kind = model.TASKS[_type(task)]
-    values: _Row = {}
-    for key in (own.name for own in fields(kind)):
-        resolve = _RESOLVERS.get(key)
-        values[key] = resolve(task, site) if resolve else getattr(task, key)
+    own = (each.name for each in fields(kind))
+    found = record_from(kind, task, **{key: _RESOLVERS[key](task, site) for key in own if key in _RESOLVERS})
     site.check()
-    return cast(model.Task, kind(**values))
+    return cast(model.Task, found)
 
 
 def _type(task: TaskConfig) -> str:
@@ -244,7 +243,7 @@ def _shown_objects(task: tasks.PerceptionTask, site: Site) -> tuple[model.Shown,
     for index, item in enumerate(task.objects):
         thing = site.object(("objects", index, "name"), item.name, floating=True)
         kind = item.type or (kind_name(thing.model) if thing else "")
-        rows.append(model.Shown(**{**item.model_dump(), "type": kind, "stash": thing.pose if thing else item.pose}))
+        rows.append(record_from(model.Shown, item, type=kind, stash=thing.pose if thing else item.pose))
     return tuple(rows)
 
 
@@ -297,15 +296,9 @@ def _bays(task: tasks.DockTask, site: Site) -> tuple[model.Bay, ...]:
     for index, (its, bay) in enumerate(zip(known, task.bays, strict=False)):
         if bay.name not in {None, its.name}:
             site.fault(("bays", index, "name"), f"this bay of '{task.dock}' is '{its.name}', not '{bay.name}'")
-        internal, external = (model.Box(**zone.model_dump()) for zone in (its.internal, its.external))
-        row = model.Bay(
-            name=its.name,
-            placard=f"{dock.parent}/{its.placard}" if dock and its.placard else None,
-            symbol=bay.symbol,
-            internal=internal,
-            external=external,
-            dock_allowed=bay.dock_allowed,
-        )
+        internal, external = (record_from(model.Box, zone) for zone in (its.internal, its.external))
+        placard = f"{dock.parent}/{its.placard}" if dock and its.placard else None
+        row = record_from(model.Bay, bay, name=its.name, placard=placard, internal=internal, external=external)
         rows.append(row)
     return tuple(rows)
 
@@ -351,8 +344,7 @@ def _habit(kind: str) -> _Habit | None:
 
 
 def _channel(task: tasks.GymkhanaTask, site: Site) -> model.Channel:
-    own = task.channel.model_dump(include={"obstacle_penalty", "collision_buffer"})
-    return model.Channel(gates=_gates(site, ("channel",), task.channel), **own)
+    return record_from(model.Channel, task.channel, gates=_gates(site, ("channel",), task.channel))
 
 
 def _pinger(task: tasks.GymkhanaTask | tasks.AcousticPerceptionTask | tasks.AcousticTrackingTask, site: Site) -> object:

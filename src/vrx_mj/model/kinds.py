@@ -1,8 +1,8 @@
 """Kinds of values that a compiled world is made of; what is outside them is damage."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Annotated, Literal, TypeVar, dataclass_transform
+from dataclasses import dataclass, field, fields
+from typing import Annotated, Any, Literal, TypeVar, cast, dataclass_transform
 
 from pydantic import AfterValidator, ConfigDict, Field, StringConstraints
 from pydantic_core import PydanticCustomError
@@ -18,6 +18,13 @@ def record(kind: type[_Class]) -> type[_Class]:
     """Make a class a frozen dataclass, given by names alone, whose values pydantic checks strictly."""
     kind.__pydantic_config__ = STRICT  # type: ignore[attr-defined]
     return dataclass(frozen=True, kw_only=True)(kind)
+
+
+def record_from(kind: type[_Class], *sources: object, **own: Any) -> _Class:
+    """Make a record whose fields that `own` lacks are those of the sources by name, of the first that has one."""
+    names = {each.name for each in fields(cast(Any, kind))} - own.keys()
+    found = {name: getattr(source, name) for source in reversed(sources) for name in names if hasattr(source, name)}
+    return kind(**found, **own)
 
 
 LEFT_OUT: Mapping[str, bool] = {"left_out": True}
