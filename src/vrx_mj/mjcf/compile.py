@@ -19,19 +19,18 @@ from vrx_mj.config.world import WorldConfig, load_world
 from vrx_mj.errors import CompileError, ConfigError, Problem, UnknownNameError, VrxWarning, first_names
 from vrx_mj.exits import awaited
 from vrx_mj.foreign import budget
-from vrx_mj.frames import Pose
 from vrx_mj.mjcf.afloat import boats_afloat
+from vrx_mj.mjcf.assembly import Assembly
 from vrx_mj.mjcf.boats import Boat
 from vrx_mj.mjcf.build import build_boat
-from vrx_mj.mjcf.dock_pieces import dock_piece, dock_rows
 from vrx_mj.mjcf.docks import check_docks
 from vrx_mj.mjcf.hull_checks import warn_if_uncovered
 from vrx_mj.mjcf.markers import marker_rows
-from vrx_mj.mjcf.objects import object_piece, object_rows, parked_balls
+from vrx_mj.mjcf.objects import parked_balls
 from vrx_mj.mjcf.parameters import Rows, current_parameters, sea_parameters
 from vrx_mj.mjcf.pieces import Part, Piece, Pieces
 from vrx_mj.mjcf.placement import PlacedObject, place_docks, place_fields, place_objects
-from vrx_mj.mjcf.robots import boat_kind, boat_rows, reweighed_piece, stiffness
+from vrx_mj.mjcf.robots import boat_kind, reweighed_piece, stiffness
 from vrx_mj.mjcf.scene import scene_parameters, scene_values
 from vrx_mj.mjcf.tasks import Touch, task_parameters, touches_of
 from vrx_mj.mjcf.terrain import shoreline, terrain_piece
@@ -93,14 +92,15 @@ def compile_world(
         if opened := opener(world, given):
             world, fleet = opened(world, fleet, given)
         config = load_world(world)
-        assembly = _Assembly(config, load_fleet(fleet, config), nudge=nudged)
-        return assembly.world(config.seed if own is None else own, numbers)
+        making = _World(config, load_fleet(fleet, config), nudge=nudged)
+        return making.world(config.seed if own is None else own, numbers)
 
 
-class _Assembly:
-    """One world in the making: its pieces, its assets and its rows."""
+class _World(Assembly):
+    """One world in the making."""
 
     def __init__(self, config: WorldConfig, fleet: FleetConfig, *, nudge: bool) -> None:
+        super().__init__(config.wind, config.physics, config.sea.density, Rows())
         self.config = config
         self.fleet, self._fleet = fleet.name, fleet
         self.kinds: dict[Order, Boat] = {}
@@ -110,10 +110,6 @@ class _Assembly:
         spots = [boat.pose[:2] for boat in self.boats]
         self.objects += tuple(place_fields(config, spots, self.objects, self.docks))
         self.sea = sea_parameters(config.sea, config.physics)
-        self.kinds_of_objects: dict[Any, Piece] = {}
-        self.kinds_of_hulls: set[str] = set()
-        self.parts: list[Part] = []
-        self.rows = Rows()
         self.balls: list[PlacedObject] = []
         self.task: Task | None = None
         self.touches: list[Touch] = []
@@ -123,18 +119,19 @@ class _Assembly:
             warnings.warn(note, VrxWarning, stacklevel=3)
         check_docks(self.config, self.docks)
         if self.config.terrain:
-            self._place("terrain", terrain_piece(self.config.terrain, self.config.folder))
+            land = terrain_piece(self.config.terrain, self.config.folder)
+            self.parts.append(Part("terrain", land, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)))
         for dock in self.docks:
-            self._place(dock.name, dock_piece(dock), dock.pose)
-            self.rows.add(dock_rows(dock, self.config.wind, self.config.physics.gravity, self.rows))
+            self.add_dock(dock)
         for item in self.objects:
-            self._add_object(item)
-        for boat in self.boats:
-            self._add_boat(boat)
+            self.add_object(item)
+        kinds = {(robot := self._build(boat)).name: self.add_boat(robot, boat) for boat in self.boats}
+        for robot_name, hull in kinds.items():
+            warn_if_uncovered(robot_name, hull.vessel, self.sea)
         self._check_wind()
         self.balls = parked_balls(self.rows.shooters)  # out of the way until they are fired
         for ball in self.balls:
-            self._add_object(ball, asleep=True)
+            self.add_object(ball, asleep=True)
         self._add_task()
         parameters = self._with_masses(with_numbers(self._parameters(seed), numbers))
         self.sea = parameters.sea
@@ -192,23 +189,6 @@ class _Assembly:
         own = Piece.from_template("world.xml.j2", {}, **values, touches=self.touches, scored=scored)
         return Pieces(own, tuple(self.parts))
 
-    def _add_object(self, item: PlacedObject, *, asleep: bool = False) -> None:
-        kind = (item.model, item.config.folder, asleep)
-        if kind not in self.kinds_of_objects:
-            self.kinds_of_objects[kind] = object_piece(item.config, asleep=asleep)
-        self._place(item.name, self.kinds_of_objects[kind], item.pose)
-        self.rows.add(object_rows(item, self.config.wind, self.config.physics, self.rows))
-
-    def _add_boat(self, boat: BoatConfig) -> None:
-        kind = boat_kind(self._build(boat), boat.engines, boat.color)
-        self._place(boat.name, kind.piece, boat.pose)
-        config = self.config
-        rows = boat_rows(kind, boat, self.rows, config.wind, config.physics, config.sea.density)
-        self.rows.add(rows)
-        if kind.boat.name not in self.kinds_of_hulls:
-            self.kinds_of_hulls.add(kind.boat.name)
-            warn_if_uncovered(kind.boat.name, rows.hulls[0].vessel, self.sea)
-
     def _add_task(self) -> None:
         """What the task of the world asks, what its boat may touch, and what holds the boat."""
         if self.config.task is not None and not self.boats:
@@ -259,10 +239,6 @@ class _Assembly:
             return problem_at(self.config.section, ("spawn", "sensors"), str(error))
         own = next((slot.own for other, slot in self._fleet.located(self.config) if other.name == boat.name), ())
         return problem_at(self._fleet.section, own, f"boat {boat.name}: {error}")
-
-    def _place(self, name: str, piece: Piece, pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)) -> None:
-        """Put a piece into the world, its names after `name` and a slash."""
-        self.parts.append(Part(name, piece, pose))
 
     def _parameters(self, seed: int) -> Parameters:
         config, earth = self.config, self.config.georeference

@@ -7,9 +7,8 @@ from typing import Any
 
 from vrx_mj.config.bays import RGB, Cell, PlacardConfig
 from vrx_mj.config.objects import ObjectConfig, load_object
-from vrx_mj.config.shapes import Visual
 from vrx_mj.config.wind import WindConfig
-from vrx_mj.frames import Pose, apply, compose, inverse, rotation
+from vrx_mj.frames import apply, compose, inverse, rotation
 from vrx_mj.mjcf.docks import BlockTree, block_tree
 from vrx_mj.mjcf.objects import element_row
 from vrx_mj.mjcf.parameters import Rows
@@ -43,13 +42,10 @@ def dock_piece(dock: PlacedDock) -> Piece:
     if dock.config.dynamic:
         tree = block_tree(cells)
         bodies = dict(zip(tree.cells, _bodies(dock, tree), strict=True))
-        moments = _block(edge).inertia
-        assert moments is not None, "a block that floats"
         values |= {
-            "root": _node(dock, tree, 0, boards),
+            "root": _nodes(dock, tree, boards),
             "bend": _BEND,
-            "mass": _block(edge).mass,
-            "inertia": moments[:3],
+            "inertia": (_block(edge).inertia or ())[:3],
             "excluded": [(bodies[a], bodies[b]) for a, b in _beside(cells)] + list(_around(dock, boards, bodies)),
             "closures": [_closure(bodies, pair, tree.cells[0], edge) for pair in tree.closures],
         }
@@ -69,17 +65,7 @@ def dock_entry(dock: PlacedDock) -> Dock:
 
 def dock_rows(dock: PlacedDock, wind: WindConfig | None, gravity: float, tables: Rows) -> Rows:
     """The rows that a dock adds at the ends of a world's tables."""
-    rows = Rows(docks=[dock_entry(dock)], placards=_placards(dock))
-    if dock.config.dynamic:
-        first = len(tables.blocks)
-        blocks, elements = _block_rows(dock, wind, gravity, first, len(tables.elements))
-        rows.add(Rows(blocks=blocks, elements=elements, moorings=_moorings(dock, first)))
-    return rows
-
-
-def _placards(dock: PlacedDock) -> list[Placard]:
-    """The placards of a dock: name, body, the geoms of each shape, and the symbol at the start."""
-    return [
+    placards = [
         Placard(
             name=f"{dock.parent}/{item.name}",
             body=f"{dock.parent}/{item.name}/link",
@@ -88,6 +74,12 @@ def _placards(dock: PlacedDock) -> list[Placard]:
         )
         for item in dock.berths.placards
     ]
+    rows = Rows(docks=[dock_entry(dock)], placards=placards)
+    if dock.config.dynamic:
+        first = len(tables.blocks)
+        blocks, elements = _block_rows(dock, wind, gravity, first, len(tables.elements))
+        rows.add(Rows(blocks=blocks, elements=elements, moorings=_moorings(dock, first)))
+    return rows
 
 
 def _block_rows(
@@ -181,21 +173,22 @@ def _hinge(tree: BlockTree, index: int, edge: float) -> tuple[_Vector, _Vector, 
     return (x, y, z), (edge * di / 2, edge * dj / 2, 0.0), (float(abs(dj)), float(abs(di)), 0.0)
 
 
-def _node(dock: PlacedDock, tree: BlockTree, index: int, boards: Sequence[_Row]) -> _Row:
-    """A block for the template, with those that hang on it."""
-    edge, cell = dock.config.block, tree.cells[index]
-    position, anchor, axis = _hinge(tree, index, edge)
-    return {
-        "body": _bodies(dock, tree)[index],
-        "root": index == 0,
-        "geom": f"{dock.name}/dock_block_{cell[0]}_{cell[1]}",
-        "pos": position,
-        "anchor": anchor,
-        "axis": axis,
-        "middle": _center(cell, edge) if index == 0 else (0.0, 0.0, 0.0),
-        "boards": [_board_on_block(board, cell, edge, root=index == 0) for board in boards if board["block"] == cell],
-        "blocks": [_node(dock, tree, k, boards) for k, parent in enumerate(tree.parents) if parent == index],
-    }
+def _nodes(dock: PlacedDock, tree: BlockTree, boards: Sequence[_Row]) -> _Row:
+    """The root's block for the template, with those that hang on it."""
+    edge, rows = dock.config.block, _block_rows(dock, None, 0.0, 0, 0)[0]
+    nodes: list[_Row] = []
+    for cell, row in zip(tree.cells, rows, strict=True):
+        x, y, z = _center(cell, edge) if nodes else (0.0, 0.0, 0.0)
+        own = [board for board in boards if board["block"] == cell]
+        for board in own:  # in the frame of the block that carries it
+            ahead, left, up, *turn = board["pose"]
+            board["pose"] = (ahead - x, left - y, up - z, *turn)
+        geom = f"{dock.name}/dock_block_{cell[0]}_{cell[1]}"
+        node = {"row": row, "geom": geom, "boards": own, "blocks": []}
+        if nodes:
+            nodes[row.parent]["blocks"].append(node)
+        nodes.append(node)
+    return nodes[0]
 
 
 def _board(dock: PlacedDock, item: PlacardConfig) -> _Row:
@@ -212,26 +205,15 @@ def _board(dock: PlacedDock, item: PlacardConfig) -> _Row:
     }
 
 
-def _board_on_block(board: _Row, cell: Cell, edge: float, *, root: bool) -> _Row:
-    """A placard in the frame of the block that carries it; the root's is the dock's own."""
-    x, y, z = (0.0, 0.0, 0.0) if root else _center(cell, edge)
-    pose = (board["pose"][0] - x, board["pose"][1] - y, board["pose"][2] - z, *board["pose"][3:])
-    return {**board, "pose": pose}
-
-
-def _shapes(item: PlacardConfig, shape: str) -> list[Visual]:
-    """What a symbol is made of, in the frame of its board."""
-    place: Pose = compose(inverse(item.pose), item.symbol_pose)
-    parts = load_object(f"symbol_{shape}").visuals
-    return [part.model_copy(update={"pose": compose(place, part.pose)}) for part in parts]
-
-
 def _symbol(dock: PlacedDock, item: PlacardConfig, shape: str) -> list[Geom]:
     """The geoms of a shape on a board, seen if it is the one to show."""
     color, wanted = item.symbol.split("_")
     rgba = (*RGB[color], 1.0 if shape == wanted else 0.0)
-    parts = enumerate(geoms(_shapes(item, shape)), 1)
-    return [replace(geom, name=f"{dock.parent}/{item.name}/{shape}{number}", rgba=rgba) for number, geom in parts]
+    place = compose(inverse(item.pose), item.symbol_pose)  # in the frame of its board
+    visuals = load_object(f"symbol_{shape}").visuals
+    parts = geoms(part.model_copy(update={"pose": compose(place, part.pose)}) for part in visuals)
+    name = f"{dock.parent}/{item.name}/{shape}"
+    return [replace(geom, name=f"{name}{number}", rgba=rgba) for number, geom in enumerate(parts, 1)]
 
 
 def _meshes(item: PlacardConfig) -> list[Mesh]:

@@ -5,7 +5,7 @@ their order, and MuJoCo gives them the same numbers.
 """
 
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import compress
 from typing import Any
@@ -25,15 +25,14 @@ from vrx_mj.config.world import PhysicsConfig, SpawnConfig
 from vrx_mj.errors import CommandError, CompileError, UnknownNameError, VrxWarning
 from vrx_mj.mjcf import boats
 from vrx_mj.mjcf.afloat import depth_in_land, outline
+from vrx_mj.mjcf.assembly import Assembly
 from vrx_mj.mjcf.build import build_boat
-from vrx_mj.mjcf.dock_pieces import dock_piece, dock_rows
 from vrx_mj.mjcf.docks import docks_overlap
 from vrx_mj.mjcf.hull_checks import warn_if_uncovered
-from vrx_mj.mjcf.objects import object_piece, object_rows, spare_ball
+from vrx_mj.mjcf.objects import spare_ball
 from vrx_mj.mjcf.parameters import Rows
-from vrx_mj.mjcf.pieces import Part, owner_of
+from vrx_mj.mjcf.pieces import owner_of
 from vrx_mj.mjcf.placement import PlacedDock, PlacedObject, place_docks, place_objects
-from vrx_mj.mjcf.robots import boat_kind, boat_rows
 from vrx_mj.mjcf.tasks import Touch, thing_touches, touch_sensor
 from vrx_mj.mjcf.templates import render
 from vrx_mj.mjcf.wind import own_load, warn_if_unpushed
@@ -80,18 +79,20 @@ def with_boat(world: World, entry: Mapping[str, object]) -> World:
     for note in ros_names_note("boat", [boat.name]):
         warnings.warn(note, VrxWarning, stacklevel=3)
     old = world.parameters
-    kind = boat_kind(_build(boat, old.profile), boat.engines, boat.color)
-    if old.shoreline and (depth := depth_in_land(outline(kind.boat), boat.pose, old.shoreline)):
+    robot = _build(boat, old.profile)
+    if old.shoreline and (depth := depth_in_land(outline(robot), boat.pose, old.shoreline)):
         x, y, *_ = boat.pose
         shore = f"{depth:.2f} m inside the shore of {old.terrain}"
         raise CommandError(f"no place for {boat.name} at ({x:g}, {y:g}): it would be on land, {shore}")
-    wind, physics = _conditions(old)
-    rows = boat_rows(kind, boat, Rows.of(old), wind, physics, old.sea.density, old.lives.get(boat.name, 0))
-    warn_if_uncovered(kind.boat.name, rows.hulls[0].vessel, old.sea)
-    warn_if_unpushed(old.name, wind, physics, [(boat, own_load(kind.boat, physics))])
-    balls = list(_with_balls(old, rows, wind, physics))
-    parts = [Part(boat.name, kind.piece, boat.pose), *balls]
-    return _join(world, parts, rows, [Touch(boat.name, rows.hulls[0].body)], asleep=bool(balls))
+    joined = _assembly(old)
+    hull = joined.add_boat(robot, boat, old.lives.get(boat.name, 0))
+    warn_if_uncovered(robot.name, hull.vessel, old.sea)
+    warn_if_unpushed(old.name, joined.wind, joined.physics, [(boat, own_load(robot, joined.physics))])
+    for owner, shooter in joined.rows.shooters:
+        if owner == boat.name:
+            taken = {item.pose[:3] for item in joined.rows.objects}
+            joined.add_object(spare_ball(owner, shooter, taken), asleep=True)
+    return _join(world, joined, [Touch(boat.name, hull.body)], asleep=len(joined.parts) > 1)
 
 
 def with_object(world: World, entry: Mapping[str, object]) -> World:
@@ -122,28 +123,21 @@ def _with_things(world: World, name: str, objects: Sequence[PlacedObject], docks
         other = next((other for other in old.docks if docks_overlap(other, dock)), None)
         if other is not None:
             raise CommandError(f"no place for {dock.name}: it would be on the dock '{other.name}'")
-    wind, physics = _conditions(old)
-    tables, rows, parts = Rows.of(old), Rows(), list[Part]()
+    joined = _assembly(old)
     for dock in docks:
-        own = dock_rows(dock, wind, physics.gravity, tables)
-        parts.append(Part(dock.name, dock_piece(dock), dock.pose))
-        rows.add(own)
-        tables.add(own)
+        joined.add_dock(dock)
     for item in objects:
-        own = object_rows(item, wind, physics, tables)
-        parts.append(Part(item.name, object_piece(item.config), item.pose))
-        rows.add(own)
-        tables.add(own)
-    return _join(world, parts, rows, list(thing_touches(objects, docks)))
+        joined.add_object(item)
+    return _join(world, joined, list(thing_touches(objects, docks)))
 
 
-def _join(world: World, parts: Sequence[Part], rows: Rows, touches: Sequence[Touch], *, asleep: bool = False) -> World:
-    """The world with parts and rows after all others; `touches` are those that a task's boat may have with them."""
+def _join(world: World, joined: Assembly, touches: Sequence[Touch], *, asleep: bool = False) -> World:
+    """The world with what joined after all others; `touches` are those that a task's boat may have with it."""
     old = world.parameters
     try:
-        checked = checked_rows(rows.tables)
+        checked = checked_rows({table: own[len(getattr(old, table)) :] for table, own in joined.rows.tables.items()})
     except ValidationError as error:
-        raise CompileError(f"invalid {parts[0].name}: {fault_text(error)}") from None
+        raise CompileError(f"invalid {joined.parts[0].name}: {fault_text(error)}") from None
     new: dict[str, Any] = {table: (*getattr(old, table), *own) for table, own in checked.items()}
     sensors = ""
     if task := old.task:
@@ -151,7 +145,7 @@ def _join(world: World, parts: Sequence[Part], rows: Rows, touches: Sequence[Tou
         scored = old.hulls[world.boats.index(task.boat)].body
         sensors = "".join(touch_sensor(touch, scored) for touch in touches)
     option = render("option.xml.j2", asleep=True, timestep=old.timestep, gravity=old.gravity) if asleep else ""
-    return World(world.pieces.with_parts(parts, option=option, touches=sensors), replace(old, **new))
+    return World(world.pieces.with_parts(joined.parts, option=option, touches=sensors), replace(old, **new))
 
 
 def _things(world: Parameters) -> tuple[str, ...]:
@@ -195,22 +189,12 @@ def _check_name(world: World, name: str, kind: str) -> None:
         raise CommandError(f"invalid {kind} name '{name}': {taken[name]} of world {world.name} has this name")
 
 
-def _with_balls(old: Parameters, rows: Rows, wind: WindConfig, physics: PhysicsConfig) -> Iterator[Part]:
-    """The parts of a boat's balls, one for each ball shooter; their rows are added to those of the boat."""
-    for boat, shooter in rows.shooters:
-        tables = Rows.of(old)
-        tables.add(rows)
-        ball = spare_ball(boat, shooter, {item.pose[:3] for item in tables.objects})
-        rows.add(object_rows(ball, wind, physics, tables))
-        yield Part(ball.name, object_piece(ball.config, asleep=True), ball.pose)
-
-
-def _conditions(world: Parameters) -> tuple[WindConfig, PhysicsConfig]:
-    """The wind and the physics of a world, as boats that join later meet them."""
+def _assembly(world: Parameters) -> Assembly:
+    """A world's rows, with the wind and the physics as what joins later meets them."""
     blowing = {"mean_velocity": abs(world.wind.mean), "var_gain": world.wind.gain}
     physics = {"profile": world.profile, "gravity": world.gravity, "quirks": world.spawn.quirks}
     wind = WindConfig.model_validate({"objects": tree_of(world.spawn.wind), **blowing})
-    return wind, PhysicsConfig.model_validate(physics)
+    return Assembly(wind, PhysicsConfig.model_validate(physics), world.sea.density, Rows.of(world))
 
 
 def _build(boat: BoatConfig, profile: str) -> boats.Boat:
