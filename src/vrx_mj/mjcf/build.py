@@ -66,8 +66,10 @@ def _build(order: Order, config: RobotConfig) -> Boat:
     profile = config.in_profile(order.profile)
     _, wanted = _equipment(order, config)
     urdf, text = _description(order, config)
+    # VRX 3's thrusters take newtons, which hold until the next command
+    drive = {"mapping": "newtons", "timeout": 0.0, **profile.thrusters.said} if order.profile == NEWER else {}
     try:
-        boat = replace(assemble_boat(urdf, config, _drive(order, profile)), name=order.robot)
+        boat = replace(assemble_boat(urdf, config, drive), name=order.robot)
     except ConfigError as error:
         raise with_places(error, robot_section(order.robot, order.folder)) from None
     hull = config.hull if order.profile == MARINE else None
@@ -75,7 +77,9 @@ def _build(order: Order, config: RobotConfig) -> Boat:
     sensors = _select_sensors(_with_shooters(boat, profile), wanted, config)
     remarks = (*boat.warnings, *derived, _sensors_note(boat, order, config))
     boat = replace(boat, contact=profile.contact or config.contact, sensors=sensors, description=text)
-    if notes := [note for note in (*remarks, *_names_for_ros(boat)) if note]:
+    names = ros_names_note("thruster", (thruster.name for thruster in boat.thrusters))
+    names += ros_names_note("sensor", (sensor.name for sensor in sensors))
+    if notes := [note for note in (*remarks, *names) if note]:
         warnings.warn(_notes_message(order.robot, notes), VrxWarning, stacklevel=2)
     return boat
 
@@ -93,12 +97,7 @@ def _description(order: Order, config: RobotConfig) -> tuple[Urdf, str]:
     known = isinstance(text, ExpandedText) or text == _plain_urdf(file)
     parts = " and ".join(display(part) for part in (order.thrusters, order.components) if part)
     label = display(file) if known else f"{display(file)} (expanded with {parts})"
-    return read_urdf(text, file, _mesh_files(file), label=label), _with_meshes(text, file)
-
-
-def _with_meshes(text: str, file: Path) -> str:
-    """A URDF's text with the places of its meshes, of a file of robots."""
-    return with_file_uris(text, _mesh_files(file))
+    return read_urdf(text, file, _mesh_files(file), label=label), with_file_uris(text, _mesh_files(file))
 
 
 def _mesh_files(file: Path) -> MeshFiles:
@@ -113,17 +112,6 @@ def _sdf_boat(order: Order, config: RobotConfig) -> tuple[Urdf, str]:
         raise VrxError(f"robot {order.robot} takes no arguments: it is a model of Gazebo")
     urdf = read_boat(config.description_file)
     return urdf, urdf.text
-
-
-def _names_for_ros(boat: Boat) -> list[str]:
-    """What ROS would refuse."""
-    engines = ros_names_note("thruster", (thruster.name for thruster in boat.thrusters))
-    return engines + ros_names_note("sensor", (sensor.name for sensor in boat.sensors))
-
-
-def _drive(order: Order, profile: ProfileEntry) -> dict[str, object]:
-    """Fields of all thrusters that follow from the profile: VRX 3's take newtons, which hold until the next command."""
-    return {} if order.profile != NEWER else {"mapping": "newtons", "timeout": 0.0, **profile.thrusters.said}
 
 
 def _with_shooters(boat: Boat, profile: ProfileEntry) -> Boat:
@@ -180,7 +168,7 @@ def boat_urdf(order: Order, namespace: str) -> str:
             return in_namespace(_sdf_boat(order, config)[1], namespace)
     arguments, _ = _equipment(order, config)
     text = in_namespace(robot_urdf(config, order, namespace=namespace, arguments=arguments), namespace)
-    return _with_meshes(text, config.description_file)
+    return with_file_uris(text, _mesh_files(config.description_file))
 
 
 def _plain_urdf(file: Path) -> str | None:
@@ -246,19 +234,13 @@ def _in_water(boat: Boat, given: dict[str, Any], hull: MarineHullConfig | None) 
     in_lines = bool(LINES & given.keys())
     guess = derived_lines(boat) if in_lines else derived_floats(boat, given.get("water_density", DENSITY),
                                                                 given.get("length_n", 2))  # fmt: skip
-    guess = replace(guess, values=guess.values | _complete_sixes(boat.water, guess.values))
+    for key, six in boat.water.items():
+        if isinstance(six, tuple) and None in six:  # of which a file gives a part
+            rest: Any = guess.values[key]
+            guess.values[key] = tuple(b if a is None else a for a, b in zip(six, rest, strict=True))
     values = HydrodynamicsConfig.model_validate({**guess.values, **given})
     boat = replace(boat, hydrodynamics=values, pushed=guess.pushed)
     return boat, (*guess.notes, *_derivation_notes(guess, given, boat.water, hull))
-
-
-def _complete_sixes(known: Mapping[str, Any], derived: Mapping[str, Any]) -> dict[str, object]:
-    """The sixes of which a file gives a part, with the rest as derived."""
-    return {
-        key: tuple(own if own is not None else other for own, other in zip(six, derived[key], strict=True))
-        for key, six in known.items()
-        if isinstance(six, tuple) and None in six
-    }
 
 
 _OF_HULL = {"added_mass": "added_mass hydro", "drag_linear": "damping_linear", "drag_quadratic": "damping_quadratic"}

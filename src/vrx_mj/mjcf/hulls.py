@@ -17,7 +17,7 @@ from vrx_mj.mjcf.flotation import flotation, flotation_at, lift_fault
 from vrx_mj.mjcf.hull_checks import check_mass, check_rest
 from vrx_mj.mjcf.masses import boat_mass, push_center
 from vrx_mj.mjcf.panels import panels_of
-from vrx_mj.mjcf.radiation import about_origin, diffraction_of, memory_of, six
+from vrx_mj.mjcf.radiation import about_origin, diffraction_of, memory_of, nested
 from vrx_mj.mjcf.surfaces import checked_surface
 from vrx_mj.model.boats import MOST_TRIANGLES, Strip, Vessel
 from vrx_mj.model.kinds import Six
@@ -54,9 +54,9 @@ def vessel_of(boat: Boat, density: float) -> Vessel | None:
     matrix = config.hydrostatics == "matrix"
     level, carried = _stiffness(config, body, point) if matrix else _mesh(boat, config, point, density)
     found = Vessel(
-        added_mass=_six(added),
+        added_mass=nested(added),
         munk=1 if config.munk else 0,
-        damping=_six(at_origin(config.damping_linear, water.drag_linear)),
+        damping=nested(at_origin(config.damping_linear, water.drag_linear)),
         damping_quadratic=_quadratic(config, water.drag_quadratic),
         strips=(*_strips(config.crossflow, level, density), *(_skeg(each, density) for each in config.skegs)),
         memory=memory_of(hydro, density) if hydro else (),
@@ -99,12 +99,12 @@ def _stiffness(config: MarineHullConfig, body: MassProperties, point: FloatArray
     stiff = np.array(config.restoring)
     return config.waterline, {
         "hydrostatics": MATRIX,
-        "restoring": _six(about_origin(stiff, point)),
+        "restoring": nested(about_origin(stiff, point)),
         "displacement": config.displacement or body.mass,
         "spread": (max(stiff[4, 4] / stiff[2, 2], 0.0), max(stiff[3, 3] / stiff[2, 2], 0.0)),
         "waterline": config.waterline,
-        "buoyancy": _three(point),
-        "point": _three(point),
+        "buoyancy": nested(point),
+        "point": nested(point),
     }
 
 
@@ -120,12 +120,12 @@ def _mesh(boat: Boat, config: MarineHullConfig, point: FloatArray, density: floa
     points, triangles = panels_of(corners)
     return rest.level, {
         "hydrostatics": MESH,
-        "vertices": tuple(_three(row) for row in points),
-        "triangles": tuple((a, b, c) for a, b, c in triangles.tolist()),
+        "vertices": nested(points),
+        "triangles": nested(triangles),
         "displacement": body.mass,
-        "buoyancy": _three(rest.center),
+        "buoyancy": nested(rest.center),
         "spread": (float(rest.spread[0]) / rest.area, float(rest.spread[1]) / rest.area),
-        "point": _three(point),
+        "point": nested(point),
     }
 
 
@@ -157,13 +157,3 @@ def _surface(boat: Boat, config: MarineHullConfig, volume: float) -> FloatArray:
     for note in notes:
         warnings.warn(f"robot {boat.name}: {note}", VrxWarning, stacklevel=2)
     return corners
-
-
-def _six(matrix: FloatArray) -> tuple[Six, Six, Six, Six, Six, Six]:
-    a, b, c, d, e, f = (six(row) for row in matrix)
-    return a, b, c, d, e, f
-
-
-def _three(point: FloatArray) -> tuple[float, float, float]:
-    x, y, z = point.tolist()
-    return x, y, z

@@ -17,7 +17,6 @@ from typing import Any, Literal, TypeVar
 
 import numpy as np
 
-from vrx_mj.arrays import FloatArray
 from vrx_mj.config.dynamics import ContactConfig, PropellerConfig
 from vrx_mj.config.fleet import BoatConfig
 from vrx_mj.config.profiles import CLASSIC, MARINE
@@ -42,6 +41,7 @@ from vrx_mj.mjcf.masses import (
 )
 from vrx_mj.mjcf.parameters import PROFILES, Rows
 from vrx_mj.mjcf.pieces import PREFIX, Piece
+from vrx_mj.mjcf.radiation import nested
 from vrx_mj.mjcf.templates import Geom, geoms, meshes
 from vrx_mj.mjcf.wind import boat_wind, boat_windage
 from vrx_mj.model.boats import (
@@ -192,8 +192,8 @@ def hull_row(boat: Boat, engines: Engines, prefix: str) -> Hull:
         joint=f"{prefix}free",
         density=water.water_density,
         level=water.water_level,
-        link_com=_vector(push_center(boat)),
-        body_com=_vector(body.center),
+        link_com=nested(push_center(boat)),
+        body_com=nested(body.center),
         mass=body.mass,
         inertia=Inertia(**dict(zip(Inertia.__annotations__, body.tensor(), strict=True))),
         wind=(0.0, 0.0, 0.0),
@@ -204,11 +204,6 @@ def hull_row(boat: Boat, engines: Engines, prefix: str) -> Hull:
         thruster_start=0,
         thruster_count=len(boat.thrusters),
     )
-
-
-def _vector(point: FloatArray) -> _Vector:
-    x, y, z = point.tolist()
-    return x, y, z
 
 
 def station_rows(boat: Boat) -> list[Station]:
@@ -268,7 +263,7 @@ def thruster_rows(boat: Boat, engines: Engines, prefix: str) -> list[Thruster]:
                 rotation=rotation(*item.pose[3:]),
                 propeller=item.center,
                 direction=item.direction,
-                body_com=_vector((turning if hinged else whole).center),
+                body_com=nested((turning if hinged else whole).center),
                 inertia=max(axis_inertia(turning), LIGHTEST),
                 max_command=strongest if drive.mapping == "newtons" else drive.max_command,
                 max_forward=drive.max_force_forward,
