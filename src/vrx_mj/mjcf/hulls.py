@@ -9,11 +9,11 @@ import numpy as np
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.dynamics import CrossFlowConfig, MarineHullConfig, SkegConfig
 from vrx_mj.config.hydro import read_hydro
-from vrx_mj.config.solids import solid
+from vrx_mj.config.solids import enclosed_volume, solid
 from vrx_mj.errors import VrxError, VrxWarning
 from vrx_mj.mjcf.boats import Boat
 from vrx_mj.mjcf.derive import hull_corners
-from vrx_mj.mjcf.flotation import flotation, flotation_at, lift_fault
+from vrx_mj.mjcf.flotation import flotation, lift_fault
 from vrx_mj.mjcf.hull_checks import check_mass, check_rest
 from vrx_mj.mjcf.masses import boat_mass, push_center
 from vrx_mj.mjcf.panels import panels_of
@@ -112,7 +112,7 @@ def _mesh(boat: Boat, config: MarineHullConfig, point: FloatArray, density: floa
     """The height of the water at rest [m], and what a vessel has of a mesh, which carries the boat."""
     body = boat_mass(boat)
     corners = _surface(boat, config, body.mass / density)
-    whole = flotation_at(corners, float(corners[:, :, 2].max())).volume if len(corners) else 0.0
+    whole = enclosed_volume(corners) if len(corners) else 0.0
     more = " and that all of the hull is in it, or the mass of the links"
     if fault := lift_fault(whole, density, body.mass, more, "`scale: [0.001, 0.001, 0.001]`"):
         raise VrxError(f"robot {boat.name} {fault}")
