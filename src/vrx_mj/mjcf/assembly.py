@@ -1,4 +1,4 @@
-"""What a world is made of, in the making: pieces under their names and rows of tables, each thing after all others."""
+"""A world in the making: pieces under their names and rows of tables, each thing after all others."""
 
 from typing import Any
 

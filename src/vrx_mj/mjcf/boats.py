@@ -48,17 +48,17 @@ class Part:
 
 @dataclass(frozen=True)
 class AssembledThruster:
-    """What pushes: a propeller, on an engine that steers or fixed; a rudder or a keel; or a sail."""
+    """A propeller on an engine that steers or is fixed, a rudder, a keel or a sail."""
 
     name: str
     link: str
     """Link of the engine that turns, or of the propeller if nothing does."""
     joint: str | None
-    """What steers; None: nothing does."""
+    """Joint that steers; None: it is fixed."""
     pose: Pose
     """Pose of the hinge in the base link's frame, its z axis the one of steering [m, rad]."""
     center: _Vector
-    """Where the force acts, in the hinge's frame [m]."""
+    """Point of application of the force, in the hinge's frame [m]."""
     direction: _Vector
     """Direction of the force at zero steering, in the hinge's frame."""
     drive: ThrusterConfig
@@ -85,7 +85,7 @@ class Boat:
     sensors: tuple[SensorConfig, ...]
     warnings: tuple[str, ...] = ()
     contact: ContactConfig = _YIELDING
-    """How the hull yields to what it touches."""
+    """Stiffness and damping of the hull in contacts."""
     water: Mapping[str, Any] = field(default_factory=dict)
     """Fields of `HydrodynamicsConfig` that are known where the rest is to be derived; in a six None is what is not."""
     windage: WindageConfig | None = None
@@ -93,9 +93,9 @@ class Boat:
     hull: MarineHullConfig | None = None
     """Hull in profile `marine`."""
     pushed: _Vector | None = None
-    """Where in the base link water and wind push [m]; None: at the centre of mass of what is held to it."""
+    """Point in the base link where water and wind push [m]; None: the centre of mass of what is held to it."""
     autopilot: Mapping[str, ChannelEntry] = field(default_factory=dict)
-    """What an autopilot's channels command, by number."""
+    """Commands of an autopilot's channels, by number."""
     battery: BatteryEntry | None = None
     description: str = ""
     """Its URDF, with the places of its meshes; empty if it is made of the package's own files alone."""
@@ -239,7 +239,7 @@ def _pushing(
 
 
 def _on_hinge(urdf: Urdf, hinge: Joint | None, *, drive: ThrusterConfig, **own: Any) -> AssembledThruster:
-    """What pushes, with the joint that steers it and all that turns; without one it is fixed, and `own` places it."""
+    """A thruster, rudder or sail on its steering joint with all that turns; without one `own` gives link and pose."""
     if hinge is None:
         return AssembledThruster(joint=None, parts=(), drive=drive.model_copy(update={"max_angle": 0.0}), **own)
     turn, pose = facing(hinge.axis), urdf.pose(hinge.child, urdf.root)

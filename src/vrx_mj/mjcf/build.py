@@ -90,7 +90,7 @@ def robot_of(order: Order) -> Urdf:
 
 
 def _description(order: Order, config: RobotConfig) -> tuple[Urdf, str]:
-    """What a robot's file describes, and the text of a URDF with the places of its meshes."""
+    """Links, joints and plugins of a robot's file, and the text of a URDF with the places of its meshes."""
     if config.is_sdf:
         return _sdf_boat(order, config)
     text, file = robot_urdf(config, order, arguments=_equipment(order, config)[0]), config.description_file
@@ -105,7 +105,7 @@ def _mesh_files(file: Path) -> MeshFiles:
 
 
 def _sdf_boat(order: Order, config: RobotConfig) -> tuple[Urdf, str]:
-    """What a model of Gazebo describes, which takes nothing of VRX's, and the text of a URDF of it."""
+    """Links and joints of a model of Gazebo, which takes nothing of VRX's, and the text of a URDF of it."""
     if order.thrusters or order.components:
         raise VrxError(f"robot {order.robot} takes no thruster or component file: it is a model of Gazebo")
     if order.arguments:

@@ -190,7 +190,7 @@ class _World(Assembly):
         return Pieces(own, tuple(self.parts))
 
     def _add_task(self) -> None:
-        """What the task of the world asks, what its boat may touch, and what holds the boat."""
+        """Resolve the task of the world, with what its boat may touch and what holds the boat."""
         if self.config.task is not None and not self.boats:
             text = "without its task, which scores a boat that is there from the start: the fleet has no boats"
             warnings.warn(f"world {self.config.name}: {text}", VrxWarning, stacklevel=4)
@@ -234,7 +234,7 @@ class _World(Assembly):
         warn_if_unmoved(config.name, config.wind, names)
 
     def _problem(self, boat: BoatConfig, error: UnknownNameError) -> Problem:
-        """What is wrong with a boat, at the place that orders it: in the fleet's file, or the world's without one."""
+        """A fault of a boat, at the place that orders it: in the fleet's file, or the world's without one."""
         if self._fleet.is_empty and not self._fleet.section:
             return problem_at(self.config.section, ("spawn", "sensors"), str(error))
         own = next((slot.own for other, slot in self._fleet.located(self.config) if other.name == boat.name), ())

@@ -47,11 +47,11 @@ class Derived:
 
     values: dict[str, object]
     rest: str = ""
-    """How the boat floats at rest."""
+    """Description of the boat afloat at rest."""
     notes: tuple[str, ...] = ()
     """Remarks about unusual shapes or masses."""
     pushed: tuple[float, float, float] | None = None
-    """Where the water pushes [m], as `Boat.pushed` has it."""
+    """Point where the water pushes [m], for `Boat.pushed`."""
 
 
 def derived_lines(boat: Boat) -> Derived:

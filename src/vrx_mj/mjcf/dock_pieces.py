@@ -57,7 +57,7 @@ def dock_piece(dock: PlacedDock) -> Piece:
 
 
 def dock_entry(dock: PlacedDock) -> Dock:
-    """What others than the loop want to know of a dock; `bodies` are those that move on their own, the root first."""
+    """The record of a dock; `bodies` are those that move on their own, the root first."""
     placards = [f"{dock.parent}/{item.name}/link" for item in dock.berths.placards]
     bodies = _bodies(dock, block_tree(dock.cells)) if dock.config.dynamic else [f"{dock.name}/dock"]
     return record_from(Dock, dock, dock.config, bodies=tuple(bodies), placards=tuple(placards))

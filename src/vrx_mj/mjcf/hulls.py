@@ -17,7 +17,7 @@ from vrx_mj.mjcf.flotation import flotation, lift_fault
 from vrx_mj.mjcf.hull_checks import check_mass, check_rest
 from vrx_mj.mjcf.masses import boat_mass, push_center
 from vrx_mj.mjcf.panels import panels_of
-from vrx_mj.mjcf.radiation import about_origin, diffraction_of, memory_of, nested
+from vrx_mj.mjcf.radiation import about_origin, diffraction_of, memory_of, nested_tuples
 from vrx_mj.mjcf.surfaces import checked_surface
 from vrx_mj.model.boats import MOST_TRIANGLES, Strip, Vessel
 from vrx_mj.model.kinds import Six
@@ -54,9 +54,9 @@ def vessel_of(boat: Boat, density: float) -> Vessel | None:
     matrix = config.hydrostatics == "matrix"
     level, carried = _stiffness(config, body, point) if matrix else _mesh(boat, config, point, density)
     found = Vessel(
-        added_mass=nested(added),
+        added_mass=nested_tuples(added),
         munk=1 if config.munk else 0,
-        damping=nested(at_origin(config.damping_linear, water.drag_linear)),
+        damping=nested_tuples(at_origin(config.damping_linear, water.drag_linear)),
         damping_quadratic=_quadratic(config, water.drag_quadratic),
         strips=(*_strips(config.crossflow, level, density), *(_skeg(each, density) for each in config.skegs)),
         memory=memory_of(hydro, density) if hydro else (),
@@ -99,12 +99,12 @@ def _stiffness(config: MarineHullConfig, body: MassProperties, point: FloatArray
     stiff = np.array(config.restoring)
     return config.waterline, {
         "hydrostatics": MATRIX,
-        "restoring": nested(about_origin(stiff, point)),
+        "restoring": nested_tuples(about_origin(stiff, point)),
         "displacement": config.displacement or body.mass,
         "spread": (max(stiff[4, 4] / stiff[2, 2], 0.0), max(stiff[3, 3] / stiff[2, 2], 0.0)),
         "waterline": config.waterline,
-        "buoyancy": nested(point),
-        "point": nested(point),
+        "buoyancy": nested_tuples(point),
+        "point": nested_tuples(point),
     }
 
 
@@ -120,12 +120,12 @@ def _mesh(boat: Boat, config: MarineHullConfig, point: FloatArray, density: floa
     points, triangles = panels_of(corners)
     return rest.level, {
         "hydrostatics": MESH,
-        "vertices": nested(points),
-        "triangles": nested(triangles),
+        "vertices": nested_tuples(points),
+        "triangles": nested_tuples(triangles),
         "displacement": body.mass,
-        "buoyancy": nested(rest.center),
+        "buoyancy": nested_tuples(rest.center),
         "spread": (float(rest.spread[0]) / rest.area, float(rest.spread[1]) / rest.area),
-        "point": nested(point),
+        "point": nested_tuples(point),
     }
 
 

@@ -40,24 +40,15 @@ from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Boat
 from vrx_mj.model.site import Dock, Object
 from vrx_mj.model.tasks import names_in
-from vrx_mj.model.world import Parameters, checked_rows, tree_of
+from vrx_mj.model.world import Parameters, checked_rows, linked_rows, row_columns, tree_of
 
 _OWNED = {
     "boats": "name", "hulls": "body", "sensors": "boat", "objects": "name", "floats": "body", "links": "body",
     "docks": "name", "blocks": "body", "lights": "name", "placards": "name",
 }  # fmt: skip
 """Tables whose rows belong to a boat, an object or a dock, and the name that begins with that of their owner."""
-_REFERENCES = {
-    "hulls": {"station_start": "stations", "thruster_start": "thrusters"},
-    "thrusters": {"hull": "hulls", "race": "thrusters"},
-    "floats": {"element_start": "elements", "follower": "followers"},
-    "links": {"element_start": "elements"},
-    "blocks": {"element_start": "elements", "parent": "blocks"},
-    "followers": {"waypoint_start": "path_points"},
-    "moorings": {"block": "blocks"},
-    "ropes": {"float": "floats"},
-}
-"""Columns of each table that are numbers of rows, and the tables of these rows; a number below 0 refers to none."""
+_LINES = ("moorings", "ropes")
+"""Tables of lines, whose rows go with what they hold."""
 _RESERVED = ("terrain", "carrier", "world")
 """Names of parts of every world."""
 
@@ -206,42 +197,27 @@ def _build(boat: BoatConfig, profile: str) -> boats.Boat:
 
 def staying(world: Parameters, left: str) -> dict[str, BoolArray]:
     """Which rows of each table stay when a boat, an object or a dock leaves with all that is its own."""
-    stay = {
-        table: np.array([owner_of(getattr(row, name)) != left for row in getattr(world, table)], np.bool_)
-        for table, name in _OWNED.items()
+    owners = {
+        table: [owner_of(getattr(row, _OWNED[table])) if table in _OWNED else "" for row in rows]
+        for table, rows in Rows.of(world).tables.items()
     }
-    stay["thrusters"] = _parts_staying(world.hulls, "thruster", stay["hulls"], len(world.thrusters))
-    stay["stations"] = _parts_staying(world.hulls, "station", stay["hulls"], len(world.stations))
-    wet = {"floats": world.floats, "links": world.links, "blocks": world.blocks}
-    parts = (_parts_staying(rows, "element", stay[table], len(world.elements)) for table, rows in wet.items())
-    stay["elements"] = np.logical_and.reduce(list(parts))
-    stay["moorings"] = np.array([bool(stay["blocks"][line.block]) for line in world.moorings], np.bool_)
-    stay["ropes"] = np.array([bool(stay["floats"][rope.float]) for rope in world.ropes], np.bool_)
-    stay["followers"] = np.ones(len(world.followers), np.bool_)
-    stay["followers"][[row.follower for row in compress(world.floats, ~stay["floats"]) if row.follower >= 0]] = False
-    stay["path_points"] = _parts_staying(world.followers, "waypoint", stay["followers"], len(world.path_points))
-    stay["rivals"] = np.array(
-        [owner_of(rival) != left for rival in (world.task.rivals if world.task else ())], np.bool_
-    )
-    return stay
-
-
-def _parts_staying(rows: Sequence[object], part: str, stay: BoolArray, count: int) -> BoolArray:
-    """Which rows of a table stay: all but those that rows of another one have who leave."""
-    kept = np.ones(count, np.bool_)
-    for row in compress(rows, ~stay):
-        start = getattr(row, f"{part}_start")
-        kept[start : start + getattr(row, f"{part}_count")] = False
-    return kept
+    for table, number, _, mark, rows in linked_rows(world):
+        if mark.owned:
+            owners[mark.table][rows.start : rows.stop] = [owners[table][number]] * len(rows)
+        elif table in _LINES:
+            owners[table][number] = owners[mark.table][rows.start]
+    owners["rivals"] = [owner_of(rival) for rival in (world.task.rivals if world.task else ())]
+    return {table: np.array([name != left for name in names], np.bool_) for table, names in owners.items()}
 
 
 def _remaining_rows(world: Parameters, stay: Mapping[str, BoolArray]) -> dict[str, Any]:
     """The rows that stay, by table, with the new numbers of the rows that they refer to."""
     numbers = {table: [0, *np.cumsum(kept).tolist()] for table, kept in stay.items()}
     tables = {table: tuple(compress(getattr(world, table), kept)) for table, kept in stay.items() if table != "rivals"}
-    for table, targets in _REFERENCES.items():
-        tables[table] = tuple(
-            replace(row, **{key: numbers[to][at] for key, to in targets.items() if (at := getattr(row, key)) >= 0})
-            for row in tables.get(table, getattr(world, table))
-        )
+    for table, columns in row_columns().items():
+        rows = []
+        for row in tables[table]:
+            old = {column: (mark.table, getattr(row, column)) for column, mark in columns.items()}
+            rows.append(replace(row, **{column: numbers[to][at] for column, (to, at) in old.items() if at >= 0}))
+        tables[table] = tuple(rows)
     return tables

@@ -40,7 +40,9 @@ def memory_of(hydro: Hydro, density: float) -> tuple[Memory, ...]:
     for pole, residue in zip(hydro.poles, residues, strict=True):
         a, b = (share * about_origin(residue[..., part], hydro.point) for part in (0, 1))
         rows += [
-            Memory(motion=motion, pole=pole, residue=nested(of_real), residue_imaginary=nested(of_imaginary))
+            Memory(
+                motion=motion, pole=pole, residue=nested_tuples(of_real), residue_imaginary=nested_tuples(of_imaginary)
+            )
             for motion, (of_real, of_imaginary) in enumerate(zip(a.T, b.T, strict=True))
             if max(np.abs(of_real).max(), np.abs(of_imaginary).max()) > least
         ]
@@ -58,9 +60,9 @@ def diffraction_of(hydro: Hydro, density: float) -> Diffraction | None:
     forces = np.concatenate((np.zeros((1, at_origin.shape[1])), at_origin)) * density / hydro.density
     step = float(frequencies[-1]) / n
     even = np.stack([np.interp(step * np.arange(n + 1), frequencies, column) for column in forces.T], axis=1)
-    return Diffraction(step=step, forces=nested(even.reshape(n + 1, angles, 12)))
+    return Diffraction(step=step, forces=nested_tuples(even.reshape(n + 1, angles, 12)))
 
 
-def nested(values: npt.NDArray[Any]) -> Any:
+def nested_tuples(values: npt.NDArray[Any]) -> Any:
     """Numbers of an array as tuples in each other, as records have them."""
-    return tuple(map(nested, values)) if values.ndim > 1 else tuple(values.tolist())
+    return tuple(map(nested_tuples, values)) if values.ndim > 1 else tuple(values.tolist())

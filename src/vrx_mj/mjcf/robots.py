@@ -41,7 +41,7 @@ from vrx_mj.mjcf.masses import (
 )
 from vrx_mj.mjcf.parameters import PROFILES, Rows
 from vrx_mj.mjcf.pieces import PREFIX, Piece
-from vrx_mj.mjcf.radiation import nested
+from vrx_mj.mjcf.radiation import nested_tuples
 from vrx_mj.mjcf.templates import Geom, geoms, meshes
 from vrx_mj.mjcf.wind import boat_wind, boat_windage
 from vrx_mj.model.boats import (
@@ -192,8 +192,8 @@ def hull_row(boat: Boat, engines: Engines, prefix: str) -> Hull:
         joint=f"{prefix}free",
         density=water.water_density,
         level=water.water_level,
-        link_com=nested(push_center(boat)),
-        body_com=nested(body.center),
+        link_com=nested_tuples(push_center(boat)),
+        body_com=nested_tuples(body.center),
         mass=body.mass,
         inertia=Inertia(**dict(zip(Inertia.__annotations__, body.tensor(), strict=True))),
         wind=(0.0, 0.0, 0.0),
@@ -263,7 +263,7 @@ def thruster_rows(boat: Boat, engines: Engines, prefix: str) -> list[Thruster]:
                 rotation=rotation(*item.pose[3:]),
                 propeller=item.center,
                 direction=item.direction,
-                body_com=nested((turning if hinged else whole).center),
+                body_com=nested_tuples((turning if hinged else whole).center),
                 inertia=max(axis_inertia(turning), LIGHTEST),
                 max_command=strongest if drive.mapping == "newtons" else drive.max_command,
                 max_forward=drive.max_force_forward,
@@ -275,7 +275,7 @@ def thruster_rows(boat: Boat, engines: Engines, prefix: str) -> list[Thruster]:
 
 
 def _force(item: AssembledThruster, names: Sequence[str], boat: Boat) -> dict[str, Any]:
-    """What a row has of the force and of a blade; `names` are those of the boat's thrusters."""
+    """Fields of a row about the force and a blade; `names` are those of the boat's thrusters."""
     rudder = item.blade
     none = {"area": 0.0, "slope": 0.0, "density": 0.0, "race": -1, "race_area": 0.0, "race_share": 0.0}
     if rudder is None:
@@ -406,7 +406,7 @@ def boat_rows(
                 _with_names(row, boat.name),
                 hull=hull,
                 race=row.race + start if row.race >= 0 else -1,
-                **_measured(item.measured if is_marine else None),
+                **_propeller_fields(item.measured if is_marine else None),
             )
             for row, item in zip(kind.thrusters, kind.boat.thrusters, strict=True)
         ],
@@ -415,8 +415,8 @@ def boat_rows(
     )
 
 
-def _measured(config: PropellerConfig | None) -> dict[str, Any]:
-    """What a thruster's row has of a measured propeller."""
+def _propeller_fields(config: PropellerConfig | None) -> dict[str, Any]:
+    """Fields of a thruster's row from a measured propeller."""
     if config is None:
         return {}
     own = record_from(Propeller, config)

@@ -114,11 +114,11 @@ _CHECKS: Mapping[str, _Check] = {
     "option.timestep": lambda value: _numbers(value) and SHORTEST_STEP <= float(value) <= LONGEST_STEP,
     "mesh.file": re.compile(r"[A-Za-z0-9_]{1,100}\.(obj|stl)").fullmatch,
 }
-"""What an attribute may hold, by `element.attribute` or by its name alone; all others hold numbers."""
+"""Checks of attributes' values, by `element.attribute` or by its name alone; all others hold numbers."""
 
 
 class Contents:
-    """What an MJCF has, by name.
+    """Contents of an MJCF, by name.
 
     Args:
         root: its elements.
@@ -163,7 +163,7 @@ class Contents:
 
 
 def contents_of(mjcf: str, source: object) -> Contents:
-    """What is in an MJCF that we wrote; `source` names it in messages.
+    """Contents of an MJCF that we wrote; `source` names it in messages.
 
     Raises:
         StateError: it is not one that we write.
@@ -215,7 +215,7 @@ _PieceFile = Annotated[str, StringConstraints(pattern=r"^piece_[0-9a-f]{16}\.xml
 
 @dataclass(frozen=True)
 class _Placed:
-    """Where a world has a piece."""
+    """A piece and its place in a world."""
 
     __pydantic_config__ = STRICT
     name: Annotated[str, StringConstraints(min_length=1, max_length=_LONGEST)]
@@ -232,9 +232,9 @@ class _Index:
 
     __pydantic_config__ = STRICT
     own: _PieceFile
-    """Name of the file of what belongs to nothing in the world."""
+    """File of the world's own piece."""
     parts: Annotated[tuple[_Placed, ...], Field(max_length=100_000), FailFast()]
-    """What was placed, in the order of the MJCF."""
+    """Parts of the world, in the order of the MJCF."""
 
 
 _INDEX = TypeAdapter(_Index)
@@ -362,7 +362,7 @@ def _assets(files: Mapping[str, None], asset: Callable[[str], bytes], source: st
 
 
 def _unlike(world: Parameters, contents: Contents) -> Iterator[str]:
-    """Where the tables do not fit the MJCF."""
+    """Places where the tables do not fit the MJCF."""
     if world.timestep != contents.timestep:
         yield f"timestep: {world.timestep:g} s, and {contents.timestep:g} s in the MJCF"
     free = {body for body, joints in contents.joints.items() if [kind for kind, _ in joints] == ["free"]}
@@ -379,7 +379,7 @@ def _unlike(world: Parameters, contents: Contents) -> Iterator[str]:
             right = hinges == ["hinge"] and contents.parents[block.body] == world.blocks[block.parent].body
         if not right:
             yield f"blocks[{number}].body: '{block.body}' is neither a free body nor on a hinge of the one it hangs on"
-    for kind, place, name in _named(world):
+    for kind, place, name in _names_in_mjcf(world):
         if name not in (contents.joints if kind == "body" else contents.geoms):
             yield f"{place}: the MJCF has no {kind} '{name}'"
     rivals = [f"{_TOUCH}/{rival}" for rival in (world.task.rivals if world.task else ())]
@@ -420,7 +420,7 @@ def _links(world: Parameters, contents: Contents) -> Iterator[str]:
             yield f"links[{number}].body: '{link.body}' does not move"
 
 
-def _named(world: Parameters) -> Iterator[tuple[str, str, str]]:
+def _names_in_mjcf(world: Parameters) -> Iterator[tuple[str, str, str]]:
     """Bodies and geoms of the MJCF that the tables name: kind, place in the tables, name."""
     for table in ("objects", "lights", "placards"):
         for number, row in enumerate(getattr(world, table)):

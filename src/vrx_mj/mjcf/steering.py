@@ -1,4 +1,4 @@
-"""What steers a boat: which joint turns what, and all that hangs on it."""
+"""Steering of a boat: joints that turn thrusters, rudders and sails, and the links that turn with them."""
 
 import re
 from collections.abc import Iterator, Mapping
@@ -151,7 +151,7 @@ def _check_nesting(
 
 
 def _limit_notes(name: str, joint: Joint) -> Iterator[str]:
-    """What unequal limits leave of the steering."""
+    """Remarks about unequal limits of a steering joint."""
     limits = joint.limits
     if joint.type == "continuous" or limits is None or abs(limits.lower + limits.upper) < 1e-9:
         return

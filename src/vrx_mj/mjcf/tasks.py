@@ -57,11 +57,11 @@ class Site:
         self._found: list[Problem] = []
 
     def fault(self, loc: _Loc, message: str) -> None:
-        """Keep what is wrong with the task at `loc`."""
+        """Keep a fault of the task at `loc`."""
         self._found.append(problem_at(self.config.section, ("task", *loc), message))
 
     def check(self) -> None:
-        """Raise all that is wrong.
+        """Raise the faults.
 
         Raises:
             ConfigError: something is.
@@ -168,7 +168,7 @@ def touches_of(
 
 
 def thing_touches(objects: Sequence[PlacedObject], docks: Sequence[PlacedDock]) -> Iterator[Touch]:
-    """What of objects and docks a boat may touch."""
+    """Objects and docks that a boat may touch."""
     for item in objects:
         links = item.config.links
         if item.config.collisions or any(link.collisions for link in links):
@@ -184,7 +184,7 @@ _ANIMALS: Mapping[str, _Habit] = {
     "platypus": "circumnavigate_clockwise",
     "turtle": "circumnavigate_counterclockwise",
 }
-"""What VRX wants of the animals, by the first word of their model."""
+"""VRX's goals of animals, by the first word of their model."""
 _POINTS = {"big": 5.0, "small": 10.0}
 """Points of a ball in a hole, VRX's."""
 _LEFT = re.compile(r"red_bound_(\d+)")
@@ -220,7 +220,7 @@ def _type(task: TaskConfig) -> str:
 
 
 def _fixed_poses(_task: TaskConfig, site: Site) -> dict[str, Pose]:
-    """Where the objects and docks are that never move."""
+    """Poses of the objects and docks that never move."""
     still = {item.name: item.pose for item in site.objects.values() if item.config.kind == "static"}
     return still | {dock.name: dock.pose for dock in site.docks if not dock.config.dynamic}
 
@@ -376,4 +376,4 @@ _RESOLVERS: Mapping[str, Callable[[Any, Site], object]] = {
     "balls": lambda _, site: tuple(ball_name(*shooter) for shooter in site.shooters if shooter[0] == site.boat()),
     "light_buoy": _light_buoy,
 }
-"""How a field of a compiled task is found in the world, alike in all tasks; another one is as the file gives it."""
+"""Functions that find a field of a compiled task in the world; a field without one is copied from the file."""

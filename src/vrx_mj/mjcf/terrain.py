@@ -23,7 +23,7 @@ from vrx_mj.mjcf.pieces import Piece
 from vrx_mj.model.site import Ring
 
 _SAND_TOP = 0.4
-"""Where grass begins [m over the water]."""
+"""Height over the water where grass begins [m]."""
 _SAND_COLOR = (0.72, 0.65, 0.48, 1.0)
 _GRASS_COLOR = (0.30, 0.42, 0.24, 1.0)
 _Rings = list[FloatArray]
@@ -99,7 +99,7 @@ _SHORTEST_EDGE = 1e-6
 _SLOPE = 0.25
 """Rise of the bank over the distance inland: VRX's posts, tents and antenna fit such a slope within 0.3 m."""
 _CREST = 6.0
-"""How far inland the bank rises [m]; it is flat beyond, 1.5 m over the water."""
+"""Distance inland over which the bank rises [m]; it is flat beyond, 1.5 m over the water."""
 _TOE = (-1.0, -0.6)
 """Distance inland and height of the foot of the bank [m], under water."""
 _FLOOR = -1.6
@@ -109,7 +109,7 @@ _MITRE_LIMIT = 3.0
 _RIDGE = 0.6
 """Least height of a block's crest [m]: on narrow land the bank is steeper, so that no boat slips over it."""
 _DEPTH_STEP = 0.75
-"""How finely a block's width is fitted to a narrow piece of land [m]."""
+"""Step in which a block's width is fitted to a narrow piece of land [m]."""
 
 
 def terrain_piece(name: str, near: Path | None = None) -> Piece:
@@ -227,7 +227,7 @@ def _mitres(ring: FloatArray, *, inland: bool) -> FloatArray:
 
 
 def _depths(start: FloatArray, end: FloatArray, here: FloatArray, there: FloatArray) -> FloatArray:
-    """How far inland each block may reach before another edge of the shore is nearer, (n,) [m]."""
+    """Distances inland that blocks may reach before another edge of the shore is nearer, (n,) [m]."""
     share = np.linspace(0.0, 1.0, 5)[None, :, None]
     along = end - start
     length = np.hypot(*along.T)

@@ -25,7 +25,7 @@ _NPD_HEIGHT = 10.0
 _STALE = "wind_stale_link"
 """VRX's defect by which the wind pushes no boat."""
 _FIRST_GUST = {"vrx": 0.0, "vrx3": 0.001, "marine": 0.0}
-"""How long the gusts take the first step to be [s], 0: as long as it is. VRX 3's USVWind.cc."""
+"""Length of the first step that the gusts assume [s]; 0: its own. VRX 3's USVWind.cc."""
 
 _SHOWN_NAMES = 3
 """Boats that a warning names."""
@@ -49,7 +49,7 @@ def wind_parameters(wind: WindConfig | None, profile: str = CLASSIC) -> Wind:
 
 
 def air_parameters(wind: WindConfig | None, profile: str) -> Air | None:
-    """What the wind of profile `marine` has besides; None in VRX's, and where none blows."""
+    """Profile over height and gusts of the wind in profile `marine`; None in VRX's, and without wind."""
     if wind is None or profile != MARINE:
         return None
     gusts = _spectrum(wind)
@@ -128,14 +128,14 @@ def _pushes_boats(wind: WindConfig | None, physics: PhysicsConfig) -> bool:
 
 
 def newcomer_wind(wind: WindConfig | None, physics: PhysicsConfig) -> tuple[WindCoefficients, ...] | None:
-    """What the wind pushes, for boats that join later; None: those with coefficients of their own, (): nothing."""
+    """Wind coefficients for boats that join later; None: those of their own, (): none."""
     if wind is not None and wind.objects:
         return tuple(record_from(WindCoefficients, item) for item in wind.objects)
     return None if _pushes_boats(wind, physics) else ()
 
 
 def own_load(boat: Boat, physics: PhysicsConfig) -> object:
-    """What a kind of boat has of its own for the wind to push it; None if nothing."""
+    """Coefficients, windage or sail by which the wind pushes a kind of boat; None without any."""
     sail = next((item.blade for item in boat.thrusters if isinstance(item.blade, SailEntry)), None)
     return boat.wind or (boat.windage if physics.profile == MARINE else None) or sail
 

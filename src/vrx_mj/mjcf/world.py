@@ -26,9 +26,9 @@ class World:
     """
 
     pieces: Pieces
-    """Pieces of MJCF, each with the places and names at which the world has it."""
+    """MJCF by parts: `parts` has name, piece and pose of each boat, dock and object, and `spec()` makes an `MjSpec`."""
     parameters: Parameters
-    """What the world has besides: sea, wind, hulls, thrusters, sensors, objects, docks, task and more."""
+    """Sea, wind, hulls, thrusters, sensors, objects, docks, task and more."""
 
     def __reduce__(self) -> tuple[type["World"], tuple[Pieces, Parameters]]:
         """Pickle and copy it as its parts: what keeps the assets from being changed cannot be pickled."""
@@ -90,7 +90,7 @@ class World:
         return scene
 
     def files(self, name: str = "scene") -> dict[str, bytes]:
-        """What `save` writes, by relative path: the MJCF, its parameters and the list of its pieces have this name.
+        """Files that `save` writes, by relative path; MJCF, parameters and list of pieces have this name.
 
         Raises:
             StateError: an asset's name has a folder in it.

@@ -16,6 +16,7 @@ from vrx_mj.model.kinds import (
     ProfileCode,
     Real,
     Row,
+    RowOf,
     Six,
     Text,
     UnitVector,
@@ -52,12 +53,12 @@ class Float:
     """Whose list of effects acts: 0 for VRX classic's, 1 for VRX 3's."""
     wind: WindForce
     """Wind coefficients along x and y, and of turning [N s2/m2, N m s2/m2]."""
-    element_start: Row
+    element_start: Annotated[Row, RowOf("elements", owned=True)]
     """First of its elements."""
     element_count: Count
     """Number of its elements."""
-    follower: Index = field(default=-1, metadata=LEFT_OUT)
-    """What drives it along a path, or -1."""
+    follower: Annotated[Index, RowOf("followers", owned=True)] = field(default=-1, metadata=LEFT_OUT)
+    """Row of the follower that drives it along a path, or -1."""
 
 
 @record
@@ -84,8 +85,8 @@ class Block:
 
     body: Text
     """Name of the MJCF's body."""
-    parent: Index
-    """Block that it hangs on, or -1 for a root."""
+    parent: Annotated[Index, RowOf("blocks")]
+    """Row of the block that it hangs on, or -1 for a root."""
     depth: Annotated[int, Field(ge=0, le=10_000)]
     """Number of hinges between it and its root."""
     position: Vec3
@@ -108,7 +109,7 @@ class Block:
     """Drag over mass and velocity [1/s]."""
     angular_drag: NonNegative
     """Drag torque over mass, squared size and angular velocity [1/s]."""
-    element_start: Row
+    element_start: Annotated[Row, RowOf("elements", owned=True)]
     """First of its elements."""
     element_count: Count
     """Number of its elements."""
@@ -120,12 +121,12 @@ class Block:
 class Mooring:
     """A line that holds a block."""
 
-    block: Row
-    """The block."""
+    block: Annotated[Row, RowOf("blocks")]
+    """Row of the block."""
     point: Vec3
-    """Where it holds it [m], body axes."""
+    """Point of the block that the line holds [m], body axes."""
     anchor: Vec2
-    """Where that is at rest, x and y [m]."""
+    """Place of that point at rest, x and y [m]."""
     stiffness: NonNegative
     """Stiffness [N/m]."""
     damping: NonNegative
@@ -136,10 +137,10 @@ class Mooring:
 class Rope:
     """A line that holds a floating object."""
 
-    float: Row
-    """The floating object, a row of `floats`."""
+    float: Annotated[Row, RowOf("floats")]
+    """Row of the floating object."""
     anchor: Vec2
-    """Where it is held, x and y [m]."""
+    """Place of the anchor, x and y [m]."""
     length: NonNegative
     """Distance up to which it is slack, on the horizontal plane [m]."""
     stiffness: NonNegative
@@ -150,7 +151,7 @@ class Rope:
 
 @record
 class Follower:
-    """What drives a floating object along a path."""
+    """Controller that drives a floating object along a path."""
 
     force: Real
     """Force along the body's x [N]."""
@@ -164,7 +165,7 @@ class Follower:
     """1: it pushes only within the tolerance."""
     loop: Flag
     """1: from the last waypoint it goes on to the first."""
-    waypoint_start: Row
+    waypoint_start: Annotated[Row, RowOf("path_points", owned=True)]
     """First of its waypoints."""
     waypoint_count: Annotated[int, Field(ge=1, le=1_000_000)]
     """Number of its waypoints."""
@@ -175,4 +176,4 @@ class PathPoint:
     """A waypoint of a follower."""
 
     position: Vec2
-    """x and y [m]."""
+    """Place, x and y [m]."""

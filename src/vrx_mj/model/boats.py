@@ -30,6 +30,7 @@ from vrx_mj.model.kinds import (
     ProfileCode,
     Real,
     Row,
+    RowOf,
     Share,
     Six,
     SixBySix,
@@ -43,7 +44,7 @@ from vrx_mj.model.kinds import (
 from vrx_mj.physics.tables import BLADES, MESH, NEWTONS
 
 MOST_TRIANGLES = 5000
-"""Of a hull's mesh."""
+"""Largest number of triangles of a hull's mesh."""
 
 
 _WindPoint = Annotated[tuple[Angle, Real, Real, Real], Parts("angle", "surge", "sway", "yaw")]
@@ -55,7 +56,7 @@ _Blendermann = Annotated[
 
 @record
 class Windage:
-    """What a hull shows to the wind; angles are those off the bow from which it comes."""
+    """Windage of a hull: areas and coefficients; angles are those off the bow from which the wind comes."""
 
     frontal_area: Positive
     """Area seen from ahead [m2]."""
@@ -113,7 +114,7 @@ class Diffraction:
     step: Positive
     """Step between frequencies, of which the first is 0 [rad/s]."""
     forces: Annotated[tuple[Annotated[tuple[Forces, ...], Field(max_length=360)], ...], Field(max_length=501), TIED]
-    """By frequency, by angle toward which waves travel, even over the circle from the bow on.
+    """Forces by frequency and by angle toward which waves travel, even over the circle from the bow on.
 
     Real parts, then imaginary ones, per metre of amplitude [N/m, N]."""
 
@@ -217,14 +218,14 @@ class Hull:
     """Whose list of effects acts: 0 for VRX classic's, 1 for VRX 3's."""
     gravity: Annotated[NonNegative, Unless("vessel")]
     """Gravity that acts on displaced water [m/s2]."""
-    station_start: Row
+    station_start: Annotated[Row, RowOf("stations", owned=True)]
     """First of its stations."""
     station_count: Count
     """Number of its stations."""
-    thruster_start: Row
+    thruster_start: Annotated[Row, RowOf("thrusters", owned=True)]
     """First of its thrusters."""
     windage: Windage | None = field(default=None, metadata=LEFT_OUT)
-    """What it shows to the wind, instead of its coefficients."""
+    """Windage, instead of wind coefficients."""
     vessel: Vessel | None = field(default=None, metadata=LEFT_OUT)
     """Its model in profile `marine`, instead of stations, added mass and drag."""
     inertia: Inertia | None = field(default=None, metadata=LEFT_OUT)
@@ -279,7 +280,7 @@ SailPoint = Annotated[tuple[Annotated[float, Field(ge=0.0, le=math.pi)], Real, R
 
 @record
 class Sail:
-    """What the wind does to a sail."""
+    """Aerodynamics of a sail."""
 
     curve: Annotated[tuple[SailPoint, ...], Field(min_length=2)]
     """Rising angles between the apparent wind and the chord, and coefficients of lift and drag there [rad, 1, 1]."""
@@ -293,7 +294,7 @@ class Thruster:
 
     name: Text
     """Name of its command."""
-    hull: Row
+    hull: Annotated[Row, RowOf("hulls")]
     """Its hull."""
     body: Text
     """Name of the MJCF's body that it pushes."""
@@ -304,7 +305,7 @@ class Thruster:
     rotation: Matrix
     """Axes of the engine at zero steering in hull axes."""
     propeller: Vec3
-    """Where the force acts [m], engine axes from the hinge."""
+    """Point of application of the force [m], engine axes from the hinge."""
     direction: UnitVector
     """Direction of the force, unit vector, engine axes."""
     body_com: Annotated[Vec3, TIED]
@@ -337,7 +338,7 @@ class Thruster:
     """Slope of a rudder's normal force over the sine of its angle of attack [1]."""
     density: Annotated[NonNegative, Unless("is_propeller")]
     """Density of the water at a rudder, or of the air at a sail [kg/m3]."""
-    race: Index
+    race: Annotated[Index, RowOf("thrusters")]
     """Thruster in whose race a rudder is, or -1."""
     race_area: Annotated[NonNegative, Unless("has_no_race")]
     """Area of that propeller's disc [m2]."""
@@ -406,7 +407,7 @@ class Sensor:
 
 @record
 class AutopilotChannel:
-    """What the pulses of an autopilot's channel command."""
+    """Mapping of an autopilot's channel to a command."""
 
     number: Annotated[int, Field(ge=1, le=32)]
     """Number of the channel."""
@@ -415,9 +416,9 @@ class AutopilotChannel:
     trim: Real | None = None
     """Pulse that commands nothing [us]; None: that of its kind."""
     span: tuple[Real, Real] | None = None
-    """How much shorter and longer the pulses are that command all [us]; None: those of its kind."""
+    """Differences of the shortest and the longest pulse from the trim [us]; None: those of its kind."""
     dead_band: NonNegative = 0.0
-    """How far from the trim a pulse still commands nothing [us]."""
+    """Largest difference from the trim at which a pulse still commands nothing [us]."""
 
 
 _VoltagePoint = Annotated[tuple[Share, Positive], Parts("charge", "voltage")]
@@ -425,14 +426,14 @@ _VoltagePoint = Annotated[tuple[Share, Positive], Parts("charge", "voltage")]
 
 @record
 class Battery:
-    """What the propellers of a boat run on."""
+    """Battery of a boat's propellers."""
 
     capacity: Positive
     """Charge [A h]."""
     voltage: Annotated[tuple[_VoltagePoint, ...], Field(min_length=2, max_length=100)]
     """Shares of the charge that are left, from 0 to 1, with the voltage at rest [1, V]."""
     resistance: NonNegative
-    """Resistance within [ohm]."""
+    """Internal resistance [ohm]."""
 
 
 @record
@@ -480,7 +481,7 @@ def boat_label(name: str, robot: str) -> str:
 
 @record
 class WindCoefficients:
-    """How the wind acts on something."""
+    """Wind coefficients of a boat or an object."""
 
     model: Text
     """Name of a boat, an object, a kind of robot or a model of objects."""
@@ -492,7 +493,7 @@ class WindCoefficients:
 
 @record
 class Spawn:
-    """What a boat that joins later takes from the world."""
+    """Defaults of boats that join later."""
 
     robot: Text = "wamv"
     """Kind of boat."""
@@ -503,6 +504,6 @@ class Spawn:
     sensors: tuple[Text, ...] | None = None
     """Suites or sensors; None: what the robot carries."""
     wind: tuple[WindCoefficients, ...] | None = None
-    """How the wind acts on it, besides by its robot's own coefficients; (): not at all."""
+    """Wind coefficients by name, before those of its robot; (): the wind pushes nothing."""
     quirks: tuple[Literal["wind_stale_link"], ...] = ()
     """Defects of VRX's worlds that are kept."""

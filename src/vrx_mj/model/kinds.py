@@ -46,6 +46,15 @@ class Parts:
         object.__setattr__(self, "names", names)
 
 
+@dataclass(frozen=True)
+class RowOf:
+    """Mark of the number of a row in a table, that this row points at, or of the first row that is its own."""
+
+    table: str
+    owned: bool = False
+    """Whether rows from that on are its own: as many as `..._count` says, or one."""
+
+
 TIED = object()
 """Mark of what is no parameter by itself: other numbers of the world, or its MJCF, belong to it."""
 HEADING = object()

@@ -36,7 +36,7 @@ class Number:
     unit: str
     """Unit, SI; `1` for a number without one."""
     meaning: str
-    """What it is."""
+    """Description, one sentence."""
     path: _Path = field(repr=False, compare=False)
     """Fields and rows that lead to it in `World.parameters`."""
     kind: Any = field(repr=False, compare=False)

@@ -1,4 +1,4 @@
-"""What a compiled world has besides boats and water: objects, docks, signs, the shore, and where on Earth it is."""
+"""Parts of a compiled world besides boats and water: objects, docks, signs, the shore, and where on Earth it is."""
 
 from collections.abc import Mapping
 from dataclasses import field
@@ -97,7 +97,7 @@ class Marker:
 
 @record
 class Georeference(Geodetic):
-    """Where on Earth (WGS84) the world's origin is."""
+    """Geodetic position (WGS84) of the world's origin."""
 
     latitude: Annotated[float, Field(ge=-90.0, le=90.0)]
     """Latitude [degrees]."""
@@ -111,7 +111,7 @@ class Georeference(Geodetic):
 
 @record
 class Scene:
-    """What renderers and viewers set by hand."""
+    """Options of renderers and viewers that MJCF cannot hold."""
 
     fog: bool
     """Whether there is fog."""

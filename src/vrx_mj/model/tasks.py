@@ -24,7 +24,7 @@ def _name_of(kind: str) -> Mapping[str, str]:
 
 @record
 class TaskBase:
-    """What all tasks have."""
+    """Fields of all tasks."""
 
     type: str
     """Which set of rules."""
@@ -45,7 +45,7 @@ class TaskBase:
     fixed: Mapping[Text, Pose] = field(metadata=late(1))
     """Poses of what never moves, by name [m, rad]."""
     rivals: Annotated[tuple[Text, ...], Field(max_length=_MOST)] = field(metadata=late(3))
-    """What the boat may touch, in the order of the MJCF's contact sensors."""
+    """Names of all that the boat may touch, in the order of the MJCF's contact sensors."""
 
 
 @record
@@ -109,9 +109,9 @@ class Shown:
     time: NonNegative
     """When it shows up [s]."""
     duration: NonNegative
-    """How long it is shown [s]."""
+    """Time for which it is shown [s]."""
     type: Text
-    """What a right report calls it."""
+    """Type in a correct report."""
     name: Text = field(metadata=_name_of(_THING))
     """Name of the object."""
     pose: Pose
@@ -166,14 +166,14 @@ class Hole:
 
 @record
 class Animal:
-    """Something that swims."""
+    """An animal."""
 
     name: Text = field(metadata=_name_of(_THING))
     """Name of the object."""
     model: Text
     """Its model."""
     goal: Literal["avoid", "circumnavigate_clockwise", "circumnavigate_counterclockwise"]
-    """What to do about it."""
+    """Required behaviour near it."""
 
 
 @record
@@ -251,7 +251,7 @@ class Dock(TaskBase):
     light_buoy: Text | None = field(metadata=_name_of("light"))
     """Name of the light buoy."""
     color_sequence: tuple[Text, Text, Text]
-    """What it shows."""
+    """Colours that it shows."""
     color_bonus_points: NonNegative
     """Points for the colours."""
     dock_bonus_points: NonNegative
