@@ -4,13 +4,19 @@ import math
 import re
 import shutil
 from fractions import Fraction
+from types import UnionType
+from typing import Annotated, Union, get_args, get_origin
 
 import numpy as np
 import pytest
 import yaml
+from pydantic import BaseModel
 
 import vrx_mj
 from vrx_mj import Batch, Simulation, World, compile_world, parameters
+from vrx_mj.config.robots import RobotConfig
+from vrx_mj.config.values import MIN_POSITIVE
+from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import CommandError, CompileError, UnknownNameError
 from vrx_mj.model.numbers import with_numbers
 from vrx_mj.resources import root
@@ -196,9 +202,35 @@ def test_every_number_is_that_of_its_file(tmp_path):
                 for pattern, place, factor in found:
                     value = in_file(base if own == name else file, place)
                     if value is not None and not (base is MARINE and replaced(place, file)):
+                        if pattern not in {*compared, "wind.direction"}:  # which is kept as a unit vector
+                            low, high = range_in_file(WorldConfig if own == name else RobotConfig, place)
+                            assert all(number.field_value(end * factor) is not None for end in (low, high)), name
                         compared.add(pattern)
                         assert number.value == pytest.approx(value * factor, rel=1e-12), f"{robot}: {name}, {place}"
     assert compared == GIVEN.keys()
+
+
+def range_in_file(kind, place):
+    """Least and largest number that a file may have at a place: the compiled world takes both."""
+    marks = []
+    for step in place.split("."):
+        while get_origin(kind) in {Annotated, Union, UnionType}:
+            kind, *more = get_args(kind)
+        if isinstance(kind, type) and issubclass(kind, BaseModel):
+            field = kind.model_fields[step]
+            kind, marks = field.annotation, field.metadata
+        else:
+            parts = get_args(kind)
+            kind = parts[1] if get_origin(kind) is dict else parts[0 if parts[-1] is ... else int(step)]
+    while get_origin(kind) in {Annotated, Union, UnionType}:
+        kind, *more = get_args(kind)
+        marks = [*marks, *more]
+    marks = [each for mark in marks for each in (mark, *getattr(mark, "metadata", ()))]
+    assert kind is float, place
+    ends = [[getattr(mark, name) for mark in marks for name in names if getattr(mark, name, None) is not None]
+            for names in (("ge", "gt"), ("le", "lt"))]  # fmt: skip
+    low = max(ends[0])
+    return (low if any(getattr(mark, "ge", None) == low for mark in marks) else MIN_POSITIVE), min(ends[1])
 
 
 def replaced(place, file):
