@@ -10,7 +10,7 @@ import json
 import re
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import chain
 from typing import Annotated
 
@@ -23,7 +23,7 @@ from vrx_mj.constants import LONGEST_STEP, SHORTEST_STEP
 from vrx_mj.errors import StateError
 from vrx_mj.formats.urdf.meshes import is_binary_stl
 from vrx_mj.mjcf.pieces import PREFIX, Part, Piece, Pieces, owner_of
-from vrx_mj.model.kinds import STRICT, Pose
+from vrx_mj.model.kinds import Pose, record, record_from
 from vrx_mj.model.references import broken_references
 from vrx_mj.model.world import FORMAT, FORMER, Parameters, format_of, parameters_of, tree_of
 
@@ -213,11 +213,10 @@ _TOUCH = "touch"
 _PieceFile = Annotated[str, StringConstraints(pattern=r"^piece_[0-9a-f]{16}\.xml$")]
 
 
-@dataclass(frozen=True)
+@record
 class _Placed:
     """A piece and its place in a world."""
 
-    __pydantic_config__ = STRICT
     name: Annotated[str, StringConstraints(min_length=1, max_length=_LONGEST)]
     """Name of the part."""
     piece: _PieceFile
@@ -226,11 +225,10 @@ class _Placed:
     """Pose of the frame around its bodies [m, rad]; None: they need none."""
 
 
-@dataclass(frozen=True)
+@record
 class _Index:
     """List of the pieces of a world."""
 
-    __pydantic_config__ = STRICT
     own: _PieceFile
     """File of the world's own piece."""
     parts: Annotated[tuple[_Placed, ...], Field(max_length=100_000), FailFast()]
@@ -242,8 +240,8 @@ _INDEX = TypeAdapter(_Index)
 
 def piece_files(pieces: Pieces, name: str) -> dict[str, str]:
     """Texts of the files of pieces and of their list, by relative path; `name` is that of the world's files."""
-    parts = tuple(_Placed(part.name, part.piece.file, part.pose) for part in pieces.parts)
-    index = json.dumps(tree_of(_Index(pieces.own.file, parts)), indent=1) + "\n"
+    parts = tuple(record_from(_Placed, part, piece=part.piece.file) for part in pieces.parts)
+    index = json.dumps(tree_of(_Index(own=pieces.own.file, parts=parts)), indent=1) + "\n"
     kinds = {pieces.own.file: pieces.own, **{part.piece.file: part.piece for part in pieces.parts}}
     return {f"{name}.pieces.json": index, **{f"pieces/{file}": piece.text for file, piece in kinds.items()}}
 
