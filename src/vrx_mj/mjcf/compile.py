@@ -92,11 +92,11 @@ def compile_world(
         if opened := opener(world, given):
             world, fleet = opened(world, fleet, given)
         config = load_world(world)
-        making = _World(config, load_fleet(fleet, config), nudge=nudged)
+        making = _Compilation(config, load_fleet(fleet, config), nudge=nudged)
         return making.world(config.seed if own is None else own, numbers)
 
 
-class _World(Assembly):
+class _Compilation(Assembly):
     """One world in the making."""
 
     def __init__(self, config: WorldConfig, fleet: FleetConfig, *, nudge: bool) -> None:

@@ -8,11 +8,10 @@ tolerance is 0.
 import math
 from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet
-from dataclasses import dataclass
 from itertools import combinations
 from typing import Literal
 
-from vrx_mj.config.joints import AxisConfig, JointConfig, LinkConfig, link_order
+from vrx_mj.config.joints import LinkConfig, link_order
 from vrx_mj.config.objects import ObjectConfig, RopeConfig, load_object, path_points
 from vrx_mj.config.profiles import MARINE, NEWER
 from vrx_mj.config.search import kind_name
@@ -24,7 +23,7 @@ from vrx_mj.frames import Pose, apply, compose, inverse, rotation
 from vrx_mj.mjcf.parameters import PROFILES, Rows
 from vrx_mj.mjcf.pieces import Piece
 from vrx_mj.mjcf.placement import PlacedObject
-from vrx_mj.mjcf.templates import Geom, geoms, meshes
+from vrx_mj.mjcf.templates import geoms, meshes
 from vrx_mj.mjcf.wind import NO_WIND
 from vrx_mj.model.afloat import Element, Float, Follower, PathPoint, Rope
 from vrx_mj.model.kinds import record_from
@@ -106,50 +105,24 @@ def object_piece(config: ObjectConfig, *, asleep: bool = False) -> Piece:
     return Piece.from_template("object.xml.j2", {item.file: item.content for item in needed}, **values)
 
 
-@dataclass(frozen=True)
-class _Branch:
-    """A link that hangs on another, for the template."""
-
-    link: LinkConfig
-    pose: Pose
-    """Pose in the frame of the one that it hangs on [m, rad]."""
-    joint: JointConfig
-    collisions: list[Geom]
-    visuals: list[Geom]
-    branches: "list[_Branch]"
-
-    @property
-    def place(self) -> tuple[float, float, float]:
-        """Place of the joint in the link's frame [m]."""
-        return self.joint.pose[:3]
-
-    @property
-    def type(self) -> str:
-        """Type of MuJoCo's joints for each axis."""
-        return "slide" if self.joint.type == "prismatic" else "hinge"
-
-    @property
-    def axes(self) -> list[tuple[tuple[float, float, float], AxisConfig]]:
-        """Directions of the joint's axes in the link's frame, and what acts along each."""
-        turn = rotation(*self.joint.pose[3:])
-        return [(apply(turn, axis.xyz), axis) for axis in self.joint.axes]
-
-
-def _branches(config: ObjectConfig, name: str, pose: Pose) -> list[_Branch]:
-    """The links that hang on the one of a name, whose pose in the object is given."""
-    links = {link.name: link for link in config.links}
-    own = [(joint, links[joint.child]) for joint in config.joints if joint.parent == name]
-    return [
-        _Branch(
-            link,
-            compose(inverse(pose), link.pose),
-            joint,
-            geoms(link.collisions),
-            geoms(link.visuals),
-            _branches(config, link.name, link.pose),
-        )
-        for joint, link in own
-    ]
+def _branches(config: ObjectConfig, name: str, pose: Pose) -> list[dict[str, object]]:
+    """The links that hang on the one of a name, whose pose in the object is given, for the template."""
+    links, found = {link.name: link for link in config.links}, list[dict[str, object]]()
+    for joint in (joint for joint in config.joints if joint.parent == name):
+        link, turn = links[joint.child], rotation(*joint.pose[3:])
+        branch = {
+            "link": link,
+            "pose": compose(inverse(pose), link.pose),
+            "joint": joint,
+            "place": joint.pose[:3],
+            "type": "slide" if joint.type == "prismatic" else "hinge",
+            "axes": [(apply(turn, axis.xyz), axis) for axis in joint.axes],
+            "collisions": geoms(link.collisions),
+            "visuals": geoms(link.visuals),
+            "branches": _branches(config, link.name, link.pose),
+        }
+        found.append(branch)
+    return found
 
 
 def object_rows(item: PlacedObject, wind: WindConfig | None, physics: PhysicsConfig, tables: Rows) -> Rows:

@@ -25,7 +25,7 @@ from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.config.wind import WindConfig
 from vrx_mj.config.world import PhysicsConfig
 from vrx_mj.constants import HULL_GRAVITY
-from vrx_mj.frames import Pose, rotation
+from vrx_mj.frames import rotation
 from vrx_mj.mjcf.boats import AssembledThruster, Boat, Part
 from vrx_mj.mjcf.hulls import vessel_of
 from vrx_mj.mjcf.masses import (
@@ -42,7 +42,7 @@ from vrx_mj.mjcf.masses import (
 from vrx_mj.mjcf.parameters import PROFILES, Rows
 from vrx_mj.mjcf.pieces import PREFIX, Piece
 from vrx_mj.mjcf.radiation import nested_tuples
-from vrx_mj.mjcf.templates import Geom, geoms, meshes
+from vrx_mj.mjcf.templates import geoms, meshes
 from vrx_mj.mjcf.wind import boat_wind, boat_windage
 from vrx_mj.model.boats import (
     MJCF_FIELDS,
@@ -72,14 +72,6 @@ _WORLD = "world"
 """Name of a root link that stays where the boat is put, by Gazebo's convention."""
 _MAPPINGS: Mapping[str, Literal[0, 1, 3]] = {"linear": LINEAR, "glf": GLF, "newtons": NEWTONS}
 """Codes of the thrust mappings in the runtime's table."""
-
-
-@dataclass(frozen=True)
-class _Frame:
-    """A link's geoms at its pose."""
-
-    pose: Pose
-    geoms: tuple[Geom, ...]
 
 
 def robot_piece(
@@ -143,9 +135,9 @@ def _frames(
     *,
     seen: str = "",
     color: _Color | None = None,
-) -> list[_Frame]:
+) -> list[dict[str, object]]:
     """Links' geoms; what is seen is called by `seen` and a number, if that is given, and the first has the `color`."""
-    frames, number = [], itertools.count()
+    frames, number = list[dict[str, object]](), itertools.count()
     for part in parts:
         count, own = Counter[str](), []
         for item in geoms((*part.collisions, *part.visuals)):
@@ -160,7 +152,7 @@ def _frames(
                 name = f"{seen}_{next(number)}" if seen else name
                 own.append(replace(item, name=name, rgba=color or item.rgba))
                 color = None
-        frames.append(_Frame(part.pose, tuple(own)))
+        frames.append({"pose": part.pose, "geoms": own})
     return frames
 
 

@@ -343,10 +343,6 @@ def _habit(kind: str) -> _Habit | None:
     return _ANIMALS.get(kind.partition("_")[0])
 
 
-def _channel(task: tasks.GymkhanaTask, site: Site) -> model.Channel:
-    return record_from(model.Channel, task.channel, gates=_gates(site, ("channel",), task.channel))
-
-
 def _pinger(task: tasks.GymkhanaTask | tasks.AcousticPerceptionTask | tasks.AcousticTrackingTask, site: Site) -> object:
     """A point, or the name of what carries the beacon."""
     if isinstance(task, tasks.AcousticTrackingTask):
@@ -367,7 +363,9 @@ _RESOLVERS: Mapping[str, Callable[[Any, Site], object]] = {
     "waypoints": _waypoints,
     "objects": _shown_objects,
     "gates": lambda task, site: _gates(site, (), task),
-    "channel": _channel,
+    "channel": lambda task, site: record_from(
+        model.Channel, task.channel, gates=_gates(site, ("channel",), task.channel)
+    ),
     "pinger": _pinger,
     "animals": _animals,
     "anchor": lambda task, site: dock.name if (dock := site.dock(task.dock)) else "",
