@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from vrx_mj.config.values import Latitude, Longitude
 from vrx_mj.frames import Geodetic
 from vrx_mj.model.kinds import LEFT_OUT, Degrees, NonNegative, Pose, Positive, Real, Share, Text, Vec3, record
 
@@ -99,9 +100,9 @@ class Marker:
 class Georeference(Geodetic):
     """Geodetic position (WGS84) of the world's origin."""
 
-    latitude: Annotated[float, Field(ge=-90.0, le=90.0)]
+    latitude: Latitude
     """Latitude [degrees]."""
-    longitude: Annotated[float, Field(ge=-180.0, le=180.0)]
+    longitude: Longitude
     """Longitude [degrees]."""
     elevation: Real
     """Height above the ellipsoid [m]."""

@@ -6,12 +6,11 @@ from typing import Annotated, Literal, TypeVar, get_args, get_type_hints
 
 from pydantic import Field
 
+from vrx_mj.config.values import Latitude, Longitude
 from vrx_mj.model.kinds import Angle, NonNegative, Pose, Positive, Real, Text, Vec3, late, record
 
 _MOST = 100_000
 """Most things of a kind in a task."""
-_Latitude = Annotated[float, Field(ge=-90.0, le=90.0)] | None
-_Longitude = Annotated[float, Field(ge=-180.0, le=180.0)] | None
 _Size = tuple[NonNegative, NonNegative, NonNegative]
 _Kind = TypeVar("_Kind")
 _THING = "object or dock"
@@ -58,9 +57,9 @@ class Goal:
     """Along y [m]."""
     yaw: Angle
     """Heading [rad], counter-clockwise from x."""
-    latitude: _Latitude
+    latitude: Latitude | None
     """Latitude [degrees]; None without a georeference."""
-    longitude: _Longitude
+    longitude: Longitude | None
     """Longitude [degrees]; None without a georeference."""
 
 
@@ -74,9 +73,9 @@ class Pinger:
     """Along y [m]."""
     z: Real
     """Along z [m]."""
-    latitude: _Latitude
+    latitude: Latitude | None
     """Latitude [degrees]; None without a georeference."""
-    longitude: _Longitude
+    longitude: Longitude | None
     """Longitude [degrees]; None without a georeference."""
 
 

@@ -5,6 +5,7 @@ from typing import Annotated
 
 from pydantic import Field
 
+from vrx_mj.config.values import Seed
 from vrx_mj.constants import WATER_DENSITY, WAVE_GRAVITY
 from vrx_mj.model.kinds import LEFT_OUT, TIED, Flag, Heading, NonNegative, Positive, Real, Share, Vec2, record
 from vrx_mj.spectra import SPECTRA, SeaModel
@@ -89,7 +90,7 @@ class Current:
     """Standard deviation of the random part, of each component [m/s]."""
     time_constant: Positive
     """Time constant of the random part [s]."""
-    seed: Annotated[int, Field(ge=0, lt=2**63)]
+    seed: Seed
     """Seed of the random part; 0 leaves it to the run's."""
     layers: Annotated[tuple[Layer, ...], Field(max_length=10_000)]
     """Shares of the mean and of the tide over the depth; none: 1 everywhere."""
@@ -109,7 +110,7 @@ class Wind:
     """Time constant of the gusts [s]."""
     first_step: NonNegative
     """The gusts' own length of the first step [s]; 0: that of all others."""
-    seed: Annotated[int, Field(ge=0, lt=2**63)]
+    seed: Seed
     """Seed of the gusts; 0 leaves it to the run's."""
     update_rate: Real
     """Rate at which VRX publishes the wind [Hz]."""

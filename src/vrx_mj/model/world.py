@@ -9,6 +9,7 @@ from typing import Annotated, Any, Final, Literal, get_args, get_origin, get_typ
 import pydantic
 from pydantic import BaseModel, TypeAdapter
 
+from vrx_mj.config.values import Seed
 from vrx_mj.constants import LONGEST_STEP, SHORTEST_STEP
 from vrx_mj.frames import compass
 from vrx_mj.model.afloat import Block, Element, Float, Follower, Mooring, PathPoint, Rope
@@ -38,7 +39,7 @@ class Parameters:
     """Name of the fleet."""
     description: Annotated[str, pydantic.Field(max_length=10_000)]
     """Description of the world."""
-    seed: Annotated[int, pydantic.Field(ge=0, lt=2**63)]
+    seed: Seed
     """Default seed of a run."""
     profile: Literal["vrx", "vrx3", "marine"]
     """Profile of physics."""
