@@ -73,7 +73,7 @@ def _build(order: Order, config: RobotConfig) -> Boat:
     except ConfigError as error:
         raise with_places(error, robot_section(order.robot, order.folder)) from None
     hull = config.hull if order.profile == MARINE else None
-    boat, derived = _in_water(boat, {**config.hydrodynamics.said, **profile.hydrodynamics.said}, hull)
+    boat, derived = _with_hydrodynamics(boat, {**config.hydrodynamics.said, **profile.hydrodynamics.said}, hull)
     sensors = _select_sensors(_with_shooters(boat, profile), wanted, config)
     remarks = (*boat.warnings, *derived, _sensors_note(boat, order, config))
     boat = replace(boat, contact=profile.contact or config.contact, sensors=sensors, description=text)
@@ -222,7 +222,9 @@ def _sensors_note(boat: Boat, order: Order, config: RobotConfig) -> str:
     return f"`sensors: vrx` adds no sensor: it carries those of its own files, {carried}"
 
 
-def _in_water(boat: Boat, given: dict[str, Any], hull: MarineHullConfig | None) -> tuple[Boat, tuple[str, ...]]:
+def _with_hydrodynamics(
+    boat: Boat, given: dict[str, Any], hull: MarineHullConfig | None
+) -> tuple[Boat, tuple[str, ...]]:
     """The boat with what the YAML gives, then the plugin, then the shapes; with notes about what was derived.
 
     `hull` is the one that it has in its world in the place of floats.
@@ -231,9 +233,10 @@ def _in_water(boat: Boat, given: dict[str, Any], hull: MarineHullConfig | None) 
     if boat.hydrodynamics is not None:
         return replace(boat, hydrodynamics=boat.hydrodynamics.model_copy(update=given)), ()
     given = {**whole, **given}
-    in_lines = bool(LINES & given.keys())
-    guess = derived_lines(boat) if in_lines else derived_floats(boat, given.get("water_density", DENSITY),
-                                                                given.get("length_n", 2))  # fmt: skip
+    if LINES & given.keys():
+        guess = derived_lines(boat)
+    else:
+        guess = derived_floats(boat, given.get("water_density", DENSITY), given.get("length_n", 2))
     for key, six in boat.water.items():
         if isinstance(six, tuple) and None in six:  # of which a file gives a part
             rest: Any = guess.values[key]
@@ -243,7 +246,7 @@ def _in_water(boat: Boat, given: dict[str, Any], hull: MarineHullConfig | None) 
     return boat, (*guess.notes, *_derivation_notes(guess, given, boat.water, hull))
 
 
-_OF_HULL = {"added_mass": "added_mass hydro", "drag_linear": "damping_linear", "drag_quadratic": "damping_quadratic"}
+_HULL_KEYS = {"added_mass": "added_mass hydro", "drag_linear": "damping_linear", "drag_quadratic": "damping_quadratic"}
 """Fields of `HydrodynamicsConfig` that a hull of profile `marine` takes, and its own keys that give them."""
 
 
@@ -254,9 +257,9 @@ def _derivation_notes(
 
     Floats alone, with the lift of the shapes, are no guess.
     """
-    of_hull = {key for key, own in _OF_HULL.items() if any(getattr(hull, name, ()) for name in own.split())}
-    guessed = _OF_HULL.keys() - of_hull - given.keys()
-    floats = set() if hull else guess.values.keys() - _OF_HULL.keys() - {"hulls", *given}
+    of_hull = {key for key, own in _HULL_KEYS.items() if any(getattr(hull, name, ()) for name in own.split())}
+    guessed = _HULL_KEYS.keys() - of_hull - given.keys()
+    floats = set() if hull else guess.values.keys() - _HULL_KEYS.keys() - {"hulls", *given}
     missing = [
         f"{key} {_short(value)}{' (in part that of its file)' if key in known else ''}"
         for key, value in guess.values.items()
