@@ -137,7 +137,7 @@ def test_no_number_can_point_at_a_row_that_is_not_meant(worlds, name):
     [
         (("hulls", 0, "thruster_count"), 9, "hulls[0].thruster_start: there is no row 8 among 2 thrusters"),
         (("hulls", 0, "thruster_start"), 5, "hulls[0].thruster_start: there is no row 6 among 2 thrusters"),
-        (("thrusters", 1, "hull"), 7, "thrusters[1].hull: 7 is not the hull whose thruster it is"),
+        (("thrusters", 1, "hull"), 7, "thrusters[1].hull: there is no row 7 among 1 hulls"),
         (("thrusters", 0, "race"), 2, "thrusters[0].race: there is no row 2 among 2 thrusters"),
         (("thrusters", 0, "body"), "world", "thrusters[0].body: 'world' is not the hull or a body on its own hinge"),
         (("floats", 0, "element_start"), 10**6, "floats[0].element_start: there is no row 1000000 among 4 elements"),

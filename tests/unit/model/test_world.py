@@ -100,7 +100,7 @@ def test_a_block_of_another_dock_is_no_parent(rafts):
         ({"stations": ()}, "hulls[0].station_start: there is no row 3 among 0 stations"),
         ({"thrusters": ()}, "hulls[0].thruster_start: there is no row 1 among 0 thrusters"),
         ({"floats": ()}, "floats: 0 rows for 6 floating objects"),
-        ({"followers": ()}, "floats[0].follower: there is no row 0 among 0 followers"),
+        ({"followers": ()}, "floats[1].follower: there is no row 0 among 0 followers"),
         ({"path_points": ()}, "followers[0].waypoint_start: there is no row 1 among 0 path_points"),
         ({"lights": ()}, None),
         ({"boats": ()}, "hulls: 2 rows for 0 boats"),
@@ -108,6 +108,12 @@ def test_a_block_of_another_dock_is_no_parent(rafts):
 )
 def test_a_table_has_as_many_rows_as_are_pointed_at(swimmers, change, fault):
     assert next(broken_references(replace(swimmers, **change)), None) == fault
+
+
+def test_a_thruster_is_one_of_its_hull(swimmers):
+    thrusters = (replace(swimmers.thrusters[0], hull=1), *swimmers.thrusters[1:])
+    fault = "thrusters[0].hull: 1 is not the hull whose thruster it is"
+    assert list(broken_references(replace(swimmers, thrusters=thrusters))) == [fault]
 
 
 def test_a_line_holds_something(rafts):
