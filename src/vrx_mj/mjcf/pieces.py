@@ -218,7 +218,7 @@ class Pieces:
         return list({id(piece): piece for piece in (self.own, *(part.piece for part in self.parts))}.values())
 
     def with_parts(self, parts: Iterable[Part], *, option: str = "", touches: str = "") -> "Pieces":
-        """The pieces with parts after all others, another element of options, and more sensors."""
+        """The pieces with `parts` after all others, `option` as element of options, and `touches` as more sensors."""
         head, sensors = self.own.blocks["head"], self.own.blocks["sensors"] + touches
         if option:
             before, _, rest = head.partition("<option ")
@@ -247,7 +247,7 @@ class Pieces:
         return self._document(self.parts, Detail.WHOLE)
 
     def spec(self, detail: Detail = Detail.WHOLE) -> mujoco.MjSpec:
-        """The MuJoCo spec.
+        """The MuJoCo spec, with what `detail` leaves in it.
 
         Raises:
             ValueError: MuJoCo refuses the MJCF.
@@ -263,7 +263,7 @@ class Pieces:
         return spec
 
     def grow_spec(self, spec: mujoco.MjSpec, before: "Pieces", detail: Detail) -> bool:
-        """Whether a spec of the pieces of before was made that of these, by attaching to it the parts that came last.
+        """Whether `spec`, of the pieces `before` in a `detail`, was made that of these by attaching the parts that came last.
 
         Raises:
             ValueError: MuJoCo refuses them; the spec cannot be used any more.
@@ -283,7 +283,7 @@ class Pieces:
         return True
 
     def spec_of(self, name: str) -> mujoco.MjSpec:
-        """The spec of one part alone, with all that is seen of it."""
+        """The spec of the part called `name` alone, with all that is seen of it."""
         part = next(part for part in self.parts if part.name == name)
         text = _document(
             head=self.own.blocks["head"],

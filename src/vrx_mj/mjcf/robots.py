@@ -378,18 +378,6 @@ def boat_rows(
         station_count=len(kind.stations),
         thruster_start=start,
     )
-    robot = kind.boat
-    entry = record_from(
-        Entry,
-        boat,
-        life=life,
-        description=robot.description if len(robot.description) <= LONGEST_DESCRIPTION else "",
-        autopilot=tuple(
-            record_from(AutopilotChannel, one, number=int(number), command=one.thruster)
-            for number, one in robot.autopilot.items()
-        ),
-        battery=None if robot.battery is None else record_from(Battery, robot.battery),
-    )
     return Rows(
         hulls=[row],
         stations=[*kind.stations],
@@ -403,7 +391,22 @@ def boat_rows(
             for row, item in zip(kind.thrusters, kind.boat.thrusters, strict=True)
         ],
         sensors=[replace(_with_names(sensor, boat.name), boat=boat.name) for sensor in kind.sensors],
-        boats=[entry],
+        boats=[_entry(kind.boat, boat, life)],
+    )
+
+
+def _entry(robot: Boat, boat: BoatConfig, life: int) -> Entry:
+    """The record of a boat of a fleet."""
+    return record_from(
+        Entry,
+        boat,
+        life=life,
+        description=robot.description if len(robot.description) <= LONGEST_DESCRIPTION else "",
+        autopilot=tuple(
+            record_from(AutopilotChannel, one, number=int(number), command=one.thruster)
+            for number, one in robot.autopilot.items()
+        ),
+        battery=None if robot.battery is None else record_from(Battery, robot.battery),
     )
 
 
