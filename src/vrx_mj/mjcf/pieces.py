@@ -263,7 +263,7 @@ class Pieces:
         return spec
 
     def grow_spec(self, spec: mujoco.MjSpec, before: "Pieces", detail: Detail) -> bool:
-        """Whether `spec`, of the pieces `before` in a `detail`, was made that of these by attaching the parts that came last.
+        """Attach to `spec`, that of `before` in a `detail`, the parts that came last; return whether that is possible.
 
         Raises:
             ValueError: MuJoCo refuses them; the spec cannot be used any more.
