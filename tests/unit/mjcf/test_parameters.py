@@ -62,19 +62,6 @@ def worlds():
     }
 
 
-@pytest.mark.parametrize("base", [VRX, MARINE], ids=["vrx", "marine"])
-@pytest.mark.parametrize("robot", ROBOTS)
-def test_every_number_of_every_robot_has_a_unit_and_a_meaning(robot, base):
-    found = parameters(world_with(robot, base))
-    assert f"{next(iter(found)).split('.')[0]}" in {"sea", "wind", "current"}
-    assert any(".hull." in name for name in found)
-    for name, number in found.items():
-        assert number.name == name
-        assert number.unit, name
-        assert number.meaning.endswith("."), name
-        assert math.isfinite(number.value), name
-
-
 def arrays_of(world, own):
     """Contents of the loop's arrays of a world with the MuJoCo model of another one's."""
     arrays = LoopArrays(world, own.model, own.contact_free, own.data, known=own)
@@ -185,29 +172,43 @@ def full_robot(folder):
     return path
 
 
-def test_every_number_is_that_of_its_file(tmp_path):
-    """Names and values of all numbers of robots and worlds: each is in a file, or on the list of what follows."""
+def patterns_of(path, base):
+    """Patterns of a world's numbers that are given by a robot's file or by the world's, compared with the file."""
     compared = set()
-    robots = {robot: root() / "assets" / "robots" / robot / "robot.yaml" for robot in ROBOTS}
-    robots["full"] = full_robot(tmp_path)
-    for base in (VRX, MARINE, WINDY, ROUGH, DOCK):
-        files = robots if base in (VRX, MARINE) else {"skiff": robots["skiff"]}
-        for robot, path in files.items():
-            file = yaml.safe_load(path.read_text(encoding="utf-8"))
-            world = world_with(str(path), base)
-            for name, number in parameters(world).items():
-                own = name.removeprefix(f"{world.boats[0]}.")
-                found = list(places_of(own))
-                assert found or any(re.fullmatch(known, own) for known in FOLLOWING), name
-                for pattern, place, factor in found:
-                    value = in_file(base if own == name else file, place)
-                    if value is not None and not (base is MARINE and replaced(place, file)):
-                        if pattern not in {*compared, "wind.direction"}:  # which is kept as a unit vector
-                            low, high = range_in_file(WorldConfig if own == name else RobotConfig, place)
-                            assert all(number.field_value(end * factor) is not None for end in (low, high)), name
-                        compared.add(pattern)
-                        assert number.value == pytest.approx(value * factor, rel=1e-12), f"{robot}: {name}, {place}"
-    assert compared == GIVEN.keys()
+    file = yaml.safe_load(path.read_text(encoding="utf-8"))
+    world = world_with(str(path), base)
+    for name, number in parameters(world).items():
+        assert number.name == name
+        assert number.unit, name
+        assert number.meaning.endswith("."), name
+        assert math.isfinite(number.value), name
+        own = name.removeprefix(f"{world.boats[0]}.")
+        found = list(places_of(own))
+        assert found or any(re.fullmatch(known, own) for known in FOLLOWING), name
+        for pattern, place, factor in found:
+            value = in_file(base if own == name else file, place)
+            if value is not None and not (base is MARINE and replaced(place, file)):
+                if pattern not in {*compared, "wind.direction"}:  # which is kept as a unit vector
+                    low, high = range_in_file(WorldConfig if own == name else RobotConfig, place)
+                    assert all(number.field_value(end * factor) is not None for end in (low, high)), name
+                compared.add(pattern)
+                assert number.value == pytest.approx(value * factor, rel=1e-12), f"{name}, {place}"
+    return compared
+
+
+@pytest.mark.parametrize("base", [VRX, MARINE], ids=["vrx", "marine"])
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_every_number_of_a_robot_has_a_unit_and_a_meaning_and_is_that_of_its_file(robot, base):
+    assert patterns_of(root() / "assets" / "robots" / robot / "robot.yaml", base)
+
+
+def test_every_place_of_a_file_is_that_of_a_number(tmp_path):
+    """All that a file gives as it is, in a robot's file and in worlds' that give everything."""
+    paths = {robot: root() / "assets" / "robots" / robot / "robot.yaml" for robot in ("skiff", "blueboat", "otter")}
+    paths["full"] = full_robot(tmp_path)
+    tried = [("full", VRX), ("full", MARINE), ("skiff", WINDY), ("skiff", ROUGH), ("skiff", DOCK), ("blueboat", VRX),
+             ("otter", MARINE)]  # fmt: skip
+    assert set().union(*(patterns_of(paths[robot], base) for robot, base in tried)) == GIVEN.keys()
 
 
 def range_in_file(kind, place):
