@@ -13,7 +13,7 @@ import yaml
 from pydantic import BaseModel
 
 import vrx_mj
-from vrx_mj import Batch, Simulation, World, compile_world, parameters
+from vrx_mj import Simulation, World, compile_world, parameters
 from vrx_mj.config.robots import RobotConfig
 from vrx_mj.config.values import MIN_POSITIVE
 from vrx_mj.config.world import WorldConfig
@@ -285,11 +285,6 @@ def test_a_body_that_mujoco_does_not_take_is_an_error():
         compile_world("ocean", parameters={"wamv.hull.inertia.zz": 5000.0})
     with pytest.raises(CompileError, match=r"^robot wamv has moments of inertia of "):
         compile_world("ocean", parameters={"wamv.hull.inertia.xy": 5000.0})
-
-
-def test_rows_of_a_batch_have_the_mjcf_s_masses():
-    with pytest.raises(UnknownNameError, match=r"^no parameter named 'wamv.hull.mass'"):
-        Batch(compile_world("ocean"), 2).vary(parameters={"wamv.hull.mass": [200.0, 300.0]})
 
 
 def test_numbers_at_their_values_leave_the_world_as_it_is(worlds):
