@@ -34,7 +34,7 @@ _Place = tuple[float, float]
 """x, y [m] in the world."""
 
 FARTHEST_ORIGIN = 300.0
-"""How far from where it is asked for an origin is looked for [m]."""
+"""Largest distance of a suggested origin from the wanted place [m]."""
 _ORIGIN_STEP = 2
 """Between the places tried [m]; their coordinates are whole numbers."""
 _TURNS = (0, 1, -1, 2, -2, 3, -3, 4)
@@ -44,7 +44,7 @@ _FLEET_MARGIN = 1.0
 _ORIGINS_TOGETHER = 500
 """Places tried in one call of shapely's."""
 _AROUND = 2000.0
-"""How far from the place the water is looked at [m]."""
+"""Half the side of the square of water that is searched [m]."""
 
 
 def free_origin(
@@ -122,7 +122,7 @@ _DIRECTIONS = 120
 _TOGETHER = 250
 """Places tried in one call of shapely's: most boats need no more."""
 _FARTHEST = 200.0
-"""How far a boat may be moved [m]."""
+"""Largest distance by which a boat is moved [m]."""
 _CLEARANCE = 1.0
 """From the origin of an object to a boat that is moved [m], beside the margin."""
 _ADVICE = "move it, or let `--nudge` (in Python `nudge=True`) move it to the nearest free place"
@@ -250,7 +250,7 @@ def _things(config: WorldConfig, docks: Sequence[PlacedDock]) -> list[_Thing]:
 
 
 def _faults(boats: Sequence[BoatConfig], areas: FloatArray, things: Sequence[_Thing]) -> dict[int, str]:
-    """What is wrong with which boats; of boats on one another the first stays."""
+    """Faults by the number of the boat; of boats on one another the first stays."""
     found: dict[int, str] = {}
     for thing in things:
         for i in np.flatnonzero(shapely.intersects(areas, thing.area)).tolist():

@@ -47,46 +47,32 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Rudder:
-    """The wing of a rudder."""
-
-    area: float
-    """[m2]"""
-    aspect_ratio: float
-    propeller: str | None
-    """Thruster in whose race it is."""
-    propeller_diameter: float
-    """[m]; 0 without a propeller."""
-    race_share: float
-
-
-@dataclass(frozen=True)
 class AssembledThruster:
-    """What pushes: a propeller, on an engine that steers or fixed; a rudder or a keel; or a sail."""
+    """A propeller on an engine that steers or is fixed, a rudder, a keel or a sail."""
 
     name: str
     link: str
     """Link of the engine that turns, or of the propeller if nothing does."""
     joint: str | None
-    """What steers; None: nothing does."""
+    """Joint that steers; None: it is fixed."""
     pose: Pose
     """Pose of the hinge in the base link's frame, its z axis the one of steering [m, rad]."""
     center: _Vector
-    """Where the force acts, in the hinge's frame [m]."""
+    """Point of application of the force, in the hinge's frame [m]."""
     direction: _Vector
     """Direction of the force at zero steering, in the hinge's frame."""
     drive: ThrusterConfig
     servo: ServoConfig
     parts: tuple[Part, ...]
     """All that turns, in the hinge's frame."""
-    blade: Rudder | SailEntry | None = None
+    blade: RudderEntry | SailEntry | None = None
     measured: PropellerConfig | None = None
     """Its propeller in profile `marine`."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Boat:
-    """A kind of boat, assembled."""
+    """A kind of boat, assembled; what is made of it is kept by its identity."""
 
     name: str
     link: str
@@ -99,7 +85,7 @@ class Boat:
     sensors: tuple[SensorConfig, ...]
     warnings: tuple[str, ...] = ()
     contact: ContactConfig = _YIELDING
-    """How the hull yields to what it touches."""
+    """Stiffness and damping of the hull in contacts."""
     water: Mapping[str, Any] = field(default_factory=dict)
     """Fields of `HydrodynamicsConfig` that are known where the rest is to be derived; in a six None is what is not."""
     windage: WindageConfig | None = None
@@ -107,9 +93,9 @@ class Boat:
     hull: MarineHullConfig | None = None
     """Hull in profile `marine`."""
     pushed: _Vector | None = None
-    """Where in the base link water and wind push [m]; None: at the centre of mass of what is held to it."""
+    """Point in the base link where water and wind push [m]; None: the centre of mass of what is held to it."""
     autopilot: Mapping[str, ChannelEntry] = field(default_factory=dict)
-    """What an autopilot's channels command, by number."""
+    """Commands of an autopilot's channels, by number."""
     battery: BatteryEntry | None = None
     description: str = ""
     """Its URDF, with the places of its meshes; empty if it is made of the package's own files alone."""
@@ -211,94 +197,66 @@ def _blades_of(gazebo: Gazebo, config: RobotConfig) -> Mapping[str, object]:
 
 def _pushing(
     urdf: Urdf, thrusters: Mapping[str, UrdfThruster], config: RobotConfig, hinges: Mapping[str, Joint]
-) -> Iterator[AssembledThruster]:  # fmt: skip
-    yield from _engines(urdf, thrusters, config, hinges)
-    yield from _rudders(urdf, config, hinges)
-    for name, entry in config.sails.items():
-        yield _blade(urdf, f"sails.{name}", entry, hinges, entry)
-
-
-def _engines(
-    urdf: Urdf, thrusters: Mapping[str, UrdfThruster], config: RobotConfig, hinges: Mapping[str, Joint]
-) -> Iterator[AssembledThruster]:  # fmt: skip
+) -> Iterator[AssembledThruster]:
+    """Propellers, then rudders, then sails, each on its hinge, or fixed to the base link."""
     for name, item in thrusters.items():
-        entry, measured = config.thrusters.get(name), config.propellers.get(name)
+        entry, hinge = config.thrusters.get(name), hinges.get(name)
         given = entry.servo if entry is not None and "servo" in entry.model_fields_set else None
-        if name in hinges:
-            yield replace(_steering_thruster(urdf, name, item, hinges[name], given), measured=measured)
-            continue
-        servo = given or ServoConfig(kp=item.kp, kd=item.kd, effort=10.0, velocity=10.0)
-        where = urdf.pose(item.propeller_link, urdf.root)
-        link = urdf.local(item.propeller_link)
-        fixed = item.drive.model_copy(update={"max_angle": 0.0})
-        yield AssembledThruster(
-            name, link, None, where, (0.0, 0.0, 0.0), item.axis, fixed, servo, (), measured=measured
+        where = _in_frame(urdf, hinge, item.propeller_link)
+        # a URDF's zero means that it gives none
+        effort, velocity = (getattr(hinge and hinge.limits, key, 0.0) for key in ("effort", "velocity"))
+        yield _on_hinge(
+            urdf,
+            hinge,
+            name=name,
+            link=urdf.local(item.propeller_link),
+            pose=where,
+            center=where[:3] if hinge else (0.0, 0.0, 0.0),
+            direction=apply(rotation(*where[3:]), item.axis) if hinge else item.axis,
+            drive=item.drive,
+            servo=given or ServoConfig(kp=item.kp, kd=item.kd, effort=max(effort, 0.0) or 10.0,
+                                       velocity=max(velocity, 0.0) or 10.0),
+            measured=config.propellers.get(name),
+        )  # fmt: skip
+    blades: dict[str, RudderEntry | SailEntry] = {**config.rudders, **config.sails}
+    for name, blade in blades.items():
+        if blade.joint is not None and name not in hinges:
+            kind = "rudders" if name in config.rudders else "sails"
+            raise own_problem(urdf, f"{kind}.{name}.joint", f"the joint '{blade.joint}' does not turn")
+        hinge = hinges.get(name)
+        yield _on_hinge(
+            urdf,
+            hinge,
+            name=name,
+            link=urdf.local(urdf.root),
+            pose=ZERO,
+            center=apply(rotation(*inverse(facing(hinge.axis))[3:]), blade.center) if hinge else blade.center,
+            direction=(0.0, 1.0, 0.0),
+            drive=ThrusterConfig(mapping="linear", max_angle=blade.max_angle, timeout=0.0),
+            servo=blade.servo,
+            blade=blade,
         )
 
 
-def _steering_thruster(
-    urdf: Urdf, name: str, item: UrdfThruster, hinge: Joint, given: ServoConfig | None
-) -> AssembledThruster:
-    turn = facing(hinge.axis)
-    propeller = _part(urdf, item.propeller_link, hinge.child, turn).pose
-    # a URDF's zero means that it gives none
-    effort, velocity = (getattr(hinge.limits, key, 0.0) for key in ("effort", "velocity"))
-    return AssembledThruster(
-        name=name,
-        link=urdf.local(hinge.child),
-        joint=urdf.local(hinge.name),
-        pose=_hinge_pose(urdf, hinge),
-        center=propeller[:3],
-        direction=apply(rotation(*propeller[3:]), item.axis),
-        drive=item.drive.model_copy(update={"max_angle": min(item.drive.max_angle, room(hinge))}),
-        servo=given
-        or ServoConfig(
-            kp=item.kp, kd=item.kd, effort=effort if effort > 0 else 10.0, velocity=velocity if velocity > 0 else 10.0
-        ),
-        parts=tuple(_part(urdf, link, hinge.child, turn) for link in urdf.below(hinge.child)),
-    )
-
-
-def _rudders(urdf: Urdf, config: RobotConfig, hinges: Mapping[str, Joint]) -> Iterator[AssembledThruster]:
-    for name, entry in config.rudders.items():
-        wing = Rudder(
-            entry.area, entry.aspect_ratio, entry.propeller, entry.propeller_diameter or 0.0, entry.race_share
-        )  # fmt: skip
-        yield _blade(urdf, f"rudders.{name}", entry, hinges, wing)
-
-
-def _blade(
-    urdf: Urdf, path: str, entry: RudderEntry | SailEntry, hinges: Mapping[str, Joint], blade: Rudder | SailEntry
-) -> AssembledThruster:
-    """A rudder or sail on its hinge, or a keel on the base link; `path` is its place in the YAML."""
-    name = path.partition(".")[2]
-    across = (0.0, 1.0, 0.0)
-    if entry.joint is None:
-        fixed = ThrusterConfig(mapping="linear", max_angle=0.0, timeout=0.0)
-        base = urdf.local(urdf.root)
-        return AssembledThruster(name, base, None, ZERO, entry.center, across, fixed, entry.servo, (), blade)
-    if name not in hinges:
-        raise own_problem(urdf, f"{path}.joint", f"the joint '{entry.joint}' does not turn")
-    hinge = hinges[name]
-    turn = facing(hinge.axis)
-    return AssembledThruster(
-        name=name,
-        link=urdf.local(hinge.child),
-        joint=urdf.local(hinge.name),
-        pose=_hinge_pose(urdf, hinge),
-        center=apply(rotation(*inverse(turn)[3:]), entry.center),
-        direction=across,
-        drive=ThrusterConfig(mapping="linear", max_angle=min(entry.max_angle, room(hinge)), timeout=0.0),
-        servo=entry.servo,
-        parts=tuple(_part(urdf, link, hinge.child, turn) for link in urdf.below(hinge.child)),
-        blade=blade,
-    )
-
-
-def _hinge_pose(urdf: Urdf, hinge: Joint) -> Pose:
-    """Pose in the base link of the joint's frame, turned so that its axis is z."""
+def _on_hinge(urdf: Urdf, hinge: Joint | None, *, drive: ThrusterConfig, **own: Any) -> AssembledThruster:
+    """A thruster, rudder or sail on its steering joint with all that turns; without one `own` gives link and pose."""
+    if hinge is None:
+        return AssembledThruster(joint=None, parts=(), drive=drive.model_copy(update={"max_angle": 0.0}), **own)
     turn, pose = facing(hinge.axis), urdf.pose(hinge.child, urdf.root)
-    return pose if turn == ZERO else compose(pose, turn)
+    own |= {"link": urdf.local(hinge.child), "pose": pose if turn == ZERO else compose(pose, turn)}
+    return AssembledThruster(
+        joint=urdf.local(hinge.name),
+        parts=tuple(_part(urdf, link, hinge.child, turn) for link in urdf.below(hinge.child)),
+        drive=drive.model_copy(update={"max_angle": min(drive.max_angle, room(hinge))}),
+        **own,
+    )
+
+
+def _in_frame(urdf: Urdf, hinge: Joint | None, link: str) -> Pose:
+    """Pose of a link in the frame of a hinge, its z axis the one of steering; without one in the base link's."""
+    if hinge is None:
+        return urdf.pose(link, urdf.root)
+    return _part(urdf, link, hinge.child, facing(hinge.axis)).pose
 
 
 def _sensors(urdf: Urdf, gazebo: Gazebo, config: RobotConfig) -> tuple[SensorConfig, ...]:

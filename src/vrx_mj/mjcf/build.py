@@ -66,16 +66,20 @@ def _build(order: Order, config: RobotConfig) -> Boat:
     profile = config.in_profile(order.profile)
     _, wanted = _equipment(order, config)
     urdf, text = _description(order, config)
+    # VRX 3's thrusters take newtons, which hold until the next command
+    drive = {"mapping": "newtons", "timeout": 0.0, **profile.thrusters.said} if order.profile == NEWER else {}
     try:
-        boat = replace(assemble_boat(urdf, config, _drive(order, profile)), name=order.robot)
+        boat = replace(assemble_boat(urdf, config, drive), name=order.robot)
     except ConfigError as error:
         raise with_places(error, robot_section(order.robot, order.folder)) from None
     hull = config.hull if order.profile == MARINE else None
-    boat, derived = _in_water(boat, {**config.hydrodynamics.said, **profile.hydrodynamics.said}, hull)
+    boat, derived = _with_hydrodynamics(boat, {**config.hydrodynamics.said, **profile.hydrodynamics.said}, hull)
     sensors = _select_sensors(_with_shooters(boat, profile), wanted, config)
     remarks = (*boat.warnings, *derived, _sensors_note(boat, order, config))
     boat = replace(boat, contact=profile.contact or config.contact, sensors=sensors, description=text)
-    if notes := [note for note in (*remarks, *_names_for_ros(boat)) if note]:
+    names = ros_names_note("thruster", (thruster.name for thruster in boat.thrusters))
+    names += ros_names_note("sensor", (sensor.name for sensor in sensors))
+    if notes := [note for note in (*remarks, *names) if note]:
         warnings.warn(_notes_message(order.robot, notes), VrxWarning, stacklevel=2)
     return boat
 
@@ -86,19 +90,14 @@ def robot_of(order: Order) -> Urdf:
 
 
 def _description(order: Order, config: RobotConfig) -> tuple[Urdf, str]:
-    """What a robot's file describes, and the text of a URDF with the places of its meshes."""
+    """Links, joints and plugins of a robot's file, and the text of a URDF with the places of its meshes."""
     if config.is_sdf:
         return _sdf_boat(order, config)
     text, file = robot_urdf(config, order, arguments=_equipment(order, config)[0]), config.description_file
     known = isinstance(text, ExpandedText) or text == _plain_urdf(file)
     parts = " and ".join(display(part) for part in (order.thrusters, order.components) if part)
     label = display(file) if known else f"{display(file)} (expanded with {parts})"
-    return read_urdf(text, file, _mesh_files(file), label=label), _with_meshes(text, file)
-
-
-def _with_meshes(text: str, file: Path) -> str:
-    """A URDF's text with the places of its meshes, of a file of robots."""
-    return with_file_uris(text, _mesh_files(file))
+    return read_urdf(text, file, _mesh_files(file), label=label), with_file_uris(text, _mesh_files(file))
 
 
 def _mesh_files(file: Path) -> MeshFiles:
@@ -106,24 +105,13 @@ def _mesh_files(file: Path) -> MeshFiles:
 
 
 def _sdf_boat(order: Order, config: RobotConfig) -> tuple[Urdf, str]:
-    """What a model of Gazebo describes, which takes nothing of VRX's, and the text of a URDF of it."""
+    """Links and joints of a model of Gazebo, which takes nothing of VRX's, and the text of a URDF of it."""
     if order.thrusters or order.components:
         raise VrxError(f"robot {order.robot} takes no thruster or component file: it is a model of Gazebo")
     if order.arguments:
         raise VrxError(f"robot {order.robot} takes no arguments: it is a model of Gazebo")
     urdf = read_boat(config.description_file)
     return urdf, urdf.text
-
-
-def _names_for_ros(boat: Boat) -> list[str]:
-    """What ROS would refuse."""
-    engines = ros_names_note("thruster", (thruster.name for thruster in boat.thrusters))
-    return engines + ros_names_note("sensor", (sensor.name for sensor in boat.sensors))
-
-
-def _drive(order: Order, profile: ProfileEntry) -> dict[str, object]:
-    """Fields of all thrusters that follow from the profile: VRX 3's take newtons, which hold until the next command."""
-    return {} if order.profile != NEWER else {"mapping": "newtons", "timeout": 0.0, **profile.thrusters.said}
 
 
 def _with_shooters(boat: Boat, profile: ProfileEntry) -> Boat:
@@ -180,7 +168,7 @@ def boat_urdf(order: Order, namespace: str) -> str:
             return in_namespace(_sdf_boat(order, config)[1], namespace)
     arguments, _ = _equipment(order, config)
     text = in_namespace(robot_urdf(config, order, namespace=namespace, arguments=arguments), namespace)
-    return _with_meshes(text, config.description_file)
+    return with_file_uris(text, _mesh_files(config.description_file))
 
 
 def _plain_urdf(file: Path) -> str | None:
@@ -234,7 +222,9 @@ def _sensors_note(boat: Boat, order: Order, config: RobotConfig) -> str:
     return f"`sensors: vrx` adds no sensor: it carries those of its own files, {carried}"
 
 
-def _in_water(boat: Boat, given: dict[str, Any], hull: MarineHullConfig | None) -> tuple[Boat, tuple[str, ...]]:
+def _with_hydrodynamics(
+    boat: Boat, given: dict[str, Any], hull: MarineHullConfig | None
+) -> tuple[Boat, tuple[str, ...]]:
     """The boat with what the YAML gives, then the plugin, then the shapes; with notes about what was derived.
 
     `hull` is the one that it has in its world in the place of floats.
@@ -243,25 +233,20 @@ def _in_water(boat: Boat, given: dict[str, Any], hull: MarineHullConfig | None) 
     if boat.hydrodynamics is not None:
         return replace(boat, hydrodynamics=boat.hydrodynamics.model_copy(update=given)), ()
     given = {**whole, **given}
-    in_lines = bool(LINES & given.keys())
-    guess = derived_lines(boat) if in_lines else derived_floats(boat, given.get("water_density", DENSITY),
-                                                                given.get("length_n", 2))  # fmt: skip
-    guess = replace(guess, values=guess.values | _complete_sixes(boat.water, guess.values))
+    if LINES & given.keys():
+        guess = derived_lines(boat)
+    else:
+        guess = derived_floats(boat, given.get("water_density", DENSITY), given.get("length_n", 2))
+    for key, six in boat.water.items():
+        if isinstance(six, tuple) and None in six:  # of which a file gives a part
+            rest: Any = guess.values[key]
+            guess.values[key] = tuple(b if a is None else a for a, b in zip(six, rest, strict=True))
     values = HydrodynamicsConfig.model_validate({**guess.values, **given})
     boat = replace(boat, hydrodynamics=values, pushed=guess.pushed)
     return boat, (*guess.notes, *_derivation_notes(guess, given, boat.water, hull))
 
 
-def _complete_sixes(known: Mapping[str, Any], derived: Mapping[str, Any]) -> dict[str, object]:
-    """The sixes of which a file gives a part, with the rest as derived."""
-    return {
-        key: tuple(own if own is not None else other for own, other in zip(six, derived[key], strict=True))
-        for key, six in known.items()
-        if isinstance(six, tuple) and None in six
-    }
-
-
-_OF_HULL = {"added_mass": "added_mass hydro", "drag_linear": "damping_linear", "drag_quadratic": "damping_quadratic"}
+_HULL_KEYS = {"added_mass": "added_mass hydro", "drag_linear": "damping_linear", "drag_quadratic": "damping_quadratic"}
 """Fields of `HydrodynamicsConfig` that a hull of profile `marine` takes, and its own keys that give them."""
 
 
@@ -272,9 +257,9 @@ def _derivation_notes(
 
     Floats alone, with the lift of the shapes, are no guess.
     """
-    of_hull = {key for key, own in _OF_HULL.items() if any(getattr(hull, name, ()) for name in own.split())}
-    guessed = _OF_HULL.keys() - of_hull - given.keys()
-    floats = set() if hull else guess.values.keys() - _OF_HULL.keys() - {"hulls", *given}
+    of_hull = {key for key, own in _HULL_KEYS.items() if any(getattr(hull, name, ()) for name in own.split())}
+    guessed = _HULL_KEYS.keys() - of_hull - given.keys()
+    floats = set() if hull else guess.values.keys() - _HULL_KEYS.keys() - {"hulls", *given}
     missing = [
         f"{key} {_short(value)}{' (in part that of its file)' if key in known else ''}"
         for key, value in guess.values.items()

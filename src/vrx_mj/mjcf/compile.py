@@ -19,25 +19,25 @@ from vrx_mj.config.world import WorldConfig, load_world
 from vrx_mj.errors import CompileError, ConfigError, Problem, UnknownNameError, VrxWarning, first_names
 from vrx_mj.exits import awaited
 from vrx_mj.foreign import budget
-from vrx_mj.frames import Pose
 from vrx_mj.mjcf.afloat import boats_afloat
+from vrx_mj.mjcf.assembly import Assembly
 from vrx_mj.mjcf.boats import Boat
 from vrx_mj.mjcf.build import build_boat
-from vrx_mj.mjcf.dock_pieces import dock_piece, dock_rows
 from vrx_mj.mjcf.docks import check_docks
 from vrx_mj.mjcf.hull_checks import warn_if_uncovered
 from vrx_mj.mjcf.markers import marker_rows
-from vrx_mj.mjcf.objects import object_piece, object_rows, parked_balls
+from vrx_mj.mjcf.objects import parked_balls
 from vrx_mj.mjcf.parameters import Rows, current_parameters, sea_parameters
 from vrx_mj.mjcf.pieces import Part, Piece, Pieces
 from vrx_mj.mjcf.placement import PlacedObject, place_docks, place_fields, place_objects
-from vrx_mj.mjcf.robots import boat_kind, boat_rows, stiffness
+from vrx_mj.mjcf.robots import boat_kind, reweighed_piece, stiffness
 from vrx_mj.mjcf.scene import scene_parameters, scene_values
-from vrx_mj.mjcf.tasks import Touch, lock_of, task_parameters, touches_of
+from vrx_mj.mjcf.tasks import Touch, task_parameters, touches_of
 from vrx_mj.mjcf.terrain import shoreline, terrain_piece
 from vrx_mj.mjcf.wind import air_parameters, newcomer_wind, own_load, warn_if_unmoved, warn_if_unpushed, wind_parameters
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Spawn
+from vrx_mj.model.kinds import record_from
 from vrx_mj.model.numbers import with_numbers
 from vrx_mj.model.site import Georeference
 from vrx_mj.model.tasks import Goal, Task, parts_of
@@ -92,14 +92,15 @@ def compile_world(
         if opened := opener(world, given):
             world, fleet = opened(world, fleet, given)
         config = load_world(world)
-        assembly = _Assembly(config, load_fleet(fleet, config), nudge=nudged)
-        return assembly.world(config.seed if own is None else own, numbers)
+        making = _Compilation(config, load_fleet(fleet, config), nudge=nudged)
+        return making.world(config.seed if own is None else own, numbers)
 
 
-class _Assembly:
-    """One world in the making: its pieces, its assets and its rows."""
+class _Compilation(Assembly):
+    """One world in the making."""
 
     def __init__(self, config: WorldConfig, fleet: FleetConfig, *, nudge: bool) -> None:
+        super().__init__(config.wind, config.physics, config.sea.density, Rows())
         self.config = config
         self.fleet, self._fleet = fleet.name, fleet
         self.kinds: dict[Order, Boat] = {}
@@ -109,10 +110,6 @@ class _Assembly:
         spots = [boat.pose[:2] for boat in self.boats]
         self.objects += tuple(place_fields(config, spots, self.objects, self.docks))
         self.sea = sea_parameters(config.sea, config.physics)
-        self.kinds_of_objects: dict[Any, Piece] = {}
-        self.kinds_of_hulls: set[str] = set()
-        self.parts: list[Part] = []
-        self.rows = Rows()
         self.balls: list[PlacedObject] = []
         self.task: Task | None = None
         self.touches: list[Touch] = []
@@ -122,20 +119,21 @@ class _Assembly:
             warnings.warn(note, VrxWarning, stacklevel=3)
         check_docks(self.config, self.docks)
         if self.config.terrain:
-            self._place("terrain", terrain_piece(self.config.terrain, self.config.folder))
+            land = terrain_piece(self.config.terrain, self.config.folder)
+            self.parts.append(Part("terrain", land, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)))
         for dock in self.docks:
-            self._place(dock.name, dock_piece(dock), dock.pose)
-            self.rows.add(dock_rows(dock, self.config.wind, self.config.physics.gravity, self.rows))
+            self.add_dock(dock)
         for item in self.objects:
-            self._add_object(item)
-        for boat in self.boats:
-            self._add_boat(boat)
+            self.add_object(item)
+        kinds = {(robot := self._build(boat)).name: self.add_boat(robot, boat) for boat in self.boats}
+        for robot_name, hull in kinds.items():
+            warn_if_uncovered(robot_name, hull.vessel, self.sea)
         self._check_wind()
         self.balls = parked_balls(self.rows.shooters)  # out of the way until they are fired
         for ball in self.balls:
-            self._add_object(ball, asleep=True)
+            self.add_object(ball, asleep=True)
         self._add_task()
-        parameters = with_numbers(self._parameters(seed), numbers)
+        parameters = self._with_masses(with_numbers(self._parameters(seed), numbers))
         self.sea = parameters.sea
         pieces = self._pieces()
         try:
@@ -154,6 +152,20 @@ class _Assembly:
         """The world with its robots: what is wrong with the whole may be in one of these."""
         robots = first_names(dict.fromkeys(boat.robot for boat in self.boats), 4)
         return f"world {self.config.name}" + (f" with {robots}" if robots else "")
+
+    def _with_masses(self, parameters: Parameters) -> Parameters:
+        """The world's parameters, once the pieces of its boats have the masses of their hulls."""
+        hulls = {boat.name: (boat, hull) for boat, hull in zip(self.boats, parameters.hulls, strict=True)}
+        for index, part in enumerate(self.parts):
+            if part.name in hulls:
+                boat, hull = hulls[part.name]
+                kind = boat_kind(self._build(boat), boat.engines, boat.color)
+                self.parts[index] = replace(part, piece=reweighed_piece(kind, boat.engines, boat.color, hull))
+        rows = [
+            row if row.joint else replace(row, body_com=parameters.hulls[row.hull].body_com)
+            for row in parameters.thrusters
+        ]
+        return replace(parameters, thrusters=tuple(rows))
 
     def _pieces(self) -> Pieces:
         config = self.config
@@ -177,25 +189,8 @@ class _Assembly:
         own = Piece.from_template("world.xml.j2", {}, **values, touches=self.touches, scored=scored)
         return Pieces(own, tuple(self.parts))
 
-    def _add_object(self, item: PlacedObject, *, asleep: bool = False) -> None:
-        kind = (item.model, item.config.folder, asleep)
-        if kind not in self.kinds_of_objects:
-            self.kinds_of_objects[kind] = object_piece(item.config, asleep=asleep)
-        self._place(item.name, self.kinds_of_objects[kind], item.pose)
-        self.rows.add(object_rows(item, self.config.wind, self.config.physics, self.rows))
-
-    def _add_boat(self, boat: BoatConfig) -> None:
-        kind = boat_kind(self._build(boat), boat.engines, boat.color)
-        self._place(boat.name, kind.piece, boat.pose)
-        config = self.config
-        rows = boat_rows(kind, boat, self.rows, config.wind, config.physics, config.sea.density)
-        self.rows.add(rows)
-        if kind.boat.name not in self.kinds_of_hulls:
-            self.kinds_of_hulls.add(kind.boat.name)
-            warn_if_uncovered(kind.boat.name, rows.hulls[0].vessel, self.sea)
-
     def _add_task(self) -> None:
-        """What the task of the world asks, what its boat may touch, and what holds the boat."""
+        """Resolve the task of the world, with what its boat may touch and what holds the boat."""
         if self.config.task is not None and not self.boats:
             text = "without its task, which scores a boat that is there from the start: the fleet has no boats"
             warnings.warn(f"world {self.config.name}: {text}", VrxWarning, stacklevel=4)
@@ -205,8 +200,10 @@ class _Assembly:
             return
         links, terrain = self._base_links(), self.config.terrain is not None
         self.touches = touches_of(self.task.boat, links, self.objects, self.docks, terrain=terrain)
-        if lock := lock_of(self.task, links, {boat.name: boat.pose for boat in self.boats}):
-            self.parts.append(Part("carrier", Piece.from_template("lock.xml.j2", {}, lock=lock)))
+        if self.task.locked:
+            boat = next(boat for boat in self.boats if boat.name == self.task.boat)
+            carrier = Piece.from_template("lock.xml.j2", {}, boat=boat.name, body=links[boat.name], pose=boat.pose)
+            self.parts.append(Part("carrier", carrier))
         self.task = replace(self.task, rivals=tuple(touch.name for touch in self.touches))
 
     def _base_links(self) -> dict[str, str]:
@@ -237,43 +234,34 @@ class _Assembly:
         warn_if_unmoved(config.name, config.wind, names)
 
     def _problem(self, boat: BoatConfig, error: UnknownNameError) -> Problem:
-        """What is wrong with a boat, at the place that orders it: in the fleet's file, or the world's without one."""
+        """A fault of a boat, at the place that orders it: in the fleet's file, or the world's without one."""
         if self._fleet.is_empty and not self._fleet.section:
             return problem_at(self.config.section, ("spawn", "sensors"), str(error))
         own = next((slot.own for other, slot in self._fleet.located(self.config) if other.name == boat.name), ())
         return problem_at(self._fleet.section, own, f"boat {boat.name}: {error}")
 
-    def _place(self, name: str, piece: Piece, pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)) -> None:
-        """Put a piece into the world, its names after `name` and a slash."""
-        self.parts.append(Part(name, piece, pose))
-
     def _parameters(self, seed: int) -> Parameters:
         config, earth = self.config, self.config.georeference
         goals = tuple((goal.x, goal.y, goal.yaw) for goal in parts_of(self.task, Goal))
-        return Parameters(
+        return record_from(
+            Parameters,
+            config,
+            config.physics,
             format=FORMAT,
-            name=config.name,
             fleet=self.fleet,
-            description=config.description,
             seed=seed,
-            profile=config.physics.profile,
-            timestep=config.physics.timestep,
-            gravity=config.physics.gravity,
-            at_base_link=config.physics.at_base_link,
             sea=self.sea,
             current=current_parameters(config.current),
             wind=wind_parameters(config.wind, config.physics.profile),
             air=air_parameters(config.wind, config.physics.profile),
             **self.rows.tables,
-            spawn=_spawn_parameters(config),
+            spawn=record_from(Spawn, config.spawn, config.physics, wind=newcomer_wind(config.wind, config.physics)),
             task=self.task,
             waypoints=goals,
             markers=tuple(marker_rows(config.markers, goals)),
-            georeference=Georeference(**earth.model_dump(exclude={"folder"})) if earth else None,
-            terrain=config.terrain,
+            georeference=record_from(Georeference, earth) if earth else None,
             shoreline=shoreline(config.terrain, config.folder) if config.terrain else (),
             scene=scene_parameters(config),
-            camera=config.camera,
         )
 
 
@@ -283,9 +271,3 @@ def _warn_if_stiff(boat: Boat, timestep: float) -> None:
         text = f"robot {boat.name}: its linear drag removes {share:.3g} times its velocity in a step of {timestep:g} s"
         text += f"; beyond {_STIFF:g} it diverges: check `drag_linear`, or use a shorter timestep"
         warnings.warn(text, VrxWarning, stacklevel=5)
-
-
-def _spawn_parameters(config: WorldConfig) -> Spawn:
-    """What a boat that joins later takes from the world: parts that nobody names, and how the wind acts on it."""
-    parts = config.spawn.model_dump(include={"robot", "arguments", "thrusters", "sensors"})
-    return Spawn(**parts, wind=newcomer_wind(config.wind, config.physics), quirks=config.physics.quirks)

@@ -9,7 +9,7 @@ import numpy as np
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.search import contained
 from vrx_mj.config.shapes import Shape
-from vrx_mj.config.solids import solid
+from vrx_mj.config.solids import enclosed_volume, solid
 from vrx_mj.errors import VrxError
 from vrx_mj.formats.urdf.meshes import read_mesh
 from vrx_mj.frames import apply, compose, rotation
@@ -47,11 +47,11 @@ class Derived:
 
     values: dict[str, object]
     rest: str = ""
-    """How the boat floats at rest."""
+    """Description of the boat afloat at rest."""
     notes: tuple[str, ...] = ()
     """Remarks about unusual shapes or masses."""
     pushed: tuple[float, float, float] | None = None
-    """Where the water pushes [m], as `Boat.pushed` has it."""
+    """Point where the water pushes [m], for `Boat.pushed`."""
 
 
 def derived_lines(boat: Boat) -> Derived:
@@ -160,7 +160,7 @@ def hull_corners(boat: Boat, volume: float) -> tuple[FloatArray, tuple[str, ...]
         placed = [(part, shape, solid(shape)) for part in boat.parts for shape in getattr(part, kind)]
         pieces = [item.at(compose(part.pose, shape.pose)) for part, shape, item in placed]
         corners = np.concatenate([np.empty((0, 3, 3)), *pieces])
-        total = flotation_at(corners, float(corners[:, :, 2].max())).volume if len(corners) else 0.0
+        total = enclosed_volume(corners) if len(corners) else 0.0
         notes = dict.fromkeys(note for _, _, item in placed for note in item.notes)
         found.append((total, corners, tuple(notes)))
         if total > volume:

@@ -7,9 +7,8 @@ from typing import Any
 
 from vrx_mj.config.bays import RGB, Cell, PlacardConfig
 from vrx_mj.config.objects import ObjectConfig, load_object
-from vrx_mj.config.shapes import Visual
 from vrx_mj.config.wind import WindConfig
-from vrx_mj.frames import Pose, apply, compose, inverse, rotation
+from vrx_mj.frames import apply, compose, inverse, rotation
 from vrx_mj.mjcf.docks import BlockTree, block_tree
 from vrx_mj.mjcf.objects import element_row
 from vrx_mj.mjcf.parameters import Rows
@@ -18,6 +17,7 @@ from vrx_mj.mjcf.placement import PlacedDock
 from vrx_mj.mjcf.templates import Geom, Mesh, geoms, meshes
 from vrx_mj.mjcf.wind import NO_WIND, wind_coefficients
 from vrx_mj.model.afloat import Block, Element, Mooring
+from vrx_mj.model.kinds import record_from
 from vrx_mj.model.site import Dock, Placard
 
 _Row = dict[str, Any]
@@ -42,13 +42,10 @@ def dock_piece(dock: PlacedDock) -> Piece:
     if dock.config.dynamic:
         tree = block_tree(cells)
         bodies = dict(zip(tree.cells, _bodies(dock, tree), strict=True))
-        moments = _block(edge).inertia
-        assert moments is not None, "a block that floats"
         values |= {
-            "root": _node(dock, tree, 0, boards),
+            "root": _nodes(dock, tree, boards),
             "bend": _BEND,
-            "mass": _block(edge).mass,
-            "inertia": moments[:3],
+            "inertia": (_block(edge).inertia or ())[:3],
             "excluded": [(bodies[a], bodies[b]) for a, b in _beside(cells)] + list(_around(dock, boards, bodies)),
             "closures": [_closure(bodies, pair, tree.cells[0], edge) for pair in tree.closures],
         }
@@ -60,33 +57,15 @@ def dock_piece(dock: PlacedDock) -> Piece:
 
 
 def dock_entry(dock: PlacedDock) -> Dock:
-    """What others than the loop want to know of a dock; `bodies` are those that move on their own, the root first."""
+    """The record of a dock; `bodies` are those that move on their own, the root first."""
     placards = [f"{dock.parent}/{item.name}/link" for item in dock.berths.placards]
     bodies = _bodies(dock, block_tree(dock.cells)) if dock.config.dynamic else [f"{dock.name}/dock"]
-    return Dock(
-        name=dock.name,
-        pose=dock.pose,
-        cells=dock.cells,
-        block=dock.config.block,
-        dynamic=dock.config.dynamic,
-        bodies=tuple(bodies),
-        placards=tuple(placards),
-    )
+    return record_from(Dock, dock, dock.config, bodies=tuple(bodies), placards=tuple(placards))
 
 
 def dock_rows(dock: PlacedDock, wind: WindConfig | None, gravity: float, tables: Rows) -> Rows:
     """The rows that a dock adds at the ends of a world's tables."""
-    rows = Rows(docks=[dock_entry(dock)], placards=_placards(dock))
-    if dock.config.dynamic:
-        first = len(tables.blocks)
-        blocks, elements = _block_rows(dock, wind, gravity, first, len(tables.elements))
-        rows.add(Rows(blocks=blocks, elements=elements, moorings=_moorings(dock, first)))
-    return rows
-
-
-def _placards(dock: PlacedDock) -> list[Placard]:
-    """The placards of a dock: name, body, the geoms of each shape, and the symbol at the start."""
-    return [
+    placards = [
         Placard(
             name=f"{dock.parent}/{item.name}",
             body=f"{dock.parent}/{item.name}/link",
@@ -95,6 +74,12 @@ def _placards(dock: PlacedDock) -> list[Placard]:
         )
         for item in dock.berths.placards
     ]
+    rows = Rows(docks=[dock_entry(dock)], placards=placards)
+    if dock.config.dynamic:
+        first = len(tables.blocks)
+        blocks, elements = _block_rows(dock, wind, gravity, first, len(tables.elements))
+        rows.add(Rows(blocks=blocks, elements=elements, moorings=_moorings(dock, first)))
+    return rows
 
 
 def _block_rows(
@@ -114,7 +99,10 @@ def _block_rows(
     elements: list[Element] = []
     for index, body in enumerate(_bodies(dock, tree)):
         position, anchor, axis = _hinge(tree, index, edge)
-        block = Block(
+        block = record_from(
+            Block,
+            config,
+            buoyancy,
             body=body,
             parent=first + tree.parents[index] if index else -1,
             depth=tree.depths[index],
@@ -122,12 +110,9 @@ def _block_rows(
             anchor=anchor,
             axis=axis,
             offset=_center(tree.cells[0], edge) if index == 0 else (0.0, 0.0, 0.0),
-            mass=config.mass,
             density=buoyancy.fluid_density,
             gravity=gravity,
             level=buoyancy.fluid_level,
-            linear_drag=buoyancy.linear_drag,
-            angular_drag=buoyancy.angular_drag,
             element_start=first_element + len(elements),
             element_count=len(buoyancy.elements),
             wind=listed if index == 0 else NO_WIND,
@@ -152,12 +137,12 @@ def _moorings(dock: PlacedDock, first: int) -> list[Mooring]:
         corner = (edge * (cell[0] + sx / 2), edge * (cell[1] + sy / 2), _BLOCK_HEIGHT)
         there = apply(turn, corner)
         origin = (0.0, 0.0, 0.0) if index == 0 else _center(cell, edge)
-        line = Mooring(
+        line = record_from(
+            Mooring,
+            mooring,
             block=first + index,
             point=(corner[0] - origin[0], corner[1] - origin[1], corner[2] - origin[2]),
             anchor=(dock.pose[0] + there[0], dock.pose[1] + there[1]),
-            stiffness=mooring.stiffness,
-            damping=mooring.damping,
         )
         rows.append(line)
     return rows
@@ -188,21 +173,22 @@ def _hinge(tree: BlockTree, index: int, edge: float) -> tuple[_Vector, _Vector, 
     return (x, y, z), (edge * di / 2, edge * dj / 2, 0.0), (float(abs(dj)), float(abs(di)), 0.0)
 
 
-def _node(dock: PlacedDock, tree: BlockTree, index: int, boards: Sequence[_Row]) -> _Row:
-    """A block for the template, with those that hang on it."""
-    edge, cell = dock.config.block, tree.cells[index]
-    position, anchor, axis = _hinge(tree, index, edge)
-    return {
-        "body": _bodies(dock, tree)[index],
-        "root": index == 0,
-        "geom": f"{dock.name}/dock_block_{cell[0]}_{cell[1]}",
-        "pos": position,
-        "anchor": anchor,
-        "axis": axis,
-        "middle": _center(cell, edge) if index == 0 else (0.0, 0.0, 0.0),
-        "boards": [_board_on_block(board, cell, edge, root=index == 0) for board in boards if board["block"] == cell],
-        "blocks": [_node(dock, tree, k, boards) for k, parent in enumerate(tree.parents) if parent == index],
-    }
+def _nodes(dock: PlacedDock, tree: BlockTree, boards: Sequence[_Row]) -> _Row:
+    """The root's block for the template, with those that hang on it."""
+    edge, rows = dock.config.block, _block_rows(dock, None, 0.0, 0, 0)[0]
+    nodes: list[_Row] = []
+    for cell, row in zip(tree.cells, rows, strict=True):
+        x, y, z = _center(cell, edge) if nodes else (0.0, 0.0, 0.0)
+        own = [board for board in boards if board["block"] == cell]
+        for board in own:  # in the frame of the block that carries it
+            ahead, left, up, *turn = board["pose"]
+            board["pose"] = (ahead - x, left - y, up - z, *turn)
+        geom = f"{dock.name}/dock_block_{cell[0]}_{cell[1]}"
+        node = {"row": row, "geom": geom, "boards": own, "blocks": []}
+        if nodes:
+            nodes[row.parent]["blocks"].append(node)
+        nodes.append(node)
+    return nodes[0]
 
 
 def _board(dock: PlacedDock, item: PlacardConfig) -> _Row:
@@ -219,26 +205,15 @@ def _board(dock: PlacedDock, item: PlacardConfig) -> _Row:
     }
 
 
-def _board_on_block(board: _Row, cell: Cell, edge: float, *, root: bool) -> _Row:
-    """A placard in the frame of the block that carries it; the root's is the dock's own."""
-    x, y, z = (0.0, 0.0, 0.0) if root else _center(cell, edge)
-    pose = (board["pose"][0] - x, board["pose"][1] - y, board["pose"][2] - z, *board["pose"][3:])
-    return {**board, "pose": pose}
-
-
-def _shapes(item: PlacardConfig, shape: str) -> list[Visual]:
-    """What a symbol is made of, in the frame of its board."""
-    place: Pose = compose(inverse(item.pose), item.symbol_pose)
-    parts = load_object(f"symbol_{shape}").visuals
-    return [part.model_copy(update={"pose": compose(place, part.pose)}) for part in parts]
-
-
 def _symbol(dock: PlacedDock, item: PlacardConfig, shape: str) -> list[Geom]:
     """The geoms of a shape on a board, seen if it is the one to show."""
     color, wanted = item.symbol.split("_")
     rgba = (*RGB[color], 1.0 if shape == wanted else 0.0)
-    parts = enumerate(geoms(_shapes(item, shape)), 1)
-    return [replace(geom, name=f"{dock.parent}/{item.name}/{shape}{number}", rgba=rgba) for number, geom in parts]
+    place = compose(inverse(item.pose), item.symbol_pose)  # in the frame of its board
+    visuals = load_object(f"symbol_{shape}").visuals
+    parts = geoms(part.model_copy(update={"pose": compose(place, part.pose)}) for part in visuals)
+    name = f"{dock.parent}/{item.name}/{shape}"
+    return [replace(geom, name=f"{name}{number}", rgba=rgba) for number, geom in enumerate(parts, 1)]
 
 
 def _meshes(item: PlacardConfig) -> list[Mesh]:

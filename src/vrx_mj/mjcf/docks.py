@@ -5,21 +5,18 @@ A floating dock is one tree of hinges; constraints close its loops.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.config.bays import Box, Cell
+from vrx_mj.config.bays import Cell
 from vrx_mj.config.docks import neighbours
 from vrx_mj.config.loading import problem_at
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import ConfigError, UnknownNameError
 from vrx_mj.frames import Pose, apply, rotation
 from vrx_mj.mjcf.placement import PlacedDock
-from vrx_mj.model import tasks
-
-_Row = dict[str, Any]
 
 
 class Blocks(Protocol):
@@ -52,52 +49,6 @@ def find_dock(docks: Sequence[PlacedDock], name: str) -> PlacedDock:
         return inside[0]
     names = [dock.parent if [other.parent for other in docks].count(dock.parent) == 1 else dock.name for dock in docks]
     raise UnknownNameError("dock", name, names)
-
-
-def dock_zones(dock: PlacedDock) -> _Row:
-    """Everything about a dock that a task wants to know, as plain data; places in the dock's frame, m and rad.
-
-    The dock's frame has its origin on the water in the middle of the drawing's first cell, x down the page, y to the
-    right. It is the frame of `anchor`: a static dock stays at `pose`, a dynamic one carries its frame with it, fixed to
-    its root block (`vrx_mj.mjcf.docks`).
-
-    - anchor: name of the dock, under which its frame is found while it floats; pose: where it is at the start;
-      dynamic: whether it floats
-    - bays: in their order, each {name, placard, symbol, internal: {center, size}, external: {center, size}}; `placard`
-      is the full name of the bay's placard and `symbol` what that shows at the start, None where it has none
-    - placards: {name, pose, symbol, shapes}, `name` as in `World.parameters.placards`
-    - holes: {bay, size, center, box}, `bay` the name of its bay and `size` big or small
-    """
-    berths = dock.berths
-    full = {placard.name: f"{dock.parent}/{placard.name}" for placard in berths.placards}
-    symbols = {placard.name: placard.symbol for placard in berths.placards}
-    return {
-        "anchor": dock.name,
-        "pose": list(dock.pose),
-        "dynamic": dock.config.dynamic,
-        "bays": [
-            {
-                "name": bay.name,
-                "placard": full[bay.placard] if bay.placard else None,
-                "symbol": symbols[bay.placard] if bay.placard else None,
-                "internal": _box(bay.internal),
-                "external": _box(bay.external),
-            }
-            for bay in berths.bays
-        ],
-        "placards": [
-            {"name": full[item.name], "pose": list(item.pose), "symbol": item.symbol, "shapes": list(item.shapes)}
-            for item in berths.placards
-        ],
-        "holes": [
-            {"bay": berths.bays[hole.bay - 1].name, **hole.model_dump(include={"size", "center", "box"})}
-            for hole in berths.holes
-        ],
-    }
-
-
-def _box(box: Box) -> tasks.Box:
-    return tasks.Box(center=box.center, size=box.size)
 
 
 def docks_overlap(a: Blocks, b: Blocks) -> bool:
@@ -140,7 +91,7 @@ def _squares_meet(apart: FloatArray, axes: Sequence[FloatArray], half: Sequence[
 
 
 def check_docks(config: WorldConfig, docks: Sequence[PlacedDock]) -> None:
-    """Tell of docks whose blocks lie on one another at the start, drawn ones and those of objects.
+    """Refuse docks whose blocks lie on one another at the start, drawn ones and those of objects.
 
     Raises:
         ConfigError: some do; with the place in the file of each that lies on one before it.

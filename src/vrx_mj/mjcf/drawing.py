@@ -184,7 +184,7 @@ def sea_palette(width: int, height: int, zenith: FloatArray, horizon: FloatArray
     What mirrors much is seen at a grazing angle and shows the sky near the horizon, so a column's share gives the
     elevation too: Schlick's law of reflectance, solved for the angle. A sky of one colour has no sun that glitters.
     """
-    share = _scale(width)
+    share = np.clip(((np.arange(width) + 0.5) / width - EDGE) / (1.0 - 2.0 * EDGE), 0.0, 1.0)  # at middles of pixels
     rows = ((np.arange(height) + 0.5) / height - PLAIN) / (PLAIN - EDGE)
     glitter, foam = np.clip(rows, 0.0, 1.0)[:, None, None], np.clip(-rows, 0.0, 1.0)[:, None, None]
     sine = 1.0 - (np.clip(share - 0.02, 0.0, None) / 0.98) ** 0.2
@@ -192,11 +192,6 @@ def sea_palette(width: int, height: int, zenith: FloatArray, horizon: FloatArray
     deep = np.array(_DEEP) * day
     mirrored = deep + (_sky_color(sine, zenith, horizon) - deep) * share[:, None]
     return _bytes(mirrored + light * np.any(zenith != horizon) * glitter + (FOAM * day - mirrored) * foam)
-
-
-def _scale(number: int) -> FloatArray:
-    """Values at the middles of a palette's pixels, 0 to 1."""
-    return np.clip(((np.arange(number) + 0.5) / number - EDGE) / (1.0 - 2.0 * EDGE), 0.0, 1.0)
 
 
 def _rays(side: int) -> FloatArray:

@@ -10,6 +10,8 @@ import numpy as np
 
 from vrx_mj.arrays import BoolArray, FloatArray
 
+_MOST_LIFT = 1000.0
+"""Lift of the whole hull over the boat's weight: a light inflatable one has 20."""
 _ODD_ANGLE = math.radians(5.0)
 """Heel or trim at rest beyond which a boat's masses are hardly meant so."""
 
@@ -61,6 +63,21 @@ class Flotation:
                     f"{offset:.3g} m from its centre of buoyancy; check {given}"
                 )
         return notes
+
+
+def lift_fault(volume: float, density: float, mass: float, more: str, scale: str) -> str:
+    """Why a hull that holds a volume [m3] does not carry a mass [kg], or out of all proportion more; empty if it does.
+
+    `more` is what else to check where it carries too little, and `scale` how a mesh in mm is given.
+    """
+    carries = f"it has {mass:g} kg, its hull's {volume:.4g} m3 carry {volume * density:.4g} kg"
+    if volume <= 0.0:
+        return "sinks: its hull has no volume; a closed mesh that is not flat is needed"
+    if volume * density <= mass:
+        return f"sinks: {carries}; check the mesh's unit (m){more}"
+    if volume * density > _MOST_LIFT * mass:
+        return f"hardly touches the water: {carries}; check the mesh's unit (m; {scale} takes one in mm)"
+    return ""
 
 
 def flotation_at(corners: FloatArray, level: float) -> Flotation:

@@ -18,8 +18,6 @@ from vrx_mj.rigid_bodies import MassProperties
 
 _GRAVITY = 9.81
 """Gravity in the stiffness at rest [m/s2]; a world's own is within 1 %."""
-MOST_LIFT = 1000.0
-"""Lift of the whole hull over the boat's weight: a light inflatable one has 20."""
 _FASTEST = 1000.0
 """Fastest motion about the rest [rad/s]: a boat of a draft of 0.01 mm has that."""
 _GROWTH = 1e-3
@@ -27,26 +25,6 @@ _GROWTH = 1e-3
 _MOST_LOST = 0.01
 """Share of a sea's energy that may be beyond the last frequency of a hull's file without a remark."""
 _MOTIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
-
-
-def check_lift(name: str, lift: float, mass: float) -> None:
-    """Refuse a hull whose volume carries less [kg] than the boat's mass, or out of all proportion more.
-
-    Raises:
-        VrxError: it sinks, or floats on a film of water.
-    """
-    if lift <= 0.0:
-        raise VrxError(f"robot {name} sinks: its hull has no volume; a closed mesh that is not flat is needed")
-    if lift <= mass:
-        raise VrxError(
-            f"robot {name} sinks: it has {mass:.4g} kg, its hull's volume carries {lift:.4g} kg; check the mesh's "
-            "unit (m) and that all of the hull is in it, or the mass of the links"
-        )
-    if lift > MOST_LIFT * mass:
-        raise VrxError(
-            f"robot {name} hardly touches the water: it has {mass:.4g} kg, its hull's volume carries {lift:.4g} kg; "
-            "check the mesh's unit (m; `scale: [0.001, 0.001, 0.001]` takes one in mm), or the mass of the links"
-        )
 
 
 def check_mass(name: str, added: FloatArray, body: MassProperties, key: str) -> None:
@@ -84,7 +62,7 @@ def check_rest(name: str, vessel: Vessel, body: MassProperties, density: float, 
     Raises:
         VrxError: small motions about its rest grow by its memory, or are too fast for any step.
     """
-    stiffness, notes = _stiffness(vessel, body, density)
+    stiffness, notes = _stiffness_at_rest(vessel, body, density)
     for note in notes:
         if not any(note in other for other in said):
             warnings.warn(f"robot {name}: {note}", VrxWarning, stacklevel=2)
@@ -125,7 +103,7 @@ def warn_if_uncovered(name: str, vessel: Vessel | None, sea: Sea) -> None:
         )
 
 
-def _stiffness(vessel: Vessel, body: MassProperties, density: float) -> tuple[FloatArray, list[str]]:
+def _stiffness_at_rest(vessel: Vessel, body: MassProperties, density: float) -> tuple[FloatArray, list[str]]:
     """Stiffness (6, 6) about the origin without what capsizes it, and remarks about how it lies."""
     if vessel.hydrostatics == MATRIX:
         restoring = about_origin(np.array(vessel.restoring), -np.array(vessel.point))

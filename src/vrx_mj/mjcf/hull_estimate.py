@@ -1,4 +1,4 @@
-"""What is not known of a hull, estimated from its shape and mass by published rules, for a boat to begin with.
+"""Estimates of a hull's unknown parameters from its shape and mass, by published rules.
 
 Axes are those of its base link: the origin on the waterline over the centre of buoyancy, x forward, y left, z up.
 """
@@ -83,7 +83,7 @@ class HullEstimate:
     windage: tuple[float, float, float]
     """Areas seen from ahead and from the side [m2], and height of the latter's middle [m]."""
     course: tuple[float, float, float, float]
-    """How it keeps a straight course at full thrust, of the linear equations of sway and yaw (Fossen 2021, 15.1).
+    """Course stability at full thrust, from the linear equations of sway and yaw (Fossen 2021, 15.1).
 
     C = Yv (Nr - m xg U) - Nv (Yr - m U) over (rho L3 U / 2)2, above 0 if it does; rate at which a small turn grows
     [1/s]; moment for each rad/s of turn by which an engine or rudder would keep it [N m s], and area of a skeg at the
@@ -290,7 +290,7 @@ def _windage(corners: FloatArray) -> tuple[float, float, float]:
 def _course(
     rigid: Sequence[float], ahead: float, added: FloatArray, damping: float, stern: Sequence[float], length: float
 ) -> tuple[float, float, float, float]:
-    """How a boat keeps its course, of mass and inertia, with the centre of mass `ahead` of the origin [m]."""
+    """Course stability of a boat of a mass and inertia, with the centre of mass `ahead` of the origin [m]."""
     (mass, inertia), (x, _, area, aspect) = rigid, stern
     speed, lift = _FROUDE * math.sqrt(_GRAVITY * length), 0.5 * DENSITY * area * normal_slope(aspect)
     surge, sway, coupling = added[0, 0], added[1, 1], added[1, 5] - ahead * added[1, 1]

@@ -13,8 +13,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.config.solids import enclosed_volume
 from vrx_mj.errors import VrxError
 from vrx_mj.frames import rotation
-from vrx_mj.mjcf.flotation import flotation
-from vrx_mj.mjcf.hull_checks import MOST_LIFT
+from vrx_mj.mjcf.flotation import flotation, lift_fault
 
 _HEELS = tuple(range(0, 181, 10))
 """Angles of heel of the righting arms [degrees]."""
@@ -98,17 +97,8 @@ def hull_sheet(
     Raises:
         VrxError: it does not float, or on a film of water.
     """
-    whole = enclosed_volume(corners)
-    if whole * density <= mass:
-        raise VrxError(
-            f"it sinks: {mass:g} kg, its volume of {whole:.4g} m3 carries {whole * density:.4g} kg; check the "
-            "mesh's unit (m), or its --scale"
-        )
-    if whole * density > MOST_LIFT * mass:
-        raise VrxError(
-            f"it hardly touches the water: {mass:g} kg, its volume of {whole:.4g} m3 carries {whole * density:.4g} kg; "
-            "check the mesh's unit (m): --scale 0.001 takes one in mm"
-        )
+    if fault := lift_fault(enclosed_volume(corners), density, mass, ", or its --scale", "--scale 0.001"):
+        raise VrxError(f"it {fault}")
     own = corners - np.asarray(center, np.float64)
     wet = flotation(corners, mass / density, 1e-10)
     x, y, z = wet.center.tolist()

@@ -1,6 +1,7 @@
 """The model of a boat's hull in profile `marine`: its mesh, and its matrices about the link's origin."""
 
 import warnings
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -8,15 +9,15 @@ import numpy as np
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.dynamics import CrossFlowConfig, MarineHullConfig, SkegConfig
 from vrx_mj.config.hydro import read_hydro
-from vrx_mj.config.solids import solid
+from vrx_mj.config.solids import enclosed_volume, solid
 from vrx_mj.errors import VrxError, VrxWarning
 from vrx_mj.mjcf.boats import Boat
 from vrx_mj.mjcf.derive import hull_corners
-from vrx_mj.mjcf.flotation import flotation, flotation_at
-from vrx_mj.mjcf.hull_checks import check_lift, check_mass, check_rest
+from vrx_mj.mjcf.flotation import flotation, lift_fault
+from vrx_mj.mjcf.hull_checks import check_mass, check_rest
 from vrx_mj.mjcf.masses import boat_mass, push_center
 from vrx_mj.mjcf.panels import panels_of
-from vrx_mj.mjcf.radiation import about_origin, diffraction_of, memory_of, six
+from vrx_mj.mjcf.radiation import about_origin, diffraction_of, memory_of, nested_tuples
 from vrx_mj.mjcf.surfaces import checked_surface
 from vrx_mj.model.boats import MOST_TRIANGLES, Strip, Vessel
 from vrx_mj.model.kinds import Six
@@ -25,6 +26,7 @@ from vrx_mj.physics.thrust import normal_slope
 from vrx_mj.rigid_bodies import MassProperties
 
 
+@lru_cache(maxsize=32)
 def vessel_of(boat: Boat, density: float) -> Vessel | None:
     """The hull of a kind of boat, in water of a density [kg/m3].
 
@@ -52,9 +54,9 @@ def vessel_of(boat: Boat, density: float) -> Vessel | None:
     matrix = config.hydrostatics == "matrix"
     level, carried = _stiffness(config, body, point) if matrix else _mesh(boat, config, point, density)
     found = Vessel(
-        added_mass=_six(added),
+        added_mass=nested_tuples(added),
         munk=1 if config.munk else 0,
-        damping=_six(at_origin(config.damping_linear, water.drag_linear)),
+        damping=nested_tuples(at_origin(config.damping_linear, water.drag_linear)),
         damping_quadratic=_quadratic(config, water.drag_quadratic),
         strips=(*_strips(config.crossflow, level, density), *(_skeg(each, density) for each in config.skegs)),
         memory=memory_of(hydro, density) if hydro else (),
@@ -97,12 +99,12 @@ def _stiffness(config: MarineHullConfig, body: MassProperties, point: FloatArray
     stiff = np.array(config.restoring)
     return config.waterline, {
         "hydrostatics": MATRIX,
-        "restoring": _six(about_origin(stiff, point)),
+        "restoring": nested_tuples(about_origin(stiff, point)),
         "displacement": config.displacement or body.mass,
         "spread": (max(stiff[4, 4] / stiff[2, 2], 0.0), max(stiff[3, 3] / stiff[2, 2], 0.0)),
         "waterline": config.waterline,
-        "buoyancy": _three(point),
-        "point": _three(point),
+        "buoyancy": nested_tuples(point),
+        "point": nested_tuples(point),
     }
 
 
@@ -110,18 +112,20 @@ def _mesh(boat: Boat, config: MarineHullConfig, point: FloatArray, density: floa
     """The height of the water at rest [m], and what a vessel has of a mesh, which carries the boat."""
     body = boat_mass(boat)
     corners = _surface(boat, config, body.mass / density)
-    whole = flotation_at(corners, float(corners[:, :, 2].max())).volume * density if len(corners) else 0.0
-    check_lift(boat.name, whole, body.mass)
+    whole = enclosed_volume(corners) if len(corners) else 0.0
+    more = " and that all of the hull is in it, or the mass of the links"
+    if fault := lift_fault(whole, density, body.mass, more, "`scale: [0.001, 0.001, 0.001]`"):
+        raise VrxError(f"robot {boat.name} {fault}")
     rest = flotation(corners, body.mass / density)
     points, triangles = panels_of(corners)
     return rest.level, {
         "hydrostatics": MESH,
-        "vertices": tuple(_three(row) for row in points),
-        "triangles": tuple((a, b, c) for a, b, c in triangles.tolist()),
+        "vertices": nested_tuples(points),
+        "triangles": nested_tuples(triangles),
         "displacement": body.mass,
-        "buoyancy": _three(rest.center),
+        "buoyancy": nested_tuples(rest.center),
         "spread": (float(rest.spread[0]) / rest.area, float(rest.spread[1]) / rest.area),
-        "point": _three(point),
+        "point": nested_tuples(point),
     }
 
 
@@ -153,13 +157,3 @@ def _surface(boat: Boat, config: MarineHullConfig, volume: float) -> FloatArray:
     for note in notes:
         warnings.warn(f"robot {boat.name}: {note}", VrxWarning, stacklevel=2)
     return corners
-
-
-def _six(matrix: FloatArray) -> tuple[Six, Six, Six, Six, Six, Six]:
-    a, b, c, d, e, f = (six(row) for row in matrix)
-    return a, b, c, d, e, f
-
-
-def _three(point: FloatArray) -> tuple[float, float, float]:
-    x, y, z = point.tolist()
-    return x, y, z

@@ -5,7 +5,7 @@ their order, and MuJoCo gives them the same numbers.
 """
 
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import compress
 from typing import Any
@@ -24,16 +24,15 @@ from vrx_mj.config.wording import ros_names_note
 from vrx_mj.config.world import PhysicsConfig, SpawnConfig
 from vrx_mj.errors import CommandError, CompileError, UnknownNameError, VrxWarning
 from vrx_mj.mjcf import boats
-from vrx_mj.mjcf.afloat import depth_in_land
+from vrx_mj.mjcf.afloat import depth_in_land, outline
+from vrx_mj.mjcf.assembly import Assembly
 from vrx_mj.mjcf.build import build_boat
-from vrx_mj.mjcf.dock_pieces import dock_piece, dock_rows
 from vrx_mj.mjcf.docks import docks_overlap
 from vrx_mj.mjcf.hull_checks import warn_if_uncovered
-from vrx_mj.mjcf.objects import object_piece, object_rows, spare_ball
+from vrx_mj.mjcf.objects import spare_ball
 from vrx_mj.mjcf.parameters import Rows
-from vrx_mj.mjcf.pieces import Part, owner_of
+from vrx_mj.mjcf.pieces import owner_of
 from vrx_mj.mjcf.placement import PlacedDock, PlacedObject, place_docks, place_objects
-from vrx_mj.mjcf.robots import boat_kind, boat_rows
 from vrx_mj.mjcf.tasks import Touch, thing_touches, touch_sensor
 from vrx_mj.mjcf.templates import render
 from vrx_mj.mjcf.wind import own_load, warn_if_unpushed
@@ -41,24 +40,15 @@ from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Boat
 from vrx_mj.model.site import Dock, Object
 from vrx_mj.model.tasks import names_in
-from vrx_mj.model.world import Parameters, checked_rows, tree_of
+from vrx_mj.model.world import Parameters, checked_rows, linked_rows, row_columns, tree_of
 
 _OWNED = {
     "boats": "name", "hulls": "body", "sensors": "boat", "objects": "name", "floats": "body", "links": "body",
     "docks": "name", "blocks": "body", "lights": "name", "placards": "name",
 }  # fmt: skip
 """Tables whose rows belong to a boat, an object or a dock, and the name that begins with that of their owner."""
-_REFERENCES = {
-    "hulls": {"station_start": "stations", "thruster_start": "thrusters"},
-    "thrusters": {"hull": "hulls", "race": "thrusters"},
-    "floats": {"element_start": "elements", "follower": "followers"},
-    "links": {"element_start": "elements"},
-    "blocks": {"element_start": "elements", "parent": "blocks"},
-    "followers": {"waypoint_start": "path_points"},
-    "moorings": {"block": "blocks"},
-    "ropes": {"float": "floats"},
-}
-"""Columns of each table that are numbers of rows, and the tables of these rows; a number below 0 refers to none."""
+_LINES = ("moorings", "ropes")
+"""Tables of lines, whose rows go with what they hold."""
 _RESERVED = ("terrain", "carrier", "world")
 """Names of parts of every world."""
 
@@ -80,18 +70,20 @@ def with_boat(world: World, entry: Mapping[str, object]) -> World:
     for note in ros_names_note("boat", [boat.name]):
         warnings.warn(note, VrxWarning, stacklevel=3)
     old = world.parameters
-    kind = boat_kind(_build(boat, old.profile), boat.engines, boat.color)
-    if old.shoreline and (depth := depth_in_land(kind.outline, boat.pose, old.shoreline)):
+    robot = _build(boat, old.profile)
+    if old.shoreline and (depth := depth_in_land(outline(robot), boat.pose, old.shoreline)):
         x, y, *_ = boat.pose
         shore = f"{depth:.2f} m inside the shore of {old.terrain}"
         raise CommandError(f"no place for {boat.name} at ({x:g}, {y:g}): it would be on land, {shore}")
-    wind, physics = _conditions(old)
-    rows = boat_rows(kind, boat, Rows.of(old), wind, physics, old.sea.density, old.lives.get(boat.name, 0))
-    warn_if_uncovered(kind.boat.name, rows.hulls[0].vessel, old.sea)
-    warn_if_unpushed(old.name, wind, physics, [(boat, own_load(kind.boat, physics))])
-    balls = list(_with_balls(old, rows, wind, physics))
-    parts = [Part(boat.name, kind.piece, boat.pose), *balls]
-    return _join(world, parts, rows, [Touch(boat.name, rows.hulls[0].body)], asleep=bool(balls))
+    joined = _assembly(old)
+    hull = joined.add_boat(robot, boat, old.lives.get(boat.name, 0))
+    warn_if_uncovered(robot.name, hull.vessel, old.sea)
+    warn_if_unpushed(old.name, joined.wind, joined.physics, [(boat, own_load(robot, joined.physics))])
+    for owner, shooter in joined.rows.shooters:
+        if owner == boat.name:
+            taken = {item.pose[:3] for item in joined.rows.objects}
+            joined.add_object(spare_ball(owner, shooter, taken), asleep=True)
+    return _join(world, joined, [Touch(boat.name, hull.body)], asleep=len(joined.parts) > 1)
 
 
 def with_object(world: World, entry: Mapping[str, object]) -> World:
@@ -122,28 +114,21 @@ def _with_things(world: World, name: str, objects: Sequence[PlacedObject], docks
         other = next((other for other in old.docks if docks_overlap(other, dock)), None)
         if other is not None:
             raise CommandError(f"no place for {dock.name}: it would be on the dock '{other.name}'")
-    wind, physics = _conditions(old)
-    tables, rows, parts = Rows.of(old), Rows(), list[Part]()
+    joined = _assembly(old)
     for dock in docks:
-        own = dock_rows(dock, wind, physics.gravity, tables)
-        parts.append(Part(dock.name, dock_piece(dock), dock.pose))
-        rows.add(own)
-        tables.add(own)
+        joined.add_dock(dock)
     for item in objects:
-        own = object_rows(item, wind, physics, tables)
-        parts.append(Part(item.name, object_piece(item.config), item.pose))
-        rows.add(own)
-        tables.add(own)
-    return _join(world, parts, rows, list(thing_touches(objects, docks)))
+        joined.add_object(item)
+    return _join(world, joined, list(thing_touches(objects, docks)))
 
 
-def _join(world: World, parts: Sequence[Part], rows: Rows, touches: Sequence[Touch], *, asleep: bool = False) -> World:
-    """The world with parts and rows after all others; `touches` are those that a task's boat may have with them."""
+def _join(world: World, joined: Assembly, touches: Sequence[Touch], *, asleep: bool = False) -> World:
+    """The world with what joined after all others; `touches` are those that a task's boat may have with it."""
     old = world.parameters
     try:
-        checked = checked_rows(rows.tables)
+        checked = checked_rows({table: own[len(getattr(old, table)) :] for table, own in joined.rows.tables.items()})
     except ValidationError as error:
-        raise CompileError(f"invalid {parts[0].name}: {fault_text(error)}") from None
+        raise CompileError(f"invalid {joined.parts[0].name}: {fault_text(error)}") from None
     new: dict[str, Any] = {table: (*getattr(old, table), *own) for table, own in checked.items()}
     sensors = ""
     if task := old.task:
@@ -151,7 +136,7 @@ def _join(world: World, parts: Sequence[Part], rows: Rows, touches: Sequence[Tou
         scored = old.hulls[world.boats.index(task.boat)].body
         sensors = "".join(touch_sensor(touch, scored) for touch in touches)
     option = render("option.xml.j2", asleep=True, timestep=old.timestep, gravity=old.gravity) if asleep else ""
-    return World(world.pieces.with_parts(parts, option=option, touches=sensors), replace(old, **new))
+    return World(world.pieces.with_parts(joined.parts, option=option, touches=sensors), replace(old, **new))
 
 
 def _things(world: Parameters) -> tuple[str, ...]:
@@ -195,22 +180,12 @@ def _check_name(world: World, name: str, kind: str) -> None:
         raise CommandError(f"invalid {kind} name '{name}': {taken[name]} of world {world.name} has this name")
 
 
-def _with_balls(old: Parameters, rows: Rows, wind: WindConfig, physics: PhysicsConfig) -> Iterator[Part]:
-    """The parts of a boat's balls, one for each ball shooter; their rows are added to those of the boat."""
-    for boat, shooter in rows.shooters:
-        tables = Rows.of(old)
-        tables.add(rows)
-        ball = spare_ball(boat, shooter, {item.pose[:3] for item in tables.objects})
-        rows.add(object_rows(ball, wind, physics, tables))
-        yield Part(ball.name, object_piece(ball.config, asleep=True), ball.pose)
-
-
-def _conditions(world: Parameters) -> tuple[WindConfig, PhysicsConfig]:
-    """The wind and the physics of a world, as boats that join later meet them."""
+def _assembly(world: Parameters) -> Assembly:
+    """A world's rows, with the wind and the physics as what joins later meets them."""
     blowing = {"mean_velocity": abs(world.wind.mean), "var_gain": world.wind.gain}
     physics = {"profile": world.profile, "gravity": world.gravity, "quirks": world.spawn.quirks}
     wind = WindConfig.model_validate({"objects": tree_of(world.spawn.wind), **blowing})
-    return wind, PhysicsConfig.model_validate(physics)
+    return Assembly(wind, PhysicsConfig.model_validate(physics), world.sea.density, Rows.of(world))
 
 
 def _build(boat: BoatConfig, profile: str) -> boats.Boat:
@@ -222,42 +197,27 @@ def _build(boat: BoatConfig, profile: str) -> boats.Boat:
 
 def staying(world: Parameters, left: str) -> dict[str, BoolArray]:
     """Which rows of each table stay when a boat, an object or a dock leaves with all that is its own."""
-    stay = {
-        table: np.array([owner_of(getattr(row, name)) != left for row in getattr(world, table)], np.bool_)
-        for table, name in _OWNED.items()
+    owners = {
+        table: [owner_of(getattr(row, _OWNED[table])) if table in _OWNED else "" for row in rows]
+        for table, rows in Rows.of(world).tables.items()
     }
-    stay["thrusters"] = _parts_staying(world.hulls, "thruster", stay["hulls"], len(world.thrusters))
-    stay["stations"] = _parts_staying(world.hulls, "station", stay["hulls"], len(world.stations))
-    wet = {"floats": world.floats, "links": world.links, "blocks": world.blocks}
-    parts = (_parts_staying(rows, "element", stay[table], len(world.elements)) for table, rows in wet.items())
-    stay["elements"] = np.logical_and.reduce(list(parts))
-    stay["moorings"] = np.array([bool(stay["blocks"][line.block]) for line in world.moorings], np.bool_)
-    stay["ropes"] = np.array([bool(stay["floats"][rope.float]) for rope in world.ropes], np.bool_)
-    stay["followers"] = np.ones(len(world.followers), np.bool_)
-    stay["followers"][[row.follower for row in compress(world.floats, ~stay["floats"]) if row.follower >= 0]] = False
-    stay["path_points"] = _parts_staying(world.followers, "waypoint", stay["followers"], len(world.path_points))
-    stay["rivals"] = np.array(
-        [owner_of(rival) != left for rival in (world.task.rivals if world.task else ())], np.bool_
-    )
-    return stay
-
-
-def _parts_staying(rows: Sequence[object], part: str, stay: BoolArray, count: int) -> BoolArray:
-    """Which rows of a table stay: all but those that rows of another one have who leave."""
-    kept = np.ones(count, np.bool_)
-    for row in compress(rows, ~stay):
-        start = getattr(row, f"{part}_start")
-        kept[start : start + getattr(row, f"{part}_count")] = False
-    return kept
+    for table, number, _, mark, rows in linked_rows(world):
+        if mark.owned:
+            owners[mark.table][rows.start : rows.stop] = [owners[table][number]] * len(rows)
+        elif table in _LINES:
+            owners[table][number] = owners[mark.table][rows.start]
+    owners["rivals"] = [owner_of(rival) for rival in (world.task.rivals if world.task else ())]
+    return {table: np.array([name != left for name in names], np.bool_) for table, names in owners.items()}
 
 
 def _remaining_rows(world: Parameters, stay: Mapping[str, BoolArray]) -> dict[str, Any]:
     """The rows that stay, by table, with the new numbers of the rows that they refer to."""
     numbers = {table: [0, *np.cumsum(kept).tolist()] for table, kept in stay.items()}
     tables = {table: tuple(compress(getattr(world, table), kept)) for table, kept in stay.items() if table != "rivals"}
-    for table, targets in _REFERENCES.items():
-        tables[table] = tuple(
-            replace(row, **{key: numbers[to][at] for key, to in targets.items() if (at := getattr(row, key)) >= 0})
-            for row in tables.get(table, getattr(world, table))
-        )
+    for table, columns in row_columns().items():
+        rows = []
+        for row in tables[table]:
+            old = {column: (mark.table, getattr(row, column)) for column, mark in columns.items()}
+            rows.append(replace(row, **{column: numbers[to][at] for column, (to, at) in old.items() if at >= 0}))
+        tables[table] = tuple(rows)
     return tables

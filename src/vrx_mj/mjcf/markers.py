@@ -11,7 +11,7 @@ from vrx_mj.model.site import Marker
 from vrx_mj.model.world import Parameters
 
 MARKER = "vrx_mj/marker"
-"""What names of their geoms start with."""
+"""Prefix of the names of their geoms."""
 AHEAD = 1.0
 """Distance from the upright cylinder to the middle of the other [m]. VRX: waypoint_markers.cc."""
 _GROUP = 1

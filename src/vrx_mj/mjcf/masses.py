@@ -11,7 +11,7 @@ from vrx_mj.mjcf.boats import AssembledThruster, Boat, Part
 from vrx_mj.rigid_bodies import MassProperties, joined, posed, rigid
 
 Engines = Literal["fixed", "hinged"]
-"""Are the engines part of the hull's body, or bodies of their own that turn about z?"""
+"""Whether engines are part of the hull's body, or bodies of their own that turn about z."""
 
 
 def axis_inertia(part: MassProperties) -> float:
@@ -25,7 +25,7 @@ _LEAST = 1e-12
 LIGHTEST = 1e-6
 """Least inertia [kg m2] that a servo is given to turn: a URDF may leave its engine's out."""
 NOTHING = rigid(LIGHTEST, (0.0, 0.0, 0.0), (LIGHTEST,) * 3)
-"""What turns where no link that does has a mass: so much [kg, kg m2] at the hinge, as MuJoCo wants some."""
+"""Mass and inertia [kg, kg m2] of a turning body whose links have none: MuJoCo needs some."""
 
 
 def push_center(boat: Boat) -> FloatArray:
@@ -54,23 +54,27 @@ def boat_mass(boat: Boat) -> MassProperties:
     parts = [*_masses(boat.parts), *turning]
     if not parts:
         raise CompileError(f"robot {boat.name}: no link has a mass of {_LEAST:g} kg or more")
-    return _check_moments(joined(parts), f"robot {boat.name}")
+    return check_moments(joined(parts), f"robot {boat.name}")
 
 
 def body_mass(boat: Boat, engines: Engines) -> MassProperties:
-    """What belongs to the MuJoCo body of the base link. The same errors, of the engines that turn too."""
+    """Mass properties of the MuJoCo body of the base link; errors are those of `boat_mass`, also about engines."""
     if engines == "fixed":
         return boat_mass(boat)
     for thruster in boat.thrusters:
-        _check_moments(turning_mass(thruster) or NOTHING, f"robot {boat.name}: what turns with '{thruster.name}'")
+        check_moments(turning_mass(thruster) or NOTHING, f"robot {boat.name}: what turns with '{thruster.name}'")
     parts = list(_masses(boat.parts))
     if not parts:
         raise CompileError(f"robot {boat.name}: only its engines have a mass; build it with engines: fixed")
-    return _check_moments(joined(parts), f"robot {boat.name} without its engines")
+    return check_moments(joined(parts), f"robot {boat.name} without its engines")
 
 
-def _check_moments(body: MassProperties, name: str) -> MassProperties:
-    """A body that MuJoCo takes."""
+def check_moments(body: MassProperties, name: str) -> MassProperties:
+    """Refuse a body that MuJoCo does not take, and return any other.
+
+    Raises:
+        CompileError: a principal moment of inertia is too small.
+    """
     moments = np.linalg.eigvalsh(body.inertia).tolist()
     if moments[0] < _LEAST:
         words = ", ".join(f"{moment:.3g}" for moment in moments)

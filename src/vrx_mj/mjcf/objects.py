@@ -6,13 +6,12 @@ tolerance is 0.
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet
-from dataclasses import dataclass
 from itertools import combinations
 from typing import Literal
 
-from vrx_mj.config.joints import AxisConfig, JointConfig, LinkConfig, link_order
+from vrx_mj.config.joints import LinkConfig, link_order
 from vrx_mj.config.objects import ObjectConfig, RopeConfig, load_object, path_points
 from vrx_mj.config.profiles import MARINE, NEWER
 from vrx_mj.config.search import kind_name
@@ -24,9 +23,10 @@ from vrx_mj.frames import Pose, apply, compose, inverse, rotation
 from vrx_mj.mjcf.parameters import PROFILES, Rows
 from vrx_mj.mjcf.pieces import Piece
 from vrx_mj.mjcf.placement import PlacedObject
-from vrx_mj.mjcf.templates import Geom, geoms, meshes
-from vrx_mj.mjcf.wind import NO_WIND, wind_coefficients
+from vrx_mj.mjcf.templates import geoms, meshes
+from vrx_mj.mjcf.wind import NO_WIND
 from vrx_mj.model.afloat import Element, Float, Follower, PathPoint, Rope
+from vrx_mj.model.kinds import record_from
 from vrx_mj.model.site import Light, Object
 from vrx_mj.model.world import Parameters
 
@@ -105,50 +105,24 @@ def object_piece(config: ObjectConfig, *, asleep: bool = False) -> Piece:
     return Piece.from_template("object.xml.j2", {item.file: item.content for item in needed}, **values)
 
 
-@dataclass(frozen=True)
-class _Branch:
-    """A link that hangs on another, for the template."""
-
-    link: LinkConfig
-    pose: Pose
-    """Pose in the frame of the one that it hangs on [m, rad]."""
-    joint: JointConfig
-    collisions: list[Geom]
-    visuals: list[Geom]
-    branches: "list[_Branch]"
-
-    @property
-    def place(self) -> tuple[float, float, float]:
-        """Place of the joint in the link's frame [m]."""
-        return self.joint.pose[:3]
-
-    @property
-    def type(self) -> str:
-        """Type of MuJoCo's joints for each axis."""
-        return "slide" if self.joint.type == "prismatic" else "hinge"
-
-    @property
-    def axes(self) -> list[tuple[tuple[float, float, float], AxisConfig]]:
-        """Directions of the joint's axes in the link's frame, and what acts along each."""
-        turn = rotation(*self.joint.pose[3:])
-        return [(apply(turn, axis.xyz), axis) for axis in self.joint.axes]
-
-
-def _branches(config: ObjectConfig, name: str, pose: Pose) -> list[_Branch]:
-    """The links that hang on the one of a name, whose pose in the object is given."""
-    links = {link.name: link for link in config.links}
-    own = [(joint, links[joint.child]) for joint in config.joints if joint.parent == name]
-    return [
-        _Branch(
-            link,
-            compose(inverse(pose), link.pose),
-            joint,
-            geoms(link.collisions),
-            geoms(link.visuals),
-            _branches(config, link.name, link.pose),
-        )
-        for joint, link in own
-    ]
+def _branches(config: ObjectConfig, name: str, pose: Pose) -> list[dict[str, object]]:
+    """The links that hang on the one of a name, whose pose in the object is given, for the template."""
+    links, found = {link.name: link for link in config.links}, list[dict[str, object]]()
+    for joint in (joint for joint in config.joints if joint.parent == name):
+        link, turn = links[joint.child], rotation(*joint.pose[3:])
+        branch = {
+            "link": link,
+            "pose": compose(inverse(pose), link.pose),
+            "joint": joint,
+            "place": joint.pose[:3],
+            "type": "slide" if joint.type == "prismatic" else "hinge",
+            "axes": [(apply(turn, axis.xyz), axis) for axis in joint.axes],
+            "collisions": geoms(link.collisions),
+            "visuals": geoms(link.visuals),
+            "branches": _branches(config, link.name, link.pose),
+        }
+        found.append(branch)
+    return found
 
 
 def object_rows(item: PlacedObject, wind: WindConfig | None, physics: PhysicsConfig, tables: Rows) -> Rows:
@@ -158,10 +132,11 @@ def object_rows(item: PlacedObject, wind: WindConfig | None, physics: PhysicsCon
     kind: Literal["floating", "static"] = "floating" if floats else "static"
     links = tuple(f"{item.name}/{name}" for name in link_order(config.link, config.joints))
     own = Object(name=item.name, model=kind_name(item.model), kind=kind, body=body, pose=item.pose, links=links)
-    rows = Rows(objects=[own])
+    rows, start = Rows(objects=[own]), len(tables.elements)
     if (light := config.light) is not None:
         panels = tuple(f"{item.name}/{panel}" for panel in light.panels)
         rows.lights.append(Light(name=item.name, body=body, geoms=panels, pattern=light.pattern))
+    blown = _blown_links(item, wind)
     if floats:
         follower = -1
         if item.path is not None:
@@ -169,15 +144,30 @@ def object_rows(item: PlacedObject, wind: WindConfig | None, physics: PhysicsCon
             row, points = follower_row(item, physics.profile, len(tables.path_points))
             rows.followers.append(row)
             rows.path_points.extend(points)
-        floating, elements = float_row(item, wind, physics, len(tables.elements), follower)
         if item.mooring is not None and physics.profile == MARINE:
             rows.ropes.append(_rope_row(item, item.mooring, len(tables.floats)))
-        rows.floats.append(floating)
-        rows.elements.extend(elements)
-    for link, elements in _link_rows(item, wind, physics, len(tables.elements)):
-        rows.links.append(link)
-        rows.elements.extend(elements)
+        wet = None if config.links else config.buoyancy  # with links, water and wind act on their rows
+        push = NO_WIND if config.links else blown[config.link]
+        rows.floats.append(_float_row(config, config.link, wet, item, push, physics, start, follower))
+        rows.elements.extend(map(element_row, wet.elements if wet else ()))
+    parts: list[tuple[str, ObjectConfig | LinkConfig]] = [(link.name, link) for link in config.links]
+    if parts and floats:
+        parts.insert(0, (config.link, config))
+    for name, part in parts:
+        first = start + len(rows.elements)
+        rows.links.append(_float_row(part, name, part.buoyancy, item, blown[name], physics, first, -1))
+        rows.elements.extend(map(element_row, part.buoyancy.elements if part.buoyancy else ()))
     return rows
+
+
+def _blown_links(item: PlacedObject, wind: WindConfig | None) -> Mapping[str, tuple[float, float, float]]:
+    """Coefficients of the wind by link: an entry acts on the link that it names, or else on the object's own."""
+    links = [item.config.link, *(link.name for link in item.config.links)]
+    blown = dict.fromkeys(links, NO_WIND)
+    for one in reversed((wind.objects if wind else None) or ()):
+        if one.model in (item.name, item.model):
+            blown[one.link if one.link in links else item.config.link] = one.coefficients
+    return blown
 
 
 def follower_row(item: PlacedObject, profile: str, start: int) -> tuple[Follower, list[PathPoint]]:
@@ -186,9 +176,9 @@ def follower_row(item: PlacedObject, profile: str, start: int) -> tuple[Follower
     assert path is not None, f"{item.name} follows no path"
     points = path_points(path, item.pose)
     turns_first = profile == _TURNS_FIRST if path.turns_first is None else path.turns_first
-    row = Follower(
-        force=path.force,
-        torque=path.torque,
+    row = record_from(
+        Follower,
+        path,
         tolerance=math.radians(path.bearing_tolerance),
         reach=path.range_tolerance,
         turns_first=1 if turns_first else 0,
@@ -197,38 +187,6 @@ def follower_row(item: PlacedObject, profile: str, start: int) -> tuple[Follower
         waypoint_count=len(points),
     )
     return row, [PathPoint(position=(point[0], point[1])) for point in points]
-
-
-def float_row(
-    item: PlacedObject, wind: WindConfig | None, physics: PhysicsConfig, start: int = 0, follower: int = -1
-) -> tuple[Float, list[Element]]:
-    """The row of a floating object, and those of its buoyancy elements, which begin at row `start`."""
-    config = item.config
-    if config.links:  # water and wind act on the rows of `_link_rows`
-        return _float_row(config, config.link, None, item, NO_WIND, physics, start, follower)
-    assert config.buoyancy is not None, f"{item.model} does not float"
-    blown = wind_coefficients(wind, item.name, item.model) or NO_WIND
-    return _float_row(config, config.link, config.buoyancy, item, blown, physics, start, follower)
-
-
-def _link_rows(
-    item: PlacedObject, wind: WindConfig | None, physics: PhysicsConfig, start: int
-) -> Iterator[tuple[Float, list[Element]]]:
-    """The rows of the moving links of an object that has joints, each with those of its buoyancy elements.
-
-    An entry of the wind acts on the link that it names, or else on the object's own.
-    """
-    config = item.config
-    parts: list[tuple[str, ObjectConfig | LinkConfig]] = [(link.name, link) for link in config.links]
-    if parts and config.kind == "floating":
-        parts.insert(0, (config.link, config))
-    blowing = [one for one in (wind.objects if wind else None) or () if one.model in (item.name, item.model)]
-    pushed = {one.link if one.link in dict(parts) else config.link: one.coefficients for one in reversed(blowing)}
-    for name, part in parts:
-        blown = pushed.get(name, NO_WIND)
-        row, elements = _float_row(part, name, part.buoyancy, item, blown, physics, start, -1)
-        start += len(elements)
-        yield row, elements
 
 
 def _float_row(
@@ -240,18 +198,17 @@ def _float_row(
     physics: PhysicsConfig,
     start: int,
     follower: int,
-) -> tuple[Float, list[Element]]:
-    """The row of a link, and those of what it displaces."""
+) -> Float:
+    """The row of a link, whose elements begin at row `start`."""
     assert part.mass is not None, f"{item.model} has no mass"
     assert part.inertia is not None, f"{item.model} has no inertia"
-    elements = buoyancy.elements if buoyancy else ()
     silent = buoyancy is None or "fluid_density" not in buoyancy.model_fields_set
     density = buoyancy.fluid_density if buoyancy else WATER_DENSITY
-    row = Float(
+    return record_from(
+        Float,
+        part,
         body=f"{item.name}/{link}",
-        mass=part.mass,
         com=part.center_of_mass,
-        inertia=part.inertia,
         density=DENSITY if physics.profile == NEWER and silent else density,
         gravity=physics.gravity,
         level=buoyancy.fluid_level if buoyancy else 0.0,
@@ -260,10 +217,9 @@ def _float_row(
         profile=PROFILES[physics.profile],
         wind=blown,
         element_start=start,
-        element_count=len(elements),
+        element_count=len(buoyancy.elements) if buoyancy else 0,
         follower=follower,
     )
-    return row, [element_row(element) for element in elements]
 
 
 def _rope_row(item: PlacedObject, rope: RopeConfig, number: int) -> Rope:
@@ -271,10 +227,11 @@ def _rope_row(item: PlacedObject, rope: RopeConfig, number: int) -> Rope:
     mass = item.config.whole_mass
     stiffness = _ROPE_STIFFNESS * mass if rope.stiffness is None else rope.stiffness
     x, y, *_ = compose(item.pose, (*item.config.center_of_mass, 0.0, 0.0, 0.0))
-    return Rope(
+    return record_from(
+        Rope,
+        rope,
         float=number,
         anchor=(x, y),
-        length=rope.length,
         stiffness=stiffness,
         damping=2.0 * math.sqrt(stiffness * mass) if rope.damping is None else rope.damping,
     )
@@ -282,7 +239,13 @@ def _rope_row(item: PlacedObject, rope: RopeConfig, number: int) -> Rope:
 
 def element_row(element: BuoyancyElement) -> Element:
     """A buoyancy element: dimensions, pose in the link, full volume [m3] and VRX's mean dimension [m]."""
-    size, volume, mean = _measures(element)
+    a, b, c = element.size or (0.0, 0.0, 0.0)
+    r, length = element.radius or 0.0, element.length or 0.0
+    size, volume, mean = {
+        "box": ((a, b, c), a * b * c, (a + b + c) / 3.0),
+        "sphere": ((r, 0.0, 0.0), 4.0 / 3.0 * math.pi * r**3, 2.0 * r),
+        "cylinder": ((r, length, 0.0), math.pi * r * r * length, (2.0 * r + length) / 2.0),
+    }[element.type]
     return Element(
         shape=_SHAPES[element.type],
         size=size,
@@ -291,16 +254,3 @@ def element_row(element: BuoyancyElement) -> Element:
         volume=volume,
         mean_dimension=mean,
     )
-
-
-def _measures(element: BuoyancyElement) -> tuple[tuple[float, float, float], float, float]:
-    if element.type == "box":
-        assert element.size is not None
-        a, b, c = element.size
-        return (a, b, c), a * b * c, (a + b + c) / 3.0
-    assert element.radius is not None
-    r = element.radius
-    if element.type == "sphere":
-        return (r, 0.0, 0.0), 4.0 / 3.0 * math.pi * r**3, 2.0 * r
-    assert element.length is not None
-    return (r, element.length, 0.0), math.pi * r * r * element.length, (2.0 * r + element.length) / 2.0

@@ -9,11 +9,12 @@ from vrx_mj.arguments import check_kind
 from vrx_mj.config.current import CurrentConfig, TideConfig
 from vrx_mj.config.sea import SeaConfig
 from vrx_mj.config.world import PhysicsConfig
+from vrx_mj.constants import WATER_DENSITY, WAVE_GRAVITY
 from vrx_mj.linear_waves import Site
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.afloat import Block, Element, Float, Follower, Mooring, PathPoint, Rope
 from vrx_mj.model.boats import Boat, Hull, Sensor, Station, Thruster
-from vrx_mj.model.kinds import ProfileCode
+from vrx_mj.model.kinds import ProfileCode, record_from
 from vrx_mj.model.numbers import Number, numbers_of
 from vrx_mj.model.site import Dock, Light, Object, Placard
 from vrx_mj.model.water import Current, Layer, Sea, Wave
@@ -27,8 +28,6 @@ _NIL_AMPLITUDE = 1e-9
 """Waves lower than this [m] are left out: with VRX's scale 2.5 the longest one has 1e-11 m."""
 PROFILES: Mapping[str, ProfileCode] = {"vrx": VRX, "vrx3": VRX3, "marine": MARINE}
 """Codes of the profiles in the runtime's tables."""
-_SEA_FIELDS = ("direction", "model", "period", "tau")
-"""Fields of VRX's seas that a world file gives and a compiled world takes over as they are."""
 
 
 def sea_parameters(sea: SeaConfig, physics: PhysicsConfig) -> Sea:
@@ -43,15 +42,16 @@ def sea_parameters(sea: SeaConfig, physics: PhysicsConfig) -> Sea:
         waves = cwr_components(*shape, amplitude=sea.amplitude, period=sea.period, direction=sea.direction)
     afloat = [wave for wave in waves if wave["amplitude"] > _NIL_AMPLITUDE]
     height = 4.0 * math.sqrt(math.fsum(wave["amplitude"] ** 2 for wave in afloat) / 2.0)
-    same: _Row = {name: getattr(sea, name) for name in _SEA_FIELDS}
-    if _moving(physics):  # what presses on hulls; VRX's waves keep their own lengths
-        same |= {"gravity": physics.gravity, "density": sea.density}
-    return Sea(
-        **same,
+    # what presses on hulls; VRX's waves keep their own lengths
+    pressing = (physics.gravity, sea.density) if _moving(physics) else (WAVE_GRAVITY, WATER_DENSITY)
+    return record_from(
+        Sea,
+        sea,
         level=0.0,
         waves=tuple(Wave(**wave) for wave in afloat),
         significant_height=height,
-        depth=sea.depth,
+        gravity=pressing[0],
+        density=pressing[1],
         moving=_moving(physics),
     )
 
@@ -72,17 +72,15 @@ def _ocean(sea: SeaConfig, physics: PhysicsConfig) -> Sea:
         spectrum = kind.shape(peak, site, **{key: getattr(sea, key) for key in kind.keys})
         band = (LONGEST * peak, SHORTEST * peak)
         waves = irregular_sea(spectrum, sea.hs, band, sea.direction, sea.components, sea.spreading, site)
-    return Sea(
-        model=sea.model,
+    return record_from(
+        Sea,
+        sea,
+        physics,
         tau=sea.ramp,
         level=0.0,
         waves=tuple(Wave(**wave._asdict(), steepness=0.0) for wave in waves if wave.amplitude or regular),
         significant_height=sea.height or 0.0 if regular else sea.hs,
         period=sea.period if regular else sea.tp,
-        direction=sea.direction,
-        depth=sea.depth,
-        gravity=physics.gravity,
-        density=sea.density,
         moving=_moving(physics),
     )
 
@@ -93,7 +91,9 @@ def current_parameters(current: CurrentConfig | None) -> Current | None:
         return None
     tide = current.tide or TideConfig(speed=0.0)
     along, main = math.radians(tide.direction), math.radians(current.direction)
-    return Current(
+    return record_from(
+        Current,
+        current,
         mean=(current.speed * math.cos(main), current.speed * math.sin(main)),
         tide_major=(tide.speed * math.cos(along), tide.speed * math.sin(along)),
         tide_minor=(-tide.minor * math.sin(along), tide.minor * math.cos(along)),
@@ -101,7 +101,6 @@ def current_parameters(current: CurrentConfig | None) -> Current | None:
         tide_phase=math.radians(tide.phase),
         gain=current.var_gain,
         time_constant=current.var_time,
-        seed=current.seed,
         layers=tuple(Layer(depth=depth, share=share) for depth, share in current.profile),
     )
 
@@ -109,8 +108,8 @@ def current_parameters(current: CurrentConfig | None) -> Current | None:
 def parameters(world: World) -> dict[str, Number]:
     """List the numbers of a compiled world: its sea, current, wind and moorings, and its boats, by name.
 
-    A name is the path of a field: `wind.mean`, `wamv.hull.drag_linear.surge`, `wamv.thrusters.left.max_forward`. What
-    follows from other numbers, or belongs to the MJCF, as masses and places of joints do, is not among them.
+    A name is the path of a field: `wind.mean`, `wamv.hull.drag_linear.surge`, `wamv.hull.mass`. What follows from other
+    numbers, as heights of waves, or belongs to the MJCF alone, as places of joints, is not among them.
     `compile_world(..., parameters={name: value})` sets them.
 
     Raises:

@@ -1,4 +1,4 @@
-"""What a world is made of: pieces of MJCF, each rendered once for its kind and placed under a name, joined at the end.
+"""Pieces of MJCF that make up a world, each rendered once for its kind and placed under a name, joined at the end.
 
 The MJCF of a world joins whole pieces. Models that step leave out what is only seen, or all shapes. For each element
 that it reads, MuJoCo goes over all that it has read before, so many pieces are read in groups.
@@ -22,7 +22,7 @@ from vrx_mj.frames import Pose
 from vrx_mj.mjcf.templates import render
 
 PREFIX = "@prefix@/"
-"""What names in a piece start with until it has a place in a world."""
+"""Prefix of names in a piece until it has a place in a world."""
 MANY, _GROUP = 100, 50
 """Number of parts above which they are read in groups, and number of parts in a group."""
 _SLEEP_OPTIONS = ("enableflags", "sleep_tolerance")
@@ -37,14 +37,14 @@ _BODY_KEYS = ("body1", "body2", "subtree2")
 
 
 class Detail(Enum):
-    """How much of a world a model has."""
+    """Level of detail of a model of a world."""
 
     WHOLE = "whole"
     """Everything, as the saved MJCF has it."""
     WITHOUT_VISUALS = "without visuals"
-    """What can move or collide."""
+    """Bodies and shapes that can move or collide."""
     CONTACT_FREE = "contact-free"
-    """What can move, without any shape."""
+    """Bodies that can move, without any shape."""
 
 
 @dataclass(frozen=True)
@@ -128,16 +128,16 @@ class Piece:
         return {owner_of(body.get("name", "")) for body in _parse(self.blocks["bodies"]).iter("body")}
 
     def without(self, owners: AbstractSet[str]) -> "Piece":
-        """It without the bodies of some boats, objects and docks, and without what refers to them."""
+        """The piece without the bodies of some boats, objects and docks, and without references to them."""
         blocks = {name: _without(self.blocks[name], owners) for name in _SECTIONS if name != "assets"}
         return self if blocks.items() <= self.blocks.items() else self.with_blocks(**blocks)
 
     def with_blocks(self, **blocks: str) -> "Piece":
-        """It with other blocks."""
+        """The piece with other blocks."""
         return Piece(_document(**{**self.blocks, **blocks}), self.files)
 
     def document(self, name: str = "piece") -> str:
-        """It alone, as a model called `name`, its names without a prefix."""
+        """MJCF of the piece alone, as a model called `name`, its names without a prefix."""
         blocks = {**self.blocks, "head": self.blocks["head"].replace('"piece"', f'"{escape(name)}"', 1)}
         return _document(**blocks).replace(PREFIX, "")
 
@@ -193,7 +193,7 @@ class Pieces:
     """All pieces of a world, in the order of its MJCF."""
 
     own: Piece
-    """What belongs to nothing in it, and sensors of what the boat that a task scores touches.
+    """Head, sky and water of the world, and sensors of what the boat that a task scores touches.
 
     In a world that was saved without its pieces it holds everything."""
     parts: tuple[Part, ...] = ()
@@ -218,7 +218,7 @@ class Pieces:
         return list({id(piece): piece for piece in (self.own, *(part.piece for part in self.parts))}.values())
 
     def with_parts(self, parts: Iterable[Part], *, option: str = "", touches: str = "") -> "Pieces":
-        """With parts after all others, another element of options, and more sensors."""
+        """The pieces with `parts` after all others, `option` as element of options, and `touches` as more sensors."""
         head, sensors = self.own.blocks["head"], self.own.blocks["sensors"] + touches
         if option:
             before, _, rest = head.partition("<option ")
@@ -227,11 +227,11 @@ class Pieces:
         return Pieces(own, (*self.parts, *parts))
 
     def without(self, *owners: str) -> "Pieces":
-        """Without boats and their balls, objects with their parts, or docks, and without what only they use."""
+        """The pieces without boats and their balls, objects with their parts, or docks, and what only they use."""
         return Pieces(self.own.without({*owners}), tuple(part for part in self.parts if part.owner not in owners))
 
     def first_of_each_kind(self) -> "Pieces":
-        """With one boat, dock and object of each kind: if MuJoCo takes these, it takes all, as their names differ."""
+        """The pieces with one boat, dock and object of each kind: if MuJoCo takes these, it takes all of them."""
         groups: dict[str, list[Part]] = {part.name: [] for part in self.parts}
         for part in self.parts:
             groups[part.owner if part.owner in groups else part.name].append(part)
@@ -247,7 +247,7 @@ class Pieces:
         return self._document(self.parts, Detail.WHOLE)
 
     def spec(self, detail: Detail = Detail.WHOLE) -> mujoco.MjSpec:
-        """The MuJoCo spec.
+        """The MuJoCo spec, with what `detail` leaves in it.
 
         Raises:
             ValueError: MuJoCo refuses the MJCF.
@@ -263,7 +263,7 @@ class Pieces:
         return spec
 
     def grow_spec(self, spec: mujoco.MjSpec, before: "Pieces", detail: Detail) -> bool:
-        """Whether a spec of the pieces of before was made that of these, by attaching to it the parts that came last.
+        """Attach to `spec`, that of `before` in a `detail`, the parts that came last; return whether that is possible.
 
         Raises:
             ValueError: MuJoCo refuses them; the spec cannot be used any more.
@@ -283,7 +283,7 @@ class Pieces:
         return True
 
     def spec_of(self, name: str) -> mujoco.MjSpec:
-        """The spec of one part alone, with all that is seen of it."""
+        """The spec of the part called `name` alone, with all that is seen of it."""
         part = next(part for part in self.parts if part.name == name)
         text = _document(
             head=self.own.blocks["head"],

@@ -24,7 +24,7 @@ from vrx_mj.physics.noise import stream_key, uniform
 
 _ORIGIN: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 _DEFAULT_ROPE = RopeConfig()
-"""What holds an object of a world whose water streams, unless it gives another, or swims."""
+"""Rope of an object in a world with current, unless it gives another, or swims."""
 
 
 @dataclass(frozen=True)
@@ -37,9 +37,9 @@ class PlacedObject:
     config: ObjectConfig
     pose: Pose
     path: PathConfig | None = None
-    """Along which it swims."""
+    """Path along which it swims."""
     mooring: RopeConfig | None = None
-    """Rope that holds it, where the water streams."""
+    """Rope that holds it in worlds with current."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class PlacedDock:
     config: DockPlacement
     """Its entry in its file; `symbols` are those of the object that it came with, if that gives any."""
     parent: str
-    """What its placards' names start with: its object's name, or its own if it is a world's."""
+    """Prefix of its placards' names: its object's name, or its own if it is a world's."""
 
     @property
     def cells(self) -> tuple[Cell, ...]:

@@ -1,13 +1,14 @@
 """The radiation and diffraction of a file, about the link's origin and in water of a density, as the loop has them."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.hydro import Hydro
-from vrx_mj.model.boats import Diffraction, Forces, Memory
-from vrx_mj.model.kinds import Six
+from vrx_mj.model.boats import Diffraction, Memory
 
 _NIL = 1e-9
 """Share of the largest residue [SI] below which all of a motion's at a pole are left out."""
@@ -39,7 +40,9 @@ def memory_of(hydro: Hydro, density: float) -> tuple[Memory, ...]:
     for pole, residue in zip(hydro.poles, residues, strict=True):
         a, b = (share * about_origin(residue[..., part], hydro.point) for part in (0, 1))
         rows += [
-            Memory(motion=motion, pole=pole, residue=six(of_real), residue_imaginary=six(of_imaginary))
+            Memory(
+                motion=motion, pole=pole, residue=nested_tuples(of_real), residue_imaginary=nested_tuples(of_imaginary)
+            )
             for motion, (of_real, of_imaginary) in enumerate(zip(a.T, b.T, strict=True))
             if max(np.abs(of_real).max(), np.abs(of_imaginary).max()) > least
         ]
@@ -57,16 +60,9 @@ def diffraction_of(hydro: Hydro, density: float) -> Diffraction | None:
     forces = np.concatenate((np.zeros((1, at_origin.shape[1])), at_origin)) * density / hydro.density
     step = float(frequencies[-1]) / n
     even = np.stack([np.interp(step * np.arange(n + 1), frequencies, column) for column in forces.T], axis=1)
-    table = even.reshape(n + 1, angles, 12).tolist()
-    return Diffraction(step=step, forces=tuple(tuple(_twelve(row) for row in rows) for rows in table))
+    return Diffraction(step=step, forces=nested_tuples(even.reshape(n + 1, angles, 12)))
 
 
-def _twelve(values: list[float]) -> Forces:
-    a, b, c, d, e, f, g, h, i, j, k, m = values
-    return a, b, c, d, e, f, g, h, i, j, k, m
-
-
-def six(values: FloatArray) -> Six:
-    """Six numbers as a compiled world has them."""
-    a, b, c, d, e, f = values.tolist()
-    return a, b, c, d, e, f
+def nested_tuples(values: npt.NDArray[Any]) -> Any:
+    """Numbers of an array as tuples in each other, as records have them."""
+    return tuple(map(nested_tuples, values)) if values.ndim > 1 else tuple(values.tolist())

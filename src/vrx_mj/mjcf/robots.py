@@ -8,16 +8,15 @@ looks. There are no actuators: the runtime's kernels thrust and steer. Boats of 
 import itertools
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
-from functools import cached_property
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from itertools import chain
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
 import numpy as np
 
-from vrx_mj.arrays import FloatArray
 from vrx_mj.config.dynamics import ContactConfig, PropellerConfig
 from vrx_mj.config.fleet import BoatConfig
 from vrx_mj.config.profiles import CLASSIC, MARINE
@@ -26,8 +25,7 @@ from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.config.wind import WindConfig
 from vrx_mj.config.world import PhysicsConfig
 from vrx_mj.constants import HULL_GRAVITY
-from vrx_mj.frames import Pose, rotation
-from vrx_mj.mjcf.afloat import outline
+from vrx_mj.frames import rotation
 from vrx_mj.mjcf.boats import AssembledThruster, Boat, Part
 from vrx_mj.mjcf.hulls import vessel_of
 from vrx_mj.mjcf.masses import (
@@ -37,21 +35,35 @@ from vrx_mj.mjcf.masses import (
     axis_inertia,
     boat_mass,
     body_mass,
+    check_moments,
     push_center,
     turning_mass,
 )
 from vrx_mj.mjcf.parameters import PROFILES, Rows
 from vrx_mj.mjcf.pieces import PREFIX, Piece
-from vrx_mj.mjcf.templates import Geom, geoms, meshes
+from vrx_mj.mjcf.radiation import nested_tuples
+from vrx_mj.mjcf.templates import geoms, meshes
 from vrx_mj.mjcf.wind import boat_wind, boat_windage
-from vrx_mj.model.boats import AutopilotChannel, Battery, Hull, Propeller, Sail, Sensor, Station, Thruster, Vessel
+from vrx_mj.model.boats import (
+    MJCF_FIELDS,
+    AutopilotChannel,
+    Battery,
+    Hull,
+    Inertia,
+    Propeller,
+    Sail,
+    Sensor,
+    Station,
+    Thruster,
+)
 from vrx_mj.model.boats import Boat as Entry
-from vrx_mj.model.kinds import LONGEST_DESCRIPTION
+from vrx_mj.model.kinds import LONGEST_DESCRIPTION, record_from
 from vrx_mj.outputs import write_files
 from vrx_mj.physics.sail import sail_curve
 from vrx_mj.physics.tables import GLF, LINEAR, NEWTONS, RUDDER, SAIL
 from vrx_mj.physics.thrust import normal_slope
 from vrx_mj.physics.windage import AIR_DENSITY
+from vrx_mj.rigid_bodies import MassProperties, rigid
 
 _Color = tuple[float, float, float, float]
 _Vector = tuple[float, float, float]
@@ -62,33 +74,39 @@ _MAPPINGS: Mapping[str, Literal[0, 1, 3]] = {"linear": LINEAR, "glf": GLF, "newt
 """Codes of the thrust mappings in the runtime's table."""
 
 
-@dataclass(frozen=True)
-class _Frame:
-    """A link's geoms at its pose."""
-
-    pose: Pose
-    geoms: tuple[Geom, ...]
-
-
-def robot_piece(boat: Boat, engines: Engines = "fixed", color: _Color | None = None) -> Piece:
+def robot_piece(
+    boat: Boat, engines: Engines = "fixed", color: _Color | None = None, body: MassProperties | None = None
+) -> Piece:
     """The boat as a piece of a world.
 
-    Collision geoms are in group 3, visual ones in group 2. `color` repaints the first visual, the skin.
+    Collision geoms are in group 3, visual ones in group 2. `color` repaints the first visual, the skin; `body` is the
+    mass of the base link's body, by default that of its links.
     """
     parts = [*boat.parts, *chain.from_iterable(thruster.parts for thruster in boat.thrusters)]
-    needed = meshes(shape for part in parts for shape in (*part.collisions, *part.visuals))
-    names = Counter(shape.name for part in parts for shape in (*part.collisions, *part.visuals) if shape.name)
+    shapes = [shape for part in parts for shape in (*part.collisions, *part.visuals)]
+    needed = meshes(shapes)
     # names that several shapes have are distinguished by those of their links
-    double = frozenset(name for name, count in names.items() if count > 1)
+    double = {name for name, count in Counter(shape.name for shape in shapes if shape.name).items() if count > 1}
     hinged, yields = engines == "hinged", _solref(boat.contact)
-    thrusters = [_thruster_view(thruster, double, yields) for thruster in boat.thrusters if thruster.parts]
+    thrusters = [
+        {
+            "body": thruster.link,
+            "joint": thruster.joint,
+            "pose": thruster.pose,
+            "mass": turning_mass(thruster) or NOTHING,
+            # recordings turn what is seen of an engine with the steering angle
+            "frames": _frames(thruster.parts, double, yields, seen=f"{thruster.name}_engine"),
+        }
+        for thruster in boat.thrusters
+        if thruster.parts
+    ]
     turning = [thruster["body"] for thruster in thrusters if thruster["joint"]] if hinged else []
     values = {
         "link": boat.link,
         "is_fixed": boat.link == _WORLD,
         "meshes": needed,
-        "base_mass": body_mass(boat, engines),
-        "base": _paint([_frame(part, double, yields) for part in boat.parts], color),
+        "base_mass": body or body_mass(boat, engines),
+        "base": _frames(boat.parts, double, yields, color=color),
         "thrusters": thrusters,
         "cameras": [_camera_view(sensor) for sensor in boat.sensors if isinstance(sensor, CameraConfig)],
         "hinged": hinged,
@@ -110,42 +128,32 @@ def _solref(contact: ContactConfig) -> tuple[float, float]:
     return 1.0 / (zeta * rate), zeta
 
 
-def _frame(part: Part, double: frozenset[str], yields: tuple[float, float]) -> _Frame:
-    items = geoms((*part.collisions, *part.visuals))
-    seen = Counter[str]()
-    named = []
-    for item in items:
-        name = item.name
-        if name in double:
-            name = f"{part.name}_{name}"
-            seen[name] += 1
-            name = name if seen[name] == 1 else f"{name}_{seen[name]}"
-        named.append(replace(item, name=name, solref=yields if item.rgba is None else None))
-    return _Frame(part.pose, tuple(named))
-
-
-def _thruster_view(
-    thruster: AssembledThruster, double: frozenset[str], yields: tuple[float, float]
-) -> dict[str, object]:
-    return {
-        "body": thruster.link,
-        "joint": thruster.joint,
-        "pose": thruster.pose,
-        "mass": turning_mass(thruster) or NOTHING,
-        "frames": _seen_as([_frame(part, double, yields) for part in thruster.parts], f"{thruster.name}_engine"),
-    }
-
-
-def _seen_as(frames: list[_Frame], stem: str) -> list[_Frame]:
-    """The frames with what is seen called by the engine's name: recordings turn it with the steering angle."""
-    count = itertools.count()
-    return [
-        _Frame(
-            frame.pose,
-            tuple(item if item.rgba is None else replace(item, name=f"{stem}_{next(count)}") for item in frame.geoms),
-        )
-        for frame in frames
-    ]
+def _frames(
+    parts: Iterable[Part],
+    double: Collection[str | None],
+    yields: tuple[float, float],
+    *,
+    seen: str = "",
+    color: _Color | None = None,
+) -> list[dict[str, object]]:
+    """Links' geoms; what is seen is called by `seen` and a number, if that is given, and the first has the `color`."""
+    frames, number = list[dict[str, object]](), itertools.count()
+    for part in parts:
+        count, own = Counter[str](), []
+        for item in geoms((*part.collisions, *part.visuals)):
+            name = item.name
+            if name in double:
+                name = f"{part.name}_{name}"
+                count[name] += 1
+                name = name if count[name] == 1 else f"{name}_{count[name]}"
+            if item.rgba is None:
+                own.append(replace(item, name=name, solref=yields))
+            else:
+                name = f"{seen}_{next(number)}" if seen else name
+                own.append(replace(item, name=name, rgba=color or item.rgba))
+                color = None
+        frames.append({"pose": part.pose, "geoms": own})
+    return frames
 
 
 def _camera_view(sensor: CameraConfig) -> dict[str, object]:
@@ -169,17 +177,17 @@ def hull_row(boat: Boat, engines: Engines, prefix: str) -> Hull:
     water = boat.hydrodynamics
     assert water is not None, f"{boat.name} has no hydrodynamics"
     body = body_mass(boat, engines)
-    return Hull(
+    return record_from(
+        Hull,
+        water,
         body=prefix + boat.link,
         joint=f"{prefix}free",
         density=water.water_density,
         level=water.water_level,
-        added_mass=water.added_mass,
-        drag_linear=water.drag_linear,
-        drag_quadratic=water.drag_quadratic,
-        link_com=_vector(push_center(boat)),
-        body_com=_vector(body.center),
+        link_com=nested_tuples(push_center(boat)),
+        body_com=nested_tuples(body.center),
         mass=body.mass,
+        inertia=Inertia(**dict(zip(Inertia.__annotations__, body.tensor(), strict=True))),
         wind=(0.0, 0.0, 0.0),
         profile=0,
         gravity=0.0,
@@ -188,11 +196,6 @@ def hull_row(boat: Boat, engines: Engines, prefix: str) -> Hull:
         thruster_start=0,
         thruster_count=len(boat.thrusters),
     )
-
-
-def _vector(point: FloatArray) -> _Vector:
-    x, y, z = point.tolist()
-    return x, y, z
 
 
 def station_rows(boat: Boat) -> list[Station]:
@@ -240,7 +243,10 @@ def thruster_rows(boat: Boat, engines: Engines, prefix: str) -> list[Thruster]:
         drive = item.drive
         strongest = max(drive.max_force_forward, -drive.max_force_reverse)
         rows.append(
-            Thruster(
+            record_from(
+                Thruster,
+                item.drive,
+                item.servo,
                 name=item.name,
                 hull=0,
                 body=prefix + (item.link if hinged else boat.link),
@@ -249,14 +255,11 @@ def thruster_rows(boat: Boat, engines: Engines, prefix: str) -> list[Thruster]:
                 rotation=rotation(*item.pose[3:]),
                 propeller=item.center,
                 direction=item.direction,
-                body_com=_vector((turning if hinged else whole).center),
+                body_com=nested_tuples((turning if hinged else whole).center),
                 inertia=max(axis_inertia(turning), LIGHTEST),
                 max_command=strongest if drive.mapping == "newtons" else drive.max_command,
                 max_forward=drive.max_force_forward,
                 max_reverse=drive.max_force_reverse,
-                timeout=drive.timeout,
-                max_angle=drive.max_angle,
-                **item.servo.model_dump(),
                 **_force(item, names, boat),
             )
         )
@@ -264,7 +267,7 @@ def thruster_rows(boat: Boat, engines: Engines, prefix: str) -> list[Thruster]:
 
 
 def _force(item: AssembledThruster, names: Sequence[str], boat: Boat) -> dict[str, Any]:
-    """What a row has of the force and of a blade; `names` are those of the boat's thrusters."""
+    """Fields of a row about the force and a blade; `names` are those of the boat's thrusters."""
     rudder = item.blade
     none = {"area": 0.0, "slope": 0.0, "density": 0.0, "race": -1, "race_area": 0.0, "race_share": 0.0}
     if rudder is None:
@@ -280,36 +283,22 @@ def _force(item: AssembledThruster, names: Sequence[str], boat: Boat) -> dict[st
         "slope": normal_slope(rudder.aspect_ratio),
         "density": boat.hydrodynamics.water_density,
         "race": names.index(rudder.propeller) if rudder.propeller in names else -1,
-        "race_area": math.pi / 4 * rudder.propeller_diameter**2,
+        "race_area": math.pi / 4 * (rudder.propeller_diameter or 0.0) ** 2,
         "race_share": rudder.race_share,
     }
 
 
-def _sensor_rows(boat: Boat, prefix: str) -> list[Sensor]:
-    """The boat's sensors: each with the body that carries it, and the pose in it that its frame has."""
-    return [
-        Sensor(
-            boat="",
-            body=prefix + boat.link,
-            position=sensor.pose[:3],
-            rotation=rotation(*sensor.pose[3:]),
-            frame=sensor.frame if sensor.frame == "map" else prefix + sensor.frame,
-            config=sensor,
-        )
-        for sensor in boat.sensors
-    ]
+def reweighed_piece(kind: "BoatKind", engines: Engines, color: _Color | None, hull: Hull) -> Piece:
+    """The piece of a boat whose hull has the mass, centre of mass and inertia of a row; the kind's if they are its own.
 
-
-def _paint(frames: list[_Frame], color: _Color | None) -> list[_Frame]:
-    """The frames with the first geom that is seen in another colour."""
-    if color is None:
-        return frames
-    for index, frame in enumerate(frames):
-        for number, item in enumerate(frame.geoms):
-            if item.rgba is not None:
-                items = (*frame.geoms[:number], replace(item, rgba=color), *frame.geoms[number + 1 :])
-                return [*frames[:index], _Frame(frame.pose, items), *frames[index + 1 :]]
-    return frames
+    Raises:
+        CompileError: no body has them.
+    """
+    if all(getattr(hull, name) == getattr(kind.hull, name) for name in MJCF_FIELDS):
+        return kind.piece
+    assert hull.inertia is not None, "a hull that was just compiled"
+    body = rigid(hull.mass, hull.body_com, tuple(vars(hull.inertia).values()))
+    return robot_piece(kind.boat, engines, color, check_moments(body, f"robot {kind.boat.name}"))
 
 
 def save_robot(boat: Boat, target: Path, *, name: str) -> None:
@@ -328,11 +317,6 @@ def save_robot(boat: Boat, target: Path, *, name: str) -> None:
 
 _Named = TypeVar("_Named", Hull, Thruster, Sensor)
 
-_SAME = tuple(own.name for own in fields(Entry) if own.name in BoatConfig.model_fields)
-"""Fields of a boat that a fleet gives and a compiled world has as they are."""
-_KEPT = 32
-"""Kinds of boats that are kept: making one takes 0.1 s."""
-
 
 @dataclass(frozen=True, eq=False)
 class BoatKind:
@@ -345,47 +329,29 @@ class BoatKind:
     thrusters: Sequence[Thruster]
     sensors: Sequence[Sensor]
 
-    @cached_property
-    def _vessels(self) -> dict[float, Vessel | None]:
-        return {}
 
-    def vessel(self, density: float) -> Vessel | None:
-        """The model of its hull in profile `marine`, in water of a density [kg/m3]."""
-        if density not in self._vessels:
-            self._vessels[density] = vessel_of(self.boat, density)
-        return self._vessels[density]
-
-    @cached_property
-    def measured_thrusters(self) -> Sequence[Thruster]:
-        """Rows of the thrusters with their measured propellers, as in profile `marine`."""
-        pairs = zip(self.thrusters, self.boat.thrusters, strict=True)
-        return [_with_propeller(row, item.measured) for row, item in pairs]
-
-    @cached_property
-    def outline(self) -> FloatArray:
-        """Corners (4, 2) seen from above, in its own axes [m]."""
-        return outline(self.boat)
-
-
-_KINDS: dict[tuple[int, Engines, _Color | None], BoatKind] = {}
-"""Kinds of boats by the boat's identity, held as long as its entry is, and what else makes the kind."""
-
-
+@lru_cache(maxsize=32)
 def boat_kind(boat: Boat, engines: Engines, color: _Color | None) -> BoatKind:
-    """The kind of a boat; one object for each boat, engines and color."""
-    kind = (id(boat), engines, color)
-    if kind not in _KINDS:
-        while len(_KINDS) >= _KEPT:
-            del _KINDS[next(iter(_KINDS))]
-        _KINDS[kind] = BoatKind(
-            boat,
-            robot_piece(boat, engines, color),
-            hull_row(boat, engines, PREFIX),
-            station_rows(boat),
-            thruster_rows(boat, engines, PREFIX),
-            _sensor_rows(boat, PREFIX),
+    """The kind of a boat, which takes 0.1 s to make; one object for each boat, engines and color."""
+    sensors = [
+        Sensor(
+            boat="",
+            body=PREFIX + boat.link,
+            position=sensor.pose[:3],
+            rotation=rotation(*sensor.pose[3:]),
+            frame=sensor.frame if sensor.frame == "map" else PREFIX + sensor.frame,
+            config=sensor,
         )
-    return _KINDS[kind]
+        for sensor in boat.sensors
+    ]
+    return BoatKind(
+        boat,
+        robot_piece(boat, engines, color),
+        hull_row(boat, engines, PREFIX),
+        station_rows(boat),
+        thruster_rows(boat, engines, PREFIX),
+        sensors,
+    )
 
 
 def boat_rows(
@@ -397,7 +363,8 @@ def boat_rows(
     `density` is that of the sea [kg/m3], `life` the number of boats of its name before.
     """
     hull, start = len(tables.hulls), len(tables.thrusters)
-    vessel = kind.vessel(density) if physics.profile == MARINE else None
+    is_marine = physics.profile == MARINE
+    vessel = vessel_of(kind.boat, density) if is_marine else None
     row = replace(
         _with_names(kind.hull, boat.name),
         wind=boat_wind(wind, physics, boat.name, boat.robot, own=kind.boat.wind),
@@ -415,8 +382,13 @@ def boat_rows(
         hulls=[row],
         stations=[*kind.stations],
         thrusters=[
-            replace(_with_names(item, boat.name), hull=hull, race=item.race + start if item.race >= 0 else -1)
-            for item in (kind.measured_thrusters if physics.profile == MARINE else kind.thrusters)
+            replace(
+                _with_names(row, boat.name),
+                hull=hull,
+                race=row.race + start if row.race >= 0 else -1,
+                **_propeller_fields(item.measured if is_marine else None),
+            )
+            for row, item in zip(kind.thrusters, kind.boat.thrusters, strict=True)
         ],
         sensors=[replace(_with_names(sensor, boat.name), boat=boat.name) for sensor in kind.sensors],
         boats=[_entry(kind.boat, boat, life)],
@@ -424,25 +396,26 @@ def boat_rows(
 
 
 def _entry(robot: Boat, boat: BoatConfig, life: int) -> Entry:
-    """A boat as its fleet and its robot have it."""
-    return Entry(
+    """The record of a boat of a fleet."""
+    return record_from(
+        Entry,
+        boat,
         life=life,
         description=robot.description if len(robot.description) <= LONGEST_DESCRIPTION else "",
         autopilot=tuple(
-            AutopilotChannel(number=int(number), command=one.thruster, **one.model_dump(exclude={"thruster"}))
+            record_from(AutopilotChannel, one, number=int(number), command=one.thruster)
             for number, one in robot.autopilot.items()
         ),
-        battery=None if robot.battery is None else Battery(**robot.battery.model_dump()),
-        **{key: getattr(boat, key) for key in _SAME},
+        battery=None if robot.battery is None else record_from(Battery, robot.battery),
     )
 
 
-def _with_propeller(row: Thruster, config: PropellerConfig | None) -> Thruster:
-    """A thruster's row with its measured propeller."""
+def _propeller_fields(config: PropellerConfig | None) -> dict[str, Any]:
+    """Fields of a thruster's row from a measured propeller."""
     if config is None:
-        return row
-    own = Propeller(**config.model_dump())
-    return replace(row, measured=own, max_forward=own.full_ahead, max_reverse=own.full_astern)
+        return {}
+    own = record_from(Propeller, config)
+    return {"measured": own, "max_forward": own.full_ahead, "max_reverse": own.full_astern}
 
 
 def _with_names(row: _Named, boat: str) -> _Named:

@@ -10,7 +10,7 @@ import json
 import re
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from itertools import chain
 from typing import Annotated
 
@@ -23,7 +23,7 @@ from vrx_mj.constants import LONGEST_STEP, SHORTEST_STEP
 from vrx_mj.errors import StateError
 from vrx_mj.formats.urdf.meshes import is_binary_stl
 from vrx_mj.mjcf.pieces import PREFIX, Part, Piece, Pieces, owner_of
-from vrx_mj.model.kinds import STRICT, Pose
+from vrx_mj.model.kinds import Pose, record, record_from
 from vrx_mj.model.references import broken_references
 from vrx_mj.model.world import FORMAT, FORMER, Parameters, format_of, parameters_of, tree_of
 
@@ -42,15 +42,7 @@ _SHOWN = 60
 _TOKEN = re.compile(r'\s+|<!--[^<>]*-->|</[a-z]+>|<[a-z]+(?:\s+[a-z][a-z0-9_]*="[^"<>]*")*\s*/?>')
 _NUMBER = re.compile(r"[-+]?\d{1,40}(?:\.\d{0,40})?(?:[eE][-+]?\d{1,4})?")
 
-_Check = Callable[[str], bool]
-
-
-def _name(value: str) -> bool:
-    return len(value) <= _LONGEST
-
-
-def _text(value: str) -> bool:
-    return len(value) <= 100_000
+_Check = Callable[[str], object]
 
 
 def _numbers(value: str) -> bool:
@@ -61,12 +53,8 @@ def _pixels(value: str) -> bool:
     return all(re.fullmatch(r"[0-9]{1,5}", part) and int(part) <= _MOST_PIXELS for part in value.split())
 
 
-def _step(value: str) -> bool:
-    return _numbers(value) and len(value.split()) == 1 and SHORTEST_STEP <= float(value) <= LONGEST_STEP
-
-
-def _file(value: str) -> bool:
-    return bool(re.fullmatch(r"[A-Za-z0-9_]{1,100}\.(obj|stl)", value))
+def _at_most(length: int) -> _Check:
+    return lambda value: len(value) <= length
 
 
 ATTRIBUTES: Mapping[str, Sequence[str]] = {
@@ -118,37 +106,64 @@ _WORDS = {
 }  # fmt: skip
 """Words that an attribute may have."""
 _CHECKS: Mapping[str, _Check] = {
-    **dict.fromkeys(("name", "mesh", "material", "body1", "body2", "subtree2"), _name),
-    **dict.fromkeys(("mujoco.model", "text.data"), _text),
+    **dict.fromkeys(("name", "mesh", "material", "body1", "body2", "subtree2"), _at_most(_LONGEST)),
+    **dict.fromkeys(("mujoco.model", "text.data"), _at_most(100_000)),
     **dict.fromkeys(("width", "height", "offwidth", "offheight", "shadowsize", "resolution"), _pixels),
     **dict.fromkeys(("group", "contype", "conaffinity", "priority"), _pixels),
     **{attribute: frozenset(words.split()).__contains__ for attribute, words in _WORDS.items()},
-    "option.timestep": _step,
-    "mesh.file": _file,
+    "option.timestep": lambda value: _numbers(value) and SHORTEST_STEP <= float(value) <= LONGEST_STEP,
+    "mesh.file": re.compile(r"[A-Za-z0-9_]{1,100}\.(obj|stl)").fullmatch,
 }
-"""What an attribute may hold, by `element.attribute` or by its name alone; all others hold numbers."""
+"""Checks of attributes' values, by `element.attribute` or by its name alone; all others hold numbers."""
 
 
-@dataclass
 class Contents:
-    """What an MJCF has, by name."""
+    """Contents of an MJCF, by name.
 
-    timestep: float = 0.0
-    """Physics step [s]."""
-    files: dict[str, None] = field(default_factory=dict)
-    """Names of the files, in their order."""
-    joints: dict[str, tuple[tuple[str, str], ...]] = field(default_factory=dict)
-    """Joints of every body, each as type and name; `free` for a free joint."""
-    parents: dict[str, str] = field(default_factory=dict)
-    """The body that each body hangs on; empty for one in the world."""
-    geoms: set[str] = field(default_factory=set)
-    """Names of geoms."""
-    touches: list[str] = field(default_factory=list)
-    """Names of the contact sensors, in their order."""
+    Args:
+        root: its elements.
+
+    Raises:
+        ValueError: there are elements or attributes that no world has, or names that do not tell bodies apart.
+    """
+
+    def __init__(self, root: ET.Element) -> None:
+        if root.tag != "mujoco":
+            raise ValueError(f"<mujoco> is needed, got <{root.tag}>")
+        self.joints: dict[str, tuple[tuple[str, str], ...]] = {}
+        """Joints of every body, each as type and name; `free` for a free joint."""
+        self.parents: dict[str, str] = {}
+        """The body that each body hangs on; empty for one in the world."""
+        stack = [(root, "", 0)]
+        while stack:
+            element, body, depth = stack.pop()
+            if depth > _DEEPEST:
+                raise ValueError(f"elements are nested too deeply; at most {_DEEPEST}")
+            _check_element(element)
+            name = element.get("name", "")
+            if element.tag == "body":
+                if not name or name in self.joints:
+                    raise ValueError(f"invalid name '{name}' of <body>: one of its own is needed")
+                self.joints[name], self.parents[name], body = (), body, name
+            elif element.tag in {"joint", "freejoint"}:
+                if body not in self.joints:
+                    raise ValueError(f"invalid <{element.tag}> '{name}': it is in no body")
+                kind = "free" if element.tag == "freejoint" else element.get("type", "hinge")
+                self.joints[body] += ((kind, name),)
+            stack += [(child, body, depth + 1) for child in reversed(element)]
+        steps = [element.get("timestep", "0") for element in root.iter("option")]
+        self.timestep = float(steps[-1]) if steps else 0.0
+        """Physics step [s]."""
+        self.files = dict.fromkeys(file for element in root.iter("mesh") if (file := element.get("file")))
+        """Names of the files, in their order."""
+        self.geoms = {element.get("name") for element in root.iter("geom")}
+        """Names of geoms."""
+        self.touches = [touch for element in root.iter("contact") if (touch := element.get("name"))]
+        """Names of the contact sensors, in their order."""
 
 
 def contents_of(mjcf: str, source: object) -> Contents:
-    """What is in an MJCF that we wrote; `source` names it in messages.
+    """Contents of an MJCF that we wrote; `source` names it in messages.
 
     Raises:
         StateError: it is not one that we write.
@@ -157,13 +172,9 @@ def contents_of(mjcf: str, source: object) -> Contents:
         raise StateError(f"{source} has {len(mjcf):,} characters; at most {_MOST_CHARACTERS:,} are read")
     try:
         _check_tokens(mjcf)
-        contents = Contents()
-        for element, body in _elements(ET.fromstring(mjcf)):
-            _check_element(element)
-            _take(contents, element, body)
+        return Contents(ET.fromstring(mjcf))
     except (ValueError, ET.ParseError) as error:
         raise StateError(f"{source} is damaged: {error}") from None
-    return contents
 
 
 def _check_tokens(mjcf: str) -> None:
@@ -174,20 +185,6 @@ def _check_tokens(mjcf: str) -> None:
     if end < len(mjcf):
         line = mjcf.count("\n", 0, end) + 1
         raise ValueError(f"line {line}: a tag is needed, got '{mjcf[end : end + _SHOWN].splitlines()[0]}'")
-
-
-def _elements(root: ET.Element) -> Iterator[tuple[ET.Element, str]]:
-    """All elements in their order, each with the name of the body that it is in."""
-    if root.tag != "mujoco":
-        raise ValueError(f"<mujoco> is needed, got <{root.tag}>")
-    stack = [(root, "", 0)]
-    while stack:
-        element, body, depth = stack.pop()
-        if depth > _DEEPEST:
-            raise ValueError(f"elements are nested too deeply; at most {_DEEPEST}")
-        yield element, body
-        inside = element.get("name", "") if element.tag == "body" else body
-        stack += [(child, inside, depth + 1) for child in reversed(element)]
 
 
 def _check_element(element: ET.Element) -> None:
@@ -203,27 +200,6 @@ def _check_element(element: ET.Element) -> None:
             raise ValueError(f"invalid {key} '{shown}' of <{element.tag}>")
 
 
-def _take(contents: Contents, element: ET.Element, body: str) -> None:
-    name = element.get("name", "")
-    if element.tag == "body":
-        if not name or name in contents.joints:
-            raise ValueError(f"invalid name '{name}' of <body>: one of its own is needed")
-        contents.joints[name], contents.parents[name] = (), body
-    elif element.tag in {"joint", "freejoint"}:
-        if body not in contents.joints:
-            raise ValueError(f"invalid <{element.tag}> '{name}': it is in no body")
-        kind = "free" if element.tag == "freejoint" else element.get("type", "hinge")
-        contents.joints[body] += ((kind, name),)
-    elif element.tag == "geom":
-        contents.geoms.add(name)
-    elif element.tag == "mesh" and (file := element.get("file")):
-        contents.files[file] = None
-    elif element.tag == "contact" and name:
-        contents.touches.append(name)
-    elif element.tag == "option":
-        contents.timestep = float(element.get("timestep", 0.0))
-
-
 _MOST_ASSETS, _MOST_TRIANGLES = 10_000, 200_000
 _LARGEST_ASSETS = 500_000_000
 """Bytes of all files together that an MJCF names."""
@@ -237,11 +213,10 @@ _TOUCH = "touch"
 _PieceFile = Annotated[str, StringConstraints(pattern=r"^piece_[0-9a-f]{16}\.xml$")]
 
 
-@dataclass(frozen=True)
+@record
 class _Placed:
-    """Where a world has a piece."""
+    """A piece and its place in a world."""
 
-    __pydantic_config__ = STRICT
     name: Annotated[str, StringConstraints(min_length=1, max_length=_LONGEST)]
     """Name of the part."""
     piece: _PieceFile
@@ -250,15 +225,14 @@ class _Placed:
     """Pose of the frame around its bodies [m, rad]; None: they need none."""
 
 
-@dataclass(frozen=True)
+@record
 class _Index:
     """List of the pieces of a world."""
 
-    __pydantic_config__ = STRICT
     own: _PieceFile
-    """Name of the file of what belongs to nothing in the world."""
+    """File of the world's own piece."""
     parts: Annotated[tuple[_Placed, ...], Field(max_length=100_000), FailFast()]
-    """What was placed, in the order of the MJCF."""
+    """Parts of the world, in the order of the MJCF."""
 
 
 _INDEX = TypeAdapter(_Index)
@@ -266,8 +240,8 @@ _INDEX = TypeAdapter(_Index)
 
 def piece_files(pieces: Pieces, name: str) -> dict[str, str]:
     """Texts of the files of pieces and of their list, by relative path; `name` is that of the world's files."""
-    parts = tuple(_Placed(part.name, part.piece.file, part.pose) for part in pieces.parts)
-    index = json.dumps(tree_of(_Index(pieces.own.file, parts)), indent=1) + "\n"
+    parts = tuple(record_from(_Placed, part, piece=part.piece.file) for part in pieces.parts)
+    index = json.dumps(tree_of(_Index(own=pieces.own.file, parts=parts)), indent=1) + "\n"
     kinds = {pieces.own.file: pieces.own, **{part.piece.file: part.piece for part in pieces.parts}}
     return {f"{name}.pieces.json": index, **{f"pieces/{file}": piece.text for file, piece in kinds.items()}}
 
@@ -379,18 +353,14 @@ def _assets(files: Mapping[str, None], asset: Callable[[str], bytes], source: st
         _check_hash(name, content, source)
         if name.endswith(".stl") and not is_binary_stl(content):
             raise StateError(f"{source} is damaged: mesh {name} has more or fewer triangles than its header says")
-        if name.endswith(".obj") and _triangles(content) > _MOST_TRIANGLES:  # MuJoCo has that limit for STL alone
+        triangles = sum(max(len(corners.split()) - 2, 1) for corners in _CORNERS.findall(content))  # as MuJoCo's
+        if name.endswith(".obj") and triangles > _MOST_TRIANGLES:  # MuJoCo has that limit for STL alone
             raise StateError(f"{source} is damaged: mesh {name} has more than {_MOST_TRIANGLES:,} triangles")
     return found
 
 
-def _triangles(content: bytes) -> int:
-    """How many triangles MuJoCo makes of an OBJ."""
-    return sum(max(len(corners.split()) - 2, 1) for corners in _CORNERS.findall(content))
-
-
 def _unlike(world: Parameters, contents: Contents) -> Iterator[str]:
-    """Where the tables do not fit the MJCF."""
+    """Places where the tables do not fit the MJCF."""
     if world.timestep != contents.timestep:
         yield f"timestep: {world.timestep:g} s, and {contents.timestep:g} s in the MJCF"
     free = {body for body, joints in contents.joints.items() if [kind for kind, _ in joints] == ["free"]}
@@ -407,8 +377,9 @@ def _unlike(world: Parameters, contents: Contents) -> Iterator[str]:
             right = hinges == ["hinge"] and contents.parents[block.body] == world.blocks[block.parent].body
         if not right:
             yield f"blocks[{number}].body: '{block.body}' is neither a free body nor on a hinge of the one it hangs on"
-    for kind, named, known in (("body", _bodies(world), contents.joints), ("geom", _geoms(world), contents.geoms)):
-        yield from (f"{place}: the MJCF has no {kind} '{name}'" for place, name in named if name not in known)
+    for kind, place, name in _names_in_mjcf(world):
+        if name not in (contents.joints if kind == "body" else contents.geoms):
+            yield f"{place}: the MJCF has no {kind} '{name}'"
     rivals = [f"{_TOUCH}/{rival}" for rival in (world.task.rivals if world.task else ())]
     if rivals != contents.touches:
         yield "task.rivals: they are not those of the contact sensors in the MJCF"
@@ -447,19 +418,15 @@ def _links(world: Parameters, contents: Contents) -> Iterator[str]:
             yield f"links[{number}].body: '{link.body}' does not move"
 
 
-def _bodies(world: Parameters) -> Iterator[tuple[str, str]]:
+def _names_in_mjcf(world: Parameters) -> Iterator[tuple[str, str, str]]:
+    """Bodies and geoms of the MJCF that the tables name: kind, place in the tables, name."""
     for table in ("objects", "lights", "placards"):
         for number, row in enumerate(getattr(world, table)):
-            yield f"{table}[{number}].body", row.body
+            yield "body", f"{table}[{number}].body", row.body
+            geoms = chain.from_iterable(row.geoms.values()) if table == "placards" else getattr(row, "geoms", ())
+            yield from (("geom", f"{table}[{number}].geoms", geom) for geom in geoms)
     for number, dock in enumerate(world.docks):
-        yield from ((f"docks[{number}]", body) for body in (*dock.bodies, *dock.placards))
-
-
-def _geoms(world: Parameters) -> Iterator[tuple[str, str]]:
-    for number, light in enumerate(world.lights):
-        yield from ((f"lights[{number}].geoms", geom) for geom in light.geoms)
-    for number, placard in enumerate(world.placards):
-        yield from ((f"placards[{number}].geoms", geom) for geoms in placard.geoms.values() for geom in geoms)
+        yield from (("body", f"docks[{number}]", body) for body in (*dock.bodies, *dock.placards))
 
 
 def _signs(world: Parameters) -> Iterator[str]:

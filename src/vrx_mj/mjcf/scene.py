@@ -1,4 +1,4 @@
-"""What a world looks like: SDF's scene vocabulary in MuJoCo's terms, and the light of the sky by the hour."""
+"""Look of a world: SDF's scene vocabulary in MuJoCo's terms, and the light of the sky by the hour."""
 
 import math
 import warnings
@@ -14,7 +14,7 @@ from vrx_mj.model.site import Scene
 _RGB = tuple[float, float, float]
 
 _NOON = math.radians(60.0)
-"""How high the sun is half way between sunrise and sunset [rad]."""
+"""Elevation of the sun half way between sunrise and sunset [rad]."""
 _LOWEST = math.radians(5.0)
 """The light never comes from lower: when the sun is down, it is that of the bright part of the sky, or the moon."""
 
@@ -32,7 +32,7 @@ _HEIGHTS, _ZENITH, _HORIZON, _LIGHT, _AMBIENT = zip(*_SKIES, strict=True)
 
 @dataclass(frozen=True)
 class Daylight:
-    """What the hour makes of a clear sky."""
+    """Colours and light of a clear sky at an hour."""
 
     zenith: _RGB
     horizon: _RGB
@@ -87,7 +87,7 @@ def _mix(degrees: float, colors: tuple[_RGB, ...]) -> _RGB:
 _EXTENT = 20.0
 """`statistic extent` [m] of every world: the unit of MuJoCo's fog and clipping distances."""
 _FAR = 2000.0
-"""Where fog starts and ends [m] in a world without fog: beyond what anybody looks at."""
+"""Start of the fog [m] in a world without fog, beyond all that is looked at."""
 AMBIENT = (0.4, 0.4, 0.4)
 _HEADLIGHT = 0.35
 """Light [of full scale] that comes from the eye by day, so that what lies in shade keeps its colour."""
@@ -118,7 +118,7 @@ def scene_values(config: WorldConfig) -> dict[str, object]:
 
 
 def scene_parameters(config: WorldConfig) -> Scene:
-    """What renderers and viewers set by hand: fog is a flag of the scene, not of the model."""
+    """Options of renderers and viewers: fog is a flag of MuJoCo's scene, not of the model."""
     fog = config.scene.fog
     return Scene(fog=bool(fog and fog.type != "none"), grid=config.scene.grid)
 

@@ -1,4 +1,4 @@
-"""What steers a boat: which joint turns what, and all that hangs on it."""
+"""Steering of a boat: joints that turn thrusters, rudders and sails, and the links that turn with them."""
 
 import re
 from collections.abc import Iterator, Mapping
@@ -45,8 +45,7 @@ def read_hinges(urdf: Urdf, thrusters: Mapping[str, UrdfThruster], config: Robot
             if room(joint) > 0:
                 hinges[name] = joint
     turning = {name: urdf.below(joint.child) for name, joint in hinges.items()}
-    _check_nesting(urdf, hinges, turning)
-    _check_propellers(urdf, thrusters, hinges, turning)
+    _check_nesting(thrusters, hinges, turning)
     return Hinges(hinges, turning, tuple(notes))
 
 
@@ -127,34 +126,32 @@ def _check_hinge(urdf: Urdf, name: str, joint: Joint, hinges: Mapping[str, Joint
             raise _problem(joint, f"has the same name as '{hinge.name}' without the namespace '{urdf.namespace}'")
 
 
-def _check_nesting(urdf: Urdf, hinges: Mapping[str, Joint], turning: Mapping[str, tuple[str, ...]]) -> None:
-    for name, hinge in hinges.items():
-        for other, links in turning.items():
-            if other != name and hinge.child in links:
-                carrier = hinges[other].name
-                raise _problem(hinge, f"steers '{name}' and moves with '{carrier}', which steers '{other}': "
-                               "no steering joint may move with another one")  # fmt: skip
-
-
-def _check_propellers(
-    urdf: Urdf,
-    thrusters: Mapping[str, UrdfThruster],
-    hinges: Mapping[str, Joint],
-    turning: Mapping[str, tuple[str, ...]],
+def _check_nesting(
+    thrusters: Mapping[str, UrdfThruster], hinges: Mapping[str, Joint], turning: Mapping[str, tuple[str, ...]]
 ) -> None:
-    """A propeller hangs on the joint that steers its thruster, and on no other that steers."""
-    for name, item in thrusters.items():
-        link = item.propeller_link
-        if name in hinges and link not in turning[name]:
-            raise _problem(hinges[name], f"steers '{name}', whose propeller '{link}' does not move with it")
-        for other, links in turning.items():
-            if other != name and link in links:
-                raise _problem(hinges[other], f"steers '{other}', and the propeller '{link}' of '{name}', which "
-                               "it does not steer, moves with it")  # fmt: skip
+    """A propeller hangs on the joint that steers its thruster, and neither it nor a joint on another that steers."""
+    for other, links in turning.items():
+        carrier = hinges[other]
+        for name, hinge in hinges.items():
+            if name != other and hinge.child in links:
+                raise _problem(
+                    hinge,
+                    f"steers '{name}' and moves with '{carrier.name}', which steers '{other}': "
+                    "no steering joint may move with another one",
+                )
+        for name, item in thrusters.items():
+            link = item.propeller_link
+            if name == other and link not in links:
+                raise _problem(carrier, f"steers '{name}', whose propeller '{link}' does not move with it")
+            if name != other and link in links:
+                raise _problem(
+                    carrier,
+                    f"steers '{other}', and the propeller '{link}' of '{name}', which it does not steer, moves with it",
+                )
 
 
 def _limit_notes(name: str, joint: Joint) -> Iterator[str]:
-    """What unequal limits leave of the steering."""
+    """Remarks about unequal limits of a steering joint."""
     limits = joint.limits
     if joint.type == "continuous" or limits is None or abs(limits.lower + limits.upper) < 1e-9:
         return

@@ -7,7 +7,7 @@ heave, roll and pitch (VRX's riser and pivot joints); switching the weld off rel
 
 import re
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any, Literal, cast
 
@@ -16,18 +16,19 @@ from vrx_mj.config.fleet import BoatConfig
 from vrx_mj.config.loading import problem_at
 from vrx_mj.config.profiles import CLASSIC, NEWER
 from vrx_mj.config.search import kind_name
-from vrx_mj.config.tasks import AnimalConfig, ChannelConfig, ShownObject, TaskConfig
+from vrx_mj.config.tasks import AnimalConfig, ChannelConfig, TaskConfig
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxWarning
 from vrx_mj.frames import Pose
 from vrx_mj.mjcf.dock_pieces import dock_entry
-from vrx_mj.mjcf.docks import dock_zones, find_dock
+from vrx_mj.mjcf.docks import find_dock
 from vrx_mj.mjcf.objects import ball_name
 from vrx_mj.mjcf.placement import PlacedDock, PlacedObject
 from vrx_mj.mjcf.templates import render
 from vrx_mj.mjcf.terrain import on_land
 from vrx_mj.model import tasks as model
-from vrx_mj.model.tasks import Goal, Pinger, TaskBase
+from vrx_mj.model.kinds import record_from
+from vrx_mj.model.tasks import Goal, Pinger
 
 _Row = dict[str, Any]
 _Loc = tuple[str | int, ...]
@@ -56,11 +57,11 @@ class Site:
         self._found: list[Problem] = []
 
     def fault(self, loc: _Loc, message: str) -> None:
-        """Keep what is wrong with the task at `loc`."""
+        """Keep a fault of the task at `loc`."""
         self._found.append(problem_at(self.config.section, ("task", *loc), message))
 
     def check(self) -> None:
-        """Raise all that is wrong.
+        """Raise the faults.
 
         Raises:
             ConfigError: something is.
@@ -84,16 +85,16 @@ class Site:
             self.fault(loc, f"'{name}' is static; a floating object is needed")
         return item
 
-    def dock(self, name: str) -> _Row:
-        """The frame, bays and holes of the dock of a name; none of them if it is not there."""
+    def dock(self, name: str) -> PlacedDock | None:
+        """The dock of a name; None if it is not there, or has no bays."""
         try:
             dock = find_dock(self.docks, name)
             if dock.berths.bays:
-                return dock_zones(dock)
+                return dock
             self.fault(("dock",), f"'{name}' has no bays")
         except UnknownNameError as error:
             self.fault(("dock",), str(error))
-        return {"anchor": "", "bays": [], "holes": []}
+        return None
 
     def place(self, loc: _Loc, value: tuple[float, float, float], *, geodetic: bool) -> Goal:
         """A place on the water from [latitude, longitude, yaw from east] or [x, y, yaw from x]; m, degrees and rad."""
@@ -134,16 +135,6 @@ class Site:
             self.fault(loc, f"on land: x {x:.2f} m, y {y:.2f} m is inside the shore of {terrain}")
 
 
-def _model_of(item: PlacedObject) -> str:
-    """Name of an object's model, without the folder of its file."""
-    return kind_name(item.model)
-
-
-def _listed(names: Iterable[str]) -> str:
-    """Names in a message."""
-    return ", ".join(names) or "none"
-
-
 _WORLD_BODY = "world"
 """The body of all that is fixed without one of its own, as MuJoCo calls it."""
 
@@ -156,16 +147,6 @@ class Touch:
     body: str
     tree: bool = False
     """Whether the bodies that hang on it count, too."""
-
-
-@dataclass(frozen=True)
-class Lock:
-    """A boat that is held, with its base link, where its carrier starts, and its yaw [rad]."""
-
-    boat: str
-    body: str
-    position: tuple[float, float, float]
-    yaw: float
 
 
 def touch_sensor(touch: Touch, scored: str) -> str:
@@ -187,21 +168,13 @@ def touches_of(
 
 
 def thing_touches(objects: Sequence[PlacedObject], docks: Sequence[PlacedDock]) -> Iterator[Touch]:
-    """What of objects and docks a boat may touch."""
+    """Objects and docks that a boat may touch."""
     for item in objects:
         links = item.config.links
         if item.config.collisions or any(link.collisions for link in links):
             yield Touch(item.name, f"{item.name}/{item.config.link}", tree=bool(links))
     for dock in docks:
         yield Touch(dock.name, dock_entry(dock).bodies[0], tree=True)
-
-
-def lock_of(task: TaskBase, links: Mapping[str, str], poses: Mapping[str, Pose]) -> Lock | None:
-    """What holds a task's boat; None if nothing does."""
-    if not task.locked:
-        return None
-    pose = poses[task.boat]
-    return Lock(task.boat, links[task.boat], pose[:3], pose[5])
 
 
 _Habit = Literal["avoid", "circumnavigate_clockwise", "circumnavigate_counterclockwise"]
@@ -211,7 +184,7 @@ _ANIMALS: Mapping[str, _Habit] = {
     "platypus": "circumnavigate_clockwise",
     "turtle": "circumnavigate_counterclockwise",
 }
-"""What VRX wants of the animals, by the first word of their model."""
+"""VRX's goals of animals, by the first word of their model."""
 _POINTS = {"big": 5.0, "small": 10.0}
 """Points of a ball in a hole, VRX's."""
 _LEFT = re.compile(r"red_bound_(\d+)")
@@ -236,62 +209,63 @@ def task_parameters(
         return None
     site = Site(config, boats, objects, docks, shooters)
     kind = model.TASKS[_type(task)]
-    values: _Row = {}
-    for key in (own.name for own in fields(kind)):
-        resolve = _RESOLVERS.get(key)
-        values[key] = resolve(task, site) if resolve else getattr(task, key)
+    own = (each.name for each in fields(kind))
+    found = record_from(kind, task, **{key: _RESOLVERS[key](task, site) for key in own if key in _RESOLVERS})
     site.check()
-    return cast(model.Task, kind(**values))
+    return cast(model.Task, found)
 
 
 def _type(task: TaskConfig) -> str:
     return "stationkeeping" if task.type == "station_keeping" else task.type
 
 
-def _fixed(site: Site) -> dict[str, Pose]:
-    """Where the objects and docks are that never move."""
+def _fixed_poses(_task: TaskConfig, site: Site) -> dict[str, Pose]:
+    """Poses of the objects and docks that never move."""
     still = {item.name: item.pose for item in site.objects.values() if item.config.kind == "static"}
     return still | {dock.name: dock.pose for dock in site.docks if not dock.config.dynamic}
 
 
 def _goal(task: tasks.GoalConfig, site: Site) -> Goal:
-    key = "goal" if task.goal else "goal_cart"
-    goal = task.goal or task.goal_cart
-    assert goal is not None, "checked with the task"
-    return site.place((key,), goal, geodetic=key == "goal")
+    if task.goal:
+        return site.place(("goal",), task.goal, geodetic=True)
+    assert task.goal_cart is not None, "checked with the task"
+    return site.place(("goal_cart",), task.goal_cart, geodetic=False)
 
 
 def _waypoints(task: tasks.WayfindingTask, site: Site) -> tuple[Goal, ...]:
     key = "waypoints" if task.waypoints else "waypoints_cart"
-    places = enumerate(task.waypoints or task.waypoints_cart or ())
-    return tuple(site.place((key, index), place, geodetic=key == "waypoints") for index, place in places)
+    places = enumerate(getattr(task, key))
+    return tuple(site.place((key, index), place, geodetic=bool(task.waypoints)) for index, place in places)
 
 
-def _shown(site: Site, index: int, item: ShownObject) -> model.Shown:
-    thing = site.object(("objects", index, "name"), item.name, floating=True)
-    kind = item.type or (_model_of(thing) if thing else "")
-    stash = thing.pose if thing else item.pose
-    return model.Shown(**{**item.model_dump(), "type": kind, "stash": stash})
+def _shown_objects(task: tasks.PerceptionTask, site: Site) -> tuple[model.Shown, ...]:
+    rows = []
+    for index, item in enumerate(task.objects):
+        thing = site.object(("objects", index, "name"), item.name, floating=True)
+        kind = item.type or (kind_name(thing.model) if thing else "")
+        rows.append(record_from(model.Shown, item, type=kind, stash=thing.pose if thing else item.pose))
+    return tuple(rows)
 
 
 def _gates(site: Site, at: _Loc, channel: ChannelConfig) -> tuple[model.Gate, ...]:
     """The gates of a channel, whose section is at `at`, by the full names of their buoys."""
     course = channel.course
     parts = site.parts(course)
+    known = ", ".join(parts) or "none"
     if course is not None and not parts:
         site.fault((*at, "course"), str(UnknownNameError("course", course, site.courses())))
         return ()
     owner = f"course '{course}'" if course else "the world"
     for index, gate in enumerate(channel.gates):
         for name in (side for side in gate if side not in parts):
-            site.fault((*at, "gates", index), f"{owner} has no buoy '{name}'; known: {_listed(parts)}")
+            site.fault((*at, "gates", index), f"{owner} has no buoy '{name}'; known: {known}")
     pairs = channel.gates or _red_right(parts)
     if not pairs:
-        text = f"{owner} has no red_bound_i with a partner i, one of {', '.join(_PARTNERS)}; known: {_listed(parts)}"
+        text = f"{owner} has no red_bound_i with a partner i, one of {', '.join(_PARTNERS)}; known: {known}"
         site.fault((*at, "gates"), text)
     lone = [name for name in parts if _LEFT.fullmatch(name) and all(name != left for left, _ in pairs)]
     if lone and not channel.gates:
-        warnings.warn(f"{owner}: no gate at {_listed(lone)}, without a partner", VrxWarning, stacklevel=2)
+        warnings.warn(f"{owner}: no gate at {', '.join(lone)}, without a partner", VrxWarning, stacklevel=2)
     prefix = f"{course}/" if course else ""
     return tuple(model.Gate(left=prefix + left, right=prefix + right) for left, right in pairs)
 
@@ -312,72 +286,61 @@ def _light_buoy(task: tasks.DockTask, site: Site) -> str | None:
 
 def _bays(task: tasks.DockTask, site: Site) -> tuple[model.Bay, ...]:
     """The dock's bays with what the task gives for them, in their order."""
-    known = site.dock(task.dock)["bays"]
-    if not known:
-        return ()
-    if len(task.bays) != len(known):
-        names = _listed(str(bay["name"]) for bay in known)
+    dock = site.dock(task.dock)
+    known = dock.berths.bays if dock else ()
+    if dock and len(task.bays) != len(known):
+        names = ", ".join(bay.name for bay in known)
         site.fault(("bays",), f"'{task.dock}' has {len(known)} bays, {names}; got {len(task.bays)}")
         return ()
-    for index, (bay, its) in enumerate(zip(task.bays, known, strict=True)):
-        if bay.name is not None and bay.name != its["name"]:
-            site.fault(("bays", index, "name"), f"this bay of '{task.dock}' is '{its['name']}', not '{bay.name}'")
-    return tuple(
-        model.Bay(**{**its, "symbol": bay.symbol, "dock_allowed": bay.dock_allowed})
-        for bay, its in zip(task.bays, known, strict=True)
-    )
+    rows = []
+    for index, (its, bay) in enumerate(zip(known, task.bays, strict=False)):
+        if bay.name not in {None, its.name}:
+            site.fault(("bays", index, "name"), f"this bay of '{task.dock}' is '{its.name}', not '{bay.name}'")
+        internal, external = (record_from(model.Box, zone) for zone in (its.internal, its.external))
+        placard = f"{dock.parent}/{its.placard}" if dock and its.placard else None
+        row = record_from(model.Bay, bay, name=its.name, placard=placard, internal=internal, external=external)
+        rows.append(row)
+    return tuple(rows)
 
 
 def _holes(task: tasks.DockTask, site: Site) -> tuple[model.Hole, ...]:
     """The holes that count, with their points."""
-    zones = site.dock(task.dock)
-    if not zones["bays"]:
+    dock = site.dock(task.dock)
+    if dock is None:
         return ()
-    known = {(hole["bay"], hole["size"]): hole for hole in zones["holes"]}
-    names = [bay["name"] for bay in zones["bays"]]
+    known = {
+        (hole.bay, hole.size): {**hole.model_dump(), "bay": dock.berths.bays[hole.bay - 1].name}
+        for hole in dock.berths.holes
+    }
     if task.targets is None:
         counts = task.type == "scan_dock_deliver"
-        return tuple(model.Hole(**hole, points=_POINTS[hole["size"]]) for hole in zones["holes"]) if counts else ()
-    rows = []
+        return tuple(model.Hole(**hole, points=_POINTS[hole["size"]]) for hole in known.values()) if counts else ()
     for index, target in enumerate(task.targets):
-        hole = known.get((names[target.bay - 1], target.size)) if target.bay <= len(names) else None
-        if hole:
-            rows.append(model.Hole(**hole, points=target.points))
-        else:
+        if (target.bay, target.size) not in known:
             site.fault(("targets", index), f"bay {target.bay} of '{task.dock}' has no {target.size} hole")
-    return tuple(rows)
+    there = (target for target in task.targets if (target.bay, target.size) in known)
+    return tuple(model.Hole(**known[target.bay, target.size], points=target.points) for target in there)
 
 
 def _animals(task: tasks.WildlifeTask, site: Site) -> tuple[model.Animal, ...]:
-    all_of_them = [AnimalConfig(name=name) for name, item in site.objects.items() if _habit(_model_of(item))]
-    animals = tuple(_animal(site, index, animal) for index, animal in enumerate(task.animals or all_of_them))
+    all_of_them = [AnimalConfig(name=name) for name, item in site.objects.items() if _habit(kind_name(item.model))]
+    animals = []
+    for index, animal in enumerate(task.animals or all_of_them):
+        thing = site.object(("animals", index, "name"), animal.name, floating=True)
+        kind = kind_name(thing.model) if thing else ""
+        goal = animal.goal or _habit(kind)
+        if thing and goal is None:
+            text = f"required for the model {kind}; only {', '.join(_ANIMALS)} have goals of their own"
+            site.fault(("animals", index, "goal"), text)
+        animals.append(model.Animal(name=animal.name, model=kind, goal=goal or "avoid"))
     if not animals:
         site.fault(("animals",), f"the world has no animals; models of animals start with {', '.join(_ANIMALS)}")
-    return animals
-
-
-def _animal(site: Site, index: int, animal: AnimalConfig) -> model.Animal:
-    thing = site.object(("animals", index, "name"), animal.name, floating=True)
-    kind = _model_of(thing) if thing else ""
-    goal = animal.goal or _habit(kind)
-    if thing and goal is None:
-        text = f"required for the model {kind}; only {', '.join(_ANIMALS)} have goals of their own"
-        site.fault(("animals", index, "goal"), text)
-    return model.Animal(name=animal.name, model=kind, goal=goal or "avoid")
+    return tuple(animals)
 
 
 def _habit(kind: str) -> _Habit | None:
     """The goal of an animal's model."""
     return _ANIMALS.get(kind.partition("_")[0])
-
-
-def _channel(task: tasks.GymkhanaTask, site: Site) -> model.Channel:
-    channel = task.channel
-    return model.Channel(
-        gates=_gates(site, ("channel",), channel),
-        obstacle_penalty=channel.obstacle_penalty,
-        collision_buffer=channel.collision_buffer,
-    )
 
 
 def _pinger(task: tasks.GymkhanaTask | tasks.AcousticPerceptionTask | tasks.AcousticTrackingTask, site: Site) -> object:
@@ -394,19 +357,21 @@ _RESOLVERS: Mapping[str, Callable[[Any, Site], object]] = {
     "boat": lambda _, site: site.boat(),
     "profile": lambda _, site: NEWER if site.config.physics.profile == NEWER else CLASSIC,
     "durations": lambda task, _: (task.initial_state_duration, task.ready_state_duration, task.running_state_duration),
-    "fixed": lambda _, site: _fixed(site),
+    "fixed": _fixed_poses,
     "rivals": lambda *_: (),
     "goal": _goal,
     "waypoints": _waypoints,
-    "objects": lambda task, site: tuple(_shown(site, index, item) for index, item in enumerate(task.objects)),
+    "objects": _shown_objects,
     "gates": lambda task, site: _gates(site, (), task),
-    "channel": _channel,
+    "channel": lambda task, site: record_from(
+        model.Channel, task.channel, gates=_gates(site, ("channel",), task.channel)
+    ),
     "pinger": _pinger,
     "animals": _animals,
-    "anchor": lambda task, site: site.dock(task.dock)["anchor"],
+    "anchor": lambda task, site: dock.name if (dock := site.dock(task.dock)) else "",
     "bays": _bays,
     "holes": _holes,
     "balls": lambda _, site: tuple(ball_name(*shooter) for shooter in site.shooters if shooter[0] == site.boat()),
     "light_buoy": _light_buoy,
 }
-"""How a field of a compiled task is found in the world, alike in all tasks; another one is as the file gives it."""
+"""Functions that find a field of a compiled task in the world; a field without one is copied from the file."""

@@ -139,7 +139,7 @@ def _environment() -> Environment:
 
 
 def _text(value: object) -> object:
-    """How a value is written; MJCF's numbers are separated by blanks."""
+    """Text of a value; MJCF's numbers are separated by blanks."""
     if isinstance(value, tuple | list):
         return " ".join(repr(float(number)) for number in value)
     return repr(float(value)) if isinstance(value, float) else value

@@ -7,10 +7,8 @@ of the same profile.
 
 import functools
 import hashlib
-import io
 import json
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -25,21 +23,13 @@ from vrx_mj.mjcf.pieces import Piece
 from vrx_mj.model.site import Ring
 
 _SAND_TOP = 0.4
-"""Where grass begins [m over the water]."""
+"""Height over the water where grass begins [m]."""
 _SAND_COLOR = (0.72, 0.65, 0.48, 1.0)
 _GRASS_COLOR = (0.30, 0.42, 0.24, 1.0)
+_Rings = list[FloatArray]
+"""A polygon of land: its exterior and its holes, rings of points (n, 2) [m]."""
 _FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 """One triangle of a binary STL file."""
-
-
-@dataclass(frozen=True)
-class LandMesh:
-    """One coloured mesh; its file name hashes its contents, a binary STL."""
-
-    name: str
-    file: str
-    data: bytes
-    color: tuple[float, float, float, float]
 
 
 def area_of(rings: Sequence[Sequence[Sequence[float]] | FloatArray]) -> object:
@@ -52,16 +42,14 @@ def area_of(rings: Sequence[Sequence[Sequence[float]] | FloatArray]) -> object:
     return land
 
 
-def _land_meshes(polygons: list[dict[str, object]], profile: Sequence[tuple[float, float]]) -> list[LandMesh]:
-    """Meshes of sand and grass for polygons of land under one bank profile.
+def _land_meshes(polygons: Iterable[_Rings], profile: Sequence[tuple[float, float]]) -> Iterator[dict[str, Any]]:
+    """Meshes of sand and grass for polygons of land under one bank profile: name, file, content and colour of each.
 
-    Args:
-        polygons: mappings with the ring `exterior` and the rings `holes`, each (n, 2) [m].
-        profile: distance inland of the waterline and height [m], rising; the last height goes on inland.
+    The profile is distance inland of the waterline and height [m], rising; the last height goes on inland.
     """
     import shapely
 
-    land = shapely.union_all([shapely.Polygon(item["exterior"], item["holes"]) for item in polygons])
+    land = shapely.union_all([shapely.Polygon(exterior, holes) for exterior, *holes in polygons])
     levels = [shapely.buffer(land, -inland, join_style="mitre", mitre_limit=3.0) for inland, _ in profile]
     heights = [height for _, height in profile]
     sand: list[FloatArray] = []
@@ -69,8 +57,10 @@ def _land_meshes(polygons: list[dict[str, object]], profile: Sequence[tuple[floa
     for (outer, inner), (low, high) in zip(pairwise(levels), pairwise(heights), strict=True):
         band = _triangles(shapely.difference(outer, inner), inner, low, high)
         (sand if high <= _SAND_TOP else grass).append(band)
-    parts = (("sand", sand, _SAND_COLOR), ("grass", grass, _GRASS_COLOR))
-    return [_mesh(name, np.concatenate(bands), color) for name, bands, color in parts]
+    for name, bands, color in (("sand", sand, _SAND_COLOR), ("grass", grass, _GRASS_COLOR)):
+        content = _stl(np.concatenate(bands).round(3))
+        file = f"land_{name}_{hashlib.sha256(content).hexdigest()[:12]}.stl"
+        yield {"name": name, "file": file, "content": content, "color": color}
 
 
 def _triangles(area: object, inner: object, low: float, high: float) -> FloatArray:
@@ -87,11 +77,6 @@ def _triangles(area: object, inner: object, low: float, high: float) -> FloatArr
     return np.asarray(np.column_stack([corners, height]).reshape(-1, 3, 3))
 
 
-def _mesh(name: str, triangles: FloatArray, color: tuple[float, float, float, float]) -> LandMesh:
-    data = _stl(triangles.round(3))
-    return LandMesh(name, f"land_{name}_{hashlib.sha256(data).hexdigest()[:12]}.stl", data, color)
-
-
 def _stl(triangles: FloatArray) -> bytes:
     """Triangles as binary STL, in a fixed order, without a date."""
     order = np.lexsort(triangles.reshape(len(triangles), 9).T)
@@ -102,11 +87,7 @@ def _stl(triangles: FloatArray) -> bytes:
     facet = np.zeros(int(keep.sum()), dtype=_FACET)
     facet["normal"] = normal[keep] / length[keep, None]
     facet["corners"] = corners[keep]
-    out = io.BytesIO()
-    out.write(b"vrx_mj land".ljust(80))
-    out.write(np.uint32(len(facet)).astype("<u4").tobytes())
-    out.write(facet.tobytes())
-    return out.getvalue()
+    return b"vrx_mj land".ljust(80) + np.array(len(facet), "<u4").tobytes() + facet.tobytes()
 
 
 _MAX_BYTES = 4_000_000
@@ -118,7 +99,7 @@ _SHORTEST_EDGE = 1e-6
 _SLOPE = 0.25
 """Rise of the bank over the distance inland: VRX's posts, tents and antenna fit such a slope within 0.3 m."""
 _CREST = 6.0
-"""How far inland the bank rises [m]; it is flat beyond, 1.5 m over the water."""
+"""Distance inland over which the bank rises [m]; it is flat beyond, 1.5 m over the water."""
 _TOE = (-1.0, -0.6)
 """Distance inland and height of the foot of the bank [m], under water."""
 _FLOOR = -1.6
@@ -128,7 +109,7 @@ _MITRE_LIMIT = 3.0
 _RIDGE = 0.6
 """Least height of a block's crest [m]: on narrow land the bank is steeper, so that no boat slips over it."""
 _DEPTH_STEP = 0.75
-"""How finely a block's width is fitted to a narrow piece of land [m]."""
+"""Step in which a block's width is fitted to a narrow piece of land [m]."""
 
 
 def terrain_piece(name: str, near: Path | None = None) -> Piece:
@@ -151,11 +132,11 @@ def _build(path: Path, _changed: int) -> Piece:
 
     polygons = _read_polygons(path)
     try:
-        meshes = _land_meshes(polygons, [_TOE, *((d, _SLOPE * d) for d in (0.0, 1.5, 3.0, 4.5, _CREST))])
+        meshes = list(_land_meshes(polygons, [_TOE, *((d, _SLOPE * d) for d in (0.0, 1.5, 3.0, 4.5, _CREST))]))
     except (shapely.errors.GEOSException, ValueError) as error:
         raise _invalid(path, f"its rings bound no land: {error}") from error
     blocks = bank_blocks(_rings(polygons)).round(2)
-    files = {mesh.file: mesh.data for mesh in meshes}
+    files = {mesh["file"]: mesh["content"] for mesh in meshes}
     return Piece.from_template("terrain.xml.j2", files, blocks=blocks.tolist(), meshes=meshes)
 
 
@@ -171,20 +152,23 @@ def on_land(name: str, x: float, y: float, near: Path | None = None) -> bool:
     """Whether the point is on the dry side of the waterline."""
     import shapely
 
-    path = _find(name, near)
-    return bool(shapely.contains_xy(_area(path, path.stat().st_mtime_ns), x, y))
+    return bool(shapely.contains_xy(_area(name, near), x, y))
 
 
 def land_distance(name: str, x: float, y: float, near: Path | None = None) -> float:
     """Distance [m] of a point from the land; 0 on it."""
     import shapely
 
+    return float(shapely.distance(_area(name, near), shapely.Point(x, y)))
+
+
+def _area(name: str, near: Path | None) -> object:
     path = _find(name, near)
-    return float(shapely.distance(_area(path, path.stat().st_mtime_ns), shapely.Point(x, y)))
+    return _prepared_area(path, path.stat().st_mtime_ns)
 
 
 @functools.lru_cache(maxsize=4)
-def _area(path: Path, _changed: int) -> object:
+def _prepared_area(path: Path, _changed: int) -> object:
     import shapely
 
     area = area_of(_rings(_read_polygons(path)))
@@ -243,7 +227,7 @@ def _mitres(ring: FloatArray, *, inland: bool) -> FloatArray:
 
 
 def _depths(start: FloatArray, end: FloatArray, here: FloatArray, there: FloatArray) -> FloatArray:
-    """How far inland each block may reach before another edge of the shore is nearer, (n,) [m]."""
+    """Distances inland that blocks may reach before another edge of the shore is nearer, (n,) [m]."""
     share = np.linspace(0.0, 1.0, 5)[None, :, None]
     along = end - start
     length = np.hypot(*along.T)
@@ -272,19 +256,16 @@ def _clearance(points: FloatArray, start: FloatArray, along: FloatArray) -> Floa
     return nearest
 
 
-def _rings(polygons: list[dict[str, Any]]) -> list[FloatArray]:
+def _rings(polygons: Iterable[_Rings]) -> list[FloatArray]:
     """All rings of the land, each with the land on its left."""
-    rings = []
-    for polygon in polygons:
-        rings.append(_orient(polygon["exterior"], counterclockwise=True))
-        rings += [_orient(hole, counterclockwise=False) for hole in polygon["holes"]]
-    return rings
-
-
-def _orient(ring: FloatArray, *, counterclockwise: bool) -> FloatArray:
     import shapely
 
-    return ring if bool(shapely.is_ccw(shapely.linearrings(ring))) == counterclockwise else ring[::-1]
+    rings = []
+    for polygon in polygons:
+        for index, ring in enumerate(polygon):
+            is_counterclockwise = bool(shapely.is_ccw(shapely.linearrings(ring)))
+            rings.append(ring if is_counterclockwise is (index == 0) else ring[::-1])
+    return rings
 
 
 def _find(name: str, near: Path | None) -> Path:
@@ -293,35 +274,27 @@ def _find(name: str, near: Path | None) -> Path:
     return beside if beside and beside.is_file() else find_terrain(name)
 
 
-def _read_polygons(path: Path) -> list[dict[str, Any]]:
-    """The polygons of land in a file, each a mapping: the ring `exterior` and the list of rings `holes`."""
+def _read_polygons(path: Path) -> list[_Rings]:
+    """The polygons of land in a file."""
+    import shapely
+
     try:
         land = json.loads(read_limited(path, _MAX_BYTES).decode("utf-8-sig"))["land"]
-        polygons = [
-            {"exterior": _ring(item["exterior"]), "holes": [_ring(hole) for hole in item.get("holes", [])]}
-            for item in land
-        ]
+        polygons = [[_ring(ring) for ring in (item["exterior"], *item.get("holes", []))] for item in land]
     except ReadingError as error:
         raise ConfigError([Problem(str(path), None, None, "", str(error))]) from None
     except RecursionError:
         raise _invalid(path, "nested too deeply") from None
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
         raise _invalid(path, str(error)) from error
-    points = sum(map(len, _rings(polygons)))
+    points = sum(len(ring) for polygon in polygons for ring in polygon)
     if not 0 < points <= _MAX_POINTS:
         raise _invalid(path, f"{points} points; 3 to {_MAX_POINTS} are allowed")
-    for index, item in enumerate(polygons):
-        if fault := _polygon_fault(item):
-            raise _invalid(path, f"land[{index}] is not a polygon: {fault}")
+    for index, (exterior, *holes) in enumerate(polygons):
+        polygon = shapely.Polygon(exterior, holes)
+        if not polygon.is_valid:  # a ring crosses or touches itself or another
+            raise _invalid(path, f"land[{index}] is not a polygon: {shapely.is_valid_reason(polygon)}")
     return polygons
-
-
-def _polygon_fault(item: dict[str, object]) -> str:
-    """Where a ring crosses or touches itself or another, in Shapely's words; empty if none does."""
-    import shapely
-
-    polygon = shapely.Polygon(item["exterior"], item["holes"])
-    return "" if polygon.is_valid else str(shapely.is_valid_reason(polygon))
 
 
 def _invalid(path: Path, reason: str) -> ConfigError:

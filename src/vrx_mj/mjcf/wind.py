@@ -13,6 +13,7 @@ from vrx_mj.config.world import PhysicsConfig
 from vrx_mj.errors import VrxWarning
 from vrx_mj.mjcf.boats import Boat
 from vrx_mj.model.boats import Windage, WindCoefficients
+from vrx_mj.model.kinds import record_from
 from vrx_mj.model.water import Air, Wind
 from vrx_mj.physics.gusts import gust_frequencies, gust_variance, npd
 from vrx_mj.physics.windage import BLENDERMANN, Areas, Superstructure, isherwood_curve
@@ -24,7 +25,7 @@ _NPD_HEIGHT = 10.0
 _STALE = "wind_stale_link"
 """VRX's defect by which the wind pushes no boat."""
 _FIRST_GUST = {"vrx": 0.0, "vrx3": 0.001, "marine": 0.0}
-"""How long the gusts take the first step to be [s], 0: as long as it is. VRX 3's USVWind.cc."""
+"""Length of the first step that the gusts assume [s]; 0: its own. VRX 3's USVWind.cc."""
 
 _SHOWN_NAMES = 3
 """Boats that a warning names."""
@@ -36,24 +37,25 @@ def wind_parameters(wind: WindConfig | None, profile: str = CLASSIC) -> Wind:
     """The gust process and its direction; a world without wind is one of 0 m/s."""
     wind = wind or WindConfig(mean_velocity=0.0, var_gain=0.0)
     toward, gusts = math.radians(wind.direction), _spectrum(wind)
-    return Wind(
+    return record_from(
+        Wind,
+        wind,
         direction=(math.cos(toward), math.sin(toward)),
         mean=wind.mean_velocity,
         gain=math.sqrt(gust_variance(gusts)) if gusts else wind.var_gain,
         time_constant=wind.var_time,
         first_step=_FIRST_GUST[profile],
-        seed=wind.seed,
-        update_rate=wind.update_rate,
     )
 
 
 def air_parameters(wind: WindConfig | None, profile: str) -> Air | None:
-    """What the wind of profile `marine` has besides; None in VRX's, and where none blows."""
+    """Profile over height and gusts of the wind in profile `marine`; None in VRX's, and without wind."""
     if wind is None or profile != MARINE:
         return None
     gusts = _spectrum(wind)
-    return Air(
-        height=wind.height,
+    return record_from(
+        Air,
+        wind,
         exponent=wind.exponent or 0.0,
         roughness=wind.roughness or 0.0,
         turning=math.radians(wind.turning),
@@ -106,16 +108,8 @@ def boat_windage(
         or not _pushes_boats(wind, physics)
     ):
         return None
-    return Windage(
-        frontal_area=own.frontal_area,
-        lateral_area=own.lateral_area,
-        length=own.length,
-        height=own.height,
-        offset=own.offset,
-        coefficients=own.coefficients,
-        curve=_curve(own),
-        vessel=BLENDERMANN[own.vessel] if own.vessel else None,
-    )
+    vessel = BLENDERMANN[own.vessel] if own.vessel else None
+    return record_from(Windage, own, curve=_curve(own), vessel=vessel)
 
 
 def _curve(own: WindageConfig) -> tuple[tuple[float, float, float, float], ...]:
@@ -134,14 +128,14 @@ def _pushes_boats(wind: WindConfig | None, physics: PhysicsConfig) -> bool:
 
 
 def newcomer_wind(wind: WindConfig | None, physics: PhysicsConfig) -> tuple[WindCoefficients, ...] | None:
-    """What the wind pushes, for boats that join later; None: those with coefficients of their own, (): nothing."""
+    """Wind coefficients for boats that join later; None: those of their own, (): none."""
     if wind is not None and wind.objects:
-        return tuple(WindCoefficients(**item.model_dump()) for item in wind.objects)
+        return tuple(record_from(WindCoefficients, item) for item in wind.objects)
     return None if _pushes_boats(wind, physics) else ()
 
 
 def own_load(boat: Boat, physics: PhysicsConfig) -> object:
-    """What a kind of boat has of its own for the wind to push it; None if nothing."""
+    """Coefficients, windage or sail by which the wind pushes a kind of boat; None without any."""
     sail = next((item.blade for item in boat.thrusters if isinstance(item.blade, SailEntry)), None)
     return boat.wind or (boat.windage if physics.profile == MARINE else None) or sail
 

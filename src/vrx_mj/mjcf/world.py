@@ -26,9 +26,9 @@ class World:
     """
 
     pieces: Pieces
-    """Pieces of MJCF, each with the places and names at which the world has it."""
+    """MJCF by parts: `parts` has name, piece and pose of each boat, dock and object, and `spec()` makes an `MjSpec`."""
     parameters: Parameters
-    """What the world has besides: sea, wind, hulls, thrusters, sensors, objects, docks, task and more."""
+    """Sea, wind, hulls, thrusters, sensors, objects, docks, task and more."""
 
     def __reduce__(self) -> tuple[type["World"], tuple[Pieces, Parameters]]:
         """Pickle and copy it as its parts: what keeps the assets from being changed cannot be pickled."""
@@ -66,7 +66,8 @@ class World:
     @cached_property
     def sha256(self) -> str:
         """SHA-256 of the saved world, without the descriptions of its boats: these name places on this machine."""
-        former = replace(without_descriptions(self.parameters), format=FORMER)  # states of saved runs name this digest
+        hulls = tuple(replace(hull, inertia=None) for hull in self.parameters.hulls)  # the MJCF has it
+        former = replace(without_descriptions(self.parameters), format=FORMER, hulls=hulls)
         digest = hashlib.sha256(self.mjcf.encode())
         digest.update(json_of(former).encode())
         for name in sorted(self.assets):
@@ -89,7 +90,7 @@ class World:
         return scene
 
     def files(self, name: str = "scene") -> dict[str, bytes]:
-        """What `save` writes, by relative path: the MJCF, its parameters and the list of its pieces have this name.
+        """Files that `save` writes, by relative path; MJCF, parameters and list of pieces have this name.
 
         Raises:
             StateError: an asset's name has a folder in it.

@@ -1,13 +1,12 @@
 """Floating things other than boats: single objects, links of jointed ones, and docks as trees of blocks on hinges."""
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Annotated, Literal
 
 from pydantic import Field
 
 from vrx_mj.model.kinds import (
     LEFT_OUT,
-    STRICT,
     Count,
     Flag,
     Index,
@@ -17,20 +16,21 @@ from vrx_mj.model.kinds import (
     ProfileCode,
     Real,
     Row,
+    RowOf,
     Six,
     Text,
     UnitVector,
     Vec2,
     Vec3,
     WindForce,
+    record,
 )
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Float:
     """A floating object, a free body; or a link of an object that has joints."""
 
-    __pydantic_config__ = STRICT
     body: Text
     """Name of the MJCF's body."""
     mass: Positive
@@ -53,21 +53,20 @@ class Float:
     """Whose list of effects acts: 0 for VRX classic's, 1 for VRX 3's."""
     wind: WindForce
     """Wind coefficients along x and y, and of turning [N s2/m2, N m s2/m2]."""
-    element_start: Row
+    element_start: Annotated[Row, RowOf("elements", owned=True)]
     """First of its elements."""
     element_count: Count
     """Number of its elements."""
-    follower: Index = field(default=-1, metadata=LEFT_OUT)
-    """What drives it along a path, or -1."""
+    follower: Annotated[Index, RowOf("followers", owned=True)] = field(default=-1, metadata=LEFT_OUT)
+    """Row of the follower that drives it along a path, or -1."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Element:
     """A shape that displaces water."""
 
-    __pydantic_config__ = STRICT
     shape: Literal[0, 1, 2]
-    """Box, sphere or cylinder with axis z."""
+    """0: box; 1: sphere; 2: cylinder with axis z."""
     size: tuple[NonNegative, NonNegative, NonNegative]
     """Edges [m] of a box; radius, 0, 0 of a sphere; radius, length, 0 of a cylinder."""
     position: Vec3
@@ -80,15 +79,14 @@ class Element:
     """Mean of the extents along x, y, z [m]."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Block:
     """A block of a floating dock, a root or on a hinge of one that comes before."""
 
-    __pydantic_config__ = STRICT
     body: Text
     """Name of the MJCF's body."""
-    parent: Index
-    """Block that it hangs on, or -1 for a root."""
+    parent: Annotated[Index, RowOf("blocks")]
+    """Row of the block that it hangs on, or -1 for a root."""
     depth: Annotated[int, Field(ge=0, le=10_000)]
     """Number of hinges between it and its root."""
     position: Vec3
@@ -111,7 +109,7 @@ class Block:
     """Drag over mass and velocity [1/s]."""
     angular_drag: NonNegative
     """Drag torque over mass, squared size and angular velocity [1/s]."""
-    element_start: Row
+    element_start: Annotated[Row, RowOf("elements", owned=True)]
     """First of its elements."""
     element_count: Count
     """Number of its elements."""
@@ -119,32 +117,30 @@ class Block:
     """Wind coefficients along x and y, and of turning [N s2/m2, N m s2/m2]."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Mooring:
     """A line that holds a block."""
 
-    __pydantic_config__ = STRICT
-    block: Row
-    """The block."""
+    block: Annotated[Row, RowOf("blocks")]
+    """Row of the block."""
     point: Vec3
-    """Where it holds it [m], body axes."""
+    """Point of the block that the line holds [m], body axes."""
     anchor: Vec2
-    """Where that is at rest, x and y [m]."""
+    """Place of that point at rest, x and y [m]."""
     stiffness: NonNegative
     """Stiffness [N/m]."""
     damping: NonNegative
     """Damping [N s/m]."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Rope:
     """A line that holds a floating object."""
 
-    __pydantic_config__ = STRICT
-    float: Row
-    """The floating object, a row of `floats`."""
+    float: Annotated[Row, RowOf("floats")]
+    """Row of the floating object."""
     anchor: Vec2
-    """Where it is held, x and y [m]."""
+    """Place of the anchor, x and y [m]."""
     length: NonNegative
     """Distance up to which it is slack, on the horizontal plane [m]."""
     stiffness: NonNegative
@@ -153,11 +149,10 @@ class Rope:
     """Damping [N s/m]."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Follower:
-    """What drives a floating object along a path."""
+    """Controller that drives a floating object along a path."""
 
-    __pydantic_config__ = STRICT
     force: Real
     """Force along the body's x [N]."""
     torque: Real
@@ -170,16 +165,15 @@ class Follower:
     """1: it pushes only within the tolerance."""
     loop: Flag
     """1: from the last waypoint it goes on to the first."""
-    waypoint_start: Row
+    waypoint_start: Annotated[Row, RowOf("path_points", owned=True)]
     """First of its waypoints."""
     waypoint_count: Annotated[int, Field(ge=1, le=1_000_000)]
     """Number of its waypoints."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class PathPoint:
     """A waypoint of a follower."""
 
-    __pydantic_config__ = STRICT
     position: Vec2
-    """x and y [m]."""
+    """Place, x and y [m]."""

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import PurePath
 from typing import Annotated, Literal
 
@@ -13,7 +13,6 @@ from vrx_mj.config.fleet import AisClass
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.model.kinds import (
     LEFT_OUT,
-    STRICT,
     TIED,
     Angle,
     Coefficient,
@@ -31,6 +30,7 @@ from vrx_mj.model.kinds import (
     ProfileCode,
     Real,
     Row,
+    RowOf,
     Share,
     Six,
     SixBySix,
@@ -39,11 +39,12 @@ from vrx_mj.model.kinds import (
     Unless,
     Vec3,
     WindForce,
+    record,
 )
 from vrx_mj.physics.tables import BLADES, MESH, NEWTONS
 
 MOST_TRIANGLES = 5000
-"""Of a hull's mesh."""
+"""Largest number of triangles of a hull's mesh."""
 
 
 _WindPoint = Annotated[tuple[Angle, Real, Real, Real], Parts("angle", "surge", "sway", "yaw")]
@@ -53,11 +54,10 @@ _Blendermann = Annotated[
 ]
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Windage:
-    """What a hull shows to the wind; angles are those off the bow from which it comes."""
+    """Windage of a hull: areas and coefficients; angles are those off the bow from which the wind comes."""
 
-    __pydantic_config__ = STRICT
     frontal_area: Positive
     """Area seen from ahead [m2]."""
     lateral_area: Positive
@@ -76,11 +76,10 @@ class Windage:
     """Blendermann's parameters: CD_t, CD_l,AF from ahead and from astern, delta and kappa [1]."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Strip:
     """A piece of a hull's lateral area, or a skeg, in body axes."""
 
-    __pydantic_config__ = STRICT
     x: Real
     """Place of its middle, ahead of the link's origin [m]."""
     z: Real
@@ -91,11 +90,10 @@ class Strip:
     """Force over the product of its speed and its velocity across the water [N s2/m2]."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Memory:
     """A damped oscillation of the waves that a hull makes by one of its motions: about the link's origin, body axes."""
 
-    __pydantic_config__ = STRICT
     motion: Annotated[int, Field(ge=0, le=5)]
     """The motion: 0 to 5 for surge, sway, heave, roll, pitch, yaw."""
     pole: Annotated[tuple[Annotated[float, Field(lt=0.0, ge=-1e6)], Coefficient], Parts("real", "imaginary")]
@@ -109,24 +107,22 @@ class Memory:
 Forces = tuple[Real, Real, Real, Real, Real, Real, Real, Real, Real, Real, Real, Real]
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Diffraction:
     """Forces of the waves that a hull scatters, about the link's origin, in axes level with the water."""
 
-    __pydantic_config__ = STRICT
     step: Positive
     """Step between frequencies, of which the first is 0 [rad/s]."""
     forces: Annotated[tuple[Annotated[tuple[Forces, ...], Field(max_length=360)], ...], Field(max_length=501), TIED]
-    """By frequency, by angle toward which waves travel, even over the circle from the bow on.
+    """Forces by frequency and by angle toward which waves travel, even over the circle from the bow on.
 
     Real parts, then imaginary ones, per metre of amplitude [N/m, N]."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Vessel:
     """The model of a hull in profile `marine`; matrices are about the link's origin, body axes."""
 
-    __pydantic_config__ = STRICT
     hydrostatics: Literal[0, 1]
     """`physics.tables.MESH` or `MATRIX`."""
     added_mass: SixBySix
@@ -168,11 +164,32 @@ class Vessel:
         return self.hydrostatics == MESH
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
+class Inertia:
+    """Moments and products of inertia about the centre of mass, body axes."""
+
+    xx: Positive
+    """Moment of inertia about x [kg m2]."""
+    yy: Positive
+    """Moment of inertia about y [kg m2]."""
+    zz: Positive
+    """Moment of inertia about z [kg m2]."""
+    xy: Real
+    """Product of inertia of x and y, below 0 for mass at x y > 0 [kg m2]."""
+    xz: Real
+    """Product of inertia of x and z [kg m2]."""
+    yz: Real
+    """Product of inertia of y and z [kg m2]."""
+
+
+MJCF_FIELDS = ("mass", "body_com", "inertia")
+"""Fields of a hull that its MJCF's body has too."""
+
+
+@record
 class Hull:
     """The hull of a boat, a free body; vectors are in body axes."""
 
-    __pydantic_config__ = STRICT
     body: Text
     """Name of the MJCF's body."""
     joint: Text
@@ -189,9 +206,9 @@ class Hull:
     """Quadratic drag [N s2/m2, N m s2]."""
     link_com: Vec3
     """Centre of mass of VRX's base link [m]."""
-    body_com: Annotated[Vec3, TIED]
+    body_com: Vec3
     """Centre of mass of the MJCF's body [m]."""
-    mass: Annotated[Positive, TIED]
+    mass: Positive
     """Mass of the MJCF's body [kg]."""
     wind: Annotated[WindForce, Unless("windage")]
     """Wind coefficients along x and y, and of turning [N s2/m2, N m s2/m2]."""
@@ -201,23 +218,24 @@ class Hull:
     """Whose list of effects acts: 0 for VRX classic's, 1 for VRX 3's."""
     gravity: Annotated[NonNegative, Unless("vessel")]
     """Gravity that acts on displaced water [m/s2]."""
-    station_start: Row
+    station_start: Annotated[Row, RowOf("stations", owned=True)]
     """First of its stations."""
     station_count: Count
     """Number of its stations."""
-    thruster_start: Row
+    thruster_start: Annotated[Row, RowOf("thrusters", owned=True)]
     """First of its thrusters."""
     windage: Windage | None = field(default=None, metadata=LEFT_OUT)
-    """What it shows to the wind, instead of its coefficients."""
+    """Windage, instead of wind coefficients."""
     vessel: Vessel | None = field(default=None, metadata=LEFT_OUT)
     """Its model in profile `marine`, instead of stations, added mass and drag."""
+    inertia: Inertia | None = field(default=None, metadata=LEFT_OUT)
+    """Moments of inertia of the MJCF's body; None: saved by a version that did not list them."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Station:
     """A piece of a hull's float at which the water lifts it."""
 
-    __pydantic_config__ = STRICT
     position: Vec3
     """Place on the keel line [m], body axes from the link's origin."""
     radius: NonNegative
@@ -229,11 +247,10 @@ class Station:
 ThrustPoint = Annotated[tuple[Annotated[float, Field(ge=-1.0, le=1.0)], Real], Parts("command", "thrust")]
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Propeller:
     """A propeller whose thrust was measured, in profile `marine`."""
 
-    __pydantic_config__ = STRICT
     thrust: Annotated[tuple[ThrustPoint, ...], Field(min_length=2, max_length=1000)]
     """Rising commands, and the thrust at rest that each gives [1, N]."""
     diameter: Positive
@@ -261,25 +278,23 @@ class Propeller:
 SailPoint = Annotated[tuple[Annotated[float, Field(ge=0.0, le=math.pi)], Real, Real], Parts("angle", "lift", "drag")]
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Sail:
-    """What the wind does to a sail."""
+    """Aerodynamics of a sail."""
 
-    __pydantic_config__ = STRICT
     curve: Annotated[tuple[SailPoint, ...], Field(min_length=2)]
     """Rising angles between the apparent wind and the chord, and coefficients of lift and drag there [rad, 1, 1]."""
     sheet: bool
     """Whether a sheet lets the boom to lee by the angle of the command; else it goes to that angle."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Thruster:
     """An engine and its propeller, a rudder or a sail; `position` and `rotation` are those of its hinge in the hull."""
 
-    __pydantic_config__ = STRICT
     name: Text
     """Name of its command."""
-    hull: Row
+    hull: Annotated[Row, RowOf("hulls")]
     """Its hull."""
     body: Text
     """Name of the MJCF's body that it pushes."""
@@ -290,7 +305,7 @@ class Thruster:
     rotation: Matrix
     """Axes of the engine at zero steering in hull axes."""
     propeller: Vec3
-    """Where the force acts [m], engine axes from the hinge."""
+    """Point of application of the force [m], engine axes from the hinge."""
     direction: UnitVector
     """Direction of the force, unit vector, engine axes."""
     body_com: Annotated[Vec3, TIED]
@@ -323,7 +338,7 @@ class Thruster:
     """Slope of a rudder's normal force over the sine of its angle of attack [1]."""
     density: Annotated[NonNegative, Unless("is_propeller")]
     """Density of the water at a rudder, or of the air at a sail [kg/m3]."""
-    race: Index
+    race: Annotated[Index, RowOf("thrusters")]
     """Thruster in whose race a rudder is, or -1."""
     race_area: Annotated[NonNegative, Unless("has_no_race")]
     """Area of that propeller's disc [m2]."""
@@ -362,11 +377,10 @@ class Thruster:
         return -self.max_command, self.max_command
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Sensor:
     """A sensor on a boat."""
 
-    __pydantic_config__ = STRICT
     boat: Text
     """Name of the boat."""
     body: Text
@@ -391,11 +405,10 @@ class Sensor:
         return self.config.type
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class AutopilotChannel:
-    """What the pulses of an autopilot's channel command."""
+    """Mapping of an autopilot's channel to a command."""
 
-    __pydantic_config__ = STRICT
     number: Annotated[int, Field(ge=1, le=32)]
     """Number of the channel."""
     command: Text
@@ -403,32 +416,30 @@ class AutopilotChannel:
     trim: Real | None = None
     """Pulse that commands nothing [us]; None: that of its kind."""
     span: tuple[Real, Real] | None = None
-    """How much shorter and longer the pulses are that command all [us]; None: those of its kind."""
+    """Differences of the shortest and the longest pulse from the trim [us]; None: those of its kind."""
     dead_band: NonNegative = 0.0
-    """How far from the trim a pulse still commands nothing [us]."""
+    """Largest difference from the trim at which a pulse still commands nothing [us]."""
 
 
 _VoltagePoint = Annotated[tuple[Share, Positive], Parts("charge", "voltage")]
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Battery:
-    """What the propellers of a boat run on."""
+    """Battery of a boat's propellers."""
 
-    __pydantic_config__ = STRICT
     capacity: Positive
     """Charge [A h]."""
     voltage: Annotated[tuple[_VoltagePoint, ...], Field(min_length=2, max_length=100)]
     """Shares of the charge that are left, from 0 to 1, with the voltage at rest [1, V]."""
     resistance: NonNegative
-    """Resistance within [ohm]."""
+    """Internal resistance [ohm]."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Boat:
     """A boat as its fleet has it."""
 
-    __pydantic_config__ = STRICT
     name: Name
     """Name of the boat."""
     robot: Text
@@ -468,11 +479,10 @@ def boat_label(name: str, robot: str) -> str:
     return f"{name} ({kind})" if kind and name.startswith("wamv") and "wamv" not in kind else name
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class WindCoefficients:
-    """How the wind acts on something."""
+    """Wind coefficients of a boat or an object."""
 
-    __pydantic_config__ = STRICT
     model: Text
     """Name of a boat, an object, a kind of robot or a model of objects."""
     link: Text | None = None
@@ -481,11 +491,10 @@ class WindCoefficients:
     """Coefficients x, y [N s2/m2] and turning [N m s2/m2]."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Spawn:
-    """What a boat that joins later takes from the world."""
+    """Defaults of boats that join later."""
 
-    __pydantic_config__ = STRICT
     robot: Text = "wamv"
     """Kind of boat."""
     arguments: Mapping[Text, Text] = field(default_factory=dict, metadata=LEFT_OUT)
@@ -495,6 +504,6 @@ class Spawn:
     sensors: tuple[Text, ...] | None = None
     """Suites or sensors; None: what the robot carries."""
     wind: tuple[WindCoefficients, ...] | None = None
-    """How the wind acts on it, besides by its robot's own coefficients; (): not at all."""
+    """Wind coefficients by name, before those of its robot; (): the wind pushes nothing."""
     quirks: tuple[Literal["wind_stale_link"], ...] = ()
     """Defects of VRX's worlds that are kept."""

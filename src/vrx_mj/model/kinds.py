@@ -1,14 +1,31 @@
 """Kinds of values that a compiled world is made of; what is outside them is damage."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Annotated, Literal
+from dataclasses import dataclass, field, fields
+from typing import Annotated, Any, Literal, TypeVar, cast, dataclass_transform
 
 from pydantic import AfterValidator, ConfigDict, Field, StringConstraints
 from pydantic_core import PydanticCustomError
 
+_Class = TypeVar("_Class")
+
 STRICT = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, revalidate_instances="always")
 """No value is turned into one of another kind, but for whole numbers into floats; no key is ignored."""
+
+
+@dataclass_transform(frozen_default=True, kw_only_default=True, field_specifiers=(field,))
+def record(kind: type[_Class]) -> type[_Class]:
+    """Make a class a frozen dataclass, given by names alone, whose values pydantic checks strictly."""
+    kind.__pydantic_config__ = STRICT  # type: ignore[attr-defined]
+    return dataclass(frozen=True, kw_only=True)(kind)
+
+
+def record_from(kind: type[_Class], *sources: object, **own: Any) -> _Class:
+    """Make a record whose fields that `own` lacks are those of the sources by name, of the first that has one."""
+    names = {each.name for each in fields(cast(Any, kind))} - own.keys()
+    found = {name: getattr(source, name) for source in reversed(sources) for name in names if hasattr(source, name)}
+    return kind(**found, **own)
+
 
 LEFT_OUT: Mapping[str, bool] = {"left_out": True}
 """Metadata of a field that JSON leaves out while it has its default."""
@@ -27,6 +44,15 @@ class Parts:
 
     def __init__(self, *names: str) -> None:
         object.__setattr__(self, "names", names)
+
+
+@dataclass(frozen=True)
+class RowOf:
+    """Mark of the number of a row in a table, that this row points at, or of the first row that is its own."""
+
+    table: str
+    owned: bool = False
+    """Whether rows from that on are its own: as many as `..._count` says, or one."""
 
 
 TIED = object()

@@ -14,6 +14,7 @@ from vrx_mj.arguments import as_number, check_name
 from vrx_mj.config.base import own_docstrings
 from vrx_mj.config.loading import fault_text
 from vrx_mj.errors import CommandError, shown
+from vrx_mj.model.boats import MJCF_FIELDS
 from vrx_mj.model.kinds import HEADING, STRICT, TIED, Angle, Parts, Unless
 from vrx_mj.model.world import Parameters
 
@@ -35,11 +36,16 @@ class Number:
     unit: str
     """Unit, SI; `1` for a number without one."""
     meaning: str
-    """What it is."""
+    """Description, one sentence."""
     path: _Path = field(repr=False, compare=False)
     """Fields and rows that lead to it in `World.parameters`."""
     kind: Any = field(repr=False, compare=False)
     """Type with its range."""
+
+    @property
+    def in_mjcf(self) -> bool:
+        """Whether the MJCF has it too, so that no run can have another value."""
+        return self.path[0] == "hulls" and self.path[2] in MJCF_FIELDS
 
     def field_value(self, given: object) -> float | tuple[float, float]:
         """Return what its field has for a `given` value: the value, or the unit vector of a direction.

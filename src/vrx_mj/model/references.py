@@ -1,15 +1,14 @@
 """Whether the tables of a compiled world fit each other: what a row points at, by number or by name, is there."""
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from itertools import chain, pairwise
 from typing import Any
 
 from vrx_mj.model import tasks
-from vrx_mj.model.afloat import Block, Float
 from vrx_mj.model.boats import Boat
 from vrx_mj.model.site import Dock, Object
-from vrx_mj.model.world import Parameters
+from vrx_mj.model.world import Parameters, linked_rows
 from vrx_mj.physics.tables import SAIL
 
 _Spans = Iterable[tuple[int, int]]
@@ -17,7 +16,15 @@ _FLOATING = "floating"
 
 
 def broken_references(world: Parameters) -> Iterator[str]:
-    """What does not fit, each as a place and what is wrong there; nothing if all is well."""
+    """Faults of references, each with its place; none if all fit."""
+    floating = [item for item in world.objects if item.kind == _FLOATING]
+    for table, things, kind in (("hulls", world.boats, "boats"), ("floats", floating, "floating objects")):
+        if (count := len(getattr(world, table))) != len(things):
+            yield f"{table}: {count} rows for {len(things)} {kind}"
+    for table, number, column, mark, rows in linked_rows(world):
+        size = len(getattr(world, mark.table))
+        if rows.stop > size:
+            yield f"{table}[{number}].{column}: there is no row {rows.stop - 1} among {size} {mark.table}"
     yield from _boats(world)
     yield from _afloat(world)
     yield from _blocks(world)
@@ -27,16 +34,14 @@ def broken_references(world: Parameters) -> Iterator[str]:
 
 
 def _boats(world: Parameters) -> Iterator[str]:
-    yield from _same_length("hulls", world.hulls, "boats", world.boats)
     spans = [("station", world.stations), ("thruster", world.thrusters)]
     for kind, rows in spans:
         owned = [(getattr(hull, f"{kind}_start"), getattr(hull, f"{kind}_count")) for hull in world.hulls]
         yield from _partition("hulls", kind, owned, len(rows))
     for number, thruster in enumerate(world.thrusters):
-        if not any(first <= number < first + count for first, count in _thrusters_of(world, thruster.hull)):
+        own = world.hulls[thruster.hull : thruster.hull + 1]
+        if not any(0 <= number - hull.thruster_start < hull.thruster_count for hull in own):
             yield f"thrusters[{number}].hull: {thruster.hull} is not the hull whose thruster it is"
-        if thruster.race >= len(world.thrusters):
-            yield f"thrusters[{number}].race: there is no thruster {thruster.race}"
         if (thruster.mapping == SAIL) != (thruster.sail is not None):
             yield f"thrusters[{number}].sail: a sail has a curve, and nothing else has"
     boats = {boat.name for boat in world.boats}
@@ -45,13 +50,8 @@ def _boats(world: Parameters) -> Iterator[str]:
             yield f"sensors[{number}].boat: there is no boat '{sensor.boat}'"
 
 
-def _thrusters_of(world: Parameters, hull: int) -> _Spans:
-    return [(row.thruster_start, row.thruster_count) for row in world.hulls[hull : hull + 1]]
-
-
 def _afloat(world: Parameters) -> Iterator[str]:
     floating = [item for item in world.objects if item.kind == _FLOATING]
-    yield from _same_length("floats", world.floats, "floating objects", floating)
     for number, (row, item) in enumerate(zip(world.floats, floating, strict=False)):
         if row.body != item.body:
             yield f"floats[{number}].body: '{row.body}' is not '{item.body}', the body of the object '{item.name}'"
@@ -64,14 +64,6 @@ def _afloat(world: Parameters) -> Iterator[str]:
             yield f"links[{number}].body: '{link.body}' is not a body of an object"
         if link.follower >= 0:
             yield f"links[{number}].follower: a link has none"
-    wet: list[Float | Block] = [*world.floats, *world.links, *world.blocks]
-    own = [(row.element_start, row.element_count) for row in wet]
-    yield from _inside("floats, links and blocks", "element", own, len(world.elements))
-    for number, rope in enumerate(world.ropes):
-        if rope.float >= len(world.floats):
-            yield f"ropes[{number}].float: there is no float {rope.float}"
-    paths = [(row.waypoint_start, row.waypoint_count) for row in world.followers]
-    yield from _inside("followers", "waypoint", paths, len(world.path_points))
 
 
 def _blocks(world: Parameters) -> Iterator[str]:
@@ -92,9 +84,6 @@ def _blocks(world: Parameters) -> Iterator[str]:
                 yield f"blocks[{number}].parent: {block.parent} is not a block of its dock that comes before"
             elif block.depth != (0 if root else world.blocks[block.parent].depth + 1):
                 yield f"blocks[{number}].depth: {block.depth} is not the number of hinges to its root"
-    for number, mooring in enumerate(world.moorings):
-        if mooring.block >= len(world.blocks):
-            yield f"moorings[{number}].block: there is no block {mooring.block}"
 
 
 def _unique(world: Parameters) -> Iterator[str]:
@@ -133,11 +122,6 @@ def _task(world: Parameters, task: tasks.Task) -> Iterator[str]:
             yield f"task.{place}: there is no {kind} '{name}'"
 
 
-def _same_length(one: str, rows: Sequence[object], other: str, things: Sequence[object]) -> Iterator[str]:
-    if len(rows) != len(things):
-        yield f"{one}: {len(rows)} rows for {len(things)} {other}"
-
-
 def _partition(table: str, kind: str, spans: _Spans, size: int) -> Iterator[str]:
     """Whether spans of rows follow each other and leave none out."""
     end = 0
@@ -148,9 +132,3 @@ def _partition(table: str, kind: str, spans: _Spans, size: int) -> Iterator[str]
         end += count
     if end != size:
         yield f"{table}: they have {end} {kind}s of {size}"
-
-
-def _inside(table: str, kind: str, spans: _Spans, size: int) -> Iterator[str]:
-    for first, count in spans:
-        if first + count > size:
-            yield f"{table}: {kind}s {first} to {first + count - 1} of {size}"

@@ -1,23 +1,23 @@
-"""What a compiled world has besides boats and water: objects, docks, signs, the shore, and where on Earth it is."""
+"""Parts of a compiled world besides boats and water: objects, docks, signs, the shore, and where on Earth it is."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Annotated, Literal
 
 from pydantic import Field
 
+from vrx_mj.config.values import Latitude, Longitude
 from vrx_mj.frames import Geodetic
-from vrx_mj.model.kinds import LEFT_OUT, STRICT, Degrees, NonNegative, Pose, Positive, Real, Share, Text, Vec3
+from vrx_mj.model.kinds import LEFT_OUT, Degrees, NonNegative, Pose, Positive, Real, Share, Text, Vec3, record
 
 Ring = Annotated[tuple[tuple[Real, Real], ...], Field(min_length=3, max_length=100_000)]
 """Corners [x, y] of a shoreline [m], not closed, the land on the left."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Object:
     """An object, as others than the loop see it."""
 
-    __pydantic_config__ = STRICT
     name: Text
     """Name of the object."""
     model: Text
@@ -32,11 +32,10 @@ class Object:
     """Names of the MJCF's bodies that hang on that one by joints, each after the one that it hangs on."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Dock:
     """A dock, as others than the loop see it."""
 
-    __pydantic_config__ = STRICT
     name: Text
     """Name of the dock."""
     pose: Pose
@@ -53,11 +52,10 @@ class Dock:
     """Names of the bodies of its placards."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Light:
     """A light buoy's panels."""
 
-    __pydantic_config__ = STRICT
     name: Text
     """Name of the object."""
     body: Text
@@ -68,11 +66,10 @@ class Light:
     """The colours at the start."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Placard:
     """A sign on a dock that shows one of several symbols."""
 
-    __pydantic_config__ = STRICT
     name: Text
     """Name of the placard."""
     body: Text
@@ -83,11 +80,10 @@ class Placard:
     """The symbol at the start, as `red_circle`."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Marker:
     """A cylinder that only pictures show."""
 
-    __pydantic_config__ = STRICT
     position: Vec3
     """Place of its middle [m]."""
     axis: Vec3
@@ -100,14 +96,13 @@ class Marker:
     """Red, green, blue and alpha."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Georeference(Geodetic):
-    """Where on Earth (WGS84) the world's origin is."""
+    """Geodetic position (WGS84) of the world's origin."""
 
-    __pydantic_config__ = STRICT
-    latitude: Annotated[float, Field(ge=-90.0, le=90.0)]
+    latitude: Latitude
     """Latitude [degrees]."""
-    longitude: Annotated[float, Field(ge=-180.0, le=180.0)]
+    longitude: Longitude
     """Longitude [degrees]."""
     elevation: Real
     """Height above the ellipsoid [m]."""
@@ -115,11 +110,10 @@ class Georeference(Geodetic):
     """Direction of the world's x axis [degrees], counter-clockwise from east."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Scene:
-    """What renderers and viewers set by hand."""
+    """Options of renderers and viewers that MJCF cannot hold."""
 
-    __pydantic_config__ = STRICT
     fog: bool
     """Whether there is fog."""
     grid: bool

@@ -1,17 +1,16 @@
 """The task of a compiled world, resolved: one dataclass for each set of rules."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, fields, is_dataclass
+from dataclasses import field, fields, is_dataclass
 from typing import Annotated, Literal, TypeVar, get_args, get_type_hints
 
 from pydantic import Field
 
-from vrx_mj.model.kinds import STRICT, Angle, NonNegative, Pose, Positive, Real, Text, Vec3, late
+from vrx_mj.config.values import Latitude, Longitude
+from vrx_mj.model.kinds import Angle, NonNegative, Pose, Positive, Real, Text, Vec3, late, record
 
 _MOST = 100_000
 """Most things of a kind in a task."""
-_Latitude = Annotated[float, Field(ge=-90.0, le=90.0)] | None
-_Longitude = Annotated[float, Field(ge=-180.0, le=180.0)] | None
 _Size = tuple[NonNegative, NonNegative, NonNegative]
 _Kind = TypeVar("_Kind")
 _THING = "object or dock"
@@ -22,13 +21,9 @@ def _name_of(kind: str) -> Mapping[str, str]:
     return {"name_of": kind}
 
 
-class _Strict:
-    __pydantic_config__ = STRICT
-
-
-@dataclass(frozen=True, kw_only=True)
-class TaskBase(_Strict):
-    """What all tasks have."""
+@record
+class TaskBase:
+    """Fields of all tasks."""
 
     type: str
     """Which set of rules."""
@@ -49,11 +44,11 @@ class TaskBase(_Strict):
     fixed: Mapping[Text, Pose] = field(metadata=late(1))
     """Poses of what never moves, by name [m, rad]."""
     rivals: Annotated[tuple[Text, ...], Field(max_length=_MOST)] = field(metadata=late(3))
-    """What the boat may touch, in the order of the MJCF's contact sensors."""
+    """Names of all that the boat may touch, in the order of the MJCF's contact sensors."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Goal(_Strict):
+@record
+class Goal:
     """A place on the water and a heading."""
 
     x: Real
@@ -62,14 +57,14 @@ class Goal(_Strict):
     """Along y [m]."""
     yaw: Angle
     """Heading [rad], counter-clockwise from x."""
-    latitude: _Latitude
+    latitude: Latitude | None
     """Latitude [degrees]; None without a georeference."""
-    longitude: _Longitude
+    longitude: Longitude | None
     """Longitude [degrees]; None without a georeference."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Pinger(_Strict):
+@record
+class Pinger:
     """Place of a beacon."""
 
     x: Real
@@ -78,14 +73,14 @@ class Pinger(_Strict):
     """Along y [m]."""
     z: Real
     """Along z [m]."""
-    latitude: _Latitude
+    latitude: Latitude | None
     """Latitude [degrees]; None without a georeference."""
-    longitude: _Longitude
+    longitude: Longitude | None
     """Longitude [degrees]; None without a georeference."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Gate(_Strict):
+@record
+class Gate:
     """Two buoys."""
 
     left: Text = field(metadata=_name_of(_THING))
@@ -94,8 +89,8 @@ class Gate(_Strict):
     """Name of the buoy on the right."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Channel(_Strict):
+@record
+class Channel:
     """The gates of a gymkhana."""
 
     gates: Annotated[tuple[Gate, ...], Field(max_length=_MOST)]
@@ -106,16 +101,16 @@ class Channel(_Strict):
     """Time after a collision in which others do not count [s]."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Shown(_Strict):
+@record
+class Shown:
     """An object that shows up before the boat for a while."""
 
     time: NonNegative
     """When it shows up [s]."""
     duration: NonNegative
-    """How long it is shown [s]."""
+    """Time for which it is shown [s]."""
     type: Text
-    """What a right report calls it."""
+    """Type in a correct report."""
     name: Text = field(metadata=_name_of(_THING))
     """Name of the object."""
     pose: Pose
@@ -124,8 +119,8 @@ class Shown(_Strict):
     """Pose where it waits [m, rad]."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Box(_Strict):
+@record
+class Box:
     """A box in a dock's frame."""
 
     center: Vec3
@@ -134,8 +129,8 @@ class Box(_Strict):
     """Edges [m]."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Bay(_Strict):
+@record
+class Bay:
     """A bay of a dock."""
 
     name: Text
@@ -152,8 +147,8 @@ class Bay(_Strict):
     """Whether it is the right one."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Hole(_Strict):
+@record
+class Hole:
     """A hole in a placard."""
 
     bay: Text
@@ -168,19 +163,19 @@ class Hole(_Strict):
     """Points of a ball in it."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Animal(_Strict):
-    """Something that swims."""
+@record
+class Animal:
+    """An animal."""
 
     name: Text = field(metadata=_name_of(_THING))
     """Name of the object."""
     model: Text
     """Its model."""
     goal: Literal["avoid", "circumnavigate_clockwise", "circumnavigate_counterclockwise"]
-    """What to do about it."""
+    """Required behaviour near it."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Stationkeeping(TaskBase):
     """Stay at a pose."""
 
@@ -191,7 +186,7 @@ class Stationkeeping(TaskBase):
     """Whether the heading counts."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Wayfinding(TaskBase):
     """Pass near poses."""
 
@@ -200,7 +195,7 @@ class Wayfinding(TaskBase):
     """The poses."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Perception(TaskBase):
     """Report objects that show up."""
 
@@ -211,7 +206,7 @@ class Perception(TaskBase):
     """Whether they show up again."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Navigation(TaskBase):
     """Pass gates without a collision."""
 
@@ -222,7 +217,7 @@ class Navigation(TaskBase):
     """Penalty of a collision [s]."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class FollowPath(TaskBase):
     """Pass gates for points."""
 
@@ -237,7 +232,7 @@ class FollowPath(TaskBase):
     """Penalty of a collision."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Dock(TaskBase):
     """Dock in the right bay, and shoot balls into holes."""
 
@@ -255,7 +250,7 @@ class Dock(TaskBase):
     light_buoy: Text | None = field(metadata=_name_of("light"))
     """Name of the light buoy."""
     color_sequence: tuple[Text, Text, Text]
-    """What it shows."""
+    """Colours that it shows."""
     color_bonus_points: NonNegative
     """Points for the colours."""
     dock_bonus_points: NonNegative
@@ -268,7 +263,7 @@ class Dock(TaskBase):
     """Time in a bay that counts as docking [s]."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Wildlife(TaskBase):
     """Circle some animals and avoid others."""
 
@@ -283,7 +278,7 @@ class Wildlife(TaskBase):
     """Rate at which VRX publishes the animals [Hz]."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Gymkhana(TaskBase):
     """Pass a channel, then stay near a beacon."""
 
@@ -296,7 +291,7 @@ class Gymkhana(TaskBase):
     """Penalty of a collision."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class AcousticPerception(TaskBase):
     """Find a beacon."""
 
@@ -307,7 +302,7 @@ class AcousticPerception(TaskBase):
     """Distance at which it is reached [m]."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class AcousticTracking(TaskBase):
     """Follow a beacon that moves."""
 

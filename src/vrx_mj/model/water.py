@@ -1,20 +1,20 @@
 """Sea and wind of a compiled world."""
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Annotated
 
 from pydantic import Field
 
+from vrx_mj.config.values import Seed
 from vrx_mj.constants import WATER_DENSITY, WAVE_GRAVITY
-from vrx_mj.model.kinds import LEFT_OUT, STRICT, TIED, Flag, Heading, NonNegative, Positive, Real, Share, Vec2
+from vrx_mj.model.kinds import LEFT_OUT, TIED, Flag, Heading, NonNegative, Positive, Real, Share, Vec2, record
 from vrx_mj.spectra import SPECTRA, SeaModel
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Wave:
     """One component of the sea."""
 
-    __pydantic_config__ = STRICT
     amplitude: Real
     """Amplitude [m]."""
     wavenumber: Annotated[NonNegative, TIED]
@@ -29,11 +29,10 @@ class Wave:
     """Amplitude of the water's horizontal velocity at the mean level [m/s]; None: a linear wave's, g k a / omega."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Sea:
     """The waves and their start-up ramp."""
 
-    __pydantic_config__ = STRICT
     model: SeaModel
     """Kind of sea: VRX's Pierson-Moskowitz sampling, constant wavelength ratio, or none; spectra; regular waves."""
     tau: Real
@@ -63,22 +62,20 @@ class Sea:
         return self.model in SPECTRA
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Layer:
     """The current at a depth."""
 
-    __pydantic_config__ = STRICT
     depth: NonNegative
     """Depth under the mean surface [m]."""
     share: Real
     """Share of the current at the surface [1]."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Current:
     """A mean current, a tide and a random part."""
 
-    __pydantic_config__ = STRICT
     mean: Vec2
     """Velocity at the surface, along x and y [m/s]."""
     tide_major: Vec2
@@ -93,17 +90,16 @@ class Current:
     """Standard deviation of the random part, of each component [m/s]."""
     time_constant: Positive
     """Time constant of the random part [s]."""
-    seed: Annotated[int, Field(ge=0, lt=2**63)]
+    seed: Seed
     """Seed of the random part; 0 leaves it to the run's."""
     layers: Annotated[tuple[Layer, ...], Field(max_length=10_000)]
     """Shares of the mean and of the tide over the depth; none: 1 everywhere."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Wind:
     """The mean wind and its gusts."""
 
-    __pydantic_config__ = STRICT
     direction: Heading
     """Direction toward which the air moves [rad]."""
     mean: Real
@@ -114,17 +110,16 @@ class Wind:
     """Time constant of the gusts [s]."""
     first_step: NonNegative
     """The gusts' own length of the first step [s]; 0: that of all others."""
-    seed: Annotated[int, Field(ge=0, lt=2**63)]
+    seed: Seed
     """Seed of the gusts; 0 leaves it to the run's."""
     update_rate: Real
     """Rate at which VRX publishes the wind [Hz]."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Air:
     """Profile over height, gusts of a spectrum and turning direction of a wind in profile `marine`."""
 
-    __pydantic_config__ = STRICT
     height: Positive
     """Height above the water at which the wind has its speed [m]."""
     exponent: NonNegative

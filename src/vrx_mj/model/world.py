@@ -1,19 +1,20 @@
 """The whole of a compiled world but for its MJCF, and its form in JSON."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass, replace
 from functools import cache
-from typing import Annotated, Any, Final, Literal, get_type_hints
+from typing import Annotated, Any, Final, Literal, get_args, get_origin, get_type_hints
 
 import pydantic
 from pydantic import BaseModel, TypeAdapter
 
+from vrx_mj.config.values import Seed
 from vrx_mj.constants import LONGEST_STEP, SHORTEST_STEP
 from vrx_mj.frames import compass
 from vrx_mj.model.afloat import Block, Element, Float, Follower, Mooring, PathPoint, Rope
 from vrx_mj.model.boats import Boat, Hull, Sensor, Spawn, Station, Thruster
-from vrx_mj.model.kinds import LEFT_OUT, STRICT, Angle, Count, NonNegative, Pose, Real, Text
+from vrx_mj.model.kinds import LEFT_OUT, Angle, Count, NonNegative, Pose, Real, RowOf, Text, record
 from vrx_mj.model.site import Dock, Georeference, Light, Marker, Object, Placard, Ring, Scene
 from vrx_mj.model.tasks import Task
 from vrx_mj.model.water import Air, Current, Sea, Wind
@@ -26,11 +27,10 @@ MOST_BYTES = 200_000_000
 """Bytes of the largest file of a saved world that is read."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class Parameters:
     """Tables and names that belong to an MJCF."""
 
-    __pydantic_config__ = STRICT
     format: Literal[3, 4]
     """Version of the saved form."""
     name: Text
@@ -38,11 +38,11 @@ class Parameters:
     fleet: Text
     """Name of the fleet."""
     description: Annotated[str, pydantic.Field(max_length=10_000)]
-    """What the world is about."""
-    seed: Annotated[int, pydantic.Field(ge=0, lt=2**63)]
+    """Description of the world."""
+    seed: Seed
     """Default seed of a run."""
     profile: Literal["vrx", "vrx3", "marine"]
-    """Whose physics."""
+    """Profile of physics."""
     timestep: Annotated[float, pydantic.Field(ge=SHORTEST_STEP, le=LONGEST_STEP)]
     """Physics step [s]."""
     gravity: NonNegative
@@ -56,7 +56,7 @@ class Parameters:
     wind: Wind
     """The wind."""
     air: Air | None = field(default=None, metadata=LEFT_OUT)
-    """What the wind of profile `marine` has besides."""
+    """Profile over height and gusts of the wind in profile `marine`."""
     hulls: tuple[Hull, ...]
     """Hulls of the boats, in their order."""
     stations: tuple[Station, ...]
@@ -68,7 +68,7 @@ class Parameters:
     links: tuple[Float, ...] = field(default=(), metadata=LEFT_OUT)
     """Links of objects that have joints: all but those that never move, in the order of `objects`."""
     elements: tuple[Element, ...]
-    """What displaces water of floating objects and blocks."""
+    """Shapes of floating objects and blocks that displace water."""
     blocks: tuple[Block, ...]
     """Blocks of floating docks, in the order of `docks`."""
     moorings: tuple[Mooring, ...]
@@ -76,7 +76,7 @@ class Parameters:
     ropes: tuple[Rope, ...] = field(default=(), metadata=LEFT_OUT)
     """Lines that hold floating objects."""
     followers: tuple[Follower, ...] = ()
-    """What drives floating objects along paths."""
+    """Controllers that drive floating objects along paths."""
     path_points: tuple[PathPoint, ...] = ()
     """Waypoints of the followers."""
     lights: tuple[Light, ...] = ()
@@ -86,7 +86,7 @@ class Parameters:
     boats: tuple[Boat, ...]
     """The boats."""
     spawn: Spawn = field(default_factory=Spawn)
-    """What a boat that joins later takes from the world."""
+    """Defaults of boats that join later."""
     objects: tuple[Object, ...]
     """The objects."""
     docks: tuple[Dock, ...]
@@ -98,15 +98,15 @@ class Parameters:
     waypoints: tuple[tuple[Real, Real, Angle], ...]
     """The task's goal or waypoints: x, y [m], yaw [rad]."""
     markers: tuple[Marker, ...] = ()
-    """What marks places in pictures."""
+    """Cylinders that mark places in pictures."""
     georeference: Georeference | None
-    """Where on Earth the origin is."""
+    """Geodetic position of the origin."""
     terrain: Text | None
     """Name of the terrain."""
     shoreline: tuple[Ring, ...]
     """The waterline as rings."""
     scene: Scene
-    """What renderers set by hand."""
+    """Options of renderers."""
     camera: Pose | None = None
     """Pose from which a viewer looks at first [m, rad]."""
     lives: Mapping[Text, Count] = field(default_factory=dict, metadata=LEFT_OUT)
@@ -132,6 +132,31 @@ class Parameters:
         """The thrusters and rudders of a boat."""
         hull = next(index for index, own in enumerate(self.boats) if own.name == boat)
         return tuple(thruster for thruster in self.thrusters if thruster.hull == hull)
+
+
+@cache
+def row_columns() -> Mapping[str, Mapping[str, RowOf]]:
+    """Columns that are numbers of rows, by table."""
+    found: dict[str, dict[str, RowOf]] = {}
+    for table, kind in get_type_hints(Parameters, include_extras=True).items():
+        row = get_args(kind)[0] if get_origin(kind) is tuple else None
+        marked = (
+            (own.name, getattr(own.type, "__metadata__", ())) for own in (fields(row) if is_dataclass(row) else ())
+        )
+        if columns := {name: mark for name, marks in marked for mark in marks if isinstance(mark, RowOf)}:
+            found[table] = columns
+    return found
+
+
+def linked_rows(world: Parameters) -> Iterator[tuple[str, int, str, RowOf, range]]:
+    """All that refers to rows: its table, row and column, and the numbers of these rows with their table."""
+    for table, columns in row_columns().items():
+        for number, row in enumerate(getattr(world, table)):
+            for column, mark in columns.items():
+                first, stem = getattr(row, column), column.removesuffix("_start")
+                if first >= 0:
+                    count = 1 if stem == column else getattr(row, f"{stem}_count")
+                    yield table, number, column, mark, range(first, first + count)
 
 
 @cache

@@ -237,7 +237,7 @@ class RowTables:
         found = {}
         for name, number in numbers_of(self.world.parameters).items():
             table, _, column, part = _place(number)
-            is_whole = all(isinstance(step, int) for step in part)
+            is_whole = all(isinstance(step, int) for step in part) and not number.in_mjcf
             if table in _NUMBERED and is_whole and column in getattr(self._arrays, table).dtype.names:
                 found[name] = number
         return found

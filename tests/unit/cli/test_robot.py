@@ -365,8 +365,8 @@ TWISTED = re.sub(r"v 2 (-?)1", lambda found: "v 2 1" if found[1] else "v 2 -1", 
         (
             scene(((-2000, -1000, 0), (2000, 1000, 1000))),
             (
-                "it hardly touches the water: 4100 kg, its volume of 8e+09 m3 carries 8.2e+12 kg; check the mesh's "
-                "unit (m): --scale 0.001 takes one in mm"
+                "it hardly touches the water: it has 4100 kg, its hull's 8e+09 m3 carry 8.2e+12 kg; check the mesh's "
+                "unit (m; --scale 0.001 takes one in mm)"
             ),
         ),
     ],
@@ -382,7 +382,7 @@ def test_hulls_without_a_sheet(cli, folder, text, message):
     [
         (
             ["--mass", "41000"],
-            "it sinks: 41000 kg, its volume of 12 m3 carries 1.23e+04 kg; check the mesh's unit (m), or its --scale",
+            "it sinks: it has 41000 kg, its hull's 12 m3 carry 1.23e+04 kg; check the mesh's unit (m), or its --scale",
         ),
         (["--mass", "-1"], "invalid --mass -1: a number above 0 is needed"),
         (["--mass", "nan"], "invalid --mass nan: a number above 0 is needed"),

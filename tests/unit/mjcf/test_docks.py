@@ -10,7 +10,7 @@ from vrx_mj.config.world import load_world
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.mjcf.dock_pieces import BLOCK_MODELS
-from vrx_mj.mjcf.docks import block_tree, dock_zones, docks_overlap, find_dock
+from vrx_mj.mjcf.docks import block_tree, docks_overlap, find_dock
 from vrx_mj.mjcf.placement import place_docks
 from vrx_mj.model.world import tree_of
 
@@ -74,11 +74,11 @@ def test_blocks_and_placards_start_where_they_belong(name, dynamic):
     for i, j in load_dock(name):
         there = turn @ (2 * i, 2 * j, 0.25) + (40, -30, 0)
         assert data.geom(f"o/base/dock_block_{i}_{j}").xpos == pytest.approx(there)
-    zones = dock_zones(placed(objects=[{"name": "o", "model": model_name, "pose": POSE}])[0])
-    for placard, entry in zip(zones["placards"], tree_of(made.parameters)["placards"], strict=True):
-        assert entry["name"] == placard["name"]
-        assert data.body(entry["body"]).xpos == pytest.approx(turn @ placard["pose"][:3] + (40, -30, 0))
-        assert list(entry["geoms"]) == placard["shapes"]
+    (dock,) = placed(objects=[{"name": "o", "model": model_name, "pose": POSE}])
+    for placard, entry in zip(dock.berths.placards, tree_of(made.parameters)["placards"], strict=True):
+        assert entry["name"] == f"o/{placard.name}"
+        assert data.body(entry["body"]).xpos == pytest.approx(turn @ placard.pose[:3] + (40, -30, 0))
+        assert tuple(entry["geoms"]) == placard.shapes
     assert tree_of(made.parameters)["docks"][0]["bodies"][0] == "o/base/dock"
 
 
@@ -130,17 +130,6 @@ def test_a_dock_is_known_by_its_own_name_or_by_its_object():
     with pytest.raises(UnknownNameError) as caught:
         find_dock(docks, "minr")
     assert str(caught.value) == "no dock named 'minr'; did you mean 'mine'?"
-
-
-def test_zones_are_plain_data_with_whole_names():
-    (dock,) = placed(objects=[{"name": "o", "model": "dock_2018_dynamic", "pose": POSE, "symbols": ["red_circle"]}])
-    zones = dock_zones(dock)
-    assert (zones["anchor"], zones["dynamic"], zones["pose"]) == ("o/base", True, pytest.approx(POSE))
-    assert [(bay["placard"], bay["symbol"]) for bay in zones["bays"]] == [
-        ("o/dock_2018_placard1", "red_circle"),
-        ("o/dock_2018_placard2", "blue_circle"),
-    ]
-    assert zones["holes"] == []
 
 
 @pytest.mark.parametrize(

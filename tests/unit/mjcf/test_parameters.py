@@ -1,15 +1,23 @@
 """Numbers of a compiled world by name: listed with unit and meaning, set with what files would set, and saved."""
 
 import math
+import re
 import shutil
 from fractions import Fraction
+from types import UnionType
+from typing import Annotated, Union, get_args, get_origin
 
 import numpy as np
 import pytest
+import yaml
+from pydantic import BaseModel
 
 import vrx_mj
 from vrx_mj import Simulation, World, compile_world, parameters
-from vrx_mj.errors import CommandError, UnknownNameError
+from vrx_mj.config.robots import RobotConfig
+from vrx_mj.config.values import MIN_POSITIVE
+from vrx_mj.config.world import WorldConfig
+from vrx_mj.errors import CommandError, CompileError, UnknownNameError
 from vrx_mj.model.numbers import with_numbers
 from vrx_mj.resources import root
 from vrx_mj.runtime.loop_arrays import LoopArrays
@@ -21,8 +29,24 @@ TIDE = {"speed": 0.3, "direction": 20, "var_gain": 0.1, "tide": {"speed": 0.5, "
 MARINE = {"extends": "ocean", "physics": {"profile": "marine"}, "current": TIDE,
           "sea": {"model": "jonswap", "significant_height": 0.3, "peak_period": 4, "components": 5},
           "wind": {"mean_velocity": 4, "direction": 60, "spectrum": "npd", "components": 4}}  # fmt: skip
+WINDY = {**MARINE, "sea": {**MARINE["sea"], "ramp": 2},
+         "current": {**TIDE, "var_time": 30, "tide": {**TIDE["tide"], "phase": 5}},
+         "wind": {"mean_velocity": 4, "direction": 60, "var_gain": 1, "var_time": 3, "update_rate": 5, "height": 8,
+                  "exponent": 0.1, "turning": 1, "var_direction": 5, "var_direction_time": 20}}  # fmt: skip
+ROUGH = {**WINDY, "wind": {"mean_velocity": 4, "roughness": 0.001}}
 VRX = {"extends": "ocean", "wind": {"mean_velocity": 4, "direction": 60}}
-DOCK = {**VRX, "docks": [{"name": "dock", "pose": [60, 0, 0, 0, 0, 0], "layout": "XX", "dynamic": True}]}
+DOCK = {
+    **VRX,
+    "docks": [
+        {
+            "name": "dock",
+            "pose": [60, 0, 0, 0, 0, 0],
+            "layout": "XX",
+            "dynamic": True,
+            "mooring": {"stiffness": 50, "damping": 5},
+        }
+    ],
+}
 
 
 def world_with(robot, base=VRX, **how):
@@ -36,19 +60,6 @@ def worlds():
         **{f"marine {robot}": world_with(robot, MARINE) for robot in ("wamv", "skiff", "otter")},
         "dock": compile_world(DOCK),
     }
-
-
-@pytest.mark.parametrize("base", [VRX, MARINE], ids=["vrx", "marine"])
-@pytest.mark.parametrize("robot", ROBOTS)
-def test_every_number_of_every_robot_has_a_unit_and_a_meaning(robot, base):
-    found = parameters(world_with(robot, base))
-    assert f"{next(iter(found)).split('.')[0]}" in {"sea", "wind", "current"}
-    assert any(".hull." in name for name in found)
-    for name, number in found.items():
-        assert number.name == name
-        assert number.unit, name
-        assert number.meaning.endswith("."), name
-        assert math.isfinite(number.value), name
 
 
 def arrays_of(world, own):
@@ -65,7 +76,7 @@ def test_a_number_that_is_set_reaches_the_loop_and_is_listed_with_its_value(worl
         before = arrays_of(world, own)
         for name, number in parameters(world).items():
             kind = tuple(0 if isinstance(step, int) else step for step in number.path[:-1])
-            if number.path[0] == "boats" or (kind, name.rsplit(".", 1)[-1]) in seen:
+            if number.path[0] == "boats" or number.in_mjcf or (kind, name.rsplit(".", 1)[-1]) in seen:
                 continue
             seen.add((kind, name.rsplit(".", 1)[-1]))
             value = number.value * 0.75 if number.value else 0.125
@@ -75,52 +86,159 @@ def test_a_number_that_is_set_reaches_the_loop_and_is_listed_with_its_value(worl
             assert arrays_of(again, own) != before, f"{label}: {name}"
 
 
-@pytest.mark.parametrize(
-    ("given", "key", "value"),
-    [
-        ({"wind.mean": 6.5}, "mean_velocity", 6.5),
-        ({"wind.direction": math.radians(100)}, "direction", 100),
-        ({"wind.gain": 1.5}, "var_gain", 1.5),
-        ({"wind.time_constant": 3.0}, "var_time", 3.0),
-    ],
-)
-def test_a_number_of_the_wind_does_what_the_world_s_file_does(given, key, value):
-    gusty = {**VRX, "wind": {**VRX["wind"], "var_gain": 2.0}}
-    changed = {**gusty, "wind": {**gusty["wind"], key: value}}
-    assert run(compile_world(gusty, parameters=given)) == run(compile_world(changed))
+SIX = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+DEGREE = math.pi / 180
+GIVEN = {
+    # name of a number: place in the robot's YAML
+    **{f"hull.{key}.{motion}": f"hydrodynamics.{key}.{i}"
+       for key in ("added_mass", "drag_linear", "drag_quadratic") for i, motion in enumerate(SIX)},
+    **{f"hull.wind.{axis}": f"wind.{i}" for i, axis in enumerate(("x", "y", "yaw"))},
+    "hull.density": "hydrodynamics.water_density",
+    "hull.level": "hydrodynamics.water_level",
+    **{f"hull.vessel.damping_quadratic.{motion}": f"hull.damping_quadratic.{i}" for i, motion in enumerate(SIX)},
+    **{f"thrusters.*.{key}": f"thrusters.*.{own}" for key, own in {
+        "max_forward": "max_force_forward", "max_reverse": "max_force_reverse", "max_command": "max_command",
+        "timeout": "timeout"}.items()},
+    **{f"thrusters.*.{key}": f"rudders.*.{key}" for key in ("max_angle", "area", "race_share")},
+    **{f"thrusters.*.{key}": f"rudders.*.servo.{key}" for key in ("kp", "kd", "effort", "velocity")},
+    **{f"thrusters.*.measured.{key}": f"propellers.*.{key}"
+       for key in ("diameter", "vanishing_speed", "time_constant", "dead_zone", "power")},
+    **{f"thrusters.*.measured.thrust.#.{part}": f"propellers.*.thrust.#.{i}"
+       for i, part in enumerate(("command", "thrust"))},
+    "battery.capacity": "battery.capacity",
+    "battery.resistance": "battery.resistance",
+    **{f"battery.voltage.#.{part}": f"battery.voltage.#.{i}" for i, part in enumerate(("charge", "voltage"))},
+    # in the world's YAML
+    "wind.mean": "wind.mean_velocity",
+    "wind.direction": ("wind.direction", DEGREE),
+    "wind.gain": "wind.var_gain",
+    "wind.time_constant": "wind.var_time",
+    "wind.update_rate": "wind.update_rate",
+    "air.height": "wind.height",
+    "air.exponent": "wind.exponent",
+    "air.roughness": "wind.roughness",
+    "air.turning": ("wind.turning", DEGREE),
+    "air.spread": ("wind.var_direction", DEGREE),
+    "air.time_constant": "wind.var_direction_time",
+    "current.gain": "current.var_gain",
+    "current.time_constant": "current.var_time",
+    "current.tide_phase": ("current.tide.phase", DEGREE),
+    **{f"current.layers.#.{part}": f"current.profile.#.{i}" for i, part in enumerate(("depth", "share"))},
+    "sea.tau": "sea.ramp",
+    "moorings.#.stiffness": "docks.0.mooring.stiffness",
+    "moorings.#.damping": "docks.0.mooring.damping",
+}  # fmt: skip
+"""Numbers that are those of a file, and their places there; `*` is the name of a thruster, `#` the number of a row."""
+FOLLOWING = (
+    r"hull\.(body_com|link_com|inertia)\..*", r"hull\.(mass|gravity)", r"stations\..*",
+    r"hull\.vessel\.(added_mass|damping|restoring|spread|buoyancy|point|memory|strips)\..*",
+    r"hull\.vessel\.(displacement|waterline|diffraction\.step)",
+    r"thrusters\.\w+\.(propeller\.[xyz]|slope|density|race_area)",
+    r"current\.(mean|tide_major|tide_minor)\.[xy]", r"current\.tide_frequency", r"wind\.first_step", r"sea\.level",
+    r"sea\.waves\..*", r"air\.gust_frequencies\..*", r"moorings\.\d+\.(anchor|point)\.[xyz]",
+)  # fmt: skip
+"""Numbers that are made of several of a file's: tests of masses, hulls, waves and currents hold these."""
 
 
-@pytest.mark.parametrize(
-    ("name", "value", "old", "new"),
-    [
-        ("hull.drag_linear.surge", 30.0, "drag_linear: [12,", "drag_linear: [30,"),
-        ("hull.drag_quadratic.sway", 300.0, "[18, 220,", "[18, 300,"),
-        ("hull.added_mass.yaw", 9.0, "9, 6]", "9, 9]"),
-        ("hull.wind.y", 0.8, "[0.12, 0.4,", "[0.12, 0.8,"),
-        ("thrusters.propeller.max_forward", 80.0, "max_force_forward: 120", "max_force_forward: 80"),
-        ("thrusters.propeller.max_reverse", -20.0, "max_force_reverse: -60", "max_force_reverse: -20"),
-        ("thrusters.rudder.area", 0.02, "area: 0.012", "area: 0.02"),
-        ("thrusters.rudder.race_share", 0.3, "race_share: 0.8", "race_share: 0.3"),
-    ],
-)
-def test_a_number_of_a_boat_does_what_the_robot_s_file_does(name, value, old, new, tmp_path):
-    shutil.copytree(root() / "assets" / "robots" / "skiff", tmp_path / "skiff")
-    file = tmp_path / "skiff" / "robot.yaml"
-    text = file.read_text(encoding="utf-8")
-    assert text.count(old) == 1
-    file.write_text(text.replace(old, new), encoding="utf-8")
-    boat = world_with("skiff").boats[0]
-    assert run(world_with("skiff", parameters={f"{boat}.{name}": value})) == run(world_with(str(file)))
+def in_file(tree, path):
+    """The value at a place of a YAML; None where it gives none."""
+    for step in path.split("."):
+        tree = tree[int(step)] if isinstance(tree, list) else (tree or {}).get(step)
+    return tree
 
 
-def run(world):
-    sim = Simulation(world)
-    sim.reset(seed=3)
-    names = [row.name for row in world.parameters.thrusters]
-    commands = {"propeller": -0.6, "rudder_angle": 0.3} if "rudder" in names else dict.fromkeys(names, 0.6)
-    sim.step({world.boats[0]: commands}, duration=0.5)
-    sim.step({world.boats[0]: {name: abs(value) for name, value in commands.items()}}, duration=0.5)
-    return sim.data.qpos.tobytes(), sim.data.qvel.tobytes()
+def places_of(name):
+    """Place of a number in a file, and the factor that makes its unit SI; nothing for what no file gives as it is."""
+    for pattern, place in GIVEN.items():
+        expression = re.escape(pattern).replace(r"\*", r"(\w+)").replace(r"\#", r"(\d+)")
+        if match := re.fullmatch(expression, name):
+            path, factor = (place, 1.0) if isinstance(place, str) else place
+            for step in match.groups():
+                path = re.sub(r"[*#]", step, path, count=1)
+            yield pattern, path, factor
+
+
+def full_robot(folder):
+    """A skiff whose file gives all that a robot's file can."""
+    shutil.copytree(root() / "assets" / "robots" / "skiff", folder / "full")
+    path = folder / "full" / "robot.yaml"
+    file = yaml.safe_load(path.read_text(encoding="utf-8"))
+    file["hydrodynamics"] |= {"water_level": 0.02, "water_density": 1010}
+    file["thrusters"]["propeller"] |= {"max_command": 0.9, "timeout": 2}
+    file["rudders"]["rudder"] |= {"max_angle": 0.5, "servo": {"kp": 200, "kd": 10, "effort": 8, "velocity": 0.5}}
+    file["propellers"] = {"propeller": {"thrust": [[-1, -50], [0, 0], [1, 90]], "diameter": 0.2, "vanishing_speed": 4,
+                                        "time_constant": 0.3, "dead_zone": 0.05, "power": 300}}  # fmt: skip
+    path.write_text(yaml.safe_dump(file), encoding="utf-8")
+    return path
+
+
+def patterns_of(path, base):
+    """Patterns of a world's numbers that are given by a robot's file or by the world's, compared with the file."""
+    compared = set()
+    file = yaml.safe_load(path.read_text(encoding="utf-8"))
+    world = world_with(str(path), base)
+    for name, number in parameters(world).items():
+        assert number.name == name
+        assert number.unit, name
+        assert number.meaning.endswith("."), name
+        assert math.isfinite(number.value), name
+        own = name.removeprefix(f"{world.boats[0]}.")
+        found = list(places_of(own))
+        assert found or any(re.fullmatch(known, own) for known in FOLLOWING), name
+        for pattern, place, factor in found:
+            value = in_file(base if own == name else file, place)
+            if value is not None and not (base is MARINE and replaced(place, file)):
+                if pattern not in {*compared, "wind.direction"}:  # which is kept as a unit vector
+                    low, high = range_in_file(WorldConfig if own == name else RobotConfig, place)
+                    assert all(number.field_value(end * factor) is not None for end in (low, high)), name
+                compared.add(pattern)
+                assert number.value == pytest.approx(value * factor, rel=1e-12), f"{name}, {place}"
+    return compared
+
+
+@pytest.mark.parametrize("base", [VRX, MARINE], ids=["vrx", "marine"])
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_every_number_of_a_robot_has_a_unit_and_a_meaning_and_is_that_of_its_file(robot, base):
+    assert patterns_of(root() / "assets" / "robots" / robot / "robot.yaml", base)
+
+
+def test_every_place_of_a_file_is_that_of_a_number(tmp_path):
+    """All that a file gives as it is, in a robot's file and in worlds' that give everything."""
+    paths = {robot: root() / "assets" / "robots" / robot / "robot.yaml" for robot in ("skiff", "blueboat", "otter")}
+    paths["full"] = full_robot(tmp_path)
+    tried = [("full", VRX), ("full", MARINE), ("skiff", WINDY), ("skiff", ROUGH), ("skiff", DOCK), ("blueboat", VRX),
+             ("otter", MARINE)]  # fmt: skip
+    assert set().union(*(patterns_of(paths[robot], base) for robot, base in tried)) == GIVEN.keys()
+
+
+def range_in_file(kind, place):
+    """Least and largest number that a file may have at a place: the compiled world takes both."""
+    marks = []
+    for step in place.split("."):
+        while get_origin(kind) in {Annotated, Union, UnionType}:
+            kind, *more = get_args(kind)
+        if isinstance(kind, type) and issubclass(kind, BaseModel):
+            field = kind.model_fields[step]
+            kind, marks = field.annotation, field.metadata
+        else:
+            parts = get_args(kind)
+            kind = parts[1] if get_origin(kind) is dict else parts[0 if parts[-1] is ... else int(step)]
+    while get_origin(kind) in {Annotated, Union, UnionType}:
+        kind, *more = get_args(kind)
+        marks = [*marks, *more]
+    marks = [each for mark in marks for each in (mark, *getattr(mark, "metadata", ()))]
+    assert kind is float, place
+    ends = [[getattr(mark, name) for mark in marks for name in names if getattr(mark, name, None) is not None]
+            for names in (("ge", "gt"), ("le", "lt"))]  # fmt: skip
+    low = max(ends[0])
+    return (low if any(getattr(mark, "ge", None) == low for mark in marks) else MIN_POSITIVE), min(ends[1])
+
+
+def replaced(place, file):
+    """Whether a hull or a propeller of profile marine takes the place of a value in a robot's file."""
+    return (place == "hydrodynamics.water_level" and "hull" in file) or (
+        "max_force" in place and "propellers" in file and place.split(".")[1] in file["propellers"]
+    )
 
 
 def test_a_set_number_is_part_of_the_world(tmp_path):
@@ -137,6 +255,38 @@ def test_a_number_that_the_mjcf_has_too_is_written_there():
     assert "&#39;tau&#39;: 3.5" in compile_world(VRX, parameters={"sea.tau": 3.5}).mjcf
 
 
+@pytest.mark.parametrize("engines", ["fixed", "hinged"])
+def test_masses_are_those_of_the_compiled_model(engines, tmp_path):
+    """Twice the mass and inertia, and the centre of mass elsewhere: of one of two boats of a kind, loaded too."""
+    fleet = {
+        "boats": [{"name": name, "pose": [x, 0, 0, 0, 0, 0], "engines": engines} for name, x in (("a", 0), ("b", 20))]
+    }
+    plain = compile_world(VRX, fleet=fleet)
+    names = ["mass", *(f"inertia.{axes}" for axes in ("xx", "yy", "zz", "xy", "xz", "yz"))]
+    numbers = parameters(plain)
+    given = {f"a.hull.{name}": 2.0 * numbers[f"a.hull.{name}"].value for name in names} | {"a.hull.body_com.x": 0.3}
+    changed = compile_world(VRX, fleet=fleet, parameters=given)
+    old, new = Simulation(plain).model, Simulation(World.load(changed.save(tmp_path / "saved"))).model
+    a = old.body("a/base_link").id
+    assert new.body_mass[a] == pytest.approx(2.0 * old.body_mass[a], rel=1e-15)
+    assert new.body_inertia[a] == pytest.approx(2.0 * old.body_inertia[a], rel=1e-9)
+    assert new.body_ipos[a] == pytest.approx([0.3, *old.body_ipos[a][1:]], rel=1e-12)
+    others = [index for index in range(old.nbody) if index != a]
+    assert (new.body_mass[others] == old.body_mass[others]).all()
+    pushing = [row for row in changed.parameters.thrusters if row.joint is None and row.hull == 0]
+    assert all(row.body_com == changed.parameters.hulls[0].body_com for row in pushing)
+    assert bool(pushing) is (engines == "fixed")
+    at_values = {name: number.value for name, number in numbers.items() if number.in_mjcf}
+    assert compile_world(VRX, fleet=fleet, parameters=at_values).sha256 == plain.sha256
+
+
+def test_a_body_that_mujoco_does_not_take_is_an_error():
+    with pytest.raises(CompileError, match=r"^MuJoCo cannot compile the world .* with wamv: .*A \+ B >= C"):
+        compile_world("ocean", parameters={"wamv.hull.inertia.zz": 5000.0})
+    with pytest.raises(CompileError, match=r"^robot wamv has moments of inertia of "):
+        compile_world("ocean", parameters={"wamv.hull.inertia.xy": 5000.0})
+
+
 def test_numbers_at_their_values_leave_the_world_as_it_is(worlds):
     world = worlds["marine skiff"]
     numbers = parameters(world)
@@ -148,7 +298,7 @@ def test_numbers_at_their_values_leave_the_world_as_it_is(worlds):
 
 def test_what_follows_from_other_numbers_is_not_listed(worlds):
     vrx, marine = parameters(worlds["vrx wamv"]), parameters(worlds["marine wamv"])
-    assert not {"wamv1.hull.mass", "sea.significant_height", "sea.waves.0.frequency"} & {*vrx, *marine}
+    assert not {"wamv1.stations.0.count", "sea.significant_height", "sea.waves.0.frequency"} & {*vrx, *marine}
     assert "wamv1.hull.drag_linear.surge" in vrx
     assert "wamv1.hull.drag_linear.surge" not in marine
     assert marine["wamv1.hull.vessel.damping.surge.surge"].unit == "N s/m"

@@ -10,8 +10,8 @@ from vrx_mj.config.scene import MarkersConfig
 from vrx_mj.config.wind import WindConfig
 from vrx_mj.config.world import PhysicsConfig, SeaConfig
 from vrx_mj.mjcf.markers import AHEAD, marker_rows
-from vrx_mj.mjcf.objects import DENSITY, float_row, follower_row
-from vrx_mj.mjcf.parameters import sea_parameters
+from vrx_mj.mjcf.objects import DENSITY, follower_row, object_rows
+from vrx_mj.mjcf.parameters import Rows, sea_parameters
 from vrx_mj.mjcf.placement import PlacedObject
 from vrx_mj.mjcf.tasks import touches_of
 from vrx_mj.mjcf.wind import boat_wind, wind_parameters
@@ -57,7 +57,7 @@ def test_an_object_says_which_water_it_floats_in_or_takes_its_profile_s(said, pr
     buoyancy = type(config.buoyancy)(**{**settings, "elements": [e.model_dump(exclude_unset=True) for e in elements],
                                         **({} if said is None else {"fluid_density": said})})  # fmt: skip
     thing = PlacedObject("buoy", "mb_marker_buoy_red", config.model_copy(update={"buoyancy": buoyancy}), STILL)
-    assert float_row(thing, None, PhysicsConfig(profile=profile))[0].density == density
+    assert object_rows(thing, None, PhysicsConfig(profile=profile), Rows()).floats[0].density == density
 
 
 def test_a_swimmer_s_tolerance_is_in_degrees_in_its_file():

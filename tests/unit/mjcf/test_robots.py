@@ -20,7 +20,7 @@ from vrx_mj.mjcf.boats import Boat
 from vrx_mj.mjcf.build import build_boat
 from vrx_mj.mjcf.masses import axis_inertia, boat_mass, body_mass, push_center, turning_mass
 from vrx_mj.mjcf.robots import LIGHTEST, hull_row, robot_piece, stiffness, thruster_rows
-from vrx_mj.model.boats import Hull
+from vrx_mj.model.boats import Hull, Inertia
 from vrx_mj.resources import root
 from vrx_mj.rigid_bodies import joined, posed, rigid
 
@@ -245,6 +245,7 @@ def test_hull_row_has_vrxs_numbers():
         link_com=tuple(push_center(wamv())),
         body_com=tuple(boat_mass(wamv()).center),
         mass=258.0,
+        inertia=Inertia(**dict(zip(("xx", "yy", "zz", "xy", "xz", "yz"), boat_mass(wamv()).tensor(), strict=True))),
         thruster_count=2,
         # what the world decides
         wind=(0.0, 0.0, 0.0),

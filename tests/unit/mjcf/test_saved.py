@@ -135,12 +135,12 @@ def test_no_number_can_point_at_a_row_that_is_not_meant(worlds, name):
 @pytest.mark.parametrize(
     ("path", "to", "message"),
     [
-        (("hulls", 0, "thruster_count"), 1_000_000, "hulls: they have 1000000 thrusters of 2"),
-        (("hulls", 0, "thruster_start"), 5, "hulls: thruster_start is 5 where thrusters were left at 0"),
-        (("thrusters", 1, "hull"), 7, "thrusters[1].hull: 7 is not the hull whose thruster it is"),
-        (("thrusters", 0, "race"), 2, "thrusters[0].race: there is no thruster 2"),
+        (("hulls", 0, "thruster_count"), 9, "hulls[0].thruster_start: there is no row 8 among 2 thrusters"),
+        (("hulls", 0, "thruster_start"), 5, "hulls[0].thruster_start: there is no row 6 among 2 thrusters"),
+        (("thrusters", 1, "hull"), 7, "thrusters[1].hull: there is no row 7 among 1 hulls"),
+        (("thrusters", 0, "race"), 2, "thrusters[0].race: there is no row 2 among 2 thrusters"),
         (("thrusters", 0, "body"), "world", "thrusters[0].body: 'world' is not the hull or a body on its own hinge"),
-        (("floats", 0, "element_start"), 10**6, "floats, links and blocks: elements 1000000 to 1000000 of 4"),
+        (("floats", 0, "element_start"), 10**6, "floats[0].element_start: there is no row 1000000 among 4 elements"),
         (("floats", 0, "mass"), -1.0, "floats[0].mass: must be above 0, got -1"),
         (("floats", 0, "body"), "wamv/base_link",
          "floats[0].body: 'wamv/base_link' is not 'blue_projectile/link', the body of the object 'blue_projectile'"),

@@ -76,7 +76,7 @@ def test_a_number_is_finite_and_of_a_size_that_can_be(text, number):
         ({"parent": 1}, "blocks[1].parent: 1 is not a block of its dock that comes before"),
         ({"parent": -1}, "blocks[1].parent: -1 is not a block of its dock that comes before"),
         ({"depth": 0}, "blocks[1].depth: 0 is not the number of hinges to its root"),
-        ({"element_start": 10**6}, "floats, links and blocks: elements 1000000 to 1000000 of 17"),
+        ({"element_start": 10**6}, "blocks[1].element_start: there is no row 1000000 among 17 elements"),
         ({"body": "x"}, "blocks: their bodies are not those of the floating docks"),
     ],
 )
@@ -97,11 +97,11 @@ def test_a_block_of_another_dock_is_no_parent(rafts):
     ("change", "fault"),
     [
         ({"hulls": ()}, "hulls: 0 rows for 2 boats"),
-        ({"stations": ()}, "hulls: they have 8 stations of 0"),
-        ({"thrusters": ()}, "hulls: they have 4 thrusters of 0"),
+        ({"stations": ()}, "hulls[0].station_start: there is no row 3 among 0 stations"),
+        ({"thrusters": ()}, "hulls[0].thruster_start: there is no row 1 among 0 thrusters"),
         ({"floats": ()}, "floats: 0 rows for 6 floating objects"),
-        ({"followers": ()}, "floats: their followers are [0, 1, 2], each of 0 is needed once"),
-        ({"path_points": ()}, "followers: waypoints 0 to 1 of 0"),
+        ({"followers": ()}, "floats[1].follower: there is no row 0 among 0 followers"),
+        ({"path_points": ()}, "followers[0].waypoint_start: there is no row 1 among 0 path_points"),
         ({"lights": ()}, None),
         ({"boats": ()}, "hulls: 2 rows for 0 boats"),
     ],
@@ -110,13 +110,20 @@ def test_a_table_has_as_many_rows_as_are_pointed_at(swimmers, change, fault):
     assert next(broken_references(replace(swimmers, **change)), None) == fault
 
 
+def test_a_thruster_is_one_of_its_hull(swimmers):
+    thrusters = (replace(swimmers.thrusters[0], hull=1), *swimmers.thrusters[1:])
+    fault = "thrusters[0].hull: 1 is not the hull whose thruster it is"
+    assert next(broken_references(replace(swimmers, thrusters=thrusters))) == fault
+
+
 def test_a_line_holds_something(rafts):
     moored = replace(rafts.moorings[-1], block=len(rafts.blocks))
     found = list(broken_references(replace(rafts, moorings=(*rafts.moorings[:-1], moored))))
-    assert found == [f"moorings[{len(rafts.moorings) - 1}].block: there is no block {len(rafts.blocks)}"]
+    place, count = f"moorings[{len(rafts.moorings) - 1}].block", len(rafts.blocks)
+    assert found == [f"{place}: there is no row {count} among {count} blocks"]
     rope = Rope(float=len(rafts.floats), anchor=(0.0, 0.0), length=1.0, stiffness=1.0, damping=1.0)
     assert list(broken_references(replace(rafts, ropes=(rope,)))) == [
-        f"ropes[0].float: there is no float {len(rafts.floats)}"
+        f"ropes[0].float: there is no row {len(rafts.floats)} among {len(rafts.floats)} floats"
     ]
 
 
@@ -146,4 +153,4 @@ def test_the_version_is_read_before_all_else():
 def test_a_race_is_that_of_a_thruster(swimmers):
     wrong = replace(swimmers.thrusters[0], race=4)
     found = next(broken_references(replace(swimmers, thrusters=(wrong, *swimmers.thrusters[1:]))))
-    assert found == "thrusters[0].race: there is no thruster 4"
+    assert found == "thrusters[0].race: there is no row 4 among 4 thrusters"

@@ -94,6 +94,7 @@ def test_a_row_with_numbers_of_its_own_is_a_world_compiled_with_them(world):
             "no parameter named 'a.hull.drag_linear.serge'; did you mean 'a.hull.drag_",
         ),
         ({"a.thrusters.left.timeout": 1.0}, "no parameter named 'a.thrusters.left.timeout'"),
+        ({"a.hull.mass": 200.0}, "no parameter named 'a.hull.mass'"),
         ({"a.stations.0.radius": [0.1, -0.1]}, r"invalid a.stations.0.radius \[m\]: must be at least 0, got -0.1"),
         ({"a.stations.0.radius": [0.1, 0.1, 0.1]}, "invalid a.stations.0.radius "),
         ("a.stations.0.radius", "parameters takes a mapping of arrays"),
