@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from vrx_mj.arguments import as_number, check_name
 from vrx_mj.errors import CommandError, shown
@@ -36,7 +36,7 @@ class Channel(NamedTuple):
         """Whether it is a thrust, or the angle of a thruster that turns."""
         return self.column == "command" or self.limits != (0.0, 0.0)
 
-    def checked(self, value: object, where: str = "") -> float:
+    def number(self, value: object, where: str = "") -> float:
         """A value of this command; CommandError if it is not a finite number."""
         number = as_number(value)
         if not math.isfinite(number):
@@ -44,14 +44,14 @@ class Channel(NamedTuple):
             raise CommandError(f"invalid command {shown(value)} for {self.name} of {self.boat}{where}: {needed}")
         return number
 
-    def write(self, state: Table, at: Any, values: Any, time: Any, hold: float) -> None:
-        """Set commands in `state`, a table of `THRUSTER_STATE`, `at` rows of it, at `time` [s].
+    def write(self, state: Table, value: float, time: float, hold: float) -> None:
+        """Set the command at `time` [s] in `state`, a `THRUSTER_STATE`.
 
         A thrust lasts for the thruster's timeout, and at least `hold` [s].
         """
-        state[self.column][at] = values
+        state[self.column][self.row] = value
         if self.column == "command":
-            state["expires"][at] = time + (max(self.timeout, hold) if self.timeout > 0.0 else math.inf)
+            state["expires"][self.row] = time + (max(self.timeout, hold) if self.timeout > 0.0 else math.inf)
 
 
 def channels_of(world: World, thrusters: Table) -> tuple[Channel, ...]:
@@ -135,7 +135,7 @@ class CommandNames:
             CommandError: a command is not a finite number.
         """
         for channel, value in self._checked(commands):
-            channel.write(arrays.thruster_state, channel.row, value, time, hold)
+            channel.write(arrays.thruster_state, value, time, hold)
 
     def _checked(self, commands: Commands) -> list[tuple[Channel, float]]:
         if not isinstance(commands, Mapping):
@@ -150,7 +150,7 @@ class CommandNames:
             for name, value in values.items():
                 check_name(f"thruster of {boat}", name, names)
                 channel = self._channels[boat][name]
-                checked.append((channel, channel.checked(value)))
+                checked.append((channel, channel.number(value)))
         return checked
 
 

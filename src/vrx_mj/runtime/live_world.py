@@ -10,7 +10,6 @@ from functools import cache, partial
 import mujoco
 
 from vrx_mj.arguments import as_text, check_name
-from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import CommandError, DivergedError, StateError
 from vrx_mj.exits import check_exit
 from vrx_mj.libmujoco import untimed
@@ -41,7 +40,6 @@ from vrx_mj.runtime.timing import steps_to_multiple, stride_of
 from vrx_mj.runtime.turns import Turn
 from vrx_mj.runtime.warmup import announced
 from vrx_mj.runtime.weather import Sea, Wind
-from vrx_mj.tasks.frame import Message
 from vrx_mj.tasks.rules import Action, LightUp, PlaceObject, Release, SetPinger, ShowSymbol
 
 _SLICE = 0.05
@@ -148,7 +146,7 @@ class LiveWorld:
             DivergedError: the state became NaN or too large.
         """
         timestep = self.arrays.timestep
-        self.task_runner.look(self.time, self)
+        self._officiate()
         self.subscriptions.deliver(self.time)
         while left > 0:
             check_exit()
@@ -168,7 +166,7 @@ class LiveWorld:
             if done < count or begun - self._drained > _DRAIN:
                 self.sampler.drain()
                 self._drained = begun
-            self.task_runner.look(self.time, self)
+            self._officiate()
             if done == second:
                 self.keep()
             self.subscriptions.deliver(self.time)
@@ -299,8 +297,19 @@ class LiveWorld:
 
     # What the task does
 
-    def act(self, action: Action) -> None:
-        """Carry out what a referee has decided."""
+    def _officiate(self) -> None:
+        """Have the task's referee look at the present if that is due, and do what it decides."""
+        decision = self.task_runner.look(self.time)
+        if decision is None:
+            return
+        for listener in self.sampler.listeners:
+            listener.frame(self.time, decision.row, decision.messages)
+        for text, level in decision.verdict.lines:
+            self.event(text, level)
+        for action in decision.verdict.actions:
+            self._act(action)
+
+    def _act(self, action: Action) -> None:
         match action:
             case Release(boat):
                 self.arrays.release(boat)
@@ -313,11 +322,6 @@ class LiveWorld:
                 self.displays.set_light(name, colors)
             case ShowSymbol(placard, symbol):
                 self.displays.set_placard(placard, symbol)
-
-    def frame(self, row: FloatArray, messages: Sequence[Message]) -> None:
-        """Give the listeners a frame that the referee looked at."""
-        for listener in self.sampler.listeners:
-            listener.frame(self.time, row, messages)
 
     def event(self, text: str, level: str = "INFO") -> None:
         """Give the listeners a line of the log."""

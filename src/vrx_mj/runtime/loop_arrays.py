@@ -1,10 +1,11 @@
 """The tables of the compiled loop for one world: parameters, state, and views of MuJoCo's arrays."""
 
+import copy
 import functools
 import itertools
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import mujoco
 import numpy as np
@@ -176,6 +177,10 @@ class LoopArrays:
     The views belong to one model and data: new ones need new arrays.
     """
 
+    if TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Table: ...
+
     def __init__(
         self,
         world: World,
@@ -189,24 +194,17 @@ class LoopArrays:
         parameters = world.parameters
         self.model, self.data, self.contact_free = model, data, contact_free
         self.timestep = float(model.opt.timestep)
-        self._weather(parameters, world.seed)
-        self._hulls(parameters.hulls, parameters.stations)
-        self.stations = tables.table_of(tables.STATION, parameters.stations)
-        self._thrusters(parameters.thrusters)
+        self._numbers(parameters, world.seed)
         self.floats = tables.table_of(tables.FLOAT, parameters.floats, **self._free_joints(parameters.floats))
         self.links = tables.table_of(tables.FLOAT, parameters.links, **self._links(parameters.links))
-        self.followers = tables.table_of(tables.FOLLOWER, parameters.followers)
         self.waypoints = tables.table_of(tables.WAYPOINT, parameters.path_points)
-        self.elements = tables.table_of(tables.ELEMENT, parameters.elements)
+        self._take(parameters, ("followers", "elements"))
         self.blocks = tables.table_of(tables.BLOCK, parameters.blocks, **self._whole_bodies(parameters.blocks))
-        self.moorings = tables.table_of(tables.MOORING, parameters.moorings)
-        self.ropes = tables.table_of(tables.ROPE, parameters.ropes)
-        self.float_state = np.zeros(len(self.floats), tables.FLOAT_STATE)
-        self.link_state = np.zeros(len(self.links), tables.FLOAT_STATE)
-        self.block_state = np.zeros(len(self.blocks), tables.FLOAT_STATE)
+        self.memory_state = np.zeros(sum(memories_of(parameters.hulls)), tables.MEMORY_STATE)
         self.raft_work = np.zeros(len(self.blocks), RAFT_WORK)
-        self.element_state = np.zeros(len(self.elements), tables.ELEMENT_STATE)
-        self.follower_state = np.zeros(len(self.followers), tables.FOLLOWER_STATE)
+        for name, array in ARRAYS.items():
+            if array.rows:
+                setattr(self, name, np.zeros(len(getattr(self, array.rows)), array.dtype))
         self.movers = movers(model)
         self.broadphase = np.array([(0.0, 0, unconstrained(contact_free), 0)], BROADPHASE)
         self._still = tuple(_static_names(parameters))
@@ -214,6 +212,24 @@ class LoopArrays:
         self.obstacles: Table = known.obstacles if known and same else obstacles(model)
         self.touches = np.empty(len(parameters.task.rivals) if parameters.task else 0)
         self._mount(world, known)
+
+    def with_parameters(self, parameters: Parameters, seed: int) -> "LoopArrays":
+        """Arrays of the same world with other numbers, `model.numbers`; all other arrays are the same objects."""
+        own = copy.copy(self)
+        own._numbers(parameters, seed)
+        return own
+
+    def _numbers(self, parameters: Parameters, seed: int) -> None:
+        """Tables of what has numbers: weather, boats, moorings and ropes."""
+        self._weather(parameters, seed)
+        self._hulls(parameters.hulls, parameters.stations)
+        self._thrusters(parameters.thrusters)
+        self._take(parameters, ("stations", "moorings", "ropes"))
+
+    def _take(self, parameters: Parameters, names: Sequence[str]) -> None:
+        """Tables whose rows are those of the world's parameters."""
+        for name in names:
+            setattr(self, name, tables.table_of(ARRAYS[name].dtype, getattr(parameters, name)))
 
     def _weather(self, parameters: Parameters, seed: int) -> None:
         """Tables of sea, current and wind."""
@@ -224,14 +240,11 @@ class LoopArrays:
         currents, airs = [current] if current else [], [parameters.air] if parameters.air else []
         self.current = tables.table_of(tables.CURRENT, currents, key=[0])
         self.layers = tables.table_of(tables.LAYER, current.layers if current else ())
-        self.current_state = np.zeros(len(currents), tables.CURRENT_STATE)
         self.wind = tables.table_of(tables.WIND, [parameters.wind], key=[0])
-        self.wind_state = np.zeros(1, tables.WIND_STATE)
         self.gust_bands = np.zeros(sum(len(air.gust_frequencies) for air in airs), tables.GUST_BAND)
         for air in airs:
             self.gust_bands["frequency"] = air.gust_frequencies
         self.air = tables.table_of(tables.AIR, airs, key=[0])
-        self.air_state = np.zeros(len(airs), tables.AIR_STATE)
 
     def _hulls(self, hulls: Sequence[Hull], stations: Sequence[Station]) -> None:
         """Tables of hulls, and of their coefficients in the wind and models, which hulls of a kind share."""
@@ -239,7 +252,7 @@ class LoopArrays:
         curves = [_windage(own) for own in shown]
         found = dict(zip(shown, zip(_starts(curves), map(len, curves), strict=False), strict=True))
         kinds = _kinds(hull.vessel for hull in hulls)
-        *remembered, memories = itertools.accumulate(memories_of(hulls), initial=0)
+        *remembered, _ = itertools.accumulate(memories_of(hulls), initial=0)
         windage = [found[hull.windage] if hull.windage else (0, 0) for hull in hulls]
         self.hulls = tables.table_of(
             tables.HULL,
@@ -254,7 +267,6 @@ class LoopArrays:
             memory_start=remembered,
         )
         self.windage = tables.table_of(tables.WINDAGE, _flat(curves))
-        self.memory_state = np.zeros(memories, tables.MEMORY_STATE)
         self._vessels(kinds)
 
     def _thrusters(self, thrusters: Sequence[Thruster]) -> None:
@@ -275,7 +287,6 @@ class LoopArrays:
             sheeted=[bool(own.sail and own.sail.sheet) for own in thrusters],
         )
         self.sail_curves = np.array(_flat(own.curve for own in sails), tables.SAIL_CURVE)
-        self.thruster_state = np.zeros(len(thrusters), tables.THRUSTER_STATE)
         self.propellers = tables.table_of(
             tables.PROPELLER,
             measured,
@@ -284,7 +295,6 @@ class LoopArrays:
             point_count=[len(own.thrust) for own in measured],
         )
         self.propeller_points = np.array(_flat(own.thrust for own in kinds), tables.PROPELLER_POINT)
-        self.propeller_state = np.zeros(len(measured), tables.PROPELLER_STATE)
 
     def _vessels(self, kinds: Sequence[Vessel]) -> None:
         """Tables of the models of hulls in profile `marine`; what each has in other tables follows the one before."""
@@ -331,7 +341,7 @@ class LoopArrays:
         )
 
     @property
-    def state_tables(self) -> Sequence[npt.NDArray[np.generic]]:
+    def state_tables(self) -> Sequence[Table]:
         """The tables that change from step to step."""
         return [getattr(self, name) for name, array in ARRAYS.items() if array.use == STATE]
 
@@ -447,21 +457,22 @@ class LoopArrays:
         size = sum(table.nbytes for table in self.state_tables)
         if len(block) < size:
             raise StateError(f"the state has {len(block)} bytes of tables instead of {size}")
-        self._check_tables(block)
+        for name, values in (
+            (name, given[name]) for _, given in self._tables_in(block) for name in given.dtype.names or ()
+        ):
+            if not is_valid_column(name, values, self.followers["waypoint_count"]):
+                raise StateError(f"the state has an invalid {name} in one of its tables")
+        if not all(np.isfinite(given).all() for _, given in self._tables_in(block) if not given.dtype.names):
+            raise StateError("the state has a time of a touch that is not finite")
         self.sample_clocks.check(block[size:])
         self._check_moments(block[size:])
 
-    def _check_tables(self, block: bytes) -> None:
-        """Numbers of the tables are finite, switches are 0 or 1, and indices in their tables."""
+    def _tables_in(self, block: bytes) -> Iterator[tuple[Table, Table]]:
+        """The state tables, and what the bytes of a state have for each."""
         offset = 0
         for table in self.state_tables:
-            given = np.frombuffer(block, table.dtype, len(table), offset)
+            yield table, np.frombuffer(block, table.dtype, len(table), offset)
             offset += table.nbytes
-            for name in table.dtype.names or ():
-                if not is_valid_column(name, given[name], self.followers["waypoint_count"]):
-                    raise StateError(f"the state has an invalid {name} in one of its tables")
-            if not table.dtype.names and not np.isfinite(given).all():
-                raise StateError("the state has a time of a touch that is not finite")
 
     def _check_moments(self, block: bytes) -> None:
         """What sensors latched is not huge; what counts shots, or names what is shown, is in its range."""
@@ -480,11 +491,9 @@ class LoopArrays:
 
     def unpack(self, block: bytes) -> None:
         """Write back what `pack` gave."""
-        offset = 0
-        for table in self.state_tables:
-            table[:] = np.frombuffer(block, table.dtype, len(table), offset)
-            offset += table.nbytes
-        self.sample_clocks.unpack(block[offset:])
+        for table, values in self._tables_in(block):
+            table[:] = values
+        self.sample_clocks.unpack(block[sum(table.nbytes for table in self.state_tables) :])
 
     def row(self, time: float) -> FloatArray:
         """The row of this moment, at `time` [s], as `sample` makes them in the loop."""

@@ -7,6 +7,7 @@ is of that moment, and from then on sensors of the same rate have moments.
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import mujoco
@@ -255,11 +256,12 @@ class Sensing:
         Raises:
             UnknownNameError: no boat has that name.
         """
-
-        def made() -> dict[str, Reading]:
-            return {name: reading for (owner, name), reading in self._kept.items() if owner == boat}
-
-        return Readings(self.names(boat), lambda name: self.sense(boat, name), made)
+        names = self.names(boat)
+        return Readings(
+            names,
+            partial(self.sense, boat),
+            lambda: {name: self._kept[boat, name] for name in names if (boat, name) in self._kept},
+        )
 
     @in_turn
     def sense(self, boat: str, name: str) -> Reading:
@@ -277,8 +279,7 @@ class Sensing:
         Raises:
             UnknownNameError: no such boat, or no such sensor on it.
         """
-        known = self._of(boat)
-        sensor = _find(f"sensor of {boat}", name, known)
+        sensor = self._find(boat, name)
         now, before = self._caught(sensor.config.rate)
         kept = self._kept.get((boat, name))
         if kept is not None and kept.time == now.time:
@@ -292,8 +293,7 @@ class Sensing:
         Raises:
             UnknownNameError: no such boat, or no such camera on it.
         """
-        known = self.of_kind(boat, "camera")
-        sensor = _find(f"camera of {boat}", name, known)
+        sensor = self._find(boat, name, "camera")
         sensor = replace(sensor, config=sensor.config.model_copy(update={"labels": True}))
         return self._measured(sensor, *self._caught(sensor.config.rate))
 
@@ -311,8 +311,7 @@ class Sensing:
         Raises:
             UnknownNameError: no such boat, or no such receiver on it.
         """
-        known = self.of_kind(boat, "pinger")
-        sensor = _find(f"pinger of {boat}", name, known)
+        sensor = self._find(boat, name, "pinger")
         x, y, z = self.arrays.sample_clocks.device_state[sensor.marks]
         return float(x), float(y), float(z)
 
@@ -323,11 +322,9 @@ class Sensing:
             UnknownNameError: no such boat, or no such receiver on it.
             CommandError: not three finite numbers.
         """
-        known = self.of_kind(boat, "pinger")
-        sensor = _find(f"pinger of {boat}", name, known)
-        self.arrays.sample_clocks.device_state[sensor.marks] = several(
-            f"position of {name}'s beacon", position, 3, HUGE
-        )
+        sensor = self._find(boat, name, "pinger")
+        place = several(f"position of {name}'s beacon", position, 3, HUGE)
+        self.arrays.sample_clocks.device_state[sensor.marks] = place
         self.renew()
 
     @property
@@ -340,6 +337,11 @@ class Sensing:
     def _of(self, boat: str) -> dict[str, Mounted]:
         check_name("boat", boat, self._boats)
         return self._boats[boat]
+
+    def _find(self, boat: str, name: str, kind: str = "sensor") -> Mounted:
+        known = self._of(boat) if kind == "sensor" else self.of_kind(boat, kind)
+        check_name(f"{kind} of {boat}", name, known)
+        return known[name]
 
     def _caught(self, rate: float) -> tuple[Moment, Moment | None]:
         """The last moment of a clock, and the one before it."""
@@ -420,11 +422,6 @@ class _Measurement:
 
     def echo(self) -> float:
         return self._sensing.sights.echo(self._sensor, self._now)
-
-
-def _find(kind: str, name: str, known: Mapping[str, Mounted]) -> Mounted:
-    check_name(kind, name, known)
-    return known[name]
 
 
 def fire(sensing: Sensing, arrays: LoopArrays, sea: Sea, boat: str, name: str | None) -> bool:

@@ -22,16 +22,18 @@ from vrx_mj.physics.tables import Table
 from vrx_mj.runtime.proximity import BROADPHASE, MOVER, OBSTACLE
 from vrx_mj.runtime.sample_clocks import CLOCK
 
-_PARAMETER, STATE, OWN = "parameter", "state", "own"
+PARAMETER, STATE, OWN = "parameter", "state", "own"
 """What an array is: the same for all runs of a world; part of a saved state; or else a run's own."""
 
 
 class Array(NamedTuple):
     """Type of an array of the loop."""
 
-    dtype: npt.DTypeLike = np.float64
+    dtype: np.dtype[Any] = np.dtype(np.float64)
     ndim: int = 1
-    use: str = _PARAMETER
+    use: str = PARAMETER
+    rows: str = ""
+    """Table of which a table of state has a row for each row."""
 
 
 class Views(NamedTuple):
@@ -45,11 +47,11 @@ class Views(NamedTuple):
     qacc_smooth: Annotated[FloatArray, Array()]
     inertia: Annotated[FloatArray, Array()]
     """`mjData.M`, the sparse lower triangle."""
-    inertia_row: Annotated[IntArray, Array(np.int32)]
+    inertia_row: Annotated[IntArray, Array(np.dtype(np.int32))]
     """`mjModel.M_rowadr`."""
-    dof_parent: Annotated[IntArray, Array(np.int32)]
+    dof_parent: Annotated[IntArray, Array(np.dtype(np.int32))]
     """`mjModel.dof_parentid`."""
-    body_root: Annotated[IntArray, Array(np.int32)]
+    body_root: Annotated[IntArray, Array(np.dtype(np.int32))]
     """`mjModel.body_rootid`."""
     xpos: Annotated[FloatArray, Array(ndim=2)]
     xmat: Annotated[FloatArray, Array(ndim=2)]
@@ -60,14 +62,14 @@ class Views(NamedTuple):
     waves: Annotated[Table, Array(tables.WAVE)]
     current: Annotated[Table, Array(tables.CURRENT)]
     """None or one."""
-    current_state: Annotated[Table, Array(tables.CURRENT_STATE, use=STATE)]
+    current_state: Annotated[Table, Array(tables.CURRENT_STATE, use=STATE, rows="current")]
     layers: Annotated[Table, Array(tables.LAYER)]
     wind: Annotated[Table, Array(tables.WIND)]
-    wind_state: Annotated[Table, Array(tables.WIND_STATE, use=STATE)]
+    wind_state: Annotated[Table, Array(tables.WIND_STATE, use=STATE, rows="wind")]
     gust_bands: Annotated[Table, Array(tables.GUST_BAND)]
     air: Annotated[Table, Array(tables.AIR)]
     """None or one."""
-    air_state: Annotated[Table, Array(tables.AIR_STATE, use=STATE)]
+    air_state: Annotated[Table, Array(tables.AIR_STATE, use=STATE, rows="air")]
     hulls: Annotated[Table, Array(tables.HULL)]
     windage: Annotated[Table, Array(tables.WINDAGE)]
     vessels: Annotated[Table, Array(tables.VESSEL)]
@@ -75,7 +77,7 @@ class Views(NamedTuple):
     points: Annotated[FloatArray, Array()]
     """Of the meshes of vessels, as are the three that follow: `vessel.HullMeshes`."""
     shares: Annotated[FloatArray, Array()]
-    pairs: Annotated[IntArray, Array(np.uint32, ndim=2)]
+    pairs: Annotated[IntArray, Array(np.dtype(np.uint32), ndim=2)]
     corner_shares: Annotated[FloatArray, Array(ndim=3)]
     strips: Annotated[Table, Array(tables.STRIP)]
     memory: Annotated[Table, Array(tables.MEMORY)]
@@ -84,22 +86,22 @@ class Views(NamedTuple):
     """Forces of diffraction on vessels, (n, 12): real parts [N/m, N], then imaginary ones."""
     stations: Annotated[Table, Array(tables.STATION)]
     thrusters: Annotated[Table, Array(tables.THRUSTER)]
-    thruster_state: Annotated[Table, Array(tables.THRUSTER_STATE, use=STATE)]
+    thruster_state: Annotated[Table, Array(tables.THRUSTER_STATE, use=STATE, rows="thrusters")]
     propellers: Annotated[Table, Array(tables.PROPELLER)]
     propeller_points: Annotated[Table, Array(tables.PROPELLER_POINT)]
     sail_curves: Annotated[Table, Array(tables.SAIL_CURVE)]
-    propeller_state: Annotated[Table, Array(tables.PROPELLER_STATE, use=STATE)]
+    propeller_state: Annotated[Table, Array(tables.PROPELLER_STATE, use=STATE, rows="propellers")]
     floats: Annotated[Table, Array(tables.FLOAT)]
     elements: Annotated[Table, Array(tables.ELEMENT)]
-    float_state: Annotated[Table, Array(tables.FLOAT_STATE, use=STATE)]
-    element_state: Annotated[Table, Array(tables.ELEMENT_STATE, use=STATE)]
+    float_state: Annotated[Table, Array(tables.FLOAT_STATE, use=STATE, rows="floats")]
+    element_state: Annotated[Table, Array(tables.ELEMENT_STATE, use=STATE, rows="elements")]
     followers: Annotated[Table, Array(tables.FOLLOWER)]
     waypoints: Annotated[Table, Array(tables.WAYPOINT)]
-    follower_state: Annotated[Table, Array(tables.FOLLOWER_STATE, use=STATE)]
+    follower_state: Annotated[Table, Array(tables.FOLLOWER_STATE, use=STATE, rows="followers")]
     blocks: Annotated[Table, Array(tables.BLOCK)]
-    block_state: Annotated[Table, Array(tables.FLOAT_STATE, use=STATE)]
+    block_state: Annotated[Table, Array(tables.FLOAT_STATE, use=STATE, rows="blocks")]
     links: Annotated[Table, Array(tables.FLOAT)]
-    link_state: Annotated[Table, Array(tables.FLOAT_STATE, use=STATE)]
+    link_state: Annotated[Table, Array(tables.FLOAT_STATE, use=STATE, rows="links")]
     raft_work: Annotated[Table, Array(RAFT_WORK, use=OWN)]
     moorings: Annotated[Table, Array(tables.MOORING)]
     ropes: Annotated[Table, Array(tables.ROPE)]
@@ -111,7 +113,7 @@ class Views(NamedTuple):
     clocks: Annotated[Table, Array(CLOCK)]
     latched: Annotated[FloatArray, Array(ndim=3)]
     device_state: Annotated[FloatArray, Array()]
-    sampling: Annotated[IntArray, Array(np.int64)]
+    sampling: Annotated[IntArray, Array(np.dtype(np.int64))]
     samples: Annotated[FloatArray, Array(ndim=2)]
 
 
@@ -153,7 +155,7 @@ def _check(name: str, array: npt.NDArray[np.generic], ndim: int) -> None:
 @intrinsic  # type: ignore[untyped-decorator]
 def views(_context: Any, run: Any) -> Any:
     """The arrays of a run, a row of RUN, as `Views`."""
-    kinds = [types.Array(from_dtype(np.dtype(array.dtype)), array.ndim, "C") for array in ARRAYS.values()]
+    kinds = [types.Array(from_dtype(array.dtype), array.ndim, "C") for array in ARRAYS.values()]
     word = ir.IntType(64)
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
