@@ -17,7 +17,6 @@ from vrx_mj.exits import awaited, check_exit
 from vrx_mj.frames import in_world_axes
 from vrx_mj.libmujoco import untimed
 from vrx_mj.mjcf.world import World
-from vrx_mj.physics.noise import stream_key
 from vrx_mj.physics.tables import Table
 from vrx_mj.runtime.bodies import write_pose
 from vrx_mj.runtime.commands import channels_of
@@ -25,7 +24,7 @@ from vrx_mj.runtime.crowding import check_room
 from vrx_mj.runtime.floating import Equilibrium
 from vrx_mj.runtime.hull import energy_of
 from vrx_mj.runtime.limits import ThreadPool, thread_count
-from vrx_mj.runtime.loop_arrays import LoopArrays, air_key, gust_phases
+from vrx_mj.runtime.loop_arrays import LoopArrays
 from vrx_mj.runtime.physics_models import stepping_models
 from vrx_mj.runtime.row_arguments import Rows, as_numbers, row_seeds, row_vectors, varied_values, which_rows
 from vrx_mj.runtime.row_tables import SEPARATE, RowTables, allocating, check_memory
@@ -35,7 +34,7 @@ from vrx_mj.runtime.timing import MOST_STEPS, whole_steps
 from vrx_mj.runtime.turns import Turn, advancing, in_turn
 from vrx_mj.runtime.variation import Variation
 from vrx_mj.runtime.views import ARRAYS, STATE
-from vrx_mj.runtime.warmup import announced
+from vrx_mj.runtime.warmup import compile_notice
 
 _SLICE = 0.05
 """Wall time of a call into the loop, about [s]: Ctrl-C acts between two."""
@@ -94,12 +93,12 @@ class Batch:
         self._seeds, self._going = np.zeros(self.n, np.int64), np.ones(self.n, np.bool_)
         self._pace, self._turn = 1e-5, Turn("batch")
         self._loop = advance_rows_vrx if arrays.vrx_only else advance_rows
-        with announced(self._loop):
+        with compile_notice(self._loop):
             self.reset(seed=seed)
             self.advance(0)
 
     def __reduce__(self) -> tuple[Callable[..., "Batch"], tuple[World, int], tuple[Any, ...]]:
-        carried = self._seeds, self._rows.carried(), self._variation.carried()
+        carried = self._seeds, self._rows.snapshot(), self._variation.snapshot()
         return partial(type(self), threads=self.threads), (self.world, self.n), carried
 
     def __setstate__(self, state: tuple[Any, ...]) -> None:
@@ -207,12 +206,9 @@ class Batch:
         self._seeds[which] = row_seeds(which, self.world.seed if seed is None else seed)
         for name in SEPARATE:
             stacks[name][which] = getattr(arrays, name)
-        for name, own in (("wind", arrays.wind_seed), ("current", arrays.current_seed)):
-            stacks[name]["key"][which] = [[stream_key(int(s), name, str(own))] for s in self._seeds[which]]
-        for row in which if len(arrays.air) else ():
-            run = int(self._seeds[row]), arrays.wind_seed
-            stacks["air"]["key"][row] = air_key(*run)
-            stacks["gust_bands"]["phase"][row] = gust_phases(*run, len(arrays.gust_bands))
+        for row, own in zip(which, self._seeds[which].tolist(), strict=True):
+            for (table, column), drawn in arrays.streams(own).items():
+                stacks[table][column][row] = drawn
         stacks["wind_state"]["speed"][which, 0] = stacks["wind"]["mean"][which, 0]
         self._variation.draw_phases(which, self._seeds)
         self._rows.reset(which)

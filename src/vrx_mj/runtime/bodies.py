@@ -57,16 +57,13 @@ class FreeBodies:
 
     def _hull(self, name: str) -> Hull | None:
         """The figures of a boat, which do not change; nothing else has any."""
-        if name in self._hulls or name not in self._boats:
-            return self._hulls.get(name)
-        self._hulls[name] = self._figures(self._boats.index(name))
-        return self._hulls[name]
+        if name in self._boats and name not in self._hulls:
+            number = self._boats.index(name)
+            names = {item.name: row for row, item in enumerate(self._thrusters) if item.hull == number}
+            self._hulls[name] = hull_of(self._arrays, self._arrays.hulls[number], names)
+        return self._hulls.get(name)
 
-    def _figures(self, number: int) -> Hull:
-        names = {item.name: row for row, item in enumerate(self._thrusters) if item.hull == number}
-        return hull_of(self._arrays, self._arrays.hulls[number], names)
-
-    def put(self, name: str, pose: Sequence[float] | None, velocity: Sequence[float] | None) -> None:
+    def set_motion(self, name: str, pose: Sequence[float] | None, velocity: Sequence[float] | None) -> None:
         """Set pose [m, rad, ENU] and velocity [m/s, rad/s, body axes] of a link's origin."""
         qpos, dof = self._address[name]
         place = None if pose is None else several(f"pose of {name}", pose, 6, HUGE)

@@ -76,10 +76,10 @@ def clipped_commands(world: World, boat: str, commands: Mapping[str, float]) -> 
             continue
         least, most = (-thruster.max_angle, thruster.max_angle) if angle else thruster.command_limits
         if value < least - 1e-6 or value > most + 1e-6:
-            yield name, f"{name} of {boat} is {_clipped(value, thruster, angle=angle)}"
+            yield name, f"{name} of {boat} is {_clipping_text(value, thruster, angle=angle)}"
 
 
-def _clipped(value: float, thruster: Thruster, *, angle: bool) -> str:
+def _clipping_text(value: float, thruster: Thruster, *, angle: bool) -> str:
     if angle:
         largest = thruster.max_angle
         return f"{value:.4g} rad: the angle is clamped to {min(max(value, -largest), largest):.4g} rad"
@@ -134,10 +134,10 @@ class CommandNames:
             UnknownNameError: no such boat, or no such thruster on it.
             CommandError: a command is not a finite number.
         """
-        for channel, value in self._checked(commands):
+        for channel, value in self._channel_values(commands):
             channel.write(arrays.thruster_state, value, time, hold)
 
-    def _checked(self, commands: Commands) -> list[tuple[Channel, float]]:
+    def _channel_values(self, commands: Commands) -> list[tuple[Channel, float]]:
         if not isinstance(commands, Mapping):
             raise CommandError(f"invalid commands {shown(commands)}: a mapping by boat is needed, " + _EXAMPLE)
         checked = []

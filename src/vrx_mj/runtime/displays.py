@@ -9,7 +9,7 @@ from vrx_mj.arguments import check_kind, check_name
 from vrx_mj.config.bays import LIGHT_COLORS, OFF, SYMBOLS
 from vrx_mj.errors import CommandError, shown
 from vrx_mj.runtime.loop_arrays import LoopArrays
-from vrx_mj.runtime.sensing import Sensing, painted
+from vrx_mj.runtime.sensing import Sensing, display_colors
 from vrx_mj.sensors.displays import Display, new_pattern, next_pattern, next_symbol, symbol_mark
 
 
@@ -66,7 +66,7 @@ class Displays:
         """Set the colours of lights and placards in a model to be drawn, such as `visual_model`."""
         check_kind("paint", model, mujoco.MjModel, "a model, as sim.visual_model")
         marks, time = self._arrays.display_marks, float(self._arrays.data.time)
-        for geom, rgba in painted(model, self._arrays.displays, marks, time).items():
+        for geom, rgba in display_colors(model, self._arrays.displays, marks, time).items():
             model.geom_rgba[geom] = rgba
 
     def _display(self, what: str, name: str, kinds: Sequence[str]) -> Display:

@@ -131,10 +131,11 @@ class Propeller:
     """A propeller that pushes along a line; the command `NAME_angle` turns that about the vertical."""
 
     name: str
+    """Name of the thruster."""
     position: tuple[float, float, float]
     """Where it pushes at zero steering [m], body frame."""
     direction: tuple[float, float, float]
-    """Of a positive force at zero steering, unit vector, body frame."""
+    """Direction of a positive force at zero steering, unit vector, body frame."""
     max_angle: float
     """Largest steering angle either way [rad]; 0: fixed."""
     max_forward: float
@@ -224,7 +225,7 @@ def _mapping_table(**drive: float) -> _Mapping:
 
 @lru_cache(maxsize=64)
 def _measured_table(max_command: float, dead_zone: float, curve: tuple[tuple[float, float], ...]) -> _Mapping:
-    """As `_mapping_table`, for a propeller with these commands and thrusts."""
+    """`_mapping_table` of a propeller with these commands and thrusts."""
     own, points = np.zeros(1, PROPELLER)[0], np.array([*curve], PROPELLER_POINT)
     own["dead_zone"] = dead_zone
     shares = np.linspace(-1.0, 1.0, _SAMPLES)

@@ -17,7 +17,7 @@ from vrx_mj.mjcf.drawing import drawing_model
 from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.bodies import FreeBodies
 from vrx_mj.runtime.commands import CommandNames
-from vrx_mj.runtime.crowding import crowded, fitting, most_contacts
+from vrx_mj.runtime.crowding import crowding_message, fitting, most_contacts
 from vrx_mj.runtime.displays import Displays
 from vrx_mj.runtime.forces import RunCopy
 from vrx_mj.runtime.hull import Propeller, thrusters
@@ -38,7 +38,7 @@ from vrx_mj.runtime.subscriptions import ContactSampler, Subscriptions
 from vrx_mj.runtime.task_runner import TaskRunner
 from vrx_mj.runtime.timing import steps_to_multiple, stride_of
 from vrx_mj.runtime.turns import Turn
-from vrx_mj.runtime.warmup import announced
+from vrx_mj.runtime.warmup import compile_notice
 from vrx_mj.runtime.weather import Sea, Wind
 from vrx_mj.tasks.rules import Action, LightUp, PlaceObject, Release, SetPinger, ShowSymbol
 
@@ -136,7 +136,7 @@ class LiveWorld:
 
     def compile(self) -> None:
         """Have the loop compiled, if it is not."""
-        with announced(self._loop):
+        with compile_notice(self._loop):
             self._loop(self._run.table, 0, self.time, self.arrays.timestep, 0)
 
     def advance(self, left: int) -> None:
@@ -157,9 +157,9 @@ class LiveWorld:
             with untimed():
                 done = int(self._loop(self._run.table, 0, self.time, timestep, count))
             if done < 0:
-                self._diverged()
+                self._raise_divergence()
             if self._data.ncon > self._most_contacts:
-                raise DivergedError(f"{crowded(self._data.ncon)} (t = {self.time:g} s)")
+                raise DivergedError(f"{crowding_message(self._data.ncon)} (t = {self.time:g} s)")
             if done:
                 self._pace += 0.2 * ((clock.perf_counter() - begun) / done - self._pace)
             left -= done
@@ -177,7 +177,7 @@ class LiveWorld:
         self.run_copy = cache(partial(RunCopy, self.arrays))
         self._loop: Callable[..., int] = advance_vrx if self.arrays.vrx_only else advance
 
-    def _diverged(self) -> None:
+    def _raise_divergence(self) -> None:
         self.sampler.drain()
         good = dataclasses.replace(self._last_good, world=self.world.sha256)
         kept = save_last_good_state(good)
@@ -249,7 +249,7 @@ class LiveWorld:
         with fitting(self._data):
             mujoco.mj_forward(self.arrays.model, self._data)
         if self._data.ncon > self._most_contacts:
-            raise CommandError(crowded(self._data.ncon))
+            raise CommandError(crowding_message(self._data.ncon))
         self.sensing.renew()
 
     def keep(self) -> None:
@@ -262,7 +262,7 @@ class LiveWorld:
 
     @contextlib.contextmanager
     def undone_if_crowded(self) -> Iterator[None]:
-        """Around what moves bodies by hand: it is undone if they cannot be there."""
+        """Context that moves bodies by hand: it is undone if they cannot be there."""
         before = self.moment()
         try:
             yield
@@ -276,7 +276,7 @@ class LiveWorld:
         """Set the pose or the velocity of a boat; with a pose its task releases it."""
         check_name("boat", name, self.world.boats)
         with self.undone_if_crowded():
-            self.bodies.put(name, pose, velocity)
+            self.bodies.set_motion(name, pose, velocity)
             if pose is not None:
                 self.arrays.release(name)
             self.derive()
@@ -291,7 +291,7 @@ class LiveWorld:
             raise CommandError(f"{name} cannot be moved: it is fixed; remove it, and spawn it elsewhere")
         check_name("floating object", name, self.bodies.afloat)
         with self.undone_if_crowded():
-            self.bodies.put(name, pose, velocity)
+            self.bodies.set_motion(name, pose, velocity)
             self.derive()
         self.bodies.set_afloat(name, lambda x, y: float(self.sea.height(x, y, self.time)))
 

@@ -29,8 +29,8 @@ from vrx_mj.physics.wave_box import LEVELS, ROWS, SHALLOW_LEVELS, SLENDER_ROWS
 from vrx_mj.physics.waves import random_phases
 from vrx_mj.physics.windage import Areas, WindageRow, blendermann_curve, three_number_curve, windage_rows
 from vrx_mj.runtime.loop import HUGE
-from vrx_mj.runtime.mounted import Mounted, mounted, start_marks
-from vrx_mj.runtime.proximity import BROADPHASE, movers, obstacles, unconstrained
+from vrx_mj.runtime.mounted import Mounted, mounted_sensors, start_marks
+from vrx_mj.runtime.proximity import BROADPHASE, is_unconstrained, movers, obstacles
 from vrx_mj.runtime.sample_clocks import SampleClocks
 from vrx_mj.runtime.views import ARRAYS, RUN, STATE, point
 from vrx_mj.sensors.displays import check_display_marks, display_marks, displays_of
@@ -78,16 +78,6 @@ def mujoco_arrays(data: mujoco.MjData) -> dict[str, FloatArray]:
     names = ("qpos", "qvel", "xfrc_applied", "qfrc_applied", "qfrc_constraint", "qacc_smooth", "sensordata", "xpos",
              "xmat", "subtree_com", "cdof")  # fmt: skip
     return {**{name: getattr(data, name) for name in names}, "inertia": data.M}
-
-
-def air_key(seed: int, wind_seed: int) -> int:
-    """Key of the stream of a wind's direction in the run of a seed."""
-    return stream_key(seed, "wind direction", str(wind_seed))
-
-
-def gust_phases(seed: int, wind_seed: int, number: int) -> FloatArray:
-    """Phases of the harmonics of a wind's gusts in the run of a seed, (number,) [rad]."""
-    return random_phases(seed, number, "gusts", str(wind_seed))
 
 
 def _windage(own: Windage) -> list[WindageRow]:
@@ -206,7 +196,7 @@ class LoopArrays:
             if array.rows:
                 setattr(self, name, np.zeros(len(getattr(self, array.rows)), array.dtype))
         self.movers = movers(model)
-        self.broadphase = np.array([(0.0, 0, unconstrained(contact_free), 0)], BROADPHASE)
+        self.broadphase = np.array([(0.0, 0, is_unconstrained(contact_free), 0)], BROADPHASE)
         self._still = tuple(_static_names(parameters))
         same = known is not None and known._still == self._still
         self.obstacles: Table = known.obstacles if known and same else obstacles(model)
@@ -329,12 +319,12 @@ class LoopArrays:
 
     @property
     def meshes(self) -> HullMeshes:
-        """Those of all vessels."""
+        """Meshes of all vessels."""
         return HullMeshes(self.parts, self.points, self.shares, self.pairs, self.corner_shares)
 
     def _mount(self, world: World, known: "LoopArrays | None") -> None:
         """Sensors, lights and placards, and what the sensors' clocks keep."""
-        self.sensors: tuple[Mounted, ...] = mounted(world, self.model, known.sensors if known else ())
+        self.sensors: tuple[Mounted, ...] = mounted_sensors(world, self.model, known.sensors if known else ())
         self.displays = displays_of(world.parameters)
         self.sample_clocks = SampleClocks(
             self.model.nq, self.model.nv, [*start_marks(self.sensors), *display_marks(self.displays)]
@@ -422,16 +412,24 @@ class LoopArrays:
             setattr(self.contact_free.opt, name, getattr(self.model.opt, name))
         for name in MODEL_ARRAYS:
             getattr(self.contact_free, name)[:] = getattr(self.model, name)
-        self.broadphase["unconstrained"] = unconstrained(self.contact_free)
+        self.broadphase["unconstrained"] = is_unconstrained(self.contact_free)
 
     def key(self, seed: int) -> None:
         """Set the keys of the noise streams, of which the wind's own seed is a part, and the phases of a random sea."""
-        self.wind["key"] = stream_key(seed, "wind", str(self.wind_seed))
-        self.current["key"] = stream_key(seed, "current", str(self.current_seed))
-        self.air["key"] = air_key(seed, self.wind_seed)
-        self.gust_bands["phase"] = gust_phases(seed, self.wind_seed, len(self.gust_bands))
+        for (table, column), drawn in self.streams(seed).items():
+            getattr(self, table)[column] = drawn
         if self._random_sea:
             self.waves["phase"] = random_phases(seed, len(self.waves))
+
+    def streams(self, seed: int) -> Mapping[tuple[str, str], int | FloatArray]:
+        """Keys and phases of the noise in the run of a seed, by table and column."""
+        wind = str(self.wind_seed)
+        return {
+            ("wind", "key"): stream_key(seed, "wind", wind),
+            ("current", "key"): stream_key(seed, "current", str(self.current_seed)),
+            ("air", "key"): stream_key(seed, "wind direction", wind),
+            ("gust_bands", "phase"): random_phases(seed, len(self.gust_bands), "gusts", wind),
+        }
 
     def pack(self) -> bytes:
         """The state tables and what the sensors' clocks latched, as bytes."""

@@ -158,7 +158,7 @@ class RowTables:
         """MuJoCo's state of a row."""
         return integration_state(self._model(row), self.data[row])
 
-    def carried(self) -> tuple[Any, ...]:
+    def snapshot(self) -> tuple[Any, ...]:
         """What a copy needs for `restore`."""
         flats = [self.integration_state(row) for row in range(self.n)]
         stacks = {name: self.stacks[name] for name in _STACKED}
@@ -167,7 +167,7 @@ class RowTables:
     def restore(
         self, masses: FloatArray, flats: Sequence[FloatArray], stacks: Mapping[str, Table], *moving: Any
     ) -> None:
-        """Go on as the rows do that have `carried` this."""
+        """Go on as the rows do of which this is the `snapshot`."""
         heavy = np.flatnonzero(masses != 1.0)
         self.weigh(heavy, masses[heavy])
         self.time, self.done, self.qpos, self.qvel = moving

@@ -23,7 +23,7 @@ from vrx_mj.runtime.row_arguments import as_numbers
 from vrx_mj.runtime.views import views
 
 FEATURES = 13
-"""Of a boat: position (3) [m, ENU], quaternion (4), velocity (3) [m/s] and angular velocity (3) [rad/s], body axes."""
+"""Numbers of a boat: position (3) [m, ENU], quaternion (4), velocity (3) [m/s] and angular velocity (3) [rad/s], body axes."""
 
 _mj_reset_data = c_function("mj_resetData", types.void, types.uintp, types.uintp)
 _mj_forward = c_function("mj_forward", types.void, types.uintp, types.uintp)
@@ -47,7 +47,7 @@ def advance_rows_vrx(
     first: int, last: int, runs: Table, qpos: FloatArray, qvel: FloatArray, time: FloatArray, done: IntArray,
     going: BoolArray, dt: float, steps: int,
 ) -> None:  # fmt: skip
-    """The same by `advance_vrx`."""
+    """`advance_rows` for the worlds of `advance_vrx`."""
     _advance_rows(first, last, runs, qpos, qvel, time, done, going, dt, steps, 1)
 
 
@@ -108,13 +108,13 @@ def _observe(hull: Record, qpos: FloatArray, qvel: FloatArray, out: FloatArray) 
 
 _f = np.float64
 NOMINAL = np.dtype([("peak", _f), ("direction", _f, (2,)), ("gravity", _f)], align=True)
-"""Of the world's sea: angular frequency of its period [rad/s], its direction, and the gravity of its waves [m/s2]."""
+"""The world's sea: angular frequency of its period [rad/s], its direction, and the gravity of its waves [m/s2]."""
 _CHANGE = np.dtype([("amplitude", _f), ("period", _f), ("band", _f), ("spread", _f), ("turn", _f)], align=True)
-"""Of a row: factors of amplitudes, periods, the band's width and the spread of directions, and a turn [rad]."""
+"""The sea of a row: factors of amplitudes, periods, the band's width and the spread of directions, and a turn [rad]."""
 _FACTORS = {"waves": "amplitude", "wave_period": "period", "wave_band": "band", "wave_spread": "spread"}
 """Columns of `_CHANGE` by what `Batch.vary` calls them."""
 _LENGTHS = ("wave_period", "wave_band")
-"""Of these, those that change lengths, by the dispersion of deep water."""
+"""Arguments that change wavelengths, by the dispersion of deep water."""
 
 
 class RowSeas:

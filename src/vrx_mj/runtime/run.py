@@ -75,7 +75,7 @@ goes to the task, `{topic: content}`."""
 _NO_TASK = 60.0
 """How long a world without a task runs by default [s]."""
 _PHASES = 3
-"""Of a task, one of which begins at a frame at most: so many frames late it may end."""
+"""Phases of a task, each of which begins at a frame: it may end that many frames late."""
 CONTROL_RATE = 10.0
 """Calls of a controller per simulated second [Hz]."""
 
@@ -191,7 +191,7 @@ def run(
         DivergedError: the state became NaN or too large.
     """
     _check_arguments(sim, controller, control_rate, progress, advance)
-    steps = sim.steps_in(planned(sim) if duration is None else duration)
+    steps = sim.steps_in(planned_duration(sim) if duration is None else duration)
     per_call = 1.0 / (control_rate * sim.timestep)
     way = dict.fromkeys(sim.boats, 0.0)
     before, begun, interrupted, upsets = sim.observe(), clock.perf_counter(), False, MotionWarnings()
@@ -223,7 +223,7 @@ def run(
     return summarize(sim, done, wall, way, interrupted=interrupted, warned=upsets.lines, touches=touches)
 
 
-def planned(sim: Simulation) -> float:
+def planned_duration(sim: Simulation) -> float:
     """How long a run lasts at most by default [s]: until the task's time is up, or a minute."""
     task = sim.task
     if task is None:
@@ -352,7 +352,7 @@ def _send(sim: Simulation, messages: object) -> None:
 
 
 _FIRE = "fire"
-"""Among a boat's commands: shoot, true or the ball shooter's name."""
+"""Key of a boat's commands that shoots: true, or the ball shooter's name."""
 
 
 def summarize(

@@ -358,7 +358,7 @@ class Simulation(Roster):
         Raises:
             UnknownNameError: no boat has that name, or no camera on it.
         """
-        return self._sensing.labelled(boat, camera)
+        return self._sensing.labelled_image(boat, camera)
 
     @in_turn
     def prepare_sensors(self) -> None:

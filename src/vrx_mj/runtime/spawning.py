@@ -32,7 +32,7 @@ _ROWS = {name: array.rows for name, array in ARRAYS.items() if array.rows} | {
     "qacc_warmstart": "dofs", "qfrc_applied": "dofs", "xfrc_applied": "bodies", "eq_active": "equalities",
     "touches": "rivals", "memory_state": "memories",
 }  # fmt: skip
-"""The same for other arrays; no row of those that are not listed belongs to anything that can leave."""
+"""What the rows of other arrays are of; no row of an array that is not listed belongs to anything that can leave."""
 _DATA_ARRAYS = ("qacc_warmstart", "qfrc_applied", "xfrc_applied", "eq_active")
 """Arrays of MuJoCo's data that are kept beside positions and velocities."""
 _STATE_TABLES = tuple(name for name, array in ARRAYS.items() if array.use == STATE)

@@ -48,7 +48,7 @@ class Header:
     world: Annotated[str, Field(pattern="^[0-9a-f]{0,64}$")]
     seed: int
     time: str
-    """As `float.hex` writes it."""
+    """Simulated time [s], as `float.hex` writes it."""
     mujoco: _Size
     """How many numbers follow."""
     moving: _Size

@@ -172,7 +172,7 @@ def forces_of_pairs(arrays: LoopArrays, boats: frozenset[str]) -> Mapping[_Pair,
 
 
 _RATIO = 1e-9
-"""By how much a ratio of rates may fall short of a whole number."""
+"""Distance by which a ratio of rates may fall short of a whole number."""
 _SHARE = 1e-3
 """Share of a step by which to stop too early rather than too late, where times are rounded."""
 _NEVER = 1 << 62
@@ -218,7 +218,7 @@ class Subscriptions:
         timestep: float,
         contacts: ContactSampler,
     ) -> None:
-        """Nobody yet; `read` gives the reading of a boat's sensor now."""
+        """Start without subscriptions; `read` returns the reading of a boat's sensor now."""
         self._read, self._timestep, self._contacts = read, timestep, contacts
         self._all: tuple[Subscription, ...] = ()
         self._watches: tuple[ContactWatch, ...] = ()
@@ -324,7 +324,7 @@ class Subscriptions:
 
     @contextmanager
     def _handing_over(self) -> Iterator[None]:
-        """Around what calls users' functions, during which the run may not be changed."""
+        """Context for calls of users' functions, during which the run may not be changed."""
         before, self.busy = self.busy, True
         try:
             yield

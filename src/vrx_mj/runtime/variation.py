@@ -35,7 +35,7 @@ class Variation:
     """What the rows of a batch have otherwise than their world."""
 
     def __init__(self, world: World, rows: RowTables) -> None:
-        """Nothing yet."""
+        """Start with all rows as the world is."""
         self._world, self._rows = world, rows
         arrays = rows.arrays
         self.seas = RowSeas(arrays.waves, world.parameters.sea, rows.n)
@@ -97,12 +97,12 @@ class Variation:
         if self.seas.drawn.any():
             self._rows.separate("waves")[which] = self.seas.draw(which, seeds)
 
-    def carried(self) -> tuple[Any, ...]:
+    def snapshot(self) -> tuple[Any, ...]:
         """What a copy needs for `restore`."""
         return self.seas, self._values, self._own
 
     def restore(self, seas: RowSeas, values: dict[str, FloatArray], own: list[dict[str, float]]) -> None:
-        """Go on as the variation does that has `carried` this."""
+        """Go on as the variation does of which this is the `snapshot`."""
         self.seas, self._values, self._own = seas, values, own
         for row, numbers in enumerate(own):
             if numbers:

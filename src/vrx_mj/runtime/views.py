@@ -61,21 +61,21 @@ class Views(NamedTuple):
     sea: Annotated[Table, Array(tables.SEA)]
     waves: Annotated[Table, Array(tables.WAVE)]
     current: Annotated[Table, Array(tables.CURRENT)]
-    """None or one."""
+    """At most one row."""
     current_state: Annotated[Table, Array(tables.CURRENT_STATE, use=STATE, rows="current")]
     layers: Annotated[Table, Array(tables.LAYER)]
     wind: Annotated[Table, Array(tables.WIND)]
     wind_state: Annotated[Table, Array(tables.WIND_STATE, use=STATE, rows="wind")]
     gust_bands: Annotated[Table, Array(tables.GUST_BAND)]
     air: Annotated[Table, Array(tables.AIR)]
-    """None or one."""
+    """At most one row."""
     air_state: Annotated[Table, Array(tables.AIR_STATE, use=STATE, rows="air")]
     hulls: Annotated[Table, Array(tables.HULL)]
     windage: Annotated[Table, Array(tables.WINDAGE)]
     vessels: Annotated[Table, Array(tables.VESSEL)]
     parts: Annotated[Table, Array(tables.PART)]
     points: Annotated[FloatArray, Array()]
-    """Of the meshes of vessels, as are the three that follow: `vessel.HullMeshes`."""
+    """Points of the meshes of vessels; this and the three that follow are `vessel.HullMeshes`."""
     shares: Annotated[FloatArray, Array()]
     pairs: Annotated[IntArray, Array(np.dtype(np.uint32), ndim=2)]
     corner_shares: Annotated[FloatArray, Array(ndim=3)]
