@@ -285,9 +285,7 @@ class LiveWorld:
 
     def set_object(self, name: str, pose: _Six, velocity: _Six) -> None:
         """Set the pose or the velocity of a floating object or dock, and let the water have it there."""
-        there = self.world.parameters
-        still = [item.name for item in there.objects if item.kind == "static"]
-        if as_text("name", name) in (*still, *(dock.name for dock in there.docks if not dock.dynamic)):
+        if as_text("name", name) in self.arrays.fixed:
             raise CommandError(f"{name} cannot be moved: it is fixed; remove it, and spawn it elsewhere")
         check_name("floating object", name, self.bodies.afloat)
         with self.undone_if_crowded():

@@ -67,12 +67,6 @@ def is_valid_column(name: str, values: npt.NDArray[Any], waypoints: IntArray) ->
     return not np.isnan(values).any() if name == "expires" else bool(np.isfinite(values).all())
 
 
-def _static_names(world: Parameters) -> Iterator[str]:
-    """Names of the objects and docks that never move."""
-    yield from (item.name for item in world.objects if item.kind == "static")
-    yield from (dock.name for dock in world.docks if not dock.dynamic)
-
-
 def mujoco_arrays(data: mujoco.MjData) -> dict[str, FloatArray]:
     """The arrays of MuJoCo's data that the loop reads and writes."""
     names = ("qpos", "qvel", "xfrc_applied", "qfrc_applied", "qfrc_constraint", "qacc_smooth", "sensordata", "xpos",
@@ -197,9 +191,10 @@ class LoopArrays:
                 setattr(self, name, np.zeros(len(getattr(self, array.rows)), array.dtype))
         self.movers = movers(model)
         self.broadphase = np.array([(0.0, 0, is_unconstrained(contact_free), 0)], BROADPHASE)
-        self._still = tuple(_static_names(parameters))
-        same = known is not None and known._still == self._still
-        self.obstacles: Table = known.obstacles if known and same else obstacles(model)
+        static = [item.name for item in parameters.objects if item.kind == "static"]
+        self.fixed = (*static, *(dock.name for dock in parameters.docks if not dock.dynamic))
+        """Names of the objects and docks that never move."""
+        self.obstacles: Table = known.obstacles if known and known.fixed == self.fixed else obstacles(model)
         self.touches = np.empty(len(parameters.task.rivals) if parameters.task else 0)
         self._mount(world, known)
 
@@ -369,6 +364,13 @@ class LoopArrays:
         """How many numbers a row has."""
         moving = len(self.data.qpos) + len(self.data.qvel)
         return 2 + 2 * len(self.thrusters) + moving + len(self.display_marks) + len(self.air_state)
+
+    def contact_load(self, number: int) -> tuple[FloatArray, FloatArray]:
+        """Force [N] and torque [N m] of a contact in the last step on its second geom, (3,) each, world axes."""
+        local, contact = np.zeros(6), self.data.contact[number]
+        mujoco.mj_contactForce(self.model, self.data, number, local)
+        axes = contact.frame.reshape(3, 3).T
+        return axes @ local[:3], axes @ local[3:]
 
     def release(self, boat: str) -> None:
         """Let go of a boat that is held by a weld."""

@@ -23,7 +23,7 @@ from vrx_mj.runtime.row_arguments import as_numbers
 from vrx_mj.runtime.views import views
 
 FEATURES = 13
-"""Numbers of a boat: position (3) [m, ENU], quaternion (4), velocity (3) [m/s] and angular velocity (3) [rad/s], body axes."""
+"""Numbers of a boat: position (3) [m, ENU], quaternion (4), velocity [m/s] and angular velocity [rad/s], body axes."""
 
 _mj_reset_data = c_function("mj_resetData", types.void, types.uintp, types.uintp)
 _mj_forward = c_function("mj_forward", types.void, types.uintp, types.uintp)

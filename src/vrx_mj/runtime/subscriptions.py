@@ -12,7 +12,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from time import perf_counter
 
-import mujoco
 import numpy as np
 
 from vrx_mj.arguments import as_number, check_kind, check_name
@@ -156,14 +155,12 @@ def forces_of_pairs(arrays: LoopArrays, boats: frozenset[str]) -> Mapping[_Pair,
     """
     model, data = arrays.model, arrays.data
     sums: dict[_Pair, np.ndarray] = {}  # of forces, of places by the size of their forces, and of these sizes
-    local = np.zeros(6)
     for number in range(data.ncon):
         contact = data.contact[number]
         one, two = (model.body(int(model.geom_bodyid[geom])).name.partition("/")[0] for geom in contact.geom)
         pair = (one, two) if one in boats and not (two in boats and two < one) else (two, one)
         if pair[0] in boats and one != two:
-            mujoco.mj_contactForce(model, data, number, local)
-            force = contact.frame.reshape(3, 3).T @ local[:3]
+            force, _ = arrays.contact_load(number)
             known = (pair[0], "terrain" if pair[1] in {"", "world"} else pair[1])
             size = max(float(np.linalg.norm(force)), sys.float_info.min)
             part = np.array([*(-force if one == pair[0] else force), *(size * contact.pos), size])
