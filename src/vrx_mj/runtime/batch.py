@@ -360,7 +360,7 @@ class Batch:
             wave_period=wave_period, wave_band=wave_band, wave_direction=wave_direction, wave_spread=wave_spread,
             mass=mass, thrust=thrust,
         )  # fmt: skip
-        self._variation.set(which, given, wave_phases, {} if parameters is None else parameters)
+        self._variation.change(which, given, wave_phases, {} if parameters is None else parameters)
 
     @in_turn
     def get_state(self, row: int) -> State:

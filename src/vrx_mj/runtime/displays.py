@@ -16,14 +16,13 @@ from vrx_mj.sensors.displays import Display, new_pattern, next_pattern, next_sym
 class Displays:
     """The lights and placards of a run; errors are those of the methods of `Simulation` with these names."""
 
-    def __init__(self, arrays: LoopArrays, sensing: Sensing) -> None:
-        """Displays of loop arrays; `sensing` sees what they are made to show."""
+    def __init__(self, sensing: Sensing) -> None:
+        """Displays of the run of some sensors, which see what the displays are made to show."""
         self._sensing = sensing
-        self.bind(arrays)
 
-    def bind(self, arrays: LoopArrays) -> None:
-        """Go on in arrays in which boats have come or gone."""
-        self._arrays = arrays
+    @property
+    def _arrays(self) -> LoopArrays:
+        return self._sensing.arrays
 
     def names(self, kind: str) -> tuple[str, ...]:
         """Names of all displays of a kind, `light` or `placard`."""

@@ -78,7 +78,7 @@ class LiveWorld:
         self.sensing = Sensing(
             world, self.arrays, self.wind, self.drawing, lambda: own.renew_arguments(), self.turn,  # noqa: PLW0108
         )  # fmt: skip
-        self.displays = Displays(self.arrays, self.sensing)
+        self.displays = Displays(self.sensing)
         contacts = ContactSampler(lambda: own.world.boats, lambda: own.arrays)
         self.subscriptions = Subscriptions(self.arrays.sensors, self.sensing.read, self.arrays.timestep, contacts)
         self.task_runner = TaskRunner(world, self.arrays, self.bodies.pose)
@@ -107,7 +107,6 @@ class LiveWorld:
             self._take(world, arrays)
             self.sea.bind(arrays)
             self.wind.bind(arrays)
-            self.displays.bind(arrays)
             self.sensing.bind(world, arrays, self.drawing)
             self.subscriptions.bind(arrays.sensors)
             self.task_runner.bind(world, arrays, self.bodies.pose)
@@ -181,7 +180,7 @@ class LiveWorld:
         self.sampler.drain()
         good = dataclasses.replace(self._last_good, world=self.world.sha256)
         kept = save_last_good_state(good)
-        message = divergence_message(self.bodies.broken(), self.time, self.arrays.timestep, good, kept)
+        message = divergence_message(self.bodies.worst(), self.time, self.arrays.timestep, good, kept)
         self.event(message, "ERROR")
         raise DivergedError(message)
 
@@ -287,11 +286,11 @@ class LiveWorld:
         """Set the pose or the velocity of a floating object or dock, and let the water have it there."""
         if as_text("name", name) in self.arrays.fixed:
             raise CommandError(f"{name} cannot be moved: it is fixed; remove it, and spawn it elsewhere")
-        check_name("floating object", name, self.bodies.afloat)
+        check_name("floating object", name, self.bodies.floating)
         with self.undone_if_crowded():
             self.bodies.set_motion(name, pose, velocity)
             self.derive()
-        self.bodies.set_afloat(name, lambda x, y: float(self.sea.height(x, y, self.time)))
+        self.bodies.start_floating(name, lambda x, y: float(self.sea.height(x, y, self.time)))
 
     # What the task does
 

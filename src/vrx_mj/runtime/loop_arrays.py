@@ -23,7 +23,7 @@ from vrx_mj.physics.lanes import WIDTH
 from vrx_mj.physics.noise import stream_key
 from vrx_mj.physics.panel_mesh import Panels, panels_of
 from vrx_mj.physics.raft import RAFT_WORK
-from vrx_mj.physics.tables import MARINE, VRX3, Table
+from vrx_mj.physics.tables import MARINE, VRX3, Record, Table
 from vrx_mj.physics.vessel import HullMeshes
 from vrx_mj.physics.wave_box import LEVELS, ROWS, SHALLOW_LEVELS, SLENDER_ROWS
 from vrx_mj.physics.waves import random_phases
@@ -384,23 +384,23 @@ class LoopArrays:
         first = int(hull["memory_start"])
         return slice(first, first + int(self.vessels[hull["vessel"]]["memory_count"] if hull["vessel"] >= 0 else 0))
 
-    def set_afloat(self, row: int, height: float) -> None:
-        """Let the water, whose surface is at `height` [m] there, have the floating object of a row."""
+    def start_floating(self, row: int, height: float) -> None:
+        """Start the floating object of a row where it is now, with the surface at `height` [m] there."""
         item = self.floats[row]
         self.float_state[row] = (height, 0)
         if item["profile"] == VRX3:
-            own = slice(item["element_start"], item["element_start"] + item["element_count"])
-            self.element_state[own] = (height, 0.0)
+            self._start_elements(item, height)
 
-    def set_links_afloat(self, body: int, height: Callable[[float, float], float]) -> None:
-        """Let the water, whose surface is at `height(x, y)` [m], have the links of the tree of a body."""
+    def start_links_floating(self, body: int, height: Callable[[float, float], float]) -> None:
+        """Start the links of the tree of a body where they are now, with the surface at `height(x, y)` [m]."""
         root = self.model.body_rootid[body]
         for row in np.flatnonzero(self.model.body_rootid[self.links["body"]] == root):
-            item = self.links[row]
-            x, y, _ = self.data.xpos[item["body"]]
+            x, y, _ = self.data.xpos[self.links[row]["body"]]
             self.link_state[row] = (height(x, y), 0)
-            for own in range(item["element_start"], item["element_start"] + item["element_count"]):
-                self.element_state[own] = (height(x, y), 0.0)
+            self._start_elements(self.links[row], height(x, y))
+
+    def _start_elements(self, item: Record, height: float) -> None:
+        self.element_state[item["element_start"] :][: item["element_count"]] = (height, 0.0)
 
     def tree_rows(self, qpos: int) -> range:
         """Rows of the blocks of the floating dock whose free joint is at `qpos`."""

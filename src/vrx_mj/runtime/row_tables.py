@@ -132,8 +132,10 @@ class RowTables:
                 for column, values in kept.items():
                     part[column] = values
             else:
-                self._own[row][name] = table
-                point(self.runs[row : row + 1], **{name: table})
+                usual = self.stacks[name][0]
+                same = table.shape == usual.shape and table.tobytes() == usual.tobytes()
+                own = self._own[row][name] = usual if same else table
+                point(self.runs[row : row + 1], **{name: own})
 
     def weigh(self, which: IntArray, factors: FloatArray) -> None:
         """Give rows models of their own with all boats' masses and inertias times a factor."""

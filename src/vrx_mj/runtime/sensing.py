@@ -460,7 +460,7 @@ def _launch(arrays: LoopArrays, sea: Sea, sensor: Mounted, *, inherits: bool) ->
     qpos, dof = int(ball["qpos"]), int(ball["dof"])
     data.qpos[qpos : qpos + 3], data.qpos[qpos + 3 : qpos + 7] = place.position, place.orientation
     data.qvel[dof : dof + 3], data.qvel[dof + 3 : dof + 6] = velocity, 0.0
-    arrays.set_afloat(sensor.ball, float(sea.height(place.position[0], place.position[1], data.time)))
+    arrays.start_floating(sensor.ball, float(sea.height(place.position[0], place.position[1], data.time)))
 
 
 def _shooter(shooters: dict[str, Mounted], boat: str, name: str | None) -> Mounted:

@@ -289,7 +289,7 @@ class Simulation(Roster):
         UnknownNameError if no floating object or dock has that name.
         """
         with self._turn.boats_lock:
-            check_name("floating object", name, self._live.bodies.afloat)
+            check_name("floating object", name, self._live.bodies.floating)
             return self._live.bodies.observe(name)
 
     @in_turn

@@ -59,10 +59,10 @@ class Spawning:
         arrays, live = self._arrays_in(world), self._live
         _check_place(arrays, name)
         bodies = FreeBodies(world, arrays)
-        wet = (*bodies.afloat, *bodies.anchored)
+        wet = (*bodies.floating, *bodies.anchored)
         for own in wet if live.time > 0.0 else ():  # at the start no float has met the water yet
-            if owner_of(own) == name and own not in live.bodies.afloat and own not in ball_names(world.parameters):
-                bodies.set_afloat(own, lambda x, y: float(live.sea.height(x, y, live.time)))
+            if owner_of(own) == name and own not in live.bodies.floating and own not in ball_names(world.parameters):
+                bodies.start_floating(own, lambda x, y: float(live.sea.height(x, y, live.time)))
         live.enter(world, arrays, f"{name} joins")
 
     def remove(self, name: str) -> None:

@@ -54,7 +54,7 @@ class Variation:
     def _numbers(self) -> dict[str, Number]:
         return numbers_of(self._world.parameters)
 
-    def set(
+    def change(
         self,
         which: IntArray,
         given: dict[str, FloatArray],

@@ -36,28 +36,33 @@ class Array(NamedTuple):
     """Table of which a table of state has a row for each row."""
 
 
+_Vector = Annotated[FloatArray, Array()]
+_Matrix = Annotated[FloatArray, Array(ndim=2)]
+_Indices = Annotated[IntArray, Array(np.dtype(np.int32))]
+
+
 class Views(NamedTuple):
     """The arrays of a run: MuJoCo's, then the tables of `model.tables`, then what sensors and recorders keep."""
 
-    qpos: Annotated[FloatArray, Array()]
-    qvel: Annotated[FloatArray, Array()]
-    xfrc_applied: Annotated[FloatArray, Array(ndim=2)]
-    qfrc_applied: Annotated[FloatArray, Array()]
-    qfrc_constraint: Annotated[FloatArray, Array()]
-    qacc_smooth: Annotated[FloatArray, Array()]
-    inertia: Annotated[FloatArray, Array()]
+    qpos: _Vector
+    qvel: _Vector
+    xfrc_applied: _Matrix
+    qfrc_applied: _Vector
+    qfrc_constraint: _Vector
+    qacc_smooth: _Vector
+    inertia: _Vector
     """`mjData.M`, the sparse lower triangle."""
-    inertia_row: Annotated[IntArray, Array(np.dtype(np.int32))]
+    inertia_row: _Indices
     """`mjModel.M_rowadr`."""
-    dof_parent: Annotated[IntArray, Array(np.dtype(np.int32))]
+    dof_parent: _Indices
     """`mjModel.dof_parentid`."""
-    body_root: Annotated[IntArray, Array(np.dtype(np.int32))]
+    body_root: _Indices
     """`mjModel.body_rootid`."""
-    xpos: Annotated[FloatArray, Array(ndim=2)]
-    xmat: Annotated[FloatArray, Array(ndim=2)]
-    subtree_com: Annotated[FloatArray, Array(ndim=2)]
-    cdof: Annotated[FloatArray, Array(ndim=2)]
-    sensordata: Annotated[FloatArray, Array()]
+    xpos: _Matrix
+    xmat: _Matrix
+    subtree_com: _Matrix
+    cdof: _Matrix
+    sensordata: _Vector
     sea: Annotated[Table, Array(tables.SEA)]
     waves: Annotated[Table, Array(tables.WAVE)]
     current: Annotated[Table, Array(tables.CURRENT)]
@@ -74,15 +79,15 @@ class Views(NamedTuple):
     windage: Annotated[Table, Array(tables.WINDAGE)]
     vessels: Annotated[Table, Array(tables.VESSEL)]
     parts: Annotated[Table, Array(tables.PART)]
-    points: Annotated[FloatArray, Array()]
+    points: _Vector
     """Points of the meshes of vessels; this and the three that follow are `vessel.HullMeshes`."""
-    shares: Annotated[FloatArray, Array()]
+    shares: _Vector
     pairs: Annotated[IntArray, Array(np.dtype(np.uint32), ndim=2)]
     corner_shares: Annotated[FloatArray, Array(ndim=3)]
     strips: Annotated[Table, Array(tables.STRIP)]
     memory: Annotated[Table, Array(tables.MEMORY)]
     memory_state: Annotated[Table, Array(tables.MEMORY_STATE, use=STATE)]
-    diffraction: Annotated[FloatArray, Array(ndim=2)]
+    diffraction: _Matrix
     """Forces of diffraction on vessels, (n, 12): real parts [N/m, N], then imaginary ones."""
     stations: Annotated[Table, Array(tables.STATION)]
     thrusters: Annotated[Table, Array(tables.THRUSTER)]
@@ -112,9 +117,9 @@ class Views(NamedTuple):
     broadphase: Annotated[Table, Array(BROADPHASE, use=OWN)]
     clocks: Annotated[Table, Array(CLOCK)]
     latched: Annotated[FloatArray, Array(ndim=3)]
-    device_state: Annotated[FloatArray, Array()]
+    device_state: _Vector
     sampling: Annotated[IntArray, Array(np.dtype(np.int64))]
-    samples: Annotated[FloatArray, Array(ndim=2)]
+    samples: _Matrix
 
 
 ARRAYS: Mapping[str, Array] = {
