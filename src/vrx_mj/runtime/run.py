@@ -14,7 +14,7 @@ import numpy as np
 
 from vrx_mj.arguments import as_number, check_kind, check_name
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError, VrxWarning, first_names, shown
-from vrx_mj.runtime.commands import Commands, clipped_commands
+from vrx_mj.runtime.commands import clipped_commands
 from vrx_mj.runtime.limits import processor
 from vrx_mj.runtime.observation import TASK, BoatObservation, Observation
 from vrx_mj.runtime.simulation import Simulation
@@ -310,11 +310,7 @@ def steady(sim: Simulation, thrust: Mapping[str, float]) -> Controller:
     if clipped:
         more = f"; and {len(clipped) - 1} more" if len(clipped) > 1 else ""
         warnings.warn(f"{clipped[0]}{more}", VrxWarning, stacklevel=2)
-
-    def controller(_observation: Observation, _time: float) -> Commands:
-        return commands
-
-    return controller
+    return lambda _observation, _time: commands
 
 
 def fingerprint() -> str:
@@ -423,15 +419,11 @@ def _task_summary(sim: Simulation) -> TaskSummary | None:
         return None
     meaning = TASK_KINDS[task["type"]]
     return TaskSummary(
-        type=task["type"],
-        name=task["name"],
-        state=task["state"],
+        **{name: task[name] for name in ("type", "name", "state", "timed_out", "num_collisions")},
         score=task["score"] if has_started(task["state"]) else None,
         unit=meaning.unit,
         better=meaning.better,
         elapsed=task["elapsed_time"],
-        timed_out=task["timed_out"],
-        num_collisions=task["num_collisions"],
         events=sim.task_events,
     )
 

@@ -235,11 +235,6 @@ class Sensing:
         """
         return tuple(self._of(boat))
 
-    @property
-    def boats(self) -> tuple[str, ...]:
-        """Names of the boats."""
-        return tuple(self._boats)
-
     def begin(self, seed: int) -> None:
         """The state was set, by a reset or from a saved one."""
         self._seed = seed
@@ -326,11 +321,6 @@ class Sensing:
         place = several(f"position of {name}'s beacon", position, 3, HUGE)
         self.arrays.sample_clocks.device_state[sensor.marks] = place
         self.renew()
-
-    @property
-    def inherits(self) -> bool:
-        """Whether a ball starts with the boat's own velocity; VRX's starts at rest."""
-        return self.world.parameters.profile not in _AT_REST
 
     # Inside
 
@@ -439,7 +429,7 @@ def fire(sensing: Sensing, arrays: LoopArrays, sea: Sea, boat: str, name: str | 
     if shots[0] < 1.0:
         return False
     shots[0] -= 1.0
-    _launch(arrays, sea, sensor, inherits=sensing.inherits)
+    _launch(arrays, sea, sensor, inherits=sensing.world.parameters.profile not in _AT_REST)
     return True
 
 

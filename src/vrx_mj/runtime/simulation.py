@@ -337,7 +337,7 @@ class Simulation(Roster):
 
     def mounted(self, boat: str) -> tuple[Mounted, ...]:
         """A boat's sensors with their `config`, `frame` and `mount`; UnknownNameError if no boat has that name."""
-        check_name("boat", boat, self._sensing.boats)
+        check_name("boat", boat, self.boats)
         return tuple(sensor for sensor in self._live.arrays.sensors if sensor.boat == boat)
 
     def sense(self, boat: str) -> Readings:
@@ -381,7 +381,7 @@ class Simulation(Roster):
             UnknownNameError: the boat or the sensor does not exist.
             CommandError: the rate is not above 0, or above the sensor's own.
         """
-        check_name("boat", boat, self._sensing.boats)
+        check_name("boat", boat, self.boats)
         return self._subscriptions.add(boat, sensor, callback, rate, self.time)
 
     @in_turn
