@@ -1,5 +1,6 @@
 """Many worlds at once: rows of one model, each with a seed, a state and, if wanted, a wind, sea and boat of its own."""
 
+import math
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -454,11 +455,14 @@ class Batch:
             raise CommandError(f"invalid commands of shape {given.shape}: {needed} is needed")
         for row, column in np.argwhere(~np.isfinite(given)):
             self._channels[column].number(float(given[row, column]), f" in row {which[row]}")
-        rows = self._rows
-        state, timeouts = rows.stacks["thruster_state"], rows.stacks["thrusters"]["timeout"]
-        own = timeouts[which] if len(timeouts) > 1 else timeouts
-        ends = rows.time[which, None] + np.where(own > 0.0, np.maximum(own, hold), np.inf)
+        state, thrusters = self._rows.stacks["thruster_state"], self._rows.stacks["thrusters"]
+        now, timeouts = self._rows.time[which], thrusters["timeout"]
+        lasting: list[FloatArray | float]
+        if len(thrusters) > 1:
+            lasting = [np.where(own > 0.0, np.maximum(own, hold), np.inf) for own in timeouts[which].T]
+        else:
+            lasting = [max(own, hold) if own > 0.0 else math.inf for own in timeouts[0].tolist()]
         for number, channel in enumerate(self._channels):
             state[channel.column][which, channel.row] = given[:, number]
             if channel.column == "command":
-                state["expires"][which, channel.row] = ends[:, channel.row]
+                state["expires"][which, channel.row] = now + lasting[channel.row]

@@ -426,12 +426,13 @@ class LoopArrays:
     def streams(self, seed: int) -> Mapping[tuple[str, str], int | FloatArray]:
         """Keys and phases of the noise in the run of a seed, by table and column."""
         wind = str(self.wind_seed)
-        return {
-            ("wind", "key"): stream_key(seed, "wind", wind),
-            ("current", "key"): stream_key(seed, "current", str(self.current_seed)),
-            ("air", "key"): stream_key(seed, "wind direction", wind),
-            ("gust_bands", "phase"): random_phases(seed, len(self.gust_bands), "gusts", wind),
-        }
+        found: dict[tuple[str, str], int | FloatArray] = {("wind", "key"): stream_key(seed, "wind", wind)}
+        if len(self.current):
+            found["current", "key"] = stream_key(seed, "current", str(self.current_seed))
+        if len(self.air):
+            found["air", "key"] = stream_key(seed, "wind direction", wind)
+            found["gust_bands", "phase"] = random_phases(seed, len(self.gust_bands), "gusts", wind)
+        return found
 
     def pack(self) -> bytes:
         """The state tables and what the sensors' clocks latched, as bytes."""
