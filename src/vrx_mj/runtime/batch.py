@@ -351,7 +351,7 @@ class Batch:
                 numbers. It takes about a millisecond for each row.
 
         Raises:
-            UnknownNameError: no number of the world has a name in `parameters`.
+            UnknownNameError: no number of the boats or the weather has a name in `parameters`.
             CommandError: the shape is wrong, a number is not finite, or negative (or 0 for `mass` or `wave_period`), or
                 there is no memory for the models of rows with a mass of their own.
         """

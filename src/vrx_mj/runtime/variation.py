@@ -29,6 +29,8 @@ _SHARED = {"waves", "wave_period", "wave_band", "wave_direction", "wave_spread"}
 """Arguments whose column also follows from another argument, or from a number."""
 _WINDS = {"wind.mean": "wind_speed", "wind.direction": "wind_direction", "wind.gain": "gusts"}
 """Numbers that are arguments, too."""
+_ROOTS = ("sea", "current", "wind", "air", "moorings", "ropes", "hulls", "stations", "thrusters")
+"""Fields of a world from which the tables of a row are made."""
 
 
 class Variation:
@@ -52,7 +54,11 @@ class Variation:
 
     @cached_property
     def _numbers(self) -> dict[str, Number]:
-        return numbers_of(self._world.parameters)
+        """Numbers of which the loop's tables are made; masses are in MuJoCo's model, too, and have an argument."""
+        known = numbers_of(self._world.parameters)
+        return {
+            name: number for name, number in known.items() if number.path[0] in _ROOTS and number.path[-1] != "mass"
+        }
 
     def change(
         self,
