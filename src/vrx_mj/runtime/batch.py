@@ -90,7 +90,7 @@ class Batch:
         with allocating(self.n, arrays.data):
             self._rows = RowTables(arrays, self.n)
         self._variation, self._equilibrium = Variation(world, self._rows), Equilibrium(self._rows)
-        self._channels = tuple(one for one in channels_of(world, arrays.thrusters) if one.acts)
+        self._channels = tuple(one for one in channels_of(world) if one.acts)
         self._seeds, self._going = np.zeros(self.n, np.int64), np.ones(self.n, np.bool_)
         self._pace, self._turn = 1e-5, Turn("batch")
         self._loop = advance_rows_vrx if arrays.vrx_only else advance_rows
@@ -139,7 +139,7 @@ class Batch:
     def largest(self) -> FloatArray:
         """Least and greatest effective value of every command, (channels, 2): share of full power, N, or angle [rad].
 
-        Values outside are clamped.
+        Values outside are clamped. A row whose thrusters `vary` has changed has limits of its own.
         """
         return np.array([channel.limits for channel in self._channels]).reshape(-1, 2)
 

@@ -8,7 +8,7 @@ from vrx_mj.arguments import as_number, check_name
 from vrx_mj.errors import CommandError, shown
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Thruster
-from vrx_mj.physics.tables import BLADES, Table
+from vrx_mj.physics.tables import Table
 from vrx_mj.runtime.loop_arrays import LoopArrays
 
 Commands = Mapping[str, Mapping[str, float]]
@@ -54,28 +54,24 @@ class Channel(NamedTuple):
             state["expires"][self.row] = time + (max(self.timeout, hold) if self.timeout > 0.0 else math.inf)
 
 
-def channels_of(world: World, thrusters: Table) -> tuple[Channel, ...]:
-    """Every command of a world with that table of thrusters: thrusts, then angles; rudders and sails have no thrust."""
+def channels_of(world: World) -> tuple[Channel, ...]:
+    """Every command of a world: thrusts, then angles; rudders and sails have no thrust."""
     pushing, steering = [], []
-    for number, (given, row) in enumerate(zip(world.parameters.thrusters, thrusters, strict=True)):
-        boat, name, timeout = world.boats[given.hull], given.name, float(row["timeout"])
-        if given.mapping not in BLADES:
-            pushing.append(Channel(boat, name, number, "command", given.command_limits, timeout))
-        angle = float(row["max_angle"]) if given.max_angle else 0.0
-        steering.append(Channel(boat, name + ANGLE, number, "angle_target", (-angle, angle), timeout))
+    for number, given in enumerate(world.parameters.thrusters):
+        boat, name, angle = world.boats[given.hull], given.name, given.max_angle
+        if not given.is_blade:
+            pushing.append(Channel(boat, name, number, "command", given.command_limits, given.timeout))
+        steering.append(Channel(boat, name + ANGLE, number, "angle_target", (-angle, angle), given.timeout))
     return (*pushing, *steering)
 
 
 def clipped_commands(world: World, boat: str, commands: Mapping[str, float]) -> Iterator[tuple[str, str]]:
     """Commands beyond what a boat's thrusters do: the name of each, and what becomes of it."""
-    own = {thruster.name: thruster for thruster in world.parameters.thrusters_of(boat)}
+    own = {channel.name: channel for channel in reversed(channels_of(world)) if channel.boat == boat}
     for name, value in commands.items():
-        angle = name.endswith(ANGLE)
-        thruster = own.get(name.removesuffix(ANGLE))
-        if thruster is None:
-            continue
-        least, most = (-thruster.max_angle, thruster.max_angle) if angle else thruster.command_limits
+        least, most = own[name].limits if name in own else (-math.inf, math.inf)
         if value < least - 1e-6 or value > most + 1e-6:
+            thruster, angle = world.parameters.thrusters[own[name].row], own[name].column == "angle_target"
             yield name, f"{name} of {boat} is {_clipping_text(value, thruster, angle=angle)}"
 
 
@@ -93,11 +89,11 @@ def _clipping_text(value: float, thruster: Thruster, *, angle: bool) -> str:
 class CommandNames:
     """The names that take commands, and where they go."""
 
-    def __init__(self, world: World, table: Table) -> None:
-        """Commands of a world's boats with that table of thrusters."""
+    def __init__(self, world: World) -> None:
+        """Commands of a world's boats."""
         self._channels: dict[str, dict[str, Channel]] = {boat: {} for boat in world.boats}
         self.thrusters: dict[str, dict[str, int]] = {boat: {} for boat in world.boats}
-        for channel in channels_of(world, table):
+        for channel in channels_of(world):
             self._channels[channel.boat].setdefault(channel.name, channel)
         for index, thruster in enumerate(world.parameters.thrusters):
             self.thrusters[world.boats[thruster.hull]][thruster.name] = index

@@ -95,7 +95,7 @@ class LiveWorld:
         """Make a world and its arrays the present ones."""
         self.world, self.arrays, self._data = world, arrays, arrays.data
         self._most_contacts = most_contacts(arrays.model)
-        self.commands = CommandNames(world, arrays.thrusters)
+        self.commands = CommandNames(world)
         known, fleet = self.thrusters, self.commands.thrusters
         self.thrusters = {boat: known.get(boat) or thrusters(arrays, rows) for boat, rows in fleet.items()}
         self.bodies = FreeBodies(world, arrays)
