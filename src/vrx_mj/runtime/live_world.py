@@ -35,7 +35,7 @@ from vrx_mj.runtime.state import (
     set_integration_state,
 )
 from vrx_mj.runtime.subscriptions import ContactSampler, Subscriptions
-from vrx_mj.runtime.task_runner import TaskRunner
+from vrx_mj.runtime.task_runner import Decision, TaskRunner
 from vrx_mj.runtime.timing import steps_to_multiple, stride_of
 from vrx_mj.runtime.turns import Turn
 from vrx_mj.runtime.warmup import compile_notice
@@ -145,7 +145,8 @@ class LiveWorld:
             DivergedError: the state became NaN or too large.
         """
         timestep = self.arrays.timestep
-        self._officiate()
+        if (decision := self.task_runner.look(self.time)) is not None:
+            self._carry_out(decision)
         self.subscriptions.deliver(self.time)
         while left > 0:
             check_exit()
@@ -165,7 +166,8 @@ class LiveWorld:
             if done < count or begun - self._drained > _DRAIN:
                 self.sampler.drain()
                 self._drained = begun
-            self._officiate()
+            if (decision := self.task_runner.look(self.time)) is not None:
+                self._carry_out(decision)
             if done == second:
                 self.keep()
             self.subscriptions.deliver(self.time)
@@ -294,11 +296,8 @@ class LiveWorld:
 
     # What the task does
 
-    def _officiate(self) -> None:
-        """Have the task's referee look at the present if that is due, and do what it decides."""
-        decision = self.task_runner.look(self.time)
-        if decision is None:
-            return
+    def _carry_out(self, decision: Decision) -> None:
+        """Give the listeners a frame of the task, and do what its referee has decided."""
         for listener in self.sampler.listeners:
             listener.frame(self.time, decision.row, decision.messages)
         for text, level in decision.verdict.lines:
