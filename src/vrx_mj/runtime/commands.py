@@ -67,11 +67,14 @@ def channels_of(world: World) -> tuple[Channel, ...]:
 
 def clipped_commands(world: World, boat: str, commands: Mapping[str, float]) -> Iterator[tuple[str, str]]:
     """Commands beyond what a boat's thrusters do: the name of each, and what becomes of it."""
-    own = {channel.name: channel for channel in reversed(channels_of(world)) if channel.boat == boat}
+    own = {thruster.name: thruster for thruster in world.parameters.thrusters_of(boat)}
     for name, value in commands.items():
-        least, most = own[name].limits if name in own else (-math.inf, math.inf)
+        angle = name.endswith(ANGLE)
+        thruster = own.get(name.removesuffix(ANGLE))
+        if thruster is None:
+            continue
+        least, most = (-thruster.max_angle, thruster.max_angle) if angle else thruster.command_limits
         if value < least - 1e-6 or value > most + 1e-6:
-            thruster, angle = world.parameters.thrusters[own[name].row], own[name].column == "angle_target"
             yield name, f"{name} of {boat} is {_clipping_text(value, thruster, angle=angle)}"
 
 
