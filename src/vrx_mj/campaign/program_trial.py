@@ -20,7 +20,7 @@ from vrx_mj.campaign.program import ENDING, Program
 from vrx_mj.campaign.results import Stopwatch, Tracks
 from vrx_mj.constants import EARLY
 from vrx_mj.errors import NetworkError, VrxError
-from vrx_mj.runtime.run import CONTROL_RATE, Summary, planned, summarize
+from vrx_mj.runtime.run import CONTROL_RATE, Summary, planned_duration, summarize
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.timing import Schedule
 
@@ -159,7 +159,10 @@ class _Pilot:
         self, line: str, sim: Simulation, duration: float | None, wall: float, tracks: Tracks, stopwatch: Stopwatch
     ) -> None:
         self._line, self._sim, self._tracks, self._stopwatch = line, sim, tracks, stopwatch
-        self._to_task, self._last = duration is None, sim.time + (planned(sim) if duration is None else duration)
+        self._to_task, self._last = (
+            duration is None,
+            sim.time + (planned_duration(sim) if duration is None else duration),
+        )
         self._wall, self._deadline = wall, math.inf
         self._program: Program | None = None
         self._status, self._schedule = "", Schedule()

@@ -15,7 +15,7 @@ from vrx_mj.campaign.results import Result, Stopwatch, Tracks
 from vrx_mj.errors import VrxError
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.mjcf.world import World
-from vrx_mj.runtime.run import Controller, Summary, load_controller, planned, run
+from vrx_mj.runtime.run import Controller, Summary, load_controller, planned_duration, run
 from vrx_mj.runtime.simulation import Simulation
 
 _RECORDING = "run.rrd"
@@ -103,7 +103,7 @@ def sail(trial: Trial, folder: Path, stopwatch: Stopwatch, keep: Callable[[World
 
 
 def _sailed(trial: Trial, sim: Simulation, folder: Path, tracks: Tracks, stopwatch: Stopwatch) -> Summary:
-    simulated = trial.duration or planned(sim)
+    simulated = trial.duration or planned_duration(sim)
     if trial.serving is None:
         stopwatch.allow(trial.timeout or _EXTRA_TIME + simulated)
         return run(sim, trial.duration, controller=_Watched(trial.cell, sim.boats, tracks, stopwatch))

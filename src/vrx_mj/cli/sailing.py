@@ -18,7 +18,7 @@ from vrx_mj.runtime.run import (
     fleet_controller,
     load_controller,
     names_controllers,
-    planned,
+    planned_duration,
     run,
     steady,
 )
@@ -47,7 +47,7 @@ def sail(
     if seed is not None and not sim.world.parameters.has_random_loads:
         show("nothing that moves boats here is random: every --seed gives the same run, except for sensor noise")
     controller = steer(sim)
-    most = planned(sim) if duration is None else duration
+    most = planned_duration(sim) if duration is None else duration
     sim.steps_in(most)
     foreign = controller is not None and thrust is None
     with (

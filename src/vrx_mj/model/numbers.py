@@ -80,14 +80,16 @@ def numbers_of(world: Parameters) -> dict[str, Number]:
     return {number.name: number for number in found}
 
 
-def with_numbers(world: Parameters, values: Mapping[str, object]) -> Parameters:
-    """A world with other values of its numbers.
+def with_numbers(
+    world: Parameters, values: Mapping[str, object], known: Mapping[str, Number] | None = None
+) -> Parameters:
+    """A world with other values of its numbers, `known` if they were listed before.
 
     Raises:
         UnknownNameError: no number of the world has a name.
         CommandError: a value is not a number, or outside its range.
     """
-    known = numbers_of(world) if values else {}
+    known = (known or numbers_of(world)) if values else {}
     for name, value in values.items():
         check_name("parameter", name, known)
         world = _with_value(world, known[name].path, known[name].field_value(value))

@@ -130,11 +130,11 @@ def progress(sim: "Simulation", duration: float | None = None) -> Iterator[_Tick
     Raises:
         CommandError: `sim` is not a Simulation, or the duration is not above 0.
     """
-    from vrx_mj.runtime.run import planned
+    from vrx_mj.runtime.run import planned_duration
     from vrx_mj.runtime.simulation import Simulation
 
     check_kind("progress", sim, Simulation, "a simulation, as Simulation(world)")
-    total = planned(sim) if duration is None else as_number(duration)
+    total = planned_duration(sim) if duration is None else as_number(duration)
     if not 0.0 < total < math.inf:
         raise CommandError(f"invalid duration {shown(duration)}: a number of seconds above 0 is needed")
     with notebook_bar(sim, total) if in_notebook() else terminal_bar(sim, total) as tick:

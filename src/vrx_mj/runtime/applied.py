@@ -17,11 +17,11 @@ STRONGEST = 100.0
 FASTEST = 10.0
 """Speed [m/s, rad/s] beyond which a body is not pushed on: a state that diverges would end the run."""
 MOST = 256
-"""That are applied or wait, at most."""
+"""Largest number of forces that are applied or wait."""
 
 
 class AppliedForce(NamedTuple):
-    """One of them."""
+    """A wrench on a body, or an effort at a joint, for a while."""
 
     title: str
     """What it acts on, for people."""
@@ -37,10 +37,10 @@ class AppliedForce(NamedTuple):
 
 
 class AppliedForces:
-    """All of them, by the steps on which they act; what was applied is not left in MuJoCo's state."""
+    """The forces that callers apply, each at its steps; nothing of them is left in MuJoCo's state."""
 
     def __init__(self, sim: Simulation, report: Callable[[str, str], None]) -> None:
-        """Nothing is applied to this simulation yet; `report` is given a level and a line for people."""
+        """Start without forces; `report` takes a level and a line of text."""
         self._sim, self._report = sim, report
         self._forces: list[AppliedForce] = []
         self.bind()
@@ -97,7 +97,7 @@ class AppliedForces:
         self._refresh()
         push = np.zeros(self._sim.model.nv)
         for one in [one for one in self._forces if time >= one.begins]:
-            own = self._generalized(one)
+            own = self._generalized_force(one)
             if np.abs(data.qvel[own != 0.0]).max(initial=0.0) > FASTEST:
                 self._end([one], f"it is faster than {FASTEST:g} m/s or rad/s")
             else:
@@ -122,14 +122,14 @@ class AppliedForces:
 
     def _accelerations(self, forces: Sequence[AppliedForce]) -> FloatArray:
         """(n, nv) what each of them would do alone."""
-        pushes = np.array([self._generalized(one) for one in forces])
+        pushes = np.array([self._generalized_force(one) for one in forces])
         asked = np.empty_like(pushes)
         mujoco.mj_makeM(self._sim.model, self._scratch)
         mujoco.mj_factorM(self._sim.model, self._scratch)
         mujoco.mj_solveM(self._sim.model, self._scratch, asked, pushes)
         return asked
 
-    def _generalized(self, force: AppliedForce) -> FloatArray:
+    def _generalized_force(self, force: AppliedForce) -> FloatArray:
         """(nv,) what MuJoCo's degrees of freedom get of it."""
         model, push = self._sim.model, np.zeros(self._sim.model.nv)
         if force.joint:

@@ -1,7 +1,9 @@
 """Many worlds at once: rows of one model, each with a seed, a state and, if wanted, a wind, sea and boat of its own."""
 
+import math
 import time as clock
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from numbers import Real
 from typing import Any
 
@@ -16,31 +18,32 @@ from vrx_mj.exits import awaited, check_exit
 from vrx_mj.frames import in_world_axes
 from vrx_mj.libmujoco import untimed
 from vrx_mj.mjcf.world import World
-from vrx_mj.physics.noise import stream_key
+from vrx_mj.physics.tables import Table
 from vrx_mj.runtime.bodies import write_pose
+from vrx_mj.runtime.commands import channels_of
 from vrx_mj.runtime.crowding import check_room
+from vrx_mj.runtime.floating import Equilibrium
 from vrx_mj.runtime.hull import energy_of
 from vrx_mj.runtime.limits import ThreadPool, thread_count
-from vrx_mj.runtime.loop_arrays import LoopArrays, air_key, gust_phases
+from vrx_mj.runtime.loop_arrays import LoopArrays
 from vrx_mj.runtime.physics_models import stepping_models
-from vrx_mj.runtime.row_arguments import Rows, as_numbers, row_seeds, row_vectors, varied, which_rows
+from vrx_mj.runtime.row_arguments import Rows, as_numbers, row_seeds, row_vectors, varied_values, which_rows
 from vrx_mj.runtime.row_tables import SEPARATE, RowTables, allocating, check_memory
-from vrx_mj.runtime.rows import advance_rows, advance_rows_vrx, observe_rows, reset_rows, write_rows
+from vrx_mj.runtime.rows import advance_rows, advance_rows_vrx, observe_rows, row_heights, write_rows
 from vrx_mj.runtime.state import STATE_VERSION, State, rows_divergence_message
 from vrx_mj.runtime.timing import MOST_STEPS, whole_steps
 from vrx_mj.runtime.turns import Turn, advancing, in_turn
+from vrx_mj.runtime.variation import Variation
 from vrx_mj.runtime.views import ARRAYS, STATE
-from vrx_mj.runtime.warmup import announced
+from vrx_mj.runtime.warmup import compile_notice
 
 _SLICE = 0.05
 """Wall time of a call into the loop, about [s]: Ctrl-C acts between two."""
-_LOWEST = {"wind_direction": -np.inf, "wind_speed": -np.inf, "mass": np.nextafter(0.0, 1.0)}
-"""What is varied, at least, where that is not 0."""
 _MOST = 10**6
 """Rows, or threads, of a batch."""
 
 
-class Batch(RowTables):
+class Batch:
     """`n` independent copies (rows) of one world, advanced in parallel on all cores.
 
     Row i moves exactly as a `Simulation` of the same world and seed, whatever the number of rows and threads. A batch
@@ -79,20 +82,31 @@ class Batch(RowTables):
             raise CommandError(f"the world {world.name} has a task, and a Batch has no referee: {text}")
         self.world, self.n = world, int(n)
         self._world_id = world.sha256
-        self._model, contact_free = stepping_models(world)
-        self._arrays = LoopArrays(world, self._model, contact_free, mujoco.MjData(self._model))
-        self._arrays.reset(0)
+        model, contact_free = stepping_models(world)
+        arrays = self._arrays = LoopArrays(world, model, contact_free, mujoco.MjData(model))
+        arrays.reset(0)
         self._pool = ThreadPool(int(threads or thread_count()))
-        self._own_models: dict[int, tuple[mujoco.MjModel, mujoco.MjModel]] = {}
-        self._masses = np.ones(self.n)
-        check_memory(self.n, self._arrays.data)
-        with allocating(self.n, self._arrays.data):
-            self._build()
+        check_memory(self.n, arrays.data)
+        with allocating(self.n, arrays.data):
+            self._rows = RowTables(arrays, self.n)
+        self._variation, self._equilibrium = Variation(world, self._rows), Equilibrium(self._rows)
+        self._channels = tuple(one for one in channels_of(world) if one.acts)
+        self._seeds, self._going = np.zeros(self.n, np.int64), np.ones(self.n, np.bool_)
         self._pace, self._turn = 1e-5, Turn("batch")
-        self._loop = advance_rows_vrx if self._arrays.vrx_only else advance_rows
-        with announced(self._loop):
+        self._loop = advance_rows_vrx if arrays.vrx_only else advance_rows
+        with compile_notice(self._loop):
             self.reset(seed=seed)
             self.advance(0)
+
+    def __reduce__(self) -> tuple[Callable[..., "Batch"], tuple[World, int], tuple[Any, ...]]:
+        carried = self._seeds, self._rows.snapshot(), self._variation.snapshot()
+        return partial(type(self), threads=self.threads), (self.world, self.n), carried
+
+    def __setstate__(self, state: tuple[Any, ...]) -> None:
+        self._seeds, rows, variation = state
+        self._rows.restore(*rows)
+        self._variation.restore(*variation)
+        self._observe()
 
     # What it is
 
@@ -125,19 +139,19 @@ class Batch(RowTables):
     def largest(self) -> FloatArray:
         """Least and greatest effective value of every command, (channels, 2): share of full power, N, or angle [rad].
 
-        Values outside are clamped.
+        Values outside are clamped. A row whose thrusters `vary` has changed has limits of its own.
         """
         return np.array([channel.limits for channel in self._channels]).reshape(-1, 2)
 
     @property
     def time(self) -> FloatArray:
         """Simulated time of each row, (n,) [s]."""
-        return self._time.copy()
+        return self._rows.time.copy()
 
     @property
     def diverged(self) -> BoolArray:
         """Whether the state of each row is not finite or too large, (n,); such a row stops until it is reset."""
-        return self._done < 0
+        return self._rows.done < 0
 
     @property
     def features(self) -> FloatArray:
@@ -146,19 +160,20 @@ class Batch(RowTables):
         The columns are position (3) [m, ENU] and quaternion (4) (w, x, y, z) of the boat's `base_link` origin, its
         velocity (3) [m/s] and angular velocity (3) [rad/s] in body axes.
         """
-        return self._features
+        return self._rows.features
 
     @property
     def qpos(self) -> FloatArray:
         """Generalized positions of MuJoCo's model in every row, (n, nq), as a view."""
-        return self._qpos
+        return self._rows.qpos
 
     @property
     def wind(self) -> FloatArray:
         """Wind velocity along x and y in each row, (n, 2) [m/s], in the direction of the air's motion."""
-        speed: FloatArray = self._stacks["wind_state"]["speed"]
-        velocity: FloatArray = speed * self._stacks["wind"]["direction"][:, 0]
-        angle = self._stacks["air_state"]["angle"]
+        stacks = self._rows.stacks
+        speed: FloatArray = stacks["wind_state"]["speed"]
+        velocity: FloatArray = speed * stacks["wind"]["direction"][:, 0]
+        angle = stacks["air_state"]["angle"]
         if not angle.shape[1]:
             return velocity
         cos, sin = np.cos(angle[:, 0]), np.sin(angle[:, 0])
@@ -173,7 +188,7 @@ class Batch(RowTables):
             CommandError: the power of none of its propellers is known.
         """
         check_name("boat", boat, self.boats)
-        return energy_of(self._arrays, boat, self.boats.index(boat), self._stacks["propeller_state"])
+        return energy_of(self._arrays, boat, self.boats.index(boat), self._rows.stacks["propeller_state"])
 
     # Running
 
@@ -188,23 +203,16 @@ class Batch(RowTables):
         Raises:
             CommandError: a row does not exist, or the seeds are not whole numbers, one for each of these rows.
         """
-        which = which_rows(self.n, rows)
+        which, stacks, arrays = which_rows(self.n, rows), self._rows.stacks, self._arrays
         self._seeds[which] = row_seeds(which, self.world.seed if seed is None else seed)
         for name in SEPARATE:
-            self._stacks[name][which] = getattr(self._arrays, name)
-        wind, wind_seed = self._stacks["wind"], str(self._arrays.wind_seed)
-        wind["key"][which, 0] = [stream_key(int(s), "wind", wind_seed) for s in self._seeds[which]]
-        current, own_seed = self._stacks["current"], str(self._arrays.current_seed)
-        current["key"][which] = [[stream_key(int(s), "current", own_seed)] for s in self._seeds[which]]
-        for row in which if len(self._arrays.air) else ():
-            run = int(self._seeds[row]), self._arrays.wind_seed
-            self._stacks["air"]["key"][row] = air_key(*run)
-            self._stacks["gust_bands"]["phase"][row] = gust_phases(*run, len(self._arrays.gust_bands))
-        self._stacks["wind_state"]["speed"][which, 0] = wind["mean"][which, 0]
-        if self._seas.drawn.any():
-            self._separate("waves")[which] = self._seas.draw(which, self._seeds)
-        self._time[which], self._done[which] = 0.0, 0
-        reset_rows(which, self._runs, self._qpos, self._qvel)
+            stacks[name][which] = getattr(arrays, name)
+        for row, own in zip(which, self._seeds[which].tolist(), strict=True):
+            for (table, column), drawn in arrays.streams(own).items():
+                stacks[table][column][row] = drawn
+        stacks["wind_state"]["speed"][which, 0] = stacks["wind"]["mean"][which, 0]
+        self._variation.draw_phases(which, self._seeds)
+        self._rows.reset(which)
         self._observe()
 
     @in_turn
@@ -257,7 +265,7 @@ class Batch(RowTables):
                 break
         new = np.flatnonzero(self.diverged & ~before)
         if len(new):
-            raise DivergedError(rows_divergence_message(new, float(self._time[new[0]])))
+            raise DivergedError(rows_divergence_message(new, float(self._rows.time[new[0]])))
 
     @in_turn
     def set_boat(
@@ -281,27 +289,27 @@ class Batch(RowTables):
             CommandError: the shape is wrong, or a number is not finite or too large.
         """
         check_name("boat", boat, self.boats)
-        which = which_rows(self.n, rows)
-        before = self._qpos[which].copy()
-        hull = self._arrays.hulls[self.boats.index(boat)]
+        which, number, data = which_rows(self.n, rows), self.boats.index(boat), self._rows
+        before = data.qpos[which].copy()
+        hull = self._arrays.hulls[number]
         qpos, dof = int(hull["qpos"]), int(hull["dof"])
         if pose is not None:
             for row, place in zip(which, row_vectors(f"pose of {boat}", pose, len(which)), strict=True):
-                write_pose(self._qpos[row], qpos, place.tolist())
+                write_pose(data.qpos[row], qpos, place.tolist())
         if velocity is not None:
             moving = row_vectors(f"velocity of {boat}", velocity, len(which))
-            turns = self._qpos[which, qpos + 3 : qpos + 7]
-            self._qvel[which, dof : dof + 3] = in_world_axes(turns, moving[:, :3])
-            self._qvel[which, dof + 3 : dof + 6] = moving[:, 3:]
+            turns = data.qpos[which, qpos + 3 : qpos + 7]
+            data.qvel[which, dof : dof + 3] = in_world_axes(turns, moving[:, :3])
+            data.qvel[which, dof + 3 : dof + 6] = moving[:, 3:]
         if pose is not None:
             try:
-                check_room(self._model, self._qpos[which], self._arrays.hulls["qpos"].astype(np.int64))
+                check_room(self._arrays.model, data.qpos[which], self._arrays.hulls["qpos"].astype(np.int64))
             except CommandError:
-                self._qpos[which] = before
+                data.qpos[which] = before
                 raise
             for row in which:
-                self._stacks["memory_state"][row][self._arrays.memory_rows(self.boats.index(boat))] = 0.0
-        write_rows(which, self._runs, self._qpos, self._qvel)
+                data.stacks["memory_state"][row][self._arrays.memory_rows(number)] = 0.0
+        write_rows(which, data.runs, data.qpos, data.qvel)
         self._observe()
 
     @in_turn
@@ -338,33 +346,22 @@ class Batch(RowTables):
             mass: factor of every boat's mass and inertia; such a row has its own model. Above `largest_masses` a
                 boat capsizes or sinks.
             thrust: factor of all thrusters' forces.
-            parameters: values of numbers of hulls, stations, current, moorings and ropes by name, as
-                `vrx_mj.parameters` lists them: `{"wamv.hull.drag_linear.surge": [40, 60]}`.
+            parameters: values of numbers by name, as `vrx_mj.parameters` lists them:
+                `{"wamv.hull.drag_linear.surge": [40, 60]}`. Such a row is a run of a world that was compiled with its
+                numbers. It takes about a millisecond for each row.
 
         Raises:
-            UnknownNameError: no number that rows can have of their own has a name in `parameters`.
+            UnknownNameError: no number of the boats or the weather has a name in `parameters`.
             CommandError: the shape is wrong, a number is not finite, or negative (or 0 for `mass` or `wave_period`), or
                 there is no memory for the models of rows with a mass of their own.
         """
         which = which_rows(self.n, rows)
-        given = varied(
+        given = varied_values(
             len(which), wind_speed=wind_speed, gusts=gusts, wind_direction=wind_direction, waves=waves,
             wave_period=wave_period, wave_band=wave_band, wave_direction=wave_direction, wave_spread=wave_spread,
             mass=mass, thrust=thrust,
         )  # fmt: skip
-        self._vary_numbers(which, {} if parameters is None else parameters)
-        self._warn_of_no_effect(given)
-        for name, values in given.items():
-            self._varied[name][which] = values
-        if wave_phases is not None or any(name.startswith("wave") for name in given):
-            own = self._seas.change(which, given, wave_phases)
-            self._varied["wave_phases"][which] = np.abs(own["phase"]).max(axis=1, initial=0.0)
-            self._separate("waves")[which] = own
-        self._vary_wind(which, given)
-        if "thrust" in given:
-            self._separate("thrusters")["gain"][which] = given["thrust"][:, None]
-        if "mass" in given:
-            self._weigh(which, given["mass"])
+        self._variation.change(which, given, wave_phases, {} if parameters is None else parameters)
 
     @in_turn
     def get_state(self, row: int) -> State:
@@ -376,23 +373,79 @@ class Batch(RowTables):
             CommandError: the row does not exist.
         """
         row = whole("row", row, 0, self.n - 1)
-        moving = b"".join(self._stacks[name][row].tobytes() for name, array in ARRAYS.items() if array.use == STATE)
-        ours, seed = moving + self._arrays.sample_clocks.pack(), int(self._seeds[row])
+        stacks, arrays, time = self._rows.stacks, self._arrays, float(self._rows.time[row])
+        moving = b"".join(stacks[name][row].tobytes() for name, array in ARRAYS.items() if array.use == STATE)
+        ours, flat = moving + arrays.sample_clocks.pack(), self._rows.integration_state(row)
+        varied = self._variation.differences(row)
         return State(
-            STATE_VERSION, self._world_id, seed, float(self._time[row]), self._flat(row), ours, self._arrays.moving,
-            varied=self._differences(row),
-        )  # fmt: skip
+            STATE_VERSION, self._world_id, int(self._seeds[row]), time, flat, ours, arrays.moving, varied=varied
+        )
+
+    # The water
+
+    @property
+    def largest_masses(self) -> FloatArray:
+        """Factor of its mass up to which each boat floats at rest on a calm, (boats,); beyond, an end goes under."""
+        return self._equilibrium.largest_masses()
+
+    @in_turn
+    def waves(self, row: int) -> Table:
+        """Waves of a row's sea, a copy: records of amplitude [m], wavenumber, frequency, direction and phase [rad]."""
+        return self._rows.part("waves", whole("row", row, 0, self.n - 1)).copy()
+
+    @in_turn
+    def sea_height(self, x: npt.ArrayLike, y: npt.ArrayLike) -> FloatArray:
+        """Height [m] of each row's sea at points x, y, (n, points) [m, ENU], at the row's present time.
+
+        Raises:
+            CommandError: the points are not numbers, or do not have that shape.
+        """
+        east, north = (np.ascontiguousarray(as_numbers(name, value)) for name, value in (("x", x), ("y", y)))
+        if east.ndim != 2 or east.shape != north.shape or len(east) != self.n:
+            text = f"({self.n}, points) of both is needed"
+            raise CommandError(f"invalid x and y of shapes {east.shape} and {north.shape}: {text}")
+        out, stacks = np.empty(east.shape), self._rows.stacks
+        row_heights(stacks["waves"], stacks["sea"], east, north, self._rows.time, out)
+        return out
+
+    @in_turn
+    def afloat(self, boat: str, places: npt.ArrayLike, rows: Rows = None) -> tuple[FloatArray, FloatArray]:
+        """Poses and velocities, (rows, 6) each as in `set_boat`, with which a boat floats on the rows' present seas.
+
+        Its weight is that of the row, engines included; wind and thrust are left out. A boat that the water cannot
+        carry is upright, with its origin at the surface.
+
+        Args:
+            boat: name of the boat.
+            places: x, y [m] and yaw [rad], (rows, 3).
+            rows: mask or numbers of the rows; by default all.
+
+        Raises:
+            UnknownNameError: no boat has that name.
+            CommandError: the shape is wrong, or a number is not finite or too large.
+        """
+        check_name("boat", boat, self.boats)
+        which, number = which_rows(self.n, rows), self.boats.index(boat)
+        spots = row_vectors(f"places of {boat}", places, len(which), 3)
+        floating = [
+            self._equilibrium.pose(row, number, (x, y, yaw))
+            for row, (x, y, yaw) in zip(which.tolist(), spots.tolist(), strict=True)
+        ]
+        poses, velocities = (np.array([pair[k] for pair in floating]).reshape(-1, 6) for k in range(2))
+        return poses, velocities
 
     # Inside
 
     def _advance(self, first: int, last: int, steps: int) -> None:
+        rows = self._rows
         self._loop(
-            first, last, self._runs, self._qpos, self._qvel, self._time, self._done, self._going, self.timestep, steps
+            first, last, rows.runs, rows.qpos, rows.qvel, rows.time, rows.done, self._going, self.timestep, steps
         )
-        observe_rows(first, last, self._stacks["hulls"], self._qpos, self._qvel, self._features)
+        observe_rows(first, last, rows.stacks["hulls"], rows.qpos, rows.qvel, rows.features)
 
     def _observe(self) -> None:
-        observe_rows(0, self.n, self._stacks["hulls"], self._qpos, self._qvel, self._features)
+        rows = self._rows
+        observe_rows(0, self.n, rows.stacks["hulls"], rows.qpos, rows.qvel, rows.features)
 
     def _give(self, which: IntArray, values: npt.ArrayLike, hold: float) -> None:
         """Command rows; a thrust lasts for its thruster's timeout, and at least `hold` [s]."""
@@ -401,7 +454,15 @@ class Batch(RowTables):
             needed = (len(which), len(self._channels))
             raise CommandError(f"invalid commands of shape {given.shape}: {needed} is needed")
         for row, column in np.argwhere(~np.isfinite(given)):
-            self._channels[column].checked(float(given[row, column]), f" in row {which[row]}")
-        state = self._stacks["thruster_state"]
+            self._channels[column].number(float(given[row, column]), f" in row {which[row]}")
+        state, thrusters = self._rows.stacks["thruster_state"], self._rows.stacks["thrusters"]
+        now, timeouts = self._rows.time[which], thrusters["timeout"]
+        lasting: list[FloatArray | float]
+        if len(thrusters) > 1:
+            lasting = [np.where(own > 0.0, np.maximum(own, hold), np.inf) for own in timeouts[which].T]
+        else:
+            lasting = [max(own, hold) if own > 0.0 else math.inf for own in timeouts[0].tolist()]
         for number, channel in enumerate(self._channels):
-            channel.write(state, (which, channel.row), given[:, number], self._time[which], hold)
+            state[channel.column][which, channel.row] = given[:, number]
+            if channel.column == "command":
+                state["expires"][which, channel.row] = now + lasting[channel.row]

@@ -23,7 +23,7 @@ class Charge:
         """A run begins."""
         self.left = 1.0
         """Share of the charge."""
-        self._before = self._sim.time, self._drawn()
+        self._before = self._sim.time, self._energy()
 
     def measure(self) -> dict[str, float]:
         """Voltage [V] and current [A], means since the last call.
@@ -31,7 +31,7 @@ class Charge:
         The current I of a power P from a battery of voltage U at rest and resistance R is that for which
         (U - R I) I = P; a battery that cannot give the power gives what it can, at half its voltage.
         """
-        (begun, before), now = self._before, (self._sim.time, self._drawn())
+        (begun, before), now = self._before, (self._sim.time, self._energy())
         self._before = now
         interval = now[0] - begun
         power = (now[1] - before) / interval if interval > 0.0 else 0.0
@@ -41,7 +41,7 @@ class Charge:
         self.left = max(0.0, self.left - current * interval / (_HOUR * self._battery.capacity))
         return {"voltage": voltage, "current": current}
 
-    def _drawn(self) -> float:
+    def _energy(self) -> float:
         """Energy [J]; 0 where no power of a propeller is known."""
         try:
             return self._sim.energy(self._boat)

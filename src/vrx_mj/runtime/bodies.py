@@ -26,7 +26,7 @@ class FreeBodies:
         floating = [item.name for item in world.parameters.objects if item.kind == "floating"]
         self.objects = tuple(floating)
         docks = [dock.name for dock in world.parameters.docks if dock.dynamic]
-        self.afloat = (*self.objects, *docks)
+        self.floating = (*self.objects, *docks)
         self._address: dict[str, tuple[int, int]] = {}
         linked = [item for item in world.parameters.objects if item.links]
         body = {item.name: int(arrays.model.body(item.body).id) for item in linked}
@@ -57,44 +57,40 @@ class FreeBodies:
 
     def _hull(self, name: str) -> Hull | None:
         """The figures of a boat, which do not change; nothing else has any."""
-        if name in self._hulls or name not in self._boats:
-            return self._hulls.get(name)
-        self._hulls[name] = self._figures(self._boats.index(name))
-        return self._hulls[name]
+        if name in self._boats and name not in self._hulls:
+            number = self._boats.index(name)
+            names = {item.name: row for row, item in enumerate(self._thrusters) if item.hull == number}
+            self._hulls[name] = hull_of(self._arrays, self._arrays.hulls[number], names)
+        return self._hulls.get(name)
 
-    def _figures(self, number: int) -> Hull:
-        names = {item.name: row for row, item in enumerate(self._thrusters) if item.hull == number}
-        return hull_of(self._arrays, self._arrays.hulls[number], names)
-
-    def put(self, name: str, pose: Sequence[float] | None, velocity: Sequence[float] | None) -> None:
+    def set_motion(self, name: str, pose: Sequence[float] | None, velocity: Sequence[float] | None) -> None:
         """Set pose [m, rad, ENU] and velocity [m/s, rad/s, body axes] of a link's origin."""
         qpos, dof = self._address[name]
-        place = None if pose is None else several(f"pose of {name}", pose, 6, HUGE)
         motion = None if velocity is None else several(f"velocity of {name}", velocity, 6, HUGE)
-        if place is not None:
-            write_pose(self._data.qpos, qpos, place)
+        if pose is not None:
+            write_pose(self._data.qpos, qpos, several(f"pose of {name}", pose, 6, HUGE))
         if motion is not None:
             turn = self._data.qpos[qpos + 3 : qpos + 7]
             self._data.qvel[dof : dof + 3] = in_world_axes(turn, np.array(motion[:3]))
             self._data.qvel[dof + 3 : dof + 6] = motion[3:]
             self._data.qvel[self._rates.get(name, slice(0))] = 0.0  # as in Gazebo: all links get the velocity
 
-    def set_afloat(self, name: str, height: Callable[[float, float], float]) -> None:
-        """Let the water, whose surface is at `height(x, y)` [m], have an object or a dock where it is now."""
+    def start_floating(self, name: str, height: Callable[[float, float], float]) -> None:
+        """Start an object or a dock where it is now, with the surface at `height(x, y)` [m]."""
         if name in self.anchored:
-            self._arrays.set_links_afloat(self.anchored[name], height)
+            self._arrays.start_links_floating(self.anchored[name], height)
             return
         qpos, _ = self._address[name]
         if name in self.objects:
             row = self.objects.index(name)
-            self._arrays.set_afloat(row, height(*self._data.qpos[qpos : qpos + 2]))
-            self._arrays.set_links_afloat(self._arrays.floats["body"][row], height)
+            self._arrays.start_floating(row, height(*self._data.qpos[qpos : qpos + 2]))
+            self._arrays.start_links_floating(self._arrays.floats["body"][row], height)
             return
         for row in self._arrays.tree_rows(qpos):
             x, y, _ = self._data.xipos[self._arrays.blocks["body"][row]]
             self._arrays.block_state[row] = (height(x, y), 0)
 
-    def broken(self) -> str:
+    def worst(self) -> str:
         """Name of the first body whose state is not finite, or else the fastest."""
         worst, name = -1.0, "the world"
         for candidate, (qpos, dof) in self._address.items():

@@ -2,13 +2,13 @@
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from vrx_mj.arguments import as_number, check_name
 from vrx_mj.errors import CommandError, shown
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Thruster
-from vrx_mj.physics.tables import BLADES, Table
+from vrx_mj.physics.tables import Table
 from vrx_mj.runtime.loop_arrays import LoopArrays
 
 Commands = Mapping[str, Mapping[str, float]]
@@ -36,7 +36,7 @@ class Channel(NamedTuple):
         """Whether it is a thrust, or the angle of a thruster that turns."""
         return self.column == "command" or self.limits != (0.0, 0.0)
 
-    def checked(self, value: object, where: str = "") -> float:
+    def number(self, value: object, where: str = "") -> float:
         """A value of this command; CommandError if it is not a finite number."""
         number = as_number(value)
         if not math.isfinite(number):
@@ -44,25 +44,24 @@ class Channel(NamedTuple):
             raise CommandError(f"invalid command {shown(value)} for {self.name} of {self.boat}{where}: {needed}")
         return number
 
-    def write(self, state: Table, at: Any, values: Any, time: Any, hold: float) -> None:
-        """Set commands in `state`, a table of `THRUSTER_STATE`, `at` rows of it, at `time` [s].
+    def write(self, state: Table, value: float, time: float, hold: float) -> None:
+        """Set the command at `time` [s] in `state`, a `THRUSTER_STATE`.
 
         A thrust lasts for the thruster's timeout, and at least `hold` [s].
         """
-        state[self.column][at] = values
+        state[self.column][self.row] = value
         if self.column == "command":
-            state["expires"][at] = time + (max(self.timeout, hold) if self.timeout > 0.0 else math.inf)
+            state["expires"][self.row] = time + (max(self.timeout, hold) if self.timeout > 0.0 else math.inf)
 
 
-def channels_of(world: World, thrusters: Table) -> tuple[Channel, ...]:
-    """Every command of a world with that table of thrusters: thrusts, then angles; rudders and sails have no thrust."""
+def channels_of(world: World) -> tuple[Channel, ...]:
+    """Every command of a world: thrusts, then angles; rudders and sails have no thrust."""
     pushing, steering = [], []
-    for number, (given, row) in enumerate(zip(world.parameters.thrusters, thrusters, strict=True)):
-        boat, name, timeout = world.boats[given.hull], given.name, float(row["timeout"])
-        if given.mapping not in BLADES:
-            pushing.append(Channel(boat, name, number, "command", given.command_limits, timeout))
-        angle = float(row["max_angle"]) if given.max_angle else 0.0
-        steering.append(Channel(boat, name + ANGLE, number, "angle_target", (-angle, angle), timeout))
+    for number, given in enumerate(world.parameters.thrusters):
+        boat, name, angle = world.boats[given.hull], given.name, given.max_angle
+        if not given.is_blade:
+            pushing.append(Channel(boat, name, number, "command", given.command_limits, given.timeout))
+        steering.append(Channel(boat, name + ANGLE, number, "angle_target", (-angle, angle), given.timeout))
     return (*pushing, *steering)
 
 
@@ -76,10 +75,10 @@ def clipped_commands(world: World, boat: str, commands: Mapping[str, float]) -> 
             continue
         least, most = (-thruster.max_angle, thruster.max_angle) if angle else thruster.command_limits
         if value < least - 1e-6 or value > most + 1e-6:
-            yield name, f"{name} of {boat} is {_clipped(value, thruster, angle=angle)}"
+            yield name, f"{name} of {boat} is {_clipping_text(value, thruster, angle=angle)}"
 
 
-def _clipped(value: float, thruster: Thruster, *, angle: bool) -> str:
+def _clipping_text(value: float, thruster: Thruster, *, angle: bool) -> str:
     if angle:
         largest = thruster.max_angle
         return f"{value:.4g} rad: the angle is clamped to {min(max(value, -largest), largest):.4g} rad"
@@ -93,11 +92,11 @@ def _clipped(value: float, thruster: Thruster, *, angle: bool) -> str:
 class CommandNames:
     """The names that take commands, and where they go."""
 
-    def __init__(self, world: World, table: Table) -> None:
-        """Commands of a world's boats with that table of thrusters."""
+    def __init__(self, world: World) -> None:
+        """Commands of a world's boats."""
         self._channels: dict[str, dict[str, Channel]] = {boat: {} for boat in world.boats}
         self.thrusters: dict[str, dict[str, int]] = {boat: {} for boat in world.boats}
-        for channel in channels_of(world, table):
+        for channel in channels_of(world):
             self._channels[channel.boat].setdefault(channel.name, channel)
         for index, thruster in enumerate(world.parameters.thrusters):
             self.thrusters[world.boats[thruster.hull]][thruster.name] = index
@@ -134,10 +133,10 @@ class CommandNames:
             UnknownNameError: no such boat, or no such thruster on it.
             CommandError: a command is not a finite number.
         """
-        for channel, value in self._checked(commands):
-            channel.write(arrays.thruster_state, channel.row, value, time, hold)
+        for channel, value in self._channel_values(commands):
+            channel.write(arrays.thruster_state, value, time, hold)
 
-    def _checked(self, commands: Commands) -> list[tuple[Channel, float]]:
+    def _channel_values(self, commands: Commands) -> list[tuple[Channel, float]]:
         if not isinstance(commands, Mapping):
             raise CommandError(f"invalid commands {shown(commands)}: a mapping by boat is needed, " + _EXAMPLE)
         checked = []
@@ -150,7 +149,7 @@ class CommandNames:
             for name, value in values.items():
                 check_name(f"thruster of {boat}", name, names)
                 channel = self._channels[boat][name]
-                checked.append((channel, channel.checked(value)))
+                checked.append((channel, channel.number(value)))
         return checked
 
 

@@ -85,14 +85,14 @@ def most_contacts(model: mujoco.MjModel) -> int:
     return int(model.narena) // PER_CONTACT
 
 
-def crowded(contacts: int) -> str:
+def crowding_message(contacts: int) -> str:
     """Message for bodies with so many contacts."""
     return f"too many contacts at one place, {contacts}: place the bodies further apart"
 
 
 @contextmanager
 def fitting(data: mujoco.MjData) -> Iterator[None]:
-    """Around functions of MuJoCo's that find contacts.
+    """Context for functions of MuJoCo's that find contacts.
 
     Raises:
         CommandError: there are more contacts than fit into the memory.
@@ -100,7 +100,7 @@ def fitting(data: mujoco.MjData) -> Iterator[None]:
     try:
         yield
     except mujoco.FatalError as error:
-        raise CommandError(crowded(int(data.ncon))) from error
+        raise CommandError(crowding_message(int(data.ncon))) from error
 
 
 def check_room(model: mujoco.MjModel, qpos: FloatArray, starts: IntArray) -> None:
@@ -120,4 +120,4 @@ def check_room(model: mujoco.MjModel, qpos: FloatArray, starts: IntArray) -> Non
         with fitting(scratch):
             mujoco.mj_fwdPosition(model, scratch)
         if scratch.ncon > most_contacts(model):
-            raise CommandError(crowded(scratch.ncon))
+            raise CommandError(crowding_message(scratch.ncon))

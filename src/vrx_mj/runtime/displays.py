@@ -9,21 +9,20 @@ from vrx_mj.arguments import check_kind, check_name
 from vrx_mj.config.bays import LIGHT_COLORS, OFF, SYMBOLS
 from vrx_mj.errors import CommandError, shown
 from vrx_mj.runtime.loop_arrays import LoopArrays
-from vrx_mj.runtime.sensing import Sensing, painted
+from vrx_mj.runtime.sensing import Sensing, display_colors
 from vrx_mj.sensors.displays import Display, new_pattern, next_pattern, next_symbol, symbol_mark
 
 
 class Displays:
     """The lights and placards of a run; errors are those of the methods of `Simulation` with these names."""
 
-    def __init__(self, arrays: LoopArrays, sensing: Sensing) -> None:
-        """Displays of loop arrays; `sensing` sees what they are made to show."""
+    def __init__(self, sensing: Sensing) -> None:
+        """Displays of the run of some sensors, which see what the displays are made to show."""
         self._sensing = sensing
-        self.bind(arrays)
 
-    def bind(self, arrays: LoopArrays) -> None:
-        """Go on in arrays in which boats have come or gone."""
-        self._arrays = arrays
+    @property
+    def _arrays(self) -> LoopArrays:
+        return self._sensing.arrays
 
     def names(self, kind: str) -> tuple[str, ...]:
         """Names of all displays of a kind, `light` or `placard`."""
@@ -66,7 +65,7 @@ class Displays:
         """Set the colours of lights and placards in a model to be drawn, such as `visual_model`."""
         check_kind("paint", model, mujoco.MjModel, "a model, as sim.visual_model")
         marks, time = self._arrays.display_marks, float(self._arrays.data.time)
-        for geom, rgba in painted(model, self._arrays.displays, marks, time).items():
+        for geom, rgba in display_colors(model, self._arrays.displays, marks, time).items():
             model.geom_rgba[geom] = rgba
 
     def _display(self, what: str, name: str, kinds: Sequence[str]) -> Display:

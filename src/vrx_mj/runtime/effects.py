@@ -217,7 +217,7 @@ def hull_loads(runs: Table, index: int, time: float, dt: float, out: FloatArray)
 
 @allocating_kernel
 def hull_loads_vrx(runs: Table, index: int, time: float, dt: float, out: FloatArray) -> None:
-    """The same for the worlds of `advance_vrx`."""
+    """`hull_loads` for the worlds of `advance_vrx`."""
     a = views(runs[0])
     push_hull(index, a, None, a.waves, weather_step(a, None, dt), time, dt, out)
 

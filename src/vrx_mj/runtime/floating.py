@@ -7,25 +7,27 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.hydrostatics import greatest_lift, settle
 from vrx_mj.physics.tables import Table
 from vrx_mj.physics.waves import surface_height
-from vrx_mj.runtime.loop_arrays import LoopArrays
+from vrx_mj.runtime.row_tables import RowTables
 
 _LATER = 1e-3
-"""Of two moments between which a boat's motion with the water is measured [s]."""
+"""Time between two moments from which a boat's motion with the water is found [s]."""
 _LEAN = 0.5
-"""Roll and pitch of a boat at rest on waves, at most [rad]; on steeper ones it starts as on a calm."""
+"""Largest roll and pitch of a boat at rest on waves [rad]; on steeper ones it starts as on a calm."""
 _HALVINGS = 20
-"""Of the interval in which the largest mass is."""
+"""Halvings of the interval in which the largest mass is."""
 
 
-class Afloat:
-    """Weights and centres of mass of a world's boats, engines included, as its file has them."""
+class Equilibrium:
+    """Boats of the rows of a batch at rest in the water: with engines, without wind and thrust."""
 
-    def __init__(self, arrays: LoopArrays) -> None:
+    def __init__(self, rows: RowTables) -> None:
+        """Take the boats' weights and centres of mass from the world's model."""
+        arrays = rows.arrays
         model, data = arrays.model, mujoco.MjData(arrays.model)
         mujoco.mj_kinematics(model, data)
         mujoco.mj_comPos(model, data)
         bodies = arrays.hulls["body"].astype(np.int64)
-        self._arrays, gravity = arrays, -float(model.opt.gravity[2])
+        self._rows, gravity = rows, -float(model.opt.gravity[2])
         self._weights: FloatArray = model.body_subtreemass[bodies] * gravity
         turned = data.xmat[bodies].reshape(-1, 3, 3).transpose(0, 2, 1)
         away = data.subtree_com[bodies] - data.xpos[bodies]
@@ -36,44 +38,41 @@ class Afloat:
 
         Found by halving, below the factor with which all that can be under water just carries the weight.
         """
-        found = np.zeros(len(self._weights))
-        for boat, hull in enumerate(self._arrays.hulls):
-            least, most = 0.0, greatest_lift(hull, self._arrays.stations) / self._weights[boat]
+        found, arrays = np.zeros(len(self._weights)), self._rows.arrays
+        for boat, hull in enumerate(arrays.hulls):
+            least, most = 0.0, greatest_lift(hull, arrays.stations) / self._weights[boat]
             for _ in range(_HALVINGS):
                 middle = 0.5 * (least + most)
-                floats = self._settled(boat, self._arrays.waves[:0], np.zeros(6), 0.0, middle)
+                weight, center = middle * self._weights[boat], self._centers[boat]
+                floats = settle(
+                    hull, arrays.stations, arrays.waves[:0], arrays.sea[0], weight, center, np.zeros(6), 0.0
+                )
                 least, most = (middle, most) if floats else (least, middle)
             found[boat] = least
         return found
 
-    def pose(
-        self, boat: int, waves: Table, place: tuple[float, float, float], time: float, mass: float = 1.0
-    ) -> tuple[FloatArray, FloatArray]:
-        """Pose and velocity, (6,) each, with which a boat goes up and down with the water.
+    def pose(self, row: int, boat: int, place: tuple[float, float, float]) -> tuple[FloatArray, FloatArray]:
+        """Pose and velocity, (6,) each, with which a boat of a row goes up and down with the water now.
 
-        Args:
-            boat: its number.
-            waves: `tables.WAVE`.
-            place: x, y [m] and yaw [rad].
-            time: simulated [s].
-            mass: factor of its mass and inertia.
+        `place` is x, y [m] and yaw [rad].
         """
+        rows, time = self._rows, float(self._rows.time[row])
+        hull, stations, waves, sea = (rows.part(name, row) for name in ("hulls", "stations", "waves", "sea"))
+        weight, center = float(rows.masses[row]) * self._weights[boat], self._centers[boat]
+
+        def settles(waves: Table, pose: FloatArray, time: float) -> bool:
+            return bool(settle(hull[boat], stations, waves, sea[0], weight, center, pose, time))
+
         x, y, yaw = place
-        height = surface_height(waves, self._arrays.sea[0], x, y, time)
-        calm, velocity = np.array([x, y, self._arrays.sea["level"][0], 0.0, 0.0, yaw]), np.zeros(6)
-        if not self._settled(boat, waves[:0], calm, time, mass):
+        level, height = sea["level"][0], surface_height(waves, sea[0], x, y, time)
+        calm, velocity = np.array([x, y, level, 0.0, 0.0, yaw]), np.zeros(6)
+        if not settles(waves[:0], calm, time):
             return np.array([x, y, height, 0.0, 0.0, yaw]), velocity
-        calm[2] += height - self._arrays.sea["level"][0]  # the water's surface is higher here, and leans a little
+        calm[2] += height - level  # the water's surface is higher here, and leans a little
         now = calm.copy()
-        if not self._settled(boat, waves, now, time, mass) or np.abs(now[3:5]).max() > _LEAN:
+        if not settles(waves, now, time) or np.abs(now[3:5]).max() > _LEAN:
             return calm, velocity
         later = now.copy()
-        if self._settled(boat, waves, later, time + _LATER, mass):
+        if settles(waves, later, time + _LATER):
             velocity[2:5] = (later[2:5] - now[2:5]) / _LATER  # tilted by a few degrees, body and world axes are alike
         return now, velocity
-
-    def _settled(self, boat: int, waves: Table, pose: FloatArray, time: float, mass: float) -> bool:
-        arrays, weight = self._arrays, mass * self._weights[boat]
-        return bool(
-            settle(arrays.hulls[boat], arrays.stations, waves, arrays.sea[0], weight, self._centers[boat], pose, time)
-        )

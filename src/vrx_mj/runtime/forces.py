@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from typing import Any
 
-import mujoco
 import numpy as np
 import numpy.typing as npt
 
@@ -130,14 +129,11 @@ def _contacts(arrays: LoopArrays, root: int, center: FloatArray) -> FloatArray:
     """Sum of the contact forces of the last step on the boat's bodies, about `center` [m, world]."""
     total = np.zeros(6)
     model, data = arrays.model, arrays.data
-    local = np.zeros(6)
     for number in range(data.ncon):
         contact = data.contact[number]
         roots = [int(model.body_rootid[model.geom_bodyid[geom]]) for geom in contact.geom]
         sign = (roots[1] == root) - (roots[0] == root)
         if sign:
-            mujoco.mj_contactForce(model, data, number, local)
-            frame = contact.frame.reshape(3, 3)
-            force, torque = frame.T @ local[:3], frame.T @ local[3:]
+            force, torque = arrays.contact_load(number)
             total += sign * np.concatenate((force, torque + np.cross(contact.pos - center, force)))
     return total

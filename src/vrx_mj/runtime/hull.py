@@ -121,7 +121,7 @@ def _rudder(name: str, row: Record) -> Rudder:
 
 _SAMPLES = 401
 """Commands at which the mapping is tabulated."""
-_Tabulated = tuple[FloatArray, FloatArray, FloatArray]
+_Mapping = tuple[FloatArray, FloatArray, FloatArray]
 _DRIVE = ("mapping", "max_command", "max_forward", "max_reverse")
 """Fields of a thruster's row that its mapping depends on."""
 
@@ -131,10 +131,11 @@ class Propeller:
     """A propeller that pushes along a line; the command `NAME_angle` turns that about the vertical."""
 
     name: str
+    """Name of the thruster."""
     position: tuple[float, float, float]
     """Where it pushes at zero steering [m], body frame."""
     direction: tuple[float, float, float]
-    """Of a positive force at zero steering, unit vector, body frame."""
+    """Direction of a positive force at zero steering, unit vector, body frame."""
     max_angle: float
     """Largest steering angle either way [rad]; 0: fixed."""
     max_forward: float
@@ -189,7 +190,14 @@ def energy_of(arrays: LoopArrays, boat: str, index: int, states: Table) -> Float
 
 def _thruster(name: str, arrays: LoopArrays, number: int) -> Propeller:
     row = arrays.thrusters[number]
-    commands, forces, spread = _at_rest(arrays, row)
+    if row["measured"] < 0:
+        commands, forces, rising = _mapping_table(**{field: row[field].item() for field in _DRIVE})
+    else:
+        own = arrays.propellers[row["measured"]]
+        points = arrays.propeller_points[own["point_start"] :][: own["point_count"]]
+        commands, forces, rising = _measured_table(
+            float(row["max_command"]), float(own["dead_zone"]), tuple(points.tolist())
+        )
     toward = row["rotation"] @ row["direction"]
     x, y, z = (float(value) for value in force_point(row, 0.0))
     return Propeller(
@@ -201,42 +209,32 @@ def _thruster(name: str, arrays: LoopArrays, number: int) -> Propeller:
         float(forces[0]),
         bool(row["mapping"] == NEWTONS),
         commands,
-        spread,
+        rising,
     )
 
 
-def _at_rest(arrays: LoopArrays, row: Record) -> _Tabulated:
-    """The same three of a thruster at rest in the water."""
-    if row["measured"] < 0:
-        return _tabulated(**{field: row[field].item() for field in _DRIVE})
-    own = arrays.propellers[row["measured"]]
-    first = own["point_start"]
-    points = arrays.propeller_points[first : first + own["point_count"]]
-    return _measured(float(row["max_command"]), float(own["dead_zone"]), tuple(points.tolist()))
-
-
 @lru_cache(maxsize=64)
-def _tabulated(**drive: float) -> _Tabulated:
+def _mapping_table(**drive: float) -> _Mapping:
     """Commands, the forces [N] that they give, and the same forces with a slope where they do not change."""
     row = np.zeros(1, THRUSTER)[0]
     for name, value in drive.items():
         row[name] = value
     commands = np.linspace(-drive["max_command"], drive["max_command"], _SAMPLES)
-    return _spread(commands, [thrust_force(row, float(command)) for command in commands])
+    return _with_slope(commands, [thrust_force(row, float(command)) for command in commands])
 
 
 @lru_cache(maxsize=64)
-def _measured(max_command: float, dead_zone: float, curve: tuple[tuple[float, float], ...]) -> _Tabulated:
-    """The same of a propeller with these commands and thrusts."""
+def _measured_table(max_command: float, dead_zone: float, curve: tuple[tuple[float, float], ...]) -> _Mapping:
+    """`_mapping_table` of a propeller with these commands and thrusts."""
     own, points = np.zeros(1, PROPELLER)[0], np.array([*curve], PROPELLER_POINT)
     own["dead_zone"] = dead_zone
     shares = np.linspace(-1.0, 1.0, _SAMPLES)
-    return _spread(max_command * shares, [measured_thrust(own, points, float(share)) for share in shares])
+    return _with_slope(max_command * shares, [measured_thrust(own, points, float(share)) for share in shares])
 
 
-def _spread(commands: FloatArray, given: Sequence[float]) -> _Tabulated:
+def _with_slope(commands: FloatArray, given: Sequence[float]) -> _Mapping:
     forces: FloatArray = np.maximum.accumulate(given)
-    spread = forces + 1e-9 * np.arange(_SAMPLES)  # where the force does not change, the smallest command
-    for array in (commands, forces, spread):
+    rising = forces + 1e-9 * np.arange(_SAMPLES)  # where the force does not change, the smallest command
+    for array in (commands, forces, rising):
         array.setflags(write=False)  # all thrusters of a kind have the same
-    return commands, forces, spread
+    return commands, forces, rising

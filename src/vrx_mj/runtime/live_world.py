@@ -10,7 +10,6 @@ from functools import cache, partial
 import mujoco
 
 from vrx_mj.arguments import as_text, check_name
-from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import CommandError, DivergedError, StateError
 from vrx_mj.exits import check_exit
 from vrx_mj.libmujoco import untimed
@@ -18,7 +17,7 @@ from vrx_mj.mjcf.drawing import drawing_model
 from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.bodies import FreeBodies
 from vrx_mj.runtime.commands import CommandNames
-from vrx_mj.runtime.crowding import crowded, fitting, most_contacts
+from vrx_mj.runtime.crowding import crowding_message, fitting, most_contacts
 from vrx_mj.runtime.displays import Displays
 from vrx_mj.runtime.forces import RunCopy
 from vrx_mj.runtime.hull import Propeller, thrusters
@@ -36,12 +35,11 @@ from vrx_mj.runtime.state import (
     set_integration_state,
 )
 from vrx_mj.runtime.subscriptions import ContactSampler, Subscriptions
-from vrx_mj.runtime.task_runner import TaskRunner
+from vrx_mj.runtime.task_runner import Decision, TaskRunner
 from vrx_mj.runtime.timing import steps_to_multiple, stride_of
 from vrx_mj.runtime.turns import Turn
-from vrx_mj.runtime.warmup import announced
+from vrx_mj.runtime.warmup import compile_notice
 from vrx_mj.runtime.weather import Sea, Wind
-from vrx_mj.tasks.frame import Message
 from vrx_mj.tasks.rules import Action, LightUp, PlaceObject, Release, SetPinger, ShowSymbol
 
 _SLICE = 0.05
@@ -80,7 +78,7 @@ class LiveWorld:
         self.sensing = Sensing(
             world, self.arrays, self.wind, self.drawing, lambda: own.renew_arguments(), self.turn,  # noqa: PLW0108
         )  # fmt: skip
-        self.displays = Displays(self.arrays, self.sensing)
+        self.displays = Displays(self.sensing)
         contacts = ContactSampler(lambda: own.world.boats, lambda: own.arrays)
         self.subscriptions = Subscriptions(self.arrays.sensors, self.sensing.read, self.arrays.timestep, contacts)
         self.task_runner = TaskRunner(world, self.arrays, self.bodies.pose)
@@ -97,7 +95,7 @@ class LiveWorld:
         """Make a world and its arrays the present ones."""
         self.world, self.arrays, self._data = world, arrays, arrays.data
         self._most_contacts = most_contacts(arrays.model)
-        self.commands = CommandNames(world, arrays.thrusters)
+        self.commands = CommandNames(world)
         known, fleet = self.thrusters, self.commands.thrusters
         self.thrusters = {boat: known.get(boat) or thrusters(arrays, rows) for boat, rows in fleet.items()}
         self.bodies = FreeBodies(world, arrays)
@@ -109,7 +107,6 @@ class LiveWorld:
             self._take(world, arrays)
             self.sea.bind(arrays)
             self.wind.bind(arrays)
-            self.displays.bind(arrays)
             self.sensing.bind(world, arrays, self.drawing)
             self.subscriptions.bind(arrays.sensors)
             self.task_runner.bind(world, arrays, self.bodies.pose)
@@ -138,7 +135,7 @@ class LiveWorld:
 
     def compile(self) -> None:
         """Have the loop compiled, if it is not."""
-        with announced(self._loop):
+        with compile_notice(self._loop):
             self._loop(self._run.table, 0, self.time, self.arrays.timestep, 0)
 
     def advance(self, left: int) -> None:
@@ -148,7 +145,8 @@ class LiveWorld:
             DivergedError: the state became NaN or too large.
         """
         timestep = self.arrays.timestep
-        self.task_runner.look(self.time, self)
+        if (decision := self.task_runner.look(self.time)) is not None:
+            self._carry_out(decision)
         self.subscriptions.deliver(self.time)
         while left > 0:
             check_exit()
@@ -159,16 +157,17 @@ class LiveWorld:
             with untimed():
                 done = int(self._loop(self._run.table, 0, self.time, timestep, count))
             if done < 0:
-                self._diverged()
+                self._raise_divergence()
             if self._data.ncon > self._most_contacts:
-                raise DivergedError(f"{crowded(self._data.ncon)} (t = {self.time:g} s)")
+                raise DivergedError(f"{crowding_message(self._data.ncon)} (t = {self.time:g} s)")
             if done:
                 self._pace += 0.2 * ((clock.perf_counter() - begun) / done - self._pace)
             left -= done
             if done < count or begun - self._drained > _DRAIN:
                 self.sampler.drain()
                 self._drained = begun
-            self.task_runner.look(self.time, self)
+            if (decision := self.task_runner.look(self.time)) is not None:
+                self._carry_out(decision)
             if done == second:
                 self.keep()
             self.subscriptions.deliver(self.time)
@@ -179,11 +178,11 @@ class LiveWorld:
         self.run_copy = cache(partial(RunCopy, self.arrays))
         self._loop: Callable[..., int] = advance_vrx if self.arrays.vrx_only else advance
 
-    def _diverged(self) -> None:
+    def _raise_divergence(self) -> None:
         self.sampler.drain()
         good = dataclasses.replace(self._last_good, world=self.world.sha256)
         kept = save_last_good_state(good)
-        message = divergence_message(self.bodies.broken(), self.time, self.arrays.timestep, good, kept)
+        message = divergence_message(self.bodies.worst(), self.time, self.arrays.timestep, good, kept)
         self.event(message, "ERROR")
         raise DivergedError(message)
 
@@ -251,7 +250,7 @@ class LiveWorld:
         with fitting(self._data):
             mujoco.mj_forward(self.arrays.model, self._data)
         if self._data.ncon > self._most_contacts:
-            raise CommandError(crowded(self._data.ncon))
+            raise CommandError(crowding_message(self._data.ncon))
         self.sensing.renew()
 
     def keep(self) -> None:
@@ -264,7 +263,7 @@ class LiveWorld:
 
     @contextlib.contextmanager
     def undone_if_crowded(self) -> Iterator[None]:
-        """Around what moves bodies by hand: it is undone if they cannot be there."""
+        """Context that moves bodies by hand: it is undone if they cannot be there."""
         before = self.moment()
         try:
             yield
@@ -278,7 +277,7 @@ class LiveWorld:
         """Set the pose or the velocity of a boat; with a pose its task releases it."""
         check_name("boat", name, self.world.boats)
         with self.undone_if_crowded():
-            self.bodies.put(name, pose, velocity)
+            self.bodies.set_motion(name, pose, velocity)
             if pose is not None:
                 self.arrays.release(name)
             self.derive()
@@ -287,20 +286,26 @@ class LiveWorld:
 
     def set_object(self, name: str, pose: _Six, velocity: _Six) -> None:
         """Set the pose or the velocity of a floating object or dock, and let the water have it there."""
-        there = self.world.parameters
-        still = [item.name for item in there.objects if item.kind == "static"]
-        if as_text("name", name) in (*still, *(dock.name for dock in there.docks if not dock.dynamic)):
+        if as_text("name", name) in self.arrays.fixed:
             raise CommandError(f"{name} cannot be moved: it is fixed; remove it, and spawn it elsewhere")
-        check_name("floating object", name, self.bodies.afloat)
+        check_name("floating object", name, self.bodies.floating)
         with self.undone_if_crowded():
-            self.bodies.put(name, pose, velocity)
+            self.bodies.set_motion(name, pose, velocity)
             self.derive()
-        self.bodies.set_afloat(name, lambda x, y: float(self.sea.height(x, y, self.time)))
+        self.bodies.start_floating(name, lambda x, y: float(self.sea.height(x, y, self.time)))
 
     # What the task does
 
-    def act(self, action: Action) -> None:
-        """Carry out what a referee has decided."""
+    def _carry_out(self, decision: Decision) -> None:
+        """Give the listeners a frame of the task, and do what its referee has decided."""
+        for listener in self.sampler.listeners:
+            listener.frame(self.time, decision.row, decision.messages)
+        for text, level in decision.verdict.lines:
+            self.event(text, level)
+        for action in decision.verdict.actions:
+            self._act(action)
+
+    def _act(self, action: Action) -> None:
         match action:
             case Release(boat):
                 self.arrays.release(boat)
@@ -313,11 +318,6 @@ class LiveWorld:
                 self.displays.set_light(name, colors)
             case ShowSymbol(placard, symbol):
                 self.displays.set_placard(placard, symbol)
-
-    def frame(self, row: FloatArray, messages: Sequence[Message]) -> None:
-        """Give the listeners a frame that the referee looked at."""
-        for listener in self.sampler.listeners:
-            listener.frame(self.time, row, messages)
 
     def event(self, text: str, level: str = "INFO") -> None:
         """Give the listeners a line of the log."""

@@ -41,7 +41,7 @@ HUGE = 1e7
 """A state beyond this [m, m/s, rad/s] has diverged."""
 
 _PASSES, _SETTLED = 20, 1e-9
-"""Of the search for the moments of added mass: how many at most, and the change [N m] with which it ends."""
+"""Largest number of passes in the search for moments of added mass, and the change [N m] with which it ends."""
 
 _STRIDE, _COUNTDOWN, _FILLED = 0, 1, 2
 
@@ -86,7 +86,7 @@ def advance(runs: Table, row: int, time: float, dt: float, steps: int) -> int:
 
 @allocating_kernel
 def advance_vrx(runs: Table, row: int, time: float, dt: float, steps: int) -> int:
-    """The same for worlds of VRX's profiles without links: compiled without all that only others need."""
+    """`advance` for worlds of VRX's profiles without links, compiled without all that only others need."""
     return _advance(runs, row, time, dt, steps, None, views(runs[row]).waves)
 
 
@@ -99,7 +99,7 @@ def _advance(runs: Table, row: int, time: float, dt: float, steps: int, work: Ve
     added, damping = np.empty((6, 6)), np.empty((a.floats.size + a.links.size, 3))
     done, free_before, touched = 0, False, False
     turning = _any_turns_by_added_mass(a.hulls)
-    while done < steps and not touched and not _full(a.sampling, a.samples) and not _diverged(a.qpos, a.qvel):
+    while done < steps and not touched and not _full(a.sampling, a.samples) and not _has_diverged(a.qpos, a.qvel):
         _sample(a, time)
         latch(a.clocks, a.latched, a.qpos, a.qvel, a.device_state, time)
         time += dt
@@ -119,7 +119,7 @@ def _advance(runs: Table, row: int, time: float, dt: float, steps: int, work: Ve
         touched = touch_begins(flags, free, a.hulls, a.qfrc_constraint)
         done += 1
     _mj_kinematics(run.model, run.data)
-    return -1 if _diverged(a.qpos, a.qvel) else done
+    return -1 if _has_diverged(a.qpos, a.qvel) else done
 
 
 @inlined_kernel
@@ -129,7 +129,7 @@ def _move(
 ) -> None:  # fmt: skip
     """`mj_step`, stage by stage, with the hulls' added mass and the floats' and docks' drag put into the inertia.
 
-    Its checks are left out: they write warnings to a file, and `_diverged` finds more. So are, while they are `idle`,
+    Its checks are left out: they write warnings to a file, and `_has_diverged` finds more. So are, while `idle`,
     the stages about constraints, actuators and sensors, an eighth of a boat's step.
     """
     _mj_fwd_kinematics(model, data)
@@ -327,7 +327,7 @@ def _note_touches(sensordata: FloatArray, touches: FloatArray, time: float) -> N
 
 
 @kernel
-def _diverged(qpos: FloatArray, qvel: FloatArray) -> bool:
+def _has_diverged(qpos: FloatArray, qvel: FloatArray) -> bool:
     """Whether any coordinate or velocity is NaN or beyond `HUGE`."""
     fine = True
     for value in qpos:

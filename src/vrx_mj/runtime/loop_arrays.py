@@ -1,10 +1,11 @@
 """The tables of the compiled loop for one world: parameters, state, and views of MuJoCo's arrays."""
 
+import copy
 import functools
 import itertools
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import mujoco
 import numpy as np
@@ -22,14 +23,14 @@ from vrx_mj.physics.lanes import WIDTH
 from vrx_mj.physics.noise import stream_key
 from vrx_mj.physics.panel_mesh import Panels, panels_of
 from vrx_mj.physics.raft import RAFT_WORK
-from vrx_mj.physics.tables import MARINE, VRX3, Table
+from vrx_mj.physics.tables import MARINE, VRX3, Record, Table
 from vrx_mj.physics.vessel import HullMeshes
 from vrx_mj.physics.wave_box import LEVELS, ROWS, SHALLOW_LEVELS, SLENDER_ROWS
 from vrx_mj.physics.waves import random_phases
 from vrx_mj.physics.windage import Areas, WindageRow, blendermann_curve, three_number_curve, windage_rows
 from vrx_mj.runtime.loop import HUGE
-from vrx_mj.runtime.mounted import Mounted, mounted, start_marks
-from vrx_mj.runtime.proximity import BROADPHASE, movers, obstacles, unconstrained
+from vrx_mj.runtime.mounted import Mounted, mounted_sensors, start_marks
+from vrx_mj.runtime.proximity import BROADPHASE, is_unconstrained, movers, obstacles
 from vrx_mj.runtime.sample_clocks import SampleClocks
 from vrx_mj.runtime.views import ARRAYS, RUN, STATE, point
 from vrx_mj.sensors.displays import check_display_marks, display_marks, displays_of
@@ -66,27 +67,11 @@ def is_valid_column(name: str, values: npt.NDArray[Any], waypoints: IntArray) ->
     return not np.isnan(values).any() if name == "expires" else bool(np.isfinite(values).all())
 
 
-def _static_names(world: Parameters) -> Iterator[str]:
-    """Names of the objects and docks that never move."""
-    yield from (item.name for item in world.objects if item.kind == "static")
-    yield from (dock.name for dock in world.docks if not dock.dynamic)
-
-
 def mujoco_arrays(data: mujoco.MjData) -> dict[str, FloatArray]:
     """The arrays of MuJoCo's data that the loop reads and writes."""
     names = ("qpos", "qvel", "xfrc_applied", "qfrc_applied", "qfrc_constraint", "qacc_smooth", "sensordata", "xpos",
              "xmat", "subtree_com", "cdof")  # fmt: skip
     return {**{name: getattr(data, name) for name in names}, "inertia": data.M}
-
-
-def air_key(seed: int, wind_seed: int) -> int:
-    """Key of the stream of a wind's direction in the run of a seed."""
-    return stream_key(seed, "wind direction", str(wind_seed))
-
-
-def gust_phases(seed: int, wind_seed: int, number: int) -> FloatArray:
-    """Phases of the harmonics of a wind's gusts in the run of a seed, (number,) [rad]."""
-    return random_phases(seed, number, "gusts", str(wind_seed))
 
 
 def _windage(own: Windage) -> list[WindageRow]:
@@ -176,6 +161,10 @@ class LoopArrays:
     The views belong to one model and data: new ones need new arrays.
     """
 
+    if TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Table: ...
+
     def __init__(
         self,
         world: World,
@@ -189,31 +178,43 @@ class LoopArrays:
         parameters = world.parameters
         self.model, self.data, self.contact_free = model, data, contact_free
         self.timestep = float(model.opt.timestep)
-        self._weather(parameters, world.seed)
-        self._hulls(parameters.hulls, parameters.stations)
-        self.stations = tables.table_of(tables.STATION, parameters.stations)
-        self._thrusters(parameters.thrusters)
+        self._numbers(parameters, world.seed)
         self.floats = tables.table_of(tables.FLOAT, parameters.floats, **self._free_joints(parameters.floats))
         self.links = tables.table_of(tables.FLOAT, parameters.links, **self._links(parameters.links))
-        self.followers = tables.table_of(tables.FOLLOWER, parameters.followers)
         self.waypoints = tables.table_of(tables.WAYPOINT, parameters.path_points)
-        self.elements = tables.table_of(tables.ELEMENT, parameters.elements)
+        self._take(parameters, ("followers", "elements"))
         self.blocks = tables.table_of(tables.BLOCK, parameters.blocks, **self._whole_bodies(parameters.blocks))
-        self.moorings = tables.table_of(tables.MOORING, parameters.moorings)
-        self.ropes = tables.table_of(tables.ROPE, parameters.ropes)
-        self.float_state = np.zeros(len(self.floats), tables.FLOAT_STATE)
-        self.link_state = np.zeros(len(self.links), tables.FLOAT_STATE)
-        self.block_state = np.zeros(len(self.blocks), tables.FLOAT_STATE)
+        self.memory_state = np.zeros(sum(memories_of(parameters.hulls)), tables.MEMORY_STATE)
         self.raft_work = np.zeros(len(self.blocks), RAFT_WORK)
-        self.element_state = np.zeros(len(self.elements), tables.ELEMENT_STATE)
-        self.follower_state = np.zeros(len(self.followers), tables.FOLLOWER_STATE)
+        for name, array in ARRAYS.items():
+            if array.rows:
+                setattr(self, name, np.zeros(len(getattr(self, array.rows)), array.dtype))
         self.movers = movers(model)
-        self.broadphase = np.array([(0.0, 0, unconstrained(contact_free), 0)], BROADPHASE)
-        self._still = tuple(_static_names(parameters))
-        same = known is not None and known._still == self._still
-        self.obstacles: Table = known.obstacles if known and same else obstacles(model)
+        self.broadphase = np.array([(0.0, 0, is_unconstrained(contact_free), 0)], BROADPHASE)
+        static = [item.name for item in parameters.objects if item.kind == "static"]
+        self.fixed = (*static, *(dock.name for dock in parameters.docks if not dock.dynamic))
+        """Names of the objects and docks that never move."""
+        self.obstacles: Table = known.obstacles if known and known.fixed == self.fixed else obstacles(model)
         self.touches = np.empty(len(parameters.task.rivals) if parameters.task else 0)
         self._mount(world, known)
+
+    def with_parameters(self, parameters: Parameters, seed: int) -> "LoopArrays":
+        """Arrays of the same world with other numbers, `model.numbers`; all other arrays are the same objects."""
+        own = copy.copy(self)
+        own._numbers(parameters, seed)
+        return own
+
+    def _numbers(self, parameters: Parameters, seed: int) -> None:
+        """Tables of what has numbers: weather, boats, moorings and ropes."""
+        self._weather(parameters, seed)
+        self._hulls(parameters.hulls, parameters.stations)
+        self._thrusters(parameters.thrusters)
+        self._take(parameters, ("stations", "moorings", "ropes"))
+
+    def _take(self, parameters: Parameters, names: Sequence[str]) -> None:
+        """Tables whose rows are those of the world's parameters."""
+        for name in names:
+            setattr(self, name, tables.table_of(ARRAYS[name].dtype, getattr(parameters, name)))
 
     def _weather(self, parameters: Parameters, seed: int) -> None:
         """Tables of sea, current and wind."""
@@ -224,14 +225,11 @@ class LoopArrays:
         currents, airs = [current] if current else [], [parameters.air] if parameters.air else []
         self.current = tables.table_of(tables.CURRENT, currents, key=[0])
         self.layers = tables.table_of(tables.LAYER, current.layers if current else ())
-        self.current_state = np.zeros(len(currents), tables.CURRENT_STATE)
         self.wind = tables.table_of(tables.WIND, [parameters.wind], key=[0])
-        self.wind_state = np.zeros(1, tables.WIND_STATE)
         self.gust_bands = np.zeros(sum(len(air.gust_frequencies) for air in airs), tables.GUST_BAND)
         for air in airs:
             self.gust_bands["frequency"] = air.gust_frequencies
         self.air = tables.table_of(tables.AIR, airs, key=[0])
-        self.air_state = np.zeros(len(airs), tables.AIR_STATE)
 
     def _hulls(self, hulls: Sequence[Hull], stations: Sequence[Station]) -> None:
         """Tables of hulls, and of their coefficients in the wind and models, which hulls of a kind share."""
@@ -239,7 +237,7 @@ class LoopArrays:
         curves = [_windage(own) for own in shown]
         found = dict(zip(shown, zip(_starts(curves), map(len, curves), strict=False), strict=True))
         kinds = _kinds(hull.vessel for hull in hulls)
-        *remembered, memories = itertools.accumulate(memories_of(hulls), initial=0)
+        *remembered, _ = itertools.accumulate(memories_of(hulls), initial=0)
         windage = [found[hull.windage] if hull.windage else (0, 0) for hull in hulls]
         self.hulls = tables.table_of(
             tables.HULL,
@@ -254,7 +252,6 @@ class LoopArrays:
             memory_start=remembered,
         )
         self.windage = tables.table_of(tables.WINDAGE, _flat(curves))
-        self.memory_state = np.zeros(memories, tables.MEMORY_STATE)
         self._vessels(kinds)
 
     def _thrusters(self, thrusters: Sequence[Thruster]) -> None:
@@ -275,7 +272,6 @@ class LoopArrays:
             sheeted=[bool(own.sail and own.sail.sheet) for own in thrusters],
         )
         self.sail_curves = np.array(_flat(own.curve for own in sails), tables.SAIL_CURVE)
-        self.thruster_state = np.zeros(len(thrusters), tables.THRUSTER_STATE)
         self.propellers = tables.table_of(
             tables.PROPELLER,
             measured,
@@ -284,7 +280,6 @@ class LoopArrays:
             point_count=[len(own.thrust) for own in measured],
         )
         self.propeller_points = np.array(_flat(own.thrust for own in kinds), tables.PROPELLER_POINT)
-        self.propeller_state = np.zeros(len(measured), tables.PROPELLER_STATE)
 
     def _vessels(self, kinds: Sequence[Vessel]) -> None:
         """Tables of the models of hulls in profile `marine`; what each has in other tables follows the one before."""
@@ -319,19 +314,19 @@ class LoopArrays:
 
     @property
     def meshes(self) -> HullMeshes:
-        """Those of all vessels."""
+        """Meshes of all vessels."""
         return HullMeshes(self.parts, self.points, self.shares, self.pairs, self.corner_shares)
 
     def _mount(self, world: World, known: "LoopArrays | None") -> None:
         """Sensors, lights and placards, and what the sensors' clocks keep."""
-        self.sensors: tuple[Mounted, ...] = mounted(world, self.model, known.sensors if known else ())
+        self.sensors: tuple[Mounted, ...] = mounted_sensors(world, self.model, known.sensors if known else ())
         self.displays = displays_of(world.parameters)
         self.sample_clocks = SampleClocks(
             self.model.nq, self.model.nv, [*start_marks(self.sensors), *display_marks(self.displays)]
         )
 
     @property
-    def state_tables(self) -> Sequence[npt.NDArray[np.generic]]:
+    def state_tables(self) -> Sequence[Table]:
         """The tables that change from step to step."""
         return [getattr(self, name) for name, array in ARRAYS.items() if array.use == STATE]
 
@@ -370,6 +365,13 @@ class LoopArrays:
         moving = len(self.data.qpos) + len(self.data.qvel)
         return 2 + 2 * len(self.thrusters) + moving + len(self.display_marks) + len(self.air_state)
 
+    def contact_load(self, number: int) -> tuple[FloatArray, FloatArray]:
+        """Force [N] and torque [N m] of a contact in the last step on its second geom, (3,) each, world axes."""
+        local, contact = np.zeros(6), self.data.contact[number]
+        mujoco.mj_contactForce(self.model, self.data, number, local)
+        axes = contact.frame.reshape(3, 3).T
+        return axes @ local[:3], axes @ local[3:]
+
     def release(self, boat: str) -> None:
         """Let go of a boat that is held by a weld."""
         for index in range(self.model.neq):
@@ -382,23 +384,23 @@ class LoopArrays:
         first = int(hull["memory_start"])
         return slice(first, first + int(self.vessels[hull["vessel"]]["memory_count"] if hull["vessel"] >= 0 else 0))
 
-    def set_afloat(self, row: int, height: float) -> None:
-        """Let the water, whose surface is at `height` [m] there, have the floating object of a row."""
+    def start_floating(self, row: int, height: float) -> None:
+        """Start the floating object of a row where it is now, with the surface at `height` [m] there."""
         item = self.floats[row]
         self.float_state[row] = (height, 0)
         if item["profile"] == VRX3:
-            own = slice(item["element_start"], item["element_start"] + item["element_count"])
-            self.element_state[own] = (height, 0.0)
+            self._start_elements(item, height)
 
-    def set_links_afloat(self, body: int, height: Callable[[float, float], float]) -> None:
-        """Let the water, whose surface is at `height(x, y)` [m], have the links of the tree of a body."""
+    def start_links_floating(self, body: int, height: Callable[[float, float], float]) -> None:
+        """Start the links of the tree of a body where they are now, with the surface at `height(x, y)` [m]."""
         root = self.model.body_rootid[body]
         for row in np.flatnonzero(self.model.body_rootid[self.links["body"]] == root):
-            item = self.links[row]
-            x, y, _ = self.data.xpos[item["body"]]
+            x, y, _ = self.data.xpos[self.links[row]["body"]]
             self.link_state[row] = (height(x, y), 0)
-            for own in range(item["element_start"], item["element_start"] + item["element_count"]):
-                self.element_state[own] = (height(x, y), 0.0)
+            self._start_elements(self.links[row], height(x, y))
+
+    def _start_elements(self, item: Record, height: float) -> None:
+        self.element_state[item["element_start"] :][: item["element_count"]] = (height, 0.0)
 
     def tree_rows(self, qpos: int) -> range:
         """Rows of the blocks of the floating dock whose free joint is at `qpos`."""
@@ -412,16 +414,25 @@ class LoopArrays:
             setattr(self.contact_free.opt, name, getattr(self.model.opt, name))
         for name in MODEL_ARRAYS:
             getattr(self.contact_free, name)[:] = getattr(self.model, name)
-        self.broadphase["unconstrained"] = unconstrained(self.contact_free)
+        self.broadphase["unconstrained"] = is_unconstrained(self.contact_free)
 
     def key(self, seed: int) -> None:
         """Set the keys of the noise streams, of which the wind's own seed is a part, and the phases of a random sea."""
-        self.wind["key"] = stream_key(seed, "wind", str(self.wind_seed))
-        self.current["key"] = stream_key(seed, "current", str(self.current_seed))
-        self.air["key"] = air_key(seed, self.wind_seed)
-        self.gust_bands["phase"] = gust_phases(seed, self.wind_seed, len(self.gust_bands))
+        for (table, column), drawn in self.streams(seed).items():
+            getattr(self, table)[column] = drawn
         if self._random_sea:
             self.waves["phase"] = random_phases(seed, len(self.waves))
+
+    def streams(self, seed: int) -> Mapping[tuple[str, str], int | FloatArray]:
+        """Keys and phases of the noise in the run of a seed, by table and column."""
+        wind = str(self.wind_seed)
+        found: dict[tuple[str, str], int | FloatArray] = {("wind", "key"): stream_key(seed, "wind", wind)}
+        if len(self.current):
+            found["current", "key"] = stream_key(seed, "current", str(self.current_seed))
+        if len(self.air):
+            found["air", "key"] = stream_key(seed, "wind direction", wind)
+            found["gust_bands", "phase"] = random_phases(seed, len(self.gust_bands), "gusts", wind)
+        return found
 
     def pack(self) -> bytes:
         """The state tables and what the sensors' clocks latched, as bytes."""
@@ -447,21 +458,22 @@ class LoopArrays:
         size = sum(table.nbytes for table in self.state_tables)
         if len(block) < size:
             raise StateError(f"the state has {len(block)} bytes of tables instead of {size}")
-        self._check_tables(block)
+        for name, values in (
+            (name, given[name]) for _, given in self._tables_in(block) for name in given.dtype.names or ()
+        ):
+            if not is_valid_column(name, values, self.followers["waypoint_count"]):
+                raise StateError(f"the state has an invalid {name} in one of its tables")
+        if not all(np.isfinite(given).all() for _, given in self._tables_in(block) if not given.dtype.names):
+            raise StateError("the state has a time of a touch that is not finite")
         self.sample_clocks.check(block[size:])
         self._check_moments(block[size:])
 
-    def _check_tables(self, block: bytes) -> None:
-        """Numbers of the tables are finite, switches are 0 or 1, and indices in their tables."""
+    def _tables_in(self, block: bytes) -> Iterator[tuple[Table, Table]]:
+        """The state tables, and what the bytes of a state have for each."""
         offset = 0
         for table in self.state_tables:
-            given = np.frombuffer(block, table.dtype, len(table), offset)
+            yield table, np.frombuffer(block, table.dtype, len(table), offset)
             offset += table.nbytes
-            for name in table.dtype.names or ():
-                if not is_valid_column(name, given[name], self.followers["waypoint_count"]):
-                    raise StateError(f"the state has an invalid {name} in one of its tables")
-            if not table.dtype.names and not np.isfinite(given).all():
-                raise StateError("the state has a time of a touch that is not finite")
 
     def _check_moments(self, block: bytes) -> None:
         """What sensors latched is not huge; what counts shots, or names what is shown, is in its range."""
@@ -480,11 +492,9 @@ class LoopArrays:
 
     def unpack(self, block: bytes) -> None:
         """Write back what `pack` gave."""
-        offset = 0
-        for table in self.state_tables:
-            table[:] = np.frombuffer(block, table.dtype, len(table), offset)
-            offset += table.nbytes
-        self.sample_clocks.unpack(block[offset:])
+        for table, values in self._tables_in(block):
+            table[:] = values
+        self.sample_clocks.unpack(block[sum(table.nbytes for table in self.state_tables) :])
 
     def row(self, time: float) -> FloatArray:
         """The row of this moment, at `time` [s], as `sample` makes them in the loop."""

@@ -19,18 +19,21 @@ class Mounted:
     """A sensor on a boat."""
 
     boat: str
+    """Name of the boat."""
     life: int
     """How many boats of that name there were before."""
     config: Any
     """Its configuration, of the class that its kind has."""
     frame: str
+    """Name of the frame of its readings."""
     mount: Mount
-    """On the body that carries it."""
+    """Place and axes on the body that carries it."""
     body: str
+    """MuJoCo's name of the body that carries it."""
     qpos: int
     """Address of that body's free joint in `qpos`."""
     dof: int
-    """The same in `qvel`."""
+    """Address of that joint in `qvel`."""
     mark: int
     """Where its marks begin."""
     ball: int | None
@@ -43,7 +46,7 @@ class Mounted:
 
     @property
     def name(self) -> str:
-        """Of the sensor, on its boat."""
+        """Name of the sensor on its boat."""
         return str(self.config.name)
 
     def place(self, qpos: FloatArray, qvel: FloatArray, mount: Mount | None = None) -> Place:
@@ -56,7 +59,7 @@ class Mounted:
         return slice(self.mark, self.mark + len(self.kind.start_marks(self.config)))
 
 
-def mounted(world: World, model: mujoco.MjModel, known: Sequence[Mounted] = ()) -> tuple[Mounted, ...]:
+def mounted_sensors(world: World, model: mujoco.MjModel, known: Sequence[Mounted] = ()) -> tuple[Mounted, ...]:
     """The sensors of a world's boats, in its order; those of boats that were there before are `known`."""
     rows = world.parameters.sensors
     before = {(sensor.boat, sensor.life, sensor.name): sensor for sensor in known}

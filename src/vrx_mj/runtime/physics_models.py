@@ -34,14 +34,14 @@ class PhysicsModels:
         self._kept: tuple[Pieces, list[mujoco.MjSpec]] | None = None
 
     def models(self, world: World) -> tuple[mujoco.MjModel, mujoco.MjModel]:
-        """The same as `stepping_models`, quicker if the world has only something more than the one before.
+        """The models of `stepping_models`, sooner if the world only has something more than the one before.
 
         Raises:
             CompileError: MuJoCo cannot compile the saved world.
         """
         try:
             specs = self._specs(world.pieces)
-            collision, contact_free = (self._compiled(spec, len(world.pieces.parts)) for spec in specs)
+            collision, contact_free = (self._compile(spec, len(world.pieces.parts)) for spec in specs)
         except ValueError as error:
             raise CompileError(f"MuJoCo cannot compile the saved world {world.name}: {error}") from error
         self._kept = world.pieces, specs
@@ -55,7 +55,7 @@ class PhysicsModels:
             return kept[1]
         return [pieces.spec(detail) for detail in _DETAILS]
 
-    def _compiled(self, spec: mujoco.MjSpec, parts: int) -> mujoco.MjModel:
+    def _compile(self, spec: mujoco.MjSpec, parts: int) -> mujoco.MjModel:
         spec.memory = arena_bytes(parts) if self._roomy else -1
         if not self._roomy:
             spec.memory = row_arena_bytes(spec.compile())

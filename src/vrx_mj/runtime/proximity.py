@@ -33,7 +33,7 @@ BROADPHASE = np.dtype(
     [("clearance", np.float64), ("wait", np.int64), ("unconstrained", np.int64), ("armed", np.int64)], align=True
 )
 """What the last look found: the least distance [m], and how many steps to wait for another if that was none; whether
-the model without shapes is `unconstrained`; and whether the loop is to return at the next touch of a boat."""
+the model without shapes is unconstrained; and whether the loop is to return at the next touch of a boat."""
 _WAIT = 25
 """Steps between looks while something is near."""
 
@@ -60,7 +60,7 @@ def movers(model: mujoco.MjModel) -> Table:
     return table
 
 
-def unconstrained(free: mujoco.MjModel) -> bool:
+def is_unconstrained(free: mujoco.MjModel) -> bool:
     """Whether the model without shapes has nothing that binds, drives or senses.
 
     Then all that MuJoCo does about constraints, actuators and sensors comes to nothing in every step. A sensor of

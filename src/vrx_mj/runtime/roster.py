@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from vrx_mj.mjcf.joining import with_boat, with_dock, with_object
 from vrx_mj.runtime.spawning import Spawning
 from vrx_mj.runtime.turns import Turn, in_turn
 
@@ -48,9 +49,10 @@ class Roster:
             CommandError: the name or the place is taken, or the simulation is advancing.
             CompileError: the boat cannot be built.
         """
-        files = {"thrusters": thrusters, "components": components}
-        other = {"pose": pose, "sensors": sensors, "engines": engines, "color": color}
-        self._spawning.spawn(name, robot=robot, files=files, **other)
+        paths = {"robot": robot, "thrusters": thrusters, "components": components}
+        files = {key: path for key, path in paths.items() if path is not None}
+        entry = {"name": name, "pose": pose, "sensors": sensors, "engines": engines, "color": color}
+        self._spawning.add("spawn", with_boat, files, **entry)
 
     @in_turn
     def spawn_object(
@@ -80,7 +82,8 @@ class Roster:
             ConfigError: an argument is invalid, or the model does not exist.
             CommandError: the name or the place is taken, or the simulation is advancing.
         """
-        self._spawning.spawn_object(name, model=model, pose=pose, path=path, symbols=symbols)
+        entry = {"name": name, "pose": pose, "path": path, "symbols": symbols}
+        self._spawning.add("spawn_object", with_object, {"model": model}, **entry)
 
     @in_turn
     def spawn_dock(
@@ -111,8 +114,9 @@ class Roster:
             ConfigError: an argument is invalid, or the layout does not exist.
             CommandError: the name or the place is taken, or the simulation is advancing.
         """
-        given = {"pose": pose, "dynamic": dynamic, "block": block, "mooring": mooring, "bays": bays, "symbols": symbols}
-        self._spawning.spawn_dock(name, layout=layout, **given)
+        rows = layout.as_posix() if isinstance(layout, Path) else layout
+        entry = {"name": name, "layout": rows, "pose": pose, "dynamic": dynamic, "block": block}
+        self._spawning.add("spawn_dock", with_dock, {}, mooring=mooring, bays=bays, symbols=symbols, **entry)
 
     @in_turn
     def remove(self, name: str) -> None:

@@ -14,11 +14,11 @@ Rows = npt.ArrayLike | None
 
 
 _LARGEST = 1e6
-"""What `Batch.vary` takes, at most, in its unit."""
-_LEAST = {"wind_direction": -np.inf, "wave_direction": -np.inf, "wind_speed": -np.inf}
-"""What it takes, at least; else 0."""
-_ABOVE_ZERO = {"mass", "wave_period"}
-"""Of what it takes, what must be above 0."""
+"""Largest value of an argument of `Batch.vary`, in its unit."""
+_LEAST = dict.fromkeys(("wind_direction", "wave_direction", "wind_speed"), -np.inf) | dict.fromkeys(
+    ("mass", "wave_period"), float(np.nextafter(0.0, 1.0))
+)
+"""Least values of its arguments; of all others 0."""
 
 
 def which_rows(n: int, rows: Rows) -> IntArray:
@@ -90,27 +90,26 @@ def row_vectors(what: str, values: npt.ArrayLike, count: int, size: int = 6) -> 
     return np.broadcast_to(given, (count, size))
 
 
-def row_values(what: str, value: npt.ArrayLike, count: int, least: float) -> FloatArray:
+def row_values(what: str, value: npt.ArrayLike, count: int, least: float, most: float = _LARGEST) -> FloatArray:
     """Return a number for each of `count` rows, (count,).
 
     Raises:
-        CommandError: another shape, or numbers that are not finite, or below `least`.
+        CommandError: another shape, or numbers that are not finite, below `least` or above `most`.
     """
     given = as_numbers(what, value)
     if given.shape not in {(), (count,)} or not (np.isfinite(given) & (given >= least)).all():
         at_least = "" if least < 0 else " of 0 or more" if least == 0 else " above 0"
         raise CommandError(f"invalid {what} {shown(value)}: one finite number{at_least}, or {count} of them, is needed")
-    if (np.abs(given) > _LARGEST).any():
-        raise CommandError(f"invalid {what} {shown(value)}: at most {_LARGEST:g}")
+    if (np.abs(given) > most).any():
+        raise CommandError(f"invalid {what} {shown(value)}: at most {most:g}")
     return np.broadcast_to(given, (count,)).copy()
 
 
-def varied(count: int, **values: npt.ArrayLike | None) -> dict[str, FloatArray]:
+def varied_values(count: int, **values: npt.ArrayLike | None) -> dict[str, FloatArray]:
     """Return what `Batch.vary` was given, by name, a number for each of `count` rows; what is None is left out.
 
     Raises:
         CommandError: another shape, or numbers that are not finite, or too small or too large.
     """
-    least = _LEAST | dict.fromkeys(_ABOVE_ZERO, float(np.nextafter(0.0, 1.0)))
-    return {name: row_values(name, value, count, least.get(name, 0.0)) for name, value in values.items()
+    return {name: row_values(name, value, count, _LEAST.get(name, 0.0)) for name, value in values.items()
             if value is not None}  # fmt: skip

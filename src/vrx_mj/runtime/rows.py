@@ -23,7 +23,7 @@ from vrx_mj.runtime.row_arguments import as_numbers
 from vrx_mj.runtime.views import views
 
 FEATURES = 13
-"""Of a boat: position (3) [m, ENU], quaternion (4), velocity (3) [m/s] and angular velocity (3) [rad/s], body axes."""
+"""Numbers of a boat: position (3) [m, ENU], quaternion (4), velocity [m/s] and angular velocity [rad/s], body axes."""
 
 _mj_reset_data = c_function("mj_resetData", types.void, types.uintp, types.uintp)
 _mj_forward = c_function("mj_forward", types.void, types.uintp, types.uintp)
@@ -47,7 +47,7 @@ def advance_rows_vrx(
     first: int, last: int, runs: Table, qpos: FloatArray, qvel: FloatArray, time: FloatArray, done: IntArray,
     going: BoolArray, dt: float, steps: int,
 ) -> None:  # fmt: skip
-    """The same by `advance_vrx`."""
+    """`advance_rows` for the worlds of `advance_vrx`."""
     _advance_rows(first, last, runs, qpos, qvel, time, done, going, dt, steps, 1)
 
 
@@ -108,13 +108,13 @@ def _observe(hull: Record, qpos: FloatArray, qvel: FloatArray, out: FloatArray) 
 
 _f = np.float64
 NOMINAL = np.dtype([("peak", _f), ("direction", _f, (2,)), ("gravity", _f)], align=True)
-"""Of the world's sea: angular frequency of its period [rad/s], its direction, and the gravity of its waves [m/s2]."""
+"""The world's sea: angular frequency of its period [rad/s], its direction, and the gravity of its waves [m/s2]."""
 _CHANGE = np.dtype([("amplitude", _f), ("period", _f), ("band", _f), ("spread", _f), ("turn", _f)], align=True)
-"""Of a row: factors of amplitudes, periods, the band's width and the spread of directions, and a turn [rad]."""
+"""The sea of a row: factors of amplitudes, periods, the band's width and the spread of directions, and a turn [rad]."""
 _FACTORS = {"waves": "amplitude", "wave_period": "period", "wave_band": "band", "wave_spread": "spread"}
 """Columns of `_CHANGE` by what `Batch.vary` calls them."""
 _LENGTHS = ("wave_period", "wave_band")
-"""Of these, those that change lengths, by the dispersion of deep water."""
+"""Arguments that change wavelengths, by the dispersion of deep water."""
 
 
 class RowSeas:
@@ -122,7 +122,7 @@ class RowSeas:
 
     def __init__(self, waves: Table, sea: Sea, n: int) -> None:
         """Take a world's `tables.WAVE` and its sea; all `n` rows have that sea."""
-        self._world = waves
+        self._world = np.broadcast_to(waves, (n, len(waves)))
         peak = 2.0 * math.pi / sea.period if sea.period else 1.0
         self._nominal = np.array([(peak, sea.direction, sea.gravity)], NOMINAL)
         self._deep, self._harmonic = sea.depth is None, sea.model == "stokes5"
@@ -130,6 +130,12 @@ class RowSeas:
         """Which rows have the phases of their seeds."""
         self._change = np.array([(1.0, 1.0, 1.0, 1.0, 0.0)] * n, _CHANGE)
         self._phases = np.zeros((n, len(waves)))
+
+    def set_waves(self, row: int, waves: Table) -> None:
+        """Give a row the `tables.WAVE` of a world with other waves."""
+        if not self._world.flags.writeable:
+            self._world = self._world.copy()
+        self._world[row] = waves
 
     @property
     def course(self) -> float:
@@ -150,7 +156,7 @@ class RowSeas:
                     f"{name} cannot be varied in {'a Stokes wave' if self._harmonic else 'shallow water'}"
                 )
         if phases is not None:
-            own, shape = as_numbers("wave_phases", phases), (len(which), len(self._world))
+            own, shape = as_numbers("wave_phases", phases), (len(which), self._world.shape[1])
             if own.shape not in {shape, shape[1:]} or not np.isfinite(own).all():
                 text = f"{shape} or {shape[1:]}, of finite numbers, is needed"
                 raise CommandError(f"invalid wave_phases of shape {own.shape}: {text}")
@@ -161,18 +167,19 @@ class RowSeas:
                 self._change[column][which] = given[name]
         if "wave_direction" in given:
             self._change["turn"][which] = given["wave_direction"] - self.course
-        return self._of(which)
+        return self.waves(which)
 
     def draw(self, which: IntArray, seeds: IntArray) -> Table:
         """Draw the phases of rows from their seeds, where none were given, and return their waves (rows, waves)."""
         for row, seed in zip(which.tolist(), seeds[which].tolist(), strict=True):
             if self.drawn[row]:
-                self._phases[row] = random_phases(seed, len(self._world))
-        return self._of(which)
+                self._phases[row] = random_phases(seed, self._world.shape[1])
+        return self.waves(which)
 
-    def _of(self, which: IntArray) -> Table:
-        waves = np.zeros((len(which), len(self._world)), self._world.dtype)
-        _stretch_rows(self._world, self._nominal, self._change[which], self._phases[which], waves)
+    def waves(self, which: IntArray) -> Table:
+        """Waves of rows, (rows, waves)."""
+        waves = np.zeros((len(which), self._world.shape[1]), self._world.dtype)
+        _stretch_rows(self._world[which], self._nominal, self._change[which], self._phases[which], waves)
         return waves
 
 
@@ -180,7 +187,7 @@ class RowSeas:
 def _stretch_rows(world: Table, nominal: Table, change: Table, phases: FloatArray, waves: Table) -> None:
     """Write the waves of every row, (rows, waves)."""
     for i in range(change.size):
-        stretched(world, nominal[0], change[i], phases[i], waves[i])
+        stretched(world[i], nominal[0], change[i], phases[i], waves[i])
 
 
 @kernel
@@ -188,5 +195,6 @@ def row_heights(waves: Table, sea: Table, x: FloatArray, y: FloatArray, t: Float
     """Write the heights of the rows' seas at points x and y, (rows, points), at times t, (rows,), to `out`."""
     for i in range(t.size):
         own = waves[i] if waves.shape[0] > 1 else waves[0]
+        level = sea[i, 0] if sea.shape[0] > 1 else sea[0, 0]
         for k in range(x.shape[1]):
-            out[i, k] = surface_height(own, sea[0], x[i, k], y[i, k], t[i])
+            out[i, k] = surface_height(own, level, x[i, k], y[i, k], t[i])

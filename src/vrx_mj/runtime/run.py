@@ -12,9 +12,9 @@ from typing import Any, cast
 
 import numpy as np
 
-from vrx_mj.arguments import as_number, check_kind
+from vrx_mj.arguments import as_number, check_kind, check_name
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError, VrxWarning, first_names, shown
-from vrx_mj.runtime.commands import Commands, clipped_commands
+from vrx_mj.runtime.commands import clipped_commands
 from vrx_mj.runtime.limits import processor
 from vrx_mj.runtime.observation import TASK, BoatObservation, Observation
 from vrx_mj.runtime.simulation import Simulation
@@ -47,33 +47,25 @@ class MotionWarnings:
     def __init__(self) -> None:
         self.lines: list[str] = []
         """Warnings so far."""
-        self._said: set[tuple[str, str]] = set()
+        self._reported: set[tuple[str, str]] = set()
 
     def warn(self, seen: Observation, time: float) -> None:
-        """Warn of what is wrong at a time [s]."""
-        for line in self.look(seen, time):
-            self.lines.append(line)
-            warnings.warn(line, VrxWarning, stacklevel=3)
-
-    def look(self, seen: Observation, time: float) -> list[str]:
-        """What is wrong at a time [s] and was not reported of that boat before."""
-        found = []
+        """Warn of what is wrong at a time [s] and was not reported of that boat before."""
         for name, boat in seen.items():
-            if is_capsized(boat) and self._is_new(name, "capsized"):
+            if is_capsized(boat):
                 angle = math.degrees(tilt(boat))
-                found.append(f"{name} has capsized at t = {time:.1f} s: it is {angle:.0f} degrees from upright")
-            if spin(boat) > FASTEST_SPIN and self._is_new(name, "spins"):
-                found.append(
-                    f"{name} spins at {spin(boat):.3g} rad/s at t = {time:.1f} s, more than {FASTEST_SPIN:g}: "
-                    "check masses, inertias and floats of its robot"
+                self._warn(
+                    name, "capsized", f"has capsized at t = {time:.1f} s: it is {angle:.0f} degrees from upright"
                 )
-        return found
+            if (rate := spin(boat)) > FASTEST_SPIN:
+                text = f"spins at {rate:.3g} rad/s at t = {time:.1f} s, more than {FASTEST_SPIN:g}"
+                self._warn(name, "spins", f"{text}: check masses, inertias and floats of its robot")
 
-    def _is_new(self, boat: str, what: str) -> bool:
-        if (boat, what) in self._said:
-            return False
-        self._said.add((boat, what))
-        return True
+    def _warn(self, boat: str, what: str, text: str) -> None:
+        if (boat, what) not in self._reported:
+            self._reported.add((boat, what))
+            self.lines.append(f"{boat} {text}")
+            warnings.warn(self.lines[-1], VrxWarning, stacklevel=4)
 
 
 Controller = Callable[[Observation, float], Mapping[str, Any] | None]
@@ -83,7 +75,7 @@ goes to the task, `{topic: content}`."""
 _NO_TASK = 60.0
 """How long a world without a task runs by default [s]."""
 _PHASES = 3
-"""Of a task, one of which begins at a frame at most: so many frames late it may end."""
+"""Phases of a task, each of which begins at a frame: it may end that many frames late."""
 CONTROL_RATE = 10.0
 """Calls of a controller per simulated second [Hz]."""
 
@@ -199,7 +191,7 @@ def run(
         DivergedError: the state became NaN or too large.
     """
     _check_arguments(sim, controller, control_rate, progress, advance)
-    steps = sim.steps_in(planned(sim) if duration is None else duration)
+    steps = sim.steps_in(planned_duration(sim) if duration is None else duration)
     per_call = 1.0 / (control_rate * sim.timestep)
     way = dict.fromkeys(sim.boats, 0.0)
     before, begun, interrupted, upsets = sim.observe(), clock.perf_counter(), False, MotionWarnings()
@@ -231,7 +223,7 @@ def run(
     return summarize(sim, done, wall, way, interrupted=interrupted, warned=upsets.lines, touches=touches)
 
 
-def planned(sim: Simulation) -> float:
+def planned_duration(sim: Simulation) -> float:
     """How long a run lasts at most by default [s]: until the task's time is up, or a minute."""
     task = sim.task
     if task is None:
@@ -308,24 +300,17 @@ def steady(sim: Simulation, thrust: Mapping[str, float]) -> Controller:
     Raises:
         UnknownNameError: no boat takes one of them.
     """
-    known = {name for boat in sim.boats for name in sim.command_names(boat)}
+    takes = {boat: sim.command_names(boat) for boat in sim.boats}
+    known = {name for names in takes.values() for name in names}
     whose = f"thruster of {', '.join(sim.boats[:3])}" if sim.boats else "thruster"
     for name in thrust:
-        if name not in known:
-            raise UnknownNameError(whose, name, sorted(known))
-    commands = {
-        boat: {name: value for name, value in thrust.items() if name in sim.command_names(boat)} for boat in sim.boats
-    }
-
+        check_name(whose, name, sorted(known))
+    commands = {boat: {name: thrust[name] for name in thrust if name in names} for boat, names in takes.items()}
     clipped = [text for boat, own in commands.items() for _, text in clipped_commands(sim.world, boat, own)]
     if clipped:
         more = f"; and {len(clipped) - 1} more" if len(clipped) > 1 else ""
         warnings.warn(f"{clipped[0]}{more}", VrxWarning, stacklevel=2)
-
-    def controller(_observation: Observation, _time: float) -> Commands:
-        return commands
-
-    return controller
+    return lambda _observation, _time: commands
 
 
 def fingerprint() -> str:
@@ -341,11 +326,7 @@ def obey(sim: Simulation, commands: Mapping[str, Any] | None) -> None:
         CommandError: it is nonsense.
         UnknownNameError: no such boat or thruster.
     """
-    if commands is None:
-        return
-    if not isinstance(commands, Mapping):
-        raise CommandError(f"the controller returned {shown(commands)}: a mapping by boat, or None, is needed")
-    for boat, values in commands.items():
+    for boat, values in _commands(commands).items():
         if boat == TASK:
             _send(sim, values)
         elif isinstance(values, Mapping) and _FIRE in values:
@@ -367,7 +348,7 @@ def _send(sim: Simulation, messages: object) -> None:
 
 
 _FIRE = "fire"
-"""Among a boat's commands: shoot, true or the ball shooter's name."""
+"""Key of a boat's commands that shoots: true, or the ball shooter's name."""
 
 
 def summarize(
@@ -438,15 +419,11 @@ def _task_summary(sim: Simulation) -> TaskSummary | None:
         return None
     meaning = TASK_KINDS[task["type"]]
     return TaskSummary(
-        type=task["type"],
-        name=task["name"],
-        state=task["state"],
+        **{name: task[name] for name in ("type", "name", "state", "timed_out", "num_collisions")},
         score=task["score"] if has_started(task["state"]) else None,
         unit=meaning.unit,
         better=meaning.better,
         elapsed=task["elapsed_time"],
-        timed_out=task["timed_out"],
-        num_collisions=task["num_collisions"],
         events=sim.task_events,
     )
 
@@ -473,12 +450,16 @@ def fleet_controller(sim: Simulation) -> Controller | None:
     loaded = []
     for name, own in crews.items():
         takes = own | {TASK} if task is not None and task.boat in own else own
-        loaded.append((name, _loaded(name, own, sim.seed), takes))
+        try:
+            loaded.append((name, load_controller(name, sim.seed), takes))
+        except VrxError as error:
+            raise VrxError(f"controller of {first_names(sorted(own), 3)}: {error}") from error
 
     def controller(obs: Observation, time: float) -> Mapping[str, Any]:
         commands: dict[str, Any] = {}
         for name, steer, takes in loaded:
-            commands |= {boat: item for boat, item in _commands(name, steer(obs, time)).items() if boat in takes}
+            given = _commands(steer(obs, time), f"controller {name}")
+            commands |= {boat: item for boat, item in given.items() if boat in takes}
         return commands
 
     return controller
@@ -493,16 +474,9 @@ def _crews(sim: Simulation) -> dict[str, set[str]]:
     return crews
 
 
-def _loaded(name: str, boats: set[str], seed: int) -> Controller:
-    try:
-        return load_controller(name, seed)
-    except VrxError as error:
-        raise VrxError(f"controller of {first_names(sorted(boats), 3)}: {error}") from error
-
-
-def _commands(name: str, returned: object) -> Mapping[str, Any]:
+def _commands(returned: object, who: str = "controller") -> Mapping[str, Any]:
     if returned is None:
         return {}
     if not isinstance(returned, Mapping):
-        raise CommandError(f"the controller {name} returned {shown(returned)}: a mapping by boat, or None, is needed")
+        raise CommandError(f"the {who} returned {shown(returned)}: a mapping by boat, or None, is needed")
     return returned

@@ -65,7 +65,7 @@ class Sampler:
 
     @property
     def listeners(self) -> tuple[Listener, ...]:
-        """Those who listen now."""
+        """Listeners that are attached."""
         return tuple(self._strides)
 
     def add(self, listener: Listener, rate: float) -> None:

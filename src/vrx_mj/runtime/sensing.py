@@ -7,6 +7,7 @@ is of that moment, and from then on sensors of the same rate have moments.
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import mujoco
@@ -26,7 +27,7 @@ from vrx_mj.runtime.loop_arrays import LoopArrays
 from vrx_mj.runtime.mounted import Mounted
 from vrx_mj.runtime.sample_clocks import Moment
 from vrx_mj.runtime.turns import Turn, in_turn
-from vrx_mj.runtime.warmup import announced
+from vrx_mj.runtime.warmup import compile_notice
 from vrx_mj.runtime.weather import Sea, Wind
 from vrx_mj.sensors.anemometer import apparent_wind
 from vrx_mj.sensors.camera import Cameras
@@ -62,11 +63,11 @@ class Sights:
         data = self._scene(model, now)
         if self._arrays.displays:
             self._cameras.paint(
-                painted(model, self._arrays.displays, self._arrays.display_part(now.device_state), now.time)
+                display_colors(model, self._arrays.displays, self._arrays.display_part(now.device_state), now.time)
             )
         at = place.position, place.rotation, now.time
         self._cameras.set_sea(self._arrays.waves)
-        with announced(draw_surface, *_SEA):
+        with compile_notice(draw_surface, *_SEA):
             image = self._cameras.image(sensor.config, data, *at, draw.key, draw.index)
         if not sensor.config.labels:
             return image
@@ -78,13 +79,13 @@ class Sights:
         """The scan of a lidar."""
         water = Water(self._arrays.waves, self._arrays.sea, now.time) if sensor.config.sea_returns else None
         lidar = self._lidar(sensor, sensor.config)
-        with announced(cast, "the lidar", 8):
+        with compile_notice(cast, "the lidar", 8):
             return lidar.scan(self._scene(self._drawing(), now), draw.key, draw.index, water)
 
     def echo(self, sensor: Mounted, now: Moment) -> float:
         """How far along an echo sounder's beam the bottom is, or what is in the way but its own boat [m]; else inf."""
         lidar = self._lidar(sensor, beam(sensor.config), own=False)
-        with announced(cast, "the echo sounder", 8):
+        with compile_notice(cast, "the echo sounder", 8):
             met = float(lidar.ranges(self._scene(self._drawing(), now))[0])
         sea = self._world.parameters.sea
         return min(met, bottom_distance(sensor.place(now.qpos, now.qvel), sea.level, sea.depth))
@@ -104,7 +105,7 @@ class Sights:
         What is cached is left for the first reading to load, in a fraction of a second.
         """
         if any(sensor.config.type == "camera" for sensor in sensors) and not cached(draw_surface):
-            with announced(draw_surface, *_SEA):
+            with compile_notice(draw_surface, *_SEA):
                 Cameras(self._drawing(), self._world.parameters).compile()
         lidars = (sensor for sensor in sensors if sensor.config.type == "lidar")
         for sea, sensor in {sensor.config.sea_returns: sensor for sensor in lidars}.items():
@@ -123,7 +124,7 @@ class Sights:
         return self._data
 
 
-def painted(
+def display_colors(
     model: mujoco.MjModel, displays: Sequence[Display], marks: FloatArray, time: float
 ) -> dict[int, tuple[float, ...]]:
     """Colours of lights and placards by the numbers of their geoms in a model, by their marks at a time [s]."""
@@ -157,7 +158,7 @@ class Readings(Mapping[str, Reading]):
         self._read, self._made = read, made
 
     def __reduce__(self) -> tuple[Callable[..., "Readings"], tuple[tuple[str, ...], dict[str, Reading]]]:
-        return _copied, (self._names, dict(self._made()))
+        return _copied_readings, (self._names, dict(self._made()))
 
     def __getitem__(self, name: str) -> Reading:
         return self._read(name)
@@ -176,7 +177,7 @@ class Readings(Mapping[str, Reading]):
         return self._read(name) if name in self._names else default
 
 
-def _copied(names: tuple[str, ...], made: dict[str, Reading]) -> Readings:
+def _copied_readings(names: tuple[str, ...], made: dict[str, Reading]) -> Readings:
     """Readings that were copied."""
 
     def read(name: str) -> Reading:
@@ -234,11 +235,6 @@ class Sensing:
         """
         return tuple(self._of(boat))
 
-    @property
-    def boats(self) -> tuple[str, ...]:
-        """Names of the boats."""
-        return tuple(self._boats)
-
     def begin(self, seed: int) -> None:
         """The state was set, by a reset or from a saved one."""
         self._seed = seed
@@ -255,11 +251,12 @@ class Sensing:
         Raises:
             UnknownNameError: no boat has that name.
         """
-
-        def made() -> dict[str, Reading]:
-            return {name: reading for (owner, name), reading in self._kept.items() if owner == boat}
-
-        return Readings(self.names(boat), lambda name: self.sense(boat, name), made)
+        names = self.names(boat)
+        return Readings(
+            names,
+            partial(self.sense, boat),
+            lambda: {name: self._kept[boat, name] for name in names if (boat, name) in self._kept},
+        )
 
     @in_turn
     def sense(self, boat: str, name: str) -> Reading:
@@ -277,25 +274,23 @@ class Sensing:
         Raises:
             UnknownNameError: no such boat, or no such sensor on it.
         """
-        known = self._of(boat)
-        sensor = _find(f"sensor of {boat}", name, known)
+        sensor = self._find(boat, name)
         now, before = self._caught(sensor.config.rate)
         kept = self._kept.get((boat, name))
         if kept is not None and kept.time == now.time:
             return kept
-        reading = self._kept[boat, name] = self._measured(sensor, now, before)
+        reading = self._kept[boat, name] = self._reading(sensor, now, before)
         return reading
 
-    def labelled(self, boat: str, name: str) -> Reading:
+    def labelled_image(self, boat: str, name: str) -> Reading:
         """The last picture of a camera, with labels whether or not its configuration asks for them.
 
         Raises:
             UnknownNameError: no such boat, or no such camera on it.
         """
-        known = self.of_kind(boat, "camera")
-        sensor = _find(f"camera of {boat}", name, known)
+        sensor = self._find(boat, name, "camera")
         sensor = replace(sensor, config=sensor.config.model_copy(update={"labels": True}))
-        return self._measured(sensor, *self._caught(sensor.config.rate))
+        return self._reading(sensor, *self._caught(sensor.config.rate))
 
     def of_kind(self, boat: str, kind: str) -> dict[str, Mounted]:
         """A boat's sensors of a kind, by name.
@@ -311,8 +306,7 @@ class Sensing:
         Raises:
             UnknownNameError: no such boat, or no such receiver on it.
         """
-        known = self.of_kind(boat, "pinger")
-        sensor = _find(f"pinger of {boat}", name, known)
+        sensor = self._find(boat, name, "pinger")
         x, y, z = self.arrays.sample_clocks.device_state[sensor.marks]
         return float(x), float(y), float(z)
 
@@ -323,23 +317,21 @@ class Sensing:
             UnknownNameError: no such boat, or no such receiver on it.
             CommandError: not three finite numbers.
         """
-        known = self.of_kind(boat, "pinger")
-        sensor = _find(f"pinger of {boat}", name, known)
-        self.arrays.sample_clocks.device_state[sensor.marks] = several(
-            f"position of {name}'s beacon", position, 3, HUGE
-        )
+        sensor = self._find(boat, name, "pinger")
+        place = several(f"position of {name}'s beacon", position, 3, HUGE)
+        self.arrays.sample_clocks.device_state[sensor.marks] = place
         self.renew()
-
-    @property
-    def inherits(self) -> bool:
-        """Whether a ball starts with the boat's own velocity; VRX's starts at rest."""
-        return self.world.parameters.profile not in _AT_REST
 
     # Inside
 
     def _of(self, boat: str) -> dict[str, Mounted]:
         check_name("boat", boat, self._boats)
         return self._boats[boat]
+
+    def _find(self, boat: str, name: str, kind: str = "sensor") -> Mounted:
+        known = self._of(boat) if kind == "sensor" else self.of_kind(boat, kind)
+        check_name(f"{kind} of {boat}", name, known)
+        return known[name]
 
     def _caught(self, rate: float) -> tuple[Moment, Moment | None]:
         """The last moment of a clock, and the one before it."""
@@ -351,12 +343,12 @@ class Sensing:
             self._rebound()
         return moments.last(rate)
 
-    def _measured(self, sensor: Mounted, now: Moment, before: Moment | None) -> Reading:
+    def _reading(self, sensor: Mounted, now: Moment, before: Moment | None) -> Reading:
         draw = Draw(self._seed, sensor.boat, sensor.name, now.index, sensor.config.rate, life=sensor.life)
         data = sensor.kind.measure(_Measurement(self, sensor, now, before, draw))
         return Reading(sensor.name, sensor.config.type, now.time, now.index, sensor.frame, data, sensor.mount)
 
-    def measured(self, sensor: Mounted, moment: Moment) -> Place:
+    def measuring_place(self, sensor: Mounted, moment: Moment) -> Place:
         """Where a sensor measures, and how that place moves."""
         mount = sensor.mount
         if sensor.config.type in self._at_base:
@@ -378,11 +370,11 @@ class _Measurement:
 
     @property
     def place(self) -> Place:
-        return self._sensing.measured(self._sensor, self._now)
+        return self._sensing.measuring_place(self._sensor, self._now)
 
     @property
     def place_before(self) -> Place | None:
-        return None if self._before is None else self._sensing.measured(self._sensor, self._before)
+        return None if self._before is None else self._sensing.measuring_place(self._sensor, self._before)
 
     @property
     def interval(self) -> float:
@@ -422,11 +414,6 @@ class _Measurement:
         return self._sensing.sights.echo(self._sensor, self._now)
 
 
-def _find(kind: str, name: str, known: Mapping[str, Mounted]) -> Mounted:
-    check_name(kind, name, known)
-    return known[name]
-
-
 def fire(sensing: Sensing, arrays: LoopArrays, sea: Sea, boat: str, name: str | None) -> bool:
     """Shoot, and return whether there was a shot left. The recoil on the boat is neglected, as in VRX.
 
@@ -435,14 +422,14 @@ def fire(sensing: Sensing, arrays: LoopArrays, sea: Sea, boat: str, name: str | 
         CommandError: the boat has no shooter, or several and none is named.
         SensorError: the world has no ball for it.
     """
-    sensor = _chosen(sensing.of_kind(boat, "ball_shooter"), boat, name)
+    sensor = _shooter(sensing.of_kind(boat, "ball_shooter"), boat, name)
     if sensor.ball is None:
         raise SensorError(f"{sensor.name} of {boat} has no ball: the world was compiled without one")
     shots = arrays.sample_clocks.device_state[sensor.marks]
     if shots[0] < 1.0:
         return False
     shots[0] -= 1.0
-    _launch(arrays, sea, sensor, inherits=sensing.inherits)
+    _launch(arrays, sea, sensor, inherits=sensing.world.parameters.profile not in _AT_REST)
     return True
 
 
@@ -463,10 +450,10 @@ def _launch(arrays: LoopArrays, sea: Sea, sensor: Mounted, *, inherits: bool) ->
     qpos, dof = int(ball["qpos"]), int(ball["dof"])
     data.qpos[qpos : qpos + 3], data.qpos[qpos + 3 : qpos + 7] = place.position, place.orientation
     data.qvel[dof : dof + 3], data.qvel[dof + 3 : dof + 6] = velocity, 0.0
-    arrays.set_afloat(sensor.ball, float(sea.height(place.position[0], place.position[1], data.time)))
+    arrays.start_floating(sensor.ball, float(sea.height(place.position[0], place.position[1], data.time)))
 
 
-def _chosen(shooters: dict[str, Mounted], boat: str, name: str | None) -> Mounted:
+def _shooter(shooters: dict[str, Mounted], boat: str, name: str | None) -> Mounted:
     if not shooters:
         raise CommandError(f"{boat} has no ball shooter")
     if name is None and len(shooters) > 1:

@@ -289,7 +289,7 @@ class Simulation(Roster):
         UnknownNameError if no floating object or dock has that name.
         """
         with self._turn.boats_lock:
-            check_name("floating object", name, self._live.bodies.afloat)
+            check_name("floating object", name, self._live.bodies.floating)
             return self._live.bodies.observe(name)
 
     @in_turn
@@ -337,7 +337,7 @@ class Simulation(Roster):
 
     def mounted(self, boat: str) -> tuple[Mounted, ...]:
         """A boat's sensors with their `config`, `frame` and `mount`; UnknownNameError if no boat has that name."""
-        check_name("boat", boat, self._sensing.boats)
+        check_name("boat", boat, self.boats)
         return tuple(sensor for sensor in self._live.arrays.sensors if sensor.boat == boat)
 
     def sense(self, boat: str) -> Readings:
@@ -358,7 +358,7 @@ class Simulation(Roster):
         Raises:
             UnknownNameError: no boat has that name, or no camera on it.
         """
-        return self._sensing.labelled(boat, camera)
+        return self._sensing.labelled_image(boat, camera)
 
     @in_turn
     def prepare_sensors(self) -> None:
@@ -381,7 +381,7 @@ class Simulation(Roster):
             UnknownNameError: the boat or the sensor does not exist.
             CommandError: the rate is not above 0, or above the sensor's own.
         """
-        check_name("boat", boat, self._sensing.boats)
+        check_name("boat", boat, self.boats)
         return self._subscriptions.add(boat, sensor, callback, rate, self.time)
 
     @in_turn

@@ -4,7 +4,7 @@ What joins comes last in every table and array and what leaves is cut out, so th
 the rows that stay fill the beginning of the new one, and the rest of that is the newcomer's as it starts.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,7 @@ import numpy.typing as npt
 from vrx_mj.arguments import as_path
 from vrx_mj.arrays import BoolArray, FloatArray
 from vrx_mj.errors import CommandError
-from vrx_mj.mjcf.joining import staying, with_boat, with_dock, with_object, without
+from vrx_mj.mjcf.joining import staying, without
 from vrx_mj.mjcf.objects import ball_names
 from vrx_mj.mjcf.pieces import owner_of
 from vrx_mj.mjcf.world import World
@@ -28,13 +28,11 @@ from vrx_mj.sensors.displays import MARKS
 
 _MODEL_ROWS = {"body": "bodies", "jnt": "joints", "dof": "dofs", "qpos0": "qpos", "eq": "equalities"}
 """What the rows of the model's arrays are of, by the first word of their names."""
-_ROWS = {
-    "qacc_warmstart": "dofs", "qfrc_applied": "dofs", "xfrc_applied": "bodies", "thruster_state": "thrusters",
-    "float_state": "floats", "element_state": "elements", "touches": "rivals", "follower_state": "followers",
-    "link_state": "links", "block_state": "blocks", "eq_active": "equalities", "memory_state": "memories",
-    "propeller_state": "propellers",
+_ROWS = {name: array.rows for name, array in ARRAYS.items() if array.rows} | {
+    "qacc_warmstart": "dofs", "qfrc_applied": "dofs", "xfrc_applied": "bodies", "eq_active": "equalities",
+    "touches": "rivals", "memory_state": "memories",
 }  # fmt: skip
-"""The same for other arrays; no row of those that are not listed belongs to anything that can leave."""
+"""What the rows of other arrays are of; no row of an array that is not listed belongs to anything that can leave."""
 _DATA_ARRAYS = ("qacc_warmstart", "qfrc_applied", "xfrc_applied", "eq_active")
 """Arrays of MuJoCo's data that are kept beside positions and velocities."""
 _STATE_TABLES = tuple(name for name, array in ARRAYS.items() if array.use == STATE)
@@ -49,43 +47,29 @@ class Spawning:
     def __init__(self, live: LiveWorld) -> None:
         self._live = live
 
-    def spawn(
-        self, name: str, *, robot: str | Path | None, files: Mapping[str, str | Path | None], **other: object
+    def add(
+        self, call: str, grow: Callable[[World, dict[str, Any]], World], files: Mapping[str, str | Path], **entry: Any
     ) -> None:
-        """Add a boat at rest; `files` are the layout of thrusters and the components, `other` is as in a fleet file."""
-        self._live.check_idle("spawn")
-        named = {"robot": robot, **files}
-        given: dict[str, Any] = {key: _text(key, value) for key, value in named.items() if value is not None}
-        self._enter(with_boat(self._live.world, given | {"name": name, **other}), name)
-
-    def spawn_object(self, name: str, *, model: str | Path, **other: object) -> None:
-        """Add an object at rest; `other` is as in a world file."""
-        self._live.check_idle("spawn_object")
-        entry = {"name": name, "model": _text("model", model), **other}
-        self._enter(with_object(self._live.world, entry), name)
-
-    def spawn_dock(self, name: str, *, layout: str | Path | Sequence[str], **other: object) -> None:
-        """Add a dock at rest; `other` is as in a world file."""
-        self._live.check_idle("spawn_dock")
-        entry = {"name": name, "layout": layout.as_posix() if isinstance(layout, Path) else layout, **other}
-        self._enter(with_dock(self._live.world, entry), name)
+        """Add something at rest, by a method of `Simulation`: `files` and `entry` are what files have of it."""
+        self._live.check_idle(call)
+        for key, path in files.items():
+            as_path(key, path)
+            entry[key] = path.as_posix() if isinstance(path, Path) else str(path)
+        world, name = grow(self._live.world, entry), entry["name"]
+        arrays, live = self._arrays_in(world), self._live
+        _check_place(arrays, name)
+        bodies = FreeBodies(world, arrays)
+        wet = (*bodies.floating, *bodies.anchored)
+        for own in wet if live.time > 0.0 else ():  # at the start no float has met the water yet
+            if owner_of(own) == name and own not in live.bodies.floating and own not in ball_names(world.parameters):
+                bodies.start_floating(own, lambda x, y: float(live.sea.height(x, y, live.time)))
+        live.enter(world, arrays, f"{name} joins")
 
     def remove(self, name: str) -> None:
         """Remove a boat, an object or a dock."""
         self._live.check_idle("remove")
         world = without(self._live.world, name)
         self._live.enter(world, self._arrays_in(world, left=name), f"{name} leaves")
-
-    def _enter(self, world: World, name: str) -> None:
-        """Go over to a world that has something more, which the water has where it is now."""
-        arrays, live = self._arrays_in(world), self._live
-        _check_place(arrays, name)
-        bodies = FreeBodies(world, arrays)
-        wet = (*bodies.afloat, *bodies.anchored)
-        for own in wet if live.time > 0.0 else ():  # at the start no float has met the water yet
-            if owner_of(own) == name and own not in live.bodies.afloat and own not in ball_names(world.parameters):
-                bodies.set_afloat(own, lambda x, y: float(live.sea.height(x, y, live.time)))
-        live.enter(world, arrays, f"{name} joins")
 
     def _arrays_in(self, world: World, left: str | None = None) -> LoopArrays:
         """The present moment in another world, without what left."""
@@ -170,12 +154,6 @@ def _fill(target: npt.NDArray[np.generic], source: npt.NDArray[np.generic], stay
     """Write the rows that stay, None for all, to the beginning."""
     kept = source if stay is None else source[stay]
     target[: len(kept)] = kept
-
-
-def _text(key: str, given: str | Path) -> str:
-    """A name or a path as files have it."""
-    as_path(key, given)
-    return given.as_posix() if isinstance(given, Path) else str(given)
 
 
 def _check_place(arrays: LoopArrays, name: str) -> None:

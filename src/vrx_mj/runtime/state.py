@@ -48,7 +48,7 @@ class Header:
     world: Annotated[str, Field(pattern="^[0-9a-f]{0,64}$")]
     seed: int
     time: str
-    """As `float.hex` writes it."""
+    """Simulated time [s], as `float.hex` writes it."""
     mujoco: _Size
     """How many numbers follow."""
     moving: _Size
@@ -127,15 +127,9 @@ class State:
 
     def to_bytes(self) -> bytes:
         """The state as one block of bytes for `from_bytes`, without pickle."""
-        header: dict[str, Any] = {
-            "version": self.version,
-            "world": self.world,
-            "seed": self.seed,
-            "time": self.time.hex(),
-            "mujoco": len(self.mujoco),
-            "moving": self.moving,
-            "task": self.task,
-        }
+        names = ("version", "world", "seed", "time", "mujoco", "moving", "task")
+        header: dict[str, Any] = {name: getattr(self, name) for name in names}
+        header |= {"time": self.time.hex(), "mujoco": len(self.mujoco)}
         if self.varied:
             header["varied"] = dict(self.varied)
         return json.dumps(header).encode() + b"\n" + self.mujoco.astype("<f8").tobytes() + self.ours

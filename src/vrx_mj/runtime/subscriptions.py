@@ -12,7 +12,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from time import perf_counter
 
-import mujoco
 import numpy as np
 
 from vrx_mj.arguments import as_number, check_kind, check_name
@@ -156,14 +155,12 @@ def forces_of_pairs(arrays: LoopArrays, boats: frozenset[str]) -> Mapping[_Pair,
     """
     model, data = arrays.model, arrays.data
     sums: dict[_Pair, np.ndarray] = {}  # of forces, of places by the size of their forces, and of these sizes
-    local = np.zeros(6)
     for number in range(data.ncon):
         contact = data.contact[number]
         one, two = (model.body(int(model.geom_bodyid[geom])).name.partition("/")[0] for geom in contact.geom)
         pair = (one, two) if one in boats and not (two in boats and two < one) else (two, one)
         if pair[0] in boats and one != two:
-            mujoco.mj_contactForce(model, data, number, local)
-            force = contact.frame.reshape(3, 3).T @ local[:3]
+            force, _ = arrays.contact_load(number)
             known = (pair[0], "terrain" if pair[1] in {"", "world"} else pair[1])
             size = max(float(np.linalg.norm(force)), sys.float_info.min)
             part = np.array([*(-force if one == pair[0] else force), *(size * contact.pos), size])
@@ -172,7 +169,7 @@ def forces_of_pairs(arrays: LoopArrays, boats: frozenset[str]) -> Mapping[_Pair,
 
 
 _RATIO = 1e-9
-"""By how much a ratio of rates may fall short of a whole number."""
+"""Distance by which a ratio of rates may fall short of a whole number."""
 _SHARE = 1e-3
 """Share of a step by which to stop too early rather than too late, where times are rounded."""
 _NEVER = 1 << 62
@@ -218,7 +215,7 @@ class Subscriptions:
         timestep: float,
         contacts: ContactSampler,
     ) -> None:
-        """Nobody yet; `read` gives the reading of a boat's sensor now."""
+        """Start without subscriptions; `read` returns the reading of a boat's sensor now."""
         self._read, self._timestep, self._contacts = read, timestep, contacts
         self._all: tuple[Subscription, ...] = ()
         self._watches: tuple[ContactWatch, ...] = ()
@@ -324,7 +321,7 @@ class Subscriptions:
 
     @contextmanager
     def _handing_over(self) -> Iterator[None]:
-        """Around what calls users' functions, during which the run may not be changed."""
+        """Context for calls of users' functions, during which the run may not be changed."""
         before, self.busy = self.busy, True
         try:
             yield

@@ -4,9 +4,9 @@ Frames are taken at absolute steps, with or without a recording, so that a score
 """
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, Protocol
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from pydantic import Field, TypeAdapter, ValidationError
@@ -19,9 +19,8 @@ from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.loop_arrays import LoopArrays
 from vrx_mj.runtime.timing import steps_to_multiple
 from vrx_mj.tasks.frame import FrameLayout, Message, frame_stride
-from vrx_mj.tasks.referee import Referee, parsed_dump
+from vrx_mj.tasks.referee import Referee, Verdict, parsed_dump
 from vrx_mj.tasks.registry import make_referee
-from vrx_mj.tasks.rules import Action
 
 _NEVER = 1 << 62
 """Steps to the next frame without a task, or after its end."""
@@ -44,17 +43,14 @@ class Notes:
 _NOTES: TypeAdapter[Notes] = TypeAdapter(Notes)
 
 
-class TaskActions(Protocol):
-    """Carries out what a referee decides, and takes its frames and events for recordings."""
+class Decision(NamedTuple):
+    """What follows from a frame of a task."""
 
-    def act(self, action: Action) -> None:
-        """Do something to the world."""
-
-    def frame(self, row: FloatArray, messages: Sequence[Message]) -> None:
-        """A frame was looked at."""
-
-    def event(self, text: str, level: str = "INFO") -> None:
-        """Something that the log is to have."""
+    row: FloatArray
+    """Row of the frame, as `FrameLayout` has it."""
+    messages: tuple[Message, ...]
+    """Messages that the referee has read."""
+    verdict: Verdict
 
 
 class TaskRunner:
@@ -63,9 +59,7 @@ class TaskRunner:
     def __init__(self, world: World, arrays: LoopArrays, pose: Callable[[str], FloatArray]) -> None:
         """The referee of a world's task; `pose` gives position and quaternion, (7,), of a body by its name."""
         task = world.parameters.task
-        self.referee: Referee | None = None
-        if task:
-            self.referee = make_referee(task)
+        self.referee: Referee | None = make_referee(task) if task else None
         self.bind(world, arrays, pose)
         self._earth = world.parameters.georeference
         self._stride = frame_stride(arrays.timestep)
@@ -97,21 +91,17 @@ class TaskRunner:
             return _NEVER
         return steps_to_multiple(time, self._arrays.timestep, self._stride)
 
-    def look(self, time: float, actions: TaskActions) -> None:
-        """Have the referee look at the present, `time` [s], if a frame is due that was not looked at."""
+    def look(self, time: float) -> Decision | None:
+        """Have the referee look at the present, `time` [s]; None unless a frame is due that was not looked at."""
         step = round(time / self._arrays.timestep)
         if self.referee is None or self.referee.finished or step == self._seen or step % self._stride:
-            return
+            return None
         self._seen = step
         row = np.concatenate(([time], *(self._pose(name) for name in self.layout.watched), self._arrays.touches))
         messages, self._sent = tuple(self._sent), []
         verdict = self.referee.look(self.layout.frame(row.tolist(), messages))
-        actions.frame(row, messages)
-        for text, level in verdict.lines:
-            self._record.append((time, text, level))
-            actions.event(text, level)
-        for action in verdict.actions:
-            actions.act(action)
+        self._record += [(time, text, level) for text, level in verdict.lines]
+        return Decision(row, messages, verdict)
 
     def send(self, topic: str, content: object) -> None:
         """Send something to the task; it arrives at the next frame.

@@ -59,7 +59,7 @@ def newest_sample(rate: float, time: float) -> int:
 
 
 sample_number: Callable[[float, float], int] = newest_sample.py_func  # type: ignore[attr-defined]
-"""The same, for Python."""
+"""`newest_sample` for Python."""
 
 
 class Schedule:

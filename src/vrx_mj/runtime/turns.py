@@ -29,7 +29,7 @@ class Turn:
     __slots__ = ("__weakref__", "boats_lock", "claim", "lock", "what")
 
     def __init__(self, what: str) -> None:
-        """Nobody's; `what` is shared, as messages name it."""
+        """Start without a holder; `what` is shared, as messages name it."""
         self.what = what
         self.claim: dict[str, int] = {}
         """Under `HOLDER` the thread that advances, as `threading.get_ident` numbers it, or minus the thread that does
@@ -112,7 +112,7 @@ def in_turn(method: Callable[Concatenate[_S, _P], _R]) -> Callable[Concatenate[_
     """A method that waits for short calls of other threads, and is refused while one of them advances."""
 
     @functools.wraps(method)
-    def guarded(self: _S, *args: _P.args, **kwargs: _P.kwargs) -> _R:
+    def in_its_turn(self: _S, *args: _P.args, **kwargs: _P.kwargs) -> _R:
         turn, mark = self._turn, -threading.get_ident()
         turn.check(method.__name__)
         with turn.lock:
@@ -125,14 +125,14 @@ def in_turn(method: Callable[Concatenate[_S, _P], _R]) -> Callable[Concatenate[_
                 if turn.claim and turn.claim[HOLDER] is mark:
                     del turn.claim[HOLDER]
 
-    return guarded  # type: ignore[return-value]  # which names its first argument
+    return in_its_turn  # type: ignore[return-value]  # which names its first argument
 
 
 def advancing(method: Callable[Concatenate[_S, _P], _R]) -> Callable[Concatenate[_S, _P], _R]:
     """A method that advances: it waits for short calls of other threads, and all others are refused meanwhile."""
 
     @functools.wraps(method)
-    def guarded(self: _S, *args: _P.args, **kwargs: _P.kwargs) -> _R:
+    def in_its_turn(self: _S, *args: _P.args, **kwargs: _P.kwargs) -> _R:
         claim, mark = self._turn.claim, threading.get_ident()
         try:
             self._turn.take(method.__name__, mark)
@@ -141,4 +141,4 @@ def advancing(method: Callable[Concatenate[_S, _P], _R]) -> Callable[Concatenate
             if claim and claim[HOLDER] is mark:
                 del claim[HOLDER]
 
-    return guarded  # type: ignore[return-value]  # as there
+    return in_its_turn  # type: ignore[return-value]  # as there

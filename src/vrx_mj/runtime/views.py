@@ -22,84 +22,91 @@ from vrx_mj.physics.tables import Table
 from vrx_mj.runtime.proximity import BROADPHASE, MOVER, OBSTACLE
 from vrx_mj.runtime.sample_clocks import CLOCK
 
-_PARAMETER, STATE, OWN = "parameter", "state", "own"
+PARAMETER, STATE, OWN = "parameter", "state", "own"
 """What an array is: the same for all runs of a world; part of a saved state; or else a run's own."""
 
 
 class Array(NamedTuple):
     """Type of an array of the loop."""
 
-    dtype: npt.DTypeLike = np.float64
+    dtype: np.dtype[Any] = np.dtype(np.float64)
     ndim: int = 1
-    use: str = _PARAMETER
+    use: str = PARAMETER
+    rows: str = ""
+    """Table of which a table of state has a row for each row."""
+
+
+_Vector = Annotated[FloatArray, Array()]
+_Matrix = Annotated[FloatArray, Array(ndim=2)]
+_Indices = Annotated[IntArray, Array(np.dtype(np.int32))]
 
 
 class Views(NamedTuple):
     """The arrays of a run: MuJoCo's, then the tables of `model.tables`, then what sensors and recorders keep."""
 
-    qpos: Annotated[FloatArray, Array()]
-    qvel: Annotated[FloatArray, Array()]
-    xfrc_applied: Annotated[FloatArray, Array(ndim=2)]
-    qfrc_applied: Annotated[FloatArray, Array()]
-    qfrc_constraint: Annotated[FloatArray, Array()]
-    qacc_smooth: Annotated[FloatArray, Array()]
-    inertia: Annotated[FloatArray, Array()]
+    qpos: _Vector
+    qvel: _Vector
+    xfrc_applied: _Matrix
+    qfrc_applied: _Vector
+    qfrc_constraint: _Vector
+    qacc_smooth: _Vector
+    inertia: _Vector
     """`mjData.M`, the sparse lower triangle."""
-    inertia_row: Annotated[IntArray, Array(np.int32)]
+    inertia_row: _Indices
     """`mjModel.M_rowadr`."""
-    dof_parent: Annotated[IntArray, Array(np.int32)]
+    dof_parent: _Indices
     """`mjModel.dof_parentid`."""
-    body_root: Annotated[IntArray, Array(np.int32)]
+    body_root: _Indices
     """`mjModel.body_rootid`."""
-    xpos: Annotated[FloatArray, Array(ndim=2)]
-    xmat: Annotated[FloatArray, Array(ndim=2)]
-    subtree_com: Annotated[FloatArray, Array(ndim=2)]
-    cdof: Annotated[FloatArray, Array(ndim=2)]
-    sensordata: Annotated[FloatArray, Array()]
+    xpos: _Matrix
+    xmat: _Matrix
+    subtree_com: _Matrix
+    cdof: _Matrix
+    sensordata: _Vector
     sea: Annotated[Table, Array(tables.SEA)]
     waves: Annotated[Table, Array(tables.WAVE)]
     current: Annotated[Table, Array(tables.CURRENT)]
-    """None or one."""
-    current_state: Annotated[Table, Array(tables.CURRENT_STATE, use=STATE)]
+    """At most one row."""
+    current_state: Annotated[Table, Array(tables.CURRENT_STATE, use=STATE, rows="current")]
     layers: Annotated[Table, Array(tables.LAYER)]
     wind: Annotated[Table, Array(tables.WIND)]
-    wind_state: Annotated[Table, Array(tables.WIND_STATE, use=STATE)]
+    wind_state: Annotated[Table, Array(tables.WIND_STATE, use=STATE, rows="wind")]
     gust_bands: Annotated[Table, Array(tables.GUST_BAND)]
     air: Annotated[Table, Array(tables.AIR)]
-    """None or one."""
-    air_state: Annotated[Table, Array(tables.AIR_STATE, use=STATE)]
+    """At most one row."""
+    air_state: Annotated[Table, Array(tables.AIR_STATE, use=STATE, rows="air")]
     hulls: Annotated[Table, Array(tables.HULL)]
     windage: Annotated[Table, Array(tables.WINDAGE)]
     vessels: Annotated[Table, Array(tables.VESSEL)]
     parts: Annotated[Table, Array(tables.PART)]
-    points: Annotated[FloatArray, Array()]
-    """Of the meshes of vessels, as are the three that follow: `vessel.HullMeshes`."""
-    shares: Annotated[FloatArray, Array()]
-    pairs: Annotated[IntArray, Array(np.uint32, ndim=2)]
+    points: _Vector
+    """Points of the meshes of vessels; this and the three that follow are `vessel.HullMeshes`."""
+    shares: _Vector
+    pairs: Annotated[IntArray, Array(np.dtype(np.uint32), ndim=2)]
     corner_shares: Annotated[FloatArray, Array(ndim=3)]
     strips: Annotated[Table, Array(tables.STRIP)]
     memory: Annotated[Table, Array(tables.MEMORY)]
     memory_state: Annotated[Table, Array(tables.MEMORY_STATE, use=STATE)]
-    diffraction: Annotated[FloatArray, Array(ndim=2)]
+    diffraction: _Matrix
     """Forces of diffraction on vessels, (n, 12): real parts [N/m, N], then imaginary ones."""
     stations: Annotated[Table, Array(tables.STATION)]
     thrusters: Annotated[Table, Array(tables.THRUSTER)]
-    thruster_state: Annotated[Table, Array(tables.THRUSTER_STATE, use=STATE)]
+    thruster_state: Annotated[Table, Array(tables.THRUSTER_STATE, use=STATE, rows="thrusters")]
     propellers: Annotated[Table, Array(tables.PROPELLER)]
     propeller_points: Annotated[Table, Array(tables.PROPELLER_POINT)]
     sail_curves: Annotated[Table, Array(tables.SAIL_CURVE)]
-    propeller_state: Annotated[Table, Array(tables.PROPELLER_STATE, use=STATE)]
+    propeller_state: Annotated[Table, Array(tables.PROPELLER_STATE, use=STATE, rows="propellers")]
     floats: Annotated[Table, Array(tables.FLOAT)]
     elements: Annotated[Table, Array(tables.ELEMENT)]
-    float_state: Annotated[Table, Array(tables.FLOAT_STATE, use=STATE)]
-    element_state: Annotated[Table, Array(tables.ELEMENT_STATE, use=STATE)]
+    float_state: Annotated[Table, Array(tables.FLOAT_STATE, use=STATE, rows="floats")]
+    element_state: Annotated[Table, Array(tables.ELEMENT_STATE, use=STATE, rows="elements")]
     followers: Annotated[Table, Array(tables.FOLLOWER)]
     waypoints: Annotated[Table, Array(tables.WAYPOINT)]
-    follower_state: Annotated[Table, Array(tables.FOLLOWER_STATE, use=STATE)]
+    follower_state: Annotated[Table, Array(tables.FOLLOWER_STATE, use=STATE, rows="followers")]
     blocks: Annotated[Table, Array(tables.BLOCK)]
-    block_state: Annotated[Table, Array(tables.FLOAT_STATE, use=STATE)]
+    block_state: Annotated[Table, Array(tables.FLOAT_STATE, use=STATE, rows="blocks")]
     links: Annotated[Table, Array(tables.FLOAT)]
-    link_state: Annotated[Table, Array(tables.FLOAT_STATE, use=STATE)]
+    link_state: Annotated[Table, Array(tables.FLOAT_STATE, use=STATE, rows="links")]
     raft_work: Annotated[Table, Array(RAFT_WORK, use=OWN)]
     moorings: Annotated[Table, Array(tables.MOORING)]
     ropes: Annotated[Table, Array(tables.ROPE)]
@@ -110,9 +117,9 @@ class Views(NamedTuple):
     broadphase: Annotated[Table, Array(BROADPHASE, use=OWN)]
     clocks: Annotated[Table, Array(CLOCK)]
     latched: Annotated[FloatArray, Array(ndim=3)]
-    device_state: Annotated[FloatArray, Array()]
-    sampling: Annotated[IntArray, Array(np.int64)]
-    samples: Annotated[FloatArray, Array(ndim=2)]
+    device_state: _Vector
+    sampling: Annotated[IntArray, Array(np.dtype(np.int64))]
+    samples: _Matrix
 
 
 ARRAYS: Mapping[str, Array] = {
@@ -153,7 +160,7 @@ def _check(name: str, array: npt.NDArray[np.generic], ndim: int) -> None:
 @intrinsic  # type: ignore[untyped-decorator]
 def views(_context: Any, run: Any) -> Any:
     """The arrays of a run, a row of RUN, as `Views`."""
-    kinds = [types.Array(from_dtype(np.dtype(array.dtype)), array.ndim, "C") for array in ARRAYS.values()]
+    kinds = [types.Array(from_dtype(array.dtype), array.ndim, "C") for array in ARRAYS.values()]
     word = ir.IntType(64)
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:

@@ -16,8 +16,8 @@ _KERNELS = 135
 
 
 @contextlib.contextmanager
-def announced(first_call: Any, what: str = "the physics", seconds: int = 20) -> Iterator[None]:
-    """Around what may call a kernel first: if it has to be compiled, report it, and show how compiling goes on.
+def compile_notice(first_call: Any, what: str = "the physics", seconds: int = 20) -> Iterator[None]:
+    """Context of the first call of a kernel: if it has to be compiled, report it, and show progress.
 
     `what` is compiled, which takes about so many `seconds`.
     """

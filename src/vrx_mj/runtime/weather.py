@@ -2,7 +2,7 @@
 
 import math
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +17,17 @@ from vrx_mj.runtime.row_arguments import as_numbers
 
 _FORESEEN = 1e5
 """Time up to which gusts can be asked for at any time [s]: each is drawn after the one before."""
+
+
+def _broadcast(arrays: Mapping[str, FloatArray]) -> tuple[FloatArray, ...]:
+    """Arrays of one shape; CommandError if they cannot be broadcast."""
+    try:
+        return np.broadcast_arrays(*arrays.values())
+    except ValueError:
+        shapes = ", ".join(str(array.shape) for array in arrays.values())
+        *first, last = arrays
+        text = f"invalid {', '.join(first)} and {last} of shapes {shapes}: they cannot be broadcast"
+        raise CommandError(text) from None
 
 
 class Sea:
@@ -69,15 +80,7 @@ class Sea:
 
     def _at(self, kernel: Callable[..., None], each: tuple[int, ...], **given: npt.ArrayLike) -> FloatArray:
         """What a kernel writes at each point, of shape `each`."""
-        arrays = [as_numbers(name, value) for name, value in given.items()]
-        try:
-            grid = np.broadcast_arrays(*arrays)
-        except ValueError:
-            shapes = ", ".join(str(array.shape) for array in arrays)
-            *first, last = given
-            raise CommandError(
-                f"invalid {', '.join(first)} and {last} of shapes {shapes}: they cannot be broadcast"
-            ) from None
+        grid = _broadcast({name: as_numbers(name, value) for name, value in given.items()})
         flat = [np.array(values).reshape(-1) for values in grid]
         out = np.empty((*flat[0].shape, *each))
         kernel(self._arrays.waves, self._arrays.sea[0], *flat, out)
@@ -126,12 +129,8 @@ class Wind:
         latest = max(_FORESEEN, 2.0 * float(self._arrays.data.time))
         if not (np.abs(times) <= latest).all():
             raise CommandError(f"invalid t {shown(t)}: times up to {latest:g} s are needed")
-        shares = np.ones(()) if z is None else self._shares(as_numbers("z", z))
-        try:
-            shares = np.broadcast_arrays(times, shares)[1]
-        except ValueError:
-            shapes = f"{times.shape}, {shares.shape}"
-            raise CommandError(f"invalid t and z of shapes {shapes}: they cannot be broadcast") from None
+        own = np.ones(()) if z is None else self._shares(as_numbers("z", z))
+        _, shares = _broadcast({"t": times, "z": own})
         steps = np.floor(times / self._arrays.timestep + 1e-6).astype(np.int64)
         with self._lock:
             self._replay_to(int(steps.max(initial=0)))

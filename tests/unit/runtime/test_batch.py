@@ -1,5 +1,7 @@
 """A batch: its commands hold as those of a simulation do, and what is varied is a share of what the world has."""
 
+import copy
+
 import numpy as np
 import pytest
 
@@ -67,23 +69,40 @@ def test_rows_have_the_seeds_that_follow_the_first(batch):
     assert batch.seeds.tolist() == [3, 11]
 
 
-NUMBERS = {"a.hull.drag_linear.surge": 90.0, "a.hull.wind.y": 1.5, "a.stations.0.radius": 0.25}
+MARINE = {
+    "physics": {"profile": "marine"},
+    "sea": {"model": "jonswap", "significant_height": 0.4, "peak_period": 4.0, "components": 12},
+    "wind": {"mean_velocity": 5.0, "direction": 120, "spectrum": "npd", "var_direction": 0.1},
+    "current": {"speed": 0.3, "profile": [[0, 1], [5, 0.5]], "var_gain": 0.1},
+}
+PLACES = (0.0, 0.0, 0.3), (20.0, 0.0, 0.3)
 
 
-def test_a_row_with_numbers_of_its_own_is_a_world_compiled_with_them(world):
-    batch = vrx_mj.Batch(world, 2, seed=3, threads=1)
-    batch.vary(rows=[1], parameters=NUMBERS)
+@pytest.mark.parametrize("sea_and_wind", [water(sea=SWELL, wind=GUSTY), MARINE])
+def test_a_row_with_numbers_of_its_own_is_a_world_compiled_with_them(sea_and_wind):
+    """All numbers of weather and of one of two boats of a kind, at once; later ones are added to the earlier."""
+    world = vrx_mj.compile_world(sea_and_wind, fleet=boats(*PLACES))
+    numbers = {
+        name: 0.98 * number.value
+        for name, number in vrx_mj.parameters(world).items()
+        if not name.startswith("b.") and "battery" not in name
+    }
+    batch = vrx_mj.Batch(world, 3, seed=3, threads=1)
+    batch.vary(rows=[1], parameters={"wind.mean": 1.0, "sea.level": 2.0})
+    first, *rest = numbers
+    batch.vary(rows=[1], parameters={name: numbers[name] for name in rest})
+    batch.vary(rows=[1], parameters={first: numbers[first]})
     batch.reset(seed=3)
-    batch.step(commands(batch), duration=1.5)
-    state = vrx_mj.State.from_bytes(batch.get_state(1).to_bytes())
-    assert state.varied == {name: (value, vrx_mj.parameters(world)[name].value) for name, value in NUMBERS.items()}
-    for row, changed in enumerate(
-        (world, vrx_mj.compile_world(water(sea=SWELL, wind=GUSTY), fleet=boats((0.0, 0.0, 0.3)), parameters=NUMBERS))
-    ):
-        sim = vrx_mj.Simulation(changed, seed=3 + row)
-        sim.step({"a": THRUST}, duration=1.5)
-        seen = sim.observe()["a"]
-        assert same_bits(batch.features[row, 0, :7], [*seen.position, *seen.quaternion])
+    copied = copy.deepcopy(batch)
+    changed = vrx_mj.compile_world(sea_and_wind, fleet=boats(*PLACES), parameters=numbers)
+    for own, row, one in ((batch, 0, world), (batch, 1, changed), (copied, 1, changed), (batch, 2, world)):
+        if own.time[row] == 0.0:
+            own.step(commands(own), duration=1.5)
+        sim = vrx_mj.Simulation(one, seed=3 + row)
+        sim.step(dict.fromkeys("ab", THRUST), duration=1.5)
+        assert same_bits(own.get_state(row).mujoco, sim.get_state().mujoco)
+        heights = own.sea_height(np.zeros((3, 1)), np.ones((3, 1)))
+        assert heights[row, 0] == sim.sea.height(0.0, 1.0, sim.time)
 
 
 @pytest.mark.parametrize(
@@ -93,8 +112,8 @@ def test_a_row_with_numbers_of_its_own_is_a_world_compiled_with_them(world):
             {"a.hull.drag_linear.serge": 1.0},
             "no parameter named 'a.hull.drag_linear.serge'; did you mean 'a.hull.drag_",
         ),
-        ({"a.thrusters.left.timeout": 1.0}, "no parameter named 'a.thrusters.left.timeout'"),
         ({"a.hull.mass": 200.0}, "no parameter named 'a.hull.mass'"),
+        ({"a.thrusters.left.name": 1.0}, "no parameter named 'a.thrusters.left.name'"),
         ({"a.stations.0.radius": [0.1, -0.1]}, r"invalid a.stations.0.radius \[m\]: must be at least 0, got -0.1"),
         ({"a.stations.0.radius": [0.1, 0.1, 0.1]}, "invalid a.stations.0.radius "),
         ("a.stations.0.radius", "parameters takes a mapping of arrays"),

@@ -72,8 +72,7 @@ def test_an_unknown_object_is_one_too(ask):
         ask(calm())
 
 
-@pytest.mark.parametrize("value", [NAN, INF, -INF, "ahead", None, [1.0, 2.0], {}])
-@pytest.mark.parametrize("name", ["left", "right_angle"])
+@pytest.mark.parametrize(("name", "value"), [("left", NAN), ("right_angle", -INF), ("left", "ahead"), ("left", None)])
 def test_a_command_that_is_no_number_is_refused_and_none_is_set(name, value):
     sim = calm()
     before = sim.get_state().sha256
@@ -111,7 +110,7 @@ def test_a_duration_is_a_multiple_of_the_timestep(duration, near):
     )
 
 
-@pytest.mark.parametrize("duration", [0.0, -1.0, NAN, INF, -INF, 1e-9, 0.009])
+@pytest.mark.parametrize("duration", [0.0, NAN, INF, 0.009])
 def test_a_duration_is_a_timestep_at_least(duration):
     assert refused(duration) == f"invalid duration {duration:g} s: at least one timestep, 0.01 s, is needed"
 
@@ -194,7 +193,7 @@ def test_beyond_full_power_the_force_is_the_mappings_up_to_its_limit(command, fo
 
 
 @pytest.mark.parametrize("engines", ["fixed", "hinged"])
-@pytest.mark.parametrize("command", [0.4, -0.7, 5.0, -math.pi])
+@pytest.mark.parametrize("command", [0.4, -math.pi])
 def test_an_angle_is_clamped_and_does_not_time_out(engines, command):
     sim = calm(engines)
     sim.command("a", left_angle=command)
@@ -243,10 +242,10 @@ def test_a_turned_engine_pushes_where_it_points():
 
 
 @pytest.mark.parametrize(
-    "values",
-    [(0, 0, 0), (0, 0, 0, 0, 0, NAN), (1e7, 0, 0, 0, 0, 0), (0, 0, 0, 0, 0, INF), "sixsix", 3.0, (0,) * 7, [[0] * 6]],
-)
-@pytest.mark.parametrize("what", ["pose", "velocity"])
+    ("what", "values"),
+    [("pose", (0, 0, 0)), ("velocity", (0, 0, 0, 0, 0, NAN)), ("pose", (1e7, 0, 0, 0, 0, 0)), ("velocity", "sixsix"),
+     ("pose", 3.0), ("velocity", (0,) * 7), ("pose", [[0] * 6])],
+)  # fmt: skip
 def test_a_pose_is_six_numbers_that_are_not_huge(what, values):
     sim = calm()
     before = sim.get_state().sha256

@@ -103,7 +103,7 @@ def test_bodies_within_each_other_take_a_fifth_of_the_room_at_most(world):
 
 def test_a_row_that_touches_moves_as_a_simulation_does(world):
     batch = vrx_mj.Batch(world, 2, seed=3, threads=1)
-    qpos = heap(batch._model, np.random.default_rng(4))
+    qpos = heap(batch._arrays.model, np.random.default_rng(4))
     for k, boat in enumerate(batch.boats):
         x, y = qpos[7 * k : 7 * k + 2]
         batch.set_boat(boat, pose=(x + k, y, 0.1, 0.1, 0.2, 0.3), rows=[1])

@@ -40,24 +40,16 @@ def header_of(state, **changes):
 @pytest.mark.parametrize(
     ("changes", "reason"),
     [
-        ({"version": [3]}, "version: expected a whole number, got [3]"),
         ({"version": True}, "version: expected a whole number, got true"),
         ({"mujoco": 1e9}, "mujoco: expected a whole number, got 1000000000"),
-        ({"mujoco": -1}, "mujoco: must be at least 0, got -1"),
-        ({"mujoco": "x"}, "mujoco: expected a whole number, got 'x'"),
-        ({"mujoco": True}, "mujoco: expected a whole number, got true"),
         ({"moving": -1}, "moving: must be at least 0, got -1"),
-        ({"moving": None}, "moving: expected a whole number, got nothing"),
-        ({"seed": 1.5}, "seed: expected a whole number, got 1.5"),
         ({"world": 7}, "world: expected text, got 7; put it in quotes"),
-        ({"task": {}}, "task: expected text, got no keys"),
         ({"varied": {"mass": 1.25}}, "varied.mass: expected a list, got 1.25"),
         (
             {"varied": {"mäss": [2.0, 1.0]}},
             "varied.mäss.[key]: string should match pattern '^[ -~]{1,600}$', got 'mäss'",
         ),
         ({"time": 1.0}, "time: expected text, got 1; put it in quotes"),
-        ({"time": "soon"}, "invalid time 'soon'"),
         ({"time": "0x1p99999"}, "invalid time '0x1p99999'"),
     ],
 )
@@ -222,8 +214,6 @@ def in_part(part, **changes):
         (told(sent=[["here", 1]]), "station-keeping takes no message 'here'; known: none"),
         (told(lines=[[0.0, 1, "INFO"]]), None),
         (in_part("sheet", phase=3), None),
-        (in_part("sheet", elapsed=None), None),
-        (in_part("rules", frames=-1), None),
         (in_part("rules", total="far"), None),
     ],
 )

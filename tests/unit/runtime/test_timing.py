@@ -1,7 +1,5 @@
 """Durations in steps."""
 
-import math
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -35,7 +33,7 @@ def test_durations_that_are_whole_steps_but_for_rounding(duration, timestep, ste
     assert whole_steps(duration * (1 + 1e-15), timestep) == steps
 
 
-@pytest.mark.parametrize("duration", [0.015, 0.104, 0.0, -1.0, 0.009, math.inf, math.nan, "1", None])
+@pytest.mark.parametrize("duration", [0.104, -1.0, 1e10, "1", None])
 def test_other_durations_are_refused(duration):
     with pytest.raises(CommandError):
         whole_steps(duration, 0.01)

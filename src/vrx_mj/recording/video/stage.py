@@ -26,8 +26,8 @@ from vrx_mj.recording.boat_sets import HUGE, BoatSet, columns_in
 from vrx_mj.recording.reader import Record
 from vrx_mj.recording.rescoring import scored_frames
 from vrx_mj.recording.simulation_scene import check_columns
-from vrx_mj.runtime.sensing import painted
-from vrx_mj.runtime.warmup import announced
+from vrx_mj.runtime.sensing import display_colors
+from vrx_mj.runtime.warmup import compile_notice
 from vrx_mj.sensors.canvas import Canvas
 from vrx_mj.sensors.displays import check_display_marks, displays_of
 from vrx_mj.sensors.sea import SeaSkin, Skin
@@ -316,11 +316,11 @@ class Stage:
         mujoco.mj_kinematics(model, data)
         mujoco.mj_camlight(model, data)
         check_display_marks(self._displays, moment.marks[None])
-        for geom, rgba in painted(model, self._displays, moment.marks, moment.time).items():
+        for geom, rgba in display_colors(model, self._displays, moment.marks, moment.time).items():
             model.geom_rgba[geom] = rgba
         view = view_of(eye, width, height)
         above = view.rotation[2, 0] < -_STEEP
-        with announced(draw_surface, "the sea's pictures", 8):
+        with compile_notice(draw_surface, "the sea's pictures", 8):
             self._sea.move_into(view, data, moment.time, relief=_RELIEF if above else 1.0)
         if above:  # waves are shaded more, and do not glitter
             mirrored, glitter = self._sea.palette.T
@@ -329,7 +329,7 @@ class Stage:
         drawn = np.empty((height, width, 3), np.uint8)
         self._foam.move(moment.time, self._sea.drawn_height)
         self._canvas.draw(data, view, (self._sea, self._foam), drawn)
-        with announced(smooth, "the smoothing of edges", 3):
+        with compile_notice(smooth, "the smoothing of edges", 3):
             return antialias(drawn)
 
     def close(self) -> None:
