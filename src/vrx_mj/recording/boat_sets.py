@@ -128,21 +128,10 @@ def numbered_blocks(parts: Sequence[Part], count: int, most: int) -> list[tuple[
     Raises:
         RecordError: a block is damaged, or of no boat set.
     """
-    numbers = [number for part in parts for number in _boat_set_numbers(part, count)]
+    numbers = [number for part in parts for number in part.numbers("company", "i")]
+    if unknown := [number for number in numbers if not 0 <= number < count]:
+        raise RecordError(f"{parts[0].entity}: company: {unknown[0]}, of {count}")
     return list(zip(numbers, unpack_all([blob for part in parts for blob in part.blobs("block")], most), strict=True))
-
-
-def _boat_set_numbers(part: Part, count: int) -> list[int]:
-    """The boat set of each block of a part, of so many; the first in a recording from before boats could come and go.
-
-    Raises:
-        RecordError: the number of a boat set is unknown.
-    """
-    numbers = part.numbers("company", "i") if "company" in part.columns else [0] * len(part.blobs("block"))
-    for number in numbers:
-        if not 0 <= number < count:
-            raise RecordError(f"{part.entity}: company: {number}, of {count}")
-    return numbers
 
 
 def _check_rows(rows: FloatArray, width: int) -> None:
@@ -268,8 +257,8 @@ def head_of(text: str) -> Head:
         RecordError: it is damaged, or of another version.
     """
     version = _parse(Version, "head", text)
-    if not 1 <= version.format <= FORMAT:  # the first held its blueprint, later ones packed rows otherwise
-        raise RecordError(f"head: format {version.format}; this version reads 1 to {FORMAT}")
+    if version.format != FORMAT:
+        raise RecordError(f"head: format {version.format}; this version reads {FORMAT}")
     head = _parse(Head, "head", text)
     _check_layout("head", head.layout)
     _check_sensors(head.sensors)

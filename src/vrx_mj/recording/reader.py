@@ -296,8 +296,7 @@ def all_events(parts: Sequence[Part]) -> tuple[Event, ...]:
 
 def _events(part: Part) -> Iterator[Event]:
     times, texts = part.numbers("sim_time", "i"), part.texts("TextLog:text")
-    touches = part.texts("touch") if "touch" in part.columns else [""] * len(times)
-    for time, text, level, touch in zip(times, texts, part.texts("TextLog:level"), touches, strict=True):
+    for time, text, level, touch in zip(times, texts, part.texts("TextLog:level"), part.texts("touch"), strict=True):
         try:
             yield Event(time / 1e9, text, level, validator(Touch).validate_json(touch) if touch else None)
         except ValidationError as error:

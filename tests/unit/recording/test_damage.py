@@ -142,7 +142,7 @@ def test_an_archive_with_other_bytes_is_refused_or_read():
 # The texts
 
 HEAD = {
-    "format": 1,
+    "format": 5,
     "properties": {"world": "bay"},
     "timestep": 0.01,
     "wind_direction": [1.0, 0.0],
@@ -172,7 +172,7 @@ def layout(**other):
     ("change", "reason"),
     [
         ({"format": "new"}, "format: expected a whole number, got 'new'"),
-        ({"format": 9}, "format 9; this version reads 1 to 4"),
+        ({"format": 9}, "format 9; this version reads 5"),
         ({"timestep": -1.0}, "timestep: must be above 0, got -1"),
         ({"timestep": None}, "timestep: expected a number, got nothing"),
         ({"wind_direction": [1.0]}, "wind_direction[1]: required, but missing"),
