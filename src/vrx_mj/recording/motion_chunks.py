@@ -17,7 +17,7 @@ import rerun as rr
 from rerun.chunk import Chunk
 
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
-from vrx_mj.frames import compass, in_world_axes, rotation_matrix
+from vrx_mj.frames import compass, in_world_axes, quaternion_product
 from vrx_mj.recording.eyes import FLEET, PLAN, PLAN_SLOPE, RATE, Sailed, WeatherChunks, plan_eye
 from vrx_mj.recording.parts import EVENTS, Part
 from vrx_mj.recording.reader import Event
@@ -307,14 +307,19 @@ def thrust_arrows(
     path: str, time: FloatArray, thrusters: Sequence[RecordedThruster], thrust: FloatArray, angle: FloatArray
 ) -> Chunk:
     """Arrows of thrusts (n, k) [N] at steering angles (n, k) [rad], in the boat's frame."""
-    mount = np.add([thruster.position for thruster in thrusters], (0.0, 0.0, _ARROW_HEIGHT))
-    x, y, z = np.array([thruster.direction for thruster in thrusters]).T
-    turns = np.array([rotation_matrix(thruster.mount) for thruster in thrusters])
-    cos, sin = np.cos(angle), np.sin(angle)
-    steered = np.stack([cos * x - sin * y, sin * x + cos * y, 0 * angle + z], axis=-1)
-    vectors = np.einsum("kij,nkj->nki", turns, steered) * (thrust * _ARROW_PER_NEWTON)[..., None]
-    strips = arrow_strips(np.tile(mount, (len(time), 1)), vectors.reshape(-1, 3)).astype(np.float32)
+    origins = np.tile(np.add([thruster.position for thruster in thrusters], (0.0, 0.0, _ARROW_HEIGHT)), (len(time), 1))
+    turns = [_steered(thruster, own) for thruster, own in zip(thrusters, angle.T, strict=True)]
+    vectors = in_world_axes(np.stack(turns, axis=1), np.array([thruster.direction for thruster in thrusters]))
+    vectors *= (thrust * _ARROW_PER_NEWTON)[..., None]
+    strips = arrow_strips(origins, vectors.reshape(-1, 3)).astype(np.float32)
     return numbers(f"{path}/thrust", time, rr.LineStrips3D, len(thrusters), strips=strips)
+
+
+def _steered(thruster: RecordedThruster, angle: FloatArray) -> FloatArray:
+    """Quaternions (n, 4) from an engine at steering angles (n,) [rad] to its boat."""
+    spin = np.zeros((len(angle), 4))
+    spin[:, 0], spin[:, 3] = np.cos(angle / 2.0), np.sin(angle / 2.0)
+    return quaternion_product(np.array(thruster.mount), spin)
 
 
 def part_poses(part: RecordedPart, qpos: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -331,22 +336,12 @@ def part_poses(part: RecordedPart, qpos: FloatArray) -> tuple[FloatArray, FloatA
         half = 0.5 * value
         hinge = np.hstack([np.cos(half), np.sin(half) * axis])
         place = position + in_world_axes(turn, np.array(joint.anchor))
-        turn = _product(turn, hinge if joint.kind == "hinge" else qpos[:, joint.qpos : joint.qpos + 4])
+        turn = quaternion_product(turn, hinge if joint.kind == "hinge" else qpos[:, joint.qpos : joint.qpos + 4])
         position = place - in_world_axes(turn, np.array(joint.anchor))
     return position, turn
 
 
-def _product(one: FloatArray, other: FloatArray) -> FloatArray:
-    """Products (n, 4) of quaternions: the rotation `other`, then `one`."""
-    v, w = one[:, 1:], other[:, 1:]
-    scalar = one[:, :1] * other[:, :1] - (v * w).sum(axis=1, keepdims=True)
-    return np.hstack([scalar, one[:, :1] * w + other[:, :1] * v + np.cross(v, w)])
-
-
 def engine(path: str, time: FloatArray, thruster: RecordedThruster, angle: FloatArray) -> Chunk:
     """An engine turning about its mount."""
-    c, s = np.cos(angle / 2), np.sin(angle / 2)
-    w, x, y, z = thruster.mount
-    quaternion = np.stack([x * c + y * s, y * c - x * s, z * c + w * s, w * c - z * s], axis=-1)
-    position = np.tile(np.array(thruster.position), (len(time), 1))
-    return transforms(f"{path}/{thruster.name}", time, position, quaternion)
+    position = np.tile(thruster.position, (len(time), 1))
+    return transforms(f"{path}/{thruster.name}", time, position, _steered(thruster, angle)[:, [1, 2, 3, 0]])
