@@ -12,7 +12,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.draw.plan import nice_length
+from vrx_mj.draw.course import nice_length
 from vrx_mj.recording.eyes import (
     FLEET,
     PLAN,
