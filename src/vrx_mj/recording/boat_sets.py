@@ -20,8 +20,8 @@ from vrx_mj.config.loading import fault_text
 from vrx_mj.errors import RecordError, StateError
 from vrx_mj.mjcf.world import World, world_of
 from vrx_mj.model.world import Parameters
-from vrx_mj.recording.packing import archive, unpack_all, unpacked
-from vrx_mj.recording.parts import LONGEST, ROWS, Part, validator
+from vrx_mj.recording.packing import unpack_all
+from vrx_mj.recording.parts import LONGEST, ROWS, Part, pack_files, unpack_files, validator
 from vrx_mj.recording.record_scene import FORMAT, MovingBody, RecordedSensor, RecordScene, RowLayout
 
 HUGE = 1e9
@@ -62,7 +62,7 @@ class BoatSet:
 
 
 def boat_set_cells(scene: RecordScene, before: RecordScene, number: int) -> tuple[str, bytes]:
-    """The header of the boat set of a scene, the one of this number, and an archive of its files that are new."""
+    """The header of the boat set of a scene, the one of this number, and its files that are new, packed."""
     new = {name: content for name, content in scene.files.items() if before.files.get(name) != content}
     head = {
         "number": number,
@@ -70,7 +70,7 @@ def boat_set_cells(scene: RecordScene, before: RecordScene, number: int) -> tupl
         "world_sha256": scene.properties["world_sha256"],
         "files": sorted(scene.files),
     }
-    return json.dumps(head), archive(new)
+    return json.dumps(head), pack_files(new)
 
 
 def read_boat_sets(first: BoatSet, parts: Sequence[Part], most: int) -> tuple[BoatSet, ...]:
@@ -86,7 +86,7 @@ def read_boat_sets(first: BoatSet, parts: Sequence[Part], most: int) -> tuple[Bo
     ]
     found, left = [first], most - sum(map(len, first.files.values()))
     for head, blob in sorted(later, key=lambda pair: pair[0].number):
-        new = unpacked(blob, left)
+        new = unpack_files(blob, left)
         left -= sum(map(len, new.values()))
         files = {**found[-1].files, **new}
         if head.number != len(found):

@@ -308,14 +308,14 @@ def thrust_arrows(
 ) -> Chunk:
     """Arrows of thrusts (n, k) [N] at steering angles (n, k) [rad], in the boat's frame."""
     origins = np.tile(np.add([thruster.position for thruster in thrusters], (0.0, 0.0, _ARROW_HEIGHT)), (len(time), 1))
-    turns = [_steered(thruster, own) for thruster, own in zip(thrusters, angle.T, strict=True)]
+    turns = [_engine_turns(thruster, own) for thruster, own in zip(thrusters, angle.T, strict=True)]
     vectors = in_world_axes(np.stack(turns, axis=1), np.array([thruster.direction for thruster in thrusters]))
     vectors *= (thrust * _ARROW_PER_NEWTON)[..., None]
     strips = arrow_strips(origins, vectors.reshape(-1, 3)).astype(np.float32)
     return numbers(f"{path}/thrust", time, rr.LineStrips3D, len(thrusters), strips=strips)
 
 
-def _steered(thruster: RecordedThruster, angle: FloatArray) -> FloatArray:
+def _engine_turns(thruster: RecordedThruster, angle: FloatArray) -> FloatArray:
     """Quaternions (n, 4) from an engine at steering angles (n,) [rad] to its boat."""
     spin = np.zeros((len(angle), 4))
     spin[:, 0], spin[:, 3] = np.cos(angle / 2.0), np.sin(angle / 2.0)
@@ -344,4 +344,4 @@ def part_poses(part: RecordedPart, qpos: FloatArray) -> tuple[FloatArray, FloatA
 def engine(path: str, time: FloatArray, thruster: RecordedThruster, angle: FloatArray) -> Chunk:
     """An engine turning about its mount."""
     position = np.tile(thruster.position, (len(time), 1))
-    return transforms(f"{path}/{thruster.name}", time, position, _steered(thruster, angle)[:, [1, 2, 3, 0]])
+    return transforms(f"{path}/{thruster.name}", time, position, _engine_turns(thruster, angle)[:, [1, 2, 3, 0]])

@@ -1,4 +1,4 @@
-"""Rows of float64 as few bytes, exactly, and files to archives.
+"""Rows of float64 as few bytes, exactly.
 
 Columns that do not change take their first number. Each other number is predicted from those before it, the pose of a
 body from its velocity too, and what is compressed is by how much its bit pattern, read as an integer that sorts like
@@ -8,12 +8,10 @@ sums and products of kernels, which are never one operation: all processors have
 
 from __future__ import annotations
 
-import io
 import math
 import struct
-import zipfile
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -37,7 +35,7 @@ velocity, a bit for each column that changes, the first row, and the others byte
 _MOST_STEPS = 1000
 """Physics steps between rows, at most, for which poses are predicted from velocities."""
 _LEVEL = 4
-"""How hard rows and files are compressed: harder takes twice the time for a twentieth of the bytes."""
+"""How hard rows are compressed: harder takes twice the time for a twentieth of the bytes."""
 
 Bodies = Sequence[tuple[int, int]]
 """Columns of each body: the first of 7 of its pose, and of 6 of its velocity, as MuJoCo has them."""
@@ -139,12 +137,12 @@ def _code(
                 table[i, j] = bits[i, order[j]]
         _extrapolate(differences, min(i, _ORDER + 1), predicted)
         for j in range(positions):
-            values[j] = _coded(table, i, j, predicted[j], back)
+            values[j] = _code_number(table, i, j, predicted[j], back)
         _follow(differences, values, 0, positions)
         if i > _ORDER:
             _move(differences, gains, velocities, differences[0, positions:], predicted[positions:])
         for j in range(positions, quaternions):
-            values[j] = _coded(table, i, j, predicted[j], back)
+            values[j] = _code_number(table, i, j, predicted[j], back)
         for b in range(turns.size):
             turning = differences[0, turns[b] : turns[b] + 3]
             last = differences[0, quaternions + 4 * b :]
@@ -244,14 +242,14 @@ def _code_unit(table: IntArray, i: int, first: int, predicted: FloatArray, value
             largest = j
     for j in range(first, first + 4):
         if j != largest:
-            values[j] = _coded(table, i, j, predicted[j], back)
+            values[j] = _code_number(table, i, j, predicted[j], back)
             squares -= values[j] * values[j]
     predicted[largest] = math.copysign(math.sqrt(max(squares, 0.0)), predicted[largest])
-    values[largest] = _coded(table, i, largest, predicted[largest], back)
+    values[largest] = _code_number(table, i, largest, predicted[largest], back)
 
 
 @inlined_kernel
-def _coded(table: IntArray, i: int, j: int, predicted: float, back: bool) -> float:
+def _code_number(table: IntArray, i: int, j: int, predicted: float, back: bool) -> float:
     """Code a bit pattern with its sign in the lowest bit: small means few bits; or `back`. Return the number."""
     expected: Any = _sortable(predicted if abs(predicted) < _FARTHEST else 0.0)
     bits: Any = table[i, j]
@@ -326,53 +324,3 @@ def unpack_rows(blob: bytes | memoryview) -> FloatArray:
     if found is None:
         raise RecordError(f"block: {len(blob)} bytes are not {count} rows of {width} columns")
     return found
-
-
-_EPOCH = (2020, 1, 1, 0, 0, 0)
-"""Time of the files in the archive: one world, one archive."""
-FILES = 20_000
-"""Files in an archive, at most."""
-_ENTRY = b"PK\x01\x02"
-"""Before each file in the archive's table of contents."""
-_DAMAGE = (zipfile.BadZipFile, zlib.error, struct.error, EOFError, ValueError, OverflowError, OSError, RuntimeError)
-"""What `zipfile` raises at an archive that is damaged."""
-_ENCRYPTED = 0x1
-"""A bit of a file's flags."""
-
-
-def archive(files: Mapping[str, bytes]) -> bytes:
-    """A zip archive of files, the same bytes for the same files."""
-    buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as out:
-        for name in sorted(files):
-            out.writestr(zipfile.ZipInfo(name, _EPOCH), files[name], zipfile.ZIP_DEFLATED, _LEVEL)
-    return buffer.getvalue()
-
-
-def unpacked(blob: bytes, most: int) -> dict[str, bytes]:
-    """Files of an archive, by their names, which are no paths on any disk; `most`: their bytes.
-
-    What comes out is counted, whatever the archive's own table has.
-
-    Raises:
-        RecordError: it is damaged, or holds more, or what `archive` does not write.
-    """
-    if (count := blob.count(_ENTRY)) > FILES:  # before an object is made for each
-        raise RecordError(f"files: {count} files: at most {FILES}")
-    try:
-        with zipfile.ZipFile(io.BytesIO(blob)) as stored:
-            files: dict[str, bytes] = {}
-            left = most
-            for member in stored.infolist():
-                if member.compress_type != zipfile.ZIP_DEFLATED or member.flag_bits & _ENCRYPTED:
-                    raise RecordError("files: the archive is damaged: it is compressed in another way, or encrypted")
-                if member.filename in files:
-                    raise RecordError("files: two of one name")
-                with stored.open(member) as content:
-                    files[member.filename] = content.read(left + 1)
-                left -= len(files[member.filename])
-                if left < 0:
-                    raise RecordError(f"files: more than {most >> 20} MiB")
-            return files
-    except _DAMAGE as error:
-        raise RecordError(f"files: the archive is damaged: {error}") from None

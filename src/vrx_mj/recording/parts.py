@@ -201,6 +201,34 @@ def _content_of(cell: Cell) -> tuple[str, bytes]:
     return ("text", cell.encode("utf-8", "replace")) if isinstance(cell, str) else ("bytes", cell or b"")
 
 
+_LEVEL = 4
+"""How hard files are compressed: harder takes twice the time for a twentieth of the bytes."""
+_NAMES = 4 << 20
+"""Bytes of the names of files, at most."""
+
+
+def pack_files(files: Mapping[str, bytes]) -> bytes:
+    """Compressed bytes of files, the same for the same files."""
+    return zlib.compress(b"".join(block_of("files", {name: [files[name]] for name in sorted(files)})), _LEVEL)
+
+
+def unpack_files(blob: bytes, most: int) -> dict[str, bytes]:
+    """Files by their names, which are no paths on any disk; `most`: their bytes, of which no more are unpacked.
+
+    Raises:
+        RecordError: they are damaged, or more.
+    """
+    stream = zlib.decompressobj()
+    try:
+        content = stream.decompress(blob, most + 1)
+        if len(content) > most or LENGTH.unpack_from(content)[0] > _NAMES:
+            raise RecordError(f"files: more than {most >> 20} MiB, or too many names")
+        (part,) = parts_of(memoryview(content))
+        return {name: content for name in part.columns for (content,) in [part.blobs(name)]}
+    except (zlib.error, struct.error, ValueError) as error:
+        raise RecordError(f"files: damaged: {str(error).splitlines()[0]}") from None
+
+
 MAGIC = b"VRXMJRAW"
 """How such a file begins; the version comes next."""
 VERSION = 1

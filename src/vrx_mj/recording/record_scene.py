@@ -101,7 +101,7 @@ class RecordedPart:
     surfaces: tuple[Surface, ...] = ()
 
     @property
-    def fixed(self) -> tuple[float, ...] | None:
+    def fixed_pose(self) -> tuple[float, ...] | None:
         """Its pose where it is fixed, as that of bodies; else None."""
         return None if self.joints else (*self.position, *self.quaternion)
 
