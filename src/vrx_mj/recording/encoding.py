@@ -109,7 +109,7 @@ class Encoder:
             yield from self._still(next(parts))
             for batch in _batches(parts):
                 yield from self._going(batch)
-            yield from self._task.rest(self._end)
+            yield from self._task.chunks(self._end)
             if self._moving.track is not None:
                 yield from plan_chunks(self._first, self._moving.track, self._moving.sailed)
         except Exception as error:
@@ -140,7 +140,7 @@ class Encoder:
             yield from touch_chunks([event.touch for event in events if event.touch])
         if frames:
             yield frame_chunk(frames)
-        yield from self._task(states, frames)
+        self._task.look(states, frames)
         for parts in batch.values():
             yield from self._sensed(parts)
         for part in found[COMPANIES]:

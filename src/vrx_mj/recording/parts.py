@@ -16,7 +16,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache, reduce
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -38,7 +38,6 @@ LONGEST = 1e9
 
 Cell = str | bytes | npt.NDArray[Any] | None
 """A text, bytes, or numbers (n,); None where there is nothing."""
-_CellType = TypeVar("_CellType", bound=object)
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +66,7 @@ class Part:
         Raises:
             RecordError: it is missing, or of another kind.
         """
-        return [self._cell(name, cell, str, "a text") for cell in self._column(name)]
+        return self._cells(name, str, "a text")
 
     def blobs(self, name: str) -> list[bytes]:
         """A column of bytes.
@@ -75,7 +74,7 @@ class Part:
         Raises:
             RecordError: it is missing, or of another kind.
         """
-        return [self._cell(name, cell, bytes, "a block of bytes") for cell in self._column(name)]
+        return self._cells(name, bytes, "a block of bytes")
 
     def numbers(self, name: str, kind: str = "f") -> list[Any]:
         """A column of finite numbers, one in a row, of numpy's kind `f` or `i`.
@@ -83,7 +82,7 @@ class Part:
         Raises:
             RecordError: it is missing, or of another kind.
         """
-        found = [self._cell(name, cell, np.ndarray, "a number") for cell in self._column(name)]
+        found = self._cells(name, np.ndarray, "a number")
         if not all(one.shape == (1,) and one.dtype.kind == kind and np.isfinite(one[0]) for one in found):
             raise RecordError(f"{self.entity}: {name}: expected one {'whole ' * (kind == 'i')}number")
         return [one[0].item() for one in found]
@@ -106,21 +105,19 @@ class Part:
             RecordError: it is missing, or of another kind.
         """
         wanted, expected = np.dtype(kind), f"numbers of type {np.dtype(kind).name}"
-        cells = (np.frombuffer(cell, np.uint8) if isinstance(cell, bytes) else cell for cell in self._column(name))
-        found = [self._cell(name, cell, np.ndarray, expected) for cell in cells]
+        cells = self._cells(name, (np.ndarray, bytes), expected)
+        found = [np.frombuffer(cell, np.uint8) if isinstance(cell, bytes) else cell for cell in cells]
         if any(len(one) and one.dtype != wanted for one in found):
             raise RecordError(f"{self.entity}: {name}: expected {expected}")
         return [one if len(one) else np.zeros(0, wanted) for one in found]
 
-    def _column(self, name: str) -> Sequence[Cell]:
+    def _cells(self, name: str, kind: type | tuple[type, ...], wanted: str) -> list[Any]:
+        """A column of cells of a kind, which is called `wanted`."""
         if name not in self.columns:
             raise RecordError(f"{self.entity}: {name}: missing")
-        return self.columns[name]
-
-    def _cell(self, name: str, cell: Cell, kind: type[_CellType], wanted: str) -> _CellType:
-        if not isinstance(cell, kind):
+        if not all(isinstance(cell, kind) for cell in self.columns[name]):
             raise RecordError(f"{self.entity}: {name}: expected {wanted}")
-        return cell
+        return list(self.columns[name])
 
 
 @dataclass(frozen=True)

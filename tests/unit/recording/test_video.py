@@ -57,15 +57,16 @@ def straight(speed, duration=30.0, heading=0.0):
 
 def test_smoothing_leaves_a_straight_way_as_it_is():
     path = straight(2.0)
-    time, places = smooth_path(path[:, 0], path[:, 1:3], 1.2)
-    assert places[:, 0] == pytest.approx(2.0 * time, abs=1e-9)
+    place = smooth_path(path[:, 0], path[:, 1:3], 1.2)
+    assert place(path[:, 0])[:, 0] == pytest.approx(2.0 * path[:, 0], abs=1e-9)
+    assert place(1.5) == pytest.approx([3.0, 0.0])
 
 
 def test_smoothing_takes_the_waves_out_of_a_way():
     path = straight(2.0)
     path[:, 2] = 0.3 * np.sin(2 * math.pi * path[:, 0] / 1.5)
-    _, places = smooth_path(path[:, 0], path[:, 1:3], 1.2)
-    assert np.abs(places[20:-20, 1]).max() < 0.3 * math.exp(-0.5 * (2 * math.pi * 1.2 / 1.5) ** 2) + 1e-3
+    places = smooth_path(path[:, 0], path[:, 1:3], 1.2)(np.arange(2.0, 28.0, 0.1))
+    assert np.abs(places[:, 1]).max() < 0.3 * math.exp(-0.5 * (2 * math.pi * 1.2 / 1.5) ** 2) + 1e-3
 
 
 @pytest.mark.parametrize("heading", [0.0, 2.0, -3.0])

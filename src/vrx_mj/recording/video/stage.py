@@ -106,15 +106,14 @@ class Chase:
     def __init__(self, path: FloatArray, level: float) -> None:
         """Follow a path (n, 4): time [s], east, north [m] and heading [rad], over water at `level` [m]."""
         self._level = level
-        self._times, self._places = smooth_path(path[:, 0], path[:, 1:3], _CALM)
-        _, self._headings = smooth_path(path[:, 0], path[:, 3:4], _TURN_CALM)
+        self._place = smooth_path(path[:, 0], path[:, 1:3], _CALM)
+        self._heading = smooth_path(path[:, 0], path[:, 3:4], _TURN_CALM)
 
     def eye(self, time: float) -> Eye:
         """Where it is at a time [s]."""
-        east, north = (float(np.interp(time, self._times, self._places[:, axis])) for axis in (0, 1))
-        heading = float(np.interp(time, self._times, self._headings[:, 0]))
+        place, (heading,) = self._place(time), self._heading(time).tolist()
         along = np.array([math.cos(heading), math.sin(heading)])
-        back, front = (east, north) - BEHIND * along, (east, north) + AHEAD * along
+        back, front = place - BEHIND * along, place + AHEAD * along
         return looking((*back, self._level + HIGH), (*front, self._level + 0.6), (0.0, 0.0, 1.0))
 
 
@@ -124,8 +123,7 @@ class Above:
     def __init__(self, paths: Sequence[FloatArray], level: float, aspect: float) -> None:
         """Follow paths as `Chase` does one; `aspect` is the picture's width by its height."""
         self._level, self._aspect = level, aspect
-        self._paths = [smooth_path(path[:, 0], path[:, 1:3], _CALM) for path in paths]
-        self._spans = [(path[0, 0], path[-1, 0]) for path in paths]
+        self._paths = [(smooth_path(path[:, 0], path[:, 1:3], _CALM), path[0, 0], path[-1, 0]) for path in paths]
         self._half = max(
             self._half_height(time) for time in np.unique(np.concatenate([path[:, 0] for path in paths]))[::10]
         )
@@ -139,12 +137,8 @@ class Above:
 
     def _box(self, time: float) -> tuple[FloatArray, FloatArray]:
         """The least and the largest east and north of boats that are there."""
-        there = [
-            [np.interp(time, times, places[:, axis]) for axis in (0, 1)]
-            for (times, places), (begin, end) in zip(self._paths, self._spans, strict=True)
-            if begin <= time <= end
-        ]
-        spots = np.array(there or [[places[-1, 0], places[-1, 1]] for _, places in self._paths])
+        there = [place(time) for place, begin, end in self._paths if begin <= time <= end]
+        spots = np.array(there or [place(end) for place, _, end in self._paths])
         return spots.min(axis=0), spots.max(axis=0)
 
     def _half_height(self, time: float) -> float:
@@ -154,21 +148,23 @@ class Above:
         return max(float(height), float(width) / self._aspect, _LEAST)
 
 
-def smooth_path(time: FloatArray, values: FloatArray, calm: float) -> tuple[FloatArray, FloatArray]:
-    """Times (m,) [s] and values (m, k) of a path, smoothed by a Gaussian of standard deviation `calm` [s].
+def smooth_path(time: FloatArray, values: FloatArray, calm: float) -> Callable[[float | FloatArray], FloatArray]:
+    """A function of time [s] through the values (n, k) of a path at times (n,) [s], smooth.
 
-    Beyond its ends the path goes on as a mirror would show it, turned by half a turn, so that a straight stays one.
+    They are weighted by a Gaussian of standard deviation `calm` [s]. Beyond its ends the path goes on as a mirror would
+    show it, turned by half a turn, so that a straight stays one.
     """
     from scipy.ndimage import gaussian_filter1d
 
-    if len(time) < 2:
-        return time, values
-    count = max(2, math.ceil((time[-1] - time[0]) * _SMOOTHED) + 1)
-    grid = np.linspace(time[0], time[-1], count)
-    even = np.column_stack([np.interp(grid, time, column) for column in values.T])
-    mirrored = np.pad(even, ((count - 1, count - 1), (0, 0)), "reflect", reflect_type="odd")
-    sigma = calm * (count - 1) / (time[-1] - time[0])
-    return grid, gaussian_filter1d(mirrored, sigma, axis=0, mode="nearest")[count - 1 : 2 * count - 1]
+    columns = values.T
+    if len(time) > 1:
+        count = max(2, math.ceil((time[-1] - time[0]) * _SMOOTHED) + 1)
+        grid = np.linspace(time[0], time[-1], count)
+        even = np.array([np.interp(grid, time, column) for column in columns])
+        mirrored = np.pad(even, ((0, 0), (count - 1, count - 1)), "reflect", reflect_type="odd")
+        smooth = gaussian_filter1d(mirrored, calm * (count - 1) / (time[-1] - time[0]), axis=1, mode="nearest")
+        time, columns = grid, smooth[:, count - 1 : 2 * count - 1]
+    return lambda at: np.stack([np.interp(at, time, column) for column in columns], axis=-1)
 
 
 @dataclass(frozen=True, eq=False)
