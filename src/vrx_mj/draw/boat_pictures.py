@@ -66,7 +66,7 @@ class View:
 
 TOP = View("from above", 0, 1, 2, 1.0)
 SIDE = View("from starboard", 0, 2, 1, -1.0)
-FRONT = View("from astern", 1, 2, 0, -1.0, flip=True)
+ASTERN = View("from astern", 1, 2, 0, -1.0, flip=True)
 
 
 def draw_verdict(verdict: Verdict, path: str | Path) -> None:
@@ -96,7 +96,7 @@ def _figure(verdict: Verdict) -> Figure:
     above = bottom + tall * scale + gap
     triangles = [(_mesh(name) + place, light) for name, light, place in _HULL]
     triangles += _engines(verdict)
-    spots = ((TOP, left, above), (SIDE, left, bottom), (FRONT, left + across * scale + gap, bottom))
+    spots = ((TOP, left, above), (SIDE, left, bottom), (ASTERN, left + across * scale + gap, bottom))
     for view, x, y in spots:
         size = (high - low)[[view.right, view.up]] * scale
         axes = figure.add_axes((x / _SIZE[0], y / _SIZE[1], size[0] / _SIZE[0], size[1] / _SIZE[1]))
@@ -256,7 +256,7 @@ def draw_hull(corners: FloatArray, center: Sequence[float], engines: Sequence[Se
     """Draw triangles (n, 3, 3) [m] whose water is at z = 0, with the centre of mass and engines [m], as PNG."""
     figure = Figure(figsize=(15, 5), dpi=DPI, layout="constrained")
     figure.suptitle("cross: centre of mass; dots: engines; blue: waterline", y=0.02, va="bottom", fontsize=10)
-    for axes, view in zip(figure.subplots(1, 3), (TOP, SIDE, FRONT), strict=True):
+    for axes, view in zip(figure.subplots(1, 3), (TOP, SIDE, ASTERN), strict=True):
         draw_surfaces(axes, view, [(corners, 0.8)])
         axes.plot(*np.take(center, [view.right, view.up]), "+", color="#c8242b", markersize=12)
         axes.plot(*np.take(engines, [view.right, view.up], axis=1).T, "o", color="#16181c", markersize=5)

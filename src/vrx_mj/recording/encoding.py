@@ -146,8 +146,8 @@ class Encoder:
         for part in found[COMPANIES]:
             before, self._scene = self._scene, next(self._scenes)
             self._boat_set += 1
-            self._moving.go_on(self._scene)
-            self._task.go_on(self._scene.parameters)
+            self._moving.change_scene(self._scene)
+            self._task.change_scene(self._scene.parameters)
             yield part_chunk([part])
             yield from change_chunks(self._scene, before, self._first)
 

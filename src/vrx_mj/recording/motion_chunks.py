@@ -83,9 +83,9 @@ class MovingChunks:
         """Least and greatest x and y (2, 2) [m] of all boats until now."""
         self.sailed: list[Sailed] = []
         """Where they were, for their names in a plan of all of the track."""
-        self.go_on(scene)
+        self.change_scene(scene)
 
-    def go_on(self, scene: RecordScene) -> None:
+    def change_scene(self, scene: RecordScene) -> None:
         """Go on in a scene in which boats or objects have come or gone: rows have its columns now."""
         self._scene = scene
         self._layout = scene.layout()
@@ -113,10 +113,10 @@ class MovingChunks:
                 yield from self._transforms(part.path, posed, poses, _NEAR)
         yield from self._displays(rows)
         if self._boats:
-            self._cover(rows)
-            yield from self._slow(rows)
+            self._widen_track(rows)
+            yield from self._sampled_chunks(rows)
         if self._boats and len(posed):
-            yield transforms(FLEET, posed[:, 0], self._middle(posed))
+            yield transforms(FLEET, posed[:, 0], self._followed_place(posed))
             names = [boat.name for boat in self._boats]
             yield from self._water(names, posed[:, 0], self._layout_poses(posed))
 
@@ -142,7 +142,7 @@ class MovingChunks:
             if (changed := self._changes(shown.part_path(""), codes)).any():
                 yield from _display_chunks(shown, rows[changed, 0], codes[changed])
 
-    def _cover(self, rows: FloatArray) -> None:
+    def _widen_track(self, rows: FloatArray) -> None:
         """Widen what the plan frames to where the boats are."""
         places = self._layout_poses(rows)
         ends = [places.min(axis=(0, 1))[:2], places.max(axis=(0, 1))[:2], *([] if self.track is None else self.track)]
@@ -150,15 +150,15 @@ class MovingChunks:
         if self._plan_size is None and (taken := self._sailed(rows[:, 0])).any():
             self.sailed.append(Sailed([boat.name for boat in self._boats], rows[taken, 0], places[taken, :, :2]))
 
-    def _middle(self, rows: FloatArray) -> FloatArray:
+    def _followed_place(self, rows: FloatArray) -> FloatArray:
         """Places (n, 3) [m] of what the camera follows, at the mean water level."""
         own = [i for i, boat in enumerate(self._boats) if boat.name == self._scene.follow]
         places = self._layout_poses(rows)[:, own or slice(None), :3]
         middle: FloatArray = places.mean(axis=1) * (1.0, 1.0, 0.0)
         return middle
 
-    def _slow(self, rows: FloatArray) -> Iterator[Chunk]:
-        """What is written at rates of its own."""
+    def _sampled_chunks(self, rows: FloatArray) -> Iterator[Chunk]:
+        """Plots, the weather, the live plan and thrusts, each at its own rate."""
         seldom, often = self._plotted(rows[:, 0]), self._arrow(rows[:, 0])
         plotted, rows = rows[often if self._water.fast else seldom], rows[often]
         if len(plotted):
@@ -167,7 +167,7 @@ class MovingChunks:
             return
         yield from self._weather(self._scene, rows)
         if self._plan_size is not None:
-            middle, size = self._middle(rows), np.full((len(rows), 3), self._plan_size)
+            middle, size = self._followed_place(rows), np.full((len(rows), 3), self._plan_size)
             yield numbers(
                 PLAN, rows[:, 0], rr.Transform3D, translation=middle.astype(np.float32), scale=size.astype(np.float32)
             )

@@ -95,7 +95,7 @@ class RunWriter(RecordWriter):
     def boats_changed(self) -> None:
         """Boats, objects or docks have come or gone."""
         self._choices = [one for one in self._choices if one.boat in self._sim.boats]
-        self.go_on(_changed_scene(self.scene, self._sim, self._choices, self._sim.time))
+        self.change_scene(_changed_scene(self.scene, self._sim, self._choices, self._sim.time))
 
 
 def _changed_scene(before: RecordScene, sim: Simulation, choices: Sequence[Choice], begun: float) -> RecordScene:

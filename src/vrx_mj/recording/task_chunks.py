@@ -248,7 +248,7 @@ class TaskChunks:
             self._referee, self._marks = make_referee(self._task), TaskMarks(self._task, self._append)
             self._layout = FrameLayout.of(self._task, self._referee.watched)
 
-    def go_on(self, parameters: Parameters) -> None:
+    def change_scene(self, parameters: Parameters) -> None:
         """Go on in a world in which boats have come or gone: the scored one can touch others."""
         if self._task:
             self._layout = FrameLayout.of(parameters.task, self._referee.watched)

@@ -79,7 +79,7 @@ class RecordWriter:
         if len(rows):
             self._append(ROWS, {"block": [plain_rows(rows)], "company": [np.array([self._boat_set])]})
 
-    def go_on(self, scene: RecordScene) -> None:
+    def change_scene(self, scene: RecordScene) -> None:
         """Boats have come or gone: later rows and frames are of this scene, which begins now."""
         assert scene.begun is not None, "boats come and go at a time"
         self._boat_set += 1
