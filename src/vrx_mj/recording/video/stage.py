@@ -341,8 +341,8 @@ class Stage:
 
 
 def thin_out(model: mujoco.MjModel) -> None:
-    """Draw every second ring and spoke of the sea: of a calm one they show as much, in a quarter of the triangles."""
-    corners = np.arange(RINGS * SPOKES).reshape(RINGS, SPOKES)[[*range(0, RINGS - 1, 2), RINGS - 1], ::2]
+    """Draw every second ring of the sea: of a calm one they show as much, in half of the triangles."""
+    corners = np.arange(RINGS * SPOKES).reshape(RINGS, SPOKES)[[*range(0, RINGS - 1, 2), RINGS - 1]]
     low, high = corners[:-1], corners[1:]
     faces = np.stack([low[:, :-1], high[:, :-1], high[:, 1:], low[:, :-1], high[:, 1:], low[:, 1:]], axis=-1)
     model.skin_facenum[0] = faces.size // 3
