@@ -111,7 +111,7 @@ class Encoder:
                 yield from self._going(batch)
             yield from self._task.chunks(self._end)
             if self._moving.track is not None:
-                yield from plan_chunks(self._first, self._moving.track, self._moving.sailed)
+                yield from plan_chunks(self._first, self._moving.track, self._moving.places)
         except Exception as error:
             self.error = error  # rerun's own error has less detail
             raise

@@ -18,7 +18,7 @@ from rerun.chunk import Chunk
 
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.frames import compass, in_world_axes, quaternion_product
-from vrx_mj.recording.eyes import FLEET, PLAN, PLAN_SLOPE, RATE, Sailed, WeatherChunks, plan_eye
+from vrx_mj.recording.eyes import FLEET, PLAN, PLAN_SLOPE, RATE, Places, WeatherChunks, plan_eye
 from vrx_mj.recording.parts import EVENTS, Part
 from vrx_mj.recording.reader import Event
 from vrx_mj.recording.record_scene import (
@@ -73,7 +73,7 @@ class MovingChunks:
         """Begin with a scene; `live`: the plan follows the fleet."""
         self._pose, self._arrow, self._plotted = Ticker(_SHOWN_RATE), Ticker(_ARROW_RATE), Ticker(_PLOT_RATE)
         self._water = WaterChunks()
-        self._weather, self._sailed = WeatherChunks(), Ticker(RATE)
+        self._weather, self._place_ticker = WeatherChunks(), Ticker(RATE)
         self._plan_size = plan_eye(scene)[1] * PLAN_SLOPE if live else None
         self._last: dict[str, Any] = {}
         self._first = scene.layout()
@@ -81,7 +81,7 @@ class MovingChunks:
         self._shown: dict[str, Held] = {}
         self.track: FloatArray | None = None
         """Least and greatest x and y (2, 2) [m] of all boats until now."""
-        self.sailed: list[Sailed] = []
+        self.places: list[Places] = []
         """Where they were, for their names in a plan of all of the track."""
         self.change_scene(scene)
 
@@ -147,8 +147,9 @@ class MovingChunks:
         places = self._layout_poses(rows)
         ends = [places.min(axis=(0, 1))[:2], places.max(axis=(0, 1))[:2], *([] if self.track is None else self.track)]
         self.track = np.array([np.min(ends, axis=0), np.max(ends, axis=0)])
-        if self._plan_size is None and (taken := self._sailed(rows[:, 0])).any():
-            self.sailed.append(Sailed([boat.name for boat in self._boats], rows[taken, 0], places[taken, :, :2]))
+        if self._plan_size is None and (taken := self._place_ticker(rows[:, 0])).any():
+            own = {boat.name: places[taken, i, :2] for i, boat in enumerate(self._boats)}
+            self.places.append((rows[taken, 0], own))
 
     def _followed_place(self, rows: FloatArray) -> FloatArray:
         """Places (n, 3) [m] of what the camera follows, at the mean water level."""

@@ -35,7 +35,7 @@ SUNK = 1.0
 """How much lower the fleet's mesh is under hulls, in standard deviations of the sea."""
 
 
-class Shown(NamedTuple):
+class HullWater(NamedTuple):
     """What is shown of the water at a boat."""
 
     lines: Lines
@@ -53,7 +53,7 @@ class WaterChunks:
         self._trail_end: dict[str, FloatArray] = {}
         self._wakes: dict[str, FloatArray] = {}
         self._left = 0
-        self._hulls: dict[str, Shown] = {}
+        self._hulls: dict[str, HullWater] = {}
         self._begun: set[str] = set()
         self._bodies: Sequence[RecordedBody] = ()
         self._height: SeaHeight | None = None
@@ -86,7 +86,7 @@ class WaterChunks:
         for boat in (boat for boat in self._bodies if boat.name not in self._hulls):
             lines = sea.hull_lines(boat, self._swell.cell)
             held = sea.hull_water(lines), sea.shades(), Held(_WAKE_STEPS, keep=sea.KEEP)
-            self._hulls[boat.name] = Shown(lines, *held)
+            self._hulls[boat.name] = HullWater(lines, *held)
 
     def __call__(self, boats: Sequence[str], time: FloatArray, poses: FloatArray) -> Iterator[Chunk]:
         """Chunks of boats at times (n,) [s] with poses (n, boats, 7)."""

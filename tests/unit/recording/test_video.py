@@ -327,23 +327,20 @@ def test_what_cannot_be_filmed_is_refused(two_seconds, shot, kind, text):
 
 
 @pytest.mark.parametrize(("where", "reason"), [("", "Is a directory"), ("run.rrd/run.webp", "Not a directory")])
-def test_a_video_that_cannot_be_written_is_refused_before_it_is_drawn(tmp_path, where, reason):
-    with RecordWriter(tmp_path / "run.rrd", recorded_run.scene()) as writer:
-        writer.rows(np.array([recorded_run.row_at(t) for t in np.arange(0.0, 2.01, 0.05)]))
-    recorded = made_up(tmp_path)
+def test_a_video_that_cannot_be_written_is_refused_before_it_is_drawn(two_seconds, tmp_path, where, reason):
     video = tmp_path / (where or "folder.webp")
-    if not where:
+    if where:
+        video.parent.touch()
+    else:
         video.mkdir()
     with pytest.raises(VideoError) as refused:
-        write_video(recorded, video)
+        write_video(two_seconds, video)
     assert str(refused.value) == f"cannot write the video '{video}': {reason}"
     assert not list(tmp_path.glob(".*"))
 
 
-def test_a_boat_that_is_in_no_row_is_not_followed(tmp_path):
-    with RecordWriter(tmp_path / "run.rrd", recorded_run.scene()) as writer:
-        writer.rows(np.array([recorded_run.row_at(t) for t in np.arange(0.0, 2.01, 0.05)]))
-    recorded = made_up(tmp_path)
+def test_a_boat_that_is_in_no_row_is_not_followed(two_seconds):
+    recorded = dataclasses.replace(two_seconds, rows=two_seconds.rows.copy())
     absent = recorded.boats["wamv2"]
     absent.position[:] = np.nan
     film = Film(recorded, Shot(), size=(64, 36), fps=10.0)
@@ -354,10 +351,8 @@ def test_a_boat_that_is_in_no_row_is_not_followed(tmp_path):
 
 
 @pytest.mark.parametrize(("fps", "speed", "count"), [(10.0, 1.0, 21), (10.0, 2.0, 11), (25.0, 1.0, 51), (3.0, 0.5, 13)])
-def test_pictures_are_as_many_as_the_time_holds(tmp_path, fps, speed, count):
-    with RecordWriter(tmp_path / "run.rrd", recorded_run.scene()) as writer:
-        writer.rows(np.array([recorded_run.row_at(t) for t in np.arange(0.0, 2.01, 0.05)]))
-    film = Film(made_up(tmp_path), Shot(fps=fps, speed=speed), size=(64, 36), fps=10.0)
+def test_pictures_are_as_many_as_the_time_holds(two_seconds, fps, speed, count):
+    film = Film(two_seconds, Shot(fps=fps, speed=speed), size=(64, 36), fps=10.0)
     assert len(film.times) == count
     assert film.times[-1] == pytest.approx((count - 1) * speed / fps)
 
