@@ -135,16 +135,16 @@ def in_world_axes(quaternions: FloatArray, vectors: FloatArray) -> FloatArray:
 
 
 def quaternion_product(one: FloatArray, other: FloatArray) -> FloatArray:
-    """(4,) product of two quaternions (w, x, y, z): the rotation `other`, then `one`."""
-    a, b, c, d = one.tolist()
-    w, x, y, z = other.tolist()
-    return np.array(
-        [
+    """Products (..., 4) of quaternions (w, x, y, z): the rotation `other`, then `one`."""
+    (a, b, c, d), (w, x, y, z) = (np.moveaxis(each, -1, 0) for each in (one, other))
+    return np.stack(
+        (
             a * w - b * x - c * y - d * z,
             a * x + b * w + c * z - d * y,
             a * y - b * z + c * w + d * x,
             a * z + b * y - c * x + d * w,
-        ]
+        ),
+        axis=-1,
     )
 
 

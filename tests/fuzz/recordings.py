@@ -4,12 +4,10 @@
 """
 
 import copy
-import io
 import json
 import random
 import struct
 import tempfile
-import zipfile
 import zlib
 from pathlib import Path
 from typing import Any
@@ -18,7 +16,7 @@ import numpy as np
 
 from vrx_mj.errors import RecordError
 from vrx_mj.recording.packing import pack_rows, unpack_rows
-from vrx_mj.recording.parts import FRAME, HEAD, MAGIC, VERSION, block_of
+from vrx_mj.recording.parts import FRAME, HEAD, MAGIC, VERSION, block_of, pack_files, unpack_files
 from vrx_mj.recording.reader import COLUMNS, OURS, READING_COLUMNS, read_record
 from vrx_mj.recording.rrd_file import parsed_file
 
@@ -193,40 +191,26 @@ def mutated_rows(cell: bytes, chance: random.Random) -> bytes:
 
 
 def mutated_archive(cell: bytes, chance: random.Random) -> bytes:
-    """An archive with other names, twice the same, another compression, a bomb, more files, or other content."""
-    if chance.random() < 0.2:
+    """Files with other names, a bomb, more files, or other content."""
+    try:
+        files = unpack_files(cell, 1 << 30)
+    except RecordError:  # changed before
         return flipped(cell, chance)
-    with zipfile.ZipFile(io.BytesIO(cell)) as stored:
-        files = [(name, stored.read(name)) for name in stored.namelist()]
-    buffer, kind = io.BytesIO(), zipfile.ZIP_DEFLATED
-    match chance.randrange(7):
+    name = chance.choice([*files, "scene.xml"])
+    match chance.randrange(6):
         case 0:
-            files.append((chance.choice(NAMES), b"somewhere else"))
+            return flipped(cell, chance)
         case 1:
-            at = chance.randrange(len(files)) if files else 0
-            files[at : at + 1] = [(chance.choice(NAMES), content) for _, content in files[at : at + 1]]
+            files[chance.choice(NAMES)] = b"somewhere else"
         case 2:
-            files += files[-1:]
+            files[chance.choice(NAMES)] = files.pop(name, b"")
         case 3:
-            kind = chance.choice([zipfile.ZIP_STORED, zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
+            files["assets/bomb"] = bytes(chance.choice([1 << 20, 1 << 27]))
         case 4:
-            files.append(("assets/bomb", bytes(chance.choice([1 << 20, 1 << 27]))))
-        case 5:
-            files += [(f"assets/{number}", b"") for number in range(chance.choice([100, 21_000]))]
+            files |= {f"assets/{number}": b"" for number in range(chance.choice([100, 300_000]))}
         case _:
-            at = chance.randrange(len(files)) if files else 0
-            files[at : at + 1] = [(name, mutated_file(name, content, chance)) for name, content in files[at : at + 1]]
-    with zipfile.ZipFile(buffer, "w", kind) as out:
-        for name, content in files:
-            out.writestr(link(name) if chance.random() < 0.01 else zipfile.ZipInfo(name), content, kind)
-    return buffer.getvalue()
-
-
-def link(name: str) -> zipfile.ZipInfo:
-    """A file that says that it is a symbolic link."""
-    info = zipfile.ZipInfo(name)
-    info.external_attr = 0o120777 << 16
-    return info
+            files[name] = mutated_file(name, files.get(name, b""), chance)
+    return pack_files(files)
 
 
 def mutated_file(name: str, content: bytes, chance: random.Random) -> bytes:

@@ -8,9 +8,8 @@ from shapely import LinearRing, MultiPoint, Point, Polygon, box
 from shapely.geometry.base import BaseGeometry
 
 from vrx_mj.campaign.results import Result
-from vrx_mj.draw.course import Bay, Course
+from vrx_mj.draw.course import Bay, Course, nice_length
 from vrx_mj.draw.map_scene import ground_of, map_of, object_color, rounded
-from vrx_mj.draw.plan import nice_length
 from vrx_mj.mjcf.world import World
 
 _SHAPE = 1.5

@@ -4,9 +4,12 @@ import textwrap
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.labels import INK, Thing, font_warnings_hidden, label, write
@@ -16,10 +19,6 @@ from vrx_mj.formats.parts.catalogue import Kind
 from vrx_mj.formats.parts.compliance import Box, PartVerdict, Verdict
 from vrx_mj.formats.parts.read import triple_of
 from vrx_mj.resources import root
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _SIZE = (1600, 1000)
 """Width and height [px]."""
@@ -67,7 +66,7 @@ class View:
 
 TOP = View("from above", 0, 1, 2, 1.0)
 SIDE = View("from starboard", 0, 2, 1, -1.0)
-FRONT = View("from astern", 1, 2, 0, -1.0, flip=True)
+ASTERN = View("from astern", 1, 2, 0, -1.0, flip=True)
 
 
 def draw_verdict(verdict: Verdict, path: str | Path) -> None:
@@ -83,13 +82,9 @@ def draw_verdict(verdict: Verdict, path: str | Path) -> None:
         _figure(verdict).savefig(file, metadata=FORMATS[file.suffix.lower()])
 
 
-def _figure(verdict: Verdict) -> "Figure":
+def _figure(verdict: Verdict) -> Figure:
     """The views on one scale, side under top and front beside it, and the list of parts in the corner."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     figure = Figure(figsize=(_SIZE[0] / DPI, _SIZE[1] / DPI), dpi=DPI, facecolor="white")
-    FigureCanvasAgg(figure)
     low, high = _extent(verdict)
     across, wide, tall = high - low
     left, gap, bottom, head = 70.0, 80.0, 60.0, 90.0  # [px]
@@ -99,13 +94,16 @@ def _figure(verdict: Verdict) -> "Figure":
         (_SIZE[0] - left - 620.0) / across,
     )
     above = bottom + tall * scale + gap
-    triangles = [*_boat(), *_engines(verdict)]
-    spots = ((TOP, left, above), (SIDE, left, bottom), (FRONT, left + across * scale + gap, bottom))
+    triangles = [(_mesh(name) + place, light) for name, light, place in _HULL]
+    triangles += _engines(verdict)
+    spots = ((TOP, left, above), (SIDE, left, bottom), (ASTERN, left + across * scale + gap, bottom))
     for view, x, y in spots:
         size = (high - low)[[view.right, view.up]] * scale
         axes = figure.add_axes((x / _SIZE[0], y / _SIZE[1], size[0] / _SIZE[0], size[1] / _SIZE[1]))
         _draw(axes, view, (low, high), verdict, triangles)
-    write(figure, left / _SIZE[0], 1.0 - 48.0 / _SIZE[1], _title(verdict), size=17, weight="bold", va="bottom")
+    word = "compliant" if verdict.compliant else "not compliant"
+    title = f"{word} by the rules of {verdict.rules.description}"
+    write(figure, left / _SIZE[0], 1.0 - 48.0 / _SIZE[1], title, size=17, weight="bold", va="bottom")
     corner = left + across * scale + 40.0
     _list(
         figure.add_axes((corner / _SIZE[0], above / _SIZE[1], 1.0 - corner / _SIZE[0], wide * scale / _SIZE[1])),
@@ -113,11 +111,6 @@ def _figure(verdict: Verdict) -> "Figure":
     )
 
     return figure
-
-
-def _title(verdict: Verdict) -> str:
-    word = "compliant" if verdict.compliant else "not compliant"
-    return f"{word} by the rules of {verdict.rules.description}"
 
 
 def _extent(verdict: Verdict) -> tuple[FloatArray, FloatArray]:
@@ -129,11 +122,6 @@ def _extent(verdict: Verdict) -> tuple[FloatArray, FloatArray]:
         low = np.minimum(low, np.maximum(np.min(points, axis=0) - 0.3, low - REACH))
         high = np.maximum(high, np.minimum(np.max(points, axis=0) + 0.3, high + REACH))
     return low, high
-
-
-def _boat() -> Iterator[tuple[FloatArray, float]]:
-    for name, light, place in _HULL:
-        yield _mesh(name) + place, light
 
 
 def _engines(verdict: Verdict) -> Iterator[tuple[FloatArray, float]]:
@@ -156,7 +144,7 @@ def _mesh(name: str) -> FloatArray:
     return np.asarray(trimesh.load_mesh(file, process=False).triangles, dtype=np.float64)
 
 
-def _draw(axes: "Axes", view: View, bounds: tuple[FloatArray, FloatArray], verdict: Verdict, boat: _Shaded) -> None:
+def _draw(axes: Axes, view: View, bounds: tuple[FloatArray, FloatArray], verdict: Verdict, boat: _Shaded) -> None:
     low, high = bounds
     names = "x forward [m]", "y to port [m]", "z up [m]"
     axes.set_xlim(*(bound[view.right] for bound in ((high, low) if view.flip else (low, high))))
@@ -174,10 +162,8 @@ def _draw(axes: "Axes", view: View, bounds: tuple[FloatArray, FloatArray], verdi
     _parts(axes, view, bounds, verdict.parts)
 
 
-def draw_surfaces(axes: "Axes", view: View, boat: _Shaded) -> None:
+def draw_surfaces(axes: Axes, view: View, boat: _Shaded) -> None:
     """The boat's triangles, the nearest last, each lighter the more it faces the viewer."""
-    from matplotlib.collections import PolyCollection
-
     triangles = np.concatenate([triangles for triangles, _ in boat])
     light = np.concatenate([np.full(len(triangles), light) for triangles, light in boat])
     normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
@@ -192,10 +178,8 @@ def draw_surfaces(axes: "Axes", view: View, boat: _Shaded) -> None:
     )
 
 
-def _boxes(axes: "Axes", view: View, boxes: Sequence[Box], kind: Kind) -> None:
+def _boxes(axes: Axes, view: View, boxes: Sequence[Box], kind: Kind) -> None:
     """Rectangles, those that look the same as one; names at the top, those for thrusters at the bottom."""
-    from matplotlib.patches import Rectangle
-
     across, up = view.right, view.up
     groups: dict[tuple[float, float, float, float], list[Box]] = {}
     for box in boxes:
@@ -218,7 +202,7 @@ def _short(box: Box) -> str:
     return box.name.split("_compliance_")[-1]
 
 
-def _parts(axes: "Axes", view: View, bounds: tuple[FloatArray, FloatArray], parts: Sequence[PartVerdict]) -> None:
+def _parts(axes: Axes, view: View, bounds: tuple[FloatArray, FloatArray], parts: Sequence[PartVerdict]) -> None:
     """Parts as numbered dots, with a line from each outside its boxes to where it may go."""
     pixel = (bounds[1] - bounds[0])[view.right] / axes.get_window_extent().width  # [m]
     groups: dict[tuple[int, int], list[str]] = {}
@@ -242,7 +226,7 @@ def _parts(axes: "Axes", view: View, bounds: tuple[FloatArray, FloatArray], part
     label(axes, things, pixel)
 
 
-def _list(axes: "Axes", verdict: Verdict) -> None:
+def _list(axes: Axes, verdict: Verdict) -> None:
     """The parts by number and name, and what each comes to."""
     axes.set_axis_off()
     axes.set_xlim(0.0, 1.0)
@@ -270,11 +254,9 @@ def _lines(verdict: Verdict) -> Iterator[tuple[str, str]]:
 
 def draw_hull(corners: FloatArray, center: Sequence[float], engines: Sequence[Sequence[float]], path: Path) -> None:
     """Draw triangles (n, 3, 3) [m] whose water is at z = 0, with the centre of mass and engines [m], as PNG."""
-    from matplotlib.figure import Figure
-
     figure = Figure(figsize=(15, 5), dpi=DPI, layout="constrained")
     figure.suptitle("cross: centre of mass; dots: engines; blue: waterline", y=0.02, va="bottom", fontsize=10)
-    for axes, view in zip(figure.subplots(1, 3), (TOP, SIDE, FRONT), strict=True):
+    for axes, view in zip(figure.subplots(1, 3), (TOP, SIDE, ASTERN), strict=True):
         draw_surfaces(axes, view, [(corners, 0.8)])
         axes.plot(*np.take(center, [view.right, view.up]), "+", color="#c8242b", markersize=12)
         axes.plot(*np.take(engines, [view.right, view.up], axis=1).T, "o", color="#16181c", markersize=5)

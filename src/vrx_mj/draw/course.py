@@ -1,5 +1,6 @@
 """What a task lays out in the world: gates, bays, circles, paths and beacons, for maps and recordings. Plain data."""
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
@@ -133,6 +134,12 @@ class Course:
             yield from ((place.x + side * place.radius, place.y + side * place.radius) for side in (-1.0, 1.0))
         yield from ((light.x, light.y) for light in self.lights)
         yield from ((showing.x, showing.y) for showing in self.showings)
+
+
+def nice_length(most: float) -> float:
+    """The largest of 1, 2 and 5 times a power of ten that is at most `most`."""
+    power = 10.0 ** math.floor(math.log10(most))
+    return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= most * (1 + 1e-9))
 
 
 def course_of(world: Parameters) -> Course:

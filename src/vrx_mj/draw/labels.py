@@ -63,7 +63,7 @@ def label(axes: "Axes", things: Sequence[Thing], pixel: float) -> None:
         if free is None and not thing.must:
             text.remove()
             continue
-        _put(text, free or spots[0])
+        _set_spot(text, free or spots[0])
         taken.append(_extent(text))
 
 
@@ -104,7 +104,7 @@ def _spots(thing: Thing, pixel: float) -> Iterator[_Spot]:
 
 def _hits(axes: "Axes", text: "Text", spot: _Spot, taken: Sequence[_Box]) -> bool:
     """Whether a text at this spot covers anything or leaves the axes."""
-    _put(text, spot)
+    _set_spot(text, spot)
     left, low, right, top = _extent(text)
     frame = axes.get_window_extent()
     if left < frame.x0 or right > frame.x1 or low < frame.y0 or top > frame.y1:
@@ -112,7 +112,7 @@ def _hits(axes: "Axes", text: "Text", spot: _Spot, taken: Sequence[_Box]) -> boo
     return any(left < box[2] and right > box[0] and low < box[3] and top > box[1] for box in taken)
 
 
-def _put(text: "Text", spot: _Spot) -> None:
+def _set_spot(text: "Text", spot: _Spot) -> None:
     text.set_position(spot[:2])
     text.set_horizontalalignment(spot[2])
     text.set_verticalalignment(spot[3])

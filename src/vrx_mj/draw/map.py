@@ -4,21 +4,22 @@ import io
 import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle, Rectangle
 
 from vrx_mj.arguments import as_path, check_kind, whole
+from vrx_mj.draw.course import nice_length
 from vrx_mj.draw.labels import INK, font_warnings_hidden, write
 from vrx_mj.draw.map_scene import MapScene
-from vrx_mj.draw.plan import SOFT, Box, Row, course_rows, draw_plan, ground, nice_length, view_of
+from vrx_mj.draw.plan import SOFT, Box, Row, course_rows, draw_arrow, draw_plan, ground, view_of
 from vrx_mj.errors import CommandError, VrxError, shown
 from vrx_mj.frames import compass as compass_degrees
 from vrx_mj.outputs import written
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 FORMATS = {".png": {"Software": None}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
 """Kinds of pictures, and what is left out of each so that the same scene gives the same file."""
@@ -69,11 +70,8 @@ def _pixels(size: object) -> tuple[int, int]:
     return width, height
 
 
-def chart(scene: MapScene, size: tuple[int, int]) -> "Figure":
+def chart(scene: MapScene, size: tuple[int, int]) -> Figure:
     """The map as a matplotlib figure of `size` pixels."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     figure = Figure(figsize=(size[0] / _DPI, size[1] / _DPI), dpi=_DPI, facecolor="white")
     canvas = FigureCanvasAgg(figure)
     left = max(0.055, _AXIS / size[0])
@@ -94,10 +92,8 @@ _FEW_BOATS = 4
 """Most boats that the legend names."""
 
 
-def _compass(axes: "Axes", scene: MapScene) -> None:
+def _compass(axes: Axes, scene: MapScene) -> None:
     """Where north is, and where wind and waves go."""
-    from matplotlib.patches import Circle
-
     axes.set_axis_off()
     axes.set_xlim(-2.0, 2.0)
     axes.set_ylim(-2.55, 1.55)
@@ -107,48 +103,34 @@ def _compass(axes: "Axes", scene: MapScene) -> None:
         angle = quarter * math.pi / 2.0 - scene.x_from_east
         x, y = 1.24 * math.cos(angle), 1.24 * math.sin(angle)
         write(axes, x, y, name, size=10, ha="center", va="center", weight="bold" if name == "N" else "normal")
-    lines = [("calm sea", SOFT), ("no wind", SOFT)]
-    if scene.wave:
-        toward = math.degrees(math.atan2(scene.wave.direction[1], scene.wave.direction[0])) % 360.0
-        _arrow(axes, toward, _WAVE_COLOR, 4.0)
-        lines[0] = f"waves {scene.wave.height:.2f} m, {scene.wave.period:g} s, {_toward(scene, toward)}", _WAVE_COLOR
-    if scene.wind:
-        _arrow(axes, scene.wind.direction, _WIND_COLOR, 2.0)
-        lines[1] = f"wind {scene.wind.speed:.1f} m/s, {_toward(scene, scene.wind.direction)}", _WIND_COLOR
-    for row, (text, color) in enumerate(lines):
+    words, wind, sea = [("calm sea", SOFT), ("no wind", SOFT)], scene.wind, scene.sea
+    if sea:
+        text = f"waves {sea.significant_height:.2f} m, {sea.period:g} s"
+        words[0] = f"{text}, {_toward(axes, scene, sea.direction, _WAVE_COLOR, 4.0)}", _WAVE_COLOR
+    if wind:
+        words[1] = f"wind {wind.mean:.1f} m/s, {_toward(axes, scene, wind.direction, _WIND_COLOR, 2.0)}", _WIND_COLOR
+    for row, (text, color) in enumerate(words):
         _write_fitted(axes, -1.68 - 0.3 * row, text, 10.0, color=color, va="center", weight="bold")
-    if scene.wind or scene.wave:
-        _write_fitted(
-            axes, -2.2, "toward: compass degrees\n(degrees counter-clockwise from x)", 8.0, color=SOFT, va="top"
-        )
+    if wind or sea:
+        text = "toward: compass degrees\n(degrees counter-clockwise from x)"
+        _write_fitted(axes, -2.2, text, 8.0, color=SOFT, va="top")
 
 
-def _write_fitted(axes: "Axes", y: float, text: str, size: float, **style: Any) -> None:
+def _write_fitted(axes: Axes, y: float, text: str, size: float, **style: Any) -> None:
     """Text in the middle of the panel, in letters of `size` [pt] or so much smaller that it fits in."""
     label = write(axes, 0.0, y, text, size=size, ha="center", **style)
     label.set_fontsize(size / max(1.0, label.get_window_extent().width / axes.get_window_extent().width))
 
 
-def _toward(scene: MapScene, direction: float) -> str:
-    """A direction [degrees, counter-clockwise from x] in words."""
-    bearing = compass_degrees(math.radians(direction) + scene.x_from_east)
-    return f"toward {bearing:.0f}° ({direction % 360.0:.0f}°)"
+def _toward(axes: Axes, scene: MapScene, way: Sequence[float], color: str, width: float) -> str:
+    """Draw an arrow along a vector, and return its direction in words."""
+    toward = np.array(way) / math.hypot(*way)
+    draw_arrow(axes, -0.92 * toward, 0.92 * toward, color, linewidth=width, mutation_scale=20)
+    angle = math.atan2(toward[1], toward[0])
+    return f"toward {compass_degrees(angle + scene.x_from_east):.0f}° ({math.degrees(angle) % 360.0:.0f}°)"
 
 
-def _arrow(axes: "Axes", toward: float, color: str, width: float) -> None:
-    x, y = math.cos(math.radians(toward)), math.sin(math.radians(toward))
-    style = {
-        "arrowstyle": "-|>",
-        "color": color,
-        "linewidth": width,
-        "mutation_scale": 20,
-        "shrinkA": 0,
-        "shrinkB": 0,
-    }
-    axes.annotate("", (0.92 * x, 0.92 * y), (-0.92 * x, -0.92 * y), arrowprops=style)
-
-
-def _legend(axes: "Axes", scene: MapScene) -> None:
+def _legend(axes: Axes, scene: MapScene) -> None:
     """Boats, then the task's places, then each kind of object with its colour and number, what floats first."""
     axes.set_axis_off()
     axes.set_xlim(0.0, 1.0)
@@ -178,10 +160,8 @@ def _legend_rows(scene: MapScene) -> Iterator[Row]:
     yield from (("o", color, INK, f"{model} × {count}") for (model, color), count in counts.items())
 
 
-def _overview(axes: "Axes", scene: MapScene, view: Box) -> None:
+def _overview(axes: Axes, scene: MapScene, view: Box) -> None:
     """The whole terrain, with the plan's frame in it."""
-    from matplotlib.patches import Rectangle
-
     if not scene.shore:
         axes.set_axis_off()
         return

@@ -16,6 +16,7 @@ from vrx_mj.mjcf.objects import BALL
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Boat, boat_label
 from vrx_mj.model.site import Dock, Object
+from vrx_mj.model.water import Sea, Wind
 
 if TYPE_CHECKING:
     import mujoco
@@ -74,23 +75,6 @@ class MapBoat:
 
 
 @dataclass(frozen=True)
-class MapWind:
-    """Direction of travel [deg, counter-clockwise from x] and mean speed [m/s]."""
-
-    direction: float
-    speed: float
-
-
-@dataclass(frozen=True)
-class MapWave:
-    """Direction of travel (a vector), peak period [s] and significant height [m]."""
-
-    direction: tuple[float, float]
-    period: float
-    height: float
-
-
-@dataclass(frozen=True)
 class MapScene:
     """All that a map shows. Lengths in m, world frame."""
 
@@ -102,8 +86,9 @@ class MapScene:
     boats: tuple[MapBoat, ...] = ()
     waypoints: tuple[tuple[float, float, float], ...] = ()
     """Places x, y and headings [rad], in their order."""
-    wind: MapWind | None = None
-    wave: MapWave | None = None
+    wind: Wind | None = None
+    sea: Sea | None = None
+    """Wind and waves, where there are any."""
     placards: tuple[MapPlacard, ...] = ()
     course: Course = _EMPTY
     """What the task lays out."""
@@ -117,7 +102,6 @@ def map_of(world: World) -> MapScene:
     values = world.parameters
     fleet = f" with {values.fleet}" if values.fleet not in {"", _NO_FLEET} else ""
     wind, sea = values.wind, values.sea
-    toward = math.degrees(math.atan2(wind.direction[1], wind.direction[0])) % 360.0
     model = _model(world)
     shown = world.parameters.objects if model is not None else ()  # the MJCF holds their colours and widths
     return MapScene(
@@ -127,8 +111,8 @@ def map_of(world: World) -> MapScene:
         objects=tuple(_object(model, item) for item in shown if item.model != BALL),
         boats=tuple(_boat(boat, i) for i, boat in enumerate(values.boats)),
         waypoints=values.waypoints,
-        wind=MapWind(toward, wind.mean) if wind.mean > 0.0 else None,
-        wave=MapWave(sea.direction, sea.period, sea.significant_height) if sea.waves else None,
+        wind=wind if wind.mean > 0.0 else None,
+        sea=sea if sea.waves else None,
         placards=tuple(_placards(world, model)),
         course=course_of(values),
         x_from_east=values.x_from_east,
@@ -147,8 +131,12 @@ def _model(world: World) -> "mujoco.MjModel | None":
 def _dock(dock: Dock) -> MapDock:
     x, y, *_, yaw = dock.pose
     local = dock.block * np.asarray(dock.cells, dtype=np.float64).reshape(-1, 2)
-    turn = np.array([[math.cos(yaw), -math.sin(yaw)], [math.sin(yaw), math.cos(yaw)]])
-    return MapDock(dock.name, local @ turn.T + [x, y], yaw, dock.block)
+    return MapDock(dock.name, local @ turn_matrix(yaw).T + [x, y], yaw, dock.block)
+
+
+def turn_matrix(yaw: float) -> FloatArray:
+    """The rotation (2, 2) by an angle [rad]."""
+    return np.array([[math.cos(yaw), -math.sin(yaw)], [math.sin(yaw), math.cos(yaw)]])
 
 
 def _boat(boat: Boat, index: int) -> MapBoat:

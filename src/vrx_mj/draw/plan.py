@@ -4,18 +4,19 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
+from matplotlib.patches import Circle, PathPatch, Polygon, Rectangle
+from matplotlib.path import Path as Outline
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.bays import RGB
-from vrx_mj.draw.course import Animal, Bay, Beacon, GateBar, Path
+from vrx_mj.draw.course import Animal, Bay, Beacon, GateBar, Path, nice_length
 from vrx_mj.draw.labels import INK, Thing, label, write
-from vrx_mj.draw.map_scene import MapBoat, MapPlacard, MapScene, Rgb
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+from vrx_mj.draw.map_scene import MapBoat, MapPlacard, MapScene, turn_matrix
 
 Box = tuple[float, float, float, float]
 """Least x and y, greatest x and y [m]."""
@@ -49,7 +50,7 @@ def view_of(scene: MapScene, aspect: float) -> Box:
     return (east - width / 2, north - height / 2, east + width / 2, north + height / 2)
 
 
-def draw_plan(axes: "Axes", scene: MapScene, view: Box) -> None:
+def draw_plan(axes: Axes, scene: MapScene, view: Box) -> None:
     """Draw the part `view` of the world into `axes`."""
     ground(axes, scene, view)
     step = nice_length((view[2] - view[0]) / 7.0)
@@ -64,7 +65,8 @@ def draw_plan(axes: "Axes", scene: MapScene, view: Box) -> None:
     _docks(axes, scene)
     _draw_course(axes, scene, pixel)
     for item in sorted(scene.objects, key=lambda item: -item.size):
-        _disc(axes, item.x, item.y, max(item.size / 2.0, 4.5 * pixel), item.color)
+        radius = max(item.size / 2.0, 4.5 * pixel)
+        axes.add_patch(Circle((item.x, item.y), radius, fc=item.color, ec=INK, lw=0.8, zorder=3))
     for number, (x, y, yaw) in enumerate(scene.waypoints, start=1):
         _waypoint(axes, x, y, yaw, str(number) if len(scene.waypoints) > 1 else "goal", 13.0 * pixel)
     for boat in scene.boats:
@@ -73,52 +75,39 @@ def draw_plan(axes: "Axes", scene: MapScene, view: Box) -> None:
     label(axes, list(_things(scene, pixel)), pixel)
 
 
-def _docks(axes: "Axes", scene: MapScene) -> None:
-    from matplotlib.patches import Polygon
-
+def _docks(axes: Axes, scene: MapScene) -> None:
     corners = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
     for dock in scene.docks:
-        square, turn = dock.block * corners, _turn(dock.yaw)
+        square, turn = dock.block * corners, turn_matrix(dock.yaw)
         for cell in dock.cells:
             patch = Polygon(square @ turn.T + cell, facecolor="#9aa3ab", edgecolor="#5d666e", linewidth=0.6, zorder=2)
             axes.add_patch(patch)
 
 
-def _disc(axes: "Axes", x: float, y: float, radius: float, color: Rgb) -> None:
-    from matplotlib.patches import Circle
-
-    axes.add_patch(Circle((x, y), radius, facecolor=color, edgecolor=INK, linewidth=0.8, zorder=3))
-
-
-def _waypoint(axes: "Axes", x: float, y: float, yaw: float, label: str, reach: float) -> None:
+def _waypoint(axes: Axes, x: float, y: float, yaw: float, label: str, reach: float) -> None:
     ahead = (x + 1.9 * reach * math.cos(yaw), y + 1.9 * reach * math.sin(yaw))
-    style = {"arrowstyle": "-|>", "color": "#7a2e8e", "linewidth": 1.3, "shrinkA": 0, "shrinkB": 0}
-    axes.annotate("", ahead, (x, y), arrowprops=style, zorder=4)
+    draw_arrow(axes, (x, y), ahead, "#7a2e8e", linewidth=1.3, mutation_scale=10)
     axes.plot([x], [y], marker="D", markersize=13, color="white", markeredgecolor="#7a2e8e", zorder=4.1)
     small = 6 if len(label) > 2 else 8
     write(axes, x, y, label, size=small, color="#7a2e8e", ha="center", va="center", zorder=4.2, weight="bold")
 
 
-def _boat(axes: "Axes", boat: MapBoat, scale: float) -> None:
+def _boat(axes: Axes, boat: MapBoat, scale: float) -> None:
     """A hull's outline, bow forward, and an arrow along its heading."""
-    from matplotlib.patches import Polygon
-
     bow, side = _HULL_LENGTH / 2.0, _HULL_BEAM / 2.0
     hull = np.array([[-bow, -side], [0.45 * bow, -side], [bow, 0.0], [0.45 * bow, side], [-bow, side]])
-    turn, place = _turn(boat.yaw), np.array([boat.x, boat.y])
+    turn, place = turn_matrix(boat.yaw), np.array([boat.x, boat.y])
     outline = scale * hull @ turn.T + place
     tip = place + scale * 2.2 * bow * turn[:, 0]
-    _arrow(axes, place, tip, INK, zorder=4.9, linewidth=1.4, mutation_scale=11)
+    draw_arrow(axes, place, tip, INK, zorder=4.9, linewidth=1.4, mutation_scale=11)
     axes.add_patch(Polygon(outline, facecolor=boat.color, edgecolor=INK, linewidth=1.1, zorder=5))
 
 
-def _scale_bar(axes: "Axes", view: Box) -> None:
+def _scale_bar(axes: Axes, view: Box) -> None:
     width, height = view[2] - view[0], view[3] - view[1]
     length = nice_length(width / 5.0)
     x, y = view[0] + 0.025 * width, view[1] + 0.03 * height
     for part, color in ((0.0, INK), (0.5, "white")):
-        from matplotlib.patches import Rectangle
-
         corner = (x + part * length, y)
         axes.add_patch(Rectangle(corner, length / 2, 0.008 * height, facecolor=color, edgecolor=INK, lw=0.8, zorder=6))
     write(axes, x + length / 2, y + 0.014 * height, f"{length:g} m", size=9, ha="center", va="bottom", zorder=6)
@@ -163,17 +152,7 @@ def _object_names(scene: MapScene, pixel: float) -> list[str]:
     return names
 
 
-def _turn(yaw: float) -> FloatArray:
-    return np.array([[math.cos(yaw), -math.sin(yaw)], [math.sin(yaw), math.cos(yaw)]])
-
-
-def nice_length(most: float) -> float:
-    """The largest of 1, 2 and 5 times a power of ten that is at most `most`."""
-    power = 10.0 ** math.floor(math.log10(most))
-    return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= most * (1 + 1e-9))
-
-
-def ground(axes: "Axes", scene: MapScene, view: Box) -> None:
+def ground(axes: Axes, scene: MapScene, view: Box) -> None:
     """Water, land and the frame of the axes."""
     axes.set_facecolor(_WATER)
     axes.set_xlim(view[0], view[2])
@@ -183,9 +162,6 @@ def ground(axes: "Axes", scene: MapScene, view: Box) -> None:
         side.set_color(SOFT)
     if not scene.shore:
         return
-    from matplotlib.patches import PathPatch
-    from matplotlib.path import Path as Outline
-
     rings = [Outline(np.vstack([ring, ring[:1]]), closed=True) for ring in scene.shore]
     land = PathPatch(Outline.make_compound_path(*rings), facecolor=_LAND, edgecolor=_SHORE, linewidth=1.1, zorder=0.5)
     axes.add_patch(land)
@@ -211,7 +187,7 @@ _LAMPS = 15.0
 """Height of a light buoy's colours over it [px]."""
 
 
-def _draw_course(axes: "Axes", scene: MapScene, pixel: float) -> None:
+def _draw_course(axes: Axes, scene: MapScene, pixel: float) -> None:
     """Draw what the task lays out into `axes`, whose pixels are `pixel` [m] wide."""
     course = scene.course
     for animal in course.animals:
@@ -224,8 +200,10 @@ def _draw_course(axes: "Axes", scene: MapScene, pixel: float) -> None:
         _beacon(axes, beacon)
     for gate in course.gates:
         _gate(axes, gate, pixel)
-    for showing, color in zip(course.showings, _showing_colors(scene), strict=True):
-        axes.plot([showing.x], [showing.y], "o", ms=8, color=(*color, 0.45), mec=INK, mew=1.0, zorder=3)
+    colors = {item.name: item.color for item in scene.objects}
+    for showing in course.showings:
+        face = (*colors.get(showing.name, (0.5, 0.5, 0.5)), 0.45)
+        axes.plot([showing.x], [showing.y], "o", ms=8, color=face, mec=INK, mew=1.0, zorder=3)
     for placard in _placards_apart(scene.placards, pixel):
         _placard(axes, placard)
     for light in course.lights:
@@ -301,10 +279,11 @@ def course_rows(scene: MapScene) -> Iterator[Row]:
         yield ("o", "none", INK, "appears in front of the boat")
 
 
-def _arrow(
-    axes: "Axes", start: Sequence[float] | FloatArray, tip: Sequence[float] | FloatArray, color: str, *,
+def draw_arrow(
+    axes: Axes, start: Sequence[float] | FloatArray, tip: Sequence[float] | FloatArray, color: str, *,
     zorder: float = 4.0, **style: float,
 ) -> None:  # fmt: skip
+    """An arrow with a filled head; `style`: of matplotlib's `FancyArrowPatch`."""
     look = {"arrowstyle": "-|>", "color": color, "linewidth": 1.8, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 13}
     axes.annotate("", (tip[0], tip[1]), (start[0], start[1]), arrowprops={**look, **style}, zorder=zorder)
 
@@ -319,21 +298,19 @@ def _reach(gate: GateBar, pixel: float) -> float:
     return max(26.0 * pixel, 0.4 * math.dist(gate.left, gate.right))
 
 
-def _gate(axes: "Axes", gate: GateBar, pixel: float) -> None:
+def _gate(axes: Axes, gate: GateBar, pixel: float) -> None:
     """A bar between the buoys, an arrow across it and its number."""
     axes.plot(*zip(gate.left, gate.right, strict=True), color=_GATE, linewidth=2.6, solid_capstyle="butt", zorder=2.6)
     x, y = gate.middle
-    _arrow(axes, (x, y), gate.middle + _reach(gate, pixel) * _along(gate), _GATE)
+    draw_arrow(axes, (x, y), gate.middle + _reach(gate, pixel) * _along(gate), _GATE)
     axes.plot([x], [y], marker="o", markersize=0.72 * _DISC, color="white", markeredgecolor=_GATE, zorder=4.1)
     write(axes, x, y, str(gate.number), size=7.5, color=_GATE, ha="center", va="center", zorder=4.2, weight="bold")
 
 
-def _bay(axes: "Axes", bay: Bay) -> None:
-    from matplotlib.patches import Polygon
-
+def _bay(axes: Axes, bay: Bay) -> None:
     color, order = (_RIGHT, 2.5) if bay.right else (_WRONG, 2.4)
     style: dict[str, Any] = {"edgecolor": color, "zorder": order}
-    axes.add_patch(Polygon(bay.internal[:, :2], facecolor=(*_rgb(color), 0.18), linewidth=1.6, **style))
+    axes.add_patch(Polygon(bay.internal[:, :2], facecolor=(*to_rgb(color), 0.18), linewidth=1.6, **style))
     axes.add_patch(Polygon(bay.external[:, :2], facecolor="none", linewidth=1.3, linestyle=(0, (4, 3)), **style))
 
 
@@ -349,7 +326,7 @@ def _placards_apart(placards: Sequence[MapPlacard], pixel: float) -> Iterator[Ma
         yield replace(placard, x=float(here[0]), y=float(here[1]))
 
 
-def _placard(axes: "Axes", placard: MapPlacard) -> None:
+def _placard(axes: Axes, placard: MapPlacard) -> None:
     """The symbol that a placard shows."""
     color, _, shape = placard.symbol.partition("_")
     mark = _SYMBOL_MARKS.get(shape, "o")
@@ -357,20 +334,18 @@ def _placard(axes: "Axes", placard: MapPlacard) -> None:
     axes.plot([placard.x], [placard.y], marker=mark, markersize=8, color=RGB[color], mec=INK, mew=0.6, zorder=3.5)
 
 
-def _lamps(axes: "Axes", x: float, y: float, colors: Sequence[str], pixel: float) -> None:
+def _lamps(axes: Axes, x: float, y: float, colors: Sequence[str], pixel: float) -> None:
     """A light buoy's colours above it, as three dots."""
     for number, color in enumerate(colors, -1):
         place = [x + number * 11.0 * pixel], [y + _LAMPS * pixel]
         axes.plot(*place, "o", markersize=7.5, color=RGB[color], mec=INK, mew=0.9, zorder=5.2)
 
 
-def _animal(axes: "Axes", animal: Animal, pixel: float) -> None:
+def _animal(axes: Axes, animal: Animal, pixel: float) -> None:
     """The circle of engagement, with arrows where it is to be gone round."""
-    from matplotlib.patches import Circle
-
     color, turn, _ = _GOALS[animal.goal]
     style = {"linestyle": (0, (5, 3))} if turn == 0 else {}
-    shade = (*_rgb(color), 0.10 if turn == 0 else 0.05)
+    shade = (*to_rgb(color), 0.10 if turn == 0 else 0.05)
     axes.add_patch(Circle((animal.x, animal.y), animal.radius, fc=shade, ec=color, lw=1.6, zorder=2.2, **style))
     if turn == 0:
         return
@@ -380,10 +355,10 @@ def _animal(axes: "Axes", animal: Animal, pixel: float) -> None:
             (animal.x + animal.radius * math.cos(at), animal.y + animal.radius * math.sin(at))
             for at in (angle - step, angle + step)
         ]
-        _arrow(axes, ends[0], ends[1], color, mutation_scale=16)
+        draw_arrow(axes, ends[0], ends[1], color, mutation_scale=16)
 
 
-def _path(axes: "Axes", path: Path) -> None:
+def _path(axes: Axes, path: Path) -> None:
     """Where something swims, with an arrow on every way; the way from its start is thin."""
     points = np.vstack([path.points, path.points[:1]]) if path.closed else path.points
     first = np.array([path.start, points[0]])
@@ -392,26 +367,11 @@ def _path(axes: "Axes", path: Path) -> None:
     axes.plot(*path.points.T, linestyle="", marker="o", markersize=3, color=_PATH, zorder=2.3)
     if len(path.points) > 2:  # what swims to and fro goes both ways
         for start, end in pairwise(points):
-            _arrow(axes, start + 0.5 * (end - start), start + 0.51 * (end - start), _PATH)
+            draw_arrow(axes, start + 0.5 * (end - start), start + 0.51 * (end - start), _PATH)
 
 
-def _beacon(axes: "Axes", beacon: Beacon) -> None:
-    from matplotlib.patches import Circle
-
+def _beacon(axes: Axes, beacon: Beacon) -> None:
     axes.plot([beacon.x], [beacon.y], marker="x", markersize=12, markeredgewidth=3.0, color=_BEACON, zorder=4)
     if beacon.radius > 0.0:
-        style = {"facecolor": (*_rgb(_BEACON), 0.10), "edgecolor": _BEACON, "linewidth": 1.4}
+        style = {"facecolor": (*to_rgb(_BEACON), 0.10), "edgecolor": _BEACON, "linewidth": 1.4}
         axes.add_patch(Circle((beacon.x, beacon.y), beacon.radius, zorder=2.3, **style))
-
-
-def _showing_colors(scene: MapScene) -> Iterator[Rgb]:
-    """The colours of the objects that come up."""
-    colors = {item.name: item.color for item in scene.objects}
-    for showing in scene.course.showings:
-        yield colors.get(showing.name, (0.5, 0.5, 0.5))
-
-
-def _rgb(color: str) -> Rgb:
-    from matplotlib.colors import to_rgb
-
-    return to_rgb(color)

@@ -12,7 +12,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.draw.plan import nice_length
+from vrx_mj.draw.course import nice_length
 from vrx_mj.recording.eyes import (
     FLEET,
     PLAN,
@@ -37,12 +37,12 @@ _GRID = (150, 190, 215, 60)
 _LEGEND = 2
 """Most series of thrusters that a plot's legend lists: a longer one would hide the plot."""
 _TASK = (PLOT.rpartition("/")[2], "Score")
-_BESIDE = (
+_UNDER_PLAN = (
     (("speed", "Speed [m/s]"), ("course", "Course, compass [°]")),
     (("thrust", "Thrust [N]"), ("steering", "Steering [°]")),
 )
 """Plots under the plan, two to a place."""
-_BELOW = (
+_UNDER_SEA = (
     (("heading", "Heading, compass [°]"), ("yaw", "Yaw, ENU [°]")),
     (("roll", "Roll [°]"), ("pitch", "Pitch [°]"), ("wind", "Wind [m/s]")),
 )
@@ -73,7 +73,7 @@ def layout(
 ) -> rrb.Blueprint:
     """The views and their places; `live`: at the newest moment instead of playing from the first."""
     pictured = bool(scene.of_type("camera"))
-    left = rrb.Vertical(sea_view(scene), _below(scene), row_shares=[1.7 if pictured else 3.4, 1])
+    left = rrb.Vertical(sea_view(scene), _under_sea(scene), row_shares=[1.7 if pictured else 3.4, 1])
     boats = scene.roster()
     steps = rrb.StateTimelineView(
         name="Timeline",
@@ -84,7 +84,7 @@ def layout(
     columns = rrb.TextLogColumns(text_log_columns=["LogLevel", "Body"])
     story = [rrb.TextLogView(name="Events", origin="/events", columns=columns)]
     story.insert(0 if scene.parameters.task else 1, steps)
-    rows = [(2.4, plan_view(scene, track)), *((1.0, row) for row in _beside(scene, result))]
+    rows = [(2.4, plan_view(scene, track)), *((1.0, row) for row in _under_plan(scene, result))]
     if len(boats) > FEW_NAMES:
         rows.append((3.0, rrb.Tabs(_legend_view(boats), *story)))
     else:
@@ -103,9 +103,9 @@ def layout(
     )
 
 
-def _beside(scene: RecordScene, result: str = "") -> list[rrb.View | rrb.Container]:
+def _under_plan(scene: RecordScene, result: str = "") -> list[rrb.View | rrb.Container]:
     """Under the plan: how the task goes in words and as a plot, if there is one, then speed and thrust."""
-    speed, thrust = _BESIDE
+    speed, thrust = _UNDER_PLAN
     score = [plot_view(scene, _TASK, legend=True)] if scene.parameters.task else []
     plots: list[rrb.View | rrb.Container] = [rrb.Tabs(*score, *(plot_view(scene, plot, marked=True) for plot in speed))]
     if scene.thrusters:
@@ -121,7 +121,7 @@ def _legend_view(boats: Sequence[str]) -> rrb.Spatial2DView:
     return rrb.Spatial2DView(name="Boats", origin=LEGEND_PATH, titlebar=len(boats) > FEW_NAMES, visual_bounds=bounds)
 
 
-def _below(scene: RecordScene) -> rrb.Container:
+def _under_sea(scene: RecordScene) -> rrb.Container:
     """Under the sea: the pictures of cameras, and the plots, of which fewer are seen at a time the more there are."""
     shown = [plot for kind in SENSOR_KINDS.values() if scene.of_type(kind.type) for plot in kind.plots]
     sensed = [plot_view(scene, (plot.name, plot.title), legend=True) for plot in shown]
@@ -130,7 +130,7 @@ def _below(scene: RecordScene) -> rrb.Container:
         for sensor in scene.of_type("camera")[:_PICTURES]
     ]
     windy = "wind" in scene.weather()
-    moved = [[plot_view(scene, plot) for plot in place if plot[0] != "wind" or windy] for place in _BELOW]
+    moved = [[plot_view(scene, plot) for plot in place if plot[0] != "wind" or windy] for place in _UNDER_SEA]
     if not pictures:
         return rrb.Horizontal(*(rrb.Tabs(*plots) for plots in (*moved, sensed) if plots))
     plots = rrb.Tabs(*sensed, *chain.from_iterable(moved))
@@ -155,7 +155,7 @@ def sea_view(scene: RecordScene) -> rrb.Spatial3DView:
         ],
         background=rrb.Background(color=_SKY),
         line_grid=rrb.LineGrid3D(visible=False),
-        spatial_information=_bare(),
+        spatial_information=_no_axes(),
         eye_controls=rrb.EyeControls3D(
             kind=rrb.Eye3DKind.Orbital,
             position=middle + sea_eye(reach),
@@ -187,7 +187,7 @@ def plan_view(scene: RecordScene, track: FloatArray | None = None) -> rrb.Spatia
         line_grid=rrb.LineGrid3D(
             visible=True, spacing=spacing, color=_GRID, stroke_width=1.0, plane=rr.components.Plane3D.XY
         ),
-        spatial_information=_bare(),
+        spatial_information=_no_axes(),
         eye_controls=rrb.EyeControls3D(
             kind=rrb.Eye3DKind.Orbital,
             position=(*middle - 0.001 * north, height),
@@ -214,7 +214,7 @@ def _without_names(boats: Iterable[str]) -> list[str]:
     return [f"- /world/boats/{boat}/label/name" for boat in boats]
 
 
-def _bare() -> rrb.archetypes.SpatialInformation:
+def _no_axes() -> rrb.archetypes.SpatialInformation:
     """No axes, no boxes."""
     return rrb.archetypes.SpatialInformation.from_fields(show_axes=False, show_bounding_box=False)
 

@@ -20,8 +20,8 @@ from vrx_mj.config.loading import fault_text
 from vrx_mj.errors import RecordError, StateError
 from vrx_mj.mjcf.world import World, world_of
 from vrx_mj.model.world import Parameters
-from vrx_mj.recording.packing import archive, unpack_all, unpacked
-from vrx_mj.recording.parts import LONGEST, ROWS, Part, validator
+from vrx_mj.recording.packing import unpack_all
+from vrx_mj.recording.parts import LONGEST, ROWS, Part, pack_files, unpack_files, validator
 from vrx_mj.recording.record_scene import FORMAT, MovingBody, RecordedSensor, RecordScene, RowLayout
 
 HUGE = 1e9
@@ -62,7 +62,7 @@ class BoatSet:
 
 
 def boat_set_cells(scene: RecordScene, before: RecordScene, number: int) -> tuple[str, bytes]:
-    """The header of the boat set of a scene, the one of this number, and an archive of its files that are new."""
+    """The header of the boat set of a scene, the one of this number, and its files that are new, packed."""
     new = {name: content for name, content in scene.files.items() if before.files.get(name) != content}
     head = {
         "number": number,
@@ -70,7 +70,7 @@ def boat_set_cells(scene: RecordScene, before: RecordScene, number: int) -> tupl
         "world_sha256": scene.properties["world_sha256"],
         "files": sorted(scene.files),
     }
-    return json.dumps(head), archive(new)
+    return json.dumps(head), pack_files(new)
 
 
 def read_boat_sets(first: BoatSet, parts: Sequence[Part], most: int) -> tuple[BoatSet, ...]:
@@ -86,7 +86,7 @@ def read_boat_sets(first: BoatSet, parts: Sequence[Part], most: int) -> tuple[Bo
     ]
     found, left = [first], most - sum(map(len, first.files.values()))
     for head, blob in sorted(later, key=lambda pair: pair[0].number):
-        new = unpacked(blob, left)
+        new = unpack_files(blob, left)
         left -= sum(map(len, new.values()))
         files = {**found[-1].files, **new}
         if head.number != len(found):
@@ -128,21 +128,10 @@ def numbered_blocks(parts: Sequence[Part], count: int, most: int) -> list[tuple[
     Raises:
         RecordError: a block is damaged, or of no boat set.
     """
-    numbers = [number for part in parts for number in _boat_set_numbers(part, count)]
+    numbers = [number for part in parts for number in part.numbers("company", "i")]
+    if unknown := [number for number in numbers if not 0 <= number < count]:
+        raise RecordError(f"{parts[0].entity}: company: {unknown[0]}, of {count}")
     return list(zip(numbers, unpack_all([blob for part in parts for blob in part.blobs("block")], most), strict=True))
-
-
-def _boat_set_numbers(part: Part, count: int) -> list[int]:
-    """The boat set of each block of a part, of so many; the first in a recording from before boats could come and go.
-
-    Raises:
-        RecordError: the number of a boat set is unknown.
-    """
-    numbers = part.numbers("company", "i") if "company" in part.columns else [0] * len(part.blobs("block"))
-    for number in numbers:
-        if not 0 <= number < count:
-            raise RecordError(f"{part.entity}: company: {number}, of {count}")
-    return numbers
 
 
 def _check_rows(rows: FloatArray, width: int) -> None:
@@ -268,8 +257,8 @@ def head_of(text: str) -> Head:
         RecordError: it is damaged, or of another version.
     """
     version = _parse(Version, "head", text)
-    if not 1 <= version.format <= FORMAT:  # the first held its blueprint, later ones packed rows otherwise
-        raise RecordError(f"head: format {version.format}; this version reads 1 to {FORMAT}")
+    if version.format != FORMAT:
+        raise RecordError(f"head: format {version.format}; this version reads {FORMAT}")
     head = _parse(Head, "head", text)
     _check_layout("head", head.layout)
     _check_sensors(head.sensors)

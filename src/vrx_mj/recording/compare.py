@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.recording.reader import Record, read_record
 
 
@@ -27,6 +28,13 @@ class Difference:
     """Value in the second recording."""
     columns: int
     """Number of columns that differ in this row."""
+
+    def __str__(self) -> str:
+        more = f", and {self.columns - 1} more columns" if self.columns > 1 else ""
+        return (
+            f"they diverge at {self.time:.3f} s (row {self.row}) in {self.column}: "
+            f"{self.first!r} and {self.second!r}, {abs(self.first - self.second):.2g} apart{more}"
+        )
 
 
 @dataclass(frozen=True)
@@ -58,7 +66,7 @@ class Comparison:
     def __str__(self) -> str:
         lines = list(self.differences)
         if self.parting is not None:
-            lines.append(_parting_text(self.parting))
+            lines.append(str(self.parting))
         elif self.complete:
             lines.append(f"equal to the last bit: {self.common} rows")
         elif self.common and self.columns:
@@ -67,33 +75,29 @@ class Comparison:
         return "\n".join([*lines, *self.notes])
 
 
-def _parting_text(parting: Difference) -> str:
-    """One sentence on where two recordings diverge."""
-    more = f", and {parting.columns - 1} more columns" if parting.columns > 1 else ""
-    gap = abs(parting.first - parting.second)
-    return (
-        f"they diverge at {parting.time:.3f} s (row {parting.row}) in {parting.column}: "
-        f"{parting.first!r} and {parting.second!r}, {gap:.2g} apart{more}"
-    )
-
-
 def compare(first: str | Path | Record, second: str | Path | Record) -> Comparison:
     """Compare two recordings row by row, bit by bit, in the columns that both have."""
     a, b = (item if isinstance(item, Record) else read_record(item) for item in (first, second))
     common = min(len(a.rows), len(b.rows))
-    names = a.layout.names(), b.layout.names()
-    shared = [name for name in names[0] if name in set(names[1])]
+    names, others = (record.layout.names() for record in (a, b))
+    shared = [name for name in names if name in set(others)]
     sensors = f"{len(a.sensors)} sensors in the first recording, {len(b.sensors)} in the second"
     return Comparison(
         first=a.path,
         second=b.path,
         common=common,
         columns=len(shared),
-        complete=names[0] == names[1] and len(a.rows) == len(b.rows),
+        complete=names == others and len(a.rows) == len(b.rows),
         differences=tuple(_word_differences(a, b)),
-        parting=_first_parting(a, b, common, shared),
+        parting=_first_parting(_columns(a, shared)[:common], _columns(b, shared)[:common], shared),
         notes=(f"readings of sensors are not compared: {sensors}",) if a.sensors or b.sensors else (),
     )
+
+
+def _columns(record: Record, names: Sequence[str]) -> FloatArray:
+    """Columns of these names of a recording's rows, the time first."""
+    own = {name: index for index, name in enumerate(record.layout.names())}
+    return np.ascontiguousarray(record.rows[:, [own[name] for name in names]])
 
 
 def _word_differences(a: Record, b: Record) -> list[str]:
@@ -118,22 +122,18 @@ _DECISIVE = frozenset({"world", "fleet", "seed", "world_sha256"})
 """Properties that make two runs different ones; versions and platform may differ."""
 
 
-def _first_parting(a: Record, b: Record, common: int, shared: Sequence[str]) -> Difference | None:
-    """The first of the common rows, and of the shared columns, whose bits differ."""
-    places = [{name: index for index, name in enumerate(record.layout.names())} for record in (a, b)]
-    rows = [each.rows[:common, [own[name] for name in shared]] for each, own in zip((a, b), places, strict=True)]
-    bits = [np.ascontiguousarray(part).view(np.uint64) for part in rows]
-    differs = bits[0] != bits[1]
+def _first_parting(first: FloatArray, second: FloatArray, names: Sequence[str]) -> Difference | None:
+    """The first of the rows (n, columns), and of the columns of these names, whose bits differ."""
+    differs = first.view(np.uint64) != second.view(np.uint64)
     if not differs.any():
         return None
     row = int(np.argmax(differs.any(axis=1)))
     columns = np.flatnonzero(differs[row])
-    column = int(columns[0])
     return Difference(
         row=row,
-        time=float(a.rows[row, 0]),
-        column=shared[column],
-        first=float(rows[0][row, column]),
-        second=float(rows[1][row, column]),
+        time=float(first[row, 0]),
+        column=names[columns[0]],
+        first=float(first[row, columns[0]]),
+        second=float(second[row, columns[0]]),
         columns=len(columns),
     )

@@ -109,9 +109,9 @@ class Encoder:
             yield from self._still(next(parts))
             for batch in _batches(parts):
                 yield from self._going(batch)
-            yield from self._task.rest(self._end)
+            yield from self._task.chunks(self._end)
             if self._moving.track is not None:
-                yield from plan_chunks(self._first, self._moving.track, self._moving.sailed)
+                yield from plan_chunks(self._first, self._moving.track, self._moving.places)
         except Exception as error:
             self.error = error  # rerun's own error has less detail
             raise
@@ -140,14 +140,14 @@ class Encoder:
             yield from touch_chunks([event.touch for event in events if event.touch])
         if frames:
             yield frame_chunk(frames)
-        yield from self._task(states, frames)
+        self._task.look(states, frames)
         for parts in batch.values():
             yield from self._sensed(parts)
         for part in found[COMPANIES]:
             before, self._scene = self._scene, next(self._scenes)
             self._boat_set += 1
-            self._moving.go_on(self._scene)
-            self._task.go_on(self._scene.parameters)
+            self._moving.change_scene(self._scene)
+            self._task.change_scene(self._scene.parameters)
             yield part_chunk([part])
             yield from change_chunks(self._scene, before, self._first)
 

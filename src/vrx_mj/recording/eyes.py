@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -218,26 +218,18 @@ _HIDDEN = 1e4
 """Where a name is that is not shown, in halves of the plan's height."""
 
 
-class Sailed(NamedTuple):
-    """Where boats were in a while."""
-
-    boats: Sequence[str]
-    time: FloatArray
-    """Simulated times (n,) [s]."""
-    places: FloatArray
-    """Places (n, boats, 2) [m]."""
+Places = tuple[FloatArray, Mapping[str, FloatArray]]
+"""Simulated times (n,) [s], and by boat where it was then (n, 2) [m]."""
 
 
-def plan_chunks(scene: RecordScene, track: FloatArray, sailed: Sequence[Sailed]) -> Iterator[Chunk]:
-    """Where the plan is that frames a track (2, 2) [m], and the names in it of the boats that have sailed."""
+def plan_chunks(scene: RecordScene, track: FloatArray, parts: Sequence[Places]) -> Iterator[Chunk]:
+    """Where the plan is that frames a track (2, 2) [m], and the names in it of boats at places, part after part."""
     middle, height = plan_eye(scene, track)
     yield static(PLAN, rr.Transform3D(translation=(*middle, 0.0), scale=height * PLAN_SLOPE))
-    boats = list(dict.fromkeys(boat for part in sailed for boat in part.boats))
-    time = np.concatenate([part.time for part in sailed])
-    places, end = np.full((len(time), len(boats), 2), np.nan), 0
-    for part in sailed:
-        end += len(part.time)
-        places[end - len(part.time) : end, [boats.index(boat) for boat in part.boats]] = part.places
+    boats = list(dict.fromkeys(boat for _, own in parts for boat in own))
+    gone = [np.full((len(time), 2), np.nan) for time, _ in parts]
+    columns = [[own.get(boat, away) for (_, own), away in zip(parts, gone, strict=True)] for boat in boats]
+    time, places = np.concatenate([time for time, _ in parts]), np.stack([*map(np.concatenate, columns)], axis=1)
     spots = np.nan_to_num(name_spots(scene, boats, places, middle, height), nan=_HIDDEN)
     taken, spots = Held(1.0 / 512.0, within=1.0 / PLAN_LINES / 3.0)(spots)
     points = np.insert(spots[taken], 2, 0.0, axis=2).astype(np.float32)

@@ -17,8 +17,8 @@ import rerun as rr
 from rerun.chunk import Chunk
 
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
-from vrx_mj.frames import compass, in_world_axes, rotation_matrix
-from vrx_mj.recording.eyes import FLEET, PLAN, PLAN_SLOPE, RATE, Sailed, WeatherChunks, plan_eye
+from vrx_mj.frames import compass, in_world_axes, quaternion_product
+from vrx_mj.recording.eyes import FLEET, PLAN, PLAN_SLOPE, RATE, Places, WeatherChunks, plan_eye
 from vrx_mj.recording.parts import EVENTS, Part
 from vrx_mj.recording.reader import Event
 from vrx_mj.recording.record_scene import (
@@ -73,7 +73,7 @@ class MovingChunks:
         """Begin with a scene; `live`: the plan follows the fleet."""
         self._pose, self._arrow, self._plotted = Ticker(_SHOWN_RATE), Ticker(_ARROW_RATE), Ticker(_PLOT_RATE)
         self._water = WaterChunks()
-        self._weather, self._sailed = WeatherChunks(), Ticker(RATE)
+        self._weather, self._place_ticker = WeatherChunks(), Ticker(RATE)
         self._plan_size = plan_eye(scene)[1] * PLAN_SLOPE if live else None
         self._last: dict[str, Any] = {}
         self._first = scene.layout()
@@ -81,11 +81,11 @@ class MovingChunks:
         self._shown: dict[str, Held] = {}
         self.track: FloatArray | None = None
         """Least and greatest x and y (2, 2) [m] of all boats until now."""
-        self.sailed: list[Sailed] = []
+        self.places: list[Places] = []
         """Where they were, for their names in a plan of all of the track."""
-        self.go_on(scene)
+        self.change_scene(scene)
 
-    def go_on(self, scene: RecordScene) -> None:
+    def change_scene(self, scene: RecordScene) -> None:
         """Go on in a scene in which boats or objects have come or gone: rows have its columns now."""
         self._scene = scene
         self._layout = scene.layout()
@@ -113,10 +113,10 @@ class MovingChunks:
                 yield from self._transforms(part.path, posed, poses, _NEAR)
         yield from self._displays(rows)
         if self._boats:
-            self._cover(rows)
-            yield from self._slow(rows)
+            self._widen_track(rows)
+            yield from self._sampled_chunks(rows)
         if self._boats and len(posed):
-            yield transforms(FLEET, posed[:, 0], self._middle(posed))
+            yield transforms(FLEET, posed[:, 0], self._followed_place(posed))
             names = [boat.name for boat in self._boats]
             yield from self._water(names, posed[:, 0], self._layout_poses(posed))
 
@@ -142,23 +142,24 @@ class MovingChunks:
             if (changed := self._changes(shown.part_path(""), codes)).any():
                 yield from _display_chunks(shown, rows[changed, 0], codes[changed])
 
-    def _cover(self, rows: FloatArray) -> None:
+    def _widen_track(self, rows: FloatArray) -> None:
         """Widen what the plan frames to where the boats are."""
         places = self._layout_poses(rows)
         ends = [places.min(axis=(0, 1))[:2], places.max(axis=(0, 1))[:2], *([] if self.track is None else self.track)]
         self.track = np.array([np.min(ends, axis=0), np.max(ends, axis=0)])
-        if self._plan_size is None and (taken := self._sailed(rows[:, 0])).any():
-            self.sailed.append(Sailed([boat.name for boat in self._boats], rows[taken, 0], places[taken, :, :2]))
+        if self._plan_size is None and (taken := self._place_ticker(rows[:, 0])).any():
+            own = {boat.name: places[taken, i, :2] for i, boat in enumerate(self._boats)}
+            self.places.append((rows[taken, 0], own))
 
-    def _middle(self, rows: FloatArray) -> FloatArray:
+    def _followed_place(self, rows: FloatArray) -> FloatArray:
         """Places (n, 3) [m] of what the camera follows, at the mean water level."""
         own = [i for i, boat in enumerate(self._boats) if boat.name == self._scene.follow]
         places = self._layout_poses(rows)[:, own or slice(None), :3]
         middle: FloatArray = places.mean(axis=1) * (1.0, 1.0, 0.0)
         return middle
 
-    def _slow(self, rows: FloatArray) -> Iterator[Chunk]:
-        """What is written at rates of its own."""
+    def _sampled_chunks(self, rows: FloatArray) -> Iterator[Chunk]:
+        """Plots, the weather, the live plan and thrusts, each at its own rate."""
         seldom, often = self._plotted(rows[:, 0]), self._arrow(rows[:, 0])
         plotted, rows = rows[often if self._water.fast else seldom], rows[often]
         if len(plotted):
@@ -167,7 +168,7 @@ class MovingChunks:
             return
         yield from self._weather(self._scene, rows)
         if self._plan_size is not None:
-            middle, size = self._middle(rows), np.full((len(rows), 3), self._plan_size)
+            middle, size = self._followed_place(rows), np.full((len(rows), 3), self._plan_size)
             yield numbers(
                 PLAN, rows[:, 0], rr.Transform3D, translation=middle.astype(np.float32), scale=size.astype(np.float32)
             )
@@ -307,14 +308,19 @@ def thrust_arrows(
     path: str, time: FloatArray, thrusters: Sequence[RecordedThruster], thrust: FloatArray, angle: FloatArray
 ) -> Chunk:
     """Arrows of thrusts (n, k) [N] at steering angles (n, k) [rad], in the boat's frame."""
-    mount = np.add([thruster.position for thruster in thrusters], (0.0, 0.0, _ARROW_HEIGHT))
-    x, y, z = np.array([thruster.direction for thruster in thrusters]).T
-    turns = np.array([rotation_matrix(thruster.mount) for thruster in thrusters])
-    cos, sin = np.cos(angle), np.sin(angle)
-    steered = np.stack([cos * x - sin * y, sin * x + cos * y, 0 * angle + z], axis=-1)
-    vectors = np.einsum("kij,nkj->nki", turns, steered) * (thrust * _ARROW_PER_NEWTON)[..., None]
-    strips = arrow_strips(np.tile(mount, (len(time), 1)), vectors.reshape(-1, 3)).astype(np.float32)
+    origins = np.tile(np.add([thruster.position for thruster in thrusters], (0.0, 0.0, _ARROW_HEIGHT)), (len(time), 1))
+    turns = [_engine_turns(thruster, own) for thruster, own in zip(thrusters, angle.T, strict=True)]
+    vectors = in_world_axes(np.stack(turns, axis=1), np.array([thruster.direction for thruster in thrusters]))
+    vectors *= (thrust * _ARROW_PER_NEWTON)[..., None]
+    strips = arrow_strips(origins, vectors.reshape(-1, 3)).astype(np.float32)
     return numbers(f"{path}/thrust", time, rr.LineStrips3D, len(thrusters), strips=strips)
+
+
+def _engine_turns(thruster: RecordedThruster, angle: FloatArray) -> FloatArray:
+    """Quaternions (n, 4) from an engine at steering angles (n,) [rad] to its boat."""
+    spin = np.zeros((len(angle), 4))
+    spin[:, 0], spin[:, 3] = np.cos(angle / 2.0), np.sin(angle / 2.0)
+    return quaternion_product(np.array(thruster.mount), spin)
 
 
 def part_poses(part: RecordedPart, qpos: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -331,22 +337,12 @@ def part_poses(part: RecordedPart, qpos: FloatArray) -> tuple[FloatArray, FloatA
         half = 0.5 * value
         hinge = np.hstack([np.cos(half), np.sin(half) * axis])
         place = position + in_world_axes(turn, np.array(joint.anchor))
-        turn = _product(turn, hinge if joint.kind == "hinge" else qpos[:, joint.qpos : joint.qpos + 4])
+        turn = quaternion_product(turn, hinge if joint.kind == "hinge" else qpos[:, joint.qpos : joint.qpos + 4])
         position = place - in_world_axes(turn, np.array(joint.anchor))
     return position, turn
 
 
-def _product(one: FloatArray, other: FloatArray) -> FloatArray:
-    """Products (n, 4) of quaternions: the rotation `other`, then `one`."""
-    v, w = one[:, 1:], other[:, 1:]
-    scalar = one[:, :1] * other[:, :1] - (v * w).sum(axis=1, keepdims=True)
-    return np.hstack([scalar, one[:, :1] * w + other[:, :1] * v + np.cross(v, w)])
-
-
 def engine(path: str, time: FloatArray, thruster: RecordedThruster, angle: FloatArray) -> Chunk:
     """An engine turning about its mount."""
-    c, s = np.cos(angle / 2), np.sin(angle / 2)
-    w, x, y, z = thruster.mount
-    quaternion = np.stack([x * c + y * s, y * c - x * s, z * c + w * s, w * c - z * s], axis=-1)
-    position = np.tile(np.array(thruster.position), (len(time), 1))
-    return transforms(f"{path}/{thruster.name}", time, position, quaternion)
+    position = np.tile(thruster.position, (len(time), 1))
+    return transforms(f"{path}/{thruster.name}", time, position, _engine_turns(thruster, angle)[:, [1, 2, 3, 0]])

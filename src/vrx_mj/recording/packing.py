@@ -1,22 +1,17 @@
-"""Rows of float64 as few bytes, exactly, and files to archives.
+"""Rows of float64 as few bytes, exactly.
 
 Columns that do not change take their first number. Each other number is predicted from those before it, the pose of a
-body from its velocity too, and what is written is by how much its bit pattern, read as an integer that sorts like the
-number, is off. Integer arithmetic wraps, so nothing is lost whatever the rows hold, NaN included. Predictions are sums
-and products of kernels, which are never one operation: all processors have the same.
-
-Rows of earlier versions are read: there each number was predicted from those of its column, and by how much it is off
-was written byte plane by byte plane.
+body from its velocity too, and what is compressed is by how much its bit pattern, read as an integer that sorts like
+the number, is off. Integer arithmetic wraps, so nothing is lost whatever the rows hold, NaN included. Predictions are
+sums and products of kernels, which are never one operation: all processors have the same.
 """
 
 from __future__ import annotations
 
-import io
 import math
 import struct
-import zipfile
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -35,12 +30,12 @@ HEAD = struct.Struct(f"<II{_ORDER + 2}d")
 physics step [s].
 
 Then come the columns of each position and of its velocity, the first columns of each quaternion and of its angular
-velocity, a bit for each column that changes, the first row, and words with the bits of the others.
+velocity, a bit for each column that changes, the first row, and the others byte plane by byte plane, compressed.
 """
 _MOST_STEPS = 1000
 """Physics steps between rows, at most, for which poses are predicted from velocities."""
-_MEAN, _SLOWNESS = 640, 3
-"""Mean length of integers at first, in sixteenths of a bit, and the power of two by which it follows slowly."""
+_LEVEL = 4
+"""How hard rows are compressed: harder takes twice the time for a twentieth of the bytes."""
 
 Bodies = Sequence[tuple[int, int]]
 """Columns of each body: the first of 7 of its pose, and of 6 of its velocity, as MuJoCo has them."""
@@ -57,10 +52,9 @@ def _coded_rows(rows: FloatArray, bodies: Bodies, timestep: float) -> bytes:
     order, velocities, turns = _places(changes, moving, turning)
     table = np.empty((len(bits), len(order)), "<i8")
     _code(bits, order, table, velocities, turns, gains, back=False)
-    words = np.empty(3 * table.size + 1, "<u8")
-    words = words[: _write_bits(table.view("<u8"), words)]
+    planes = zlib.compress(np.ascontiguousarray(table[1:].T).reshape(-1, 1).view(np.uint8).T.tobytes(), _LEVEL)
     columns, changing = np.array([*moving, *turning], "<u4"), np.packbits(changes)
-    return b"".join((HEAD.pack(len(moving), len(turning), *gains), *map(bytes, (columns, changing, bits[0], words))))
+    return b"".join((HEAD.pack(len(moving), len(turning), *gains), *map(bytes, (columns, changing, bits[0])), planes))
 
 
 def _gains(steps: int) -> FloatArray:
@@ -101,19 +95,23 @@ def _decoded_rows(blob: memoryview, count: int, width: int) -> FloatArray | None
         RecordError: the columns of bodies are not those of bodies.
     """
     moving, turning, *gains = HEAD.unpack_from(blob) if len(blob) >= HEAD.size else (1 << 32, 0)
-    sizes = (HEAD.size, 8 * (moving + turning), (width + 7) // 8, 8 * width)
-    if sum(sizes) > len(blob) or (len(blob) - sum(sizes)) % 8:
+    starts = np.cumsum([HEAD.size, 8 * (moving + turning), (width + 7) // 8, 8 * width])
+    if starts[-1] > len(blob):
         return None
-    starts = np.cumsum(sizes)
-    bodies, changing, first, words = (blob[begin:end] for begin, end in zip(starts, [*starts[1:], None], strict=True))
+    bodies, changing, first, planes = (blob[begin:end] for begin, end in zip(starts, [*starts[1:], None], strict=True))
     pairs = [(q, v) for q, v in np.frombuffer(bodies, "<u4").reshape(-1, 2).tolist()]
     changes = np.unpackbits(np.frombuffer(changing, np.uint8), count=width) != 0
     order, velocities, turns = _places(changes, pairs[:moving], pairs[moving:])
-    bits = np.empty((count, width), "<i8")
-    bits[:] = np.frombuffer(first, "<i8")
-    table = np.empty((count, len(order)), "<i8")
-    if not _read_bits(np.append(np.frombuffer(words, "<u8"), np.uint64(0)), table.view("<u8")):
+    size, stream = 8 * (count - 1) * len(order), zlib.decompressobj()
+    try:
+        content = stream.decompress(planes, size + 1)
+    except zlib.error:
         return None
+    if len(content) != size or not stream.eof:
+        return None
+    bits, table = np.empty((count, width), "<i8"), np.empty((count, len(order)), "<i8")
+    bits[:] = np.frombuffer(first, "<i8")
+    table[1:] = np.frombuffer(content, np.uint8).reshape(8, -1).T.copy().view("<i8").reshape(len(order), count - 1).T
     _code(bits, order, table, velocities, turns, np.array(gains), back=True)
     return bits.view("<f8")
 
@@ -139,12 +137,12 @@ def _code(
                 table[i, j] = bits[i, order[j]]
         _extrapolate(differences, min(i, _ORDER + 1), predicted)
         for j in range(positions):
-            values[j] = _coded(table, i, j, predicted[j], back)
+            values[j] = _code_number(table, i, j, predicted[j], back)
         _follow(differences, values, 0, positions)
         if i > _ORDER:
             _move(differences, gains, velocities, differences[0, positions:], predicted[positions:])
         for j in range(positions, quaternions):
-            values[j] = _coded(table, i, j, predicted[j], back)
+            values[j] = _code_number(table, i, j, predicted[j], back)
         for b in range(turns.size):
             turning = differences[0, turns[b] : turns[b] + 3]
             last = differences[0, quaternions + 4 * b :]
@@ -244,14 +242,14 @@ def _code_unit(table: IntArray, i: int, first: int, predicted: FloatArray, value
             largest = j
     for j in range(first, first + 4):
         if j != largest:
-            values[j] = _coded(table, i, j, predicted[j], back)
+            values[j] = _code_number(table, i, j, predicted[j], back)
             squares -= values[j] * values[j]
     predicted[largest] = math.copysign(math.sqrt(max(squares, 0.0)), predicted[largest])
-    values[largest] = _coded(table, i, largest, predicted[largest], back)
+    values[largest] = _code_number(table, i, largest, predicted[largest], back)
 
 
 @inlined_kernel
-def _coded(table: IntArray, i: int, j: int, predicted: float, back: bool) -> float:
+def _code_number(table: IntArray, i: int, j: int, predicted: float, back: bool) -> float:
     """Code a bit pattern with its sign in the lowest bit: small means few bits; or `back`. Return the number."""
     expected: Any = _sortable(predicted if abs(predicted) < _FARTHEST else 0.0)
     bits: Any = table[i, j]
@@ -274,87 +272,11 @@ def _sortable(value: float) -> int:
     return found
 
 
-@allocating_kernel
-def _write_bits(table: IntArray, words: IntArray) -> int:
-    """Write unsigned integers (n, columns) but for the first row; return the number of words.
-
-    Each is its length and its bits below the highest. Of the length is written by how much it is off the mean length
-    in its column: of 0, 1, -1, 2, ... as many zeros as come before it, and a one.
-    """
-    means, at, one = np.full(table.shape[1], _MEAN), 0, np.uint64(1)
-    words[0] = 0
-    for i in range(1, table.shape[0]):
-        for j in range(table.shape[1]):
-            value: Any = table[i, j]
-            length = _length(value)
-            off = length - ((means[j] + 8) >> 4)
-            means[j] += ((length << 4) - means[j]) >> _SLOWNESS
-            zeros = 2 * off - 1 if off > 0 else -2 * off
-            for _ in range(zeros >> 5):
-                at = _put(words, at, np.uint64(0), 32)
-            at = _put(words, at, one << np.uint64(zeros & 31), (zeros & 31) + 1)
-            if length > 1:
-                at = _put(words, at, value ^ (one << np.uint64(length - 1)), length - 1)
-    return (at + 63) >> 6
-
-
-@inlined_kernel
-def _length(value: Any) -> int:
-    """Return the number of bits of an unsigned integer."""
-    length, left = 0, value
-    for half in (32, 16, 8, 4, 2, 1):
-        if left >> np.uint64(half):
-            length += half
-            left >>= np.uint64(half)
-    return length + int(left)
-
-
-@inlined_kernel
-def _put(words: IntArray, at: int, value: Any, length: int) -> int:
-    """Write so many bits, 1 to 63, at bit `at`; return where the next ones go."""
-    used = at & 63
-    words[at >> 6] |= value << np.uint64(used)
-    if used + length >= 64:
-        words[(at >> 6) + 1] = value >> np.uint64(64 - used) if used else np.uint64(0)
-    return at + length
-
-
-@allocating_kernel
-def _read_bits(words: IntArray, table: IntArray) -> bool:
-    """Write the integers of which `_write_bits` wrote the words, and one more, but for the first row.
-
-    Return whether they are such words.
-    """
-    means, at, end, one = np.full(table.shape[1], _MEAN), 0, 64 * (words.size - 1), np.uint64(1)
-    for i in range(1, table.shape[0]):
-        for j in range(table.shape[1]):
-            zeros = 0
-            while at < end and not words[at >> 6] >> np.uint64(at & 63) & one:
-                zeros, at = zeros + 1, at + 1
-            length = ((zeros + 1) >> 1 if zeros & 1 else -(zeros >> 1)) + ((means[j] + 8) >> 4)
-            at += 1
-            more = max(length - 1, 0)
-            if length < 0 or length > 64 or at + more > end:
-                return False
-            means[j] += ((length << 4) - means[j]) >> _SLOWNESS
-            used = at & 63
-            value: Any = words[at >> 6] >> np.uint64(used)
-            if used:
-                value |= words[(at >> 6) + 1] << np.uint64(64 - used)
-            highest = one << np.uint64(more)
-            table[i, j] = highest | (value & (highest - one)) if length else np.uint64(0)
-            at += more
-    return end - at < 64
-
-
 HEADER = struct.Struct("<II")
 """Number of rows; number of columns, with the form of what follows in its upper two bits."""
-_DIFFERENCES, _PLAIN, PLANES, _CODED = range(4)
-"""Forms: third differences of bit patterns, and bit patterns off their predictions, which only earlier versions wrote;
-numbers as they are; as `_coded_rows` has them."""
+_PLAIN, _CODED = 1, 3
+"""Forms: numbers as they are, and as `_coded_rows` has them."""
 WIDTH_BITS = 30
-ORDER = 8
-"""Of the polynomial through the last numbers, which predicts the next one in `PLANES`."""
 
 
 def plain_rows(rows: FloatArray) -> bytes:
@@ -394,92 +316,11 @@ def unpack_rows(blob: bytes | memoryview) -> FloatArray:
         RecordError: these are not such bytes.
     """
     count, width = shape_of(blob)
-    form = blob[HEADER.size - 1] >> (WIDTH_BITS - 24) if width else _PLAIN
-    found = None
+    form, found = blob[HEADER.size - 1] >> (WIDTH_BITS - 24) if width else 0, None
     if form == _CODED:
         found = _decoded_rows(memoryview(blob)[HEADER.size :], count, width)
-    elif width and len(blob) == HEADER.size + 8 * width * count:
+    elif form == _PLAIN and len(blob) == HEADER.size + 8 * width * count:
         found = np.frombuffer(blob, "<f8", offset=HEADER.size).reshape(count, width)
     if found is None:
         raise RecordError(f"block: {len(blob)} bytes are not {count} rows of {width} columns")
-    return found if form in {_CODED, _PLAIN} else _off_predictions(found, form)
-
-
-def _off_predictions(planes: FloatArray, form: int) -> FloatArray:
-    """The rows (n, columns) that are off their predictions by what is in byte planes, which take as many bytes."""
-    count, width = planes.shape
-    off = np.ascontiguousarray(planes.view(np.uint8).reshape(8, -1).T).view("<i8").reshape(width, count).T
-    off = (off >> 1 & _FLIP) ^ -(off & 1)
-    if form == _DIFFERENCES:
-        for order in (2, 1, 0):
-            off[order:] = np.cumsum(off[order:], axis=0)
-        return _flipped(off).view("<f8")
-    bits, differences = np.empty((count, width), "<i8"), np.zeros((ORDER + 1, width))
-    with np.errstate(all="ignore"):
-        for i, row in enumerate(bits):
-            predicted = np.zeros(width)
-            for difference in differences[:i]:
-                predicted += difference
-            predicted[~(np.abs(predicted) < _FARTHEST)] = 0.0
-            row[:] = _flipped(_flipped(predicted.view("<i8")) + off[i])
-            change = row.view("<f8")
-            for k in range(ORDER + 1):
-                change, differences[k] = change - differences[k], change
-    return bits.view("<f8")
-
-
-def _flipped(bits: IntArray) -> IntArray:
-    """Bit patterns as integers that sort like their numbers, and back."""
-    return np.where(bits < 0, bits ^ _FLIP, bits)
-
-
-_EPOCH = (2020, 1, 1, 0, 0, 0)
-"""Time of the files in the archive: one world, one archive."""
-FILES = 20_000
-"""Files in an archive, at most."""
-_LEVEL = 4
-"""How hard files are compressed: harder takes twice the time for a twentieth of the bytes."""
-_ENTRY = b"PK\x01\x02"
-"""Before each file in the archive's table of contents."""
-_DAMAGE = (zipfile.BadZipFile, zlib.error, struct.error, EOFError, ValueError, OverflowError, OSError, RuntimeError)
-"""What `zipfile` raises at an archive that is damaged."""
-_ENCRYPTED = 0x1
-"""A bit of a file's flags."""
-
-
-def archive(files: Mapping[str, bytes]) -> bytes:
-    """A zip archive of files, the same bytes for the same files."""
-    buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as out:
-        for name in sorted(files):
-            out.writestr(zipfile.ZipInfo(name, _EPOCH), files[name], zipfile.ZIP_DEFLATED, _LEVEL)
-    return buffer.getvalue()
-
-
-def unpacked(blob: bytes, most: int) -> dict[str, bytes]:
-    """Files of an archive, by their names, which are no paths on any disk; `most`: their bytes.
-
-    What comes out is counted, whatever the archive's own table has.
-
-    Raises:
-        RecordError: it is damaged, or holds more, or what `archive` does not write.
-    """
-    if (count := blob.count(_ENTRY)) > FILES:  # before an object is made for each
-        raise RecordError(f"files: {count} files: at most {FILES}")
-    try:
-        with zipfile.ZipFile(io.BytesIO(blob)) as stored:
-            files: dict[str, bytes] = {}
-            left = most
-            for member in stored.infolist():
-                if member.compress_type != zipfile.ZIP_DEFLATED or member.flag_bits & _ENCRYPTED:
-                    raise RecordError("files: the archive is damaged: it is compressed in another way, or encrypted")
-                if member.filename in files:
-                    raise RecordError("files: two of one name")
-                with stored.open(member) as content:
-                    files[member.filename] = content.read(left + 1)
-                left -= len(files[member.filename])
-                if left < 0:
-                    raise RecordError(f"files: more than {most >> 20} MiB")
-            return files
-    except _DAMAGE as error:
-        raise RecordError(f"files: the archive is damaged: {error}") from None
+    return found

@@ -16,7 +16,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache, reduce
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -38,7 +38,6 @@ LONGEST = 1e9
 
 Cell = str | bytes | npt.NDArray[Any] | None
 """A text, bytes, or numbers (n,); None where there is nothing."""
-_CellType = TypeVar("_CellType", bound=object)
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +66,7 @@ class Part:
         Raises:
             RecordError: it is missing, or of another kind.
         """
-        return [self._cell(name, cell, str, "a text") for cell in self._column(name)]
+        return self._cells(name, str, "a text")
 
     def blobs(self, name: str) -> list[bytes]:
         """A column of bytes.
@@ -75,7 +74,7 @@ class Part:
         Raises:
             RecordError: it is missing, or of another kind.
         """
-        return [self._cell(name, cell, bytes, "a block of bytes") for cell in self._column(name)]
+        return self._cells(name, bytes, "a block of bytes")
 
     def numbers(self, name: str, kind: str = "f") -> list[Any]:
         """A column of finite numbers, one in a row, of numpy's kind `f` or `i`.
@@ -83,7 +82,7 @@ class Part:
         Raises:
             RecordError: it is missing, or of another kind.
         """
-        found = [self._cell(name, cell, np.ndarray, "a number") for cell in self._column(name)]
+        found = self._cells(name, np.ndarray, "a number")
         if not all(one.shape == (1,) and one.dtype.kind == kind and np.isfinite(one[0]) for one in found):
             raise RecordError(f"{self.entity}: {name}: expected one {'whole ' * (kind == 'i')}number")
         return [one[0].item() for one in found]
@@ -106,21 +105,19 @@ class Part:
             RecordError: it is missing, or of another kind.
         """
         wanted, expected = np.dtype(kind), f"numbers of type {np.dtype(kind).name}"
-        cells = (np.frombuffer(cell, np.uint8) if isinstance(cell, bytes) else cell for cell in self._column(name))
-        found = [self._cell(name, cell, np.ndarray, expected) for cell in cells]
+        cells = self._cells(name, (np.ndarray, bytes), expected)
+        found = [np.frombuffer(cell, np.uint8) if isinstance(cell, bytes) else cell for cell in cells]
         if any(len(one) and one.dtype != wanted for one in found):
             raise RecordError(f"{self.entity}: {name}: expected {expected}")
         return [one if len(one) else np.zeros(0, wanted) for one in found]
 
-    def _column(self, name: str) -> Sequence[Cell]:
+    def _cells(self, name: str, kind: type | tuple[type, ...], wanted: str) -> list[Any]:
+        """A column of cells of a kind, which is called `wanted`."""
         if name not in self.columns:
             raise RecordError(f"{self.entity}: {name}: missing")
-        return self.columns[name]
-
-    def _cell(self, name: str, cell: Cell, kind: type[_CellType], wanted: str) -> _CellType:
-        if not isinstance(cell, kind):
+        if not all(isinstance(cell, kind) for cell in self.columns[name]):
             raise RecordError(f"{self.entity}: {name}: expected {wanted}")
-        return cell
+        return list(self.columns[name])
 
 
 @dataclass(frozen=True)
@@ -199,6 +196,34 @@ def _content_of(cell: Cell) -> tuple[str, bytes]:
     if isinstance(cell, np.ndarray):
         return cell.dtype.str, cell.tobytes()
     return ("text", cell.encode("utf-8", "replace")) if isinstance(cell, str) else ("bytes", cell or b"")
+
+
+_LEVEL = 4
+"""How hard files are compressed: harder takes twice the time for a twentieth of the bytes."""
+_NAMES = 4 << 20
+"""Bytes of the names of files, at most."""
+
+
+def pack_files(files: Mapping[str, bytes]) -> bytes:
+    """Compressed bytes of files, the same for the same files."""
+    return zlib.compress(b"".join(block_of("files", {name: [files[name]] for name in sorted(files)})), _LEVEL)
+
+
+def unpack_files(blob: bytes, most: int) -> dict[str, bytes]:
+    """Files by their names, which are no paths on any disk; `most`: their bytes, of which no more are unpacked.
+
+    Raises:
+        RecordError: they are damaged, or more.
+    """
+    stream = zlib.decompressobj()
+    try:
+        content = stream.decompress(blob, most + 1)
+        if len(content) > most or LENGTH.unpack_from(content)[0] > _NAMES:
+            raise RecordError(f"files: more than {most >> 20} MiB, or too many names")
+        (part,) = parts_of(memoryview(content))
+        return {name: content for name in part.columns for (content,) in [part.blobs(name)]}
+    except (zlib.error, struct.error, ValueError) as error:
+        raise RecordError(f"files: damaged: {str(error).splitlines()[0]}") from None
 
 
 MAGIC = b"VRXMJRAW"

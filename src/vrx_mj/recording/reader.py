@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any, Self, TypeVar, overload
 
 import numpy as np
-import numpy.typing as npt
 from pydantic import ValidationError
 
 from vrx_mj.arguments import as_flag, as_number, as_path, as_text
@@ -32,8 +31,7 @@ from vrx_mj.recording.boat_sets import (
     sent_messages,
     sound_rows,
 )
-from vrx_mj.recording.packing import unpacked
-from vrx_mj.recording.parts import COMPANIES, EVENTS, FRAMES, ROWS, RUN, STATES, Part, validator
+from vrx_mj.recording.parts import COMPANIES, EVENTS, FRAMES, ROWS, RUN, STATES, Part, unpack_files, validator
 from vrx_mj.recording.record_scene import MovingBody, RecordedSensor, RowLayout
 from vrx_mj.recording.rrd_file import allowance, parsed_file
 from vrx_mj.runtime.subscriptions import Touch
@@ -215,7 +213,7 @@ def read_record(path: str | Path, *, whole: bool = False) -> Record:
     run, most = parsed.of(RUN)[0], allowance(file.stat().st_size)
     with _damage_of(file):
         head = head_of(_only(run.texts("head")))
-        sha256, files = str(head.properties.get("world_sha256", "")), unpacked(_only(run.blobs("files")), most)
+        sha256, files = str(head.properties.get("world_sha256", "")), unpack_files(_only(run.blobs("files")), most)
         companies = read_boat_sets(BoatSet(head.layout, sha256, files), parsed.of(COMPANIES), most)
         layouts = [boat_set.layout for boat_set in companies]
         rows, numbers = all_rows(parsed.of(ROWS), layouts, most)
@@ -296,8 +294,7 @@ def all_events(parts: Sequence[Part]) -> tuple[Event, ...]:
 
 def _events(part: Part) -> Iterator[Event]:
     times, texts = part.numbers("sim_time", "i"), part.texts("TextLog:text")
-    touches = part.texts("touch") if "touch" in part.columns else [""] * len(times)
-    for time, text, level, touch in zip(times, texts, part.texts("TextLog:level"), touches, strict=True):
+    for time, text, level, touch in zip(times, texts, part.texts("TextLog:level"), part.texts("touch"), strict=True):
         try:
             yield Event(time / 1e9, text, level, validator(Touch).validate_json(touch) if touch else None)
         except ValidationError as error:
@@ -383,10 +380,18 @@ class RecordedReadings(Sequence[Reading]):
         Raises:
             RecordError: they do not hold readings of such a sensor.
         """
-        columns: dict[str, list[Any]] = {"time": [], "sequence": []}
-        for part in (part for part in parts if not part.static):
-            if "time" in part.columns:  # others are what is shown of the readings
-                _add_readings(columns, sensor, part)
+        wanted = _READING_CELLS["camera" if sensor.type == "camera" else "points" if sensor.gives_points else "numbers"]
+        columns: dict[str, list[Any]] = {name: [] for name in ("time", "sequence", *wanted)}
+        for part in parts:
+            if part.static or "time" not in part.columns:
+                continue  # what is shown of the readings
+            found: dict[str, list[Any]] = {"time": part.times("time"), "sequence": part.numbers("sequence", "i")}
+            found |= {name: part.arrays(*cells) for name, cells in wanted.items()}
+            if len(set(map(len, found.values()))) > 1:
+                raise RecordError(f"{part.entity}: columns of unequal length")
+            for name, values in found.items():
+                columns[name] += values
+        _check_readings(sensor, columns)
         return cls(sensor, columns)
 
     def __len__(self) -> int:
@@ -421,55 +426,30 @@ class RecordedReadings(Sequence[Reading]):
         return numbers.data(row["numbers"].view("<f8"), self.sensor.config)
 
 
-def _add_readings(columns: dict[str, list[object]], sensor: RecordedSensor, part: Part) -> None:
-    """Add the readings of a chunk to the columns of a sensor.
-
-    Raises:
-        RecordError: they are not those of such a sensor.
-    """
-    times, numbers = part.times("time"), part.numbers("sequence", "i")
-    if len(numbers) != len(times) or not all(0 <= number < 1 << 32 for number in numbers):
-        raise RecordError(f"{part.entity}: sequence: a whole number for each time is needed")
-    columns["time"] += times
-    columns["sequence"] += numbers
-    if sensor.type == "camera":
-        found = {"blob": part.arrays("EncodedImage:blob", "|u1")}
-    elif sensor.gives_points:
-        found = _points_of(part)
-    else:
-        found = {"numbers": part.arrays("numbers", "|u1")}
-        _check_numbers(sensor, found["numbers"])
-    if {len(values) for values in found.values()} != {len(times)}:
-        raise RecordError(f"{part.entity}: columns of unequal length")
-    for name, values in found.items():
-        columns.setdefault(name, []).extend(values)
+_READING_CELLS: Mapping[str, Mapping[str, tuple[str, str]]] = {
+    "camera": {"blob": ("EncodedImage:blob", "|u1")},
+    "points": {"points": ("Points3D:positions", "<f4"), "intensity": ("intensity", "|u1"), "ring": ("ring", "|u1")},
+    "numbers": {"numbers": ("numbers", "|u1")},
+}
+"""What gives back the data of readings, by their form: name, column and kind of numbers."""
 
 
-def _points_of(part: Part) -> dict[str, list[npt.NDArray[Any]]]:
-    """Columns of a chunk of clouds.
-
-    Raises:
-        RecordError: a cloud has not one intensity and one ring for each of its points.
-    """
-    points, intensity, ring = (
-        part.arrays(name, kind) for name, kind in (("Points3D:positions", "<f4"), ("intensity", "|u1"), ("ring", "|u1"))
-    )
-    for one, other, third in zip(points, intensity, ring, strict=True):
-        if not 4 * len(one) == 3 * len(other) == 6 * len(third):
-            raise RecordError(f"{part.entity}: {len(one)} coordinates, {len(other)} bytes of intensities")
-    return {"points": points, "intensity": intensity, "ring": ring}
-
-
-def _check_numbers(sensor: RecordedSensor, found: Sequence[ByteArray]) -> None:
-    """Check that these are the numbers of readings of a sensor.
+def _check_readings(sensor: RecordedSensor, columns: Mapping[str, Sequence[Any]]) -> None:
+    """Check that these are columns of readings of a sensor.
 
     Raises:
         RecordError: they are not.
     """
-    numbers = SENSOR_KINDS[sensor.type].numbers
-    assert numbers is not None, f"{sensor.type}: held as pictures"
+    if not all(0 <= number < 1 << 32 for number in columns["sequence"]):
+        raise RecordError(f"{sensor.readings_path}: sequence: a whole number from 0 is needed")
+    if "points" in columns:
+        for one, other, third in zip(columns["points"], columns["intensity"], columns["ring"], strict=True):
+            if not 4 * len(one) == 3 * len(other) == 6 * len(third):
+                raise RecordError(f"{sensor.path}: {len(one)} coordinates, {len(other)} bytes of intensities")
+    if (numbers := SENSOR_KINDS[sensor.type].numbers) is None or "numbers" not in columns:
+        return
     width = numbers.count(sensor.config)
-    for one in found:
+    for one in columns["numbers"]:
         if len(one) != 8 * width:
             raise RecordError(f"{sensor.readings_path}: numbers: {len(one)} bytes instead of {8 * width}")
         values = one.view("<f8")

@@ -20,8 +20,8 @@ from vrx_mj.draw.colors import Rgb, boat_colors
 from vrx_mj.model.world import Parameters
 from vrx_mj.sensors.displays import Display
 
-FORMAT = 4
-"""Version of what we write into a recording; a reader refuses later ones."""
+FORMAT = 5
+"""Version of what is written into a recording; others are refused."""
 
 _Vec3 = tuple[float, float, float]
 SeaHeight = Callable[[FloatArray, FloatArray, float | FloatArray], npt.ArrayLike]
@@ -101,7 +101,7 @@ class RecordedPart:
     surfaces: tuple[Surface, ...] = ()
 
     @property
-    def fixed(self) -> tuple[float, ...] | None:
+    def fixed_pose(self) -> tuple[float, ...] | None:
         """Its pose where it is fixed, as that of bodies; else None."""
         return None if self.joints else (*self.position, *self.quaternion)
 

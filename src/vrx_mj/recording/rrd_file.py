@@ -61,18 +61,19 @@ def parsed_file(file: Path, columns: Sequence[str], entities: Sequence[str], *, 
     Raises:
         RecordError: the file is missing, or cannot be parsed.
     """
-    with _reading(file), _whole_file(file) as source:
-        if is_raw(source):
-            found = (part.only(columns) for part in raw_parts(source) if part.entity in entities)
-            return Parsed(tuple(found), footer=False, views=False)
-        blocks, footer, views = _found_in(
-            file, source, "chunks", entities, columns, whole, returns=tuple[bytes, bool, bool]
-        )
-        try:
+    try:
+        with _whole_file(file) as source:
+            if is_raw(source):
+                found = (part.only(columns) for part in raw_parts(source) if part.entity in entities)
+                return Parsed(tuple(found), footer=False, views=False)
+            wanted, answer = (entities, columns, whole), tuple[bytes, bool, bool]
+            blocks, footer, views = _found_in(file, source, "chunks", *wanted, returns=answer)
             parts = tuple(parts_of(memoryview(blocks)))
-        except ValueError as error:
-            raise RecordError(f"'{file}' is damaged: {str(error).splitlines()[0]}") from error
-        return Parsed(parts, footer and source == file, views and source == file)
+            return Parsed(parts, footer and source == file, views and source == file)
+    except ValueError as error:
+        raise RecordError(f"'{file}' is damaged: {str(error).splitlines()[0]}") from error
+    except OSError as error:
+        raise RecordError(f"cannot read the recording '{file}': {error.strerror or error}") from error
 
 
 def copy_without_views(file: Path, target: Path, application: str, recording: str) -> None:
@@ -120,15 +121,6 @@ def _unreadable(file: Path, source: Path) -> str:
         return f"'{file}' is {wrong}"
     what = "it is damaged, or rerun has not finished it" if begins else "it does not begin as rerun's files do"
     return f"'{file}' is not a recording of vrx_mj: {what}"
-
-
-@contextlib.contextmanager
-def _reading(file: Path) -> Iterator[None]:
-    """Around the reading of a file: an error is one line."""
-    try:
-        yield
-    except OSError as error:
-        raise RecordError(f"cannot read the recording '{file}': {error.strerror or error}") from error
 
 
 def no_recording(file: Path) -> str:

@@ -141,7 +141,7 @@ class Grid(NamedTuple):
         found: BoolArray = np.swapaxes(inside[1], 1, 2) @ inside[0] > 0.0
         return found
 
-    def sampled(self, z: FloatArray, points: FloatArray) -> FloatArray:
+    def heights_at(self, z: FloatArray, points: FloatArray) -> FloatArray:
         """Heights (n, ...) of the mesh at points (n, ..., 2 or 3) [m], by those of its vertices (n, rows, columns)."""
         sampled = np.empty(points.shape[:-1])
         each = np.ascontiguousarray(points).reshape(len(z), -1, points.shape[-1])
@@ -310,7 +310,7 @@ def shades() -> Held:
     return Held(1.0 / (_SHADES - 1), keep=1.0)
 
 
-def packed(rgb: FloatArray | ByteArray) -> npt.NDArray[np.uint32]:
+def packed_colors(rgb: FloatArray | ByteArray) -> npt.NDArray[np.uint32]:
     """Colours 0xRRGGBBAA of red, green and blue (..., 3), 0 to 255."""
     red, green, blue = np.moveaxis(np.round(rgb).astype(np.uint32), -1, 0)
     colors: npt.NDArray[np.uint32] = (red << 24) | (green << 16) | (blue << 8) | np.uint32(255)
@@ -325,5 +325,7 @@ def ramp(colors: npt.ArrayLike, share: FloatArray) -> FloatArray:
 
 
 _FAR = np.linspace(0.0, 1.0, _HAZES)[:, None, None]
-_PALETTE = packed((DEEP + (CREST - DEEP) * np.linspace(0.0, 1.0, _SHADES)[:, None]) * (1.0 - _FAR) + _HAZE * _FAR)
+_PALETTE = packed_colors(
+    (DEEP + (CREST - DEEP) * np.linspace(0.0, 1.0, _SHADES)[:, None]) * (1.0 - _FAR) + _HAZE * _FAR
+)
 """Colours of each haze and shade."""

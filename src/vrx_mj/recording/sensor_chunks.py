@@ -20,7 +20,7 @@ from vrx_mj.recording.motion_chunks import kept_columns, part_chunk
 from vrx_mj.recording.parts import Part
 from vrx_mj.recording.reader import RecordedReadings
 from vrx_mj.recording.record_scene import RecordedSensor, RecordScene
-from vrx_mj.recording.sea_meshes import packed, ramp
+from vrx_mj.recording.sea_meshes import packed_colors, ramp
 from vrx_mj.recording.timeline import arrow_strips, numbers, static, times
 from vrx_mj.sensors.labels import CATEGORY_NAMES
 from vrx_mj.sensors.readings import Scan
@@ -171,7 +171,7 @@ def _range_colors(distance: npt.NDArray[np.float32 | np.float64], near: float, f
     first, last = np.log(max(near, 1.0)), np.log(max(far, 2.0))
     share = np.clip((np.log(np.maximum(distance, 1e-3)) - first) / (last - first), 0.0, 1.0)
     shade = np.round(share * (_SHADES - 1)).astype(np.int64)
-    colors: npt.NDArray[np.uint32] = packed(np.floor(ramp(_RANGE_COLORS, np.linspace(0.0, 1.0, _SHADES))))[shade]
+    colors: npt.NDArray[np.uint32] = packed_colors(np.floor(ramp(_RANGE_COLORS, np.linspace(0.0, 1.0, _SHADES))))[shade]
     return colors
 
 

@@ -95,7 +95,7 @@ class RunWriter(RecordWriter):
     def boats_changed(self) -> None:
         """Boats, objects or docks have come or gone."""
         self._choices = [one for one in self._choices if one.boat in self._sim.boats]
-        self.go_on(_changed_scene(self.scene, self._sim, self._choices, self._sim.time))
+        self.change_scene(_changed_scene(self.scene, self._sim, self._choices, self._sim.time))
 
 
 def _changed_scene(before: RecordScene, sim: Simulation, choices: Sequence[Choice], begun: float) -> RecordScene:
@@ -181,10 +181,15 @@ def choices_of(words: str | Sequence[str], rates: _Rates) -> tuple[Choice, ...]:
         UnknownNameError: no such boat, or no such sensor on it.
         CommandError: a rate is not above 0, or above the sensor's own.
     """
+    given: Any = [words] if isinstance(words, str) else words
+    if not isinstance(given, Sequence) or not all(isinstance(word, str) for word in given):
+        raise CommandError(
+            f"invalid sensors {shown(words)}: text, or a list of it, is needed, as in wamv1:lidar_wamv@5"
+        )
     found: dict[tuple[str, str], float] = {}
     boat = next(iter(rates)) if len(rates) == 1 else None
-    for word in [part for text in _list(words) for part in text.split(",")]:
-        name, most = _name_and_rate(word.replace(" ", ""))
+    for word in ",".join(given).replace(" ", "").split(",") if given else ():
+        name, most = _name_and_rate(word)
         own, colon, sensor = name.partition(":")
         if not colon:
             own, sensor = (boat, name) if boat is not None and name not in {_ALL, *rates} else (name, _ALL)
@@ -192,15 +197,6 @@ def choices_of(words: str | Sequence[str], rates: _Rates) -> tuple[Choice, ...]:
             found |= _rates(each, sensor, most, rates)
         boat = own if name != _ALL else boat if len(rates) == 1 else None
     return tuple(Choice(*one, rate) for one, rate in found.items())
-
-
-def _list(words: str | Sequence[str]) -> Sequence[str]:
-    given: Any = [words] if isinstance(words, str) else words
-    if not isinstance(given, Sequence) or not all(isinstance(word, str) for word in given):
-        raise CommandError(
-            f"invalid sensors {shown(words)}: text, or a list of it, is needed, as in wamv1:lidar_wamv@5"
-        )
-    return given
 
 
 def _name_and_rate(word: str) -> tuple[str, float | None]:

@@ -336,16 +336,16 @@ def _primitive(kind: int, size: tuple[float, float, float]) -> _Triangles:
         return _box(size)
     if kind == shapes.mjGEOM_CYLINDER:
         flat = np.array([[0.0, -1.0], [0.0, -1.0], [1.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.0, 1.0]])
-        return _revolved(np.array([[0.0, -y], [x, -y], [x, -y], [x, y], [x, y], [0.0, y]]), flat, _CYLINDER)
+        return _revolution(np.array([[0.0, -y], [x, -y], [x, -y], [x, y], [x, y], [0.0, y]]), flat, _CYLINDER)
     angle = np.linspace(-0.5 * np.pi, 0.5 * np.pi, _RINGS)
     arc = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     arc[[0, -1], 0] = 0.0
     if kind == shapes.mjGEOM_CAPSULE:
         halves = np.concatenate([arc[: _RINGS // 2 + 1], arc[_RINGS // 2 :]])
         lift = np.outer(np.repeat([-y, y], len(halves) // 2), [0.0, 1.0])
-        return _revolved(x * halves + lift, halves, _ROUND)
+        return _revolution(x * halves + lift, halves, _ROUND)
     scale = np.array(size if kind == shapes.mjGEOM_ELLIPSOID else (x, x, x))
-    vertices, faces, normals = _revolved(arc, arc, _ROUND)
+    vertices, faces, normals = _revolution(arc, arc, _ROUND)
     normals = normals / scale
     return vertices * scale, faces, normals / np.linalg.norm(normals, axis=1, keepdims=True)
 
@@ -360,7 +360,7 @@ def _box(size: Sequence[float]) -> _Triangles:
     return corners.reshape(-1, 3) * size, faces.reshape(-1, 3), np.repeat(outward[:, 0], 4, axis=0)
 
 
-def _revolved(profile: FloatArray, normals: FloatArray, facets: int) -> _Triangles:
+def _revolution(profile: FloatArray, normals: FloatArray, facets: int) -> _Triangles:
     """A profile (n, 2) of radius and height from bottom to top, and its normals likewise, turned around z."""
     angle = np.linspace(0.0, 2.0 * np.pi, facets, endpoint=False)
     ring = np.stack([np.cos(angle), np.sin(angle), np.ones(facets)], axis=-1)
@@ -404,7 +404,7 @@ def coarser(surfaces: Sequence[Surface], most: int) -> tuple[Surface, ...]:
     sizes = [float(np.max(np.ptp(surface.vertices, axis=0))) for surface in surfaces]
     cell, coarse = max(sizes, default=0.0) / 64.0, tuple(surfaces)
     while sum(len(surface.faces) for surface in coarse) > most and cell < 2.0 * max(sizes):
-        coarse = tuple(_gathered(surface, cell) for surface in surfaces)
+        coarse = tuple(_gather(surface, cell) for surface in surfaces)
         cell *= _COARSER
     for index in np.argsort(sizes, kind="stable"):
         if sum(len(surface.faces) for surface in coarse) <= most:
@@ -414,7 +414,7 @@ def coarser(surfaces: Sequence[Surface], most: int) -> tuple[Surface, ...]:
     return coarse
 
 
-def _gathered(surface: Surface, cell: float) -> Surface:
+def _gather(surface: Surface, cell: float) -> Surface:
     """A surface whose vertices that face one way in one cell [m] are one, the outermost of them."""
     points, normals, faces = surface.vertices.astype(np.float64), surface.normals, surface.faces
     size = np.maximum(np.ptp(points, axis=0), 1e-9)

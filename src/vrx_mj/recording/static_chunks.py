@@ -15,7 +15,7 @@ from rerun.chunk import Chunk
 from vrx_mj.draw.colors import WIND_COLOR, Rgb, shade
 from vrx_mj.recording.eyes import FLEET, PLANNED, around, fleet_circle, plan_eye, sea_eye, waypoint_name
 from vrx_mj.recording.record_scene import RecordedBody, RecordScene, Surface
-from vrx_mj.recording.timeline import NAMED, arrow_strips, shown, static, thin_lines
+from vrx_mj.recording.timeline import NAMED, arrow_strips, chunk_at, static, thin_lines
 from vrx_mj.recording.water_chunks import wake_looks, wake_path
 
 WAYPOINT_COLOR = (247, 62, 193)
@@ -60,9 +60,9 @@ def looks_chunks(
     """The looks of an entity from a time on [s], None: always; and its place, a position and a quaternion, if fixed."""
     if place is not None:
         turn = rr.Quaternion(xyzw=[*place[4:], place[3]])
-        yield shown(begun, path, rr.Transform3D(translation=place[:3], quaternion=turn))
+        yield chunk_at(begun, path, rr.Transform3D(translation=place[:3], quaternion=turn))
     if surfaces:
-        yield shown(begun, f"{path}/shape", _mesh(_paving(path, surfaces)))
+        yield chunk_at(begun, f"{path}/shape", _mesh(_paving(path, surfaces)))
 
 
 def _paving(path: str, surfaces: Sequence[Surface]) -> Iterator[Surface]:
@@ -183,9 +183,9 @@ def change_chunks(scene: RecordScene, before: RecordScene, first: RecordScene) -
     """What comes, and the end of what goes, when boats or objects have joined or left since the scene before."""
     kept = {body.path for body in scene.bodies}
     for body in (body for body in before.bodies if body.path not in kept):
-        yield shown(scene.begun, body.path, rr.Clear(recursive=True))
+        yield chunk_at(scene.begun, body.path, rr.Clear(recursive=True))
         if body.kind != "ball":
-            yield shown(scene.begun, body.path, rr.Transform3D(translation=_GONE))
+            yield chunk_at(scene.begun, body.path, rr.Transform3D(translation=_GONE))
     known = {body.path for body in before.bodies} | {part.path for part in before.parts}
     known |= {one.display.name for one in before.displays}
     yield from _coming_chunks(scene, known)
@@ -208,12 +208,12 @@ def _coming_chunks(scene: RecordScene, known: Collection[str] = ()) -> Iterator[
             still = body.pose if body.qpos is None else None  # rows move the others
             yield from looks_chunks(body.path, still, body.surfaces, scene.begun)
     for part in (part for part in scene.parts if part.path not in known):
-        yield from looks_chunks(part.path, part.fixed, part.surfaces, scene.begun)
+        yield from looks_chunks(part.path, part.fixed_pose, part.surfaces, scene.begun)
     for one in (one for one in scene.displays if one.display.name not in known):
         for name, surfaces in one.surfaces.items():  # their colours come with the rows
             if surfaces:
                 white = [replace(surface, rgba=_WHITE) for surface in surfaces]
-                yield shown(scene.begun, one.part_path(name), _mesh(white))
+                yield chunk_at(scene.begun, one.part_path(name), _mesh(white))
 
 
 def _joining_chunks(boat: RecordedBody, scene: RecordScene) -> Iterator[Chunk]:
@@ -222,13 +222,13 @@ def _joining_chunks(boat: RecordedBody, scene: RecordScene) -> Iterator[Chunk]:
     yield from looks_chunks(boat.path, None if begun is None else boat.pose, boat.surfaces, begun)
     for thruster in scene.thrusters:
         if thruster.boat == boat.name and thruster.surfaces:
-            yield shown(begun, f"{boat.path}/{thruster.name}/shape", _mesh(thruster.surfaces))
+            yield chunk_at(begun, f"{boat.path}/{thruster.name}/shape", _mesh(thruster.surfaces))
     spots = [[0.0, 0.0, _TAG_HEIGHT], *around(math.hypot(*sea_eye(0.0)))]
     radii = [rr.Radius.ui_points(4.0), 0.0, 0.0]
-    yield shown(begun, f"{boat.path}/label", rr.Points3D(spots, colors=[rgb, UNSEEN, UNSEEN], radii=radii))
+    yield chunk_at(begun, f"{boat.path}/label", rr.Points3D(spots, colors=[rgb, UNSEEN, UNSEEN], radii=radii))
     lift = _TAG_STEP * ([one.name for one in scene.boats()].index(boat.name) % 2)
     name = rr.Points3D.from_fields(positions=[(0.0, 0.0, _TAG_HEIGHT + lift)], labels=[boat.name], **NAMED)
-    yield shown(begun, f"{boat.path}/label/name", name)
+    yield chunk_at(begun, f"{boat.path}/label/name", name)
     yield static(f"/world/trails/{boat.name}", thin_lines(1.2))
     if scene.sea_height is not None:
         yield static(wake_path(boat.name), wake_looks())

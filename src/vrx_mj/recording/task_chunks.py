@@ -206,8 +206,6 @@ _PLOT_EVERY, _WORDS_EVERY, _DRIFT_EVERY = 0.5, 1.0, 5.0
 """Least time between two points of the plot, two texts, and two places of gates whose buoys drift [s]."""
 _DRIFT = 0.5
 """Least drift of a buoy for which its gate is drawn anew [m]."""
-_BLOCK = 20.0
-"""How much simulated time waits to be written at once [s]: blocks cost more than what is in them."""
 SCORE_COLOR, HITS_COLOR = (167, 140, 39), (252, 83, 47)
 
 
@@ -245,18 +243,18 @@ class TaskChunks:
         self._now = 0.0
         self._last: dict[str, tuple[float, _Fields]] = {}
         self._drawn: tuple[float, list[Any], _Ends] | None = None
-        self._waiting: dict[str, tuple[Any, list[tuple[float, _Fields]]]] = {}
+        self._rows: dict[str, tuple[Any, list[tuple[float, _Fields]]]] = {}
         if self._task:
             self._referee, self._marks = make_referee(self._task), TaskMarks(self._task, self._append)
             self._layout = FrameLayout.of(self._task, self._referee.watched)
 
-    def go_on(self, parameters: Parameters) -> None:
+    def change_scene(self, parameters: Parameters) -> None:
         """Go on in a world in which boats have come or gone: the scored one can touch others."""
         if self._task:
             self._layout = FrameLayout.of(parameters.task, self._referee.watched)
 
-    def __call__(self, states: Sequence[SavedState], frames: Sequence[RecordedFrame]) -> Iterator[Chunk]:
-        """Chunks of the states and frames since the last call, when enough has come or the task is over."""
+    def look(self, states: Sequence[SavedState], frames: Sequence[RecordedFrame]) -> None:
+        """Take up the states and frames that come next."""
         if not self._task:
             return
         if self._begun is None and (states or frames):
@@ -264,23 +262,17 @@ class TaskChunks:
         for _, row, sent in frames:
             if self._begun is not None and row[0] > self._begun + 1e-9:
                 self._look(float(row[0]), self._layout.frame(row.tolist(), sent))
-        oldest = min((rows[0][0] for _, rows in self._waiting.values()), default=math.inf)
-        if self._waiting and (self._referee.finished or self._now - oldest >= _BLOCK):
-            yield from self.rest()
 
-    def rest(self, end: float = 0.0) -> Iterator[Chunk]:
-        """Chunks of what still waits, and of the last score; `end`: of the run [s], if that has ended."""
-        if self._begun is not None and self._waiting:
+    def chunks(self, end: float = 0.0) -> Iterator[Chunk]:
+        """Chunks of all that was seen in a run that ended at `end` [s]: many small ones would cost more than these."""
+        if self._rows:
             self._write_status(self._now, at_once=True)
-        now = max(self._now, end)
-        since, score = self._last.get(PLOT, (now, {}))
-        if since < now:  # a line that does not change goes on
-            self._last[PLOT] = (now, score)
-            self._add(PLOT, now, rr.Scalars, score)
-        for path, (kind, rows) in self._waiting.items():
+            since, score = self._last[PLOT]
+            if since < (now := max(self._now, end)):  # a line that does not change goes on
+                self._add(PLOT, now, rr.Scalars, score)
+        for path, (kind, rows) in self._rows.items():
             at, values = zip(*rows, strict=True)
             yield changes(path, at, kind, **{name: [row[name] for row in values] for name in values[0]})
-        self._waiting = {}
 
     @property
     def result(self) -> str:
@@ -356,14 +348,14 @@ class TaskChunks:
 
     def _add(self, path: str, time: float, kind: Any, fields: _Fields) -> None:
         """Have fields of an archetype written; of two rows at one time the later counts."""
-        rows = self._waiting.setdefault(path, (kind, []))[1]
+        rows = self._rows.setdefault(path, (kind, []))[1]
         if rows and rows[-1][0] == time:
             rows.pop()
         self._append(path, time, kind, fields)
 
     def _append(self, path: str, time: float, kind: Any, fields: _Fields) -> None:
         """Have fields of an archetype written, several at one time too."""
-        self._waiting.setdefault(path, (kind, []))[1].append((time, fields))
+        self._rows.setdefault(path, (kind, []))[1].append((time, fields))
 
 
 def result_of(referee: Referee) -> str:

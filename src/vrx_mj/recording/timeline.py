@@ -33,10 +33,10 @@ def times(seconds: npt.ArrayLike) -> rr.TimeColumn:
 
 def static(path: str, *archetypes: rr.AsComponents) -> Chunk:
     """A chunk of one row without time."""
-    return shown(None, path, *archetypes)
+    return chunk_at(None, path, *archetypes)
 
 
-def shown(begun: float | None, path: str, *archetypes: rr.AsComponents) -> Chunk:
+def chunk_at(begun: float | None, path: str, *archetypes: rr.AsComponents) -> Chunk:
     """A chunk of one row, of a time [s], or without time."""
     columns = [
         rr.ComponentColumn(

@@ -15,7 +15,7 @@ from vrx_mj.arrays import ByteArray, FloatArray, IntArray
 from vrx_mj.recording import sea_meshes as sea
 from vrx_mj.recording.record_scene import RecordedBody, SeaHeight
 from vrx_mj.recording.sea_meshes import Grid, Lines, Swell
-from vrx_mj.recording.timeline import Held, Ticker, numbers, shown, static
+from vrx_mj.recording.timeline import Held, Ticker, chunk_at, numbers, static
 
 TRAIL_RATE = 1.0
 """Pieces of a trail [Hz]."""
@@ -35,7 +35,7 @@ SUNK = 1.0
 """How much lower the fleet's mesh is under hulls, in standard deviations of the sea."""
 
 
-class Shown(NamedTuple):
+class HullWater(NamedTuple):
     """What is shown of the water at a boat."""
 
     lines: Lines
@@ -53,7 +53,7 @@ class WaterChunks:
         self._trail_end: dict[str, FloatArray] = {}
         self._wakes: dict[str, FloatArray] = {}
         self._left = 0
-        self._hulls: dict[str, Shown] = {}
+        self._hulls: dict[str, HullWater] = {}
         self._begun: set[str] = set()
         self._bodies: Sequence[RecordedBody] = ()
         self._height: SeaHeight | None = None
@@ -86,7 +86,7 @@ class WaterChunks:
         for boat in (boat for boat in self._bodies if boat.name not in self._hulls):
             lines = sea.hull_lines(boat, self._swell.cell)
             held = sea.hull_water(lines), sea.shades(), Held(_WAKE_STEPS, keep=sea.KEEP)
-            self._hulls[boat.name] = Shown(lines, *held)
+            self._hulls[boat.name] = HullWater(lines, *held)
 
     def __call__(self, boats: Sequence[str], time: FloatArray, poses: FloatArray) -> Iterator[Chunk]:
         """Chunks of boats at times (n,) [s] with poses (n, boats, 7)."""
@@ -115,7 +115,7 @@ class WaterChunks:
             strips[..., 2] = 0.0  # the mean water
             way = np.hypot(*(here - before)[:, 1:].T)
             speed = way / np.maximum(here[:, 0] - before[:, 0], 1e-9)
-            looks = {"strips": strips.astype(np.float32), "colors": sea.packed(speed_colors(speed))}
+            looks = {"strips": strips.astype(np.float32), "colors": sea.packed_colors(speed_colors(speed))}
             yield numbers(f"/world/trails/{boat}", time, rr.LineStrips3D, **looks)
 
     def _patch(self, boat: str, swell: Swell, time: FloatArray, pose: FloatArray) -> Iterator[Chunk]:
@@ -145,15 +145,15 @@ class WaterChunks:
                 for band in sea.bands(len(grid.y)):
                     yield from self._begin(f"{path}/{band.start}", grid.y[band], grid.x)
                 if self._mesh:
-                    yield shown(time[frames][0], self._mesh, rr.Clear(recursive=True))
+                    yield chunk_at(time[frames][0], self._mesh, rr.Clear(recursive=True))
                 self._mesh = path
             z = grid.heights(swell, time[frames] + LEAD / swell.rate)
             _, bright = self._bright(sea.light(z - swell.level, grid.toward(z)))
             sunk = np.where(grid.near(poses[frames, :, :2], reach), SUNK * swell.deviation, 0.0)
             _, z = self._heights(z - sunk)
             drawn[path].append((time[frames], mesh_points(grid.x, grid.y, z), sea.colors(bright, grid.haze)))
-            height = grid.sampled(z + sunk, wakes[frames]) + OVER[0] + OVER[1] * swell.deviation
-            drawn["hulls"].append((height, grid.sampled(bright, patches[frames])))
+            height = grid.heights_at(z + sunk, wakes[frames]) + OVER[0] + OVER[1] * swell.deviation
+            drawn["hulls"].append((height, grid.heights_at(bright, patches[frames])))
         height, bright = map(np.concatenate, zip(*drawn.pop("hulls"), strict=True))
         for path, parts in drawn.items():
             moments, *meshes = zip(*parts, strict=True)
@@ -271,7 +271,7 @@ WAKE_WIDTHS = (0.7, 1.3)
 """Width of a wake at the boat and behind it [m]."""
 _SLOW = 1.0
 """Way between two points under which a wake is narrower [m]: a boat that hardly moves makes no foam."""
-_FOAM = sea.packed(sea.ramp([(214, 232, 240), (94, 134, 156), (36, 76, 99)], np.linspace(0.0, 1.0, WAKE_POINTS)))
+_FOAM = sea.packed_colors(sea.ramp([(214, 232, 240), (94, 134, 156), (36, 76, 99)], np.linspace(0.0, 1.0, WAKE_POINTS)))
 """Colours of a wake from the boat to its end, where it is nearly that of the sea."""
 OVER = (0.04, 0.15)
 """Height of a wake over the drawn sea [m], and more in standard deviations of the sea: cells are flat."""

@@ -21,8 +21,8 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import RecordError, VrxWarning
 from vrx_mj.model.world import tree_of
 from vrx_mj.recording.boat_sets import boat_set_cells
-from vrx_mj.recording.packing import archive, plain_rows
-from vrx_mj.recording.parts import COMPANIES, EVENTS, FRAMES, ROWS, RUN, STATES, Cell, RawFile
+from vrx_mj.recording.packing import plain_rows
+from vrx_mj.recording.parts import COMPANIES, EVENTS, FRAMES, ROWS, RUN, STATES, Cell, RawFile, pack_files
 from vrx_mj.recording.reader import data_fields
 from vrx_mj.recording.record_scene import FORMAT, RecordedSensor, RecordScene
 from vrx_mj.runtime.subscriptions import Touch
@@ -47,7 +47,18 @@ class RecordWriter:
         except OSError as error:
             raise self._error(error) from error
         self._finish = weakref.finalize(self, finish, self._path, self._file, self._scenes)
-        self._put(RUN, {"head": [_head_text(scene)], "files": [archive(scene.files)]})
+        head = {
+            "format": FORMAT,
+            "timestep": scene.timestep,
+            "properties": dict(scene.properties),
+            "wind_direction": list(scene.parameters.wind.direction),
+            "layout": scene.layout().to_json(),
+            "sensors": tree_of(scene.sensors),
+            "begun": scene.begun or 0.0,
+            "sea": scene.sea_height is not None,
+            "follow": scene.follow,
+        }
+        self._append(RUN, {"head": [json.dumps(head)], "files": [pack_files(scene.files)]})
         self._scenes.append(dataclasses.replace(scene, files={}))
 
     @property
@@ -66,22 +77,22 @@ class RecordWriter:
         if rows.shape[1] != self._width:
             raise RecordError(f"rows of {rows.shape[1]} columns for '{self._path}', which has {self._width}")
         if len(rows):
-            self._put(ROWS, {"block": [plain_rows(rows)], "company": [np.array([self._boat_set])]})
+            self._append(ROWS, {"block": [plain_rows(rows)], "company": [np.array([self._boat_set])]})
 
-    def go_on(self, scene: RecordScene) -> None:
+    def change_scene(self, scene: RecordScene) -> None:
         """Boats have come or gone: later rows and frames are of this scene, which begins now."""
         assert scene.begun is not None, "boats come and go at a time"
         self._boat_set += 1
         head, files = boat_set_cells(scene, self._scene, self._boat_set)
         scene = dataclasses.replace(scene, earlier=self._scene.roster())
-        self._put(COMPANIES, {"time": [np.array([scene.begun])], "head": [head], "files": [files]})
+        self._append(COMPANIES, {"time": [np.array([scene.begun])], "head": [head], "files": [files]})
         self._take(scene)
         self._scenes.append(dataclasses.replace(scene, files={}))
 
     def event(self, t: float, text: str, level: str = "INFO", touch: str = "") -> None:
         """Record that something happened at simulated time `t` [s]; `touch`: the JSON of a `Touch` that it is about."""
         columns: dict[str, list[Cell]] = {"sim_time": [np.array([round(t * 1e6) * 1000])]}
-        self._put(EVENTS, columns | {"TextLog:text": [text], "TextLog:level": [level], "touch": [touch]})
+        self._append(EVENTS, columns | {"TextLog:text": [text], "TextLog:level": [level], "touch": [touch]})
 
     def touch(self, touch: Touch) -> None:
         """Record that a boat has touched something, when that is over: as an event, a mark, and an arrow."""
@@ -91,16 +102,16 @@ class RecordWriter:
         """Record a frame that a task's referee looked at, at simulated time `t` [s], with what its team sent."""
         sent = [[0, [[message.topic, message.content] for message in messages]]] if messages else []
         block = plain_rows(np.atleast_2d(np.asarray(row, np.float64)))
-        self._put(FRAMES, {"block": [block], "sent": [json.dumps(sent)], "company": [np.array([self._boat_set])]})
+        self._append(FRAMES, {"block": [block], "sent": [json.dumps(sent)], "company": [np.array([self._boat_set])]})
 
     def state(self, t: float, blob: bytes) -> None:
         """Record a state at simulated time `t` [s] from which the run can go on."""
-        self._put(STATES, {"time": [np.array([float(t)])], "blob": [bytes(blob)]})
+        self._append(STATES, {"time": [np.array([float(t)])], "blob": [bytes(blob)]})
 
     def reading(self, boat: str, reading: Reading) -> None:
         """Record what a boat's sensor measured; it must be among the scene's sensors."""
         sensor = self._sensors[boat, reading.name]
-        self._put(sensor.readings_path, _reading_columns(sensor, reading))
+        self._append(sensor.readings_path, _reading_columns(sensor, reading))
 
     def close(self) -> None:
         """Encode what was recorded, with the blueprint and the table of contents. Once; later calls do nothing."""
@@ -110,7 +121,7 @@ class RecordWriter:
         self._scene, self._width = scene, scene.layout().width
         self._sensors = {(sensor.boat, sensor.name): sensor for sensor in scene.sensors}
 
-    def _put(self, entity: str, columns: Mapping[str, Sequence[Cell]]) -> None:
+    def _append(self, entity: str, columns: Mapping[str, Sequence[Cell]]) -> None:
         if not self._finish.alive:
             raise RecordError(f"the recording '{self._path}' is closed")
         try:
@@ -141,21 +152,6 @@ def finish(path: Path, file: RawFile, scenes: Sequence[RecordScene]) -> None:
         encode(path, scenes, path)
     except (OSError, UnwrittenError) as error:
         warnings.warn(f"{error}; what is in it reads, and vrx-mj replay shows it", VrxWarning, stacklevel=2)
-
-
-def _head_text(scene: RecordScene) -> str:
-    """The header of a recording, which `boat_sets.head_of` reads."""
-    return json.dumps({
-        "format": FORMAT,
-        "timestep": scene.timestep,
-        "properties": dict(scene.properties),
-        "wind_direction": list(scene.parameters.wind.direction),
-        "layout": scene.layout().to_json(),
-        "sensors": tree_of(scene.sensors),
-        "begun": scene.begun or 0.0,
-        "sea": scene.sea_height is not None,
-        "follow": scene.follow,
-    })  # fmt: skip
 
 
 def _reading_columns(sensor: RecordedSensor, reading: Reading) -> dict[str, list[Cell]]:

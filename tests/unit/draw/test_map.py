@@ -7,13 +7,14 @@ import pytest
 
 from trees import partial
 from vrx_mj.draw.colors import boat_color, hex_color
+from vrx_mj.draw.course import nice_length
 from vrx_mj.draw.labels import font_warnings_hidden
 from vrx_mj.draw.map import chart, draw_map
-from vrx_mj.draw.map_scene import MapBoat, MapDock, MapObject, MapScene, MapWave, MapWind, map_of
-from vrx_mj.draw.plan import nice_length, view_of
+from vrx_mj.draw.map_scene import MapBoat, MapDock, MapObject, MapScene, map_of
+from vrx_mj.draw.plan import view_of
 from vrx_mj.errors import VrxError
 from vrx_mj.mjcf.world import World, make_world
-from vrx_mj.model.water import Sea
+from vrx_mj.model.water import Sea, Wind
 
 SHORE = (
     np.array([[-80.0, -60.0], [120.0, -60.0], [120.0, 90.0], [-80.0, 90.0]]),
@@ -29,8 +30,8 @@ SCENE = MapScene(
         MapBoat("wamv2", -20.0, 20.0, 3.0, (0.1, 0.5, 0.6)),
     ),
     waypoints=((30.0, 30.0, 0.0), (40.0, 5.0, 1.5)),
-    wind=MapWind(120.0, 5.0),
-    wave=MapWave((1.0, 0.0), 7.0, 0.35),
+    wind=partial({"direction": [-0.5, math.sqrt(0.75)], "mean": 5.0}, Wind),
+    sea=partial({"direction": [1.0, 0.0], "period": 7.0, "significant_height": 0.35}, Sea),
 )
 WORLD = make_world(
     mjcf="""<mujoco><worldbody><body name="buoy/link" pos="3 4 0"><freejoint/>
@@ -140,8 +141,7 @@ def test_other_formats_are_refused(tmp_path):
 def test_a_world_becomes_a_scene():
     scene = map_of(WORLD)
     assert scene.title == "bay with duo"
-    assert scene.wind == MapWind(pytest.approx(90.0), 3.0)
-    assert scene.wave == MapWave((1.0, 0.0), 5.0, 0.2)
+    assert (scene.wind, scene.sea) == (WORLD.parameters.wind, WORLD.parameters.sea)
     assert scene.waypoints == ((1.0, 2.0, 0.5),)
     assert scene.objects == (MapObject("buoy", "round", 3.0, 4.0, pytest.approx((0.9, 0.1, 0.1)), pytest.approx(1.0)),)
     assert [(boat.name, boat.yaw) for boat in scene.boats] == [("wamv1", 0.5), ("wamv2 (skiff)", 1.5)]
@@ -163,7 +163,7 @@ def test_still_air_and_a_calm_sea_have_no_arrows():
     there = partial({**vars(WORLD.parameters), "wind": {"direction": [1.0, 0.0], "mean": 0.0}, "sea": calm})
     scene = map_of(World(WORLD.pieces, there))
     assert scene.wind is None
-    assert scene.wave is None
+    assert scene.sea is None
 
 
 @pytest.mark.parametrize(("most", "length"), [(1.0, 1.0), (1.99, 1.0), (4.9, 2.0), (70.0, 50.0), (0.3, 0.2)])
@@ -206,9 +206,10 @@ def test_fonts_without_a_weight_are_no_news(caplog):
 
 @pytest.mark.parametrize("size", [(1600, 1100), (1100, 760), (640, 480)])
 def test_words_under_the_compass_stay_beside_the_plan_and_on_the_picture(size):
-    wave = MapWave((-1.0, 0.35), 12.5, 10.25)
+    sea = partial({"direction": [-1.0, 0.35], "period": 12.5, "significant_height": 10.25}, Sea)
+    wind = partial({"direction": [-0.94, 0.34], "mean": 12.0}, Wind)
     with font_warnings_hidden():
-        figure = chart(replace(SCENE, wave=wave, wind=MapWind(160.0, 12.0)), size)
+        figure = chart(replace(SCENE, sea=sea, wind=wind), size)
     plan, panel = figure.axes[:2]
     boxes = [text.get_window_extent() for text in panel.texts if text.get_text()]
     assert len(boxes) == 7  # four quarters, waves, wind, and what their degrees are

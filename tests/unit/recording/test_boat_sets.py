@@ -31,9 +31,8 @@ SECOND = RowLayout(
 MOST = 1 << 20
 
 
-def part(rows, boat_set=None):
-    numbers = {} if boat_set is None else {"company": [np.array([boat_set])]}
-    return Part("/record/rows", static=False, columns={"block": [pack_rows(rows)], **numbers})
+def part(rows, boat_set=0):
+    return Part("/record/rows", static=False, columns={"block": [pack_rows(rows)], "company": [np.array([boat_set])]})
 
 
 def numbered(layout, start):

@@ -12,8 +12,6 @@ from vrx_mj.errors import RecordError
 from vrx_mj.recording.packing import (
     HEAD,
     HEADER,
-    ORDER,
-    PLANES,
     WIDTH_BITS,
     pack_rows,
     plain_rows,
@@ -43,41 +41,6 @@ def test_every_bit_pattern_of_a_body_comes_back(bits, time):
     assert unpack_rows(packed).tobytes() == bits.tobytes()
 
 
-def folded(bits):
-    """Bit patterns (columns, n) as integers that sort like their numbers."""
-    return np.where(bits < 0, bits ^ 0x7FFF_FFFF_FFFF_FFFF, bits)
-
-
-def by_planes(off, form):
-    """Rows of earlier versions, of which these integers (columns, n) are off the predictions."""
-    zigzag = (off << 1) ^ (off >> 63)
-    columns, count = off.shape
-    return HEADER.pack(count, columns | form << WIDTH_BITS) + zigzag.reshape(-1, 1).view(np.uint8).T.tobytes()
-
-
-@given(bits=ANY_ROWS)
-def test_third_differences_of_bit_patterns_come_back(bits):
-    changes = folded(bits.T.astype("<i8"))
-    for order in range(3):
-        changes[:, order + 1 :] = np.diff(changes[:, order:])
-    assert unpack_rows(by_planes(changes, 0)).tobytes() == bits.tobytes()
-
-
-@given(bits=ANY_ROWS)
-def test_what_was_off_the_polynomial_through_earlier_numbers_comes_back(bits):
-    rows = bits.view(np.float64)
-    off = np.empty(rows.shape, "<i8")
-    with np.errstate(all="ignore"):
-        for i, column in np.ndindex(rows.shape):
-            known = rows[max(i - ORDER - 1, 0) : i, column]
-            total = 0.0
-            for order in range(len(known)):
-                total += np.diff(known, order)[-1]
-            predicted = np.array([total if abs(total) < 1e300 else 0.0])
-            off[i, column] = (folded(rows[i : i + 1, column].view("<i8")) - folded(predicted.view("<i8")))[0]
-    assert unpack_rows(by_planes(off.T, PLANES)).tobytes() == bits.tobytes()
-
-
 @given(count=st.integers(1, 30), scale=st.floats(1e-12, 1e12))
 def test_smooth_rows_come_back(count, scale):
     time = np.arange(count)[:, None] / 20.0
@@ -91,11 +54,11 @@ def test_rows_are_not_changed_by_packing():
     np.testing.assert_array_equal(rows, [[1.0, -2.0], [3.0, 4.0]])
 
 
-def test_a_polynomial_takes_a_bit_a_number():
+def test_a_polynomial_takes_no_space_a_row():
     """It is predicted by as many numbers as it has coefficients."""
     time = np.arange(1000.0)[:, None]
     short, long = (len(pack_rows(time[:n] ** 4 - 3.0 * time[:n] ** 2)) for n in (200, 1000))
-    assert abs(long - short - 800 / 8) < 8  # in whole words
+    assert long - short < 800 / 8
 
 
 def test_columns_that_do_not_change_take_no_space_a_row():
@@ -137,7 +100,7 @@ def test_rows_of_a_run_take_less_than_half_of_their_space():
     assert len(pack_rows(rows)) < 0.5 * rows.nbytes
 
 
-@pytest.mark.parametrize("damage", ["cut", "body out of the row", "body that rests", "more words", "no words"])
+@pytest.mark.parametrize("damage", ["cut", "body out of the row", "body that rests", "other bytes", "no bytes"])
 def test_damaged_rows_are_refused(damage):
     rows = sailed(100, 5)
     packed = pack_rows(rows, BODY, STEP)
@@ -146,8 +109,8 @@ def test_damaged_rows_are_refused(damage):
         "cut": packed[:-8],
         "body out of the row": packed[:start] + struct.pack("<II", 1, 4_000_000_000) + packed[start + 8 :],
         "body that rests": packed[:start] + struct.pack("<II", 2, 8) + packed[start + 8 :],
-        "more words": packed + bytes(16),
-        "no words": packed[: HEADER.size + 8],
+        "other bytes": packed[:-40] + bytes(40),
+        "no bytes": packed[: HEADER.size + 8],
     }[damage]
     with pytest.raises(RecordError, match=r"^block: "):
         unpack_rows(damaged)

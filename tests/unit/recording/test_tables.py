@@ -141,11 +141,6 @@ def test_an_unknown_table_has_a_suggestion(run, tmp_path):
 EVENTS = {"sim_time": [np.array([10**9])], "TextLog:text": ["hit"], "TextLog:level": ["WARN"]}
 
 
-def test_events_of_recordings_without_touches_are_read():
-    (event,) = all_events([Part("/events", False, EVENTS)])
-    assert event.touch is None
-
-
 @pytest.mark.parametrize("touch", ["[", "{}", '{"boat": "a", "other": "b", "time": 1, "force": NaN}'])
 def test_a_damaged_touch_is_refused(touch):
     with pytest.raises(RecordError, match=r"^/events: touch: "):

@@ -36,9 +36,9 @@ from vrx_mj.recording.video.stage import (
     Above,
     Chase,
     Foam,
-    Wake,
     between,
     smooth_path,
+    thin_out,
     view_of,
 )
 from vrx_mj.recording.writer import RecordWriter
@@ -57,15 +57,16 @@ def straight(speed, duration=30.0, heading=0.0):
 
 def test_smoothing_leaves_a_straight_way_as_it_is():
     path = straight(2.0)
-    time, places = smooth_path(path[:, 0], path[:, 1:3], 1.2)
-    assert places[:, 0] == pytest.approx(2.0 * time, abs=1e-9)
+    place = smooth_path(path[:, 0], path[:, 1:3], 1.2)
+    assert place(path[:, 0])[:, 0] == pytest.approx(2.0 * path[:, 0], abs=1e-9)
+    assert place(1.5) == pytest.approx([3.0, 0.0])
 
 
 def test_smoothing_takes_the_waves_out_of_a_way():
     path = straight(2.0)
     path[:, 2] = 0.3 * np.sin(2 * math.pi * path[:, 0] / 1.5)
-    _, places = smooth_path(path[:, 0], path[:, 1:3], 1.2)
-    assert np.abs(places[20:-20, 1]).max() < 0.3 * math.exp(-0.5 * (2 * math.pi * 1.2 / 1.5) ** 2) + 1e-3
+    places = smooth_path(path[:, 0], path[:, 1:3], 1.2)(np.arange(2.0, 28.0, 0.1))
+    assert np.abs(places[:, 1]).max() < 0.3 * math.exp(-0.5 * (2 * math.pi * 1.2 / 1.5) ** 2) + 1e-3
 
 
 @pytest.mark.parametrize("heading", [0.0, 2.0, -3.0])
@@ -111,14 +112,18 @@ def height(x, y):
     return 0.3 * np.sin(0.5 * np.asarray(x) - 20.0)
 
 
+def foam(path, *sterns):
+    """The foam of a boat."""
+    return Foam(mujoco.MjSpec(), [(path, stern) for stern in sterns])
+
+
 def test_foam_lies_on_the_sea_behind_the_stern_and_fades():
-    wake = Wake(straight(FULL_SPEED), (-2.0, 1.0))
-    edges, shades = wake.strip(20.0, height)
+    (edges,), (shades,) = foam(straight(FULL_SPEED), (-2.0, 1.0)).strips(20.0, height)
     x, y, z = edges.reshape(-1, 3).T
     assert z == pytest.approx(height(x, y) + OVER)
     assert x.max() == pytest.approx(FULL_SPEED * 20.0 - 2.0)
     assert x.min() == pytest.approx(FULL_SPEED * (20.0 - LASTS) - 2.0, abs=1e-9)  # where it was `LASTS` ago
-    assert np.abs(y - 1.0).min() == pytest.approx(WIDTH / 2, rel=1e-3)
+    assert np.abs(y[:-2] - 1.0).min() == pytest.approx(WIDTH / 2, rel=1e-3)  # the last piece has no length
     assert shades[0] == shades.max() == pytest.approx(WHITE, rel=0.05)
 
 
@@ -157,31 +162,45 @@ def test_drawn_heights_are_those_of_the_seas_facets(storm_skin, eye, half, eleva
 def test_no_crest_of_the_drawn_sea_hides_foam(storm_skin, eye, half, elevations):
     """Between its corners too: 9 x 9 places of each piece."""
     storm_skin.move(np.array(eye), np.array(UP), 0.0, half, 20.0, elevations)
-    edges, _ = Wake(straight(FULL_SPEED) - (0.0, 30.0, 0.0, 0.0), (-2.0, 1.0)).strip(20.0, storm_skin.drawn_height)
+    path = straight(FULL_SPEED) - (0.0, 30.0, 0.0, 0.0)
+    (edges,), _ = foam(path, (-2.0, 1.0)).strips(20.0, storm_skin.drawn_height)
+    edges = edges[:-1]  # the last is where the one before it is
     share = np.linspace(0.0, 1.0, 9)[:, None]
     sides = edges[:-1, None] + share[..., None] * (edges[1:] - edges[:-1])[:, None]
     x, y, z = (sides[:, :, :1] + share * (sides[:, :, 1:] - sides[:, :, :1])).reshape(-1, 3).T
     assert np.all(z > storm_skin.drawn_height(x, y))
 
 
+def test_a_calm_sea_is_drawn_all_over_by_half_of_its_triangles():
+    model = drawing_model(vrx_mj.compile_world("ocean", nudge=False))
+
+    def area():
+        corners = model.skin_vert[model.skin_face[: model.skin_facenum[0]]]
+        return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2].sum() / 2.0
+
+    whole, count = area(), model.skin_facenum[0]
+    thin_out(model)
+    assert area() == pytest.approx(whole, rel=1e-6)
+    assert model.skin_facenum[0] < 0.51 * count
+
+
 def test_a_boat_that_lies_still_leaves_no_foam():
-    _, shades = Wake(straight(0.0), (-2.0, 0.0)).strip(20.0, height)
+    _, shades = foam(straight(0.0), (-2.0, 0.0)).strips(20.0, height)
     assert not shades.any()
 
 
 def test_foam_is_a_skin_that_faces_up_with_a_strip_for_each_wake():
-    spec, wakes = mujoco.MjSpec(), [Wake(straight(FULL_SPEED), (-2.0, side)) for side in (1.0, -1.0)]
-    foam = Foam(spec, wakes)
+    spec, path = mujoco.MjSpec(), straight(FULL_SPEED)
+    skin = Foam(spec, [(path, (-2.0, side)) for side in (1.0, -1.0)])
     model = spec.compile()
-    foam.move(20.0, height)
-    corners = foam.vertices[model.skin_face].astype(float)
+    skin.move(20.0, height)
+    corners = skin.vertices[model.skin_face].astype(float)
     up = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2]
-    strips = [wake.strip(20.0, height)[0] for wake in wakes]
-    assert all(PIECES - 1 <= len(strip) <= PIECES for strip in strips)
+    assert skin.strips(20.0, height)[0].shape == (2, PIECES, 2, 3)
     assert up.min() >= 0.0
     widths = WIDTH + SPREAD * np.arange(0.0, LASTS, 0.2)
     assert up.sum() / 2 == pytest.approx(2 * widths.mean() * FULL_SPEED * LASTS, rel=0.02)
-    assert foam.palette[:, 0].max() == pytest.approx(WHITE, rel=0.05)
+    assert skin.palette[:, 0].max() == pytest.approx(WHITE, rel=0.05)
 
 
 def test_twelve_boats_have_twelve_colours():
@@ -308,23 +327,20 @@ def test_what_cannot_be_filmed_is_refused(two_seconds, shot, kind, text):
 
 
 @pytest.mark.parametrize(("where", "reason"), [("", "Is a directory"), ("run.rrd/run.webp", "Not a directory")])
-def test_a_video_that_cannot_be_written_is_refused_before_it_is_drawn(tmp_path, where, reason):
-    with RecordWriter(tmp_path / "run.rrd", recorded_run.scene()) as writer:
-        writer.rows(np.array([recorded_run.row_at(t) for t in np.arange(0.0, 2.01, 0.05)]))
-    recorded = made_up(tmp_path)
+def test_a_video_that_cannot_be_written_is_refused_before_it_is_drawn(two_seconds, tmp_path, where, reason):
     video = tmp_path / (where or "folder.webp")
-    if not where:
+    if where:
+        video.parent.touch()
+    else:
         video.mkdir()
     with pytest.raises(VideoError) as refused:
-        write_video(recorded, video)
+        write_video(two_seconds, video)
     assert str(refused.value) == f"cannot write the video '{video}': {reason}"
     assert not list(tmp_path.glob(".*"))
 
 
-def test_a_boat_that_is_in_no_row_is_not_followed(tmp_path):
-    with RecordWriter(tmp_path / "run.rrd", recorded_run.scene()) as writer:
-        writer.rows(np.array([recorded_run.row_at(t) for t in np.arange(0.0, 2.01, 0.05)]))
-    recorded = made_up(tmp_path)
+def test_a_boat_that_is_in_no_row_is_not_followed(two_seconds):
+    recorded = dataclasses.replace(two_seconds, rows=two_seconds.rows.copy())
     absent = recorded.boats["wamv2"]
     absent.position[:] = np.nan
     film = Film(recorded, Shot(), size=(64, 36), fps=10.0)
@@ -335,16 +351,15 @@ def test_a_boat_that_is_in_no_row_is_not_followed(tmp_path):
 
 
 @pytest.mark.parametrize(("fps", "speed", "count"), [(10.0, 1.0, 21), (10.0, 2.0, 11), (25.0, 1.0, 51), (3.0, 0.5, 13)])
-def test_pictures_are_as_many_as_the_time_holds(tmp_path, fps, speed, count):
-    with RecordWriter(tmp_path / "run.rrd", recorded_run.scene()) as writer:
-        writer.rows(np.array([recorded_run.row_at(t) for t in np.arange(0.0, 2.01, 0.05)]))
-    film = Film(made_up(tmp_path), Shot(fps=fps, speed=speed), size=(64, 36), fps=10.0)
+def test_pictures_are_as_many_as_the_time_holds(two_seconds, fps, speed, count):
+    film = Film(two_seconds, Shot(fps=fps, speed=speed), size=(64, 36), fps=10.0)
     assert len(film.times) == count
     assert film.times[-1] == pytest.approx((count - 1) * speed / fps)
 
 
 def test_foam_widens_with_its_age():
-    edges, _ = Wake(straight(FULL_SPEED), (-2.0, 0.0)).strip(20.0, height)
+    (edges,), _ = foam(straight(FULL_SPEED), (-2.0, 0.0)).strips(20.0, height)
+    edges = edges[:-2]  # the last ones are in one place, without a width
     x, y, _ = edges.reshape(-1, 3).T
     age = (x.max() - x) / FULL_SPEED
     assert 2.0 * np.abs(y) == pytest.approx(WIDTH + SPREAD * age, abs=0.01)

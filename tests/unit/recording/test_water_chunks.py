@@ -105,7 +105,7 @@ def test_points_on_the_mesh_are_on_its_triangles():
     grid, random = grid_around(TRIO), np.random.default_rng(3)
     z = random.normal(size=(2, len(grid.y), len(grid.x)))
     points = random.uniform(-600.0, 600.0, (2, 5, 20, 2))
-    for heights, spots, found in zip(z, points, grid.sampled(z, points), strict=True):
+    for heights, spots, found in zip(z, points, grid.heights_at(z, points), strict=True):
         vertices = np.stack([*np.meshgrid(grid.x, grid.y), heights], axis=-1).reshape(-1, 3)
         expected = surface(vertices, triangles(len(grid.y), len(grid.x)), spots.reshape(-1, 2))
         assert found.reshape(-1) == pytest.approx(expected, abs=1e-9)

@@ -413,9 +413,10 @@ _Encoder = Callable[[Path, _Pictures, int, Fraction], None]
 """Writes a file of pictures (height, width, 3), so many of them, so many per second."""
 
 _X264 = {
-    "crf": "27", "preset": "superfast", "x264-params": "subme=0:partitions=none:b-adapt=0:weightp=0:psy=0:scenecut=0",
+    "crf": "27", "preset": "superfast", "threads": "1",
+    "x264-params": "subme=0:partitions=none:b-adapt=0:weightp=0:psy=0:scenecut=0:rc-lookahead=0",
 }  # fmt: skip
-"""Encoding of MP4: less `crf` is better; the parameters save a third of the time."""
+"""Encoding of MP4: less `crf` is better; the parameters, and one thread, save half of the time."""
 _WEBP_QUALITY, _WEBP_EFFORT = 72, 4
 _COLORS = 128
 """Colours of a GIF."""

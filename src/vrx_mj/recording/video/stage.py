@@ -20,7 +20,7 @@ from vrx_mj.arguments import as_number, several
 from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.errors import CommandError, RecordError, shown
 from vrx_mj.mjcf.drawing import add_skin, compiled_spec, drawing_spec
-from vrx_mj.physics.surface import EDGE, PLAIN, draw_surface, sky_distance
+from vrx_mj.physics.surface import EDGE, PLAIN, RINGS, SPOKES, draw_surface, sky_distance
 from vrx_mj.recording.antialiasing import antialias, smooth
 from vrx_mj.recording.boat_sets import HUGE, BoatSet, columns_in
 from vrx_mj.recording.reader import Record
@@ -106,15 +106,14 @@ class Chase:
     def __init__(self, path: FloatArray, level: float) -> None:
         """Follow a path (n, 4): time [s], east, north [m] and heading [rad], over water at `level` [m]."""
         self._level = level
-        self._times, self._places = smooth_path(path[:, 0], path[:, 1:3], _CALM)
-        _, self._headings = smooth_path(path[:, 0], path[:, 3:4], _TURN_CALM)
+        self._place = smooth_path(path[:, 0], path[:, 1:3], _CALM)
+        self._heading = smooth_path(path[:, 0], path[:, 3:4], _TURN_CALM)
 
     def eye(self, time: float) -> Eye:
         """Where it is at a time [s]."""
-        east, north = (float(np.interp(time, self._times, self._places[:, axis])) for axis in (0, 1))
-        heading = float(np.interp(time, self._times, self._headings[:, 0]))
+        place, (heading,) = self._place(time), self._heading(time).tolist()
         along = np.array([math.cos(heading), math.sin(heading)])
-        back, front = (east, north) - BEHIND * along, (east, north) + AHEAD * along
+        back, front = place - BEHIND * along, place + AHEAD * along
         return looking((*back, self._level + HIGH), (*front, self._level + 0.6), (0.0, 0.0, 1.0))
 
 
@@ -124,8 +123,7 @@ class Above:
     def __init__(self, paths: Sequence[FloatArray], level: float, aspect: float) -> None:
         """Follow paths as `Chase` does one; `aspect` is the picture's width by its height."""
         self._level, self._aspect = level, aspect
-        self._paths = [smooth_path(path[:, 0], path[:, 1:3], _CALM) for path in paths]
-        self._spans = [(path[0, 0], path[-1, 0]) for path in paths]
+        self._paths = [(smooth_path(path[:, 0], path[:, 1:3], _CALM), path[0, 0], path[-1, 0]) for path in paths]
         self._half = max(
             self._half_height(time) for time in np.unique(np.concatenate([path[:, 0] for path in paths]))[::10]
         )
@@ -139,12 +137,8 @@ class Above:
 
     def _box(self, time: float) -> tuple[FloatArray, FloatArray]:
         """The least and the largest east and north of boats that are there."""
-        there = [
-            [np.interp(time, times, places[:, axis]) for axis in (0, 1)]
-            for (times, places), (begin, end) in zip(self._paths, self._spans, strict=True)
-            if begin <= time <= end
-        ]
-        spots = np.array(there or [[places[-1, 0], places[-1, 1]] for _, places in self._paths])
+        there = [place(time) for place, begin, end in self._paths if begin <= time <= end]
+        spots = np.array(there or [place(end) for place, _, end in self._paths])
         return spots.min(axis=0), spots.max(axis=0)
 
     def _half_height(self, time: float) -> float:
@@ -154,21 +148,23 @@ class Above:
         return max(float(height), float(width) / self._aspect, _LEAST)
 
 
-def smooth_path(time: FloatArray, values: FloatArray, calm: float) -> tuple[FloatArray, FloatArray]:
-    """Times (m,) [s] and values (m, k) of a path, smoothed by a Gaussian of standard deviation `calm` [s].
+def smooth_path(time: FloatArray, values: FloatArray, calm: float) -> Callable[[float | FloatArray], FloatArray]:
+    """A function of time [s] through the values (n, k) of a path at times (n,) [s], smooth.
 
-    Beyond its ends the path goes on as a mirror would show it, turned by half a turn, so that a straight stays one.
+    They are weighted by a Gaussian of standard deviation `calm` [s]. Beyond its ends the path goes on as a mirror would
+    show it, turned by half a turn, so that a straight stays one.
     """
     from scipy.ndimage import gaussian_filter1d
 
-    if len(time) < 2:
-        return time, values
-    count = max(2, math.ceil((time[-1] - time[0]) * _SMOOTHED) + 1)
-    grid = np.linspace(time[0], time[-1], count)
-    even = np.column_stack([np.interp(grid, time, column) for column in values.T])
-    mirrored = np.pad(even, ((count - 1, count - 1), (0, 0)), "reflect", reflect_type="odd")
-    sigma = calm * (count - 1) / (time[-1] - time[0])
-    return grid, gaussian_filter1d(mirrored, sigma, axis=0, mode="nearest")[count - 1 : 2 * count - 1]
+    columns = values.T
+    if len(time) > 1:
+        count = max(2, math.ceil((time[-1] - time[0]) * _SMOOTHED) + 1)
+        grid = np.linspace(time[0], time[-1], count)
+        even = np.array([np.interp(grid, time, column) for column in columns])
+        mirrored = np.pad(even, ((0, 0), (count - 1, count - 1)), "reflect", reflect_type="odd")
+        smooth = gaussian_filter1d(mirrored, calm * (count - 1) / (time[-1] - time[0]), axis=1, mode="nearest")
+        time, columns = grid, smooth[:, count - 1 : 2 * count - 1]
+    return lambda at: np.stack([np.interp(at, time, column) for column in columns], axis=-1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -268,6 +264,8 @@ _SMALLEST_ABOVE = 1.0
 """Geoms of a smaller radius [pixels] are not drawn in a picture from above, which has many."""
 _RELIEF = 5.0
 """How much more the slopes of waves shade a sea that is seen from above, where little of the sky mirrors in it."""
+_FLAT = 0.025
+"""Slope of all waves together below which fewer points of the sea are drawn."""
 _LIGHTER = 0.14
 """Share of the sky by which a sea that is seen from above is lighter."""
 
@@ -296,10 +294,15 @@ class Stage:
         spec = drawing_spec(world)
         found = ((parameters.boats[engine.hull].name, engine.position[:2]) for engine in parameters.thrusters)
         sterns = dict.fromkeys((boat, place) for boat, place in found if place[0] < 0.0)  # engines behind the middle
-        wakes = [Wake(paths[boat], stern) for boat, stern in sterns if boat in paths]
-        self._foam = Foam(spec, wakes if spec.skins else ())
+        hulls = [(paths[boat], stern) for boat, stern in sterns if boat in paths]
+        self._foam = Foam(spec, hulls if spec.skins else ())
         self._model = compiled_spec(spec, world.name)
         check_columns(boat_set, self._model)
+        if (
+            self._model.nskin
+            and math.hypot(*(wave.amplitude * wave.wavenumber for wave in parameters.sea.waves)) < _FLAT
+        ):
+            thin_out(self._model)
         self._data = mujoco.MjData(self._model)
         self._sea = SeaSkin(self._model, parameters.sea, seed)
         self._displays = displays_of(parameters)
@@ -337,8 +340,15 @@ class Stage:
         self._canvas.close()
 
 
-_Strip = tuple[FloatArray, FloatArray]
-"""Edges (n, 2, 3) [m] and opacities (n,) of foam, the freshest first; the first edge is on the right of the way."""
+def thin_out(model: mujoco.MjModel) -> None:
+    """Draw every second ring of the sea: of a calm one they show as much, in half of the triangles."""
+    corners = np.arange(RINGS * SPOKES).reshape(RINGS, SPOKES)[[*range(0, RINGS - 1, 2), RINGS - 1]]
+    low, high = corners[:-1], corners[1:]
+    faces = np.stack([low[:, :-1], high[:, :-1], high[:, 1:], low[:, :-1], high[:, 1:], low[:, 1:]], axis=-1)
+    model.skin_facenum[0] = faces.size // 3
+    model.skin_face[: faces.size // 3] = faces.reshape(-1, 3)
+
+
 _Height = Callable[[FloatArray, FloatArray], npt.ArrayLike]
 
 LASTS = 14.0
@@ -360,64 +370,62 @@ OVER = 0.05
 """Height of foam over the facets of the drawn sea [m], whose edges it does not follow."""
 
 
-class Wake:
-    """The foam of one hull of a boat."""
-
-    def __init__(self, path: FloatArray, stern: tuple[float, float]) -> None:
-        """Follow a path (n, 4): time [s], east, north [m], heading [rad]; `stern` is the hull's end, body axes [m]."""
-        self._time = path[:, 0]
-        cos, sin = np.cos(path[:, 3]), np.sin(path[:, 3])
-        x, y = stern
-        self._place = path[:, 1:3] + np.column_stack([cos * x - sin * y, sin * x + cos * y])
-        steps = np.hypot(*np.diff(self._place, axis=0).T) / np.maximum(np.diff(self._time), 1e-9)
-        self._speed = np.concatenate([steps[:1], steps]) if len(steps) else np.zeros(len(path))
-
-    def strip(self, now: float, height: _Height) -> _Strip:
-        """The foam at a time [s] on a sea of a height."""
-        time, place, speed = self._time, self._place, self._speed
-        first = max(time[0], now - LASTS)
-        if len(time) < 2 or first >= min(now, time[-1]):
-            return np.zeros((0, 2, 3)), np.zeros(0)
-        # pieces keep their places on the water while the boat goes on: their times are whole steps of a clock
-        left = np.arange(np.ceil(first * _PIECES_PER_SECOND), np.ceil(now * _PIECES_PER_SECOND)) / _PIECES_PER_SECOND
-        left = np.concatenate([[min(now, time[-1])], left[::-1]])
-        spots = np.column_stack([np.interp(left, time, place[:, axis]) for axis in (0, 1)])
-        fast = np.interp(left, time, speed)
-        age = np.clip(now - left, 0.0, LASTS)
-        along = np.gradient(spots, axis=0) if len(spots) > 1 else np.ones((1, 2))
-        along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-6)
-        half = 0.5 * (WIDTH + SPREAD * age)[:, None] * np.column_stack([-along[:, 1], along[:, 0]])
-        edges = np.stack([spots + half, spots - half], axis=1)
-        z = np.asarray(height(edges[..., 0], edges[..., 1])) + OVER
-        opacity = WHITE * np.clip((fast - _SLOWEST) / (FULL_SPEED - _SLOWEST), 0.0, 1.0) * (1.0 - age / LASTS)
-        return np.concatenate([edges, z[..., None]], axis=-1), opacity
-
-
 class Foam(Skin):
-    """The foam of all wakes: a skin of strips, each with as many pieces as a wake can have."""
+    """The foam of hulls: a skin of strips, each with as many pieces as a wake can have."""
 
-    def __init__(self, spec: mujoco.MjSpec, wakes: Sequence[Wake]) -> None:
-        """Add the skin to the spec of a drawing model, which stays without it where there are no wakes."""
-        super().__init__(2 * PIECES * len(wakes))
-        self._wakes = wakes
+    def __init__(self, spec: mujoco.MjSpec, hulls: Sequence[tuple[FloatArray, tuple[float, float]]]) -> None:
+        """Add the skin to the spec of a drawing model, which stays without it where there are no hulls.
+
+        Each hull is a boat's path (n, 4): time [s], east, north [m], heading [rad], and its end, body axes [m].
+        """
+        super().__init__(2 * PIECES * len(hulls))
         self.normals[:, 2] = 1.0
         self.palette[:] = 0.5
-        if wakes:
-            left = (np.arange(len(wakes))[:, None] * 2 * PIECES + 2 * np.arange(PIECES - 1)).reshape(-1, 1)
-            triangles = np.concatenate([left + np.array(corners) for corners in ((0, 1, 2), (1, 3, 2))]).astype(
-                np.int32
-            )
-            white = np.full((2, 256, 4), 255, np.uint8)
-            white[..., 3] = np.arange(256)
-            add_skin(spec, _FOAM, white, self.vertices, self.palette, triangles, opacity=0.99)
+        if not hulls:
+            return
+        # pieces keep their places on the water while the boat goes on: their times are whole steps of a clock
+        begin, end = (pick(path[place, 0] for path, _ in hulls) for pick, place in ((min, 0), (max, -1)))
+        self._first = math.floor(begin * _PIECES_PER_SECOND)
+        clock = np.arange(self._first, math.ceil(end * _PIECES_PER_SECOND) + 1) / _PIECES_PER_SECOND
+        self._tracks = np.array([_stern_track(clock, *hull) for hull in hulls])
+        left = (np.arange(len(hulls))[:, None] * 2 * PIECES + 2 * np.arange(PIECES - 1)).reshape(-1, 1)
+        triangles = np.concatenate([left + np.array(corners) for corners in ((0, 1, 2), (1, 3, 2))]).astype(np.int32)
+        white = np.full((2, 256, 4), 255, np.uint8)
+        white[..., 3] = np.arange(256)
+        add_skin(spec, _FOAM, white, self.vertices, self.palette, triangles, opacity=0.99)
+
+    def strips(self, now: float, height: _Height) -> tuple[FloatArray, FloatArray]:
+        """Edges (hulls, pieces, 2, 3) [m] and opacities (hulls, pieces) at a time [s] on a sea of a height.
+
+        The freshest come first; the first edge is on the right of the way.
+        """
+        newest = math.ceil(now * _PIECES_PER_SECOND) - 1
+        steps = np.maximum(newest - np.arange(-1, PIECES - 1), math.ceil((now - LASTS) * _PIECES_PER_SECOND - 1e-6))
+        track = self._tracks[:, np.clip(steps - self._first, 0, self._tracks.shape[1] - 1)]
+        share = now * _PIECES_PER_SECOND - newest
+        track[:, 0] = share * track[:, 0] + (1.0 - share) * track[:, 1]
+        age = np.clip(now - steps / _PIECES_PER_SECOND, 0.0, LASTS)
+        along = np.gradient(track[..., :2], axis=1)
+        along /= np.maximum(np.linalg.norm(along, axis=-1, keepdims=True), 1e-6)
+        half = 0.5 * (WIDTH + SPREAD * age)[:, None] * (along[..., ::-1] * (-1.0, 1.0))
+        edges = np.stack([track[..., :2] + half, track[..., :2] - half], axis=2)
+        z = np.asarray(height(edges[..., 0], edges[..., 1])) + OVER
+        opacity = WHITE * np.clip((track[..., 2] - _SLOWEST) / (FULL_SPEED - _SLOWEST), 0.0, 1.0) * (1.0 - age / LASTS)
+        return np.concatenate([edges, z[..., None]], axis=-1), opacity
 
     def move(self, time: float, height: _Height) -> None:
         """Lay the foam of a time [s] on a sea of a height: that of its facets, which would hide what lies lower."""
-        places, shades = self.vertices.reshape(-1, PIECES, 2, 3), self.palette.reshape(-1, PIECES, 2, 2)
-        for number, wake in enumerate(self._wakes):
-            edges, opacity = wake.strip(time, lambda east, _north: np.zeros_like(east))
-            count = len(opacity)
-            places[number, :count], places[number, count:] = edges, edges[-1:, :1] if count else 0.0
-            shades[number, :count, :, 0], shades[number, count:, :, 0] = opacity[:, None], 0.0
-        east_north = np.moveaxis(places[..., :2].astype(np.float64), -1, 0)
-        places[..., 2] += np.asarray(height(*east_north), np.float32)
+        if len(self.vertices):
+            edges, opacity = self.strips(time, height)
+            self.vertices[:], self.palette[:, 0] = edges.reshape(-1, 3), opacity.repeat(2)
+
+
+def _stern_track(clock: FloatArray, path: FloatArray, stern: tuple[float, float]) -> FloatArray:
+    """East, north [m] and speed [m/s] (n, 3) of a hull's end at times (n,) [s]; no speed where its path has none."""
+    time, (x, y), cos, sin = path[:, 0], stern, np.cos(path[:, 3]), np.sin(path[:, 3])
+    place = path[:, 1:3] + np.column_stack([cos * x - sin * y, sin * x + cos * y])
+    speed = (
+        np.hypot(*np.gradient(place, axis=0).T) / np.maximum(np.gradient(time), 1e-9) if len(time) > 1 else 0.0 * time
+    )
+    columns = [np.interp(clock, time, column) for column in place.T]
+    return np.column_stack([*columns, np.interp(clock, time, speed, left=0.0, right=0.0)])

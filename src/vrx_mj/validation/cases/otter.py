@@ -217,7 +217,7 @@ def _turn() -> Findings:
         Series("his equations", theirs[::10, 1].tolist(), theirs[::10, 0].tolist(), reference=True),
         Series("ours", [-y for y in aside], list(ahead)),
     )
-    return Findings(rows, (Chart("Turn of the Otter", "way to starboard [m]", "way ahead [m]", lines),))
+    return Findings(rows, (Chart("Turn of the Otter", "transfer to starboard [m]", "advance [m]", lines),))
 
 
 _ROBOT = "Robot otter in assets/validation/worlds/otter_tank.yaml"
