@@ -3,6 +3,7 @@
 All but the simulation's table lives in the network's thread.
 """
 
+import asyncio
 import time
 from collections import Counter
 from collections.abc import Awaitable, Callable, Iterable, Iterator, Mapping, Sequence
@@ -299,6 +300,21 @@ class Graph:
         self.local.add(service.node)
         self.services[name] = service
         self._notify("service", name)
+
+    async def call(self, service: Service, request: Message, caller: str) -> Message:
+        """The response of a service of this process; CommandError: it fails, and why."""
+        done: asyncio.Future[Message] = asyncio.get_running_loop().create_future()
+
+        def settle(response: Message | None, why: str) -> None:
+            if done.done():
+                return  # nobody waits any more
+            if response is None:
+                done.set_exception(CommandError(why))
+            else:
+                done.set_result(response)
+
+        service.call(request, caller, partial(self.network.soon, settle))
+        return await done
 
     def missed_service(self, name: str, node: str) -> None:
         """A node asked for a service that there is not: report once if it could be the simulation's."""

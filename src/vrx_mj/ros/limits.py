@@ -1,6 +1,5 @@
 """The limits of every wire: connections, bytes that come and wait, and shares of the time."""
 
-import asyncio
 import contextlib
 import itertools
 import threading
@@ -160,36 +159,6 @@ def _allowed() -> int:
             resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
         soft, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
     return min(_MOST_CONNECTIONS, max(soft - _SPARE_FILES, 16)) if soft >= 0 else _MOST_CONNECTIONS
-
-
-MESSAGE_TIMEOUT = 10.0
-"""Wall time in which a message must be whole, or have grown [s]."""
-_LEAST_GROWTH = 1 << 16
-"""Least growth of a message within that time [bytes]."""
-
-
-class Stall:
-    """Ends a connection on which a message that has begun does not go on."""
-
-    def __init__(self, end: Callable[[], object]) -> None:
-        self._end = end
-        self._timer: asyncio.TimerHandle | None = None
-        self._size = 0
-
-    def holds(self, size: int) -> None:
-        """So many bytes of an incomplete message are there; 0: none."""
-        if size and self._timer is not None and 0 <= size - self._size < _LEAST_GROWTH:
-            return
-        self.stop()
-        if size:
-            self._size = size
-            self._timer = asyncio.get_running_loop().call_later(MESSAGE_TIMEOUT, self._end)
-
-    def stop(self) -> None:
-        """Wait for nothing."""
-        if self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
 
 
 class Pace:
