@@ -20,7 +20,7 @@ from vrx_mj.ros.messages import Message, encode, new
 from vrx_mj.ros.parameters import command_topic
 from vrx_mj.ros.table import make_tables
 from vrx_mj.ros.table.boats import description
-from vrx_mj.ros.table.host import Bodies, Host, Scenery, header, rotation_fields, vector
+from vrx_mj.ros.table.host import Bodies, Host, Scenery, header
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.state import State
 from vrx_mj.runtime.timing import Schedule
@@ -282,6 +282,6 @@ def _odometry(bodies: Bodies, boat: str, time: float) -> Message:
         _ODOMETRY,
         header=header(time, "map"),
         child_frame_id=f"{boat}/base_link",
-        pose={"pose": {"position": vector(placed.position), "orientation": rotation_fields(placed.quaternion)}},
-        twist={"twist": {"linear": vector(placed.velocity), "angular": vector(placed.spin)}},
+        pose={"pose": {"position": placed.position, "orientation": placed.quaternion}},
+        twist={"twist": {"linear": placed.velocity, "angular": placed.spin}},
     )

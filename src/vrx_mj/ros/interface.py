@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple, Protocol
 
+from vrx_mj.ros import cdr, messages
 from vrx_mj.ros.messages import Message
 
 Dialect = Literal["vrx", "vrx3"]
@@ -64,12 +65,28 @@ class Service:
     name: str
     type: str
     """ROS 1 name of the service type, such as `std_srvs/Empty`."""
-    answer: Callable[[Message], Message]
-    """Turns the request into the response; an exception fails the call."""
-    failure: Callable[[str], Message] | None = None
-    """The response that says why the call failed, where its type can; the others fail without one."""
+    do: Callable[[Message], Mapping[str, object] | None]
+    """Does what is asked and gives fields of the response; an exception fails the call."""
+    reports: bool = False
+    """Whether the response says how the call went: `success`, and `status_message` where its type has that."""
     dialects: tuple[Dialect, ...] = VRX
     """Dialects that have this service."""
+
+    def answer(self, request: Message) -> Message:
+        """Do what is asked; the response."""
+        return self._response(True, "done", self.do(request) or {})
+
+    def failure(self, why: str) -> Message | None:
+        """The response that says why a call failed; None: the call has none, and fails."""
+        return self._response(False, why, {}) if self.reports else None
+
+    def _response(self, success: bool, text: str, fields: Mapping[str, object]) -> Message:
+        kind = f"{self.type}Response"
+        known = cdr.kind(kind) if self.dialects == VRX3 else messages.kind(kind)
+        report = {"success": success, "status_message": f"{self.name.rpartition('/')[2]}: {text}"}
+        has = known.__dataclass_fields__ if self.reports else ()
+        values = {**{name: value for name, value in report.items() if name in has}, **fields}
+        return known(**values) if self.dialects == VRX3 else messages.new(kind, **values)
 
 
 @dataclass(frozen=True)

@@ -36,6 +36,12 @@ CLASSES = "/usr/lib/python3/dist-packages"
 """Where Debian has ROS's classes of messages; other releases of ROS set the path of Python."""
 _CLASS = re.compile(r'_md5sum = "(\w+)".*?_full_text = (""".*?""")', re.DOTALL)
 """What such a class says of its type."""
+_AXES = {
+    "geometry_msgs/msg/Point": "xyz",
+    "geometry_msgs/msg/Vector3": "xyz",
+    "geometry_msgs/msg/Quaternion": "wxyz",
+}
+"""Fields of messages that sequences of numbers stand for, in their order."""
 _LARGEST = 1 << 26
 """Elements of an array in a message that is read, at most."""
 
@@ -77,7 +83,8 @@ def kind(type_name: str) -> type[Message]:
 def new(type_name: str, **fields: object) -> Message:
     """A message; fields that are not given are zero, empty or a message of such.
 
-    A mapping may take the place of a message in it, as `position={"x": 1.0}`.
+    A mapping may take the place of a message in it, as `position={"x": 1.0}`; x, y, z that of a point or a vector, and
+    w, x, y, z that of a quaternion.
     """
     known = _fields(type_name)
     values = {name: _field_value(known[name], value) for name, value in fields.items()}
@@ -166,9 +173,13 @@ def _fields(type_name: str) -> Mapping[str, FieldDesc]:
 
 
 def _field_value(field: FieldDesc, value: object) -> object:
-    if field[0] == Nodetype.NAME and isinstance(value, Mapping):
+    if isinstance(value, Mapping):
         return new(field[1], **value)
-    return np.array(value, _dtype(field)) if isinstance(value, list) and _dtype(field) else value
+    if not isinstance(value, list | tuple | np.ndarray):
+        return value
+    if field[0] == Nodetype.NAME:
+        return kind(field[1])(**dict(zip(_AXES[field[1]], map(float, value), strict=True)))
+    return np.asarray(value, _dtype(field)).reshape(-1) if _dtype(field) else value
 
 
 def _default(field: FieldDesc) -> object:

@@ -1,6 +1,5 @@
 """One graph: what each wire is told, and what a change means to the others."""
 
-import asyncio
 from xmlrpc.client import dumps, loads
 
 import pytest
@@ -13,7 +12,6 @@ from vrx_mj.ros.interface import Inbox, Input, Output, RosInterface, Sent
 from vrx_mj.ros.interface import Service as Offered
 from vrx_mj.ros.messages import new
 from vrx_mj.ros.parameters import plain
-from vrx_mj.ros.rosbridge.rosapi import MOST_PARAMETERS, MOST_TEXT, ClientParameters
 from work import calls_at_most
 
 STRING, CLIENT, TALKER = "std_msgs/String", "/rosbridge/client_1", "/talker"
@@ -208,20 +206,6 @@ def test_a_search_goes_from_the_inner_namespace_outwards(graph):
     assert graph.parameters.search("/a/b", "none") is None
 
 
-def test_clients_of_rosbridge_set_so_many_parameters_and_so_long_ones_and_no_more(graph):
-    clients = ClientParameters(graph)
-    asyncio.run(clients.set("/many", {f"p{number}": 1 for number in range(MOST_PARAMETERS)}))
-    for name, value in (("/more", 1), ("/many/p0", {"a": 1, "b": 2})):
-        with pytest.raises(CommandError, match=rf"{name}: 1025 parameters would be set by clients; at most 1024"):
-            asyncio.run(clients.set(name, value))
-    asyncio.run(clients.delete("/many"))
-    with pytest.raises(CommandError, match="characters would be set by clients"):
-        asyncio.run(clients.set("/long", "x" * MOST_TEXT))
-    asyncio.run(clients.set("/long", "x" * (MOST_TEXT - 20)))
-    asyncio.run(clients.set("/long", "y" * (MOST_TEXT - 20)))
-    assert graph.parameters.get("/long").startswith("y")
-
-
 def test_levels_of_rosout(graph):
     sent, answers = graph.wires[0].sent, []
     graph.clock = 2.5
@@ -312,8 +296,6 @@ def test_a_parameter_that_xml_cannot_carry_is_refused(graph, text, value):
     why = rf"^a value has the character U\+{ord(text[-1]):04X}, which XML-RPC cannot carry$"
     with pytest.raises(CommandError, match=why):
         graph.set_parameter("/sim/name", value(text), TALKER)
-    with pytest.raises(CommandError, match=why):
-        asyncio.run(ClientParameters(graph).set("/sim/name", value(text)))
     assert graph.parameters.get("/sim/name") == "bay"
 
 

@@ -95,7 +95,7 @@ class Peer:
                 while len(body) < goal:
                     part = await self.reader.read(goal - len(body))
                     if not part:
-                        raise EOFError
+                        raise EOFError(f"the connection ended after {len(body)} of {size} bytes")
                     body += part
                     self._intake.hold(self.place, len(body))
         return body

@@ -279,18 +279,6 @@ def collision_name(model: mujoco.MjModel, geom: int, boats: Collection[str]) -> 
     return f"{link}::{model.geom(geom).name.rpartition('/')[2] or 'collision'}"
 
 
-def vector(values: Sequence[float] | FloatArray) -> dict[str, float]:
-    """x, y, z of a message."""
-    x, y, z = (float(value) for value in values)
-    return {"x": x, "y": y, "z": z}
-
-
-def rotation_fields(quaternion: Sequence[float] | FloatArray) -> dict[str, float]:
-    """x, y, z, w of a message, from (w, x, y, z)."""
-    w, x, y, z = (float(value) for value in quaternion)
-    return {"x": x, "y": y, "z": z, "w": w}
-
-
 def pose_message(placed: Placed) -> Message:
     """geometry_msgs/Pose."""
     position = kind("geometry_msgs/Point")(*placed.position.tolist())
