@@ -200,8 +200,12 @@ def _dtype(field: FieldDesc) -> str:
     node, about = field
     if node not in {Nodetype.ARRAY, Nodetype.SEQUENCE} or about[0][0] != Nodetype.BASE or about[0][1][0] == "string":
         return ""
-    name: str = about[0][1][0]
-    return {"byte": "uint8", "char": "uint8"}.get(name, name)
+    return layout(about[0][1][0])
+
+
+def layout(type_name: str) -> str:
+    """The type of numpy of a type of numbers; bytes are as rosbags has them."""
+    return "uint8" if type_name in {"byte", "char"} else type_name
 
 
 def _md5_text(type_name: str) -> str:
@@ -219,18 +223,8 @@ def _md5_line(line: str) -> str:
 MOMENT, SPAN = "time", "duration"
 """ROS 1's built-in types that are messages to rosbags."""
 _BUILT_IN = {"builtin_interfaces/Time": MOMENT, "builtin_interfaces/Duration": SPAN}
-INTEGERS = {
-    "byte": (0, 255),  # as rosbags has it
-    "char": (0, 255),
-    "uint8": (0, 255),
-    "int8": (-128, 127),
-    "uint16": (0, 65_535),
-    "int16": (-32_768, 32_767),
-    "uint32": (0, 4_294_967_295),
-    "int32": (-2_147_483_648, 2_147_483_647),
-    "uint64": (0, 18_446_744_073_709_551_615),
-    "int64": (-9_223_372_036_854_775_808, 9_223_372_036_854_775_807),
-}
+_WHOLE = ("byte", "char", *(f"{sign}int{bits}" for bits in (8, 16, 32, 64) for sign in ("u", "")))
+INTEGERS = {name: (int(np.iinfo(layout(name)).min), int(np.iinfo(layout(name)).max)) for name in _WHOLE}
 """Smallest and largest value of each integer type."""
 
 

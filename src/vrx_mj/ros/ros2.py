@@ -155,7 +155,10 @@ class Node:
     def offer(self, table: RosInterface) -> None:
         """Publish, subscribe to and offer what the table has, as far as ROS 2 here has its messages."""
         node = self._node
-        _match(self._out, table.outputs, node.destroy_publisher, self._publisher_of)
+        _match(
+            self._out, table.outputs, node.destroy_publisher,
+            lambda output: self._publisher(output.type, output.name, latched=output.latched),
+        )  # fmt: skip
         _match(self._in, table.inputs, node.destroy_subscription, self._subscription)
         _match(self._services, table.services, node.destroy_service, self._service)
         self._count()
@@ -267,9 +270,6 @@ class Node:
         self.subscribed_topics = frozenset(
             name for name, (_, publisher) in self._out.items() if publisher.get_subscription_count() > 0
         )
-
-    def _publisher_of(self, output: Output) -> Handle | None:
-        return self._publisher(output.type, output.name, latched=output.latched)
 
     def _service(self, service: Service) -> Handle | None:
         found = service_class(service.type)

@@ -225,16 +225,6 @@ def test_levels_of_rosout(graph):
     assert answers[1] == (None, "no level 'loud'; known: debug, info, warn, error, fatal")
 
 
-def test_types_of_topics_that_are_gone_make_room_for_others(graph, monkeypatch):
-    monkeypatch.setattr("vrx_mj.ros.graph.MOST_REGISTRATIONS", 10)
-    for index in range(20):
-        graph.register_remote("publisher", f"/short_{index}", TALKER, URI, STRING)
-        assert graph.type_of(f"/short_{index}") == STRING
-        graph.unregister_remote("publisher", f"/short_{index}", TALKER, URI)
-    assert len(graph.types) <= 10
-    assert graph.type_of(ROSOUT) == "rosgraph_msgs/Log"
-
-
 def test_as_many_registrations_as_there_are_count(monkeypatch):
     monkeypatch.setattr("vrx_mj.ros.graph.MOST_REGISTRATIONS", 3)
     registrations = Registrations(lambda *_: None)
@@ -264,20 +254,28 @@ def test_a_service_over_the_limit_is_not_there(graph, monkeypatch):
     assert "/lights" not in graph.services
 
 
-def test_types_that_a_master_reports_are_bounded(graph, monkeypatch):
-    monkeypatch.setattr("vrx_mj.ros.graph.MOST_REGISTRATIONS", 10)
-    graph.mirror([{"/scan": ["/far"]}, {}, {}], {f"/t_{index}": STRING for index in range(50)})
-    assert len(graph.types) == 10
-    assert graph.type_of(ROSOUT) == "rosgraph_msgs/Log"
+def test_a_topic_has_the_type_of_its_last_publisher_else_of_a_subscriber_else_of_the_master(graph):
+    graph.mirror([{}, {"/chat": ["/far"]}, {}], {"/chat": "std_msgs/Bool", "/gone": STRING})
+    assert (graph.type_of("/chat"), graph.type_of("/gone")) == ("std_msgs/Bool", None)
+    graph.register_remote("subscriber", "/chat", TALKER, URI, "std_msgs/Int32")
+    assert graph.type_of("/chat") == "std_msgs/Int32"
+    graph.register_remote("publisher", "/chat", "/old", "http://127.0.0.1:1/", "std_msgs/Int8")
+    graph.register_remote("publisher", "/chat", "/new", "http://127.0.0.1:2/", "std_msgs/Int16")
+    graph.register_remote("publisher", "/chat", "/any", "http://127.0.0.1:3/", "*")
+    assert graph.type_of("/chat") == "std_msgs/Int16"
+    graph.register("subscriber", "/chat", CLIENT, STRING)
+    assert graph.type_of("/chat") == STRING
+    graph.forget(CLIENT)
+    assert graph.type_of("/chat") == "std_msgs/Int16"
 
 
 @pytest.mark.parametrize("kind", ["publisher", "subscriber"])
 @pytest.mark.parametrize("name", ["/info", "/order"])
 def test_the_types_of_our_topics_are_ours(graph, kind, name):
     graph.register_remote(kind, name, TALKER, URI, "std_msgs/Int32")
-    assert graph.type_of(name) == graph.types[name] == STRING
+    assert graph.type_of(name) == STRING
     graph.mirror(({name: [TALKER]}, {}, {}), {name: "std_msgs/Int32"})
-    assert graph.types[name] == STRING
+    assert graph.type_of(name) == STRING
 
 
 @pytest.mark.parametrize("kind", ["publisher", "subscriber"])

@@ -140,7 +140,10 @@ class Master(Api, Wire):
             "lookupNode": ("n", self._lookup_node),
             "lookupService": ("n", self._lookup_service),
             "getPublishedTopics": ("v", self._published_topics),
-            "getTopicTypes": ("", lambda _: (1, "current topics", [list(pair) for pair in self.graph.types.items()])),
+            "getTopicTypes": (
+                "",
+                lambda _: (1, "current topics", [[name, kind or "*"] for name, kind in self.graph.topics().items()]),
+            ),
             "getSystemState": ("", self._system_state),
             "setParam": ("kv", self._set_parameter),
             "getParam": ("k", self._get_parameter),
@@ -222,7 +225,7 @@ class Master(Api, Wire):
             return -1, "ERROR: parameter [subgraph] is not a name", []
         under = f"{resolve(str(subgraph), node)}/" if subgraph and subgraph != "/" else "/"
         names = [name for name in self.graph.registrations.names("publisher") if name.startswith(under)]
-        return 1, "current topics", [[name, self.graph.types.get(name, "*")] for name in names]
+        return 1, "current topics", [[name, self.graph.type_of(name) or "*"] for name in names]
 
     def _system_state(self, _: str) -> Reply:
         state = [self.graph.registrations.state(kind) for kind in ("publisher", "subscriber", "service")]

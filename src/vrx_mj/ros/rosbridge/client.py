@@ -226,14 +226,14 @@ class Client:
         self._level = "error"
         self._operations: dict[str, Callable[[Operation], None]] = {
             "advertise": self._advertise,
-            "unadvertise": self._unadvertise,
+            "unadvertise": lambda message: self._publishing.unadvertise(absolute(text(message, "topic"))),
             "publish": self._publish,
             "subscribe": self._subscribe,
             "unsubscribe": self._unsubscribe,
             "call_service": self._call_service,
             "service_response": self._service_response,
             "advertise_service": self._advertise_service,
-            "unadvertise_service": self._unadvertise_service,
+            "unadvertise_service": lambda message: hub.services.unadvertise(absolute(text(message, "service")), self),
             "set_level": self._set_level,
             "status_level": self._set_level,
             "status": lambda _message: None,
@@ -354,9 +354,6 @@ class Client:
         self._check_room(message)
         self._publishing.advertise(name, known_type(text(message, "type")), flag(message, "latch", False))
 
-    def _unadvertise(self, message: Operation) -> None:
-        self._publishing.unadvertise(absolute(text(message, "topic")))
-
     def _publish(self, message: Operation) -> None:
         name = absolute(text(message, "topic"))
         if name not in self._publishing:
@@ -412,9 +409,6 @@ class Client:
         written = text(message, "service")
         self._check_room(message)
         self._hub.services.advertise(absolute(written), Offered(ros1_name(text(message, "type")), written, self))
-
-    def _unadvertise_service(self, message: Operation) -> None:
-        self._hub.services.unadvertise(absolute(text(message, "service")), self)
 
     def _set_level(self, message: Operation) -> None:
         level = text(message, "level")

@@ -60,9 +60,9 @@ def test_topics_come_and_go_and_subscribers_are_told(master):
     assert call(master, "registerPublisher", "/ns/a", "/x", "std_msgs/Int8", A)[2] == [B]
     assert call(master, "registerPublisher", "/ns/a", "y", "*", A)[1] == "Registered [/ns/a] as publisher of [/ns/y]"
     assert call(master, "getTopicTypes", "/t")[2] == [
+        ["/ns/y", "*"],
         ["/rosout", "rosgraph_msgs/Log"],
         ["/x", "std_msgs/Int8"],
-        ["/ns/y", "*"],
     ]
     assert call(master, "getPublishedTopics", "/t", "/ns")[2] == [["/ns/y", "*"]]
     assert state(master) == [[["/x", ["/ns/a"]], ["/ns/y", ["/ns/a"]]], [["/x", ["/b"]]], []]
