@@ -20,7 +20,7 @@ from vrx_mj.ros.messages import Message, encode, new
 from vrx_mj.ros.parameters import command_topic
 from vrx_mj.ros.table import make_tables
 from vrx_mj.ros.table.boats import description
-from vrx_mj.ros.table.host import Bodies, Host, Scenery, header
+from vrx_mj.ros.table.host import Bodies, Host, Scenery, odometry
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.state import State
 from vrx_mj.runtime.timing import Schedule
@@ -61,7 +61,7 @@ class Moment:
     """
 
     def __init__(self, recorded: Record, boat_set: BoatSet) -> None:
-        """The boat set's world, at no moment yet."""
+        """Begin with the boat set's world, before any row."""
         self.layout, self.time, self.data = boat_set.layout, 0.0, SimpleNamespace()
         self.columns = columns_in(recorded.layout, boat_set.layout)
         east, north = recorded.wind_direction
@@ -81,7 +81,7 @@ class Moment:
         self.data = SimpleNamespace(qpos=row[self.layout.qpos], qvel=row[self.layout.qvel], time=self.time)
 
     def resume(self, saved: SavedState) -> None:
-        """Have the task be as in a saved state."""
+        """Set the task to a saved state."""
         self._sim.set_state(State.from_bytes(saved.blob))
 
     def steering(self, boat: str) -> dict[str, float]:
@@ -107,7 +107,7 @@ class Moment:
 
 
 class RecordingHost:
-    """Has the outputs of the table made; the rest of a host is for those who change something."""
+    """A host whose table has outputs only: nothing commands a recording."""
 
     cmd_vel, truth, paused = "thrust", True, True
 
@@ -145,11 +145,12 @@ class SegmentOutputs(NamedTuple):
 
 
 class Conversion:
-    """A recording on its way into a bag."""
+    """Writes a recording into a bag."""
 
     def __init__(self, recorded: Record, bag: Bag) -> None:
         self._recorded, self._bag = recorded, bag
-        self._alike = {one.layout: one for one in recorded.companies[::-1]}
+        self._boat_sets = {one.layout: one for one in recorded.companies[::-1]}
+        """Boat sets by their layouts: those of one layout have the same outputs."""
         self._known: dict[str, SegmentOutputs] = {}
         self._schedule = Schedule()
         self._last: dict[str, bytes] = {}
@@ -191,7 +192,7 @@ class Conversion:
             self._write_reading(time, key, readings[i])
 
     def _write_row(self, time: float, number: int, row: FloatArray) -> None:
-        segment = self._segment(self._alike[self._recorded.companies[number].layout])
+        segment = self._segment(self._boat_sets[self._recorded.companies[number].layout])
         segment.moment.show(row[segment.moment.columns])
         for output in segment.moving:
             self._output(output, time)
@@ -278,10 +279,4 @@ def _outputs_of(recorded: Record, boat_set: BoatSet) -> SegmentOutputs:
 def _odometry(bodies: Bodies, boat: str, time: float) -> Message:
     """nav_msgs/Odometry as VRX's P3D publishes it: of `base_link` in `map`, velocities in the axes of the world."""
     placed = bodies.model(boat)
-    return new(
-        _ODOMETRY,
-        header=header(time, "map"),
-        child_frame_id=f"{boat}/base_link",
-        pose={"pose": {"position": placed.position, "orientation": placed.quaternion}},
-        twist={"twist": {"linear": placed.velocity, "angular": placed.spin}},
-    )
+    return odometry(time, f"{boat}/base_link", placed.position, placed.quaternion, placed.velocity, placed.spin)

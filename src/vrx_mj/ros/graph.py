@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, Protocol
 
 from vrx_mj.errors import CommandError, UnknownNameError
 from vrx_mj.ros.interface import Answer, Inbox, RosInterface, Sent, Traffic
-from vrx_mj.ros.limits import TopicQueue
+from vrx_mj.ros.limits import Mailbox
 from vrx_mj.ros.messages import Message, is_known, new, stamp
 from vrx_mj.ros.network import Network, Notices
 from vrx_mj.ros.parameters import Parameters, join_names, plain
@@ -510,6 +510,10 @@ class Server(Protocol):
         """Withdraw all, and close every connection."""
 
 
+def _mailbox() -> Mailbox[Sent]:
+    return Mailbox(lambda sent: sent.output.name)
+
+
 class Wires:
     """A `Transport` (see `vrx_mj.ros.interface`) of one graph and all wires on which it is shown.
 
@@ -520,7 +524,7 @@ class Wires:
 
     def __init__(self, graph: Graph, servers: Sequence[Server]) -> None:
         self.graph, self.servers = graph, servers
-        self._queue = TopicQueue()
+        self._queue = _mailbox()
         self._dropped = 0
 
     def start(self) -> Sequence[str]:
@@ -530,7 +534,7 @@ class Wires:
     def offer(self, table: RosInterface) -> None:
         """Offer this table from now on, and nothing else."""
         self._dropped += self._queue.dropped
-        self._queue = TopicQueue()  # what was published before goes before it
+        self._queue = _mailbox()  # what was published before goes before it
         self.graph.network.soon(self.graph.offer, table)
 
     @property
@@ -562,6 +566,6 @@ class Wires:
         for server in reversed(self.servers):
             server.close()
 
-    def _send(self, queue: TopicQueue) -> None:
+    def _send(self, queue: Mailbox[Sent]) -> None:
         for sent in queue.take():
             self.graph.send(sent)

@@ -10,7 +10,7 @@ import hashlib
 import math
 import re
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -69,29 +69,33 @@ def full_name(type_name: str) -> str:
     return f"{package.removesuffix('/msg')}/msg/{name}"
 
 
-def is_known(type_name: str) -> bool:
+_Types = Callable[[], Typestore]
+"""Gives all types of a generation of ROS."""
+
+
+def is_known(type_name: str, types: _Types = typestore) -> bool:
     """Whether there is such a message type."""
-    return full_name(type_name) in typestore().types
+    return full_name(type_name) in types().types
 
 
 @cache
-def kind(type_name: str) -> type[Message]:
+def kind(type_name: str, types: _Types = typestore) -> type[Message]:
     """The class of a type's messages, for those that are made often; it takes all fields."""
-    return typestore().types[full_name(type_name)]
+    return types().types[full_name(type_name)]
 
 
-def new(type_name: str, **fields: object) -> Message:
+def new(type_name: str, types: _Types = typestore, /, **fields: object) -> Message:
     """A message; fields that are not given are zero, empty or a message of such.
 
     A mapping may take the place of a message in it, as `position={"x": 1.0}`; x, y, z that of a point or a vector, and
     w, x, y, z that of a quaternion.
     """
-    known = _fields(type_name)
-    values = {name: _field_value(known[name], value) for name, value in fields.items()}
+    known = _fields(type_name, types)
+    values = {name: _field_value(known[name], value, types) for name, value in fields.items()}
     for name, what in known.items():
         if name not in values:
-            values[name] = _default(what)
-    return kind(type_name)(**values)
+            values[name] = _default(what, types)
+    return kind(type_name, types)(**values)
 
 
 def encode(message: Message, type_name: str) -> bytes:
@@ -167,32 +171,32 @@ def duration(seconds: float) -> Message:
 
 
 @cache
-def _fields(type_name: str) -> Mapping[str, FieldDesc]:
+def _fields(type_name: str, types: _Types) -> Mapping[str, FieldDesc]:
     """Fields of a type, and what rosbags knows of each."""
-    return dict(typestore().fielddefs[full_name(type_name)][1])
+    return dict(types().fielddefs[full_name(type_name)][1])
 
 
-def _field_value(field: FieldDesc, value: object) -> object:
+def _field_value(field: FieldDesc, value: object, types: _Types) -> object:
     if isinstance(value, Mapping):
-        return new(field[1], **value)
+        return new(field[1], types, **value)
     if not isinstance(value, list | tuple | np.ndarray):
         return value
     if field[0] == Nodetype.NAME:
-        return kind(field[1])(**dict(zip(_AXES[field[1]], map(float, value), strict=True)))
+        return kind(field[1], types)(**dict(zip(_AXES[field[1]], map(float, value), strict=True)))
     return np.asarray(value, _dtype(field)).reshape(-1) if _dtype(field) else value
 
 
-def _default(field: FieldDesc) -> object:
+def _default(field: FieldDesc, types: _Types) -> object:
     """The value of a field that was not given."""
     node, about = field
     if node == Nodetype.BASE:
         return {"string": "", "bool": False, "float32": 0.0, "float64": 0.0}.get(about[0], 0)
     if node == Nodetype.NAME:
-        return new(about)
+        return new(about, types)
     inner, count = about
     if kind_of_numbers := _dtype(field):
         return np.zeros(count if node == Nodetype.ARRAY else 0, kind_of_numbers)
-    return [_default(inner) for _ in range(count)] if node == Nodetype.ARRAY else []
+    return [_default(inner, types) for _ in range(count)] if node == Nodetype.ARRAY else []
 
 
 def _dtype(field: FieldDesc) -> str:

@@ -19,7 +19,7 @@ from vrx_mj.packages import install_command
 from vrx_mj.ros.access import is_loopback
 from vrx_mj.ros.cdr import decode, encode, fields, kind
 from vrx_mj.ros.interface import Dialect, Inbox, Input, Output, RosInterface, Sent, Service, Traffic
-from vrx_mj.ros.limits import TopicQueue
+from vrx_mj.ros.limits import Mailbox
 from vrx_mj.ros.messages import PADDING, Message, stamp
 from vrx_mj.ros.network import Notices
 from vrx_mj.ros.table.vrx3 import PACKAGES
@@ -349,7 +349,7 @@ class Ros2:
         self._inbox, self._host, self._name, self._packages = inbox, host, node, packages
         self._lock, self._woken, self._closing = threading.Lock(), threading.Event(), False
         self._table: RosInterface | None = None
-        self._queue = TopicQueue()
+        self._queue: Mailbox[Sent] = Mailbox(lambda sent: sent.output.name)
         self._lines: deque[tuple[str, str]] = deque(maxlen=_MOST_LINES)
         self._node: Node | None = None
         self._thread = threading.Thread(target=self._run, name="vrx_mj ROS 2", daemon=True)

@@ -23,7 +23,7 @@ from vrx_mj.ros.ros1.master import Api, Reply
 from vrx_mj.ros.ros1.publication import Provided, Publication, Reader, Stream
 from vrx_mj.ros.ros1.registrar import Link, MasterAccess, Registrar, SystemState, is_ours, open_master
 from vrx_mj.ros.ros1.subscription import MOST_PUBLISHERS, Subscription, call_service
-from vrx_mj.ros.ros1.xmlrpc import BROKEN, LARGEST_REPLY, Proxy, address
+from vrx_mj.ros.ros1.xmlrpc import BROKEN, address, ask
 
 HEADER_TIMEOUT = 10.0
 """Wall time in which a header must come [s]."""
@@ -165,8 +165,8 @@ class Watch:
         self._since: dict[tuple[str, str], float] = {}
         self._work: set[asyncio.Task[None]] = set()
 
-    def look(self, state: SystemState, inputs: Mapping[str, object]) -> None:
-        """Find what is new in a state; `inputs` are the topics that we listen to."""
+    def look(self, state: SystemState, types: Mapping[str, str], inputs: Mapping[str, object]) -> None:
+        """Find what is new in a state; `types` are those of topics, and `inputs` the topics that we listen to."""
         publishers, subscribers = state[0], state[1]
         unknown_publishers = {
             (topic, node)
@@ -177,11 +177,13 @@ class Watch:
             if node not in self._graph.local
         }
         new, self._unknown_publishers = unknown_publishers - self._unknown_publishers, unknown_publishers
-        if new:
-            self._begin(self._report_unknown_publishers(new))
+        for topic, node in sorted(new):
+            self._graph.inbox.unknown_publisher(topic, types.get(topic, "*"), node)
         silent = self._silent(subscribers)
         if silent:
-            self._begin(self._report_unreachable(silent))
+            task = asyncio.get_running_loop().create_task(self._report_unreachable(silent))
+            self._work.add(task)
+            task.add_done_callback(self._work.discard)
 
     async def close(self) -> None:
         """Stop."""
@@ -189,21 +191,6 @@ class Watch:
         for task in work:
             task.cancel()
         await asyncio.gather(*work, return_exceptions=True)
-
-    def _begin(self, work: "asyncio._CoroutineLike[None]") -> None:
-        task = asyncio.get_running_loop().create_task(work)
-        self._work.add(task)
-        task.add_done_callback(self._work.discard)
-
-    async def _report_unknown_publishers(self, new: set[tuple[str, str]]) -> None:
-        try:
-            pairs: Any
-            (pairs,) = await self._link.many([("getTopicTypes", (self._graph.node,))])
-            types = {str(topic): str(kind) for topic, kind in pairs or []}
-        except (*BROKEN, Fault, TypeError, ValueError):
-            types = {}
-        for topic, node in sorted(new):
-            self._graph.inbox.unknown_publisher(topic, types.get(topic, "*"), node)
 
     def _silent(self, subscribers: Mapping[str, list[str]]) -> list[tuple[str, str]]:
         """Topics and nodes that subscribed to them long ago and never connected; of a node only one topic."""
@@ -220,7 +207,11 @@ class Watch:
         return [(topic, node) for node, topic in late.items()]
 
     async def _report_unreachable(self, silent: list[tuple[str, str]]) -> None:
-        for (_, node), uri in zip(silent, await self._lookup([node for _, node in silent]), strict=False):
+        try:
+            uris = await self._link.many([("lookupNode", (self._graph.node, node)) for _, node in silent])
+        except (*BROKEN, Fault):
+            return
+        for (_, node), uri in zip(silent, map(str, uris), strict=True):
             try:
                 host, _ = address(uri)
                 if not await _answers(uri):
@@ -234,23 +225,13 @@ class Watch:
             )
             self._graph.notices.write("WARN", "unreachable", node, text)
 
-    async def _lookup(self, nodes: list[str]) -> list[str]:
-        try:
-            requests = [("lookupNode", (self._graph.node, node)) for node in nodes]
-            return [str(uri) for uri in await self._link.many(requests)]
-        except (*BROKEN, Fault):
-            return []
-
 
 async def _answers(uri: str) -> bool:
     """Whether a node is alive."""
-    proxy = Proxy(uri, LARGEST_REPLY)
     try:
-        await proxy.ros("getPid", "/vrx_mj", timeout=2.0)
+        await ask(uri, "getPid", "/vrx_mj", timeout=2.0)
     except (*BROKEN, Fault):
         return False
-    finally:
-        proxy.close()
     return True
 
 
@@ -496,7 +477,7 @@ class Node(Wire):
             if count != len(topic.sources) and count <= MOST_PUBLISHERS:
                 self.registrar.forget(name)  # the master's news did not reach us: ask
         self._kept = {(name, node) for name, node in self._kept if node in state[0].get(name, [])}
-        self.watch.look(state, self.subscriptions)
+        self.watch.look(state, types, self.subscriptions)
 
     def _begin(self, work: Coroutine[object, None, None]) -> None:
         task: asyncio.Task[None] = asyncio.get_running_loop().create_task(work)

@@ -12,7 +12,7 @@ from vrx_mj.ros.messages import Message, decode, encode, full_text, is_known, md
 from vrx_mj.ros.network import Notices
 from vrx_mj.ros.parameters import LONGEST
 from vrx_mj.ros.ros1.connection import LARGEST_HEADER, Peer, decode_header, dial, encode_header, with_length
-from vrx_mj.ros.ros1.xmlrpc import BROKEN, LARGEST_REPLY, Proxy
+from vrx_mj.ros.ros1.xmlrpc import BROKEN, ask
 
 MOST_PUBLISHERS = 64
 _LARGEST_MESSAGE = 1 << 22
@@ -156,11 +156,7 @@ class Source:
 
     async def _where(self) -> str:
         """Where the publisher sends this topic."""
-        proxy = Proxy(self.uri, LARGEST_REPLY)
-        try:
-            answer = await proxy.ros("requestTopic", self.topic.node, self.topic.name, [["TCPROS"]])
-        finally:
-            proxy.close()
+        answer = await ask(self.uri, "requestTopic", self.topic.node, self.topic.name, [["TCPROS"]])
         match answer:
             case ["TCPROS", str(host), int(port), *_]:
                 return f"tcpros://{host}:{port}"

@@ -120,22 +120,13 @@ class Topics(Wire):
         self._listeners: dict[str, dict[int, list[Subscription]]] = {}
         """Subscriptions by topic and client."""
 
-    def advertise(self, name: str, type_name: str, client: int, *, latched: bool) -> None:
-        """Have a client publish a topic; CommandError: it has another type, or there are too many."""
-        self._check(name, type_name)
-        self._graph.register("publisher", name, node_name(client), type_name, latched=latched)
-
-    def unadvertise(self, name: str, client: int) -> None:
-        """A client publishes a topic no more."""
-        self._graph.unregister("publisher", name, node_name(client))
-
     def listen(self, name: str, type_name: str, client: int, subscription: Subscription) -> list[Parcel]:
         """Have a client's subscription get a topic's messages; returns those that are latched.
 
         Raises:
             CommandError: the topic has another type, or there are too many.
         """
-        self._check(name, type_name)
+        self.check(name, type_name)
         mine = self._listeners.setdefault(name, {}).setdefault(client, [])
         if subscription not in mine:
             mine.append(subscription)
@@ -171,7 +162,8 @@ class Topics(Wire):
             for subscription in subscriptions:
                 subscription.take(parcel)
 
-    def _check(self, name: str, type_name: str) -> None:
+    def check(self, name: str, type_name: str) -> None:
+        """CommandError: the topic has another type."""
         known = self._graph.type_of(name)
         if known is not None and known != type_name:
             raise CommandError(f"topic {name} is a {known}, not a {type_name}")

@@ -292,6 +292,20 @@ def twist_message(placed: Placed) -> Message:
     return kind("geometry_msgs/Twist")(three(*placed.velocity.tolist()), three(*placed.spin.tolist()))
 
 
+def odometry(
+    time: float, child: str, position: FloatArray, quaternion: FloatArray, velocity: FloatArray, spin: FloatArray,
+    variance: float = 0.0,
+) -> Message:  # fmt: skip
+    """nav_msgs/Odometry of the frame `child` in `map`; `variance` is that of the twist [m2/s2, rad2/s2]."""
+    return new(
+        "nav_msgs/Odometry",
+        header=header(time, "map"),
+        child_frame_id=child,
+        pose={"pose": {"position": position, "orientation": quaternion}},
+        twist={"twist": {"linear": velocity, "angular": spin}, "covariance": variance * np.eye(6)},
+    )
+
+
 def header(time: float, frame: str = "") -> Message:
     """std_msgs/Header of a moment [s]."""
     return new("std_msgs/Header", stamp=stamp(time), frame_id=frame)

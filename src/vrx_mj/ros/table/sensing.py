@@ -13,7 +13,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.config.sensors import LidarConfig
 from vrx_mj.ros.interface import VRX, VRX3, Input, Output, Service
 from vrx_mj.ros.messages import Message, fields, new, stamp
-from vrx_mj.ros.table.host import Host, header
+from vrx_mj.ros.table.host import Host, header, odometry
 from vrx_mj.ros.table.vrx3 import with_vrx3
 from vrx_mj.runtime.mounted import Mounted
 from vrx_mj.sensors.errors import covariance
@@ -314,16 +314,8 @@ def _odometries(_host: Host, sensor: Mounted, stems: Stems) -> Iterator[Output]:
 def _odometry(child: str, variance: float, reading: Reading) -> Message:
     """The pose and twist of the frame `child` in `map`, with noise of a `variance` on the twist [m2/s2, rad2/s2]."""
     truth: Truth = reading.data
-    return new(
-        "nav_msgs/Odometry",
-        header=header(reading.time, "map"),
-        child_frame_id=child,
-        pose={"pose": {"position": truth.position, "orientation": truth.orientation}},
-        twist={
-            "twist": {"linear": truth.velocity, "angular": truth.angular_velocity},
-            "covariance": variance * np.eye(6),
-        },
-    )
+    twist = truth.velocity, truth.angular_velocity
+    return odometry(reading.time, child, truth.position, truth.orientation, *twist, variance)
 
 
 def _signal(reading: Reading) -> Message:
