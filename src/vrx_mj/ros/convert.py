@@ -3,11 +3,10 @@
 import heapq
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, NamedTuple, cast
-
-import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import RecordError
@@ -24,7 +23,6 @@ from vrx_mj.ros.table.host import Bodies, Host, Scenery, odometry
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.state import State
 from vrx_mj.runtime.timing import Schedule
-from vrx_mj.sensors.readings import Reading
 
 _Progress = Callable[[float, float], None]
 """Takes the recorded time that is reached and that of the end [s]."""
@@ -162,36 +160,28 @@ class Conversion:
         end = float(recorded.time[-1]) if len(recorded.time) else 0.0
         rows = zip(recorded.row_companies.tolist(), recorded.rows, strict=True)
         readings = read_readings(recorded.path, recorded.sensors) if recorded.sensors else ()
-        streams: list[Iterator[tuple[float, int, int, Any]]] = [
-            ((float(row[0]), 0, i, (number, row)) for i, (number, row) in enumerate(rows)),
-            ((saved.time, 1, i, saved) for i, saved in enumerate(recorded.states)),
+        streams: list[Iterator[tuple[float, int, int, Callable[[float], None]]]] = [
+            ((float(row[0]), 0, i, partial(self._write_row, number, row)) for i, (number, row) in enumerate(rows)),
+            ((saved.time, 1, i, partial(self._write_state, saved)) for i, saved in enumerate(recorded.states)),
             *(self._readings(number, found) for number, found in enumerate(readings, 2)),
-            ((event.time, 1 << 20, i, event) for i, event in enumerate(recorded.events)),
+            ((event.time, 1 << 20, i, partial(self._log, event)) for i, event in enumerate(recorded.events)),
         ]
-        for time, _, _, found in heapq.merge(*streams, key=lambda item: item[:3]):
-            self._write_found(time, found)
+        for time, _, _, write in heapq.merge(*streams, key=lambda item: item[:3]):
+            write(time)
             if progress is not None:
                 progress(time, end)
         return self._count
 
-    def _readings(self, number: int, readings: RecordedReadings) -> Iterator[tuple[float, int, int, Any]]:
-        sensor = readings.sensor
-        return (
-            (float(time), number, i, ((sensor.boat, sensor.name), readings, i)) for i, time in enumerate(readings.time)
-        )
+    def _readings(
+        self, number: int, readings: RecordedReadings
+    ) -> Iterator[tuple[float, int, int, Callable[[float], None]]]:
+        for i, time in enumerate(readings.time):
+            yield float(time), number, i, partial(self._write_reading, readings, i)
 
-    def _write_found(self, time: float, found: Any) -> None:
-        if isinstance(found, SavedState):
-            self._write_state(time, found)
-        elif isinstance(found, Event):
-            self._bag.log(found.level, found.text)
-        elif isinstance(found[1], np.ndarray):
-            self._write_row(time, *found)
-        else:
-            key, readings, i = found
-            self._write_reading(time, key, readings[i])
+    def _log(self, event: Event, _time: float) -> None:
+        self._bag.log(event.level, event.text)
 
-    def _write_row(self, time: float, number: int, row: FloatArray) -> None:
+    def _write_row(self, number: int, row: FloatArray, time: float) -> None:
         segment = self._segment(self._boat_sets[self._recorded.companies[number].layout])
         segment.moment.show(row[segment.moment.columns])
         for output in segment.moving:
@@ -203,7 +193,7 @@ class Conversion:
             for name, value in segment.moment.commands(boat):
                 self._write(command_topic(boat, name), COMMAND, new(COMMAND, data=value), time)
 
-    def _write_state(self, time: float, saved: SavedState) -> None:
+    def _write_state(self, saved: SavedState, time: float) -> None:
         world = State.from_bytes(saved.blob).world
         boat_set = next((one for one in self._recorded.companies if one.world_sha256 == world), None)
         if boat_set is None:
@@ -215,7 +205,8 @@ class Conversion:
             self._output(output, time)
         segment.moment.time = before
 
-    def _write_reading(self, time: float, key: tuple[str, str], reading: Reading) -> None:
+    def _write_reading(self, readings: RecordedReadings, i: int, time: float) -> None:
+        key, reading = (readings.sensor.boat, readings.sensor.name), readings[i]
         segment = next((segment for segment in reversed(self._known.values()) if key in segment.measured), None)
         for output in segment.measured[key] if segment else ():
             message = output.make(reading)

@@ -15,8 +15,8 @@ from vrx_mj.runtime.hull import Propeller
 from vrx_mj.runtime.run import FASTEST_SPIN, is_capsized, spin
 from vrx_mj.runtime.simulation import Simulation
 
-if TYPE_CHECKING:  # it needs the extra ros1, and `vrx-mj doctor` does not
-    from vrx_mj.ros.interface import Input, RosInterface
+if TYPE_CHECKING:  # they need the extra ros1, and `vrx-mj doctor` does not
+    from vrx_mj.ros.interface import Call, Command, Input, RosInterface, UnknownTopicPublisher
 
 
 _CMD_VEL = "/cmd_vel"
@@ -109,10 +109,6 @@ def _alike(given: str, meant: str) -> float:
 @lru_cache(maxsize=8192)
 def _words(name: str) -> frozenset[str]:
     return frozenset(name.replace("/", "_").split("_")) - {""}
-
-
-if TYPE_CHECKING:  # they need the extra ros1, and `vrx-mj doctor` does not
-    from vrx_mj.ros.interface import Call, Command, RosInterface, UnknownTopicPublisher
 
 
 _DEEP = 0.05

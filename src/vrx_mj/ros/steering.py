@@ -1,13 +1,17 @@
 """What steers boats on behalf of topics: `cmd_vel`, `/swarm/formation`, and thrusts that last."""
 
+import contextlib
+import json
 import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import ValidationError
 
+from vrx_mj.config.base import Config
 from vrx_mj.config.layouts import LayoutName
 from vrx_mj.config.loading import fault_text
+from vrx_mj.config.values import Point
 from vrx_mj.control.formation import Formation
 from vrx_mj.control.navigation import true_estimate
 from vrx_mj.control.velocity import VelocityKeeper, craft_of
@@ -105,15 +109,13 @@ class Steering:
         self._sim.command_all({boat: given for boat, given in commands.items() if boat not in self._orders})
 
 
-class FormationOrder(BaseModel):
+class FormationOrder(Config):
     """Arguments of `Formation` in a message on `/swarm/formation`."""
-
-    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
 
     shape: LayoutName = "wedge"
     spacing: float = 0.0
     leader: str = ""
-    path: tuple[tuple[float, float], ...] = ()
+    path: tuple[Point, ...] = ()
     speed: float = 0.0
     radius: float = 0.0
     apart: float = 0.0
@@ -127,17 +129,36 @@ def parse_formation(text: str) -> dict[str, Any] | None:
     Raises:
         CommandError: it is neither.
     """
-    shape, *rest = text.split() or [""]
     if text.strip().lower() in _OFF:
         return None
-    pairs = [word.partition("=") for word in rest]
-    given = {"shape": shape} | {key: value for key, _, value in pairs}
+    given = _from_json(text) if text.lstrip().startswith("{") else _from_words(text)
+    for key in given:
+        if key not in FormationOrder.model_fields:
+            raise UnknownNameError("parameter of a formation", key, FormationOrder.model_fields)
     try:
-        is_json = shape.startswith("{")
-        order = FormationOrder.model_validate_json(text) if is_json else FormationOrder.model_validate(given)
+        return FormationOrder.model_validate(given).model_dump(exclude_unset=True)
     except ValidationError as error:
         raise CommandError(f"formation: {fault_text(error)}") from None
-    return order.model_dump(exclude_unset=True)
+
+
+def _from_words(text: str) -> dict[str, object]:
+    shape, *rest = text.split() or [""]
+    given: dict[str, object] = {"shape": shape}
+    for word in rest:
+        key, equals, value = word.partition("=")
+        if not equals:
+            raise CommandError(f"formation '{text}': '{word}' is not name=value, as in wedge spacing=12")
+        given[key] = value
+        with contextlib.suppress(ValueError):
+            given[key] = value if key == "leader" else float(value)
+    return given
+
+
+def _from_json(text: str) -> dict[str, object]:
+    try:
+        return dict(json.loads(text))
+    except (ValueError, TypeError, RecursionError) as error:
+        raise CommandError(f"formation: not a JSON object: {error}") from None
 
 
 class _ThrustOrder(NamedTuple):

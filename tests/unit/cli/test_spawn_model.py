@@ -146,7 +146,7 @@ def test_a_client_names_what_is_missing_and_what_is_refused(served):
     client = Client("one")
     with pytest.raises(NetworkError) as caught:
         client.wait("/nowhere", 0.1)
-    assert str(caught.value) == f"the service /nowhere did not come within 0.1 s at the master {served.uri}"
+    assert str(caught.value) == f"no service /nowhere within 0.1 s at the master {served.uri}"
     with pytest.raises(NetworkError, match="no service /nowhere at the master"):
         client.call("/nowhere", "std_srvs/Empty", new("std_srvs/EmptyRequest"))
     with pytest.raises(CommandError) as refused:

@@ -83,9 +83,7 @@ class Fragments:
         Raises:
             CommandError: what is wrong with it.
         """
-        identity, data = text(message, "id"), message.get("data")
-        if not isinstance(data, str):
-            raise CommandError("fragment: data is missing, or not a string")
+        identity, data = text(message, "id"), _data(message)
         total = _whole(message, "total", 1, MOST_INCOMING)
         number = _whole(message, "num", 0, total - 1)
         pieces = self._open.setdefault(identity, {})

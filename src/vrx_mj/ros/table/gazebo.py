@@ -3,7 +3,7 @@
 import itertools
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 
 import mujoco
@@ -53,48 +53,7 @@ def gazebo_inputs(host: Host) -> Iterator[Input]:
 
 def gazebo_services(host: Host) -> Iterator[Service]:
     """Gazebo's services that the tutorials and common scripts call."""
-    for name, type_name, do in (
-        ("reset_world", "std_srvs/Empty", lambda host, _: host.reset_world()),
-        ("reset_simulation", "std_srvs/Empty", lambda host, _: host.reset_simulation()),
-        ("pause_physics", "std_srvs/Empty", lambda host, _: _pause(host, paused=True)),
-        ("unpause_physics", "std_srvs/Empty", lambda host, _: _pause(host, paused=False)),
-        ("spawn_urdf_model", "gazebo_msgs/SpawnModel", _spawn),
-        ("spawn_sdf_model", "gazebo_msgs/SpawnModel", _spawn_sdf),
-        ("delete_model", "gazebo_msgs/DeleteModel", _delete),
-        ("get_model_state", "gazebo_msgs/GetModelState", _get_model),
-        ("set_model_state", "gazebo_msgs/SetModelState", lambda host, asked: _set_model(host, asked.model_state)),
-        ("get_link_state", "gazebo_msgs/GetLinkState", _get_link),
-        ("set_link_state", "gazebo_msgs/SetLinkState", lambda host, asked: _set_link(host, asked.link_state)),
-        (
-            "get_world_properties",
-            "gazebo_msgs/GetWorldProperties",
-            lambda host, _: {
-                "sim_time": host.sim.time,
-                "model_names": list(host.bodies.models),
-                "rendering_enabled": True,
-            },
-        ),
-        ("get_model_properties", "gazebo_msgs/GetModelProperties", _model_properties),
-        ("get_joint_properties", "gazebo_msgs/GetJointProperties", _joint_properties),
-        (
-            "get_physics_properties",
-            "gazebo_msgs/GetPhysicsProperties",
-            lambda host, _: {"pause": host.paused, **_physics(host)},
-        ),
-        ("set_physics_properties", "gazebo_msgs/SetPhysicsProperties", _set_physics),
-        ("apply_body_wrench", "gazebo_msgs/ApplyBodyWrench", _apply_wrench),
-        ("apply_joint_effort", "gazebo_msgs/ApplyJointEffort", _apply_effort),
-        (
-            "clear_body_wrenches",
-            "gazebo_msgs/BodyRequest",
-            lambda host, asked: host.applied.clear(body=host.bodies.body(asked.body_name)),
-        ),
-        (
-            "clear_joint_forces",
-            "gazebo_msgs/JointRequest",
-            lambda host, asked: host.applied.clear(joint=_axis(host, asked.joint_name)),
-        ),
-    ):
+    for name, type_name, do in _SERVICES:
         reports = "success" in fields(f"{type_name}Response")
         yield Service(f"/gazebo/{name}", type_name, partial(do, host), reports)
 
@@ -382,3 +341,49 @@ def _floats(host: Host, name: str) -> bool:
     except VrxError:
         return False
     return True
+
+
+_Do = Callable[[Host, Message], Mapping[str, object] | None]
+_SERVICES: Sequence[tuple[str, str, _Do]] = (
+    ("reset_world", "std_srvs/Empty", lambda host, _: host.reset_world()),
+    ("reset_simulation", "std_srvs/Empty", lambda host, _: host.reset_simulation()),
+    ("pause_physics", "std_srvs/Empty", lambda host, _: _pause(host, paused=True)),
+    ("unpause_physics", "std_srvs/Empty", lambda host, _: _pause(host, paused=False)),
+    ("spawn_urdf_model", "gazebo_msgs/SpawnModel", _spawn),
+    ("spawn_sdf_model", "gazebo_msgs/SpawnModel", _spawn_sdf),
+    ("delete_model", "gazebo_msgs/DeleteModel", _delete),
+    ("get_model_state", "gazebo_msgs/GetModelState", _get_model),
+    ("set_model_state", "gazebo_msgs/SetModelState", lambda host, asked: _set_model(host, asked.model_state)),
+    ("get_link_state", "gazebo_msgs/GetLinkState", _get_link),
+    ("set_link_state", "gazebo_msgs/SetLinkState", lambda host, asked: _set_link(host, asked.link_state)),
+    (
+        "get_world_properties",
+        "gazebo_msgs/GetWorldProperties",
+        lambda host, _: {
+            "sim_time": host.sim.time,
+            "model_names": list(host.bodies.models),
+            "rendering_enabled": True,
+        },
+    ),
+    ("get_model_properties", "gazebo_msgs/GetModelProperties", _model_properties),
+    ("get_joint_properties", "gazebo_msgs/GetJointProperties", _joint_properties),
+    (
+        "get_physics_properties",
+        "gazebo_msgs/GetPhysicsProperties",
+        lambda host, _: {"pause": host.paused, **_physics(host)},
+    ),
+    ("set_physics_properties", "gazebo_msgs/SetPhysicsProperties", _set_physics),
+    ("apply_body_wrench", "gazebo_msgs/ApplyBodyWrench", _apply_wrench),
+    ("apply_joint_effort", "gazebo_msgs/ApplyJointEffort", _apply_effort),
+    (
+        "clear_body_wrenches",
+        "gazebo_msgs/BodyRequest",
+        lambda host, asked: host.applied.clear(body=host.bodies.body(asked.body_name)),
+    ),
+    (
+        "clear_joint_forces",
+        "gazebo_msgs/JointRequest",
+        lambda host, asked: host.applied.clear(joint=_axis(host, asked.joint_name)),
+    ),
+)
+"""Names after `/gazebo/`, types, and what each does: it gives fields of the response."""

@@ -217,13 +217,10 @@ def _frames_and_infos(host: Host, sensor: Mounted, stems: Stems) -> Iterator[Out
         (f"{stems.vrx3}/optical/camera_info", sensor.frame, VRX3),
     ):
 
-        def with_picture(reading: Reading, frame: str = frame) -> Message:
-            return make(reading.time, frame)
+        def made(reading: Reading | None = None, frame: str = frame) -> Message:
+            return make(host.sim.time if reading is None else reading.time, frame)
 
-        def alone(frame: str = frame) -> Message:
-            return make(host.sim.time, frame)
-
-        yield Output(name, "sensor_msgs/CameraInfo", with_picture, rate, key, alone, dialects=dialects)
+        yield Output(name, "sensor_msgs/CameraInfo", made, rate, key, made, dialects=dialects)
 
 
 def _points(reading: Reading) -> Message:
