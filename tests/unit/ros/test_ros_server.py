@@ -99,8 +99,10 @@ def test_a_formation_is_kept_and_told(scene):
     [
         (
             "wegde",
-            "formation: shape: expected circle, line, column, wedge, grid or random, got 'wegde'; did you mean "
-            "'wedge'?",
+            (
+                "formation: shape: expected circle, line, column, wedge, grid or random, got 'wegde'; "
+                "did you mean 'wedge'?"
+            ),
         ),
         ("wedge 12", "formation 'wedge 12': '12' is not name=value, as in wedge spacing=12"),
         ("wedge spacing=wide", "formation: spacing: expected a number, got 'wide'"),
