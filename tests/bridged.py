@@ -34,7 +34,7 @@ def table():
         Input("/wamv/cmd_vel", "geometry_msgs/Twist", nothing),
     ]
     services = [
-        Service("/gazebo/reset_world", "std_srvs/Empty", lambda _: messages.new("std_srvs/EmptyResponse")),
+        Service("/gazebo/reset_world", "std_srvs/Empty", lambda _: None),
         Service("/wamv/fire", "std_srvs/Trigger", fire),
         Service("/gazebo/delete_model", "gazebo_msgs/DeleteModel", delete),
     ]
@@ -47,13 +47,13 @@ def table():
 
 
 def fire(_request):
-    return messages.new("std_srvs/TriggerResponse", success=True, message="away")
+    return {"success": True, "message": "away"}
 
 
 def delete(request):
     if request.model_name != "wamv":
         raise CommandError(f"no model named '{request.model_name}'; known: wamv")
-    return messages.new("gazebo_msgs/DeleteModelResponse", success=True, status_message="gone")
+    return {"success": True, "status_message": "gone"}
 
 
 def imu(seq=0, time=1.5):

@@ -26,12 +26,8 @@ LEFT = "/wamv/thrusters/left_thrust_cmd"
 needs_tools = needs(ROS1_TOOLS)
 
 
-def empty(_request):
-    return new("std_srvs/EmptyResponse")
-
-
 def trigger(_request):
-    return new("std_srvs/TriggerResponse", success=True, message="ok")
+    return {"success": True, "message": "ok"}
 
 
 def failing(_request):
@@ -51,7 +47,7 @@ def small_table(*names: str, **parameters) -> RosInterface:
     outputs += [Output(f"/{name}/imu", "sensor_msgs/Imu", nothing) for name in names]
     inputs = [Input(f"/{name}/thrusters/left_thrust_cmd", "std_msgs/Float32", nothing, name) for name in names]
     services = [
-        Service("/gazebo/reset_world", "std_srvs/Empty", empty),
+        Service("/gazebo/reset_world", "std_srvs/Empty", lambda _: None),
         Service("/trigger", "std_srvs/Trigger", trigger),
         Service("/failing", "std_srvs/Trigger", failing),
     ]

@@ -49,7 +49,7 @@ SENSOR_PARTS: dict[str, Collection[str]] = {
         name for name, topics in TOPICS.items() if topics.vrx3_stem
     },
     "topic of VRX 3 made of readings: its name in TOPICS in ros/table/sensing.py": {
-        name for name, topics in TOPICS.items() if not topics.made or any(topic.vrx3 for topic in topics.made)
+        name for name, topics in TOPICS.items() if not topics.made or any(topic.vrx3 != () for topic in topics.made)
     },
     "row in docs/sensors.md": rows("sensors.md"),
 }

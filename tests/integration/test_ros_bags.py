@@ -19,7 +19,7 @@ from ros1_served import Served, free_port, small_table, tools
 from vrx_mj.cli.program import app
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.recording import read_record, record
-from vrx_mj.ros.bags import bagged
+from vrx_mj.ros.bags import bag_run
 from vrx_mj.ros.convert import convert
 from vrx_mj.ros.messages import encode
 from vrx_mj.ros.packages import write_packages
@@ -64,7 +64,7 @@ def sailed(tmp_path_factory, world):
     sensors = [f"wamv:{name}" for name in ("gps_wamv", "imu_wamv", "pinger")]
     with (
         record(sim, folder / "run.rrd", sea=False, sensors=sensors),
-        bagged(sim, folder / "run.bag", steer) as (advance, controller),
+        bag_run(sim, folder / "run.bag", steer) as (advance, controller),
     ):
         summary = run(sim, SECONDS, controller=controller, advance=advance)
     count = convert(folder / "run.rrd", folder / "converted.bag")
@@ -264,7 +264,7 @@ def test_an_exception_completes_the_bag(tmp_path, world):
     sim = Simulation(world)
 
     def sail():
-        with bagged(sim, tmp_path / "run.bag") as (advance, _):
+        with bag_run(sim, tmp_path / "run.bag") as (advance, _):
             advance(25)
             raise KeyboardInterrupt
 

@@ -124,7 +124,7 @@ def test_too_large_a_request_is_not_waited_for(served):
 
 
 def test_who_connects_and_says_nothing_is_put_out(monkeypatch, stream):
-    monkeypatch.setattr("vrx_mj.ros.ros1.publication.HEADER_TIMEOUT", 0.1)
+    monkeypatch.setattr("vrx_mj.ros.ros1.node.HEADER_TIMEOUT", 0.1)
     with socket.create_connection(stream, timeout=5.0) as silent:
         silent.sendall(b"\x40\x00\x00\x00half")
         assert silent.recv(1) == b""

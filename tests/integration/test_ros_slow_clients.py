@@ -110,11 +110,11 @@ def test_bodies_that_are_announced_and_do_not_come_keep_nobody_out(served):
 
 
 def test_bodies_that_come_but_for_their_end_hold_no_more_than_there_may_be(served, monkeypatch):
-    monkeypatch.setattr(served.ros._access.server._intake, "most", 4 * BIG)
+    monkeypatch.setattr(served.ros._access.server.intake, "most", 4 * BIG)
     body = b"x" * (BIG - 1)
     with Crowd(place_of(served.uri), HEAD % BIG + body, HEAD % BIG + body[: BIG // 2], kept=40, pause=0.01):
         answered(served.uri)
-        assert served.ros._access.server._intake.used <= 4 * BIG
+        assert served.ros._access.server.intake.used <= 4 * BIG
 
 
 def test_connections_that_say_nothing_or_half_a_head_make_room(served, monkeypatch):
@@ -132,13 +132,13 @@ def test_connections_that_say_nothing_or_half_a_head_make_room(served, monkeypat
 
 
 def test_answers_that_are_not_taken_hold_no_more_than_there_may_be(served, monkeypatch):
-    monkeypatch.setattr(served.ros._access.server._intake, "most", 16 * BIG)
+    monkeypatch.setattr(served.ros._access.server.intake, "most", 16 * BIG)
     with ServerProxy(served.uri) as master:
         master.setParam(ME, "/large", "x" * BIG)
     call = dumps((ME, "/large"), "getParam").encode()
     with Crowd(place_of(served.uri), HEAD % len(call) + call, kept=40, pause=0.02):
         answered(served.uri)
-        assert served.ros._access.server._intake.used <= 16 * BIG
+        assert served.ros._access.server.intake.used <= 16 * BIG
 
 
 def test_many_large_calls_do_not_hold_up_small_ones(served):
@@ -169,7 +169,7 @@ def test_requests_that_come_but_for_their_end_keep_no_service_from_others(served
 
 
 def test_a_request_that_does_not_go_on_ends_its_connection(served, monkeypatch):
-    monkeypatch.setattr("vrx_mj.ros.limits.MESSAGE_TIMEOUT", 0.2)
+    monkeypatch.setattr("vrx_mj.ros.ros1.connection.STALL", 0.2)
     connection, _ = dial(service_of(served.uri, "/trigger"), service="/trigger", persistent="1")
     with connection:
         connection.sendall(frame(b""))
@@ -183,7 +183,7 @@ def test_a_request_that_does_not_go_on_ends_its_connection(served, monkeypatch):
 
 @pytest.mark.parametrize("data", [b"P", ANNOUNCED, ANNOUNCED + b"x" * 1000])
 def test_a_request_that_does_not_go_on_is_not_waited_for(served, monkeypatch, data):
-    monkeypatch.setattr("vrx_mj.ros.ros1.http_server.STALL", 0.2)
+    monkeypatch.setattr("vrx_mj.ros.ros1.connection.STALL", 0.2)
     with socket.create_connection(place_of(served.uri), timeout=SECONDS) as peer:
         peer.sendall(data)
         with contextlib.suppress(ConnectionResetError):

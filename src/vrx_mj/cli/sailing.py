@@ -67,8 +67,8 @@ def _bagging(
         yield sim.advance, controller
         return
     with importing("a ROS message", "rosbags", "ros1"):
-        from vrx_mj.ros.bags import bagged
-    with bagged(sim, path, controller, topics=topics) as pair:
+        from vrx_mj.ros.bags import bag_run
+    with bag_run(sim, path, controller, topics=topics) as pair:
         yield pair
 
 

@@ -397,7 +397,7 @@ _Advance = Callable[[int], None]
 
 
 @contextmanager
-def bagged(
+def bag_run(
     sim: Simulation, path: str | Path, controller: Controller | None = None, *, topics: Sequence[str] = ()
 ) -> Iterator[tuple[_Advance, Controller | None]]:
     """Write all that happens inside the `with` statement into a bag; the motion stays the same to the last bit.

@@ -38,15 +38,14 @@ def typestore() -> Typestore:
     return messages.typestore(Stores.ROS2_JAZZY, DEFINITIONS, _AS_IN_ROS_1)
 
 
-def is_known(type_name: str) -> bool:
-    """Whether there is such a message type."""
-    return full_name(type_name) in typestore().types
-
-
-@cache
 def kind(type_name: str) -> type[Message]:
     """The class of a type's messages; it takes all fields."""
-    return typestore().types[full_name(type_name)]
+    return messages.kind(type_name, typestore)
+
+
+def new(type_name: str, **fields: object) -> Message:
+    """A message, as `messages.new` makes those of ROS 1."""
+    return messages.new(type_name, typestore, **fields)
 
 
 @cache

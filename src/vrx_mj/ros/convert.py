@@ -3,11 +3,10 @@
 import heapq
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, NamedTuple, cast
-
-import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import RecordError
@@ -20,11 +19,10 @@ from vrx_mj.ros.messages import Message, encode, new
 from vrx_mj.ros.parameters import command_topic
 from vrx_mj.ros.table import make_tables
 from vrx_mj.ros.table.boats import description
-from vrx_mj.ros.table.host import Bodies, Host, Scenery, header, rotation_fields, vector
+from vrx_mj.ros.table.host import Bodies, Host, Scenery, odometry
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.state import State
 from vrx_mj.runtime.timing import Schedule
-from vrx_mj.sensors.readings import Reading
 
 _Progress = Callable[[float, float], None]
 """Takes the recorded time that is reached and that of the end [s]."""
@@ -61,7 +59,7 @@ class Moment:
     """
 
     def __init__(self, recorded: Record, boat_set: BoatSet) -> None:
-        """The boat set's world, at no moment yet."""
+        """Begin with the boat set's world, before any row."""
         self.layout, self.time, self.data = boat_set.layout, 0.0, SimpleNamespace()
         self.columns = columns_in(recorded.layout, boat_set.layout)
         east, north = recorded.wind_direction
@@ -81,7 +79,7 @@ class Moment:
         self.data = SimpleNamespace(qpos=row[self.layout.qpos], qvel=row[self.layout.qvel], time=self.time)
 
     def resume(self, saved: SavedState) -> None:
-        """Have the task be as in a saved state."""
+        """Set the task to a saved state."""
         self._sim.set_state(State.from_bytes(saved.blob))
 
     def steering(self, boat: str) -> dict[str, float]:
@@ -107,7 +105,7 @@ class Moment:
 
 
 class RecordingHost:
-    """Has the outputs of the table made; the rest of a host is for those who change something."""
+    """A host whose table has outputs only: nothing commands a recording."""
 
     cmd_vel, truth, paused = "thrust", True, True
 
@@ -145,11 +143,12 @@ class SegmentOutputs(NamedTuple):
 
 
 class Conversion:
-    """A recording on its way into a bag."""
+    """Writes a recording into a bag."""
 
     def __init__(self, recorded: Record, bag: Bag) -> None:
         self._recorded, self._bag = recorded, bag
-        self._alike = {one.layout: one for one in recorded.companies[::-1]}
+        self._boat_sets = {one.layout: one for one in recorded.companies[::-1]}
+        """Boat sets by their layouts: those of one layout have the same outputs."""
         self._known: dict[str, SegmentOutputs] = {}
         self._schedule = Schedule()
         self._last: dict[str, bytes] = {}
@@ -161,37 +160,29 @@ class Conversion:
         end = float(recorded.time[-1]) if len(recorded.time) else 0.0
         rows = zip(recorded.row_companies.tolist(), recorded.rows, strict=True)
         readings = read_readings(recorded.path, recorded.sensors) if recorded.sensors else ()
-        streams: list[Iterator[tuple[float, int, int, Any]]] = [
-            ((float(row[0]), 0, i, (number, row)) for i, (number, row) in enumerate(rows)),
-            ((saved.time, 1, i, saved) for i, saved in enumerate(recorded.states)),
+        streams: list[Iterator[tuple[float, int, int, Callable[[float], None]]]] = [
+            ((float(row[0]), 0, i, partial(self._write_row, number, row)) for i, (number, row) in enumerate(rows)),
+            ((saved.time, 1, i, partial(self._write_state, saved)) for i, saved in enumerate(recorded.states)),
             *(self._readings(number, found) for number, found in enumerate(readings, 2)),
-            ((event.time, 1 << 20, i, event) for i, event in enumerate(recorded.events)),
+            ((event.time, 1 << 20, i, partial(self._log, event)) for i, event in enumerate(recorded.events)),
         ]
-        for time, _, _, found in heapq.merge(*streams, key=lambda item: item[:3]):
-            self._write_found(time, found)
+        for time, _, _, write in heapq.merge(*streams, key=lambda item: item[:3]):
+            write(time)
             if progress is not None:
                 progress(time, end)
         return self._count
 
-    def _readings(self, number: int, readings: RecordedReadings) -> Iterator[tuple[float, int, int, Any]]:
-        sensor = readings.sensor
-        return (
-            (float(time), number, i, ((sensor.boat, sensor.name), readings, i)) for i, time in enumerate(readings.time)
-        )
+    def _readings(
+        self, number: int, readings: RecordedReadings
+    ) -> Iterator[tuple[float, int, int, Callable[[float], None]]]:
+        for i, time in enumerate(readings.time):
+            yield float(time), number, i, partial(self._write_reading, readings, i)
 
-    def _write_found(self, time: float, found: Any) -> None:
-        if isinstance(found, SavedState):
-            self._write_state(time, found)
-        elif isinstance(found, Event):
-            self._bag.log(found.level, found.text)
-        elif isinstance(found[1], np.ndarray):
-            self._write_row(time, *found)
-        else:
-            key, readings, i = found
-            self._write_reading(time, key, readings[i])
+    def _log(self, event: Event, _time: float) -> None:
+        self._bag.log(event.level, event.text)
 
-    def _write_row(self, time: float, number: int, row: FloatArray) -> None:
-        segment = self._segment(self._alike[self._recorded.companies[number].layout])
+    def _write_row(self, number: int, row: FloatArray, time: float) -> None:
+        segment = self._segment(self._boat_sets[self._recorded.companies[number].layout])
         segment.moment.show(row[segment.moment.columns])
         for output in segment.moving:
             self._output(output, time)
@@ -202,7 +193,7 @@ class Conversion:
             for name, value in segment.moment.commands(boat):
                 self._write(command_topic(boat, name), COMMAND, new(COMMAND, data=value), time)
 
-    def _write_state(self, time: float, saved: SavedState) -> None:
+    def _write_state(self, saved: SavedState, time: float) -> None:
         world = State.from_bytes(saved.blob).world
         boat_set = next((one for one in self._recorded.companies if one.world_sha256 == world), None)
         if boat_set is None:
@@ -214,7 +205,8 @@ class Conversion:
             self._output(output, time)
         segment.moment.time = before
 
-    def _write_reading(self, time: float, key: tuple[str, str], reading: Reading) -> None:
+    def _write_reading(self, readings: RecordedReadings, i: int, time: float) -> None:
+        key, reading = (readings.sensor.boat, readings.sensor.name), readings[i]
         segment = next((segment for segment in reversed(self._known.values()) if key in segment.measured), None)
         for output in segment.measured[key] if segment else ():
             message = output.make(reading)
@@ -278,10 +270,4 @@ def _outputs_of(recorded: Record, boat_set: BoatSet) -> SegmentOutputs:
 def _odometry(bodies: Bodies, boat: str, time: float) -> Message:
     """nav_msgs/Odometry as VRX's P3D publishes it: of `base_link` in `map`, velocities in the axes of the world."""
     placed = bodies.model(boat)
-    return new(
-        _ODOMETRY,
-        header=header(time, "map"),
-        child_frame_id=f"{boat}/base_link",
-        pose={"pose": {"position": vector(placed.position), "orientation": rotation_fields(placed.quaternion)}},
-        twist={"twist": {"linear": vector(placed.velocity), "angular": vector(placed.spin)}},
-    )
+    return odometry(time, f"{boat}/base_link", placed.position, placed.quaternion, placed.velocity, placed.spin)

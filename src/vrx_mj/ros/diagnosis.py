@@ -15,8 +15,8 @@ from vrx_mj.runtime.hull import Propeller
 from vrx_mj.runtime.run import FASTEST_SPIN, is_capsized, spin
 from vrx_mj.runtime.simulation import Simulation
 
-if TYPE_CHECKING:  # it needs the extra ros1, and `vrx-mj doctor` does not
-    from vrx_mj.ros.interface import Input, RosInterface
+if TYPE_CHECKING:  # they need the extra ros1, and `vrx-mj doctor` does not
+    from vrx_mj.ros.interface import Call, Command, Input, RosInterface, UnknownTopicPublisher
 
 
 _CMD_VEL = "/cmd_vel"
@@ -109,10 +109,6 @@ def _alike(given: str, meant: str) -> float:
 @lru_cache(maxsize=8192)
 def _words(name: str) -> frozenset[str]:
     return frozenset(name.replace("/", "_").split("_")) - {""}
-
-
-if TYPE_CHECKING:  # they need the extra ros1, and `vrx-mj doctor` does not
-    from vrx_mj.ros.interface import Call, Command, RosInterface, UnknownTopicPublisher
 
 
 _DEEP = 0.05
@@ -252,7 +248,8 @@ class Diagnosis:
             self._state(f"{boat} capsized", capsized, righted, f"{boat} is upright again")
             fast = f"{boat} spins at {rate:.3g} rad/s, more than {FASTEST_SPIN:g}: check masses, inertias and floats"
             self._state(f"{boat} spins", rate > FASTEST_SPIN, f"{fast} of its robot", f"{boat} spins no longer")
-            looks = self._ashore[boat] = _looks_in_a_row(self._ashore.get(boat, 0), boat in ashore)
+            looks = self._ashore.get(boat, 0)
+            looks = self._ashore[boat] = max(looks, 0) + 1 if boat in ashore else min(looks, 0) - 1
             if looks >= _AGROUND or looks <= -_AFLOAT:
                 self._state(f"{boat} aground", looks > 0, f"{boat} is aground", f"{boat} is afloat again")
 
@@ -275,11 +272,6 @@ class Diagnosis:
             return 0.0
         own = self._sim.world.parameters.thrusters_of(boat)
         return next((each.timeout for each in own if each.name == thruster), 0.0)
-
-
-def _looks_in_a_row(looks: int, holds: bool) -> int:
-    """How many looks in a row something held, or, below 0, did not."""
-    return max(looks, 0) + 1 if holds else min(looks, 0) - 1
 
 
 def overlaps(sim: Simulation) -> Iterator[str]:

@@ -3,15 +3,16 @@
 All but the simulation's table lives in the network's thread.
 """
 
+import asyncio
 import time
 from collections import Counter
-from collections.abc import Awaitable, Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any, NamedTuple, Protocol
 
 from vrx_mj.errors import CommandError, UnknownNameError
 from vrx_mj.ros.interface import Answer, Inbox, RosInterface, Sent, Traffic
-from vrx_mj.ros.limits import TopicQueue
+from vrx_mj.ros.limits import Mailbox
 from vrx_mj.ros.messages import Message, is_known, new, stamp
 from vrx_mj.ros.network import Network, Notices
 from vrx_mj.ros.parameters import Parameters, join_names, plain
@@ -21,9 +22,9 @@ _OF_SIMULATION = ("/gazebo/", "/vrx/")
 """What names of its services begin with."""
 LEVELS = {"DEBUG": 1, "INFO": 2, "WARN": 4, "ERROR": 8, "FATAL": 16}
 """Levels of rosgraph_msgs/Log."""
-_KINDS = ("publisher", "subscriber", "service", "parameter")
+_TOPICS = ("publisher", "subscriber")
+_KINDS = (*_TOPICS, "service", "parameter")
 MOST_REGISTRATIONS = 100_000
-"""Registrations, and topics whose types are known, at most."""
 
 
 class Registrations:
@@ -33,13 +34,13 @@ class Registrations:
         self.nodes: dict[str, str] = {}
         """URI by node's name."""
         self._replaced = replaced
-        self._entries: dict[str, dict[str, dict[str, str]]] = {kind: {} for kind in _KINDS}
-        """URIs by kind, name and node: the service's own URI for a service, otherwise the node's."""
+        self._entries: dict[str, dict[str, dict[str, tuple[str, str]]]] = {kind: {} for kind in _KINDS}
+        """URIs and types by kind, name and node: the service's own URI for a service, otherwise the node's."""
         self._held: Counter[str] = Counter()
         self._count = 0
 
-    def add(self, kind: str, key: str, node: str, node_api: str, api: str = "") -> None:
-        """Register. A node that had another URI is forgotten first.
+    def add(self, kind: str, key: str, node: str, node_api: str, api: str = "", type_name: str = "*") -> None:
+        """Register; the type `*` is unknown. A node that had another URI is forgotten first.
 
         `replaced` is then called with its name, its old URI, and the kinds and names of what it had registered.
 
@@ -56,14 +57,14 @@ class Registrations:
         if node not in entries:
             self._held[node] += 1
             self._count += 1
-        entries[node] = api or node_api
+        entries[node] = api or node_api, type_name
         if kind == "service":  # the last node to register it has it
             for other in entries.keys() - {node}:
                 self._drop(kind, key, other)
 
     def remove(self, kind: str, key: str, node: str, api: str) -> int:
         """Take back; returns how many that were."""
-        if self._entries[kind].get(key, {}).get(node) != api:
+        if self._entries[kind].get(key, {}).get(node, ("", ""))[0] != api:
             return 0
         self._drop(kind, key, node)
         return 1
@@ -75,9 +76,17 @@ class Registrations:
             self._drop(kind, key, node)
         return gone
 
+    def move(self, nodes: Collection[str], uri: str, service_uri: str) -> None:
+        """Have these be the URIs of some nodes."""
+        self.nodes |= dict.fromkeys(self.nodes.keys() & nodes, uri)
+        for kind, keys in self._entries.items():
+            api = service_uri if kind == "service" else uri
+            for entries in keys.values():
+                entries |= {node: (api, entries[node][1]) for node in entries.keys() & nodes}
+
     def apis(self, kind: str, key: str) -> list[str]:
         """URIs that are registered under a name."""
-        return list(self._entries[kind].get(key, {}).values())
+        return [api for _, api in self.holders(kind, key)]
 
     def names(self, kind: str) -> list[str]:
         """All names of a kind."""
@@ -85,7 +94,12 @@ class Registrations:
 
     def holders(self, kind: str, key: str) -> list[tuple[str, str]]:
         """Nodes and URIs that are registered under a name; safe to ask from any thread."""
-        return list(self._entries[kind].get(key, {}).items())
+        return [(node, api) for node, (api, _) in list(self._entries[kind].get(key, {}).items())]
+
+    def types(self, kind: str, key: str) -> list[tuple[str, str]]:
+        """Nodes that are registered under a name, each with the type that it gave, if it gave one; the last first."""
+        entries = self._entries[kind].get(key, {})
+        return [(node, type_name) for node, (_, type_name) in reversed(entries.items()) if type_name != "*"]
 
     def state(self, kind: str) -> list[list[object]]:
         """Names with their nodes, as `getSystemState` has it."""
@@ -158,8 +172,8 @@ class Graph:
         self.wires: list[Wire] = []
         self.local = {node}
         """Nodes of this process."""
-        self.types: dict[str, str] = {}
-        """Types of topics, as they were registered last; `*` where the type is unknown."""
+        self._master_types: Mapping[str, str] = {}
+        """Types of topics, as another process's master has them."""
         self.services: dict[str, Service] = {}
         """Services of nodes of this process, by name."""
         self.parameters, self._own_parameters = Parameters(), Parameters()
@@ -170,8 +184,6 @@ class Graph:
         """Set while the parameters are another process's."""
         self.remote_call: _RemoteCall | None = None
         self._latched: dict[str, dict[str, Message]] = {}
-        self._local_types: dict[str, str] = {}
-        """Types of topics of nodes of this process."""
         self._level = "INFO"
         self._own: dict[tuple[str, str], tuple[str, bool]] = {}
         """What the table has registered: kind and name, type and whether it is latched."""
@@ -186,10 +198,8 @@ class Graph:
 
     def open(self, uri: str, service_uri: str) -> None:
         """Have these be the URIs of the nodes of this process."""
-        held = [(node, *one) for node in self.local for one in self.registrations.forget(node)]
         self.uri, self.service_uri = uri, service_uri
-        for node, kind, name in held:
-            self.registrations.add(kind, name, node, uri, service_uri if kind == "service" else "")
+        self.registrations.move(self.local, uri, service_uri)
 
     @property
     def time(self) -> float:
@@ -264,18 +274,24 @@ class Graph:
         return (output is not None and output.latched) or name in self._latched
 
     def type_of(self, name: str) -> str | None:
-        """The type of a topic that somebody publishes or listens to, where it is known."""
-        known = self.types.get(name, "*") if self._is_topic(name) else "*"
-        return None if known == "*" else known
+        """The type of a topic that somebody publishes or listens to, where it is known.
+
+        It is what the simulation gives it, else another node of this process, else the last publisher or subscriber.
+        """
+        known = [pair for kind in _TOPICS for pair in self.registrations.types(kind, name)]
+        if known:
+            return min(known, key=lambda pair: (pair[0] != self.node, pair[0] not in self.local))[1]
+        is_topic = any(self.registrations.apis(kind, name) for kind in _TOPICS)
+        return self._master_types.get(name) if is_topic else None
 
     def topics(self) -> dict[str, str]:
         """Every topic's type, by name; empty where it is not known."""
-        names = {*self.registrations.names("publisher"), *self.registrations.names("subscriber")}
+        names = {name for kind in _TOPICS for name in self.registrations.names(kind)}
         return {name: self.type_of(name) or "" for name in sorted(names)}
 
     def local_type(self, kind: str, name: str) -> str | None:
         """The type of a topic that a node of this process publishes or listens to; None where none does."""
-        return self._local_types.get(name) if self.is_local(kind, name) else None
+        return next((given for node, given in self.registrations.types(kind, name) if node in self.local), None)
 
     def is_local(self, kind: str, name: str) -> bool:
         """Whether a node of this process is registered under a name."""
@@ -285,12 +301,10 @@ class Graph:
 
     def register(self, kind: str, name: str, node: str, type_name: str, *, latched: bool = False) -> None:
         """Register a publisher or subscriber of a node of this process; CommandError: there are too many."""
-        self._note_type(kind, name, type_name, is_own=node == self.node)
-        self.registrations.add(kind, name, node, self.uri)
+        self.registrations.add(kind, name, node, self.uri, type_name=type_name)
         self.local.add(node)  # before wires hear of it: they ask whose it is
         if latched:
             self._latched.setdefault(name, {})
-        self._local_types[name] = type_name
         self._notify(kind, name)
 
     def provide(self, name: str, service: Service) -> None:
@@ -299,6 +313,21 @@ class Graph:
         self.local.add(service.node)
         self.services[name] = service
         self._notify("service", name)
+
+    async def call(self, service: Service, request: Message, caller: str) -> Message:
+        """The response of a service of this process; CommandError: it fails, and why."""
+        done: asyncio.Future[Message] = asyncio.get_running_loop().create_future()
+
+        def settle(response: Message | None, why: str) -> None:
+            if done.done():
+                return  # nobody waits any more
+            if response is None:
+                done.set_exception(CommandError(why))
+            else:
+                done.set_result(response)
+
+        service.call(request, caller, partial(self.network.soon, settle))
+        return await done
 
     def missed_service(self, name: str, node: str) -> None:
         """A node asked for a service that there is not: report once if it could be the simulation's."""
@@ -319,9 +348,7 @@ class Graph:
         self, kind: str, name: str, node: str, uri: str, type_name: str = "*", service_uri: str = ""
     ) -> None:
         """Register something of a node of another process; CommandError: there are too many."""
-        if kind in {"publisher", "subscriber"} and name not in self._local_types:
-            self._note_type(kind, name, type_name)
-        self.registrations.add(kind, name, node, uri, service_uri)
+        self.registrations.add(kind, name, node, uri, service_uri, type_name)
         self._notify(kind, name)
 
     def unregister_remote(self, kind: str, name: str, node: str, uri: str) -> int:
@@ -342,11 +369,7 @@ class Graph:
 
     def mirror(self, state: Sequence[Mapping[str, Sequence[str]]], types: Mapping[str, str]) -> None:
         """Have the nodes of other processes as a master reports them: publishers, subscribers, services."""
-        if len(self.types) + len(types) > MOST_REGISTRATIONS:
-            self.types = {name: kind for name, kind in self.types.items() if self._is_topic(name)}
-        for name, kind in types.items():
-            if self.types.get(name, "*") == "*" and (name in self.types or len(self.types) < MOST_REGISTRATIONS):
-                self.types[name] = kind
+        self._master_types = {name: kind for name, kind in types.items() if kind != "*"}
         for kind, known in zip(_KINDS, state, strict=False):
             there = {(name, node) for name, nodes in known.items() for node in nodes if node not in self.local}
             here = {
@@ -437,22 +460,6 @@ class Graph:
                 self.set_parameter(name, value, self.node)
         self.own_parameters = own
 
-    def _note_type(self, kind: str, name: str, type_name: str, *, is_own: bool = False) -> None:
-        """Note a topic's type as ROS's master does: the last publisher's, or a subscriber's without one.
-
-        Of a topic of this process it is that process's, and of one of the simulation's that one's.
-        """
-        known = self.types.get(name) if self._is_topic(name) else None
-        is_new = known in {None, "*"} if kind == "subscriber" else type_name != "*" or known is None
-        is_new = is_new or is_own
-        if is_new and name not in self.types and len(self.types) >= MOST_REGISTRATIONS:
-            self.types = {topic: kind for topic, kind in self.types.items() if self._is_topic(topic)}
-        if is_new and (name in self.types or len(self.types) < MOST_REGISTRATIONS):
-            self.types[name] = type_name
-
-    def _is_topic(self, name: str) -> bool:
-        return bool(self.registrations.apis("publisher", name) or self.registrations.apis("subscriber", name))
-
     def _note_removal(self, kind: str, name: str, node: str) -> None:
         """What a node had registered is not there any more."""
         kept = self._latched.get(name)
@@ -460,8 +467,6 @@ class Graph:
             kept.pop(node, None)
             if not kept:
                 del self._latched[name]
-        if name in self._local_types and not (self.is_local("publisher", name) or self.is_local("subscriber", name)):
-            del self._local_types[name]
         self._notify(kind, name)
 
     def _note_replacement(self, node: str, uri: str, gone: Iterable[tuple[str, str]]) -> None:
@@ -505,6 +510,10 @@ class Server(Protocol):
         """Withdraw all, and close every connection."""
 
 
+def _mailbox() -> Mailbox[Sent]:
+    return Mailbox(lambda sent: sent.output.name)
+
+
 class Wires:
     """A `Transport` (see `vrx_mj.ros.interface`) of one graph and all wires on which it is shown.
 
@@ -515,7 +524,7 @@ class Wires:
 
     def __init__(self, graph: Graph, servers: Sequence[Server]) -> None:
         self.graph, self.servers = graph, servers
-        self._queue = TopicQueue()
+        self._queue = _mailbox()
         self._dropped = 0
 
     def start(self) -> Sequence[str]:
@@ -525,7 +534,7 @@ class Wires:
     def offer(self, table: RosInterface) -> None:
         """Offer this table from now on, and nothing else."""
         self._dropped += self._queue.dropped
-        self._queue = TopicQueue()  # what was published before goes before it
+        self._queue = _mailbox()  # what was published before goes before it
         self.graph.network.soon(self.graph.offer, table)
 
     @property
@@ -557,6 +566,6 @@ class Wires:
         for server in reversed(self.servers):
             server.close()
 
-    def _send(self, queue: TopicQueue) -> None:
+    def _send(self, queue: Mailbox[Sent]) -> None:
         for sent in queue.take():
             self.graph.send(sent)

@@ -5,11 +5,12 @@ called by the simulation's own thread.
 """
 
 import threading
-from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple, Protocol
 
+from vrx_mj.ros import cdr, messages
+from vrx_mj.ros.limits import Mailbox
 from vrx_mj.ros.messages import Message
 
 Dialect = Literal["vrx", "vrx3"]
@@ -64,12 +65,28 @@ class Service:
     name: str
     type: str
     """ROS 1 name of the service type, such as `std_srvs/Empty`."""
-    answer: Callable[[Message], Message]
-    """Turns the request into the response; an exception fails the call."""
-    failure: Callable[[str], Message] | None = None
-    """The response that says why the call failed, where its type can; the others fail without one."""
+    do: Callable[[Message], Mapping[str, object] | None]
+    """Does what is asked and gives fields of the response; an exception fails the call."""
+    reports: bool = False
+    """Whether the response says how the call went: `success`, and `status_message` where its type has that."""
     dialects: tuple[Dialect, ...] = VRX
     """Dialects that have this service."""
+
+    def answer(self, request: Message) -> Message:
+        """Do what is asked; the response."""
+        return self._response(True, "done", self.do(request) or {})
+
+    def failure(self, why: str) -> Message | None:
+        """The response that says why a call failed; None: the call has none, and fails."""
+        return self._response(False, why, {}) if self.reports else None
+
+    def _response(self, success: bool, text: str, fields: Mapping[str, object]) -> Message:
+        kind = f"{self.type}Response"
+        types = cdr if self.dialects == VRX3 else messages
+        report = {"success": success, "status_message": f"{self.name.rpartition('/')[2]}: {text}"}
+        has = types.kind(kind).__dataclass_fields__ if self.reports else ()
+        values = {**{name: value for name, value in report.items() if name in has}, **fields}
+        return types.new(kind, **values)
 
 
 @dataclass(frozen=True)
@@ -150,12 +167,8 @@ def publishers_of(transport: Transport, topic: str) -> Sequence[str]:
     return ask(topic) if ask else ()
 
 
-MOST_WAITING = 64
-"""Messages of one topic and sender that wait, at most: the oldest go first."""
 MOST_CALLS = 256
 """Calls of services that wait, at most; more are refused."""
-_MOST_TOPICS = 4096
-"""Pairs of topic and sender of which messages wait, at most."""
 MOST_UNKNOWN_PUBLISHERS = 256
 
 Answer = Callable[[Message | None, str], None]
@@ -197,22 +210,13 @@ class Inbox:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._arrived = threading.Event()
-        self._commands: dict[tuple[str, str], deque[Command]] = {}
-        self._calls: deque[Call] = deque()
+        self._commands: Mailbox[Command] = Mailbox(lambda command: (command.topic, command.sender))
+        self._calls: list[Call] = []
         self._unknown_publishers: dict[tuple[str, str], UnknownTopicPublisher] = {}
-        self.dropped = 0
-        """Messages that were thrown away, as they came faster than the simulation takes them."""
 
     def message(self, topic: str, message: Message, sender: str, dialect: Dialect = "vrx") -> None:
         """A message has come."""
-        key = (topic, sender)
-        with self._lock:
-            if key not in self._commands and len(self._commands) >= _MOST_TOPICS:
-                self.dropped += 1
-                return
-            waiting = self._commands.setdefault(key, deque(maxlen=MOST_WAITING))
-            self.dropped += len(waiting) == MOST_WAITING
-            waiting.append(Command(topic, message, sender, dialect))
+        self._commands.put([Command(topic, message, sender, dialect)])
         self._arrived.set()
 
     def call(self, service: str, request: Message, caller: str, answer: Answer) -> None:
@@ -241,12 +245,9 @@ class Inbox:
         return self._arrived.is_set()
 
     def drain(self) -> tuple[list[Command], list[Call], list[UnknownTopicPublisher]]:
-        """Take all that came: of every topic and sender in the order in which it did."""
+        """Take all that came, in the order in which it did."""
+        self._arrived.clear()
         with self._lock:
-            self._arrived.clear()
-            commands = [command for waiting in self._commands.values() for command in waiting]
-            calls, unknown_publishers = list(self._calls), list(self._unknown_publishers.values())
-            self._commands.clear()
-            self._calls.clear()
-            self._unknown_publishers.clear()
-        return commands, calls, unknown_publishers
+            calls, self._calls = self._calls, []
+            unknown_publishers, self._unknown_publishers = self._unknown_publishers, {}
+        return self._commands.take(), calls, list(unknown_publishers.values())

@@ -12,9 +12,9 @@ from vrx_mj.formats.gazebo.launch import SERVING
 from vrx_mj.formats.gazebo.stock import PACKAGES, stock_launches
 from vrx_mj.resources import root
 from vrx_mj.ros.messages import DEFINITIONS
-from vrx_mj.ros.packages import catkin_files, hide_twins, listed_files, put_files
+from vrx_mj.ros.packages import catkin_files, files_below, hide_twins, listed_files, put_files
 
-LIST = "vrx_mj_packages.json"
+PACKAGE_LIST = "vrx_mj_packages.json"
 """File that lists what was written to the folder, each file with its sha256."""
 NODES = {
     "vrx_gazebo": {
@@ -54,7 +54,7 @@ def write_launch_packages(folder: str | Path, over: Path | None = None) -> tuple
         raise VrxError(f"invalid folder of packages '{top}': ':' in a path separates entries of a list")
     made = launch_packages()
     links = _links(over, made) if over else {}
-    put_files(made, top, listed_files(top / LIST, PACKAGE_NAMES), LIST, links)
+    put_files(made, top, listed_files(top / PACKAGE_LIST, PACKAGE_NAMES), PACKAGE_LIST, links)
     hide_twins(top)
     return PACKAGE_NAMES
 
@@ -88,7 +88,7 @@ def launch_packages() -> dict[str, bytes]:
     texts: dict[str, str] = {}
     for name in PACKAGE_NAMES:
         what = f"The launch files of {name} for vrx_mj, written by `vrx-mj ros packages`."
-        definitions = [*_files(DEFINITIONS / name)]
+        definitions = [*files_below(DEFINITIONS / name)]
         texts |= {f"{name}/{file}": text for file, text in catkin_files(name, what, definitions).items()}
         texts |= {f"{name}/{file.suffix[1:]}/{file.name}": file.read_text("utf-8") for file in definitions}
         texts[f"{name}/{BUILT_IN}"] = "Files of vrx_mj never look in here: its own are used.\n"
@@ -105,12 +105,8 @@ exec {quote(python)} -E -P -m vrx_mj.cli.nodes {node} "$@"
         *((name, own / "ros" / name) for name in ("vrx_gazebo", "wamv_gazebo", "gazebo_ros", "xacro")),
         *((f"{name}/urdf", own / "robots/wamv" / name / "urdf") for name in ("wamv_gazebo", "wamv_description")),
     ):
-        files |= {f"{name}/{file.relative_to(place).as_posix()}": file.read_bytes() for file in _files(place)}
+        files |= {f"{name}/{file.relative_to(place).as_posix()}": file.read_bytes() for file in files_below(place)}
     for kind in ("thruster", "component"):
         file = own / f"robots/wamv/config/{kind}_config.yaml"
         files[f"vrx_gazebo/config/wamv_config/example_{kind}_config.yaml"] = file.read_bytes()
     return files
-
-
-def _files(folder: Path) -> Iterator[Path]:
-    return (file for file in sorted(folder.rglob("*")) if file.is_file())

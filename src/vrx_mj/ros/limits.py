@@ -1,17 +1,15 @@
 """The limits of every wire: connections, bytes that come and wait, and shares of the time."""
 
-import asyncio
 import contextlib
 import itertools
 import threading
 from collections import Counter, deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 from vrx_mj.errors import CommandError
 from vrx_mj.ros.access import is_loopback
-from vrx_mj.ros.interface import Sent
 from vrx_mj.unix import resource
 
 SMALL = 1 << 16
@@ -86,7 +84,7 @@ class ConnectionLimit:
     """
 
     def __init__(self, most: int | None = None) -> None:
-        self.most = _allowed() if most is None else most
+        self.most = _most_connections() if most is None else most
         self.inside: Counter[str] = Counter()
         """Connections by host."""
         self._in_use: Counter[str] = Counter()
@@ -149,7 +147,7 @@ class ConnectionLimit:
         return True
 
 
-def _allowed() -> int:
+def _most_connections() -> int:
     """Connections that the process may have open; where it may have few files, it takes the leave that it can get."""
     if resource is None:
         return _MOST_CONNECTIONS
@@ -160,36 +158,6 @@ def _allowed() -> int:
             resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
         soft, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
     return min(_MOST_CONNECTIONS, max(soft - _SPARE_FILES, 16)) if soft >= 0 else _MOST_CONNECTIONS
-
-
-MESSAGE_TIMEOUT = 10.0
-"""Wall time in which a message must be whole, or have grown [s]."""
-_LEAST_GROWTH = 1 << 16
-"""Least growth of a message within that time [bytes]."""
-
-
-class Stall:
-    """Ends a connection on which a message that has begun does not go on."""
-
-    def __init__(self, end: Callable[[], object]) -> None:
-        self._end = end
-        self._timer: asyncio.TimerHandle | None = None
-        self._size = 0
-
-    def holds(self, size: int) -> None:
-        """So many bytes of an incomplete message are there; 0: none."""
-        if size and self._timer is not None and 0 <= size - self._size < _LEAST_GROWTH:
-            return
-        self.stop()
-        if size:
-            self._size = size
-            self._timer = asyncio.get_running_loop().call_later(MESSAGE_TIMEOUT, self._end)
-
-    def stop(self) -> None:
-        """Wait for nothing."""
-        if self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
 
 
 class Pace:
@@ -221,7 +189,9 @@ class Pace:
 
 
 MOST_WAITING = 64
-"""Messages of a topic that wait for the network's thread, at most."""
+"""Messages of a topic, and of a topic and sender, that wait for another thread, at most."""
+_MOST_KEYS = 4096
+"""Topics, or pairs of topic and sender, of which messages wait, at most."""
 MOST_BYTES = 16 << 20
 """Bytes that wait in an outbox, but for one message that is larger."""
 MOST_BYTES_OF_ALL = 128 << 20
@@ -230,31 +200,37 @@ MOST_BYTES_OF_ALL = 128 << 20
 _Item = TypeVar("_Item")
 
 
-class TopicQueue:
-    """Messages on their way to another thread: of each topic the newest, in the order in which they came."""
+class Mailbox(Generic[_Item]):
+    """Items on their way to another thread: of each key the newest, in the order in which they came."""
 
-    def __init__(self, most: int = MOST_WAITING) -> None:
-        self._most = most
+    def __init__(self, key: Callable[[_Item], Hashable]) -> None:
+        """`key`: gives what of so many items wait at most, as the topic of a message."""
+        self._key = key
         self._lock = threading.Lock()
-        self._waiting: dict[str, deque[tuple[int, Sent]]] = {}
+        self._waiting: dict[Hashable, deque[tuple[int, _Item]]] = {}
         self._numbers = itertools.count()
         self.dropped = 0
+        """Items thrown away because more came than were taken."""
 
-    def put(self, batch: Sequence[Sent]) -> bool:
-        """Add messages; whether none waited before."""
+    def put(self, items: Iterable[_Item]) -> bool:
+        """Add items; whether none waited before."""
         with self._lock:
             was_empty = not self._waiting
-            for sent in batch:
-                queue = self._waiting.setdefault(sent.output.name, deque(maxlen=self._most))
-                self.dropped += len(queue) == self._most
-                queue.append((next(self._numbers), sent))
-        return was_empty and bool(batch)
+            for item in items:
+                key = self._key(item)
+                if key not in self._waiting and len(self._waiting) >= _MOST_KEYS:
+                    self.dropped += 1
+                    continue
+                queue = self._waiting.setdefault(key, deque(maxlen=MOST_WAITING))
+                self.dropped += len(queue) == MOST_WAITING
+                queue.append((next(self._numbers), item))
+            return was_empty and bool(self._waiting)
 
-    def take(self) -> list[Sent]:
+    def take(self) -> list[_Item]:
         """Take all that wait."""
         with self._lock:
             waiting, self._waiting = self._waiting, {}
-        return [sent for _, sent in sorted(itertools.chain.from_iterable(waiting.values()), key=lambda pair: pair[0])]
+        return [item for _, item in sorted(itertools.chain.from_iterable(waiting.values()), key=lambda pair: pair[0])]
 
 
 @dataclass(slots=True)

@@ -10,7 +10,7 @@ import hashlib
 import math
 import re
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -36,6 +36,12 @@ CLASSES = "/usr/lib/python3/dist-packages"
 """Where Debian has ROS's classes of messages; other releases of ROS set the path of Python."""
 _CLASS = re.compile(r'_md5sum = "(\w+)".*?_full_text = (""".*?""")', re.DOTALL)
 """What such a class says of its type."""
+_AXES = {
+    "geometry_msgs/msg/Point": "xyz",
+    "geometry_msgs/msg/Vector3": "xyz",
+    "geometry_msgs/msg/Quaternion": "wxyz",
+}
+"""Fields of messages that sequences of numbers stand for, in their order."""
 _LARGEST = 1 << 26
 """Elements of an array in a message that is read, at most."""
 
@@ -63,28 +69,33 @@ def full_name(type_name: str) -> str:
     return f"{package.removesuffix('/msg')}/msg/{name}"
 
 
-def is_known(type_name: str) -> bool:
+_Types = Callable[[], Typestore]
+"""Gives all types of a generation of ROS."""
+
+
+def is_known(type_name: str, types: _Types = typestore) -> bool:
     """Whether there is such a message type."""
-    return full_name(type_name) in typestore().types
+    return full_name(type_name) in types().types
 
 
 @cache
-def kind(type_name: str) -> type[Message]:
+def kind(type_name: str, types: _Types = typestore) -> type[Message]:
     """The class of a type's messages, for those that are made often; it takes all fields."""
-    return typestore().types[full_name(type_name)]
+    return types().types[full_name(type_name)]
 
 
-def new(type_name: str, **fields: object) -> Message:
+def new(type_name: str, types: _Types = typestore, /, **fields: object) -> Message:
     """A message; fields that are not given are zero, empty or a message of such.
 
-    A mapping may take the place of a message in it, as `position={"x": 1.0}`.
+    A mapping may take the place of a message in it, as `position={"x": 1.0}`; x, y, z that of a point or a vector, and
+    w, x, y, z that of a quaternion.
     """
-    known = _fields(type_name)
-    values = {name: _field_value(known[name], value) for name, value in fields.items()}
+    known = _fields(type_name, types)
+    values = {name: _field_value(known[name], value, types) for name, value in fields.items()}
     for name, what in known.items():
         if name not in values:
-            values[name] = _default(what)
-    return kind(type_name)(**values)
+            values[name] = _default(what, types)
+    return kind(type_name, types)(**values)
 
 
 def encode(message: Message, type_name: str) -> bytes:
@@ -160,28 +171,32 @@ def duration(seconds: float) -> Message:
 
 
 @cache
-def _fields(type_name: str) -> Mapping[str, FieldDesc]:
+def _fields(type_name: str, types: _Types) -> Mapping[str, FieldDesc]:
     """Fields of a type, and what rosbags knows of each."""
-    return dict(typestore().fielddefs[full_name(type_name)][1])
+    return dict(types().fielddefs[full_name(type_name)][1])
 
 
-def _field_value(field: FieldDesc, value: object) -> object:
-    if field[0] == Nodetype.NAME and isinstance(value, Mapping):
-        return new(field[1], **value)
-    return np.array(value, _dtype(field)) if isinstance(value, list) and _dtype(field) else value
+def _field_value(field: FieldDesc, value: object, types: _Types) -> object:
+    if isinstance(value, Mapping):
+        return new(field[1], types, **value)
+    if not isinstance(value, list | tuple | np.ndarray):
+        return value
+    if field[0] == Nodetype.NAME:
+        return kind(field[1], types)(**dict(zip(_AXES[field[1]], map(float, value), strict=True)))
+    return np.asarray(value, _dtype(field)).reshape(-1) if _dtype(field) else value
 
 
-def _default(field: FieldDesc) -> object:
+def _default(field: FieldDesc, types: _Types) -> object:
     """The value of a field that was not given."""
     node, about = field
     if node == Nodetype.BASE:
         return {"string": "", "bool": False, "float32": 0.0, "float64": 0.0}.get(about[0], 0)
     if node == Nodetype.NAME:
-        return new(about)
+        return new(about, types)
     inner, count = about
     if kind_of_numbers := _dtype(field):
         return np.zeros(count if node == Nodetype.ARRAY else 0, kind_of_numbers)
-    return [_default(inner) for _ in range(count)] if node == Nodetype.ARRAY else []
+    return [_default(inner, types) for _ in range(count)] if node == Nodetype.ARRAY else []
 
 
 def _dtype(field: FieldDesc) -> str:
@@ -189,8 +204,12 @@ def _dtype(field: FieldDesc) -> str:
     node, about = field
     if node not in {Nodetype.ARRAY, Nodetype.SEQUENCE} or about[0][0] != Nodetype.BASE or about[0][1][0] == "string":
         return ""
-    name: str = about[0][1][0]
-    return {"byte": "uint8", "char": "uint8"}.get(name, name)
+    return layout(about[0][1][0])
+
+
+def layout(type_name: str) -> str:
+    """The type of numpy of a type of numbers; bytes are as rosbags has them."""
+    return "uint8" if type_name in {"byte", "char"} else type_name
 
 
 def _md5_text(type_name: str) -> str:
@@ -208,18 +227,8 @@ def _md5_line(line: str) -> str:
 MOMENT, SPAN = "time", "duration"
 """ROS 1's built-in types that are messages to rosbags."""
 _BUILT_IN = {"builtin_interfaces/Time": MOMENT, "builtin_interfaces/Duration": SPAN}
-INTEGERS = {
-    "byte": (0, 255),  # as rosbags has it
-    "char": (0, 255),
-    "uint8": (0, 255),
-    "int8": (-128, 127),
-    "uint16": (0, 65_535),
-    "int16": (-32_768, 32_767),
-    "uint32": (0, 4_294_967_295),
-    "int32": (-2_147_483_648, 2_147_483_647),
-    "uint64": (0, 18_446_744_073_709_551_615),
-    "int64": (-9_223_372_036_854_775_808, 9_223_372_036_854_775_807),
-}
+_WHOLE = ("byte", "char", *(f"{sign}int{bits}" for bits in (8, 16, 32, 64) for sign in ("u", "")))
+INTEGERS = {name: (int(np.iinfo(layout(name)).min), int(np.iinfo(layout(name)).max)) for name in _WHOLE}
 """Smallest and largest value of each integer type."""
 
 

@@ -22,7 +22,7 @@ _OF_DEBIAN = frozenset({"nav_msgs", "roscpp", "sensor_msgs", "std_srvs", "tf2_ms
 PYTHON = "/usr/bin/python3"
 """The interpreter that Debian's ROS tools run with."""
 _NEEDED = "apt-get install python3-genpy python3-rospy python3-geometry-msgs python3-std-msgs"
-LIST = "vrx_mj_messages.json"
+MESSAGE_LIST = "vrx_mj_messages.json"
 """File that lists what was written to the folder, each file with its sha256."""
 _WHAT = "the packages"
 """What is written, for messages."""
@@ -83,7 +83,7 @@ def write_packages(folder: str | Path) -> Written:
     top = Path(folder).absolute()
     if os.pathsep in str(top):
         raise VrxError(f"invalid folder of packages '{top}': '{os.pathsep}' in a path separates entries of a list")
-    before = listed_files(top / LIST, ("python", "share"))
+    before = listed_files(top / MESSAGE_LIST, ("python", "share"))
     named = sorted({file.parent.name for file in DEFINITIONS.glob("*/*.*")} - _OF_DEBIAN)
     used = {package: _used_definitions(package) for package in named}
     others = sorted({kind.partition("/")[0] for kinds in used.values() for kind in kinds} - set(named))
@@ -92,7 +92,12 @@ def write_packages(folder: str | Path) -> Written:
     with tempfile.TemporaryDirectory() as scratch:
         _generate(python, packages, used, Path(scratch))
         made = Path(scratch) / "made"
-        put_files({file.relative_to(made).as_posix(): file.read_bytes() for file in _files(made)}, top, before, LIST)
+        put_files(
+            {file.relative_to(made).as_posix(): file.read_bytes() for file in files_below(made)},
+            top,
+            before,
+            MESSAGE_LIST,
+        )
     hide_twins(top)
     return Written(
         packages,
@@ -173,7 +178,7 @@ def catkin_files(package: str, description: str, definitions: Sequence[Path] = (
     depends = sorted({kind.partition("/")[0] for kind in _used_definitions(package)}) if definitions else []
     uses = " ".join(depends)
     adds = "".join(
-        f"add_{kind}_files(FILES {' '.join(names)})\n"
+        f"add_{kind}files_below(FILES {' '.join(names)})\n"
         for kind, suffix in (("message", ".msg"), ("service", ".srv"))
         if (names := [file.name for file in definitions if file.suffix == suffix])
     )
@@ -202,7 +207,8 @@ install(DIRECTORY ./ DESTINATION ${{CATKIN_PACKAGE_SHARE_DESTINATION}} USE_SOURC
     return {"package.xml": manifest, "CMakeLists.txt": build}
 
 
-def _files(folder: Path) -> Iterator[Path]:
+def files_below(folder: Path) -> Iterator[Path]:
+    """Files in a folder and its folders, in order."""
     return (file for file in sorted(folder.rglob("*")) if file.is_file())
 
 

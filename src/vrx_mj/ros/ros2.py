@@ -19,7 +19,7 @@ from vrx_mj.packages import install_command
 from vrx_mj.ros.access import is_loopback
 from vrx_mj.ros.cdr import decode, encode, fields, kind
 from vrx_mj.ros.interface import Dialect, Inbox, Input, Output, RosInterface, Sent, Service, Traffic
-from vrx_mj.ros.limits import TopicQueue
+from vrx_mj.ros.limits import Mailbox
 from vrx_mj.ros.messages import PADDING, Message, stamp
 from vrx_mj.ros.network import Notices
 from vrx_mj.ros.table.vrx3 import PACKAGES
@@ -155,7 +155,10 @@ class Node:
     def offer(self, table: RosInterface) -> None:
         """Publish, subscribe to and offer what the table has, as far as ROS 2 here has its messages."""
         node = self._node
-        _match(self._out, table.outputs, node.destroy_publisher, self._publisher_of)
+        _match(
+            self._out, table.outputs, node.destroy_publisher,
+            lambda output: self._publisher(output.type, output.name, latched=output.latched),
+        )  # fmt: skip
         _match(self._in, table.inputs, node.destroy_subscription, self._subscription)
         _match(self._services, table.services, node.destroy_service, self._service)
         self._count()
@@ -268,9 +271,6 @@ class Node:
             name for name, (_, publisher) in self._out.items() if publisher.get_subscription_count() > 0
         )
 
-    def _publisher_of(self, output: Output) -> Handle | None:
-        return self._publisher(output.type, output.name, latched=output.latched)
-
     def _service(self, service: Service) -> Handle | None:
         found = service_class(service.type)
         return found and self._node.create_service(found, service.name, _nothing)
@@ -349,7 +349,7 @@ class Ros2:
         self._inbox, self._host, self._name, self._packages = inbox, host, node, packages
         self._lock, self._woken, self._closing = threading.Lock(), threading.Event(), False
         self._table: RosInterface | None = None
-        self._queue = TopicQueue()
+        self._queue: Mailbox[Sent] = Mailbox(lambda sent: sent.output.name)
         self._lines: deque[tuple[str, str]] = deque(maxlen=_MOST_LINES)
         self._node: Node | None = None
         self._thread = threading.Thread(target=self._run, name="vrx_mj ROS 2", daemon=True)

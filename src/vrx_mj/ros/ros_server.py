@@ -395,7 +395,7 @@ class RosServer:
         except Exception as error:  # as there
             why = _error_text(error)
             self.diagnosis.note_failure(call, why)
-            call.answer(service.failure(why) if service.failure else None, why)
+            call.answer(service.failure(why), why)
         else:
             call.answer(response, "")
 

@@ -1,11 +1,18 @@
 """What steers boats on behalf of topics: `cmd_vel`, `/swarm/formation`, and thrusts that last."""
 
+import contextlib
 import json
 import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from vrx_mj.control.formation import SHAPES, Formation
+from pydantic import ValidationError
+
+from vrx_mj.config.base import Config
+from vrx_mj.config.layouts import LayoutName
+from vrx_mj.config.loading import fault_text
+from vrx_mj.config.values import Point
+from vrx_mj.control.formation import Formation
 from vrx_mj.control.navigation import true_estimate
 from vrx_mj.control.velocity import VelocityKeeper, craft_of
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError
@@ -16,8 +23,6 @@ from vrx_mj.runtime.timing import Schedule
 
 _TIMEOUT = 1.0
 """For how long a `cmd_vel` is kept [s], as thrusts are."""
-_KEYS = ("shape", "spacing", "leader", "path", "speed", "radius", "apart")
-_NUMBERS = ("spacing", "speed", "radius", "apart")
 _OFF = ("off", "none", "stop")
 
 
@@ -104,6 +109,18 @@ class Steering:
         self._sim.command_all({boat: given for boat, given in commands.items() if boat not in self._orders})
 
 
+class FormationOrder(Config):
+    """Arguments of `Formation` in a message on `/swarm/formation`."""
+
+    shape: LayoutName = "wedge"
+    spacing: float = 0.0
+    leader: str = ""
+    path: tuple[Point, ...] = ()
+    speed: float = 0.0
+    radius: float = 0.0
+    apart: float = 0.0
+
+
 def parse_formation(text: str) -> dict[str, Any] | None:
     """The arguments of `Formation` in a message on `/swarm/formation`; None ends the formation.
 
@@ -112,23 +129,16 @@ def parse_formation(text: str) -> dict[str, Any] | None:
     Raises:
         CommandError: it is neither.
     """
-    words = text.strip()
-    if words.lower() in _OFF:
+    if text.strip().lower() in _OFF:
         return None
-    given: dict[str, Any] = _from_json(words) if words.startswith("{") else _from_words(words)
+    given = _from_json(text) if text.lstrip().startswith("{") else _from_words(text)
     for key in given:
-        if key not in _KEYS:
-            raise UnknownNameError("parameter of a formation", str(key), _KEYS)
-    for key in _NUMBERS:
-        if key in given:
-            given[key] = _number(key, given[key])
-    if "shape" in given and given["shape"] not in SHAPES:
-        raise UnknownNameError("formation", str(given["shape"]), SHAPES)
-    if "path" in given:
-        given["path"] = _path(given["path"])
-    if "leader" in given and not isinstance(given["leader"], str):
-        raise CommandError(f"formation: invalid leader {given['leader']!r}: the name of a boat is needed")
-    return given
+        if key not in FormationOrder.model_fields:
+            raise UnknownNameError("parameter of a formation", key, FormationOrder.model_fields)
+    try:
+        return FormationOrder.model_validate(given).model_dump(exclude_unset=True)
+    except ValidationError as error:
+        raise CommandError(f"formation: {fault_text(error)}") from None
 
 
 def _from_words(text: str) -> dict[str, object]:
@@ -139,35 +149,16 @@ def _from_words(text: str) -> dict[str, object]:
         if not equals:
             raise CommandError(f"formation '{text}': '{word}' is not name=value, as in wedge spacing=12")
         given[key] = value
+        with contextlib.suppress(ValueError):
+            given[key] = value if key == "leader" else float(value)
     return given
 
 
 def _from_json(text: str) -> dict[str, object]:
     try:
-        given = json.loads(text)
-    except (ValueError, RecursionError) as error:
+        return dict(json.loads(text))
+    except (ValueError, TypeError, RecursionError) as error:
         raise CommandError(f"formation: not a JSON object: {error}") from None
-    return dict(given)
-
-
-def _number(key: str, value: object) -> float:
-    try:
-        number = math.nan if not isinstance(value, int | float | str) or isinstance(value, bool) else float(value)
-    except ValueError:
-        number = math.nan
-    if not math.isfinite(number):
-        raise CommandError(f"formation: invalid {key} {value!r}: a finite number is needed")
-    return number
-
-
-def _path(value: object) -> list[tuple[float, float]]:
-    pairs: Any = value
-    try:
-        return [(_number("path", x), _number("path", y)) for x, y in pairs]
-    except (TypeError, ValueError, VrxError):
-        raise CommandError(
-            f"formation: invalid path {value!r}: pairs of numbers are needed, as in [[0, 0], [50, 20]]"
-        ) from None
 
 
 class _ThrustOrder(NamedTuple):

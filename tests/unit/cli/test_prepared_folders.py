@@ -16,7 +16,7 @@ from vrx_mj.cli.program import app
 from vrx_mj.errors import VrxError
 from vrx_mj.outputs import write_files
 from vrx_mj.ros import packages
-from vrx_mj.ros.launch_packages import LIST
+from vrx_mj.ros.launch_packages import PACKAGE_LIST
 
 MADE = "made"
 FOLDERS = {
@@ -185,10 +185,10 @@ MANY = json.dumps({f"vrx_gazebo/{number}": "0" * 64 for number in range(20_000)}
 )  # fmt: skip
 def test_lists_that_we_do_not_write(cli, folder, text):
     (folder / MADE).mkdir()
-    (folder / MADE / LIST).write_text(text, encoding="latin-1")
+    (folder / MADE / PACKAGE_LIST).write_text(text, encoding="latin-1")
     said = cli("ros", "packages", "-o", MADE)
     assert (said.code, said.out) == (2, "")
-    assert said.err == f"{folder / MADE / LIST} was not written by this command: choose another folder\n"
+    assert said.err == f"{folder / MADE / PACKAGE_LIST} was not written by this command: choose another folder\n"
 
 
 def test_a_forged_list_removes_nothing_outside(cli, folder):
@@ -197,7 +197,7 @@ def test_a_forged_list_removes_nothing_outside(cli, folder):
     (folder / "outside/diary").write_bytes(raw)
     (folder / MADE).mkdir()
     (folder / MADE / "xacro").symlink_to(folder / "outside")
-    (folder / MADE / LIST).write_text(json.dumps({"xacro/diary": sha256(raw).hexdigest()}), encoding="utf-8")
+    (folder / MADE / PACKAGE_LIST).write_text(json.dumps({"xacro/diary": sha256(raw).hexdigest()}), encoding="utf-8")
     said = cli("ros", "packages", "-o", MADE)
     assert said.code == 2
     link = os.path.realpath(folder / MADE / "xacro")

@@ -18,7 +18,7 @@ import vrx_mj
 from needs import ROSBAG, needs
 from vrx_mj.errors import RecordError, UnknownNameError, VrxWarning
 from vrx_mj.ros import cdr
-from vrx_mj.ros.bags import FIRST, HEAVY, KINDS, Bag, bagged
+from vrx_mj.ros.bags import FIRST, HEAVY, KINDS, Bag, bag_run
 from vrx_mj.ros.interface import Output, RosInterface, Sent, Transport
 from vrx_mj.ros.messages import new, stamp
 from vrx_mj.ros.table.viewers import MARKERS, START
@@ -230,7 +230,7 @@ def panels(layout):
 def test_an_mcap_opens_with_boats_and_world_and_has_a_layout_beside_it(bay, tmp_path):
     from mcap import reader
 
-    with bagged(vrx_mj.Simulation(bay), tmp_path / "out.mcap") as (advance, _):
+    with bag_run(vrx_mj.Simulation(bay), tmp_path / "out.mcap") as (advance, _):
         advance(20)
     with (tmp_path / "out.mcap").open("rb") as file:
         rows = [(schema.name, channel.topic, row) for schema, channel, row in reader.make_reader(file).iter_messages()]

@@ -74,7 +74,7 @@ def same(ours, type_name, theirs):
 
 def test_every_type_of_vrx_3s_that_only_ros_2_has_is_known():
     for name in ("ParamVec", "StringVec", "Float32Array", "Contacts"):
-        assert cdr.is_known(f"ros_gz_interfaces/{name}")
+        assert is_known(f"ros_gz_interfaces/{name}", cdr.typestore)
         assert not is_known(f"ros_gz_interfaces/{name}")
 
 

@@ -50,7 +50,7 @@ def server(bay, wire):
 
 async def received(wire, server, topics, *, then=lambda _socket: None):
     """Channels by topic, and the first message of each of these topics while time goes on."""
-    async with connect(wire.address, subprotocols=[PROTOCOL], max_size=None) as client:
+    async with connect(wire.address, subprotocols=[PROTOCOL], max_size=None, close_timeout=0.2) as client:
         channels, got, now = {}, {}, 0
         until = time.monotonic() + SOON
         while not (topics <= got.keys() and now) and time.monotonic() < until:
@@ -136,7 +136,9 @@ def test_only_what_somebody_listens_to_is_wanted(server, wire):
 
 def test_a_client_that_does_not_read_holds_nothing_up(server, wire):
     async def silent():
-        async with connect(wire.address, subprotocols=[PROTOCOL], max_size=None, max_queue=1) as client:
+        async with connect(
+            wire.address, subprotocols=[PROTOCOL], max_size=None, close_timeout=0.2, max_queue=1
+        ) as client:
             topics = [json.loads(await client.recv()) for _ in range(2)][1]["channels"]
             wanted = [
                 {"id": one["id"], "channelId": one["id"]} for one in topics if one["topic"] == "/gazebo/link_states"

@@ -1,6 +1,5 @@
 """One graph: what each wire is told, and what a change means to the others."""
 
-import asyncio
 from xmlrpc.client import dumps, loads
 
 import pytest
@@ -13,7 +12,6 @@ from vrx_mj.ros.interface import Inbox, Input, Output, RosInterface, Sent
 from vrx_mj.ros.interface import Service as Offered
 from vrx_mj.ros.messages import new
 from vrx_mj.ros.parameters import plain
-from vrx_mj.ros.rosbridge.rosapi import MOST_PARAMETERS, MOST_TEXT, ClientParameters
 from work import calls_at_most
 
 STRING, CLIENT, TALKER = "std_msgs/String", "/rosbridge/client_1", "/talker"
@@ -208,20 +206,6 @@ def test_a_search_goes_from_the_inner_namespace_outwards(graph):
     assert graph.parameters.search("/a/b", "none") is None
 
 
-def test_clients_of_rosbridge_set_so_many_parameters_and_so_long_ones_and_no_more(graph):
-    clients = ClientParameters(graph)
-    asyncio.run(clients.set("/many", {f"p{number}": 1 for number in range(MOST_PARAMETERS)}))
-    for name, value in (("/more", 1), ("/many/p0", {"a": 1, "b": 2})):
-        with pytest.raises(CommandError, match=rf"{name}: 1025 parameters would be set by clients; at most 1024"):
-            asyncio.run(clients.set(name, value))
-    asyncio.run(clients.delete("/many"))
-    with pytest.raises(CommandError, match="characters would be set by clients"):
-        asyncio.run(clients.set("/long", "x" * MOST_TEXT))
-    asyncio.run(clients.set("/long", "x" * (MOST_TEXT - 20)))
-    asyncio.run(clients.set("/long", "y" * (MOST_TEXT - 20)))
-    assert graph.parameters.get("/long").startswith("y")
-
-
 def test_levels_of_rosout(graph):
     sent, answers = graph.wires[0].sent, []
     graph.clock = 2.5
@@ -239,16 +223,6 @@ def test_levels_of_rosout(graph):
     request.level = "loud"
     call(request, "/x", lambda *answer: answers.append(answer))
     assert answers[1] == (None, "no level 'loud'; known: debug, info, warn, error, fatal")
-
-
-def test_types_of_topics_that_are_gone_make_room_for_others(graph, monkeypatch):
-    monkeypatch.setattr("vrx_mj.ros.graph.MOST_REGISTRATIONS", 10)
-    for index in range(20):
-        graph.register_remote("publisher", f"/short_{index}", TALKER, URI, STRING)
-        assert graph.type_of(f"/short_{index}") == STRING
-        graph.unregister_remote("publisher", f"/short_{index}", TALKER, URI)
-    assert len(graph.types) <= 10
-    assert graph.type_of(ROSOUT) == "rosgraph_msgs/Log"
 
 
 def test_as_many_registrations_as_there_are_count(monkeypatch):
@@ -280,20 +254,28 @@ def test_a_service_over_the_limit_is_not_there(graph, monkeypatch):
     assert "/lights" not in graph.services
 
 
-def test_types_that_a_master_reports_are_bounded(graph, monkeypatch):
-    monkeypatch.setattr("vrx_mj.ros.graph.MOST_REGISTRATIONS", 10)
-    graph.mirror([{"/scan": ["/far"]}, {}, {}], {f"/t_{index}": STRING for index in range(50)})
-    assert len(graph.types) == 10
-    assert graph.type_of(ROSOUT) == "rosgraph_msgs/Log"
+def test_a_topic_has_the_type_of_its_last_publisher_else_of_a_subscriber_else_of_the_master(graph):
+    graph.mirror([{}, {"/chat": ["/far"]}, {}], {"/chat": "std_msgs/Bool", "/gone": STRING})
+    assert (graph.type_of("/chat"), graph.type_of("/gone")) == ("std_msgs/Bool", None)
+    graph.register_remote("subscriber", "/chat", TALKER, URI, "std_msgs/Int32")
+    assert graph.type_of("/chat") == "std_msgs/Int32"
+    graph.register_remote("publisher", "/chat", "/old", "http://127.0.0.1:1/", "std_msgs/Int8")
+    graph.register_remote("publisher", "/chat", "/new", "http://127.0.0.1:2/", "std_msgs/Int16")
+    graph.register_remote("publisher", "/chat", "/any", "http://127.0.0.1:3/", "*")
+    assert graph.type_of("/chat") == "std_msgs/Int16"
+    graph.register("subscriber", "/chat", CLIENT, STRING)
+    assert graph.type_of("/chat") == STRING
+    graph.forget(CLIENT)
+    assert graph.type_of("/chat") == "std_msgs/Int16"
 
 
 @pytest.mark.parametrize("kind", ["publisher", "subscriber"])
 @pytest.mark.parametrize("name", ["/info", "/order"])
 def test_the_types_of_our_topics_are_ours(graph, kind, name):
     graph.register_remote(kind, name, TALKER, URI, "std_msgs/Int32")
-    assert graph.type_of(name) == graph.types[name] == STRING
+    assert graph.type_of(name) == STRING
     graph.mirror(({name: [TALKER]}, {}, {}), {name: "std_msgs/Int32"})
-    assert graph.types[name] == STRING
+    assert graph.type_of(name) == STRING
 
 
 @pytest.mark.parametrize("kind", ["publisher", "subscriber"])
@@ -312,8 +294,6 @@ def test_a_parameter_that_xml_cannot_carry_is_refused(graph, text, value):
     why = rf"^a value has the character U\+{ord(text[-1]):04X}, which XML-RPC cannot carry$"
     with pytest.raises(CommandError, match=why):
         graph.set_parameter("/sim/name", value(text), TALKER)
-    with pytest.raises(CommandError, match=why):
-        asyncio.run(ClientParameters(graph).set("/sim/name", value(text)))
     assert graph.parameters.get("/sim/name") == "bay"
 
 

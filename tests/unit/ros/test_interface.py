@@ -1,6 +1,7 @@
 """What came over networks and waits for the simulation: the newest of each sender, and no more than there is room."""
 
-from vrx_mj.ros.interface import MOST_CALLS, MOST_UNKNOWN_PUBLISHERS, MOST_WAITING, Inbox
+from vrx_mj.ros.interface import MOST_CALLS, MOST_UNKNOWN_PUBLISHERS, Inbox
+from vrx_mj.ros.limits import MOST_WAITING
 
 
 def test_of_what_comes_too_fast_the_oldest_goes_and_is_counted():
@@ -10,7 +11,7 @@ def test_of_what_comes_too_fast_the_oldest_goes_and_is_counted():
     inbox.message("/a", "one", "you")
     commands, _, _ = inbox.drain()
     assert [command.message for command in commands] == [*range(6, MOST_WAITING + 6), "one"]
-    assert inbox.dropped == 6
+    assert inbox._commands.dropped == 6
     assert inbox.drain() == ([], [], [])
 
 

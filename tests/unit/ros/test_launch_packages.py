@@ -15,7 +15,7 @@ from vrx_mj.formats.gazebo.packages import named_world
 from vrx_mj.formats.gazebo.stock import PACKAGES, stock_launch, stock_launches
 from vrx_mj.formats.urdf.expand import expand
 from vrx_mj.ros import launch_packages
-from vrx_mj.ros.launch_packages import LIST, NODES, PACKAGE_NAMES, write_launch_packages
+from vrx_mj.ros.launch_packages import NODES, PACKAGE_LIST, PACKAGE_NAMES, write_launch_packages
 
 STOCK = [(package, launch) for package in PACKAGES for launch in stock_launches(package)]
 IDS = [f"{package}/{launch.name}" for package, launch in STOCK]
@@ -141,10 +141,10 @@ def made():
 
 @pytest.mark.parametrize("text", ["[]", "{", '{"vrx_gazebo/../../x": ""}', '{"/etc/passwd": ""}', '{"other/x": ""}'])
 def test_a_list_that_is_not_ours_is_named(tmp_path, text):
-    (tmp_path / LIST).write_text(text, encoding="utf-8")
+    (tmp_path / PACKAGE_LIST).write_text(text, encoding="utf-8")
     with pytest.raises(VrxError) as caught:
         write_launch_packages(tmp_path)
-    assert str(caught.value) == f"{tmp_path / LIST} was not written by this command: choose another folder"
+    assert str(caught.value) == f"{tmp_path / PACKAGE_LIST} was not written by this command: choose another folder"
 
 
 def test_a_path_that_a_list_of_paths_cannot_hold_is_named(tmp_path):

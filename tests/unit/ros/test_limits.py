@@ -13,9 +13,9 @@ from vrx_mj.ros.limits import (
     ConnectionLimit,
     Counts,
     Intake,
+    Mailbox,
     Outbox,
     Place,
-    TopicQueue,
     pieces,
 )
 
@@ -149,8 +149,10 @@ def test_where_all_together_hold_too_much_each_keeps_its_newest(monkeypatch):
     assert counts.waiting == 3
 
 
-def test_of_each_topic_the_newest_wait_in_the_order_in_which_they_came():
-    queue = TopicQueue(most=2)
+def test_of_each_topic_the_newest_wait_in_the_order_in_which_they_came(monkeypatch):
+    monkeypatch.setattr("vrx_mj.ros.limits.MOST_WAITING", 2)
+    monkeypatch.setattr("vrx_mj.ros.limits._MOST_KEYS", 2)
+    queue = Mailbox(lambda sent: sent.output.name)
     plain, other = (Output(name, "std_msgs/Int8", lambda: None) for name in ("/p", "/o"))
     assert queue.put([Sent(other, -1, 0.0)])
     for number in range(5):
@@ -158,6 +160,8 @@ def test_of_each_topic_the_newest_wait_in_the_order_in_which_they_came():
     assert [sent.message for sent in queue.take()] == [-1, 3, 4]
     assert queue.dropped == 3
     assert queue.take() == []
+    queue.put([Sent(Output(name, "std_msgs/Int8", lambda: None), 1, 0.0) for name in ("/a", "/b", "/c")])
+    assert (len(queue.take()), queue.dropped) == (2, 4)
     assert queue.put([Sent(plain, 5, 0.0)])
 
 

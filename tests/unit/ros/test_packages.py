@@ -142,9 +142,9 @@ def test_writing_again_changes_nothing_and_what_we_no_longer_write_goes(written,
     contents = {file: file.read_bytes() for file in before.rglob("*") if file.is_file()}
     old = before / "share/usv_msgs/msg/Old.msg"
     old.write_bytes(b"int8 x\n")
-    listed = json.loads((before / packages.LIST).read_text(encoding="utf-8"))
+    listed = json.loads((before / packages.MESSAGE_LIST).read_text(encoding="utf-8"))
     listed["share/usv_msgs/msg/Old.msg"] = packages._sha256(old)
-    (before / packages.LIST).write_text(json.dumps(listed), encoding="utf-8")
+    (before / packages.MESSAGE_LIST).write_text(json.dumps(listed), encoding="utf-8")
     assert write_packages(before).packages == NAMES
     assert {file: file.read_bytes() for file in before.rglob("*") if file.is_file()} == contents
 
@@ -162,10 +162,13 @@ def test_files_of_others_are_never_overwritten(tmp_path):
 
 @pytest.mark.parametrize("text", ["[]", "{", '{"share/../../x": ""}', '{"/etc/passwd": ""}'])
 def test_a_list_that_is_not_ours_is_told(tmp_path, text):
-    (tmp_path / packages.LIST).write_text(text, encoding="utf-8")
+    (tmp_path / packages.MESSAGE_LIST).write_text(text, encoding="utf-8")
     with pytest.raises(VrxError) as caught:
         write_packages(tmp_path)
-    assert str(caught.value) == f"{tmp_path / packages.LIST} was not written by this command: choose another folder"
+    assert (
+        str(caught.value)
+        == f"{tmp_path / packages.MESSAGE_LIST} was not written by this command: choose another folder"
+    )
 
 
 def test_packages_that_the_interpreter_has_are_left_out(tmp_path, monkeypatch):

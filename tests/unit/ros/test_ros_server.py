@@ -97,16 +97,22 @@ def test_a_formation_is_kept_and_told(scene):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("wegde", "no formation named 'wegde'; did you mean 'wedge'?"),
+        (
+            "wegde",
+            (
+                "formation: shape: expected circle, line, column, wedge, grid or random, got 'wegde'; "
+                "did you mean 'wedge'?"
+            ),
+        ),
         ("wedge 12", "formation 'wedge 12': '12' is not name=value, as in wedge spacing=12"),
-        ("wedge spacing=wide", "formation: invalid spacing 'wide': a finite number is needed"),
+        ("wedge spacing=wide", "formation: spacing: expected a number, got 'wide'"),
         (
             "wedge gap=3",
             "no parameter of a formation named 'gap'; known: shape, spacing, leader, path, speed, radius, apart",
         ),
         (
             '{"shape": "wedge", "path": [[0]]}',
-            "formation: invalid path [[0]]: pairs of numbers are needed, as in [[0, 0], [50, 20]]",
+            "formation: path[0]: expected 2 numbers [x, y], got [0]",
         ),
         ('{"shape": "wedge", "leader": "boat"}', "no boat named 'boat'; known: wamv1, wamv2"),
         ("wedge spacing=2", "invalid spacing 2 m: more than the 7 m that boats keep apart is needed"),

@@ -103,7 +103,7 @@ def test_a_formation_ends_with_a_word_or_with_its_leader(sim):
 
 def test_formations_are_words_or_json():
     assert parse_formation("wedge spacing=9 leader=b") == {"shape": "wedge", "spacing": 9.0, "leader": "b"}
-    assert parse_formation('{"shape": "line", "path": [[0, 1], [5, 2]]}')["path"] == [(0.0, 1.0), (5.0, 2.0)]
+    assert parse_formation('{"shape": "line", "path": [[0, 1], [5, 2]]}')["path"] == ((0.0, 1.0), (5.0, 2.0))
     assert parse_formation(" Off ") is None
 
 

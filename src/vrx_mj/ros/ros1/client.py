@@ -1,6 +1,7 @@
-"""Calls to a ROS 1 graph from a program that is no node: parameters of the master, and services."""
+"""Calls to a ROS 1 graph from a program that is not a node: the master's parameters, and services."""
 
 import asyncio
+import contextlib
 import os
 import time
 from typing import Any
@@ -13,7 +14,7 @@ from vrx_mj.ros.ros1.xmlrpc import BROKEN, Proxy
 
 _MASTER = "http://localhost:11311"
 _PAUSE = 0.2
-"""Wall time between two looks for a service [s]."""
+"""Wall time between two questions for a service [s]."""
 
 
 class Client:
@@ -33,20 +34,20 @@ class Client:
             CommandError: it has no such parameter.
         """
         full = name if name.startswith("/") else f"{self.namespace}{name}"
-        code, _, value = self._ask("getParam", full)
-        if code != 1:
+        value = self._ask("getParam", full)
+        if value is None:
             raise CommandError(f"no parameter {full} at the master {self.uri}")
         return value
 
     def wait(self, service: str, seconds: float) -> None:
-        """Wait until a service is there. NetworkError: it does not come."""
+        """Wait until a service is there; NetworkError: it is not, so long [s]."""
         end = time.monotonic() + seconds
         while not self._api(service):
             if time.monotonic() > end:
-                raise NetworkError(f"the service {service} did not come within {seconds:g} s at the master {self.uri}")
+                raise NetworkError(f"no service {service} within {seconds:g} s at the master {self.uri}")
             time.sleep(_PAUSE)
 
-    def call(self, service: str, kind: str, request: Message) -> Message:
+    def call(self, service: str, type_name: str, request: Message) -> Message:
         """Call a service, and return its response.
 
         Raises:
@@ -58,8 +59,8 @@ class Client:
             raise NetworkError(f"no service {service} at the master {self.uri}")
 
         def make(found: str) -> Message:
-            if found != kind:
-                raise CommandError(f"{service} is of type {found}, not {kind}")
+            if found != type_name:
+                raise CommandError(f"{service} is of type {found}, not {type_name}")
             return request
 
         try:
@@ -69,22 +70,18 @@ class Client:
 
     def _api(self, service: str) -> str:
         """The address of a service; empty without one."""
-        code, _, api = self._ask("lookupService", service)
-        return str(api) if code == 1 else ""
+        return str(self._ask("lookupService", service) or "")
 
-    def _ask(self, method: str, value: str) -> tuple[int, str, Any]:
-        """The master's answer: a code that is 1 if it went well, a line, and the value."""
+    def _ask(self, method: str, value: str) -> object:
+        """The value that the master answers; None where it has none."""
 
         async def ask() -> object:
-            proxy = Proxy(self.uri)
-            try:
+            with contextlib.closing(Proxy(self.uri)) as proxy:
                 return await proxy.call(method, self.name, value)
-            finally:
-                proxy.close()
 
         try:
             answer: Any = asyncio.run(ask())
-            code, line, result = answer
+            code, _, result = answer
         except (*BROKEN, Fault, ValueError, TypeError) as error:
             raise NetworkError(f"no answer of a ROS master at {self.uri}: {error}") from None
-        return int(code), str(line), result
+        return result if code == 1 else None

@@ -4,7 +4,7 @@ import asyncio
 import contextlib
 import os
 import socket
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
 from xmlrpc.client import Fault
@@ -78,7 +78,45 @@ SWEEP = 10.0
 """Wall time for a look at all nodes, about [s]."""
 
 
-class Master(Wire):
+class Api:
+    """Methods of ROS by name. Each takes the caller and its values, and gives code, text and value."""
+
+    methods: Mapping[str, tuple[str, Callable[..., Reply]]]
+    """Methods with their values after the caller: (n)ame, (t)ype, (a)pi, (s)ervice's api, (k)ey, any (v)alue.
+
+    `*` stands for any number of values.
+    """
+
+    def refusal(self, method: str, caller: str, host: str) -> str:
+        """Why a method is not for a caller at an address; empty if it is."""
+        raise NotImplementedError
+
+    def answer(self, method: str, values: Sequence[object], host: str) -> list[object]:
+        """The answer to a call from an address; Fault for an unknown method."""
+        if method == "system.listMethods":
+            return [*self.methods, "system.listMethods", "system.multicall"]
+        if method not in self.methods:
+            raise Fault(1, f'method "{method[:100]}" is not supported')
+        why = self.refusal(method, values[0], host) if values and isinstance(values[0], str) else ""
+        return [-1, why, 0] if why else list(self.call(method, values))
+
+    def call(self, method: str, values: Sequence[object]) -> Reply:
+        """Code (1 done, 0 failed, -1 wrong call), text and value."""
+        kinds, function = self.methods[method]
+        if not values or not isinstance(values[0], str) or len(values[0]) > LONGEST:
+            return -1, f"caller_id must be a string of at most {LONGEST} characters", 0
+        if kinds == "*":
+            return function(*values)
+        if len(values) != len(kinds) + 1:
+            return -1, "Error: bad call arity", 0
+        try:
+            checked = [_check_value(kind, value, values[0]) for kind, value in zip(kinds, values[1:], strict=True)]
+            return function(values[0], *checked)
+        except CommandError as error:
+            return -1, str(error), 0
+
+
+class Master(Api, Wire):
     """The graph for ROS 1's nodes: a wire that calls those whom a change concerns.
 
     The nodes of this process are registered by this process alone: nobody on the network takes their names, nor takes
@@ -89,7 +127,7 @@ class Master(Wire):
         self.graph, self.uri = graph, uri
         self._sweeper: asyncio.Task[None] | None = None
         self._notifier = Notifier(self._was_refused)
-        self._methods: dict[str, tuple[str, Callable[..., Reply]]] = {
+        self.methods = {
             "getPid": ("", lambda _: (1, "", os.getpid())),
             "getUri": ("", lambda _: (1, "", self.uri)),
             "shutdown": ("v", lambda *_: (0, "this master ends with its simulation", 0)),
@@ -102,7 +140,10 @@ class Master(Wire):
             "lookupNode": ("n", self._lookup_node),
             "lookupService": ("n", self._lookup_service),
             "getPublishedTopics": ("v", self._published_topics),
-            "getTopicTypes": ("", lambda _: (1, "current topics", [list(pair) for pair in self.graph.types.items()])),
+            "getTopicTypes": (
+                "",
+                lambda _: (1, "current topics", [[name, kind or "*"] for name, kind in self.graph.topics().items()]),
+            ),
             "getSystemState": ("", self._system_state),
             "setParam": ("kv", self._set_parameter),
             "getParam": ("k", self._get_parameter),
@@ -113,31 +154,12 @@ class Master(Wire):
             "unsubscribeParam": ("ak", lambda node, api, key: self._unregister("parameter", node, key, api)),
             "getParamNames": ("", lambda _: (1, "Parameter names", self.graph.parameters.names())),
         }
-        """Methods with their values after the caller: (n)ame, (t)ype, (a)pi, (s)ervice's api, (k)ey, any (v)alue."""
 
-    async def answer(self, method: str, values: Sequence[object], _host: str) -> list[object]:
-        """What a call gives; Fault for an unknown method."""
-        if method == "system.listMethods":
-            return [*self._methods, "system.listMethods", "system.multicall"]
-        if method not in self._methods:
-            raise Fault(1, f'method "{method[:100]}" is not supported')
-        caller = join_names(values[0]) if values and isinstance(values[0], str) else ""
-        if method in _REGISTERING and caller in self.graph.local:
-            return [-1, f"ERROR: {caller} is the simulation's own node: another name is needed", 0]
-        return list(self.call(method, values))
-
-    def call(self, method: str, values: Sequence[object]) -> Reply:
-        """Code (1 done, 0 failed, -1 wrong call), text and value."""
-        kinds, function = self._methods[method]
-        if not values or not isinstance(values[0], str) or len(values[0]) > LONGEST:
-            return -1, f"caller_id must be a string of at most {LONGEST} characters", 0
-        if len(values) != len(kinds) + 1:
-            return -1, "Error: bad call arity", 0
-        try:
-            checked = [_check_value(kind, value, values[0]) for kind, value in zip(kinds, values[1:], strict=True)]
-            return function(values[0], *checked)
-        except CommandError as error:
-            return -1, str(error), 0
+    def refusal(self, method: str, caller: str, host: str) -> str:
+        """Nobody takes the place of the simulation's nodes."""
+        own = join_names(caller)
+        is_taken = method in _REGISTERING and own in self.graph.local
+        return f"ERROR: {own} is the simulation's own node: another name is needed" if is_taken else ""
 
     def start(self) -> None:
         """Follow the graph's changes, and look after nodes that die."""
@@ -203,7 +225,7 @@ class Master(Wire):
             return -1, "ERROR: parameter [subgraph] is not a name", []
         under = f"{resolve(str(subgraph), node)}/" if subgraph and subgraph != "/" else "/"
         names = [name for name in self.graph.registrations.names("publisher") if name.startswith(under)]
-        return 1, "current topics", [[name, self.graph.types.get(name, "*")] for name in names]
+        return 1, "current topics", [[name, self.graph.type_of(name) or "*"] for name in names]
 
     def _system_state(self, _: str) -> Reply:
         state = [self.graph.registrations.state(kind) for kind in ("publisher", "subscriber", "service")]

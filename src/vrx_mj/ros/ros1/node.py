@@ -13,18 +13,20 @@ from vrx_mj.errors import CommandError, NetworkError
 from vrx_mj.ros.access import addresses, announced_address, is_local, listening_addresses, own_names
 from vrx_mj.ros.graph import Graph, Wire
 from vrx_mj.ros.interface import Traffic
-from vrx_mj.ros.limits import ConnectionLimit, Intake, Place
+from vrx_mj.ros.limits import ConnectionLimit, Intake
 from vrx_mj.ros.messages import Message
 from vrx_mj.ros.network import Notices
-from vrx_mj.ros.parameters import resolve
-from vrx_mj.ros.ros1.connection import encode_header
+from vrx_mj.ros.parameters import LONGEST, resolve
+from vrx_mj.ros.ros1.connection import LARGEST_HEADER, Listener, Peer, decode_header, encode_header
 from vrx_mj.ros.ros1.http_server import HttpServer
-from vrx_mj.ros.ros1.master import Reply
-from vrx_mj.ros.ros1.publication import Caller, Provided, Publication, Reader, Role, Stream, TcprosListener
+from vrx_mj.ros.ros1.master import Api, Reply
+from vrx_mj.ros.ros1.publication import Provided, Publication, Reader, Stream
 from vrx_mj.ros.ros1.registrar import Link, MasterAccess, Registrar, SystemState, is_ours, open_master
 from vrx_mj.ros.ros1.subscription import MOST_PUBLISHERS, Subscription, call_service
-from vrx_mj.ros.ros1.xmlrpc import BROKEN, LARGEST_REPLY, Proxy, address
+from vrx_mj.ros.ros1.xmlrpc import BROKEN, address, ask
 
+HEADER_TIMEOUT = 10.0
+"""Wall time in which a header must come [s]."""
 _RESTRICTED = {"shutdown", "publisherUpdate", "paramUpdate"}
 """Only for programs on this machine and the master's."""
 _MASTER = "/master"
@@ -32,7 +34,7 @@ _MASTER = "/master"
 
 
 @dataclass
-class Slave:
+class Slave(Api):
     """Answers with what a node has."""
 
     node: str
@@ -51,40 +53,30 @@ class Slave:
     """Called with the reason when somebody shuts the node down."""
 
     def __post_init__(self) -> None:
-        self._methods: dict[str, tuple[int, Callable[..., Reply]]] = {
-            "getBusStats": (0, self._bus_stats),
-            "getBusInfo": (0, self._bus_info),
-            "getMasterUri": (0, lambda: (1, self.master_uri, self.master_uri)),
-            "getUri": (0, lambda: (1, "", self.uri)),
-            "getName": (0, lambda: (1, "", self.node)),
-            "getPid": (0, lambda: (1, "", os.getpid())),
-            "getSubscriptions": (0, lambda: (1, "subscriptions", _topic_list(self.subscriptions))),
-            "getPublications": (0, lambda: (1, "publications", _topic_list(self.publications))),
-            "paramUpdate": (2, lambda *_: (-1, "not subscribed", 0)),
-            "publisherUpdate": (2, self._publisher_update),
-            "requestTopic": (2, self._request_topic),
-            "shutdown": (-1, self._shutdown),
+        self.methods = {
+            "getBusStats": ("", self._bus_stats),
+            "getBusInfo": ("", self._bus_info),
+            "getMasterUri": ("", lambda _: (1, self.master_uri, self.master_uri)),
+            "getUri": ("", lambda _: (1, "", self.uri)),
+            "getName": ("", lambda _: (1, "", self.node)),
+            "getPid": ("", lambda _: (1, "", os.getpid())),
+            "getSubscriptions": ("", lambda _: (1, "subscriptions", _topic_list(self.subscriptions))),
+            "getPublications": ("", lambda _: (1, "publications", _topic_list(self.publications))),
+            "paramUpdate": ("vv", lambda *_: (-1, "not subscribed", 0)),
+            "publisherUpdate": ("vv", self._publisher_update),
+            "requestTopic": ("vv", self._request_topic),
+            "shutdown": ("*", self._shutdown),
         }
-        """How many values each takes after the caller; -1: any number."""
 
-    async def answer(self, method: str, values: Sequence[object], host: str) -> list[object]:
-        """What a call from an address gives; Fault for an unknown method."""
-        if method == "system.listMethods":
-            return [*self._methods, "system.listMethods", "system.multicall"]
-        if method not in self._methods:
-            raise Fault(1, f'method "{method[:100]}" is not supported')
-        count, function = self._methods[method]
-        if not values or not isinstance(values[0], str):
-            return [-1, "caller_id must be a string", 0]
-        if count >= 0 and len(values) != count + 1:
-            return [-1, "Error: bad call arity", 0]
-        if method in _RESTRICTED and not self.trusted(host):
-            text = f"{host} ({values[0][:100]}) called {method}: only this machine and the master's machine may"
-            self.notices.write("WARN", method, host, text)
-            return [-1, f"{method} is refused: {host} is neither this machine nor the master's", 0]
-        return list(function(*values[1:]) if method != "shutdown" else function(*values))
+    def refusal(self, method: str, caller: str, host: str) -> str:
+        """Some methods are only for programs on this machine and the master's."""
+        if method not in _RESTRICTED or self.trusted(host):
+            return ""
+        text = f"{host} ({caller[:100]}) called {method}: only this machine and the master's machine may"
+        self.notices.write("WARN", method, host, text)
+        return f"{method} is refused: {host} is neither this machine nor the master's"
 
-    def _bus_stats(self) -> Reply:
+    def _bus_stats(self, _: str) -> Reply:
         sent = [
             [
                 topic.name,
@@ -94,27 +86,32 @@ class Slave:
             for topic in self.publications.values()
         ]
         got = [
-            [topic.name, [[one.number, one.received, -1, one.receiver is not None] for one in topic.sources.values()]]
+            [topic.name, [[one.number, one.received, -1, one.peer is not None] for one in topic.sources.values()]]
             for topic in self.subscriptions.values()
         ]
         return 1, "", [sent, got, []]
 
-    def _bus_info(self) -> Reply:
-        out = [reader.info() for topic in self.publications.values() for reader in topic.readers]
-        return (
-            1,
-            "bus info",
-            out + [source.info() for topic in self.subscriptions.values() for source in topic.sources.values()],
-        )
+    def _bus_info(self, _: str) -> Reply:
+        rows: list[list[Any]] = [
+            ["o", one.number, one.peer, one.node, topic.name]
+            for topic in self.publications.values()
+            for one in topic.readers
+        ]
+        rows += [
+            ["i", one.number, one.peer, one.uri, topic.name]
+            for topic in self.subscriptions.values()
+            for one in topic.sources.values()
+        ]
+        return 1, "bus info", [_bus_row(*row) for row in rows]
 
-    def _publisher_update(self, topic: object, publishers: object) -> Reply:
+    def _publisher_update(self, _: str, topic: object, publishers: object) -> Reply:
         if not isinstance(topic, str) or not isinstance(publishers, list):
             return -1, "publisherUpdate takes a topic and a list of URIs", 0
         if topic in self.subscriptions:
             self.subscriptions[topic].update(uri for uri in publishers if isinstance(uri, str))
         return 1, "", 0
 
-    def _request_topic(self, topic: object, protocols: object) -> Reply:
+    def _request_topic(self, _: str, topic: object, protocols: object) -> Reply:
         name = resolve(topic, self.node) if isinstance(topic, str) else ""
         if name not in self.publications:
             return -1, f"Not a publisher of [{str(topic)[:100]}]", []
@@ -135,6 +132,13 @@ class Slave:
         self.notices.write("WARN", "shutdown", reason, f"node {self.node}: {reason}")
         if self.on_shutdown is not None:
             self.on_shutdown(reason)
+
+
+def _bus_row(direction: str, number: int, peer: Peer | None, other: str, topic: str) -> list[object]:
+    """The row of a connection in `getBusInfo`."""
+    there, here = (peer.address(end) if peer else ("?", 0) for end in ("peername", "sockname"))
+    about = f"TCPROS connection on port {here[1]} to [{there[0]}:{there[1]} on socket {number}]"
+    return [number, other, direction, "TCPROS", topic, peer is not None, about]
 
 
 def _topic_list(topics: Mapping[str, Publication] | Mapping[str, Subscription]) -> list[list[str]]:
@@ -161,8 +165,8 @@ class Watch:
         self._since: dict[tuple[str, str], float] = {}
         self._work: set[asyncio.Task[None]] = set()
 
-    def look(self, state: SystemState, inputs: Mapping[str, object]) -> None:
-        """Find what is new in a state; `inputs` are the topics that we listen to."""
+    def look(self, state: SystemState, types: Mapping[str, str], inputs: Mapping[str, object]) -> None:
+        """Find what is new in a state; `types` are those of topics, and `inputs` the topics that we listen to."""
         publishers, subscribers = state[0], state[1]
         unknown_publishers = {
             (topic, node)
@@ -173,11 +177,13 @@ class Watch:
             if node not in self._graph.local
         }
         new, self._unknown_publishers = unknown_publishers - self._unknown_publishers, unknown_publishers
-        if new:
-            self._begin(self._report_unknown_publishers(new))
+        for topic, node in sorted(new):
+            self._graph.inbox.unknown_publisher(topic, types.get(topic, "*"), node)
         silent = self._silent(subscribers)
         if silent:
-            self._begin(self._report_unreachable(silent))
+            task = asyncio.get_running_loop().create_task(self._report_unreachable(silent))
+            self._work.add(task)
+            task.add_done_callback(self._work.discard)
 
     async def close(self) -> None:
         """Stop."""
@@ -185,21 +191,6 @@ class Watch:
         for task in work:
             task.cancel()
         await asyncio.gather(*work, return_exceptions=True)
-
-    def _begin(self, work: "asyncio._CoroutineLike[None]") -> None:
-        task = asyncio.get_running_loop().create_task(work)
-        self._work.add(task)
-        task.add_done_callback(self._work.discard)
-
-    async def _report_unknown_publishers(self, new: set[tuple[str, str]]) -> None:
-        try:
-            pairs: Any
-            (pairs,) = await self._link.many([("getTopicTypes", (self._graph.node,))])
-            types = {str(topic): str(kind) for topic, kind in pairs or []}
-        except (*BROKEN, Fault, TypeError, ValueError):
-            types = {}
-        for topic, node in sorted(new):
-            self._graph.inbox.unknown_publisher(topic, types.get(topic, "*"), node)
 
     def _silent(self, subscribers: Mapping[str, list[str]]) -> list[tuple[str, str]]:
         """Topics and nodes that subscribed to them long ago and never connected; of a node only one topic."""
@@ -216,7 +207,11 @@ class Watch:
         return [(topic, node) for node, topic in late.items()]
 
     async def _report_unreachable(self, silent: list[tuple[str, str]]) -> None:
-        for (_, node), uri in zip(silent, await self._lookup([node for _, node in silent]), strict=False):
+        try:
+            uris = await self._link.many([("lookupNode", (self._graph.node, node)) for _, node in silent])
+        except (*BROKEN, Fault):
+            return
+        for (_, node), uri in zip(silent, map(str, uris), strict=True):
             try:
                 host, _ = address(uri)
                 if not await _answers(uri):
@@ -230,23 +225,13 @@ class Watch:
             )
             self._graph.notices.write("WARN", "unreachable", node, text)
 
-    async def _lookup(self, nodes: list[str]) -> list[str]:
-        try:
-            requests = [("lookupNode", (self._graph.node, node)) for node in nodes]
-            return [str(uri) for uri in await self._link.many(requests)]
-        except (*BROKEN, Fault):
-            return []
-
 
 async def _answers(uri: str) -> bool:
     """Whether a node is alive."""
-    proxy = Proxy(uri, LARGEST_REPLY)
     try:
-        await proxy.ros("getPid", "/vrx_mj", timeout=2.0)
+        await ask(uri, "getPid", "/vrx_mj", timeout=2.0)
     except (*BROKEN, Fault):
         return False
-    finally:
-        proxy.close()
     return True
 
 
@@ -274,9 +259,8 @@ class Node(Wire):
         self.provided: dict[str, Provided] = {}
         is_own = access.master is not None
         self.slave = Slave(name, master_uri, self.publications, self.subscriptions, notices, is_own)
-        self.tcpros_listener = TcprosListener(
-            self._meet, connection_limit, Intake(_INCOMING_BYTES), notices, self._note_readers
-        )
+        intake, self._connection_limit = Intake(_INCOMING_BYTES), connection_limit
+        self.tcpros_listener = Listener("TCPROS", self._serve, connection_limit, intake, notices)
         self.api = HttpServer(f"node {name}", self.slave.answer, connection_limit, notices, access.names)
         self.registrar = Registrar(name, master_uri, access.link, notices)
         self.watch = Watch(graph, access.link, self.publications)
@@ -315,8 +299,8 @@ class Node(Wire):
     @property
     def clients(self) -> int:
         """Connections that are open; safe to ask from any thread."""
-        return len(self.tcpros_listener.inside) + sum(
-            source.receiver is not None
+        return len(self.tcpros_listener.tasks) + sum(
+            source.peer is not None
             for topic in list(self.subscriptions.values())
             for source in list(topic.sources.values())
         )
@@ -400,10 +384,10 @@ class Node(Wire):
     def _provide(self, name: str) -> None:
         """Have a service that a node of this process provides, and no other."""
         service, held = self.graph.services.get(name), self.provided.get(name)
-        if held is not None and (service is None or (held.type, held.call) != (service.type, service.call)):
+        if held is not None and held.service != service:
             self.provided.pop(name).close()
         if service is not None and name not in self.provided:
-            self.provided[name] = Provided(service.node, name, service.type, service.call)
+            self.provided[name] = Provided(self.graph, name, service)
 
     # What other processes do
 
@@ -440,8 +424,33 @@ class Node(Wire):
                 }
         return wished
 
-    def _meet(self, header: Mapping[str, str], transport: asyncio.Transport, place: Place) -> Role | None:
+    async def _serve(self, peer: Peer) -> None:
         """Whoever has connected wants to subscribe or to call."""
+        async with asyncio.timeout(HEADER_TIMEOUT):
+            header = decode_header(await peer.frame(LARGEST_HEADER))
+        try:
+            met = self._met(header)
+            lasts = isinstance(met, Publication) or header.get("persistent", "").lower() in {"1", "true"}
+            if lasts and not self._connection_limit.settle(peer.place):
+                raise CommandError("too many connections")
+        except CommandError as error:
+            await peer.send(encode_header({"error": str(error)[:1000]}))
+            raise
+        await peer.send(encode_header(met.reply()))
+        node = header["callerid"][:LONGEST]
+        if isinstance(met, Publication):
+            reader = Reader(met, peer, node)
+            met.join(reader)
+            self._note_readers()
+            try:
+                await reader.stay()
+            finally:
+                self._note_readers()
+        elif header.get("probe") != "1":
+            await met.answer(peer, node, persistent=lasts)
+
+    def _met(self, header: Mapping[str, str]) -> Publication | Provided:
+        """The topic or service that a header asks for; CommandError: it is not for who sent it."""
         what, name = ("publisher", header["topic"]) if "topic" in header else ("provider", header.get("service", ""))
         met = self.publications.get(name) if what == "publisher" else self.provided.get(name)
         if met is None:
@@ -450,14 +459,7 @@ class Node(Wire):
         why = f"Missing required '{missing[0]}' field" if missing else met.refusal(header)
         if why is not None:
             raise CommandError(why)
-        transport.write(encode_header(met.reply()))
-        if isinstance(met, Publication):
-            reader = Reader(met, transport, header)
-            met.join(reader)
-            return reader
-        if header.get("probe") == "1":
-            return None
-        return Caller(met, transport, header, self.graph.network, self.tcpros_listener.intake, place)
+        return met
 
     def _note_readers(self) -> None:
         """Somebody has come or gone."""
@@ -475,7 +477,7 @@ class Node(Wire):
             if count != len(topic.sources) and count <= MOST_PUBLISHERS:
                 self.registrar.forget(name)  # the master's news did not reach us: ask
         self._kept = {(name, node) for name, node in self._kept if node in state[0].get(name, [])}
-        self.watch.look(state, self.subscriptions)
+        self.watch.look(state, types, self.subscriptions)
 
     def _begin(self, work: Coroutine[object, None, None]) -> None:
         task: asyncio.Task[None] = asyncio.get_running_loop().create_task(work)

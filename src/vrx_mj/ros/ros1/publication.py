@@ -1,18 +1,16 @@
-"""Topics that we publish and services that we provide over TCPROS, and the peers that connect to our port for them."""
+"""Topics that we publish and services that we provide over TCPROS."""
 
 import asyncio
 import contextlib
 import itertools
-import socket
 import struct
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import partial
 from typing import Any
 
 from vrx_mj.errors import CommandError
-from vrx_mj.ros.interface import Answer
-from vrx_mj.ros.limits import ConnectionLimit, Counts, Intake, Outbox, Place, Stall
+from vrx_mj.ros.graph import Graph, Service
+from vrx_mj.ros.limits import Counts, Outbox
 from vrx_mj.ros.messages import (
     Message,
     decode,
@@ -25,9 +23,8 @@ from vrx_mj.ros.messages import (
     service_md5sum,
     typestore,
 )
-from vrx_mj.ros.network import Network, Notices
 from vrx_mj.ros.parameters import LONGEST
-from vrx_mj.ros.ros1.connection import LARGEST_CALL, LARGEST_HEADER, Splitter, decode_header, encode_header, with_length
+from vrx_mj.ros.ros1.connection import LARGEST_CALL, Peer, with_length
 
 _HIGH_WATER = 1 << 18
 """Bytes that asyncio holds of a connection before its outbox fills."""
@@ -120,8 +117,8 @@ class Publication:
 
     def close(self) -> None:
         """Close all connections."""
-        for reader in list(self.readers):
-            reader.transport.abort()
+        for reader in self.readers:
+            reader.peer.close()
 
     def _frame(self, message: Message) -> bytearray:
         """A message with its length before it, written once and without copies: pictures have some MB."""
@@ -139,50 +136,46 @@ class Publication:
 class Reader:
     """One who has subscribed. What it does not take in time waits in an outbox, and the oldest of that goes first."""
 
-    def __init__(self, publication: Publication, transport: asyncio.Transport, header: Mapping[str, str]) -> None:
-        self.publication, self.transport = publication, transport
-        self.node = header["callerid"][:LONGEST]
+    def __init__(self, publication: Publication, peer: Peer, node: str) -> None:
+        self.publication, self.peer, self.node = publication, peer, node
         self.number = next(publication.stream.numbers)
         self.sent = self.messages = 0
         self._outbox: Outbox[bytearray] = Outbox(publication.stream.counts, _MOST_FRAMES, self._write)
         self._rest = memoryview(b"")
         """What asyncio has not been given yet of the message that is being sent."""
-        self._blocked = False
-        self._talk = 0
-        transport.set_write_buffer_limits(high=_HIGH_WATER)
+        self._full = asyncio.Event()
+        peer.writer.transport.set_write_buffer_limits(high=_HIGH_WATER)
 
     def send(self, frame: bytearray) -> None:
         """Send a message now or later."""
         self._outbox.push(frame, len(frame))
 
-    def take(self, data: bytes) -> None:
-        """It sends something; nothing is expected."""
-        self._talk += len(data)
-        if self._talk > _MOST_IDLE_TALK:
-            self.transport.abort()
+    async def stay(self) -> None:
+        """Send until it leaves, or talks: nothing is expected of it."""
+        writing = asyncio.get_running_loop().create_task(self._write_rest())
+        try:
+            await self.peer.reader.readexactly(_MOST_IDLE_TALK)
+        finally:
+            writing.cancel()
+            self.publication.readers.discard(self)
+            self._outbox.forget()
 
-    def set_blocked(self, *, now: bool) -> None:
-        """The connection takes no more, or takes again."""
-        self._blocked = now
-        self._write()
-
-    def note_loss(self) -> None:
-        """The connection is closed."""
-        self._blocked = True
-        self._rest = memoryview(b"")
-        self._outbox.forget()
-        self.publication.readers.discard(self)
-
-    def info(self) -> list[object]:
-        """The row of this connection in `getBusInfo`."""
-        there = self.transport.get_extra_info("peername") or ("?", 0)
-        here = self.transport.get_extra_info("sockname") or ("?", 0)
-        about = f"TCPROS connection on port {here[1]} to [{there[0]}:{there[1]} on socket {self.number}]"
-        return [self.number, self.node, "o", "TCPROS", self.publication.name, True, about]
+    async def _write_rest(self) -> None:
+        """Go on when the connection takes more."""
+        with contextlib.suppress(OSError):
+            while True:
+                await self._full.wait()
+                self._full.clear()
+                await self.peer.writer.drain()
+                self._write()
 
     def _write(self) -> None:
-        """Send what there is until the connection is blocked."""
-        while not self._blocked and not self.transport.is_closing():
+        """Send what there is until the connection is full."""
+        transport = self.peer.writer.transport
+        while not transport.is_closing():
+            if transport.get_write_buffer_size() > _HIGH_WATER:
+                self._full.set()
+                return
             if not self._rest:
                 frame = self._outbox.pop()
                 if frame is None:
@@ -192,297 +185,69 @@ class Reader:
                 self.messages += 1
                 self.publication.stream.counts.sent += len(frame)
             piece, self._rest = self._rest[:_PIECE], self._rest[_PIECE:]
-            self.transport.write(piece)
+            transport.write(piece)
 
 
 _REQUEST_TIMEOUT = 10.0
-"""Wall time in which a request must begin to come, and in which an answer must be taken [s]."""
+"""Wall time in which the request of one who calls once must begin to come [s]."""
 
 
 @dataclass(eq=False)
 class Provided:
     """A service of a node of this process, and its callers."""
 
-    node: str
+    graph: Graph
     name: str
-    type: str
-    call: Callable[[Message, str, Answer], None]
-    """Takes the request, the caller's name, and what is to be called with the response."""
-    callers: "set[Caller]" = field(default_factory=set)
+    service: Service
+    callers: set[Peer] = field(default_factory=set)
 
     def refusal(self, header: Mapping[str, str]) -> str | None:
         """Why somebody cannot call it."""
-        if not (is_known(f"{self.type}Request") and is_known(f"{self.type}Response")):
-            return f"[{self.name}] has the type [{self.type}], which only clients of rosbridge can call"
-        wanted, own = header["md5sum"], service_md5sum(self.type)
+        kind = self.service.type
+        if not (is_known(f"{kind}Request") and is_known(f"{kind}Response")):
+            return f"[{self.name}] has the type [{kind}], which only clients of rosbridge can call"
+        wanted, own = header["md5sum"], service_md5sum(kind)
         if wanted in {"*", own}:
             return None
         return f"request from [{header['callerid']}]: md5sums do not match: [{wanted}] vs. [{own}]"
 
     def reply(self) -> dict[str, str]:
         """Our own header."""
+        kind = self.service.type
         return {
-            "callerid": self.node,
-            "md5sum": service_md5sum(self.type),
-            "request_type": f"{self.type}Request",
-            "response_type": f"{self.type}Response",
+            "callerid": self.service.node,
+            "md5sum": service_md5sum(kind),
+            "request_type": f"{kind}Request",
+            "response_type": f"{kind}Response",
             "service": self.name,
-            "type": self.type,
+            "type": kind,
         }
+
+    async def answer(self, peer: Peer, node: str, *, persistent: bool) -> None:
+        """Answer a node that calls once or again and again, one call at a time; errors are those of `Peer.frame`."""
+        self.callers.add(peer)
+        try:
+            while True:
+                asked = await peer.frame(LARGEST_CALL, None if persistent else _REQUEST_TIMEOUT)
+                await peer.send(await self._answer(asked, node))
+                if not persistent:
+                    return
+        finally:
+            self.callers.discard(peer)
 
     def close(self) -> None:
         """Close all connections."""
         for caller in list(self.callers):
-            caller.transport.abort()
+            caller.close()
 
-
-def _is_persistent(header: Mapping[str, str]) -> bool:
-    """Whether who sent a header wants to call more than once."""
-    return header.get("persistent", "").lower() in {"1", "true"}
-
-
-class Caller:
-    """One who calls: once, or again and again where the connection is persistent; one call at a time."""
-
-    def __init__(
-        self,
-        service: Provided,
-        transport: asyncio.Transport,
-        header: Mapping[str, str],
-        network: Network,
-        intake: Intake,
-        place: Place,
-    ) -> None:
-        self.service, self.transport, self.node = service, transport, header["callerid"][:LONGEST]
-        self._persistent = _is_persistent(header)
-        self._network = network
-        self._splitter = Splitter(LARGEST_CALL, intake, place)
-        self._stall = Stall(transport.abort)
-        self._busy = self._lost = self._blocked = False
-        service.callers.add(self)
-        self._timer = None if self._persistent else network.loop.call_later(_REQUEST_TIMEOUT, transport.abort)
-
-    def take(self, data: bytes) -> None:
-        """A piece of a request; CommandError: it is too large."""
-        if self._timer is not None:
-            self._timer.cancel()
-        self._splitter.feed(data)
-        self._next()
-
-    def set_blocked(self, *, now: bool) -> None:
-        """It takes no more answers, so that no more calls are taken, or takes them again."""
-        self._blocked = now
-        if not now and not self._busy and not self._lost:
-            self.transport.resume_reading()
-            self._network.loop.call_soon(self._resume)
-
-    def note_loss(self) -> None:
-        """The connection is closed."""
-        self._lost = True
-        self._stall.stop()
-        self._splitter.rest()
-        if self._timer is not None:
-            self._timer.cancel()
-        self.service.callers.discard(self)
-
-    def _next(self) -> None:
-        if self._busy or self._lost or self._blocked:
-            return
-        frame = self._splitter.take()
-        self._stall.holds(len(self._splitter) if frame is None else 0)
-        if frame is None:
-            return
-        self._busy = True
-        self.transport.pause_reading()
+    async def _answer(self, asked: bytes, node: str) -> bytes:
+        """The bytes that answer a request."""
         try:
-            request = decode(frame, f"{self.service.type}Request")
+            request = decode(asked, f"{self.service.type}Request")
+            response = await self.graph.call(self.service, request, node)
+            return b"\x01" + with_length(encode(response, f"{self.service.type}Response"))
         except CommandError as error:
-            self._answer(None, str(error))
-            return
-        self.service.call(request, self.node, partial(self._network.soon, self._answer))
-
-    def _answer(self, response: Message | None, why: str) -> None:
-        if self._lost or not self._busy:
-            return
-        self.transport.write(self._bytes(response, why))
-        self._busy = False
-        if not self._persistent:
-            self.transport.close()
-            self._timer = self._network.loop.call_later(_REQUEST_TIMEOUT, self.transport.abort)
-            return
-        if not self._blocked:
-            self.transport.resume_reading()
-            self._network.loop.call_soon(self._resume)
-
-    def _resume(self) -> None:
-        try:
-            self._next()
-        except CommandError:
-            self.transport.abort()
-
-    def _bytes(self, response: Message | None, why: str) -> bytes:
-        if response is not None:
-            try:
-                return b"\x01" + with_length(encode(response, f"{self.service.type}Response"))
-            except Exception as error:  # whatever rosbags raises of an invalid response
-                why = str(CommandError(f"{self.service.name}: the response cannot be written: {error}"))
+            why = str(error)
+        except Exception as error:  # whatever rosbags raises of an invalid response
+            why = str(CommandError(f"{self.name}: the response cannot be written: {error}"))
         return b"\x00" + with_length(why.encode("utf-8", "replace"))
-
-
-HEADER_TIMEOUT = 10.0
-"""Wall time in which a header must come [s]."""
-
-Role = Reader | Caller
-_Meet = Callable[[Mapping[str, str], asyncio.Transport, Place], Role | None]
-"""Takes a header; sends ours and gives who that is, or None if it asked for nothing more. CommandError: refused."""
-
-
-@dataclass
-class TcprosListener:
-    """Listens for TCPROS."""
-
-    meet: _Meet
-    connection_limit: ConnectionLimit
-    intake: Intake
-    notices: Notices
-    changed: Callable[[], None]
-    """Called when somebody has come or gone."""
-    inside: "set[Incoming]" = field(default_factory=set)
-    _servers: list[asyncio.Server] = field(default_factory=list)
-
-    async def start(self, hosts: Sequence[str], port: int = 0) -> int:
-        """Listen; returns the port. OSError: that cannot be done."""
-        loop = asyncio.get_running_loop()
-        for host in hosts:
-            server = await loop.create_server(lambda: Incoming(self), host, port, backlog=256)
-            self._servers.append(server)
-            port = server.sockets[0].getsockname()[1]
-        return port
-
-    async def close(self) -> None:
-        """Close all connections."""
-        for server in self._servers:
-            server.close()
-        for connection in list(self.inside):
-            if connection.transport is not None:
-                connection.transport.abort()
-        while self.inside:
-            await asyncio.sleep(0)
-
-
-class Incoming(asyncio.Protocol):
-    """A connection to our port of TCPROS."""
-
-    def __init__(self, tcpros_listener: TcprosListener) -> None:
-        self.transport: asyncio.Transport | None = None
-        self._listener = tcpros_listener
-        self._place = Place("?", self._abort)
-        self._role: Role | None = None
-        self._splitter = Splitter(LARGEST_HEADER, tcpros_listener.intake, self._place)
-        self._timer: asyncio.TimerHandle | None = None
-        self._over = self._blocked = False
-
-    def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Somebody is there."""
-        assert isinstance(transport, asyncio.Transport)
-        host = self._place.host = str((transport.get_extra_info("peername") or ("?",))[0])
-        if not self._listener.connection_limit.enter(self._place):
-            self._listener.notices.write("WARN", "crowd", host, f"too many connections: refused one from {host}")
-            self._over = True
-            transport.abort()
-            return
-        self.transport = transport
-        self._listener.inside.add(self)
-        keep_alive(transport)
-        self._timer = asyncio.get_running_loop().call_later(HEADER_TIMEOUT, transport.abort)
-
-    def data_received(self, data: bytes) -> None:
-        """A piece of what it sends."""
-        if self._over or self.transport is None:
-            return
-        try:
-            if self._role is not None:
-                self._role.take(data)
-                return
-            self._splitter.feed(data)
-            frame = self._splitter.take()
-            if frame is not None:
-                self._greet(decode_header(frame))
-        except CommandError as error:
-            self._refuse(str(error))
-
-    def pause_writing(self) -> None:
-        """It takes no more."""
-        self._blocked = True
-        if self._role is not None:
-            self._role.set_blocked(now=True)
-
-    def resume_writing(self) -> None:
-        """It takes more."""
-        self._blocked = False
-        if self._role is not None:
-            self._role.set_blocked(now=False)
-
-    def connection_lost(self, _: Exception | None) -> None:
-        """It has gone."""
-        if self.transport is None:
-            return
-        if self._timer is not None:
-            self._timer.cancel()
-        self._listener.connection_limit.leave(self._place)
-        self._listener.inside.discard(self)
-        self._splitter.rest()
-        if self._role is not None:
-            self._role.note_loss()
-            self._listener.changed()
-
-    def _abort(self) -> None:
-        if self.transport is not None:
-            self.transport.abort()
-
-    def _greet(self, header: Mapping[str, str]) -> None:
-        assert self.transport is not None
-        lasts = "topic" in header or _is_persistent(header)
-        if lasts and not self._listener.connection_limit.settle(self._place):
-            raise CommandError("too many connections")
-        role = self._listener.meet(header, self.transport, self._place)
-        if self._timer is not None:
-            self._timer.cancel()
-        if role is None:
-            self._end()
-            return
-        self._role = role
-        role.set_blocked(now=self._blocked)
-        self._listener.changed()
-        rest = self._splitter.rest()
-        if rest:
-            role.take(rest)
-
-    def _refuse(self, why: str) -> None:
-        assert self.transport is not None
-        host = self._place.host
-        self._listener.notices.write("WARN", "tcpros", host, f"refused a connection of {host}: {why}")
-        if self._role is None:
-            self.transport.write(encode_header({"error": why[:1000]}))
-        self._end()
-
-    def _end(self) -> None:
-        """Send what is to be sent, then close, whether it is taken or not."""
-        assert self.transport is not None
-        self._over = True
-        self.transport.close()
-        if self._timer is not None:
-            self._timer.cancel()
-        self._timer = asyncio.get_running_loop().call_later(HEADER_TIMEOUT, self.transport.abort)
-
-
-def keep_alive(transport: asyncio.BaseTransport) -> None:
-    """Send at once, and notice when the other end is gone without a word."""
-    connection = transport.get_extra_info("socket")
-    options = [(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1), (socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)]
-    for name, value in (("TCP_KEEPIDLE", 30), ("TCP_KEEPINTVL", 10), ("TCP_KEEPCNT", 3)):
-        if hasattr(socket, name):
-            options.append((socket.IPPROTO_TCP, getattr(socket, name), value))
-    with contextlib.suppress(OSError):
-        for level, option, value in options:
-            connection.setsockopt(level, option, value)

@@ -15,7 +15,7 @@ from vrx_mj.ros.limits import ConnectionLimit
 from vrx_mj.ros.network import Notices, shown_process, who_listens
 from vrx_mj.ros.ros1.http_server import HttpServer
 from vrx_mj.ros.ros1.master import Master
-from vrx_mj.ros.ros1.xmlrpc import ANSWER_TIMEOUT, BROKEN, LARGEST_REPLY, Proxy, address
+from vrx_mj.ros.ros1.xmlrpc import ANSWER_TIMEOUT, BROKEN, Proxy, address, ask
 
 _MOST_AT_ONCE = 100
 """Calls that are sent together."""
@@ -108,11 +108,8 @@ async def open_master(
         where, port = address(uri)
     except CommandError as error:
         raise NetworkError(f"ROS_MASTER_URI: {error}") from None
-    proxy = Proxy(uri, LARGEST_REPLY)
     try:
-        await proxy.ros(
-            "hasParam", graph.node, "/rosdistro", timeout=MASTER_TIMEOUT
-        )  # a node would not know what that is
+        await ask(uri, "hasParam", graph.node, "/rosdistro", timeout=MASTER_TIMEOUT)  # a node has no such method
     except ConnectionRefusedError:
         master, hosts = _own(graph, uri, where, port, host)
         server = HttpServer("master", master.answer, connection_limit, graph.notices, names)
@@ -123,8 +120,6 @@ async def open_master(
         raise NetworkError(f"no ROS master at {uri}: {str(error) or 'no answer'}{_who(where, port)}") from None
     except (*BROKEN, Fault) as error:
         raise NetworkError(f"the server at {uri} is not a ROS master: {error}{_who(where, port)}") from None
-    finally:
-        proxy.close()
     await _refuse_second(uri, graph.node)
     return MasterAccess(where, Link(uri), names)
 
@@ -166,21 +161,12 @@ async def _listen(server: HttpServer, hosts: Sequence[str], where: str, port: in
 
 async def _refuse_second(uri: str, node: str) -> None:
     """A node of our name that is alive is not to be taken over."""
-    proxy = Proxy(uri, LARGEST_REPLY)
     try:
-        api = await proxy.ros("lookupNode", node, node, timeout=MASTER_TIMEOUT)
+        api = str(await ask(uri, "lookupNode", node, node, timeout=MASTER_TIMEOUT))
+        pid = await ask(api, "getPid", node, timeout=MASTER_TIMEOUT)
+        where, _ = address(api)
     except (*BROKEN, Fault):
-        return  # nothing answers
-    finally:
-        proxy.close()
-    other = Proxy(str(api), LARGEST_REPLY)
-    try:
-        pid = await other.ros("getPid", node, timeout=MASTER_TIMEOUT)
-        where, _ = address(str(api))
-    except (*BROKEN, Fault):
-        return  # it has died, and its registration has stayed
-    finally:
-        other.close()
+        return  # no node of our name, or it has died, and its registration has stayed
     about = shown_process(pid) if is_local(where) and isinstance(pid, int) else f"pid {pid} on {where}"
     raise NetworkError(f"a simulation is already served there: node {node}, {about}, or with: rosnode kill {node}")
 

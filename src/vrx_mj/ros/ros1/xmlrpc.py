@@ -225,6 +225,12 @@ class Proxy:
         return values[0]
 
 
+async def ask(uri: str, method: str, *values: object, timeout: float = ANSWER_TIMEOUT) -> object:
+    """The value that a master or a node answers to a single call; errors are those of `Proxy.ros`."""
+    with contextlib.closing(Proxy(uri, LARGEST_REPLY)) as proxy:
+        return await proxy.ros(method, *values, timeout=timeout)
+
+
 async def _all(reader: asyncio.StreamReader, most: int) -> bytes:
     """Up to the end of the stream."""
     body = bytearray()

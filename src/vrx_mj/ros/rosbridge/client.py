@@ -83,9 +83,7 @@ class Fragments:
         Raises:
             CommandError: what is wrong with it.
         """
-        identity, data = text(message, "id"), message.get("data")
-        if not isinstance(data, str):
-            raise CommandError("fragment: data is missing, or not a string")
+        identity, data = text(message, "id"), _data(message)
         total = _whole(message, "total", 1, MOST_INCOMING)
         number = _whole(message, "num", 0, total - 1)
         pieces = self._open.setdefault(identity, {})
@@ -132,64 +130,6 @@ class Advertised:
     """Characters of the message that is kept."""
 
 
-class Publishing:
-    """A client's topics, by absolute name."""
-
-    def __init__(self, hub: Hub, number: int, sender: str) -> None:
-        self._hub = hub
-        self._number = number
-        self._sender = sender
-        self._topics: dict[str, Advertised] = {}
-
-    def __len__(self) -> int:
-        return len(self._topics)
-
-    def __contains__(self, name: str) -> bool:
-        return name in self._topics
-
-    def advertise(self, name: str, type_name: str, latch: bool) -> None:
-        """Say that this client publishes; CommandError: the topic has another type."""
-        if name not in self._topics:
-            self._hub.topics.advertise(name, type_name, self._number, latched=latch)
-        elif self._topics[name].type != type_name:
-            raise CommandError(f"topic {name} is a {self._topics[name].type}, not a {type_name}")
-        self._topics[name] = Advertised(type_name, latch)
-
-    def unadvertise(self, name: str) -> None:
-        """Publish no more on a topic; CommandError: it is not advertised."""
-        if self._topics.pop(name, None) is None:
-            raise CommandError(f"unadvertise: {name} is not advertised by this client")
-        self._hub.topics.unadvertise(name, self._number)
-
-    def publish(self, name: str, value: object) -> None:
-        """A message, to the simulation and to who listens; CommandError: it is not a message of the topic's type."""
-        graph, advertised = self._hub.graph, self._topics[name]
-        entry = graph.table.inputs.get(name)
-        type_name = entry.type if entry else advertised.type
-        message = message_of(value, type_name, graph.time, name)
-        is_kept = advertised.latch and self._keep(name, len(json.dumps(value)))
-        graph.publish(name, type_name, message, node_name(self._number), latched=is_kept, sender=self._sender)
-        if not advertised.reported and not graph.registrations.apis("subscriber", name):
-            advertised.reported = True
-            graph.inbox.unknown_publisher(name, type_name, self._sender)
-        if advertised.latch and not is_kept:
-            raise CommandError(f"publish: {name} is latched, but {MOST_INCOMING} characters are already kept")
-
-    def end(self) -> None:
-        """The client has gone."""
-        for name in self._topics:
-            self._hub.topics.unadvertise(name, self._number)
-        self._topics.clear()
-
-    def _keep(self, name: str, size: int) -> bool:
-        """Whether a latched message of so many characters may be kept."""
-        others = sum(advertised.kept for other, advertised in self._topics.items() if other != name)
-        if others + size > MOST_INCOMING:
-            return False
-        self._topics[name].kept = size
-        return True
-
-
 CLIENTS_SHARE = 0.5
 """Share of the time that messages of all clients may take in the long run."""
 CLIENT_BURST = 0.2
@@ -222,7 +162,7 @@ class Client:
         self._pace = Pace(CLIENTS_SHARE, CLIENT_BURST, hub.flooding)
         self._fragments = Fragments(hub.fragments, place)
         self._subscriptions: dict[str, Subscription] = {}
-        self._publishing = Publishing(hub, self.number, self.sender)
+        self._topics: dict[str, Advertised] = {}
         self._level = "error"
         self._operations: dict[str, Callable[[Operation], None]] = {
             "advertise": self._advertise,
@@ -233,7 +173,7 @@ class Client:
             "call_service": self._call_service,
             "service_response": self._service_response,
             "advertise_service": self._advertise_service,
-            "unadvertise_service": self._unadvertise_service,
+            "unadvertise_service": lambda message: hub.services.unadvertise(absolute(text(message, "service")), self),
             "set_level": self._set_level,
             "status_level": self._set_level,
             "status": lambda _message: None,
@@ -343,29 +283,58 @@ class Client:
 
     def _check_room(self, message: Operation) -> None:
         """Refuse an operation after which the client would hold too much."""
-        held = len(self._publishing) + sum(map(len, self._subscriptions.values())) + self._hub.services.held_by(self)
+        held = len(self._topics) + sum(map(len, self._subscriptions.values())) + self._hub.services.held_by(self)
         if held >= MOST_HELD:
             raise CommandError(
                 f"{message['op']}: this client has {held} topics, services and calls; no more are accepted"
             )
 
     def _advertise(self, message: Operation) -> None:
-        name = absolute(text(message, "topic"))
         self._check_room(message)
-        self._publishing.advertise(name, known_type(text(message, "type")), flag(message, "latch", False))
+        name, type_name = absolute(text(message, "topic")), known_type(text(message, "type"))
+        self._publish_on(name, type_name, flag(message, "latch", False))
+
+    def _publish_on(self, name: str, type_name: str, latch: bool) -> None:
+        """Be a publisher of a topic; CommandError: it has another type."""
+        if name not in self._topics:
+            self._hub.topics.check(name, type_name)
+            self._hub.graph.register("publisher", name, node_name(self.number), type_name, latched=latch)
+        elif self._topics[name].type != type_name:
+            raise CommandError(f"topic {name} is a {self._topics[name].type}, not a {type_name}")
+        self._topics[name] = Advertised(type_name, latch)
 
     def _unadvertise(self, message: Operation) -> None:
-        self._publishing.unadvertise(absolute(text(message, "topic")))
+        name = absolute(text(message, "topic"))
+        if self._topics.pop(name, None) is None:
+            raise CommandError(f"unadvertise: {name} is not advertised by this client")
+        self._hub.graph.unregister("publisher", name, node_name(self.number))
 
     def _publish(self, message: Operation) -> None:
-        name = absolute(text(message, "topic"))
-        if name not in self._publishing:
-            known = text(message, "type", "") or self._hub.graph.type_of(name)
+        graph, name = self._hub.graph, absolute(text(message, "topic"))
+        if name not in self._topics:
+            known = text(message, "type", "") or graph.type_of(name)
             if known is None:
                 raise CommandError(f"publish: the type of topic {name} is not known; advertise it first")
             self._check_room(message)
-            self._publishing.advertise(name, known_type(known), flag(message, "latch", False))
-        self._publishing.publish(name, message.get("msg", {}))
+            self._publish_on(name, known_type(known), flag(message, "latch", False))
+        advertised, entry, value = self._topics[name], graph.table.inputs.get(name), message.get("msg", {})
+        type_name = entry.type if entry else advertised.type
+        made = message_of(value, type_name, graph.time, name)
+        is_kept = advertised.latch and self._keep(name, len(json.dumps(value)))
+        graph.publish(name, type_name, made, node_name(self.number), latched=is_kept, sender=self.sender)
+        if not advertised.reported and not graph.registrations.apis("subscriber", name):
+            advertised.reported = True
+            graph.inbox.unknown_publisher(name, type_name, self.sender)
+        if advertised.latch and not is_kept:
+            raise CommandError(f"publish: {name} is latched, but {MOST_INCOMING} characters are already kept")
+
+    def _keep(self, name: str, size: int) -> bool:
+        """Whether a latched message of so many characters may be kept."""
+        others = sum(advertised.kept for other, advertised in self._topics.items() if other != name)
+        if others + size > MOST_INCOMING:
+            return False
+        self._topics[name].kept = size
+        return True
 
     def _subscribe(self, message: Operation) -> None:
         written, identity, wish = text(message, "topic"), text(message, "id", ""), options(message)
@@ -413,9 +382,6 @@ class Client:
         self._check_room(message)
         self._hub.services.advertise(absolute(written), Offered(ros1_name(text(message, "type")), written, self))
 
-    def _unadvertise_service(self, message: Operation) -> None:
-        self._hub.services.unadvertise(absolute(text(message, "service")), self)
-
     def _set_level(self, message: Operation) -> None:
         level = text(message, "level")
         if level not in _LEVELS:
@@ -429,7 +395,8 @@ class Client:
         for written, subscription in self._subscriptions.items():
             subscription.end()
             self._hub.topics.leave(absolute(written), self.number, subscription)
-        self._publishing.end()
+        for name in self._topics:
+            self._hub.graph.unregister("publisher", name, node_name(self.number))
         self._hub.services.forget(self)
         self._hub.graph.forget(node_name(self.number))
 

@@ -9,7 +9,7 @@ import re
 import reprlib
 import secrets
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
 from typing import Any, NamedTuple, cast
 
@@ -21,7 +21,7 @@ from PIL import Image
 from vrx_mj.errors import CommandError, nearest
 from vrx_mj.ros import messages
 from vrx_mj.ros.limits import Frame, pieces
-from vrx_mj.ros.messages import INTEGERS, MOMENT, SPAN, Field, Message, fields
+from vrx_mj.ros.messages import INTEGERS, MOMENT, SPAN, Field, Message, fields, layout
 
 _Numbers = npt.NDArray[Any]
 _EFFORT = 1
@@ -217,18 +217,17 @@ def _array(values: bytes | list[object], type_name: str, now: float, place: str)
         return np.frombuffer(values, np.uint8)
     if type_name == "string" or type_name in {MOMENT, SPAN} or "/" in type_name:
         return _each(values, type_name, now, place)
-    layout = {"byte": "uint8", "char": "uint8"}.get(type_name, type_name)
-    made = _numbers(values, type_name, layout)
-    return np.array(_each(values, type_name, now, place), layout) if made is None else made
+    made = _numbers(values, type_name)
+    return np.array(_each(values, type_name, now, place), layout(type_name)) if made is None else made
 
 
-def _numbers(values: list[object], type_name: str, layout: str) -> _Numbers | None:
+def _numbers(values: list[object], type_name: str) -> _Numbers | None:
     """An array of a list that is right as it is, which is quick for long ones; None where it holds null or worse."""
     kinds = set(map(type, values))
     if type_name in INTEGERS and kinds == {int}:
         low, high = INTEGERS[type_name]
         integers = cast("list[int]", values)
-        return np.array(integers, layout) if low <= min(integers) and max(integers) <= high else None
+        return np.array(integers, layout(type_name)) if low <= min(integers) and max(integers) <= high else None
     if type_name not in _FLOATS or not kinds <= {int, float}:
         return None
     try:
@@ -237,7 +236,7 @@ def _numbers(values: list[object], type_name: str, layout: str) -> _Numbers | No
         return None
     finite = made[np.isfinite(made)]
     too_large = type_name == "float32" and np.abs(finite).max(initial=0.0) > _FLOAT32_MAX
-    return None if too_large else made.astype(layout)
+    return None if too_large else made.astype(layout(type_name))
 
 
 def _each(values: list[object], type_name: str, now: float, place: str) -> list[object]:
@@ -392,21 +391,17 @@ class Parcel:
         return _fragments(parts, fragment_size)
 
     def _body(self, encoding: str) -> bytes:
-        if encoding not in self._bodies:
-            made = {"json": self._json, "cbor": self._cbor, "cbor-raw": self._raw}[encoding]()
-            self._bodies[encoding] = made
-        return self._bodies[encoding]
-
-    def _json(self) -> bytes:
-        return json_bytes(plain(self._message, self._type))
-
-    def _cbor(self) -> bytes:
-        return cbor2.dumps(_writers(self._type, True)(self._message), default=_cbor_number)
-
-    def _raw(self) -> bytes:
-        nanoseconds = round(self._time * 1e9)
-        secs, nsecs = divmod(nanoseconds, 1_000_000_000)
-        return cbor2.dumps({"secs": secs, "nsecs": nsecs, "bytes": messages.encode(self._message, self._type)})
+        if encoding in self._bodies:
+            return self._bodies[encoding]
+        if encoding == "json":
+            made = json_bytes(plain(self._message, self._type))
+        elif encoding == "cbor":
+            made = cbor2.dumps(_writers(self._type, True)(self._message), default=_cbor_number)
+        else:
+            secs, nsecs = divmod(round(self._time * 1e9), 1_000_000_000)
+            made = cbor2.dumps({"secs": secs, "nsecs": nsecs, "bytes": messages.encode(self._message, self._type)})
+        self._bodies[encoding] = made
+        return made
 
 
 def reply_frames(message: Mapping[str, object], compression: str, fragment_size: int) -> tuple[list[Frame], bool]:
@@ -496,31 +491,23 @@ def _writer(field: Field, cbor: bool) -> _Writer | None:
     """What turns a field's value into what is written; None: it is that already."""
     if field.length < 0:
         return _single_writer(field.type, cbor)
+    if field.type in _BYTES and cbor:
+        return lambda values: np.asarray(values, np.uint8).tobytes()
     if field.type in _BYTES:
-        return _bytes if cbor else _base64
+        return lambda values: Base64(np.ascontiguousarray(values, np.uint8).data)
     if cbor and field.type in _TYPED_ARRAYS:
         tag, layout = _TYPED_ARRAYS[field.type]
         return lambda values: cbor2.CBORTag(tag, np.asarray(values).astype(layout).tobytes())
     one = _single_writer(field.type, cbor)
-    return _list if one is None else lambda values: [one(value) for value in values]
+    if one is None:
+        return lambda values: values.tolist() if isinstance(values, np.ndarray) else list(values)
+    return lambda values: [one(value) for value in values]
 
 
 def _single_writer(type_name: str, cbor: bool) -> _Writer | None:
     if type_name in {MOMENT, SPAN}:
         return lambda moment: {"secs": moment.sec, "nsecs": moment.nanosec}
     return _writers(type_name, cbor) if "/" in type_name else None
-
-
-def _bytes(values: _Numbers | Sequence[int]) -> bytes:
-    return values.tobytes() if isinstance(values, np.ndarray) else bytes(values)
-
-
-def _base64(values: _Numbers | Sequence[int]) -> Base64:
-    return Base64(np.ascontiguousarray(values).data if isinstance(values, np.ndarray) else bytes(values))
-
-
-def _list(values: _Numbers | Sequence[object]) -> list[object]:
-    return values.tolist() if isinstance(values, np.ndarray) else list(values)
 
 
 def _item(value: object) -> object:

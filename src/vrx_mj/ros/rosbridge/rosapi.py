@@ -2,7 +2,7 @@
 
 import inspect
 import json
-from collections.abc import Awaitable, Callable, Coroutine, Iterator, Mapping
+from collections.abc import Awaitable, Callable, Coroutine, Mapping
 from functools import partial
 from typing import Any
 
@@ -20,7 +20,7 @@ from vrx_mj.ros.messages import (
     stamp,
     typestore,
 )
-from vrx_mj.ros.parameters import join_names, plain
+from vrx_mj.ros.parameters import plain
 from vrx_mj.ros.rosbridge.codec import absolute, json_bytes
 from vrx_mj.ros.rosbridge.topics import Services
 
@@ -62,10 +62,6 @@ def _typedef(name: str) -> dict[str, object]:
     }
 
 
-MOST_PARAMETERS = 1024
-"""Parameters that clients may set."""
-MOST_TEXT = 1 << 20
-"""Characters of JSON in all of them."""
 _ACTION = frozenset({"cancel", "feedback", "goal", "result", "status"})
 """Topics of an action."""
 
@@ -77,7 +73,6 @@ class Rosapi:
 
     def __init__(self, graph: Graph, services: Services) -> None:
         self._graph, self._services = graph, services
-        self._parameters = ClientParameters(graph)
 
     def provide(self) -> None:
         """Register all services."""
@@ -182,13 +177,12 @@ class Rosapi:
         return {"time": {"secs": now.sec, "nsecs": now.nanosec}}
 
     async def _on_get_param_names(self) -> _Values:
-        return {"names": sorted(await self._parameters.names())}
+        return {"names": sorted(await self._master("getParamNames") or [])}
 
     async def _on_get_param(self, name: str, default: str = "") -> _Values:
+        value = await self._master("getParam", name)
         try:
-            return {"value": json_bytes(await self._parameters.get(name)).decode("ascii")}
-        except KeyError:
-            return {"value": default or "null"}
+            return {"value": default or "null" if value is None else json_bytes(value).decode("ascii")}
         except TypeError as error:
             raise CommandError(f"get_param: {error}") from error
 
@@ -197,18 +191,43 @@ class Rosapi:
             decoded = json.loads(value)
         except (ValueError, RecursionError) as error:
             raise CommandError(f"set_param: value {value[:60]!r} is not JSON: {error}") from error
-        await self._parameters.set(name, decoded)
+        if await self._master("setParam", name, plain(decoded)) is None:
+            raise CommandError(f"{name}: the master does not set this parameter")
         return {}
 
     async def _on_has_param(self, name: str) -> _Values:
-        return {"exists": await self._parameters.has(name)}
+        return {"exists": bool(await self._master("hasParam", name))}
 
     async def _on_delete_param(self, name: str) -> _Values:
-        await self._parameters.delete(name)
+        if await self._master("deleteParam", name) is None:
+            raise CommandError(f"{name}: no such parameter")
         return {}
 
     async def _on_search_param(self, name: str) -> _Values:
-        return {"global_name": await self._parameters.search(name)}
+        return {"global_name": str(await self._master("searchParam", name.strip("/")) or "")}
+
+    async def _master(self, method: str, *values: Any) -> Any:
+        """The value that the master answers about parameters, ours or another process's; None where it fails."""
+        graph = self._graph
+        if graph.remote_master is not None:
+            return await graph.remote_master(method, values)
+        answers: Mapping[str, Callable[..., object]] = {
+            "getParamNames": graph.parameters.names,
+            "getParam": graph.parameters.get,
+            "hasParam": graph.parameters.has,
+            "searchParam": partial(graph.parameters.search, graph.node),
+        }
+        changes: Mapping[str, Callable[..., None]] = {
+            "setParam": partial(graph.set_parameter, setter=""),
+            "deleteParam": graph.delete_parameter,
+        }
+        try:
+            if method in answers:
+                return answers[method](*values)
+            changes[method](*values)
+        except KeyError:
+            return None
+        return True
 
     def _holders(self, kind: str, name: str) -> list[str]:
         nodes = {node for node, _ in self._graph.registrations.holders(kind, name)}
@@ -221,68 +240,6 @@ class Rosapi:
         return holders[0]
 
 
-class ClientParameters:
-    """The graph's parameters, or those of another process's master, with limits on what clients set."""
-
-    def __init__(self, graph: Graph) -> None:
-        self._graph = graph
-        self._set: dict[str, int] = {}
-        """What clients have set, and how many characters of JSON that is."""
-
-    async def names(self) -> list[str]:
-        """Names of all parameters."""
-        remote = self._graph.remote_master
-        return self._graph.parameters.names() if remote is None else await remote("getParamNames", ()) or []
-
-    async def get(self, name: str) -> object:
-        """A value, or a mapping of what is in a namespace; KeyError where there is neither."""
-        if self._graph.remote_master is None:
-            return self._graph.parameters.get(name)
-        value = await self._graph.remote_master("getParam", (name,))
-        if value is None:
-            raise KeyError(name)
-        return value
-
-    async def has(self, name: str) -> bool:
-        """Whether there is such a parameter or namespace."""
-        remote = self._graph.remote_master
-        return self._graph.parameters.has(name) if remote is None else bool(await remote("hasParam", (name,)))
-
-    async def set(self, name: str, value: object) -> None:
-        """Set one; CommandError: clients have set too many or too long ones, or it cannot be set."""
-        value = plain(value)
-        sizes = {key: len(key) + len(json.dumps(part)) for key, part in _leaves(join_names(name), value)}
-        kept = {key: size for key, size in self._set.items() if not _overlap(key, join_names(name))}
-        if len(kept) + len(sizes) > MOST_PARAMETERS:
-            count = len(kept) + len(sizes)
-            raise CommandError(f"{name}: {count} parameters would be set by clients; at most {MOST_PARAMETERS}")
-        text = sum(kept.values()) + sum(sizes.values())
-        if text > MOST_TEXT:
-            raise CommandError(f"{name}: {text} characters would be set by clients; at most {MOST_TEXT}")
-        if self._graph.remote_master is None:
-            self._graph.set_parameter(name, value, "")
-        elif await self._graph.remote_master("setParam", (name, value)) is None:
-            raise CommandError(f"{name}: the master does not set this parameter")
-        self._set = kept | sizes
-
-    async def delete(self, name: str) -> None:
-        """Delete one; CommandError: it is unknown, or the simulation's."""
-        try:
-            if self._graph.remote_master is None:
-                self._graph.delete_parameter(name)
-            elif await self._graph.remote_master("deleteParam", (name,)) is None:
-                raise KeyError(name)
-        except KeyError:
-            raise CommandError(f"{name}: no such parameter") from None
-        self._set = {key: size for key, size in self._set.items() if not _overlap(key, join_names(name))}
-
-    async def search(self, name: str) -> str:
-        """The absolute name of one as seen from the simulation's node; empty for an invalid one."""
-        if self._graph.remote_master is None:
-            return self._graph.parameters.search(self._graph.node, name.strip("/")) or ""
-        return str(await self._graph.remote_master("searchParam", (name.strip("/"),)) or "")
-
-
 def _result(answer: Coroutine[object, None, _Values]) -> _Values:
     """The result of a coroutine that waits for nothing."""
     try:
@@ -290,20 +247,6 @@ def _result(answer: Coroutine[object, None, _Values]) -> _Values:
     except StopIteration as done:
         return dict(done.value)
     raise AssertionError("it waits for something")
-
-
-def _leaves(name: str, value: object) -> Iterator[tuple[str, object]]:
-    """Every value that is not a namespace, by its whole name."""
-    if isinstance(value, dict) and value:
-        for key, part in value.items():
-            yield from _leaves(join_names(name, key), part)
-    else:
-        yield name, value
-
-
-def _overlap(one: str, other: str) -> bool:
-    """Whether one name is in the other's namespace, or they are the same."""
-    return f"{one}/".startswith(f"{other.rstrip('/')}/") or f"{other}/".startswith(f"{one}/")
 
 
 _CONVERSIONS: Mapping[str, Callable[[str], str]] = {

@@ -5,9 +5,9 @@ import functools
 import inspect
 import itertools
 from collections import deque
-from collections.abc import Awaitable, Callable, Iterable, Mapping
+from collections.abc import Awaitable, Callable, Coroutine, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol, TypeVar
 
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError
 from vrx_mj.ros.graph import Graph, Service, Wire
@@ -120,22 +120,13 @@ class Topics(Wire):
         self._listeners: dict[str, dict[int, list[Subscription]]] = {}
         """Subscriptions by topic and client."""
 
-    def advertise(self, name: str, type_name: str, client: int, *, latched: bool) -> None:
-        """Have a client publish a topic; CommandError: it has another type, or there are too many."""
-        self._check(name, type_name)
-        self._graph.register("publisher", name, node_name(client), type_name, latched=latched)
-
-    def unadvertise(self, name: str, client: int) -> None:
-        """A client publishes a topic no more."""
-        self._graph.unregister("publisher", name, node_name(client))
-
     def listen(self, name: str, type_name: str, client: int, subscription: Subscription) -> list[Parcel]:
         """Have a client's subscription get a topic's messages; returns those that are latched.
 
         Raises:
             CommandError: the topic has another type, or there are too many.
         """
-        self._check(name, type_name)
+        self.check(name, type_name)
         mine = self._listeners.setdefault(name, {}).setdefault(client, [])
         if subscription not in mine:
             mine.append(subscription)
@@ -171,7 +162,8 @@ class Topics(Wire):
             for subscription in subscriptions:
                 subscription.take(parcel)
 
-    def _check(self, name: str, type_name: str) -> None:
+    def check(self, name: str, type_name: str) -> None:
+        """CommandError: the topic has another type."""
         known = self._graph.type_of(name)
         if known is not None and known != type_name:
             raise CommandError(f"topic {name} is a {known}, not a {type_name}")
@@ -180,7 +172,8 @@ class Topics(Wire):
 _LONGEST_CALL = 600.0
 """Wall time after which a call has failed, unless it gives another time, and at most [s]."""
 _MOST_ELSEWHERE = 64
-"""Calls of services of other processes that wait, at most: each has a connection."""
+"""Calls of services of other processes at one time, at most: each has a connection."""
+_Answer = TypeVar("_Answer")
 
 
 class Caller(Protocol):
@@ -204,39 +197,15 @@ class Offered:
     client: Caller
 
 
-@dataclass(eq=False)
-class Pending:
-    """A call that waits for its answer."""
+class Pending(NamedTuple):
+    """A call that waits for a client's answer."""
 
-    caller: Caller
-    identity: str | None
+    server: Caller
+    type: str
     name: str
     """The service, as the caller writes it."""
-    type: str
-    options: Options
-    server: Caller | None = None
-    """The client that answers; None: the simulation, or another process."""
-    timer: asyncio.TimerHandle | None = None
-
-
-class Elsewhere:
-    """One on another wire who calls a service that a client of rosbridge offers."""
-
-    number = 0
-    """None of the clients'."""
-
-    def __init__(self, sender: str, type_name: str, answer: Answer) -> None:
-        self.sender, self._type, self._answer = sender, type_name, answer
-
-    def send(self, message: Mapping[str, object], options: Options = Options()) -> None:  # noqa: B008  # a Caller's
-        """Give the response, or the reason for its absence."""
-        if not message["result"]:
-            self._answer(None, str(message["values"]))
-            return
-        try:
-            self._answer(message_of(message["values"], f"{self._type}Response", 0.0, str(message["service"])), "")
-        except VrxError as error:
-            self._answer(None, str(error))
+    answer: "asyncio.Future[tuple[object, bool]]"
+    """Values, and whether they are a response."""
 
 
 class Services:
@@ -248,13 +217,16 @@ class Services:
         """rosapi's answers, by name."""
         self._graph = graph
         self._calls: dict[str, Pending] = {}
-        self._tasks: set[asyncio.Task[None]] = set()
+        self._tasks: dict[asyncio.Task[None], Caller | None] = {}
+        """Calls that wait for their answers, and the clients that call; None: others."""
+        self._elsewhere = asyncio.Semaphore(_MOST_ELSEWHERE)
         self._numbers = itertools.count(1)
 
     def build_in(self, name: str, type_name: str, answer: Callable[[object], object]) -> None:
         """Have a service that takes and gives what JSON holds, or something to wait for that does."""
         self.built_in[name] = answer
-        self._graph.provide(name, Service(self._graph.node, type_name, _only_here))
+        only_here = "only clients of rosbridge can call rosapi"
+        self._graph.provide(name, Service(self._graph.node, type_name, lambda *call: call[-1](None, only_here)))
 
     def advertise(self, name: str, offered: Offered) -> None:
         """Have a client offer a service; CommandError: another one does."""
@@ -263,10 +235,16 @@ class Services:
             raise CommandError(f"service {name}: it is already offered by {self.host(name)}")
         self.offered[name] = offered
 
-        def call(request: Message, caller: str, answer: Answer) -> None:
-            asked = plain(request, f"{offered.type}Request")
-            elsewhere = Elsewhere(caller, offered.type, answer)
-            self._forward(offered, asked, Pending(elsewhere, None, name, offered.type, Options()))
+        async def ask(request: Message, answer: Answer) -> None:
+            try:
+                values, result = await self._forward(offered, name, plain(request, f"{offered.type}Request"), 0.0)
+                response = message_of(values, f"{offered.type}Response", 0.0, name) if result else None
+                answer(response, "" if result else str(values))
+            except VrxError as error:
+                answer(None, str(error))
+
+        def call(request: Message, _caller: str, answer: Answer) -> None:
+            self._begin(ask(request, answer))
 
         self._graph.provide(name, Service(node_name(offered.client.number), offered.type, call))
 
@@ -292,24 +270,23 @@ class Services:
         known = self._graph.registrations.names("service")
         if name not in known:
             raise UnknownNameError("service", name, known)
-        service, offered = self._graph.services.get(name), self.offered.get(name)
-        call = Pending(caller, identity, written, service.type if service else "", options)
-        if name in self.built_in:
-            answer = self.built_in[name](arguments)
-            if inspect.isawaitable(answer):
-                self._wait_for(answer, self._begin(name, call, timeout))
-            else:
-                respond(caller, written, identity, options, answer, True)
-        elif offered is not None:
-            self._forward(offered, self._request(arguments, offered.type, name), call, timeout)
-        elif service is not None:
-            message = request(arguments, f"{service.type}Request", self._graph.time, name)
-            service.call(message, caller.sender, self._answer(self._begin(name, call, timeout)))
-        elif len(self._tasks) >= _MOST_ELSEWHERE:
-            raise CommandError(f"{name}: {_MOST_ELSEWHERE} calls of other processes are waiting; no more are accepted")
-        else:
-            key = self._begin(name, call, timeout)
-            self._wait_for(self._call_elsewhere(name, arguments), key)
+        made = self.built_in[name](arguments) if name in self.built_in else None
+        if made is not None and not inspect.isawaitable(made):
+            respond(caller, written, identity, options, made, True)
+            return
+
+        async def run() -> None:
+            try:
+                if made is not None:
+                    values, result = await _in_time(made, written, timeout), True
+                else:
+                    values, result = await self._answer(name, written, caller, arguments, timeout)
+            except Exception as error:  # also a mistake of ours must not leave the caller without an answer
+                why = f"no answer: {str(error) or type(error).__name__}"
+                values, result = str(error) if isinstance(error, VrxError) else why, False
+            respond(caller, written, identity, options, values, result)
+
+        self._begin(run(), caller)
 
     def respond(self, key: str, server: Caller, values: object, result: bool) -> None:
         """A client's answer to a call; CommandError: no call of this id waits for it, or the response is invalid.
@@ -319,105 +296,82 @@ class Services:
         call = self._calls.get(key)
         if call is None or call.server is not server:
             raise CommandError(f"service_response: no call {key[:80]!r} waits for this client's answer")
+        kind = f"{call.type}Response"
         try:
-            if f"{call.type}Response" in known_types() and (result or isinstance(values, dict)):
-                values = {} if values is None else values
-                values, result = self._complete(values, f"{call.type}Response", call.name), True
+            if kind in known_types() and (result or isinstance(values, dict)):
+                made = message_of({} if values is None else values, kind, self._graph.time, call.name)
+                values, result = plain(made, kind), True
         except VrxError as error:
-            self._finish(key, f"the response of the service's client is wrong: {error}", False)
+            call.answer.set_exception(CommandError(f"the response of the service's client is wrong: {error}"))
             raise
-        self._finish(key, values if result or values is not None else "the service failed", result)
+        finally:
+            del self._calls[key]
+        call.answer.set_result((values if result or values is not None else "the service failed", result))
 
     def forget(self, client: Caller) -> None:
         """A client has gone, and what it offered and called with it."""
         self.offered = {name: offered for name, offered in self.offered.items() if offered.client is not client}
-        for key, call in list(self._calls.items()):
-            if call.caller is client:
-                self._take(key)
-            elif call.server is client:
-                self._finish(key, f"{call.name}: the client that offers it has disconnected", False)
+        for task in [task for task, caller in self._tasks.items() if caller is client]:
+            task.cancel()
+        for call in [call for call in self._calls.values() if call.server is client and not call.answer.done()]:
+            call.answer.set_exception(CommandError(f"{call.name}: the client that offers it has disconnected"))
 
     def held_by(self, client: Caller) -> int:
         """How many services a client offers, and calls it waits for."""
         offered = sum(one.client is client for one in self.offered.values())
-        return offered + sum(call.caller is client for call in self._calls.values())
+        return offered + sum(caller is client for caller in self._tasks.values())
 
-    def _begin(self, name: str, call: Pending, timeout: float) -> str:
-        """Wait for the answer to a call; returns its id."""
-        key = f"call_service:{name}:{next(self._numbers)}"
-        self._calls[key] = call
-        longest = min(timeout or _LONGEST_CALL, _LONGEST_CALL)
-        call.timer = asyncio.get_running_loop().call_later(longest, self._time_out, key, longest)
-        return key
+    def _begin(self, work: Coroutine[object, None, None], caller: Caller | None = None) -> None:
+        """Do what waits for an answer."""
+        task: asyncio.Task[None] = asyncio.get_running_loop().create_task(work)
+        self._tasks[task] = caller
+        task.add_done_callback(self._tasks.pop)
 
-    def _forward(self, offered: Offered, asked: object, call: Pending, timeout: float = 0.0) -> None:
+    async def _answer(
+        self, name: str, written: str, caller: Caller, arguments: object, timeout: float
+    ) -> tuple[object, bool]:
+        """Values of the answer to a call, and whether they are a response."""
+        now, service, offered = self._graph.time, self._graph.services.get(name), self.offered.get(name)
+        if offered is not None:
+            known = f"{offered.type}Request"  # where the type is not known, what JSON holds
+            asked = plain(request(arguments, known, now, name), known) if known in known_types() else arguments or {}
+            return await self._forward(offered, written, asked, timeout)
+        if service is not None:
+            type_name, asking = service.type, request(arguments, f"{service.type}Request", now, name)
+            response = await _in_time(self._graph.call(service, asking, caller.sender), written, timeout)
+        else:
+            answer = self._call_elsewhere(name, arguments)
+            type_name, response = await _in_time(answer, written, timeout)
+        return plain(response, f"{type_name}Response"), True
+
+    async def _forward(self, offered: Offered, written: str, asked: object, timeout: float) -> tuple[object, bool]:
         """Have a client answer a call."""
-        call.server = offered.client
-        key = self._begin(call.name, call, timeout)
+        key, answer = f"call_service:{written}:{next(self._numbers)}", asyncio.get_running_loop().create_future()
+        self._calls[key] = Pending(offered.client, offered.type, written, answer)
         offered.client.send({"op": "call_service", "id": key, "service": offered.name, "args": asked})
+        try:
+            return await _in_time(answer, written, timeout)
+        finally:
+            self._calls.pop(key, None)
 
-    def _request(self, arguments: object, type_name: str, name: str) -> object:
-        """The request of a client's service: a message, or where its type is not known what JSON holds."""
-        known = f"{type_name}Request"
-        if known not in known_types():
-            return {} if arguments is None else arguments
-        return plain(request(arguments, known, self._graph.time, name), known)
-
-    def _complete(self, values: object, type_name: str, place: str) -> object:
-        """What JSON holds, with all fields of a type."""
-        return plain(message_of(values, type_name, self._graph.time, place), type_name)
-
-    async def _call_elsewhere(self, name: str, arguments: object) -> object:
-        """The response of a service of another process."""
+    async def _call_elsewhere(self, name: str, arguments: object) -> tuple[str, Message | None]:
+        """The type and the response of a service of another process."""
         assert self._graph.remote_call is not None, "who else has registered it"
-        type_name, response = await self._graph.remote_call(
-            name, lambda type_name: request(arguments, f"{type_name}Request", self._graph.time, name)
-        )
-        return plain(response, f"{type_name}Response")
-
-    def _wait_for(self, answer: Awaitable[object], key: str) -> None:
-        """Give the answer of another process to the caller."""
-
-        async def run() -> None:
-            try:
-                values, result = await answer, True
-            except VrxError as error:
-                values, result = str(error), False
-            except Exception as error:  # also a mistake of ours must not leave the caller without an answer
-                values, result = f"no answer: {str(error) or type(error).__name__}", False
-            if key in self._calls:
-                self._finish(key, values, result)
-
-        task = asyncio.get_running_loop().create_task(run())
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
-
-    def _answer(self, key: str) -> Callable[[Message | None, str], None]:
-        """What the simulation's thread calls."""
-        return lambda response, why: self._graph.network.soon(self._take_answer, key, response, why)
-
-    def _take_answer(self, key: str, response: Message | None, why: str) -> None:
-        if key in self._calls:
-            failed = response is None
-            values = why if failed else plain(response, f"{self._calls[key].type}Response")
-            self._finish(key, values, not failed)
-
-    def _time_out(self, key: str, seconds: float) -> None:
-        self._finish(key, f"{self._calls[key].name}: no answer in {seconds:g} s", False)
-
-    def _finish(self, key: str, values: object, result: bool) -> None:
-        call = self._take(key)
-        respond(call.caller, call.name, call.identity, call.options, values, result)
-
-    def _take(self, key: str) -> Pending:
-        call = self._calls.pop(key)
-        if call.timer is not None:
-            call.timer.cancel()
-        return call
+        async with self._elsewhere:
+            return await self._graph.remote_call(
+                name, lambda type_name: request(arguments, f"{type_name}Request", self._graph.time, name)
+            )
 
 
-def _only_here(_request: Message, _caller: str, answer: Answer) -> None:
-    answer(None, "only clients of rosbridge can call rosapi")
+async def _in_time(answer: Awaitable[_Answer], name: str, timeout: float) -> _Answer:
+    """The answer to a call of a service, so long [s] at most; CommandError: there is none."""
+    longest = min(timeout or _LONGEST_CALL, _LONGEST_CALL)
+    limit = asyncio.timeout(longest)
+    try:
+        async with limit:
+            return await answer
+    except TimeoutError:
+        raise CommandError(f"{name}: no answer{f' in {longest:g} s' if limit.expired() else ''}") from None
 
 
 def respond(caller: Caller, name: str, identity: str | None, options: Options, values: object, result: bool) -> None:

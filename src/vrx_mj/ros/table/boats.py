@@ -22,7 +22,7 @@ from vrx_mj.physics.tables import BLADES
 from vrx_mj.ros.interface import BOTH, VRX, VRX3, Input, Output
 from vrx_mj.ros.messages import Message, new
 from vrx_mj.ros.parameters import command_topic
-from vrx_mj.ros.table.host import Host, header, rotation_fields, vector
+from vrx_mj.ros.table.host import Host, header
 from vrx_mj.ros.table.viewers import with_meshes_inside
 from vrx_mj.runtime.hull import Propeller
 
@@ -272,9 +272,9 @@ class BoatFrames:
             "sensor_msgs/JointState",
             header=header(self._host.sim.time),
             name=[name for name, _ in rows],
-            position=np.array([spin.angle for _, spin in rows]),
-            velocity=np.array([spin.rate for _, spin in rows]),
-            effort=np.array([spin.torque for _, spin in rows]),
+            position=[spin.angle for _, spin in rows],
+            velocity=[spin.rate for _, spin in rows],
+            effort=[spin.torque for _, spin in rows],
         )
 
     def still(self) -> list[Message]:
@@ -402,5 +402,5 @@ def transform(
         "geometry_msgs/TransformStamped",
         header=header(time, parent),
         child_frame_id=child,
-        transform={"translation": vector(position), "rotation": rotation_fields(turn)},
+        transform={"translation": position, "rotation": turn},
     )

@@ -4,6 +4,7 @@ import itertools
 import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 
 import mujoco
 import numpy as np
@@ -11,10 +12,9 @@ import numpy as np
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import CommandError, VrxError
 from vrx_mj.frames import Pose, angles, conjugate, quaternion_product, rotation, rotation_matrix
-from vrx_mj.ros import cdr
 from vrx_mj.ros.interface import VRX3, Input, Output, Service
-from vrx_mj.ros.messages import Message, new
-from vrx_mj.ros.table.host import Host, JointAxis, Placed, header, pose_message, twist_message, vector
+from vrx_mj.ros.messages import Message, fields, kind, new
+from vrx_mj.ros.table.host import Host, JointAxis, Placed, header, pose_message, twist_message
 from vrx_mj.runtime.applied import AppliedForce
 
 _STATE_RATE = 100.0
@@ -53,43 +53,9 @@ def gazebo_inputs(host: Host) -> Iterator[Input]:
 
 def gazebo_services(host: Host) -> Iterator[Service]:
     """Gazebo's services that the tutorials and common scripts call."""
-    for name, do in (
-        ("reset_world", lambda _: host.reset_world()),
-        ("reset_simulation", lambda _: host.reset_simulation()),
-        ("pause_physics", lambda _: _pause(host, paused=True)),
-        ("unpause_physics", lambda _: _pause(host, paused=False)),
-    ):
-        yield Service(f"/gazebo/{name}", "std_srvs/Empty", _emptily(do, "std_srvs/Empty"))
-    for name, kind, answer in (
-        ("spawn_urdf_model", "SpawnModel", _spawn),
-        ("spawn_sdf_model", "SpawnModel", _spawn_sdf),
-        ("delete_model", "DeleteModel", _delete),
-        ("get_model_state", "GetModelState", _get_model),
-        ("set_model_state", "SetModelState", lambda host, asked: _set_model(host, asked.model_state)),
-        ("get_link_state", "GetLinkState", _get_link),
-        ("set_link_state", "SetLinkState", lambda host, asked: _set_link(host, asked.link_state)),
-        ("get_world_properties", "GetWorldProperties", _world_properties),
-        ("get_model_properties", "GetModelProperties", _model_properties),
-        ("get_joint_properties", "GetJointProperties", _joint_properties),
-        ("get_physics_properties", "GetPhysicsProperties", lambda host, _: {"pause": host.paused, **_physics(host)}),
-        ("set_physics_properties", "SetPhysicsProperties", _set_physics),
-        ("apply_body_wrench", "ApplyBodyWrench", _apply_wrench),
-        ("apply_joint_effort", "ApplyJointEffort", _apply_effort),
-    ):
-        yield _service(host, name, kind, answer)
-    for name, kind, clear in (
-        (
-            "clear_body_wrenches",
-            "gazebo_msgs/BodyRequest",
-            lambda asked: host.applied.clear(body=host.bodies.body(asked.body_name)),
-        ),
-        (
-            "clear_joint_forces",
-            "gazebo_msgs/JointRequest",
-            lambda asked: host.applied.clear(joint=_axis(host, asked.joint_name)),
-        ),
-    ):
-        yield Service(f"/gazebo/{name}", kind, _emptily(clear, kind))
+    for name, type_name, do in _SERVICES:
+        reports = "success" in fields(f"{type_name}Response")
+        yield Service(f"/gazebo/{name}", type_name, partial(do, host), reports)
 
 
 def gz_services(host: Host) -> Iterator[Service]:
@@ -104,16 +70,7 @@ def gz_services(host: Host) -> Iterator[Service]:
             lambda asked: _put(host, host.bodies.parts(_entity(asked)), new("gazebo_msgs/ModelState", pose=asked.pose)),
         ),
     ):
-        response = cdr.kind(f"ros_gz_interfaces/{what}Response")
-
-        def answer(asked: Message, do: Callable[[Message], None] = do, response: type[Message] = response) -> Message:
-            do(asked)
-            return response(success=True)
-
-        def failure(_why: str, response: type[Message] = response) -> Message:
-            return response(success=False)
-
-        yield Service(f"/world/{world}/{name}", f"ros_gz_interfaces/{what}", answer, failure, VRX3)
+        yield Service(f"/world/{world}/{name}", f"ros_gz_interfaces/{what}", do, reports=True, dialects=VRX3)
 
 
 def _create(host: Host, asked: Message) -> None:
@@ -162,27 +119,6 @@ def _metrics(host: Host) -> Message:
 
 def _pause(host: Host, *, paused: bool) -> None:
     host.paused = paused
-
-
-def _emptily(do: Callable[[Message], None], kind: str) -> Callable[[Message], Message]:
-    def answer(request: Message) -> Message:
-        do(request)
-        return new(f"{kind}Response")
-
-    return answer
-
-
-def _service(host: Host, name: str, kind: str, do: Callable[[Host, Message], Mapping[str, object] | None]) -> Service:
-    """A service whose response has whether it went well, and why not."""
-
-    def answer(request: Message) -> Message:
-        return new(response, **{"success": True, "status_message": f"{name}: done", **(do(host, request) or {})})
-
-    def failure(why: str) -> Message:
-        return new(response, success=False, status_message=f"{name}: {why}")
-
-    response = f"gazebo_msgs/{kind}Response"
-    return Service(f"/gazebo/{name}", f"gazebo_msgs/{kind}", answer, failure)
 
 
 # What comes and goes
@@ -351,7 +287,7 @@ def _span(asked: Message) -> tuple[float, float]:
 
 def _physics(host: Host) -> dict[str, object]:
     """What GetPhysicsProperties and SetPhysicsProperties have both; ODE is not there."""
-    gravity = new("geometry_msgs/Vector3", **vector(host.sim.model.opt.gravity))
+    gravity = kind("geometry_msgs/Vector3")(*host.sim.model.opt.gravity.tolist())
     ode = new("gazebo_msgs/ODEPhysics")
     return {
         "time_step": host.sim.timestep, "max_update_rate": host.update_rate, "gravity": gravity, "ode_config": ode,
@@ -363,10 +299,6 @@ def _set_physics(host: Host, asked: Message) -> None:
         if (given := getattr(asked, name)) != own:
             values = f": {own:g}, got {given:g}" if isinstance(own, float) else ""
             raise CommandError(f"{name} stays as get_physics_properties gives it{values}")
-
-
-def _world_properties(host: Host, _asked: Message) -> Mapping[str, object]:
-    return {"sim_time": host.sim.time, "model_names": list(host.bodies.models), "rendering_enabled": True}
 
 
 def _model_properties(host: Host, asked: Message) -> Mapping[str, object]:
@@ -409,3 +341,49 @@ def _floats(host: Host, name: str) -> bool:
     except VrxError:
         return False
     return True
+
+
+_Do = Callable[[Host, Message], Mapping[str, object] | None]
+_SERVICES: Sequence[tuple[str, str, _Do]] = (
+    ("reset_world", "std_srvs/Empty", lambda host, _: host.reset_world()),
+    ("reset_simulation", "std_srvs/Empty", lambda host, _: host.reset_simulation()),
+    ("pause_physics", "std_srvs/Empty", lambda host, _: _pause(host, paused=True)),
+    ("unpause_physics", "std_srvs/Empty", lambda host, _: _pause(host, paused=False)),
+    ("spawn_urdf_model", "gazebo_msgs/SpawnModel", _spawn),
+    ("spawn_sdf_model", "gazebo_msgs/SpawnModel", _spawn_sdf),
+    ("delete_model", "gazebo_msgs/DeleteModel", _delete),
+    ("get_model_state", "gazebo_msgs/GetModelState", _get_model),
+    ("set_model_state", "gazebo_msgs/SetModelState", lambda host, asked: _set_model(host, asked.model_state)),
+    ("get_link_state", "gazebo_msgs/GetLinkState", _get_link),
+    ("set_link_state", "gazebo_msgs/SetLinkState", lambda host, asked: _set_link(host, asked.link_state)),
+    (
+        "get_world_properties",
+        "gazebo_msgs/GetWorldProperties",
+        lambda host, _: {
+            "sim_time": host.sim.time,
+            "model_names": list(host.bodies.models),
+            "rendering_enabled": True,
+        },
+    ),
+    ("get_model_properties", "gazebo_msgs/GetModelProperties", _model_properties),
+    ("get_joint_properties", "gazebo_msgs/GetJointProperties", _joint_properties),
+    (
+        "get_physics_properties",
+        "gazebo_msgs/GetPhysicsProperties",
+        lambda host, _: {"pause": host.paused, **_physics(host)},
+    ),
+    ("set_physics_properties", "gazebo_msgs/SetPhysicsProperties", _set_physics),
+    ("apply_body_wrench", "gazebo_msgs/ApplyBodyWrench", _apply_wrench),
+    ("apply_joint_effort", "gazebo_msgs/ApplyJointEffort", _apply_effort),
+    (
+        "clear_body_wrenches",
+        "gazebo_msgs/BodyRequest",
+        lambda host, asked: host.applied.clear(body=host.bodies.body(asked.body_name)),
+    ),
+    (
+        "clear_joint_forces",
+        "gazebo_msgs/JointRequest",
+        lambda host, asked: host.applied.clear(joint=_axis(host, asked.joint_name)),
+    ),
+)
+"""Names after `/gazebo/`, types, and what each does: it gives fields of the response."""

@@ -279,18 +279,6 @@ def collision_name(model: mujoco.MjModel, geom: int, boats: Collection[str]) -> 
     return f"{link}::{model.geom(geom).name.rpartition('/')[2] or 'collision'}"
 
 
-def vector(values: Sequence[float] | FloatArray) -> dict[str, float]:
-    """x, y, z of a message."""
-    x, y, z = (float(value) for value in values)
-    return {"x": x, "y": y, "z": z}
-
-
-def rotation_fields(quaternion: Sequence[float] | FloatArray) -> dict[str, float]:
-    """x, y, z, w of a message, from (w, x, y, z)."""
-    w, x, y, z = (float(value) for value in quaternion)
-    return {"x": x, "y": y, "z": z, "w": w}
-
-
 def pose_message(placed: Placed) -> Message:
     """geometry_msgs/Pose."""
     position = kind("geometry_msgs/Point")(*placed.position.tolist())
@@ -302,6 +290,20 @@ def twist_message(placed: Placed) -> Message:
     """geometry_msgs/Twist, in the world's axes as Gazebo's."""
     three = kind("geometry_msgs/Vector3")
     return kind("geometry_msgs/Twist")(three(*placed.velocity.tolist()), three(*placed.spin.tolist()))
+
+
+def odometry(
+    time: float, child: str, position: FloatArray, quaternion: FloatArray, velocity: FloatArray, spin: FloatArray,
+    variance: float = 0.0,
+) -> Message:  # fmt: skip
+    """nav_msgs/Odometry of the frame `child` in `map`; `variance` is that of the twist [m2/s2, rad2/s2]."""
+    return new(
+        "nav_msgs/Odometry",
+        header=header(time, "map"),
+        child_frame_id=child,
+        pose={"pose": {"position": position, "orientation": quaternion}},
+        twist={"twist": {"linear": velocity, "angular": spin}, "covariance": variance * np.eye(6)},
+    )
 
 
 def header(time: float, frame: str = "") -> Message:

@@ -14,7 +14,7 @@ from vrx_mj.frames import matrix_quaternion, rotation
 from vrx_mj.ros.interface import BOTH, Output, Service
 from vrx_mj.ros.messages import Message, new
 from vrx_mj.ros.table.boats import BASE, WORLD_FRAME, transform
-from vrx_mj.ros.table.host import Host, header, rotation_fields, vector
+from vrx_mj.ros.table.host import Host, header
 from vrx_mj.runtime.observation import Observation
 
 Source = Literal["truth", "navigator"]
@@ -82,20 +82,24 @@ class Localization:
             return
         service = partial(Service, dialects=BOTH)
         for stem in (self._stem, "")[: 2 if len(self._host.sim.boats) == 1 else 1]:
-            yield service(f"{stem}/fromLL", "robot_localization/FromLL", self._from_geodetic)
+            yield service(
+                f"{stem}/fromLL",
+                "robot_localization/FromLL",
+                lambda asked: {"map_point": self._in_odom(self._place(asked.ll_point))},
+            )
             yield service(f"{stem}/toLL", "robot_localization/ToLL", self._to_geodetic)
             yield service(f"{stem}/datum", "robot_localization/SetDatum", self._set_datum)
 
     def _filtered_odometry(self) -> Message:
         located = self.now
         turn = matrix_quaternion(self._axes.T @ located.rotation)
-        twist = {"linear": vector(located.velocity), "angular": vector(located.spin)}
+        twist = {"linear": located.velocity, "angular": located.spin}
         return new(
             _ODOMETRY,
             header=header(self._host.sim.time, f"{self._boat}/odom"),
             child_frame_id=f"{self._boat}/{BASE}",
             pose=self._pose(located.position, located.pose_covariance, turn),
-            twist={"twist": twist, "covariance": located.twist_covariance.reshape(-1)},
+            twist={"twist": twist, "covariance": located.twist_covariance},
         )
 
     def _by_gps(self) -> Message | None:
@@ -112,8 +116,8 @@ class Localization:
     def _pose(self, place: FloatArray, covariance: FloatArray, turn: FloatArray = _UNTURNED) -> dict[str, object]:
         """geometry_msgs/PoseWithCovariance in the boat's frame; position and covariance are in the world's axes."""
         axes = np.kron(np.eye(2), self._axes)
-        pose = {"position": vector(self._in_odom(place)), "orientation": rotation_fields(turn)}
-        return {"pose": pose, "covariance": (axes.T @ covariance @ axes).reshape(-1)}
+        pose = {"position": self._in_odom(place), "orientation": turn}
+        return {"pose": pose, "covariance": axes.T @ covariance @ axes}
 
     def _as_fix(self) -> Message:
         located, turn = self.now, np.array(rotation(0.0, 0.0, self._east))
@@ -121,21 +125,18 @@ class Localization:
             "sensor_msgs/NavSatFix",
             header=header(self._host.sim.time, f"{self._boat}/{BASE}"),
             status={"status": _AUGMENTED},
-            position_covariance=(turn @ located.pose_covariance[:3, :3] @ turn.T).reshape(-1),
+            position_covariance=turn @ located.pose_covariance[:3, :3] @ turn.T,
             position_covariance_type=_KNOWN,
             **self._geodetic(located.position),
         )
 
-    def _from_geodetic(self, request: Message) -> Message:
-        return new("robot_localization/FromLLResponse", map_point=vector(self._in_odom(self._place(request.ll_point))))
-
-    def _to_geodetic(self, request: Message) -> Message:
+    def _to_geodetic(self, request: Message) -> dict[str, object]:
         point = np.array([request.map_point.x, request.map_point.y, request.map_point.z])
         if not np.isfinite(point).all():
             raise CommandError(f"invalid point {point.tolist()}: finite numbers are needed")
-        return new("robot_localization/ToLLResponse", ll_point=self._geodetic(self._origin + self._axes @ point))
+        return {"ll_point": self._geodetic(self._origin + self._axes @ point)}
 
-    def _set_datum(self, request: Message) -> Message:
+    def _set_datum(self, request: Message) -> None:
         """Have the frame begin at another place, its x axis along the heading that is given, from east."""
         place, turn = self._place(request.geo_pose.position), request.geo_pose.orientation
         if not math.isfinite(turn.x + turn.y + turn.z + turn.w):
@@ -145,7 +146,6 @@ class Localization:
         if apart > 0.0:
             what = f"{self._boat}/odom moves by {apart:.4g} m in map, to the datum that it was given"
             self._host.warn_once(f"datum of {self._boat}", f"{what}: all in that frame jumps")
-        return new("robot_localization/SetDatumResponse")
 
     def _place(self, point: Message) -> FloatArray:
         """(3,) of a geographic_msgs/GeoPoint in `map` [m]."""

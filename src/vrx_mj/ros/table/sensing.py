@@ -1,27 +1,26 @@
 """Sensors in ROS: VRX's topics, types, rates and frames, and messages made of readings."""
 
 import math
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.config.sensors import LidarConfig
 from vrx_mj.ros.interface import VRX, VRX3, Input, Output, Service
-from vrx_mj.ros.messages import Message, new, stamp
-from vrx_mj.ros.table.host import Host, header, rotation_fields, vector
+from vrx_mj.ros.messages import Message, fields, new, stamp
+from vrx_mj.ros.table.host import Host, header, odometry
 from vrx_mj.ros.table.vrx3 import with_vrx3
 from vrx_mj.runtime.mounted import Mounted
 from vrx_mj.sensors.errors import covariance
 from vrx_mj.sensors.readings import (
     ApparentWind,
-    CameraInfo,
     Echo,
     Heading,
-    Inertia,
     Labels,
     PointCloud,
     Reading,
@@ -33,10 +32,11 @@ from vrx_mj.sensors.view import intrinsics
 
 _JPEG_QUALITY = 80
 """JPEG quality, image_transport's default."""
-_FLOAT32, _UINT16 = 7, 4
+_DATATYPES = {"float32": 7, "uint16": 4}
 """Data types of sensor_msgs/PointField."""
 _KNOWN_DIAGONAL = 2
 """COVARIANCE_TYPE_DIAGONAL_KNOWN of sensor_msgs/NavSatFix."""
+_SCAN, _VECTOR = "sensor_msgs/LaserScan", "geometry_msgs/Vector3Stamped"
 _UNKNOWN_VARIANCE, _NOT_MEASURED = 1000.0, -1.0
 """Variance [rad2, rad2/s2] of an angle that is not measured, as u-blox's driver has it; element 0 of a covariance of
 sensor_msgs/Imu that says that there is no such measurement."""
@@ -62,10 +62,10 @@ class SensorTopic:
     """What follows the stem of the sensor's topics."""
     type: str
     """Type of the messages."""
-    make: Callable[[Reading], Message | None]
-    """Makes a reading's message."""
-    vrx3: tuple[str, ...] = ()
-    """What follows VRX 3's stem in the names of its topics that carry the same."""
+    make: Callable[[Reading], Message | None] | None = None
+    """Makes a reading's message; None: its fields are those of the reading's data."""
+    vrx3: tuple[str, ...] | None = None
+    """What follows VRX 3's stem in the names of its topics that carry the same; None: the tail."""
     asked: Callable[[Any], bool] = lambda _config: True
     """Whether a sensor of a configuration has it."""
 
@@ -102,8 +102,10 @@ def sensor_outputs(host: Host, boat: str) -> Iterator[Output]:
         if config.type == "gps" and host.sim.world.parameters.georeference is None:
             continue
         for topic in topics.of(config):
-            output = Output(stems.vrx + topic.tail, topic.type, topic.make, config.rate, (boat, sensor.name))
-            yield from with_vrx3(output, *(stems.vrx3 + tail for tail in topic.vrx3))
+            make = topic.make or partial(_measured, topic.type)
+            output = Output(stems.vrx + topic.tail, topic.type, make, config.rate, (boat, sensor.name))
+            tails = (topic.tail,) if topic.vrx3 is None else topic.vrx3
+            yield from with_vrx3(output, *(stems.vrx3 + tail for tail in tails))
         yield from topics.outputs(host, sensor, stems)
 
 
@@ -120,10 +122,8 @@ def sensor_services(host: Host) -> Iterator[Service]:
     if first is None:
         return
 
-    def shoot(_request: Message) -> Message:
-        return new("vrx_gazebo/BallShooterResponse", success=host.sim.fire(first.boat, first.name))
-
-    yield Service("/ball_shooter", "vrx_gazebo/BallShooter", shoot)
+    fire = partial(host.sim.fire, first.boat, first.name)
+    yield Service("/ball_shooter", "vrx_gazebo/BallShooter", lambda _: {"success": fire()})
 
 
 def _stems(host: Host, boat: str) -> Iterator[tuple[Mounted, Stems]]:
@@ -149,10 +149,14 @@ def _head(reading: Reading) -> Message:
     return header(reading.time, reading.frame)
 
 
-def _with_fields(type_name: str, reading: Reading, names: str, **others: object) -> Message:
-    """A message with a header and fields that are called as in the reading's data, besides others."""
-    same = {name: getattr(reading.data, name) for name in names.split()}
+def _measured(type_name: str, reading: Reading, **others: object) -> Message:
+    """A message with a header, the fields that are called as in the reading's data, and others."""
+    same = {name: getattr(reading.data, name) for name in fields(type_name) if hasattr(reading.data, name)}
     return new(type_name, header=_head(reading), **same, **others)
+
+
+def _vector(reading: Reading, values: Sequence[float] | FloatArray) -> Message:
+    return new(_VECTOR, header=_head(reading), vector=values)
 
 
 def _image(reading: Reading) -> Message:
@@ -198,7 +202,10 @@ def _compressed_image(reading: Reading) -> Message:
 def _frames_and_infos(host: Host, sensor: Mounted, stems: Stems) -> Iterator[Output]:
     """A camera's pictures in the frame of its link, as VRX 3 has them too, and its intrinsics in both frames."""
     link, rate, key = f"{sensor.boat}/{sensor.config.link}", sensor.config.rate, (sensor.boat, sensor.name)
-    info = intrinsics(sensor.config)
+    info = asdict(intrinsics(sensor.config))
+
+    def make(time: float, frame: str) -> Message:
+        return new("sensor_msgs/CameraInfo", header=header(time, frame), **info)
 
     def in_link(reading: Reading) -> Message:
         return _image(replace(reading, frame=link))
@@ -210,27 +217,10 @@ def _frames_and_infos(host: Host, sensor: Mounted, stems: Stems) -> Iterator[Out
         (f"{stems.vrx3}/optical/camera_info", sensor.frame, VRX3),
     ):
 
-        def with_picture(reading: Reading, frame: str = frame) -> Message:
-            return _camera_info(info, reading.time, frame)
+        def made(reading: Reading | None = None, frame: str = frame) -> Message:
+            return make(host.sim.time if reading is None else reading.time, frame)
 
-        def alone(frame: str = frame) -> Message:
-            return _camera_info(info, host.sim.time, frame)
-
-        yield Output(name, "sensor_msgs/CameraInfo", with_picture, rate, key, alone, dialects=dialects)
-
-
-def _camera_info(info: CameraInfo, time: float, frame: str) -> Message:
-    return new(
-        "sensor_msgs/CameraInfo",
-        header=header(time, frame),
-        height=info.height,
-        width=info.width,
-        distortion_model=info.distortion_model,
-        D=np.array(info.D),
-        K=np.array(info.K),
-        R=np.array(info.R),
-        P=np.array(info.P),
-    )
+        yield Output(name, "sensor_msgs/CameraInfo", made, rate, key, made, dialects=dialects)
 
 
 def _points(reading: Reading) -> Message:
@@ -239,22 +229,16 @@ def _points(reading: Reading) -> Message:
     for axis, name in enumerate("xyz"):
         rows[name] = cloud.points[:, axis]
     rows["intensity"], rows["ring"] = cloud.intensity, cloud.ring
-    fields = [
-        new(
-            "sensor_msgs/PointField",
-            name=name,
-            offset=offset,
-            datatype=_UINT16 if name == "ring" else _FLOAT32,
-            count=1,
-        )
-        for name, offset in zip(_POINT.names or (), (0, 4, 8, 12, 16), strict=True)
+    columns = [
+        new("sensor_msgs/PointField", name=name, offset=column[1], datatype=_DATATYPES[column[0].name], count=1)
+        for name, column in (_POINT.fields or {}).items()
     ]
     return new(
         "sensor_msgs/PointCloud2",
         header=_head(reading),
         height=1,
         width=len(rows),
-        fields=fields,
+        fields=columns,
         point_step=_POINT.itemsize,
         row_step=_POINT.itemsize * len(rows),
         data=rows.view(np.uint8).reshape(-1),
@@ -262,21 +246,15 @@ def _points(reading: Reading) -> Message:
     )
 
 
-def _scan(reading: Reading) -> Message:
-    """sensor_msgs/LaserScan of a `Scan`."""
-    names = "angle_min angle_max angle_increment range_min range_max ranges"
-    return _with_fields("sensor_msgs/LaserScan", reading, names)
-
-
 def _middle_ring(_host: Host, sensor: Mounted, stems: Stems) -> Iterator[Output]:
     """VRX 3's planar scan of a lidar that measures points."""
     config, key = sensor.config, (sensor.boat, sensor.name)
 
     def make(reading: Reading) -> Message:
-        return _scan(replace(reading, data=middle_ring(reading.data, config)))
+        return _measured(_SCAN, replace(reading, data=middle_ring(reading.data, config)))
 
     if config.output == "points":
-        yield Output(f"{stems.vrx3}/scan", "sensor_msgs/LaserScan", make, config.rate, key, dialects=VRX3)
+        yield Output(f"{stems.vrx3}/scan", _SCAN, make, config.rate, key, dialects=VRX3)
 
 
 def middle_ring(cloud: PointCloud, config: LidarConfig) -> Scan:
@@ -292,38 +270,14 @@ def middle_ring(cloud: PointCloud, config: LidarConfig) -> Scan:
 
 
 def _fix(reading: Reading) -> Message:
-    return _with_fields(
-        "sensor_msgs/NavSatFix",
-        reading,
-        "latitude longitude altitude",
-        position_covariance=np.array(reading.data.position_covariance),
-        position_covariance_type=_KNOWN_DIAGONAL,
-    )
-
-
-def _fix_velocity(reading: Reading) -> Message:
-    return new("geometry_msgs/Vector3Stamped", header=_head(reading), vector=vector(reading.data.velocity))
-
-
-def _imu(reading: Reading) -> Message:
-    inertia: Inertia = reading.data
-    return new(
-        "sensor_msgs/Imu",
-        header=_head(reading),
-        orientation=rotation_fields(inertia.orientation),
-        orientation_covariance=np.array(inertia.orientation_covariance),
-        angular_velocity=vector(inertia.angular_velocity),
-        angular_velocity_covariance=np.array(inertia.angular_velocity_covariance),
-        linear_acceleration=vector(inertia.linear_acceleration),
-        linear_acceleration_covariance=np.array(inertia.linear_acceleration_covariance),
-    )
+    return _measured("sensor_msgs/NavSatFix", reading, position_covariance_type=_KNOWN_DIAGONAL)
 
 
 def _apparent_wind(reading: Reading) -> Message:
     """Velocity of the air past the sensor, in its frame."""
     wind: ApparentWind = reading.data
     flow = (-wind.speed * math.cos(wind.angle), -wind.speed * math.sin(wind.angle), 0.0)
-    return new("geometry_msgs/Vector3Stamped", header=_head(reading), vector=vector(flow))
+    return _vector(reading, flow)
 
 
 def _compass(reading: Reading) -> Message:
@@ -333,19 +287,18 @@ def _compass(reading: Reading) -> Message:
     return new(
         "sensor_msgs/Imu",
         header=_head(reading),
-        orientation=rotation_fields((math.cos(yaw), 0.0, 0.0, math.sin(yaw))),
-        orientation_covariance=np.array(covariance(unknown, unknown, data.heading_variance)),
-        angular_velocity=vector((0.0, 0.0, data.rate_of_turn)),
-        angular_velocity_covariance=np.array(covariance(unknown, unknown, data.rate_of_turn_variance)),
-        linear_acceleration_covariance=np.array((_NOT_MEASURED, *[0.0] * 8)),
+        orientation=(math.cos(yaw), 0.0, 0.0, math.sin(yaw)),
+        orientation_covariance=covariance(unknown, unknown, data.heading_variance),
+        angular_velocity=(0.0, 0.0, data.rate_of_turn),
+        angular_velocity_covariance=covariance(unknown, unknown, data.rate_of_turn_variance),
+        linear_acceleration_covariance=(_NOT_MEASURED, *[0.0] * 8),
     )
 
 
 def _range(reading: Reading) -> Message:
     """sensor_msgs/Range, whose `radiation_type` 0 is ultrasound."""
     echo: Echo = reading.data
-    names = "field_of_view range"
-    return _with_fields("sensor_msgs/Range", reading, names, min_range=echo.range_min, max_range=echo.range_max)
+    return _measured("sensor_msgs/Range", reading, min_range=echo.range_min, max_range=echo.range_max)
 
 
 def _odometries(_host: Host, sensor: Mounted, stems: Stems) -> Iterator[Output]:
@@ -358,20 +311,8 @@ def _odometries(_host: Host, sensor: Mounted, stems: Stems) -> Iterator[Output]:
 def _odometry(child: str, variance: float, reading: Reading) -> Message:
     """The pose and twist of the frame `child` in `map`, with noise of a `variance` on the twist [m2/s2, rad2/s2]."""
     truth: Truth = reading.data
-    return new(
-        "nav_msgs/Odometry",
-        header=header(reading.time, "map"),
-        child_frame_id=child,
-        pose={"pose": {"position": vector(truth.position), "orientation": rotation_fields(truth.orientation)}},
-        twist={
-            "twist": {"linear": vector(truth.velocity), "angular": vector(truth.angular_velocity)},
-            "covariance": variance * np.eye(6).reshape(-1),
-        },
-    )
-
-
-def _range_bearing(reading: Reading) -> Message:
-    return _with_fields("usv_msgs/RangeBearing", reading, "range bearing elevation")
+    twist = truth.velocity, truth.angular_velocity
+    return odometry(reading.time, child, truth.position, truth.orientation, *twist, variance)
 
 
 def _signal(reading: Reading) -> Message:
@@ -388,7 +329,7 @@ def _signal(reading: Reading) -> Message:
         "visualization_msgs/Marker",
         header=_head(reading),
         ns="pinger",
-        pose={"orientation": rotation_fields(turn)},
+        pose={"orientation": turn},
         scale={"x": max(sound.range, 0.1), "y": 0.5, "z": 0.5},
         color={"b": 1.0, "a": 1.0},
     )
@@ -403,7 +344,7 @@ def _markers(host: Host, sensor: Mounted, stems: Stems) -> Iterator[Output]:
             header=header(host.sim.time, "/map"),
             ns="pinger",
             type=2,
-            pose={"position": vector(host.sim.pinger(sensor.boat, sensor.name)), "orientation": {"w": 1.0}},
+            pose={"position": host.sim.pinger(sensor.boat, sensor.name), "orientation": {"w": 1.0}},
             scale={"x": 1.0, "y": 1.0, "z": 1.0},
             color={"r": 1.0, "a": 1.0},
         )
@@ -442,41 +383,41 @@ TOPICS: Mapping[str, SensorTopics] = {
         "sensors/cameras/{}_sensor",
         (
             SensorTopic("/image_raw", "sensor_msgs/Image", _image, ("/optical/image_raw",)),
-            SensorTopic("/image_raw/compressed", "sensor_msgs/CompressedImage", _compressed_image),
-            SensorTopic("/labels", "vision_msgs/Detection2DArray", _detections, ("/labels",), lambda c: c.labels),
-            SensorTopic("/labels/mask", "sensor_msgs/Image", _mask, ("/labels/mask",), lambda c: c.labels),
+            SensorTopic("/image_raw/compressed", "sensor_msgs/CompressedImage", _compressed_image, ()),
+            SensorTopic("/labels", "vision_msgs/Detection2DArray", _detections, asked=lambda c: c.labels),
+            SensorTopic("/labels/mask", "sensor_msgs/Image", _mask, asked=lambda c: c.labels),
         ),
         _frames_and_infos,
     ),
     "lidar": SensorTopics(
         "sensors/lidars/{}_sensor",
         (
-            SensorTopic("/points", "sensor_msgs/PointCloud2", _points, ("/points",), lambda c: c.output == "points"),
-            SensorTopic("/scan", "sensor_msgs/LaserScan", _scan, ("/scan",), lambda c: c.output == "scan"),
+            SensorTopic("/points", "sensor_msgs/PointCloud2", _points, asked=lambda c: c.output == "points"),
+            SensorTopic("/scan", _SCAN, asked=lambda c: c.output == "scan"),
         ),
         _middle_ring,
     ),
     "gps": SensorTopics(
         "sensors/gps/gps",
         (
-            SensorTopic("/fix", "sensor_msgs/NavSatFix", _fix, ("/fix",)),
-            SensorTopic("/fix_velocity", "geometry_msgs/Vector3Stamped", _fix_velocity),
+            SensorTopic("/fix", "sensor_msgs/NavSatFix", _fix),
+            SensorTopic("/fix_velocity", _VECTOR, lambda reading: _vector(reading, reading.data.velocity), ()),
         ),
     ),
-    "imu": SensorTopics("sensors/imu/imu", (SensorTopic("/data", "sensor_msgs/Imu", _imu, ("/data",)),)),
+    "imu": SensorTopics("sensors/imu/imu", (SensorTopic("/data", "sensor_msgs/Imu"),)),
     "p3d": SensorTopics("sensors/position/ground_truth_odometry", outputs=_odometries),
     "pinger": SensorTopics(
         "sensors/acoustics/receiver",
-        (SensorTopic("/range_bearing", "usv_msgs/RangeBearing", _range_bearing, ("/range_bearing",)),),
+        (SensorTopic("/range_bearing", "usv_msgs/RangeBearing"),),
         _markers,
         _place_beacon,
     ),
     "ball_shooter": SensorTopics("shooters/ball_shooter", inputs=_fire),
     "anemometer": SensorTopics(
         "sensors/{}",
-        (SensorTopic("/apparent_wind", "geometry_msgs/Vector3Stamped", _apparent_wind, ("/apparent_wind",)),),
+        (SensorTopic("/apparent_wind", _VECTOR, _apparent_wind),),
     ),
-    "gnss_compass": SensorTopics("sensors/{}", (SensorTopic("/heading", "sensor_msgs/Imu", _compass, ("/heading",)),)),
-    "echo_sounder": SensorTopics("sensors/{}", (SensorTopic("/range", "sensor_msgs/Range", _range, ("/range",)),)),
+    "gnss_compass": SensorTopics("sensors/{}", (SensorTopic("/heading", "sensor_msgs/Imu", _compass),)),
+    "echo_sounder": SensorTopics("sensors/{}", (SensorTopic("/range", "sensor_msgs/Range", _range),)),
 }
 """Topics of sensors by their type."""

@@ -7,13 +7,11 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-import numpy as np
-
 from vrx_mj.errors import CommandError
 from vrx_mj.model.tasks import Wildlife
 from vrx_mj.ros.interface import VRX3, Input, Output, Service
 from vrx_mj.ros.messages import Message, duration, fields, new, stamp
-from vrx_mj.ros.table.host import Host, collision_name, header, rotation_fields
+from vrx_mj.ros.table.host import Host, collision_name, header
 from vrx_mj.ros.table.vrx3 import in_vrx3, parameters, with_vrx3
 from vrx_mj.tasks.registry import TASK_KINDS, Form
 
@@ -113,9 +111,8 @@ def _landmark(host: Host) -> Iterator[Input]:
 def _color_sequence(host: Host) -> Iterator[Service]:
     """The colours of the light buoy, by the names of 2019 and of 2022."""
 
-    def colors(request: Message) -> Message:
-        success = _sent_colors(host, [request.color1, request.color2, request.color3])
-        return new("vrx_gazebo/ColorSequenceResponse", success=success)
+    def colors(request: Message) -> dict[str, object]:
+        return {"success": _sent_colors(host, [request.color1, request.color2, request.color3])}
 
     for name in ("/vrx/scan_dock/color_sequence", _COLOR_SEQUENCE):
         yield Service(name, "vrx_gazebo/ColorSequence", colors)
@@ -193,7 +190,7 @@ def _place(time: float, frame: str, place: Mapping[str, Any]) -> Message:
                 "longitude": float(place["longitude"] if on_earth else place["y"]),
                 "altitude": float(place.get("altitude", place.get("z", 0.0)) or 0.0),
             },
-            "orientation": rotation_fields((math.cos(half), 0.0, 0.0, math.sin(half))),
+            "orientation": (math.cos(half), 0.0, 0.0, math.sin(half)),
         },
     )
 
@@ -205,7 +202,7 @@ def _path(time: float, places: list[Message]) -> Message:
 def _numbers(values: Sequence[float]) -> Message:
     side = new("std_msgs/MultiArrayDimension", label="minimum errors", size=len(values), stride=len(values))
     layout = new("std_msgs/MultiArrayLayout", dim=[side])
-    return new("std_msgs/Float64MultiArray", layout=layout, data=np.array(values, np.float64))
+    return new("std_msgs/Float64MultiArray", layout=layout, data=values)
 
 
 _FORMS: Mapping[Form, tuple[str, Callable[[Any, float], Message]]] = {

@@ -20,7 +20,7 @@ from vrx_mj.mjcf.templates import mesh_of_file
 from vrx_mj.mjcf.world import World
 from vrx_mj.ros.interface import BOTH, Output
 from vrx_mj.ros.messages import Message, kind, new
-from vrx_mj.ros.table.host import Host, header, rotation_fields, vector
+from vrx_mj.ros.table.host import Host, header
 from vrx_mj.sensors.displays import displays_of
 
 MARKERS, START = "/vrx_mj/markers", "start"
@@ -79,8 +79,8 @@ def _markers(world: World, start: FloatArray) -> Iterator[Message]:
             ns=space,
             id=geom,
             type=shape,
-            pose={"position": vector(data.geom_xpos[geom] - start), "orientation": rotation_fields(quaternion)},
-            scale=vector(sizes.get(shape, (x, y or x, z or x))),
+            pose={"position": data.geom_xpos[geom] - start, "orientation": quaternion},
+            scale=sizes.get(shape, (x, y or x, z or x)),
             color=dict(zip("rgba", map(float, model.geom_rgba[geom]), strict=True)),
             points=_corners(model, int(model.geom_dataid[geom])) if shape == TRIANGLES else [],
             frame_locked=True,

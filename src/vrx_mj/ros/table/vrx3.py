@@ -3,10 +3,10 @@
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 
+from vrx_mj.ros import cdr
 from vrx_mj.ros.cdr import kind
 from vrx_mj.ros.interface import VRX3, Output
 from vrx_mj.ros.messages import Message, new
@@ -37,18 +37,7 @@ def parameters(header: Message, values: Mapping[str, str | bool | int | float]) 
 
 def _value(value: str | float) -> Message:
     number, field = _KINDS[type(value)]
-    empty: dict[str, Any] = {
-        "bool_value": False,
-        "integer_value": 0,
-        "double_value": 0.0,
-        "string_value": "",
-        "byte_array_value": np.zeros(0, np.uint8),
-        "bool_array_value": np.zeros(0, np.bool_),
-        "integer_array_value": np.zeros(0, np.int64),
-        "double_array_value": np.zeros(0, np.float64),
-        "string_array_value": [],
-    }
-    return kind("rcl_interfaces/ParameterValue")(type=number, **(empty | {field: value}))
+    return cdr.new("rcl_interfaces/ParameterValue", type=number, **{field: value})
 
 
 def with_vrx3(output: Output, *names: str) -> Iterator[Output]:

@@ -13,11 +13,12 @@ import numpy as np
 from vrx_mj.draw.colors import hex_color
 from vrx_mj.draw.map_scene import ground_of, map_of, object_color
 from vrx_mj.drive.pilot import engines_of
+from vrx_mj.ros import messages
 from vrx_mj.ros.cdr import kind
 from vrx_mj.ros.interface import BOTH, VRX, VRX3, Input, Output, Service
 from vrx_mj.ros.messages import Message, new, stamp
 from vrx_mj.ros.table.boats import WORLD_FRAME, BoatFrames, transform
-from vrx_mj.ros.table.host import Host, collision_name, header, vector
+from vrx_mj.ros.table.host import Host, collision_name, header
 from vrx_mj.ros.table.viewers import START
 from vrx_mj.ros.table.vrx3 import with_vrx3
 
@@ -138,7 +139,9 @@ def _contacts(host: Host) -> Message:
         pair = [(int(geom), collision_name(host.sim.model, int(geom), boats)) for geom in contact.geom]
         if contact.dist < 0.0 and any(name.partition("::")[0] in boats for _, name in pair):
             sides = [kind("ros_gz_interfaces/Entity")(geom, name, _COLLISION) for geom, name in pair]
-            where, normal = (new("geometry_msgs/Vector3", **vector(xyz)) for xyz in (contact.pos, contact.frame[:3]))
+            where, normal = (
+                messages.kind("geometry_msgs/Vector3")(*xyz.tolist()) for xyz in (contact.pos, contact.frame[:3])
+            )
             found.append(kind("ros_gz_interfaces/Contact")(*sides, [where], [normal], np.array([-contact.dist]), []))
     return kind("ros_gz_interfaces/Contacts")(header(host.sim.time), found)
 
@@ -158,8 +161,8 @@ def world_inputs(host: Host) -> Iterator[Input]:
 def world_services(host: Host) -> Iterator[Service]:
     """`/vrx_mj/step`: advance, whether paused or not."""
 
-    def step(request: Message) -> Message:
+    def step(request: Message) -> dict[str, object]:
         host.step(request.duration)
-        return new("vrx_mj_msgs/StepResponse", sim_time=host.sim.time, success=True)
+        return {"sim_time": host.sim.time, "success": True}
 
     yield Service("/vrx_mj/step", "vrx_mj_msgs/Step", step)

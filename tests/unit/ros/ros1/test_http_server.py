@@ -17,7 +17,7 @@ PING = dumps(("x",), "ping").encode()
 HEAD = b"POST / HTTP/1.1\r\nContent-Length: %d\r\n" % len(PING)
 
 
-async def echo(method, values, _host):
+def echo(method, values, _host):
     if method == "fail":
         raise Fault(1, "it failed")
     return [method, *values]
@@ -237,7 +237,7 @@ def test_a_field_may_come_twice_if_it_says_the_same():
 def asked(code):
     """What a call by ROS's rules gives, where the other end answers with a code, a text and a value."""
 
-    async def answer(_method, values, _host):
+    def answer(_method, values, _host):
         return list(values)
 
     async def run():

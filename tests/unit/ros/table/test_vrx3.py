@@ -153,11 +153,11 @@ def test_a_boat_has_vrx_3s_topics_and_types(table):
 
 def test_every_type_is_one_of_ros_2s(table):
     for entry in (*table.outputs.values(), *table.inputs.values()):
-        assert cdr.is_known(entry.type)
+        assert is_known(entry.type, cdr.typestore)
         assert entry.type.partition("/")[0] in PACKAGES
-    assert all(cdr.is_known(type_name) for type_name, _ in CONVERSIONS.values())
+    assert all(is_known(type_name, cdr.typestore) for type_name, _ in CONVERSIONS.values())
     vrx3_topics = [topic for topics in TOPICS.values() for topic in topics.made if topic.vrx3]
-    assert all(cdr.is_known(topic.type) or topic.type in CONVERSIONS for topic in vrx3_topics)
+    assert all(is_known(topic.type, cdr.typestore) or topic.type in CONVERSIONS for topic in vrx3_topics)
 
 
 def test_what_is_told_when_it_changes_can_be_compared(table):
