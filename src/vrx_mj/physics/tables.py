@@ -13,6 +13,8 @@ Waves = Table | npt.NDArray[np.float64]
 """`WAVE`, or `wave_columns` of it. numba knows which, and leaves out what is for the other."""
 Record = Any
 """One row of a `Table`."""
+Views = Any
+"""All tables of a run and MuJoCo's arrays, by name: `runtime.views.Views`."""
 
 BOX, SPHERE, CYLINDER = 0, 1, 2
 """Values of `ELEMENT.shape`."""
