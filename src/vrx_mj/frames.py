@@ -19,7 +19,7 @@ SEMI_MAJOR, FLATTENING = 6378137.0, 1.0 / 298.257223563
 _SEMI_MINOR = 6356752.31424518
 """Semi-minor axis [m], as published."""
 _MINOR = SEMI_MAJOR * (1.0 - FLATTENING)
-"""The same, not rounded: differs in the last digit."""
+"""Semi-minor axis [m] by the flattening: differs from the published one in the last digit."""
 _SQUARE = FLATTENING * (2.0 - FLATTENING)
 """The first eccentricity squared."""
 

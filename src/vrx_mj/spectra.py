@@ -22,7 +22,7 @@ out, whose energy its other waves have."""
 _SAMPLES = 4000
 """Number of frequencies at which a spectrum is sampled."""
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
-"""Its multiples, less their whole parts, are spread evenly over 0 to 1 however many there are."""
+"""The golden ratio less 1: its multiples, less their whole parts, lie evenly between 0 and 1 however many there are."""
 
 
 class Component(NamedTuple):

@@ -90,10 +90,12 @@ class Allocation:
 
     def _share(self, base: FloatArray, more: FloatArray) -> float:
         """How much of `more` the thrusters can give besides `base`, 0 to 1."""
-        return largest_share(lambda share: self._can(base + share * more), _HALVINGS)
 
-    def _can(self, forces: FloatArray) -> bool:
-        return all(_within(forces[own].tolist(), self._thrusters[name]) for name, own in self._slices)
+        def is_given(share: float) -> bool:
+            forces = base + share * more
+            return all(_within(forces[own].tolist(), self._thrusters[name]) for name, own in self._slices)
+
+        return largest_share(is_given, _HALVINGS)
 
 
 def largest_share(holds: Callable[[float], bool], halvings: int) -> float:

@@ -74,7 +74,7 @@ class Cluster(NamedTuple):
     top: float
     """Height of the highest [m]."""
     returns: int
-    """Their number."""
+    """Number of returns."""
 
 
 def level_points(
@@ -184,9 +184,9 @@ class Buoy(Place):
     """Something that floats."""
 
     x: float
-    """[m]"""
+    """East [m]."""
     y: float
-    """[m]"""
+    """North [m]."""
     z: float = 0.4
     """Height above the boat's origin of what the last look saw of it [m]."""
     seen: int = 1
@@ -218,11 +218,11 @@ class BuoyMap:
 
     @property
     def sure(self) -> list[Buoy]:
-        """Those seen often enough to be there."""
+        """Return the buoys that were seen often enough to be there."""
         return [buoy for buoy in self.buoys if buoy.seen >= _SURE]
 
     def of(self, *kinds: str) -> list[Buoy]:
-        """Those of some kinds that are sure."""
+        """Return the sure buoys of some kinds."""
         return [buoy for buoy in self.sure if buoy.kind in kinds]
 
     def see(self, here: Point, found: Iterable[Cluster], time: float) -> None:

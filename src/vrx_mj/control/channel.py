@@ -67,15 +67,15 @@ class Gate(NamedTuple):
     """A gate, by its buoys."""
 
     red: Point
-    """[m]"""
+    """Place of its red buoy [m]."""
     partner: Point
-    """[m]"""
+    """Place of the buoy to port [m]."""
     middle: Point
-    """[m]"""
+    """Place between them [m]."""
     course: float
     """Direction in which to cross it [rad], counter-clockwise from east."""
     width: float
-    """[m]"""
+    """Distance between its buoys [m]."""
 
     def offset(self, place: Point) -> tuple[float, float]:
         """How far a place is behind it and to port of its middle [m]."""

@@ -40,9 +40,9 @@ class TangentPlane:
     """
 
     latitude: float
-    """[degrees]"""
+    """Latitude of the origin [degrees]."""
     longitude: float
-    """[degrees]"""
+    """Longitude of the origin [degrees]."""
 
     def local(self, latitude: float, longitude: float) -> tuple[float, float]:
         """East and north [m] of a place [degrees]."""
@@ -126,7 +126,7 @@ class Estimate(Place):
     z: float
     """Above the water at rest [m]."""
     heading: float
-    """[rad], counter-clockwise from east."""
+    """Heading [rad], counter-clockwise from east."""
     vx: float
     """Velocity to the east [m/s]."""
     vy: float

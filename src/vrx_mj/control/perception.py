@@ -79,7 +79,7 @@ class Kind:
     type: str
     """Name of its type in reports."""
     width: float
-    """[m]"""
+    """Width of the thing [m]."""
 
 
 _MARKERS: dict[str, dict[str, Kind]] = {

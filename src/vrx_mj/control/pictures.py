@@ -70,9 +70,9 @@ class Look(NamedTuple):
     color: str
     """red, orange, green, blue, yellow, white or black."""
     width: float
-    """[m]"""
+    """Width of the thing [m]."""
     height: float
-    """[m]"""
+    """Height of the thing [m]."""
 
 
 def project(

@@ -103,7 +103,7 @@ class Face(Place):
     x: float
     """Position of its middle, along x [m]."""
     y: float
-    """[m]"""
+    """Position of its middle, along y [m]."""
     facing: float
     """Direction away from it [rad]."""
     seen: int = 1
@@ -316,13 +316,13 @@ class Tower:
     """Something narrow and high that may be a light buoy."""
 
     place: Point
-    """[m]"""
+    """Where it stands [m]."""
     seen: int = 1
     """How often the lidar saw it."""
     looks: int = 0
     """How often it was looked at in passing."""
     colors: set[str] = field(default_factory=set)
-    """Those seen then."""
+    """Colours seen when it was looked at in passing."""
     since: float = math.inf
     """When it was first gone to [s]."""
     shows: list[tuple[float, str]] = field(default_factory=list)

@@ -10,7 +10,7 @@ _NEAR = 6.0
 
 The turn takes the WAM-V 7 s at most and the rest of the way as long; at 6 m the heading weighs 0.18 in the score."""
 _NEAR_WITHOUT_SWAY = 1.0
-"""That distance of a boat that cannot push sideways, in its lengths; within it the boat turns if it can."""
+"""Distance from its place, in its lengths, within which a boat that cannot push sideways turns, if it can."""
 
 
 class Berth:

@@ -50,11 +50,11 @@ class Craft:
     centre: float
     """Centre of mass, ahead of `base_link` [m]."""
     surge_drag: tuple[float, float]
-    """[N s/m] and [N s2/m2]"""
+    """Linear and quadratic drag ahead [N s/m], [N s2/m2]."""
     sway_drag: tuple[float, float]
-    """[N s/m] and [N s2/m2]"""
+    """Linear and quadratic drag to port [N s/m], [N s2/m2]."""
     yaw_drag: tuple[float, float]
-    """[N m s] and [N m s2]"""
+    """Linear and quadratic drag of turning [N m s], [N m s2]."""
     length: float = 4.9
     """Length of the hull [m]."""
     rudders: Mapping[str, "Rudder"] = field(default_factory=dict)

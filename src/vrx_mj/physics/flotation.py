@@ -88,11 +88,13 @@ class Flotation(NamedTuple):
     """What a link's elements do in a step: the wrench at its end, and what that comes from."""
 
     wrench: Wrench
+    """Buoyancy and drag at the end of the step: world axes, about the link's centre of mass."""
     sums: Sums
+    """What its wet elements add up to."""
     acceleration: Vector
-    """Of the link's origin as a free body [m/s2], world axes."""
+    """Acceleration of the link's origin as a free body [m/s2], world axes."""
     turning: Vector
-    """Its angular acceleration [rad/s2], world axes."""
+    """Angular acceleration of the link as a free body [rad/s2], world axes."""
 
 
 @kernel

@@ -68,9 +68,9 @@ def hydrostatics(hull: Record, stations: Table, waves: Waves, sea: Record, motio
 
 
 _STEPS = 100
-"""Of Newton's method, at most."""
+"""Most steps of Newton's method."""
 _RISE, _TURN = 0.05, 0.02
-"""Of one step, at most [m], [rad]: a longer one could turn a laden boat so far that an end goes under."""
+"""Longest step [m], [rad]: a longer one could turn a laden boat so far that an end goes under."""
 _SMALL = 1e-6
 """Difference for derivatives [m], [rad]."""
 _EXACT = 1e-9

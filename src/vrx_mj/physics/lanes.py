@@ -126,7 +126,7 @@ def _words(builder: Any, value: Any) -> tuple[Any, Callable[[int], Any]]:
 
 @_operation(_lanes)
 def broadcast(_builder: Any, number: Any) -> Any:
-    """The same number in all lanes."""
+    """Put a number into all lanes."""
     return number
 
 

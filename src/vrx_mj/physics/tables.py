@@ -27,7 +27,7 @@ SAIL: Final = 4
 """Values of `THRUSTER.mapping`: a share of the largest force, the generalised logistic function of one, no propeller
 but a rudder, the force itself, or no propeller but a sail."""
 BLADES: Final = (RUDDER, SAIL)
-"""Those of what takes an angle alone."""
+"""Values of `THRUSTER.mapping` of rudders and sails, which take an angle alone."""
 
 VRX: Final = 0
 VRX3: Final = 1

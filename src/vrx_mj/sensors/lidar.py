@@ -120,7 +120,7 @@ class Water(NamedTuple):
     sea: Table
     """`tables.SEA`, one row."""
     time: float
-    """[s]"""
+    """Time of the scan [s]."""
 
 
 class Lidar:
