@@ -19,7 +19,7 @@ SEMI_MAJOR, FLATTENING = 6378137.0, 1.0 / 298.257223563
 _SEMI_MINOR = 6356752.31424518
 """Semi-minor axis [m], as published."""
 _MINOR = SEMI_MAJOR * (1.0 - FLATTENING)
-"""The same, not rounded: differs in the last digit."""
+"""Semi-minor axis [m] by the flattening: differs from the published one in the last digit."""
 _SQUARE = FLATTENING * (2.0 - FLATTENING)
 """The first eccentricity squared."""
 
@@ -70,6 +70,12 @@ def angles(matrix: Matrix) -> tuple[float, float, float]:
     return math.atan2(r21, r22), pitch, math.atan2(r10, r00)
 
 
+def transposed_matrix(matrix: Matrix) -> Matrix:
+    """The transpose: the inverse of a rotation."""
+    (a, b, c), (d, e, f), (g, h, i) = matrix
+    return (a, d, g), (b, e, h), (c, f, i)
+
+
 def apply(matrix: Matrix, vector: Sequence[float]) -> tuple[float, float, float]:
     """The matrix times a 3-vector."""
     x, y, z = (sum(a * b for a, b in zip(row, vector, strict=True)) for row in matrix)
@@ -80,18 +86,15 @@ def compose(outer: Pose, inner: Pose) -> Pose:
     """Pose in the world of something at `inner` in a frame that is at `outer`."""
     turn = rotation(*outer[3:])
     x, y, z = (a + b for a, b in zip(outer[:3], apply(turn, inner[:3]), strict=True))
-    a, b, c = (apply(turn, column) for column in zip(*rotation(*inner[3:]), strict=True))
-    roll, pitch, yaw = angles(((a[0], b[0], c[0]), (a[1], b[1], c[1]), (a[2], b[2], c[2])))
-    return x, y, z, roll, pitch, yaw
+    a, b, c = (apply(turn, column) for column in transposed_matrix(rotation(*inner[3:])))
+    return x, y, z, *angles(transposed_matrix((a, b, c)))
 
 
 def inverse(pose: Pose) -> Pose:
     """Pose of the outer frame in the frame that is at `pose` in it."""
-    a, b, c = rotation(*pose[3:])
-    back = ((a[0], b[0], c[0]), (a[1], b[1], c[1]), (a[2], b[2], c[2]))
+    back = transposed_matrix(rotation(*pose[3:]))
     x, y, z = apply(back, pose[:3])
-    roll, pitch, yaw = angles(back)
-    return -x, -y, -z, roll, pitch, yaw
+    return -x, -y, -z, *angles(back)
 
 
 def facing(axis: Sequence[float]) -> Pose:
@@ -104,34 +107,28 @@ def facing(axis: Sequence[float]) -> Pose:
         return 0.0, 0.0, 0.0, math.pi, 0.0, 0.0
     k = 1.0 / (1.0 + z)
     turn = ((1.0 - k * x * x, -k * x * y, x), (-k * x * y, 1.0 - k * y * y, y), (-x, -y, z))
-    roll, pitch, yaw = angles(turn)
-    return 0.0, 0.0, 0.0, roll, pitch, yaw
+    return 0.0, 0.0, 0.0, *angles(turn)
+
+
+def _rows(w: _Angle, x: _Angle, y: _Angle, z: _Angle) -> tuple[tuple[_Angle, _Angle, _Angle], ...]:
+    """Rows of the rotation matrix, body to world, of one or several unit quaternions."""
+    return (
+        (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
+        (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
+        (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
+    )
 
 
 def rotation_matrix(quaternion: npt.ArrayLike) -> FloatArray:
     """Return the (3, 3) rotation matrix, body to world, of a unit quaternion (w, x, y, z)."""
     w, x, y, z = np.asarray(quaternion, np.float64).tolist()
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
+    return np.array(_rows(w, x, y, z))
 
 
 def in_world_axes(quaternions: FloatArray, vectors: FloatArray) -> FloatArray:
     """Return vectors (..., 3) of body axes in world axes, by unit quaternions (..., 4), (w, x, y, z)."""
-    w, x, y, z = np.moveaxis(quaternions, -1, 0)
-    u, v, up = np.moveaxis(vectors, -1, 0)
-    return np.stack(
-        (
-            (1 - 2 * (y * y + z * z)) * u + 2 * (x * y - w * z) * v + 2 * (x * z + w * y) * up,
-            2 * (x * y + w * z) * u + (1 - 2 * (x * x + z * z)) * v + 2 * (y * z - w * x) * up,
-            2 * (x * z - w * y) * u + 2 * (y * z + w * x) * v + (1 - 2 * (x * x + y * y)) * up,
-        ),
-        axis=-1,
-    )
+    rows, (u, v, up) = _rows(*np.moveaxis(quaternions, -1, 0)), np.moveaxis(vectors, -1, 0)
+    return np.stack([a * u + b * v + c * up for a, b, c in rows], axis=-1)
 
 
 def quaternion_product(one: FloatArray, other: FloatArray) -> FloatArray:

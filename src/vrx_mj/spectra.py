@@ -22,7 +22,7 @@ out, whose energy its other waves have."""
 _SAMPLES = 4000
 """Number of frequencies at which a spectrum is sampled."""
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
-"""Its multiples, less their whole parts, are spread evenly over 0 to 1 however many there are."""
+"""The golden ratio less 1: its multiples, less their whole parts, lie evenly between 0 and 1 however many there are."""
 
 
 class Component(NamedTuple):
@@ -73,15 +73,14 @@ def tma(peak: float, site: Site, gamma: float = 3.3) -> Spectrum:
 
 def tabulated(frequencies: Sequence[float], densities: Sequence[float]) -> Spectrum:
     """Return a spectrum with straight lines between points (n,) [rad/s], [m2 s/rad], and nothing beyond them."""
-    given = list(frequencies), list(densities)
 
     def density(frequency: float) -> float:
-        if not given[0][0] <= frequency <= given[0][-1]:
+        if not frequencies[0] <= frequency <= frequencies[-1]:
             return 0.0
-        after = max(bisect_left(given[0], frequency), 1)
-        left, right = given[0][after - 1], given[0][after]
+        after = max(bisect_left(frequencies, frequency), 1)
+        left, right = frequencies[after - 1 : after + 1]
         share = (frequency - left) / (right - left)
-        return (1.0 - share) * given[1][after - 1] + share * given[1][after]
+        return (1.0 - share) * densities[after - 1] + share * densities[after]
 
     return density
 
@@ -137,14 +136,19 @@ def _strata(edges: Sequence[float], masses: Sequence[float], number: int) -> lis
     return [(after - before) / total for before, after in pairwise(upto)]
 
 
+def band_edges(first: float, last: float) -> list[float]:
+    """Return the frequencies [rad/s] at which a spectrum is sampled between two: at equal ratios."""
+    ratio = (last / first) ** (1.0 / _SAMPLES)
+    return [first * ratio**index for index in range(_SAMPLES)] + [last]
+
+
 def band_frequencies(spectrum: Spectrum, first: float, last: float, number: int) -> list[float]:
     """Return the mean frequencies (number,) [rad/s] of bands of equal energy between two frequencies.
 
     Raises:
         ValueError: the spectrum has no energy there.
     """
-    ratio = (last / first) ** (1.0 / _SAMPLES)
-    edges = [first * ratio**index for index in range(_SAMPLES)] + [last]
+    edges = band_edges(first, last)
     masses = [(b - a) * spectrum(0.5 * (a + b)) for a, b in pairwise(edges)]
     if not sum(masses) > 0.0:
         raise ValueError("the spectrum has no energy")
@@ -222,32 +226,42 @@ _Harmonics = tuple[tuple[float, ...], ...]
 """Coefficients of five harmonics, of each by powers 1 to 5 of the steepness k H / 2: Fenton (1985), table 1."""
 
 
+def _polynomial(x: float, *coefficients: float) -> float:
+    """The sum of coefficients times powers of x, from power 0 on."""
+    total = 0.0
+    for power, coefficient in enumerate(coefficients):
+        total += coefficient * x**power
+    return total
+
+
+def _harmonics(c11: float, c22: float, c31: float, c33: float, c42: float, c44: float, *fifth: float) -> _Harmonics:
+    """Coefficients, each of a power and a harmonic; the last are those of power 5 and harmonics 1, 3 and 5."""
+    c51, c53, c55 = fifth
+    return (
+        (c11, 0.0, c31, 0.0, c51),
+        (0.0, c22, 0.0, c42, 0.0),
+        (0.0, 0.0, c33, 0.0, c53),
+        (0.0, 0.0, 0.0, c44, 0.0),
+        (0.0, 0.0, 0.0, 0.0, c55),
+    )
+
+
 def _stokes_velocity(kh: float) -> _Harmonics:
     """Coefficients A of the velocity potential at some k h."""
     s, sh = 1.0 / math.cosh(2.0 * kh), math.sinh(kh)
     r = 1.0 - s
-    a11 = 1.0 / sh
-    a22 = 3.0 * s**2 / (2.0 * r**2)
-    a31 = (-4.0 - 20.0 * s + 10.0 * s**2 - 13.0 * s**3) / (8.0 * sh * r**3)
-    a33 = (-2.0 * s**2 + 11.0 * s**3) / (8.0 * sh * r**3)
-    a42 = (12.0 * s - 14.0 * s**2 - 264.0 * s**3 - 45.0 * s**4 - 13.0 * s**5) / (24.0 * r**5)
-    a44 = (10.0 * s**3 - 174.0 * s**4 + 291.0 * s**5 + 278.0 * s**6) / (48.0 * (3.0 + 2.0 * s) * r**5)
-    a51 = (
-        -1184.0 + 32.0 * s + 13232.0 * s**2 + 21712.0 * s**3 + 20940.0 * s**4 + 12554.0 * s**5 - 500.0 * s**6
-        - 3341.0 * s**7 - 670.0 * s**8
-    ) / (64.0 * sh * (3.0 + 2.0 * s) * (4.0 + s) * r**6)  # fmt: skip
-    a53 = (4.0 * s + 105.0 * s**2 + 198.0 * s**3 - 1376.0 * s**4 - 1302.0 * s**5 - 117.0 * s**6 + 58.0 * s**7) / (
-        32.0 * sh * (3.0 + 2.0 * s) * r**6
-    )
-    a55 = (-6.0 * s**3 + 272.0 * s**4 - 1552.0 * s**5 + 852.0 * s**6 + 2029.0 * s**7 + 430.0 * s**8) / (
-        64.0 * sh * (3.0 + 2.0 * s) * (4.0 + s) * r**6
-    )
-    return (
-        (a11, 0.0, a31, 0.0, a51),
-        (0.0, a22, 0.0, a42, 0.0),
-        (0.0, 0.0, a33, 0.0, a53),
-        (0.0, 0.0, 0.0, a44, 0.0),
-        (0.0, 0.0, 0.0, 0.0, a55),
+    return _harmonics(
+        1.0 / sh,
+        3.0 * s**2 / (2.0 * r**2),
+        _polynomial(s, -4.0, -20.0, 10.0, -13.0) / (8.0 * sh * r**3),
+        _polynomial(s, 0.0, 0.0, -2.0, 11.0) / (8.0 * sh * r**3),
+        _polynomial(s, 0.0, 12.0, -14.0, -264.0, -45.0, -13.0) / (24.0 * r**5),
+        _polynomial(s, 0.0, 0.0, 0.0, 10.0, -174.0, 291.0, 278.0) / (48.0 * (3.0 + 2.0 * s) * r**5),
+        _polynomial(s, -1184.0, 32.0, 13232.0, 21712.0, 20940.0, 12554.0, -500.0, -3341.0, -670.0)
+        / (64.0 * sh * (3.0 + 2.0 * s) * (4.0 + s) * r**6),
+        _polynomial(s, 0.0, 4.0, 105.0, 198.0, -1376.0, -1302.0, -117.0, 58.0) / (32.0 * sh * (3.0 + 2.0 * s) * r**6),
+        _polynomial(s, 0.0, 0.0, 0.0, -6.0, 272.0, -1552.0, 852.0, 2029.0, 430.0)
+        / (64.0 * sh * (3.0 + 2.0 * s) * (4.0 + s) * r**6),
     )
 
 
@@ -255,32 +269,21 @@ def _stokes_surface(kh: float) -> _Harmonics:
     """Coefficients B of the surface."""
     s, ct = 1.0 / math.cosh(2.0 * kh), 1.0 / math.tanh(kh)
     r = 1.0 - s
-    b22 = ct * (1.0 + 2.0 * s) / (2.0 * r)
-    b31 = -3.0 * (1.0 + 3.0 * s + 3.0 * s**2 + 2.0 * s**3) / (8.0 * r**3)
-    b42 = (
-        ct * (6.0 - 26.0 * s - 182.0 * s**2 - 204.0 * s**3 - 25.0 * s**4 + 26.0 * s**5) / (6.0 * (3.0 + 2.0 * s) * r**4)
-    )
-    b44 = (
-        ct
-        * (24.0 + 92.0 * s + 122.0 * s**2 + 66.0 * s**3 + 67.0 * s**4 + 34.0 * s**5)
-        / (24.0 * (3.0 + 2.0 * s) * r**4)
-    )
-    b53 = (
-        9.0 * (132.0 + 17.0 * s - 2216.0 * s**2 - 5897.0 * s**3 - 6292.0 * s**4 - 2687.0 * s**5 + 194.0 * s**6
-               + 467.0 * s**7 + 82.0 * s**8)
-        / (128.0 * (3.0 + 2.0 * s) * (4.0 + s) * r**6)
-    )  # fmt: skip
-    b55 = (
-        5.0 * (300.0 + 1579.0 * s + 3176.0 * s**2 + 2949.0 * s**3 + 1188.0 * s**4 + 675.0 * s**5 + 1326.0 * s**6
-               + 827.0 * s**7 + 130.0 * s**8)
-        / (384.0 * (3.0 + 2.0 * s) * (4.0 + s) * r**6)
-    )  # fmt: skip
-    return (
-        (1.0, 0.0, b31, 0.0, -(b53 + b55)),
-        (0.0, b22, 0.0, b42, 0.0),
-        (0.0, 0.0, -b31, 0.0, b53),
-        (0.0, 0.0, 0.0, b44, 0.0),
-        (0.0, 0.0, 0.0, 0.0, b55),
+    b31 = -3.0 * _polynomial(s, 1.0, 3.0, 3.0, 2.0) / (8.0 * r**3)
+    b53 = 9.0 * _polynomial(s, 132.0, 17.0, -2216.0, -5897.0, -6292.0, -2687.0, 194.0, 467.0, 82.0)
+    b53 /= 128.0 * (3.0 + 2.0 * s) * (4.0 + s) * r**6
+    b55 = 5.0 * _polynomial(s, 300.0, 1579.0, 3176.0, 2949.0, 1188.0, 675.0, 1326.0, 827.0, 130.0)
+    b55 /= 384.0 * (3.0 + 2.0 * s) * (4.0 + s) * r**6
+    return _harmonics(
+        1.0,
+        ct * (1.0 + 2.0 * s) / (2.0 * r),
+        b31,
+        -b31,
+        ct * _polynomial(s, 6.0, -26.0, -182.0, -204.0, -25.0, 26.0) / (6.0 * (3.0 + 2.0 * s) * r**4),
+        ct * _polynomial(s, 24.0, 92.0, 122.0, 66.0, 67.0, 34.0) / (24.0 * (3.0 + 2.0 * s) * r**4),
+        -(b53 + b55),
+        b53,
+        b55,
     )
 
 
@@ -290,7 +293,7 @@ def _stokes_speed(k: float, height: float, site: Site) -> float:
     s, steepness = 1.0 / math.cosh(2.0 * kh), 0.5 * k * height
     r, c0 = 1.0 - s, math.sqrt(math.tanh(kh))
     c2 = c0 * (2.0 + 7.0 * s**2) / (4.0 * r**2)
-    c4 = c0 * (4.0 + 32.0 * s - 116.0 * s**2 - 400.0 * s**3 - 71.0 * s**4 + 146.0 * s**5) / (32.0 * r**5)
+    c4 = c0 * _polynomial(s, 4.0, 32.0, -116.0, -400.0, -71.0, 146.0) / (32.0 * r**5)
     return math.sqrt(site.gravity / k) * (c0 + steepness**2 * c2 + steepness**4 * c4)
 
 

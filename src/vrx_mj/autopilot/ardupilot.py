@@ -14,7 +14,6 @@ import socket
 import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from types import TracebackType
 from typing import Self
 
 from vrx_mj.autopilot.board import Board
@@ -135,9 +134,7 @@ class ArduPilot:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def close(self) -> None:
@@ -164,8 +161,8 @@ class ArduPilot:
             found[boat] = f"{own} --model JSON:{host}{home}{speed} --defaults {self._parameters(boat)}"
         return found
 
-    def described(self) -> Iterator[str]:
-        """Lines for people: how to start the SITL of each boat, and its channels."""
+    def descriptions(self) -> Iterator[str]:
+        """Lines that say how to start the SITL of each boat, and what its channels command."""
         for link in self._links:
             channels = ", ".join(f"{number} {channel.command}" for number, channel in sorted(link.channels.items()))
             yield f"{link.boat}: channels {channels}; waits for ardurover {self.arguments[link.boat]}"

@@ -178,12 +178,12 @@ def kernel_row(folder: Path | None, compiled: bool, refused: Sequence[str] = ())
 
 def _kernels() -> tuple[Path | None, bool, tuple[str, ...]]:
     try:
-        from vrx_mj.physics.kernel import cache_choice, cached
+        from vrx_mj.physics.kernel import cache_choice, is_cached
         from vrx_mj.runtime.loop import advance_vrx
     except Exception:  # a package is missing, which has a row of its own
         return None, False, ()
     folder, refused = cache_choice()
-    return folder, cached(advance_vrx), refused
+    return folder, is_cached(advance_vrx), refused
 
 
 # Pictures

@@ -172,7 +172,7 @@ def _ardupilot(sim: "Simulation", ports: str, wanted: dict[str, Any]) -> "ArduPi
     from vrx_mj.autopilot import ArduPilot, ports_of
 
     autopilots = ArduPilot(sim, ports_of(sim, ports), host=wanted["host"], rate=wanted["rate"], report=_log_line)
-    for line in autopilots.described():
+    for line in autopilots.descriptions():
         _log_line("INFO", line)
     return autopilots
 

@@ -1,7 +1,7 @@
 """Acoustics: come to a beacon that lies still, or stay with one that swims."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -9,10 +9,14 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.control.buoy_map import Lookout
-from vrx_mj.control.guidance import Point, approach_speed, around, clear_of, wrap_angle
-from vrx_mj.control.navigation import Estimate, sensor_named
+from vrx_mj.control.guidance import approach_speed, around, clear_of, wrap_angle
+from vrx_mj.control.navigation import Estimate, Point, beside, sensor_named
 from vrx_mj.control.pilot import POSITION_RATE
-from vrx_mj.control.skipper import Commands, Skipper
+from vrx_mj.control.skipper import Commands, Moment, Skipper
+
+if TYPE_CHECKING:
+    from vrx_mj.sensors.readings import Sound
+
 
 _LEGS = ((50.0, 0.0), (100.0, 0.0), (100.0, 0.7), (150.0, 0.35), (100.0, -0.7), (150.0, -0.35))
 """Where to look: distances [m] and angles [rad] from where the search began. A lidar sees things at 60 to 110 m."""
@@ -26,6 +30,27 @@ _ASIDE = 1.9
 
 _ROW, _MOST = 12.0, 1
 """What has more others than that within that distance [m] is one of many: stones of a shore."""
+
+RANGE_NOISE = 3.0
+"""Standard deviation of a range [m]: VRX's wamv_pinger.xacro."""
+ANGLE_NOISE = 0.01
+"""Standard deviation of a bearing and of an elevation [rad]: as above."""
+_DEPTH, _DEPTH_NOISE = -1.0, 1.5
+"""What is known of a still beacon's height [m] before anything is heard: in the upper 3 m of the water."""
+_HEIGHT = 2.0
+"""Height or depth of a moving beacon [m]; VRX 3's swims under water and is heard from over it."""
+_SWERVE = 0.5
+"""Acceleration of a moving beacon [m/s2], as noise of 1 s."""
+_LEAST_ELEVATION = 4.0 * ANGLE_NOISE
+"""Below this [rad] an elevation gives no distance."""
+_HASTE = 1.5
+"""How much faster [m/s] than a boat that is to stop at the beacon: it need only pass by."""
+_BOW = 3.0
+"""Within this distance [m] of where it goes the boat keeps its heading: bearings are wild there."""
+_BERTH = 4.2
+"""Distance [m] from buoys: half the boat's length, the buoy's radius, and a metre and a half."""
+_CAUTIOUS = 3.0
+"""Speed [m/s] among buoys."""
 
 
 def in_a_row(place: Point, others: Iterable[Point]) -> bool:
@@ -55,22 +80,7 @@ class Roam:
     @property
     def _goal(self) -> Point:
         away, angle = _LEGS[self._leg % len(_LEGS)]
-        bearing = self._heading + angle
-        return self._place[0] + away * math.cos(bearing), self._place[1] + away * math.sin(bearing)
-
-
-RANGE_NOISE = 3.0
-"""Standard deviation of a range [m]: VRX's wamv_pinger.xacro."""
-ANGLE_NOISE = 0.01
-"""Standard deviation of a bearing and of an elevation [rad]: as above."""
-_DEPTH, _DEPTH_NOISE = -1.0, 1.5
-"""What is known of a still beacon's height [m] before anything is heard: in the upper 3 m of the water."""
-_HEIGHT = 2.0
-"""Height or depth of a moving beacon [m]; VRX 3's swims under water and is heard from over it."""
-_SWERVE = 0.5
-"""Acceleration of a moving beacon [m/s2], as noise of 1 s."""
-_LEAST_ELEVATION = 4.0 * ANGLE_NOISE
-"""Below this [rad] an elevation gives no distance."""
+        return beside(self._place, self._heading + angle, away)
 
 
 @dataclass(frozen=True)
@@ -180,22 +190,6 @@ def _on_water(sound: SoundBearing) -> tuple[FloatArray, FloatArray]:
     return sound.position[:2] + distance * ahead, along / weight + (np.eye(2) - along) * across**2
 
 
-if TYPE_CHECKING:
-    from vrx_mj.runtime.observation import BoatObservation
-    from vrx_mj.sensors.readings import Sound
-
-
-_HASTE = 1.5
-"""How much faster [m/s] than a boat that is to stop at the beacon: it need only pass by."""
-_BOW = 3.0
-"""Within this distance [m] of where it goes the boat keeps its heading: bearings are wild there."""
-
-_BERTH = 4.2
-"""Distance [m] from buoys: half the boat's length, the buoy's radius, and a metre and a half."""
-_CAUTIOUS = 3.0
-"""Speed [m/s] among buoys."""
-
-
 class Listener(Skipper):
     """Hears a beacon by the boat's acoustic receiver."""
 
@@ -203,16 +197,16 @@ class Listener(Skipper):
         """Forget what was heard."""
         self._count = -1
 
-    def sound(self, boat: "BoatObservation", seen: Estimate, t: float) -> SoundBearing | None:
+    def sound(self, now: Moment) -> SoundBearing | None:
         """What was heard since the last call, if anything."""
-        name = sensor_named(boat, "pinger") or sensor_named(boat, "receiver")
+        name = sensor_named(now.boat, "pinger") or sensor_named(now.boat, "receiver")
         if name is None:
             return None
-        reading = boat.sensors[name]
+        reading = now.boat.sensors[name]
         if reading.sequence == self._count:
             return None
         self._count = reading.sequence
-        return sound_bearing(reading.data, seen, t - reading.time)
+        return sound_bearing(reading.data, now.seen, now.t - reading.time)
 
 
 class BeaconSeeker(Listener):
@@ -227,20 +221,19 @@ class BeaconSeeker(Listener):
         super().begin()
         self._beacon = StillBeacon()
 
-    def listen(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, object], t: float) -> None:
+    def listen(self, now: Moment) -> None:
         """Add a sound to the estimate, also before the boat is released."""
-        sound = self.sound(boat, seen, t)
+        sound = self.sound(now)
         if sound is not None:
             self._beacon.update(sound)
 
-    def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, object], t: float) -> Commands:
+    def steer(self, now: Moment) -> Commands:
         """Commands that lead to the estimated position of the beacon."""
         if self._beacon.place is None:
-            return self.pilot.sail(seen, t, 0.0, 0.0, seen.heading)
-        distance, bearing = seen.to(*self._beacon.place)
+            return self.stop(now)
+        distance, bearing = now.seen.to(*self._beacon.place)
         speed = min(self.pilot.top_speed, _HASTE + approach_speed(distance, POSITION_RATE, self.pilot.braking))
-        heading = bearing if distance > _BOW else seen.heading
-        return self.pilot.sail(seen, t, speed * math.cos(bearing), speed * math.sin(bearing), heading)
+        return self.sail(now, speed, bearing, bearing if distance > _BOW else now.seen.heading)
 
 
 class BeaconFollower(Listener):
@@ -255,27 +248,25 @@ class BeaconFollower(Listener):
         super().begin()
         self._beacon, self._lookout = MovingBeacon(), Lookout()
 
-    def listen(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, object], t: float) -> None:
+    def listen(self, now: Moment) -> None:
         """Add a sound to the estimate once the task runs; before, the beacon is elsewhere."""
-        if task.get("state", "running") != "running":
+        if now.task.get("state", "running") != "running":
             return
-        sound = self.sound(boat, seen, t)
+        sound = self.sound(now)
         if sound is not None:
-            self._beacon.update(sound, t)
-        self._lookout.look(boat, seen, t, colors=False)
+            self._beacon.update(sound, now.t)
+        self._lookout.look(now, colors=False)
 
-    def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, object], t: float) -> Commands:
+    def steer(self, now: Moment) -> Commands:
         """Commands that follow the beacon around the buoys."""
-        now = self._beacon.at(t)
-        if now is None:
-            return self.pilot.sail(seen, t, 0.0, 0.0, seen.heading)
+        beacon, seen = self._beacon.at(now.t), now.seen
+        if beacon is None:
+            return self.stop(now)
         discs = [(buoy.place, _BERTH) for buoy in self._lookout.map.sure]
-        goal = clear_of((now[0], now[1]), discs)
-        distance, _ = seen.to(*goal)
-        aim = around((seen.x, seen.y), goal, discs)
-        _, bearing = seen.to(*aim)
-        drift = now[2:] if aim == (now[0], now[1]) else (0.0, 0.0)
+        goal = clear_of(beacon[:2], discs)
+        aim = around(seen.place, goal, discs)
+        distance, bearing = seen.to(*goal)[0], seen.to(*aim)[1]
         speed = min(_CAUTIOUS, approach_speed(distance, POSITION_RATE, self.pilot.braking))
-        vx, vy = drift[0] + speed * math.cos(bearing), drift[1] + speed * math.sin(bearing)
-        heading = bearing if distance > _BOW else seen.heading
-        return self.pilot.sail(seen, t, vx, vy, heading)
+        drift = beacon[2:] if aim == beacon[:2] else (0.0, 0.0)
+        velocity = beside(drift, bearing, speed)
+        return self.pilot.sail(seen, now.t, *velocity, bearing if distance > _BOW else seen.heading)

@@ -6,13 +6,16 @@ add up to what is wanted come from the pseudoinverse; what is too much for a thr
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
+
+if TYPE_CHECKING:
+    from vrx_mj.runtime.hull import Propeller
 
 _STEERING = math.radians(60.0)
 """A thruster that turns this far either way can push across the hull."""
@@ -20,35 +23,10 @@ _IDLE = 2.0
 """Below this force [N] a thruster that steers keeps straight, so that it does not turn about nothing."""
 _INDEPENDENT = 0.1
 """Thrusters push every way if the least singular value of their columns is above this share of the largest."""
+_SLACK = 1e-9
+"""Rounding of forces [N] and angles [rad]."""
 _HALVINGS = 12
 """Halvings of the interval in which a share is sought: to 1/4096."""
-
-
-class Propeller(Protocol):
-    """What an allocation has to know of a thruster: `obs[boat].thrusters` holds such."""
-
-    @property
-    def position(self) -> tuple[float, float, float]:
-        """Where it pushes [m], body frame."""
-
-    @property
-    def direction(self) -> tuple[float, float, float]:
-        """Direction of a positive force, a unit vector in the body frame."""
-
-    @property
-    def max_angle(self) -> float:
-        """Largest steering angle either way [rad]."""
-
-    @property
-    def max_forward(self) -> float:
-        """Largest force ahead [N]."""
-
-    @property
-    def max_reverse(self) -> float:
-        """Largest force astern [N], at most 0."""
-
-    def command(self, force: float) -> float:
-        """The command that gives a force [N]."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +46,7 @@ class Allocation:
     """Shares out forces among the thrusters of one boat."""
 
     def __init__(
-        self, thrusters: Mapping[str, Propeller], *, steer: Sequence[str] | bool | None = None, centre: float = 0.0
+        self, thrusters: "Mapping[str, Propeller]", *, steer: Sequence[str] | bool | None = None, centre: float = 0.0
     ) -> None:
         """Moments are about a point, the `centre` of mass say, so far ahead of `base_link` [m].
 
@@ -112,16 +90,23 @@ class Allocation:
 
     def _share(self, base: FloatArray, more: FloatArray) -> float:
         """How much of `more` the thrusters can give besides `base`, 0 to 1."""
-        if self._can(base + more):
-            return 1.0
-        low, high = 0.0, 1.0
-        for _ in range(_HALVINGS):
-            middle = 0.5 * (low + high)
-            low, high = (middle, high) if self._can(base + middle * more) else (low, middle)
-        return low
 
-    def _can(self, forces: FloatArray) -> bool:
-        return all(_within(forces[own].tolist(), self._thrusters[name]) for name, own in self._slices)
+        def is_given(share: float) -> bool:
+            forces = base + share * more
+            return all(_within(forces[own].tolist(), self._thrusters[name]) for name, own in self._slices)
+
+        return largest_share(is_given, _HALVINGS)
+
+
+def largest_share(holds: Callable[[float], bool], halvings: int) -> float:
+    """The largest share, 0 to 1, for which a condition holds that smaller shares meet, by halving of the interval."""
+    if holds(1.0):
+        return 1.0
+    low, high = 0.0, 1.0
+    for _ in range(halvings):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if holds(middle) else (low, middle)
+    return low
 
 
 def _pushes_every_way(matrix: FloatArray) -> bool:
@@ -132,7 +117,7 @@ def _pushes_every_way(matrix: FloatArray) -> bool:
     return bool(sizes[-1] > _INDEPENDENT * sizes[0])
 
 
-def _columns(thrusters: Mapping[str, Propeller], steered: Sequence[str], centre: float) -> FloatArray:
+def _columns(thrusters: "Mapping[str, Propeller]", steered: Sequence[str], centre: float) -> FloatArray:
     """(3, n): surge, sway and yaw of a unit force of each thruster; one that steers has a second column, across."""
     columns: list[list[float]] = []
     for name, thruster in thrusters.items():
@@ -144,14 +129,12 @@ def _columns(thrusters: Mapping[str, Propeller], steered: Sequence[str], centre:
     return np.array(columns).reshape(-1, 3).T
 
 
-def _within(force: Sequence[float], thruster: Propeller) -> bool:
+def _within(force: Sequence[float], thruster: "Propeller") -> bool:
     """Whether a thruster can give a force [N] along its line, or along and across it."""
-    slack = 1e-9
-    if len(force) == 1:
-        return thruster.max_reverse - slack <= force[0] <= thruster.max_forward + slack
-    angle, along = _angle_and_force(force[0], force[1], thruster.max_angle)
-    in_reach = abs(angle) <= thruster.max_angle + slack
-    return in_reach and thruster.max_reverse - slack <= along <= thruster.max_forward + slack
+    along, *across = force
+    angle, along = _angle_and_force(along, across[0], thruster.max_angle) if across else (0.0, along)
+    in_range = thruster.max_reverse - _SLACK <= along <= thruster.max_forward + _SLACK
+    return in_range and abs(angle) <= thruster.max_angle + _SLACK
 
 
 def _angle_and_force(along: float, across: float, reach: float) -> tuple[float, float]:

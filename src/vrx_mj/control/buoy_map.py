@@ -8,24 +8,57 @@ import math
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.constants import EARLY
-from vrx_mj.control.guidance import Point
-from vrx_mj.control.navigation import Estimate, sensor_named
+from vrx_mj.control.navigation import Estimate, Place, Point, nearest, sensor_named
 from vrx_mj.control.pictures import Look, camera_ahead, intrinsics, look_at, mounting, project
+from vrx_mj.control.skipper import Moment
 from vrx_mj.runtime.timing import Pause
 
-_Bank = tuple[float, float]
-"""A place that something solid is at [m]."""
 CELL = 0.5
 """Side of the grid's cells [m]: returns in cells that touch, corners included, belong together."""
 _OWN = (-3.2, 3.2, 1.8)
 """The boat itself: from stern to bow, and to either side [m], body frame."""
+
+_SAME = 2.0
+"""What is seen within this distance [m] of where a buoy was is that buoy; some of VRX's fields have them 1 m apart."""
+_WIDEST = 1.4
+"""What is wider than this [m] is not a buoy but shore or dock."""
+_HIGHEST = 2.0
+"""What rises higher than this [m] is not a buoy either: VRX's reach up to 1 m, and waves lift them by another."""
+_SHARE = 0.4
+"""Weight of the last look in a buoy's place."""
+_SURE = 2
+"""Looks that a place needs, and votes that a colour needs."""
+FORGET = 12.0
+"""Time after which a buoy within `_CLEAR` that is not seen is forgotten [s]."""
+_CLEAR = 18.0
+"""Up to this distance [m] the lidar sees every buoy that nothing hides, though waves heave it between two rings."""
+_MARKER = 0.68
+"""A buoy that rises out of the water higher than this [m], and higher than it is wide, is a marker, not a ball."""
+_SEASONED = 6
+"""What was seen so often is not forgotten: hidden behind another, or far off, it is still there."""
+_PERIOD = 1.0
+"""Between two looks [s]."""
+_REACH = 75.0
+"""How far the lidar's returns are taken [m]."""
+_SHORE = 3.0
+"""What is nearer than this [m] to something wide is taken for a part of it: a stone of the shore, not a buoy."""
+_NEAREST, _FARTHEST = 6.0, 45.0
+"""Least and largest distance at which a buoy is looked at through the camera [m]."""
+_ENOUGH = 4
+"""Votes that settle a kind."""
+_PLAIN = 25.0
+"""What was looked at from nearer than this [m] and not recognized counts; further off a wave may hide it."""
+_WINDOW = (1.4, 2.4)
+"""What of a picture is looked at [m]: wide enough for a marker, and high enough wherever the lidar hit it."""
+_FIELD = 0.62
+"""Half the angle [rad] in which a buoy is well inside the picture: VRX's camera sees 0.7 to either side."""
 
 
 class Cluster(NamedTuple):
@@ -41,7 +74,7 @@ class Cluster(NamedTuple):
     top: float
     """Height of the highest [m]."""
     returns: int
-    """Their number."""
+    """Number of returns."""
 
 
 def level_points(
@@ -64,9 +97,19 @@ def level_points(
     return level
 
 
-def clusters(points: FloatArray, *, low: float = -0.6, high: float = 3.5) -> list[Cluster]:
-    """Clusters of level returns, (n, 3) [m], between two heights [m]; the boat's origin floats near 0."""
-    return [_cluster(part) for part in connected_groups(points[(points[:, 2] > low) & (points[:, 2] < high)])]
+def lidar_points(now: Moment, pause: Pause, period: float, *, reach: float) -> FloatArray | None:
+    """What a boat's lidar sees, as `level_points`; None before a pause, which lasts a period [s], is over, or without.
+
+    A planar lidar counts as none.
+    """
+    name = sensor_named(now.boat, "lidar")
+    if name is None or not pause.is_over(now.t):
+        return None
+    pause.begin(now.t, period)
+    reading = now.boat.sensors[name]
+    if not hasattr(reading.data, "points"):
+        return None
+    return level_points(reading.data.points, mounting(reading), now.seen.rotation, reach=reach)
 
 
 def connected_groups(points: FloatArray) -> list[FloatArray]:
@@ -129,41 +172,21 @@ def standing_free(
     return free, wide
 
 
-def banks(points: FloatArray, here: tuple[float, float], *, reach: float = 20.0, cell: float = 2.0) -> list[_Bank]:
+def banks(points: FloatArray, here: Point, *, reach: float = 20.0, cell: float = 2.0) -> list[Point]:
     """Where something rises out of the water near by [m], one place in each cell with returns, (n, 3) from `here`."""
     near = points[(np.hypot(points[:, 0], points[:, 1]) < reach) & (points[:, 2] > -0.3)]
     cells = np.unique(np.floor(near[:, :2] / cell), axis=0)
     return [(here[0] + float(x), here[1] + float(y)) for x, y in (cells + 0.5) * cell]
 
 
-_SAME = 2.0
-"""What is seen within this distance [m] of where a buoy was is that buoy; some of VRX's fields have them 1 m apart."""
-_WIDEST = 1.4
-"""What is wider than this [m] is not a buoy but shore or dock."""
-_HIGHEST = 2.0
-"""What rises higher than this [m] is not a buoy either: VRX's reach up to 1 m, and waves lift them by another."""
-_SHARE = 0.4
-"""Weight of the last look in a buoy's place."""
-_SURE = 2
-"""Looks that a place needs, and votes that a colour needs."""
-FORGET = 12.0
-"""Time after which a buoy within `_CLEAR` that is not seen is forgotten [s]."""
-_CLEAR = 18.0
-"""Up to this distance [m] the lidar sees every buoy that nothing hides, though waves heave it between two rings."""
-_MARKER = 0.68
-"""A buoy that rises out of the water higher than this [m], and higher than it is wide, is a marker, not a ball."""
-_SEASONED = 6
-"""What was seen so often is not forgotten: hidden behind another, or far off, it is still there."""
-
-
 @dataclass
-class Buoy:
+class Buoy(Place):
     """Something that floats."""
 
     x: float
-    """[m]"""
+    """East [m]."""
     y: float
-    """[m]"""
+    """North [m]."""
     z: float = 0.4
     """Height above the boat's origin of what the last look saw of it [m]."""
     seen: int = 1
@@ -176,15 +199,6 @@ class Buoy:
     """Time spent on trying to see it [s]."""
     votes: Counter[str] = field(default_factory=Counter)
     """Kinds that the looks at it found, see `kind`."""
-
-    @property
-    def place(self) -> Point:
-        """Where it is [m]."""
-        return self.x, self.y
-
-    def to(self, x: float, y: float) -> tuple[float, float]:
-        """Distance [m] and direction [rad] of a place from here."""
-        return math.hypot(x - self.x, y - self.y), math.atan2(y - self.y, x - self.x)
 
     @property
     def kind(self) -> str:
@@ -204,11 +218,11 @@ class BuoyMap:
 
     @property
     def sure(self) -> list[Buoy]:
-        """Those seen often enough to be there."""
+        """Return the buoys that were seen often enough to be there."""
         return [buoy for buoy in self.buoys if buoy.seen >= _SURE]
 
     def of(self, *kinds: str) -> list[Buoy]:
-        """Those of some kinds that are sure."""
+        """Return the sure buoys of some kinds."""
         return [buoy for buoy in self.sure if buoy.kind in kinds]
 
     def see(self, here: Point, found: Iterable[Cluster], time: float) -> None:
@@ -219,7 +233,7 @@ class BuoyMap:
         self.buoys = [buoy for buoy in self.buoys if not self._is_gone(buoy, here, time)]
 
     def _see(self, x: float, y: float, z: float, time: float) -> None:
-        known = min(self.buoys, key=lambda buoy: math.dist(buoy.place, (x, y)), default=None)
+        known = nearest(self.buoys, (x, y))
         if known is None or math.dist(known.place, (x, y)) > _SAME:
             self.buoys.append(Buoy(x, y, z, last=time))
             return
@@ -232,10 +246,8 @@ class BuoyMap:
     @staticmethod
     def _is_gone(buoy: Buoy, here: Point, time: float) -> bool:
         unseen = time - buoy.last
-        if buoy.seen < _SURE and unseen > FORGET:
-            return True
-        near = math.dist(buoy.place, here) < _CLEAR
-        return near and unseen > FORGET and buoy.seen < _SEASONED
+        clear = math.dist(buoy.place, here) < _CLEAR and buoy.seen < _SEASONED
+        return unseen > FORGET and (buoy.seen < _SURE or clear)
 
 
 def kind_of(look: Look) -> str:
@@ -247,28 +259,6 @@ def kind_of(look: Look) -> str:
     return "ball" if look.color == "orange" else look.color
 
 
-if TYPE_CHECKING:
-    from vrx_mj.runtime.observation import BoatObservation
-
-
-_PERIOD = 1.0
-"""Between two looks [s]."""
-_REACH = 75.0
-"""How far the lidar's returns are taken [m]."""
-_SHORE = 3.0
-"""What is nearer than this [m] to something wide is taken for a part of it: a stone of the shore, not a buoy."""
-_NEAREST, _FARTHEST = 6.0, 45.0
-"""Least and largest distance at which a buoy is looked at through the camera [m]."""
-_ENOUGH = 4
-"""Votes that settle a kind."""
-_PLAIN = 25.0
-"""What was looked at from nearer than this [m] and not recognized counts; further off a wave may hide it."""
-_WINDOW = (1.4, 2.4)
-"""What of a picture is looked at [m]: wide enough for a marker, and high enough wherever the lidar hit it."""
-_FIELD = 0.62
-"""Half the angle [rad] in which a buoy is well inside the picture: VRX's camera sees 0.7 to either side."""
-
-
 class Lookout:
     """Keeps a map of the buoys around a boat, in the local frame of its navigation."""
 
@@ -278,25 +268,21 @@ class Lookout:
         """Where something wide is near by [m], as a shore."""
         self._period, self._pause = period, Pause(EARLY)
 
-    def look(self, boat: "BoatObservation", seen: Estimate, t: float, *, colors: bool = True) -> bool:
+    def look(self, now: Moment, *, colors: bool = True) -> bool:
         """Look, if it is time to, and for `colors`, too, if they matter; returns whether it was."""
-        lidar = sensor_named(boat, "lidar")
-        if lidar is None or not self._pause.is_over(t):
+        points = lidar_points(now, self._pause, self._period, reach=_REACH)
+        if points is None:
             return False
-        self._pause.begin(t, self._period)
-        reading = boat.sensors[lidar]
-        if not hasattr(reading.data, "points"):
-            return False
-        points = level_points(reading.data.points, mounting(reading), seen.rotation, reach=_REACH)
         free, wide = standing_free(points, widest=_WIDEST, apart=_SHORE)
-        self.map.see((seen.x, seen.y), free, t)
-        self.banks = banks(wide, (seen.x, seen.y))
+        self.map.see(now.seen.place, free, now.t)
+        self.banks = banks(wide, now.seen.place)
         if colors:
-            self._color(boat, seen, t)
+            self._color(now)
         return True
 
-    def _color(self, boat: "BoatObservation", seen: Estimate, t: float) -> None:
+    def _color(self, now: Moment) -> None:
         """Look through the camera at those buoys in view whose kind is not settled."""
+        boat, seen, _, t = now
         camera = camera_ahead(boat)
         strange = [buoy for buoy in self.map.sure if buoy.last == t and self._is_worth_a_look(buoy, seen)]
         if camera is None or not strange:

@@ -1,15 +1,15 @@
 """Channels: buoyed gates crossed in their order, found with lidar and camera; and what the gymkhana adds to that."""
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from vrx_mj.control.acoustics import Roam, in_a_row
 from vrx_mj.control.buoy_map import Buoy, Lookout
-from vrx_mj.control.guidance import Point, clear_course, wrap_angle
-from vrx_mj.control.navigation import Estimate
-from vrx_mj.control.skipper import Commands, Skipper
+from vrx_mj.control.guidance import wrap_angle
+from vrx_mj.control.navigation import Point, beside, in_axes, nearest
+from vrx_mj.control.skipper import Commands, Moment, Skipper
 
 _NARROWEST, _WIDEST = 5.0, 32.0
 """Widths of gates [m]: VRX's are 8 to 29."""
@@ -18,20 +18,68 @@ _TURNING = 8.0
 _FARTHEST = 75.0
 """A next gate is not further off than this [m]: VRX's are 19 to 72."""
 
+_CRUISE = 0.9
+"""Speed, as a share of the top speed: what is left is for wind and turning."""
+_FASTEST = 3.0
+"""Speed at most [m/s]: at two looks a second a buoy comes 1.5 m nearer between them."""
+_BERTH = 2.7
+"""How far from a buoy's middle to pass [m]: 1.2 half the beam, 0.35 the buoy, and 1.1 for waves and gusts."""
+_OFF_BANK = 3.5
+"""How far to keep from a shore [m]."""
+_REACH = 16.0
+"""Distance from which the boat steers clear of a buoy [m]: time for a turn of 60 degrees at 2 m/s."""
+_RUN_UP = 9.0
+"""How far before a gate to be lined up with it [m]."""
+_RUN_OUT = 7.0
+"""How far behind it to steer for [m]: the crossing counts for the boat's origin."""
+_STEEPEST = 1.2
+"""Who heads for the point behind the gate at a steeper slope to its course than this lines up first."""
+_AT_GOAL = 4.0
+"""Nearer than this to the black box [m] the boat holds its place there, whatever lies beside."""
+_OLD = 4.0
+"""A buoy within this distance [m] of one of a gate that was crossed is that one; they drift."""
+_SWEEP = 0.55
+"""How far ahead of the heading [rad] the wanted one is kept in looking around: the boat turns at 0.6 rad/s."""
+_ENTRY_TIME = 14.0
+"""How long the entry, a gate with a white buoy, is waited for, before any gate will do [s]: a turn takes 11 s."""
+_GATE_PATIENCE = 75.0
+"""How long a gate is tried for [s]: the longest way to one is 70 m, and around it 30 m."""
+_DOUBT = 30.0
+"""How long after a gate others may be looked for that lie nearer than the next one known [s]."""
+_SIGHT = 70.0
+"""Distance within which the boat goes to buoys of unknown kind [m]."""
+_LOOK_FROM = 14.0
+"""Distance at which they are looked at [m]: there a buoy is 40 pixels high."""
+_TRIED = 12.0
+"""Time spent on trying to see one of them better [s]."""
+_ON_THE_WAY = 0.2
+"""Share of the time on the way there that counts as trying: something may bar the way."""
+_TRIED_HALF = 40.0
+"""Time spent on looking around from near a buoy for its partner [s]."""
+_READABLE = 8
+"""After so many pictures without a colour no more are asked for."""
+_EXIT = ("blue", "black")
+"""Partners of the last gate's red buoy."""
+_PARTNERS = ("green", "white", *_EXIT)
+
 
 class Gate(NamedTuple):
     """A gate, by its buoys."""
 
     red: Point
-    """[m]"""
+    """Place of its red buoy [m]."""
     partner: Point
-    """[m]"""
+    """Place of the buoy to port [m]."""
     middle: Point
-    """[m]"""
+    """Place between them [m]."""
     course: float
     """Direction in which to cross it [rad], counter-clockwise from east."""
     width: float
-    """[m]"""
+    """Distance between its buoys [m]."""
+
+    def offset(self, place: Point) -> tuple[float, float]:
+        """How far a place is behind it and to port of its middle [m]."""
+        return in_axes(self.course, place[0] - self.middle[0], place[1] - self.middle[1])
 
 
 def gate_of(red: Point, partner: Point) -> Gate:
@@ -83,11 +131,10 @@ def next_gate(here: Point, course: float | None, gates: Iterable[Gate]) -> Gate 
 
 def side_of(gate: Gate, place: Point) -> str:
     """Where a place is: `before` a gate or `after` it, within its width, or else nothing."""
-    cos, sin = math.cos(gate.course), math.sin(gate.course)
-    east, north = place[0] - gate.middle[0], place[1] - gate.middle[1]
-    if abs(north * cos - east * sin) >= gate.width / 2.0:
+    ahead, left = gate.offset(place)
+    if abs(left) >= gate.width / 2.0:
         return ""
-    return "after" if east * cos + north * sin >= 0.0 else "before"
+    return "after" if ahead >= 0.0 else "before"
 
 
 def opening(gate: Gate, buoys: Iterable[Point], berth: float) -> tuple[Point, float]:
@@ -96,20 +143,15 @@ def opening(gate: Gate, buoys: Iterable[Point], berth: float) -> tuple[Point, fl
     It is the gate's middle, or that of its widest part where a buoy lies in between. `berth` [m] is the distance to
     keep from buoys; what lies further before or behind the gate can be steered around.
     """
-    cos, sin = math.cos(gate.course), math.sin(gate.course)
     marks = [-gate.width / 2.0, gate.width / 2.0]  # along the gate, to port positive
-    for x, y in buoys:
-        east, north = x - gate.middle[0], y - gate.middle[1]
-        left = north * cos - east * sin
-        if abs(east * cos + north * sin) < 2.0 * berth and abs(left) < gate.width / 2.0 - 1.0:
+    for ahead, left in map(gate.offset, buoys):
+        if abs(ahead) < 2.0 * berth and abs(left) < gate.width / 2.0 - 1.0:
             marks.append(left)
     room = min(abs(mark) for mark in marks)
     if room >= min(berth + 0.5, gate.width / 2.0):
         return gate.middle, room
-    marks.sort()
-    low, high = max(pairwise(marks), key=lambda pair: pair[1] - pair[0])
-    left = (low + high) / 2.0
-    return (gate.middle[0] - left * sin, gate.middle[1] + left * cos), (high - low) / 2.0
+    low, high = max(pairwise(sorted(marks)), key=lambda pair: pair[1] - pair[0])
+    return beside(gate.middle, gate.course, 0.0, (low + high) / 2.0), (high - low) / 2.0
 
 
 def wall(gate: Gate, *, spacing: float = 2.0) -> list[Point]:
@@ -118,58 +160,6 @@ def wall(gate: Gate, *, spacing: float = 2.0) -> list[Point]:
     shares = [step / (count - 1) for step in range(count)]
     (x, y), (to_x, to_y) = gate.red, gate.partner
     return [(x + share * (to_x - x), y + share * (to_y - y)) for share in shares]
-
-
-if TYPE_CHECKING:
-    from vrx_mj.runtime.observation import BoatObservation
-    from vrx_mj.runtime.task_runner import TaskObservation
-
-
-_Bearing = Callable[[float, float], tuple[float, float]]
-"""Distance [m] and direction [rad] of a place from somewhere."""
-_CRUISE = 0.9
-"""Speed, as a share of the top speed: what is left is for wind and turning."""
-_FASTEST = 3.0
-"""Speed at most [m/s]: at two looks a second a buoy comes 1.5 m nearer between them."""
-_BERTH = 2.7
-"""How far from a buoy's middle to pass [m]: 1.2 half the beam, 0.35 the buoy, and 1.1 for waves and gusts."""
-_OFF_BANK = 3.5
-"""How far to keep from a shore [m]."""
-_REACH = 16.0
-"""Distance from which the boat steers clear of a buoy [m]: time for a turn of 60 degrees at 2 m/s."""
-_RUN_UP = 9.0
-"""How far before a gate to be lined up with it [m]."""
-_RUN_OUT = 7.0
-"""How far behind it to steer for [m]: the crossing counts for the boat's origin."""
-_STEEPEST = 1.2
-"""Who heads for the point behind the gate at a steeper slope to its course than this lines up first."""
-_AT_GOAL = 4.0
-"""Nearer than this to the black box [m] the boat holds its place there, whatever lies beside."""
-_OLD = 4.0
-"""A buoy within this distance [m] of one of a gate that was crossed is that one; they drift."""
-_SWEEP = 0.55
-"""How far ahead of the heading [rad] the wanted one is kept in looking around: the boat turns at 0.6 rad/s."""
-_ENTRY_TIME = 14.0
-"""How long the entry, a gate with a white buoy, is waited for, before any gate will do [s]: a turn takes 11 s."""
-_GATE_PATIENCE = 75.0
-"""How long a gate is tried for [s]: the longest way to one is 70 m, and around it 30 m."""
-_DOUBT = 30.0
-"""How long after a gate others may be looked for that lie nearer than the next one known [s]."""
-_SIGHT = 70.0
-"""Distance within which the boat goes to buoys of unknown kind [m]."""
-_LOOK_FROM = 14.0
-"""Distance at which they are looked at [m]: there a buoy is 40 pixels high."""
-_TRIED = 12.0
-"""Time spent on trying to see one of them better [s]."""
-_ON_THE_WAY = 0.2
-"""Share of the time on the way there that counts as trying: something may bar the way."""
-_TRIED_HALF = 40.0
-"""Time spent on looking around from near a buoy for its partner [s]."""
-_READABLE = 8
-"""After so many pictures without a colour no more are asked for."""
-_EXIT = ("blue", "black")
-"""Partners of the last gate's red buoy."""
-_PARTNERS = ("green", "white", *_EXIT)
 
 
 class Channel(Skipper):
@@ -198,29 +188,29 @@ class Channel(Skipper):
         self._sides: list[tuple[Point, str]] = []
         self._since = math.nan
         self._start: tuple[Point, float] | None = None
-        self._course: float | None = None
         self._then = 0.0
         self._aim: tuple[Point, float] = (math.inf, math.inf), 0.0
         self._searched: tuple[int, Roam] | None = None
 
-    def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, object], t: float) -> Commands:
+    def steer(self, now: Moment) -> Commands:
         """Commands that cross the next gate, or search for it."""
+        _, seen, task, t = now
         if self._start is None:
-            self._start, self._since = ((seen.x, seen.y), seen.heading), t
-        if self.lookout.look(boat, seen, t) or self._gate is None:
+            self._start, self._since = (seen.place, seen.heading), t
+        if self.lookout.look(now) or self._gate is None:
             self._gate = self._choose(t)
         if task.get("state") != "running":
-            return self._look_around(seen, t)
-        self._note(seen, t)
+            return self._look_around(now)
+        self._note(now)
         if self._gate is None:
-            return self._search(seen, t)
+            return self._search(now)
         gate = self._gate
         if math.dist(gate.middle, self._aim[0]) > _OLD:
             self._aim = gate.middle, t
         elif t - self._aim[1] > _GATE_PATIENCE:
             self._done.append(gate)
             self._gate, self._since, self._aim = self._choose(t), t, (gate.middle, t)
-        return self._cross(gate, seen, t)
+        return self._cross(gate, now)
 
     # Which gate
 
@@ -242,31 +232,22 @@ class Channel(Skipper):
         if self._chart is not None or t - self._since > _DOUBT:
             return False
         nearer = math.dist(last.middle, gate.middle) - 4.0
+        return bool(self._strange(last.middle, nearer) or self._half(last.middle, nearer))
 
-        def to(x: float, y: float) -> tuple[float, float]:
-            east, north = x - last.middle[0], y - last.middle[1]
-            return math.hypot(east, north), math.atan2(north, east)
-
-        return bool(self._strange(to, nearer) or self._half(to, nearer))
-
-    def _half(self, to: _Bearing, within: float = _SIGHT) -> Buoy | None:
+    def _half(self, here: Point, within: float = _SIGHT) -> Buoy | None:
         """The nearest buoy, `within` a distance [m], that needs a partner: a red one, or the white one of the entry."""
         paired_up = {place for gate in self._known_gates() for place in (gate.red, gate.partner)}
         halves = self.lookout.map.of("red", *(() if self._done else ("white",)))
         halves = [buoy for buoy in halves if self._new(buoy.place) and buoy.place not in paired_up]
-        near = [buoy for buoy in halves if buoy.tried < _TRIED_HALF and to(*buoy.place)[0] < within]
-        return min(near, key=lambda buoy: to(*buoy.place)[0], default=None)
+        return nearest((b for b in halves if b.tried < _TRIED_HALF and math.dist(b.place, here) < within), here)
 
     def _known_gates(self) -> list[Gate]:
         """The gates that are not crossed yet, as far as they are known."""
         if self._chart is not None:
             places = self.navigator.place
             return [gate_of(places(red), places(other)) for red, other in self._chart[len(self._done) :][:1]]
-        seen = self.lookout.map
-        reds, partners = seen.of("red"), seen.of(*_PARTNERS)
-        return pair_buoys(
-            [b.place for b in reds if self._new(b.place)], [b.place for b in partners if self._new(b.place)]
-        )
+        kinds = ("red",), _PARTNERS
+        return pair_buoys(*([b.place for b in self.lookout.map.of(*kind) if self._new(b.place)] for kind in kinds))
 
     def _new(self, place: Point) -> bool:
         """Whether a buoy is of no gate that was crossed."""
@@ -274,66 +255,60 @@ class Channel(Skipper):
 
     # How to go
 
-    def _cross(self, gate: Gate, seen: Estimate, t: float) -> Commands:
+    def _cross(self, gate: Gate, now: Moment) -> Commands:
         """Line up with a gate and go through."""
         buoys = [buoy.place for buoy in self.lookout.map.buoys]
         middle, room = opening(gate, buoys, _BERTH)
-        cos, sin = math.cos(gate.course), math.sin(gate.course)
-        along = (seen.x - middle[0]) * cos + (seen.y - middle[1]) * sin
-        across = (seen.y - middle[1]) * cos - (seen.x - middle[0]) * sin
+        along, across = gate._replace(middle=middle).offset(now.seen.place)
         slope = abs(across) / (_RUN_OUT - along) if along < -0.5 else math.inf
         lined_up = slope < _STEEPEST and slope * _RUN_OUT < max(0.5, room - _BERTH)
         ahead = _RUN_OUT if lined_up else -_RUN_UP
         walls = [point for other in self._known_gates() if other != gate for point in wall(other)]
         if along > -1.5 and not lined_up:
             walls += wall(gate)
-        return self.go(seen, t, (middle[0] + ahead * cos, middle[1] + ahead * sin), walls)
+        return self.go(now, beside(middle, gate.course, ahead), walls)
 
-    def _note(self, seen: Estimate, t: float) -> None:
+    def _note(self, now: Moment) -> None:
         """See whether a gate was crossed, whichever; they are known again by their middles, as buoys drift."""
         sides = []
         for gate in self._known_gates():
             before = next((side for middle, side in self._sides if math.dist(middle, gate.middle) < _OLD), "")
-            side = side_of(gate, (seen.x, seen.y))
+            side = side_of(gate, now.seen.place)
             if before == "before" and side == "after":
                 self._done.append(gate)
-                self._gate, self._since = self._choose(t), t
+                self._gate, self._since = self._choose(now.t), now.t
             else:
                 sides.append((gate.middle, side))
         self._sides = sides
 
-    def go(
-        self, seen: Estimate, t: float, place: Point, walls: Sequence[Point] = (), *, share: float = 1.0
-    ) -> Commands:
+    def go(self, now: Moment, place: Point, walls: Sequence[Point] = (), *, share: float = 1.0) -> Commands:
         """Commands toward a place [m], clear of buoys and walls, at a share of the cruising speed."""
-        distance, bearing = seen.to(*place)
-        discs = [(buoy.place, _BERTH) for buoy in self.lookout.map.buoys]
-        discs = [disc for disc in discs if math.dist(disc[0], place) > 1.0] + [(point, _BERTH) for point in walls]
+        distance, bearing = now.seen.to(*place)
+        buoys = [buoy.place for buoy in self.lookout.map.buoys if math.dist(buoy.place, place) > 1.0]
+        discs = [(point, _BERTH) for point in (*buoys, *walls)]
         discs += [(bank, _OFF_BANK) for bank in self.lookout.banks]
         reach = min(_REACH, distance + _BERTH)
-        course = clear_course((seen.x, seen.y), bearing, discs, reach=reach, before=self._course)
-        self._course = course
-        off = wrap_angle(course - seen.heading)
-        speed = share * min(_CRUISE * self.pilot.top_speed, _FASTEST) * max(0.12, math.cos(off) ** 3)
-        return self.pilot.sail(seen, t, speed * math.cos(course), speed * math.sin(course), course)
+        speed = share * min(_CRUISE * self.pilot.top_speed, _FASTEST)
+        return self.sail_clear(now, bearing, discs, reach=reach, speed=speed, least=0.12)
 
     # Where nothing is known
 
-    def _search(self, seen: Estimate, t: float) -> Commands:
+    def _search(self, now: Moment) -> Commands:
         """Go to see what is not known yet, first about a buoy without a partner; else where nobody was."""
-        half = self._half(seen.to)
-        strange = self._strange(half.to, _WIDEST) if half else self._strange(seen.to)
-        buoy = strange or half
+        seen, t = now.seen, now.t
+        half = self._half(seen.place)
+        strange = self._strange(half.place, _WIDEST) if half else self._strange(seen.place)
+        buoy, walls = strange or half, [point for gate in self._known_gates() for point in wall(gate)]
         if buoy is None:
-            return self.go(seen, t, self._roam(seen, t).next(seen, t), self._walls(), share=0.7)
+            return self.go(now, self._roam(t).next(seen, t), walls, share=0.7)
         distance, bearing = seen.to(*buoy.place)
         buoy.tried += min(1.0, t - self._then) * (1.0 if distance < _LOOK_FROM else _ON_THE_WAY)
         self._then = t
         if distance > _LOOK_FROM:
-            return self.go(seen, t, buoy.place, self._walls(), share=0.7)
-        return self.pilot.sail(seen, t, 0.0, 0.0, bearing) if strange else self._look_around(seen, t)
+            return self.go(now, buoy.place, walls, share=0.7)
+        return self.stop(now, bearing) if strange else self._look_around(now)
 
-    def _roam(self, seen: Estimate, t: float) -> Roam:
+    def _roam(self, t: float) -> Roam:
         """The search that began at the last gate, or at the start."""
         if self._searched is None or self._searched[0] != len(self._done):
             assert self._start is not None, "before the first call"
@@ -341,38 +316,36 @@ class Channel(Skipper):
             self._searched = len(self._done), Roam(place, course, t)
         return self._searched[1]
 
-    def _walls(self) -> list[Point]:
-        return [point for gate in self._known_gates() for point in wall(gate)]
-
-    def _strange(self, to: _Bearing, within: float = _SIGHT) -> Buoy | None:
+    def _strange(self, here: Point, within: float = _SIGHT) -> Buoy | None:
         """The nearest buoy of unknown kind, `within` a distance [m], that is not given up and may be of the course."""
         unknown = [buoy for buoy in self.lookout.map.sure if not buoy.kind]
         known = (buoy for buoy in unknown if buoy.looks < _READABLE and buoy.tried < _TRIED and buoy.seen > 3)
         known = (buoy for buoy in known if self._new(buoy.place) and self._likely(buoy.place))
         unsure = [buoy.place for buoy in unknown]
-        near = [buoy for buoy in known if to(*buoy.place)[0] < within and not in_a_row(buoy.place, unsure)]
-        return min(near, key=lambda buoy: to(*buoy.place)[0], default=None)
+        near = (buoy for buoy in known if math.dist(buoy.place, here) < within and not in_a_row(buoy.place, unsure))
+        return nearest(near, here)
 
     def _likely(self, place: Point) -> bool:
         """Whether something may be of the course, as long as no gate shows where that is."""
         assert self._start is not None, "before the first call"
         return bool(self._done) or Roam(*self._start, 0.0).likely(place, 150.0)
 
-    def _look_around(self, seen: Estimate, t: float) -> Commands:
+    def _look_around(self, now: Moment) -> Commands:
         """Turn on the spot."""
-        return self.pilot.sail(seen, t, 0.0, 0.0, seen.heading + _SWEEP)
+        return self.stop(now, now.seen.heading + _SWEEP)
 
 
 class Gymkhana(Channel):
     """Crosses the channel, then goes through the obstacles to the black box, whose position the task gives."""
 
-    def steer(self, boat: "BoatObservation", seen: Estimate, task: "TaskObservation", t: float) -> Commands:
+    def steer(self, now: Moment) -> Commands:
         """Commands that cross the gates until the channel is finished, then go to the goal and hold it."""
+        _, seen, task, t = now
         if task.get("channel", {}).get("state") != "finished" or "goal" not in task:
-            return super().steer(boat, seen, task, t)
+            return super().steer(now)
         place = self.navigator.place(task["goal"])
         distance, _ = seen.to(*place)
         if distance < _AT_GOAL:
             return self.pilot.hold(seen, t, *place, seen.heading)
-        self.lookout.look(boat, seen, t, colors=False)
-        return self.go(seen, t, place)
+        self.lookout.look(now, colors=False)
+        return self.go(now, place)

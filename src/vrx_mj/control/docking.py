@@ -1,17 +1,16 @@
 """Docking: read the lights, find the bay with the right symbol, drive in, stay, and back out."""
 
 import math
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from vrx_mj.control.acoustics import Roam, in_a_row
-from vrx_mj.control.guidance import Point, clear_course, wrap_angle
-from vrx_mj.control.navigation import Estimate
+from vrx_mj.control.guidance import wrap_angle
+from vrx_mj.control.navigation import Estimate, Point, beside, from_axes
 from vrx_mj.control.placards import DockLookout, Face, Tower
-from vrx_mj.control.skipper import Commands, Skipper
+from vrx_mj.control.skipper import Commands, Moment, Skipper
+from vrx_mj.control.velocity import clamp
 
 if TYPE_CHECKING:
-    from vrx_mj.runtime.observation import BoatObservation
     from vrx_mj.runtime.task_runner import TaskObservation
 
 BERTH = 4.9
@@ -89,54 +88,48 @@ class Docking(Skipper):
         self._colors: list[str] | None = None
         self._bay: Face | None = None
         self._stage, self._since = "find", 0.0
-        self._course: float | None = None
         self._stuck_on: list[Point] = []
         self._last_moved: tuple[Point, float] = (math.inf, math.inf), 0.0
         self._last_went = self._astern_until = -math.inf
         self._started = self._then = math.nan
 
-    def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, object], t: float) -> Commands:
+    def steer(self, now: Moment) -> Commands:
         """Commands for the present phase: find, line up, enter, stay or back out."""
+        _, seen, task, t = now
         if math.isnan(self._heading):
             self._heading = seen.heading
-        self.lookout.look(boat, seen, t, near_only=self._stage in ("in", "stay", "out"))
+        self.lookout.look(now, near_only=self._stage in ("in", "stay", "out"))
         if task.get("state") != "running":
-            return self._turn(seen, t)
+            return self._turn(now)
         if self._roam is None:
-            self._started, self._roam = t, Roam((seen.x, seen.y), self._heading, t)
+            self._started, self._roam = t, Roam(seen.place, self._heading, t)
         if self._stage == "find":
-            return self._find(boat, seen, task, t)
-        return self._dock(seen, t)
+            return self._find(now)
+        return self._dock(now)
 
     # Finding what there is
 
-    def _find(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, object], t: float) -> Commands:
+    def _find(self, now: Moment) -> Commands:
         """Read the lights, if the task asks for that, then find the bay."""
         assert self._roam is not None, "before the task runs"
-        if task.get("color_sequence_open") and self._time_for_lights(seen, task, t):
-            tower = self._tower(seen)
-            if t - self._started < _LOOK_AROUND and not (tower and tower.lit):
-                return self._turn(seen, t)
-            if tower is None and self._right_bay(task):
-                return self._go(seen, t, self._roam.next(seen, t))
-            if tower is None:
-                return self._explore(seen, t)
-            return self._scan(boat, seen, tower, t)
-        self._bay = self._right_bay(task) or self._last_resort(seen, task)
+        right, resort, running = self._right_bay(now.task), self._last_resort(now), now.t - self._started
+        time_for_lights = running < _LIGHTS_UNTIL or (right is not None and resort is None)  # the bay can wait
+        if now.task.get("color_sequence_open") and time_for_lights:
+            tower = self._tower(now.seen)
+            if running < _LOOK_AROUND and not (tower and tower.lit):
+                return self._turn(now)
+            if tower is not None:
+                return self._scan(now, tower)
+            return self._go(now, self._roam.next(now.seen, now.t)) if right else self._explore(now)
+        self._bay = right or resort
         if self._bay is None:
-            return self._explore(seen, t)
+            return self._explore(now)
         self._stage = "line up"
-        return self._dock(seen, t)
+        return self._dock(now)
 
-    def _time_for_lights(self, seen: Estimate, task: Mapping[str, object], t: float) -> bool:
-        """Whether to look for the lights: in the beginning, and later as long as a bay is known that can wait."""
-        if t - self._started < _LIGHTS_UNTIL:
-            return True
-        return self._right_bay(task) is not None and self._last_resort(seen, task) is None
-
-    def _last_resort(self, seen: Estimate, task: "TaskObservation") -> Face | None:
+    def _last_resort(self, now: Moment) -> Face | None:
         """A bay, once there is just time enough to dock there: the right one, one of its colour, or the nearest."""
-        wanted = self._wanted_symbol(task) or ""
+        wanted, seen = self._wanted_symbol(now.task) or "", now.seen
 
         def worth(face: Face) -> tuple[bool, bool, float]:
             other_color = face.symbol.partition("_")[0] != wanted.partition("_")[0]
@@ -146,34 +139,35 @@ class Docking(Skipper):
         if best is None:
             return None
         needed = _TO_DOCK + seen.to(*best.ahead(LINE_UP))[0] / _MADE_GOOD
-        return best if task.get("remaining_time", math.inf) < needed else None
+        return best if now.task.get("remaining_time", math.inf) < needed else None
 
     def _tower(self, seen: Estimate) -> Tower | None:
         """The tower that may be the light buoy: one that was seen lit, or else the nearest."""
         assert self._roam is not None, "before the task runs"
-        likely = self._roam.likely
-        places = [tower.place for tower in self.lookout.towers]
+        likely, towers = self._roam.likely, self.lookout.towers
+        places = [tower.place for tower in towers]
         known = [
             tower
-            for tower in self.lookout.towers
+            for tower in towers
             if tower.lit or (likely(tower.place, _TOWER_REACH) and not in_a_row(tower.place, places))
         ]
         return min(known, key=lambda tower: (not tower.lit, tower.far(seen)), default=None)
 
-    def _scan(self, boat: "BoatObservation", seen: Estimate, tower: Tower, t: float) -> Commands:
+    def _scan(self, now: Moment, tower: Tower) -> Commands:
         """Go where the lights can be read, and watch them."""
+        seen, t = now.seen, now.t
         tower.since = min(tower.since, t)
         tower.dark = tower.dark or t - tower.since > _TOWER_PATIENCE
         distance, bearing = seen.to(*tower.place)
         if distance > _LAMP_RANGE:
-            return self._go(seen, t, tower.place)
+            return self._go(now, tower.place)
         if abs(wrap_angle(bearing - seen.heading)) < 0.5:
-            self._colors = self.lookout.watch(boat, seen, tower, t)
+            self._colors = self.lookout.watch(now, tower)
             if self._colors:
                 self.messages["color_sequence"] = self._colors
-        return self.pilot.sail(seen, t, 0.0, 0.0, bearing)
+        return self.stop(now, bearing)
 
-    def _right_bay(self, task: Mapping[str, object]) -> Face | None:
+    def _right_bay(self, task: "TaskObservation") -> Face | None:
         """The face that shows the symbol that is looked for."""
         wanted = self._wanted_symbol(task)
         return next((face for face in self.lookout.faces if face.symbol and face.symbol == wanted), None)
@@ -185,19 +179,19 @@ class Docking(Skipper):
             return str(task.get("symbol", lights))
         return task.get("symbol")
 
-    def _explore(self, seen: Estimate, t: float) -> Commands:
+    def _explore(self, now: Moment) -> Commands:
         """Go where a placard can be read that was not yet; else where nobody was."""
         assert self._roam is not None, "before the task runs"
+        seen, t = now.seen, now.t
         view = self._view(seen)
         if view is None:
-            return self._go(seen, t, self._roam.next(seen, t))
+            return self._go(now, self._roam.next(seen, t))
         face, place = view
-        if seen.to(*place)[0] < _NEAR and t - self._then < 1.0:
+        distance, _ = seen.to(*place)
+        if distance < _NEAR and t - self._then < 1.0:
             face.tried += t - self._then
         self._then = t
-        if seen.to(*place)[0] > 3.0:
-            return self._go(seen, t, place)
-        return self.pilot.sail(seen, t, 0.0, 0.0, seen.to(*face.place)[1])
+        return self._go(now, place) if distance > 3.0 else self.stop(now, seen.to(*face.place)[1])
 
     def _view(self, seen: Estimate) -> tuple[Face, Point] | None:
         """What to look at next, and where from: an unread face, from before it, or the back of one that was read."""
@@ -212,65 +206,60 @@ class Docking(Skipper):
 
     # The bay
 
-    def _dock(self, seen: Estimate, t: float) -> Commands:
+    def _dock(self, now: Moment) -> Commands:
         """Line up, go in, stay, back out."""
         assert self._bay is not None, "before the bay is found"
-        ahead, left = self._bay.offset(seen.x, seen.y)
+        ahead, left = self._bay.offset(*now.seen.place)
         if self._stage == "line up":
             place = self._bay.ahead(LINE_UP)
-            if seen.to(*place)[0] > 3.0 and not (ahead > _CLEAR and abs(left) < 2.0):
-                return self._go(seen, t, place)
+            if now.seen.to(*place)[0] > 3.0 and not (ahead > _CLEAR and abs(left) < 2.0):
+                return self._go(now, place)
             self._stage = "in"
         if self._stage == "in" and ahead < COMMIT and abs(left) > _ASIDE:
             self._stage = "out"
         if self._stage == "in" and abs(ahead - BERTH) < 0.5:
-            self._stage, self._since = "stay", t
-        if self._stage == "stay" and t - self._since > STAY:
+            self._stage, self._since = "stay", now.t
+        if self._stage == "stay" and now.t - self._since > STAY:
             self._stage = "out"
         if self._stage == "out" and ahead > LINE_UP - 1.0:  # the points would have come on the way
             self._stage = "line up"
-        return self._along(self._bay, seen, t, LINE_UP if self._stage == "out" else BERTH)
+        return self._along(self._bay, now, LINE_UP if self._stage == "out" else BERTH)
 
-    def _along(self, bay: Face, seen: Estimate, t: float, to: float) -> Commands:
+    def _along(self, bay: Face, now: Moment, to: float) -> Commands:
         """Move along the bay's axis to a distance [m] before the placard, the bow toward it."""
         heading = wrap_angle(bay.facing + math.pi)
-        ahead, left = bay.offset(seen.x, seen.y)
-        wide = abs(left) > _IN_LINE[0] or abs(wrap_angle(heading - seen.heading)) > _IN_LINE[1]
+        ahead, left = bay.offset(*now.seen.place)
+        wide = abs(left) > _IN_LINE[0] or abs(wrap_angle(heading - now.seen.heading)) > _IN_LINE[1]
         if to < ahead and ahead > COMMIT and wide:
             to = max(to, min(ahead, LINE_UP - 3.0))
-        out = max(-SLOW, min(SLOW, _AXIS_RATE * (to - ahead)))
-        side = max(-SLOW, min(SLOW, -_AXIS_RATE * left))
-        cos, sin = math.cos(bay.facing), math.sin(bay.facing)
-        return self.pilot.sail(seen, t, out * cos - side * sin, out * sin + side * cos, heading)
+        velocity = from_axes(bay.facing, clamp(_AXIS_RATE * (to - ahead), SLOW), clamp(-_AXIS_RATE * left, SLOW))
+        return self.pilot.sail(now.seen, now.t, *velocity, heading)
 
     # How to go
 
-    def _turn(self, seen: Estimate, t: float) -> Commands:
+    def _turn(self, now: Moment) -> Commands:
         """Look around, on the spot."""
-        return self.pilot.sail(seen, t, 0.0, 0.0, seen.heading + _TURNING)
+        return self.stop(now, now.seen.heading + _TURNING)
 
-    def _go(self, seen: Estimate, t: float, place: Point) -> Commands:
+    def _go(self, now: Moment, place: Point) -> Commands:
         """Commands toward a place, clear of placards and of all that the lidar sees."""
+        seen = now.seen
         distance, bearing = seen.to(*place)
         sides = [face.ahead(side) for face in self.lookout.faces for side in (-3.5, 3.5)]
         discs = [(side, _KEEP_OFF) for side in sides if math.dist(side, place) > _KEEP_OFF]
         discs += [(bank, _OFF_BANK) for bank in [*self.lookout.banks, *self._stuck_on]]
-        if self._stuck(seen, t):
-            back = seen.heading + math.pi
-            return self.pilot.sail(seen, t, math.cos(back), math.sin(back), seen.heading)
-        course = clear_course((seen.x, seen.y), bearing, discs, reach=min(_REACH, distance), before=self._course)
-        self._course = course
-        speed = min(_CRUISE, 0.3 + 0.35 * distance) * max(0.1, math.cos(wrap_angle(course - seen.heading)) ** 3)
-        return self.pilot.sail(seen, t, speed * math.cos(course), speed * math.sin(course), course)
+        if self._is_stuck(seen, now.t):
+            return self.sail(now, 1.0, seen.heading + math.pi, seen.heading)
+        speed = min(_CRUISE, 0.3 + 0.35 * distance)
+        return self.sail_clear(now, bearing, discs, reach=min(_REACH, distance), speed=speed, least=0.1)
 
-    def _stuck(self, seen: Estimate, t: float) -> bool:
+    def _is_stuck(self, seen: Estimate, t: float) -> bool:
         """Whether to go astern: for a while, after the boat did not get on; what it is stuck on is kept off then."""
-        here = seen.x, seen.y
+        here = seen.place
         if t - self._last_went > 1.0 or math.dist(here, self._last_moved[0]) > _MOVED:
             self._last_moved = here, t
         self._last_went = t
         if t - self._last_moved[1] > _STUCK:
             self._last_moved, self._astern_until = (here, t), t + _BACK_OFF
-            cos, sin = math.cos(seen.heading), math.sin(seen.heading)
-            self._stuck_on.append((seen.x + _AGROUND * cos, seen.y + _AGROUND * sin))
+            self._stuck_on.append(beside(here, seen.heading, _AGROUND))
         return t < self._astern_until

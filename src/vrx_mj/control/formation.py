@@ -18,14 +18,46 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from vrx_mj.config.layouts import Layout, LayoutName, spots
-from vrx_mj.control.guidance import CHORD, SPACING, Point, Spot, Track, round_corners, wrap_angle
-from vrx_mj.control.navigation import Estimate, Navigator, TangentPlane
+from vrx_mj.control.guidance import CHORD, SPACING, Spot, Track, round_corners, wrap_angle
+from vrx_mj.control.navigation import Estimate, Navigator, Point, TangentPlane, beside, in_axes, polar
 from vrx_mj.control.pilot import Pilot
-from vrx_mj.control.velocity import VelocityKeeper, craft_of
+from vrx_mj.control.velocity import VelocityKeeper, clamp, craft_of
 from vrx_mj.errors import SensorError, UnknownNameError, VrxError
 
 if TYPE_CHECKING:
     from vrx_mj.runtime.observation import BoatObservation, Observation
+
+WAITING_LAG = 15.0
+"""A virtual leader goes slower the further boats are behind their slots, and waits for one so far behind [m]."""
+_DRIFTING = 0.3
+"""A boat slower than this over ground [m/s] carries its track along, instead of laying it."""
+_COURSE_ASTERN = -0.5
+"""Cosine of the angle between course and heading beyond which it does so, too: 120 degrees."""
+_SMOOTH = 1.5
+"""Time constant with which the course of a boat is smoothed [s]."""
+SHAPES = tuple(sorted(get_args(LayoutName)))
+CLOSING = 1.0
+"""The speed relative to a slot with which a boat makes up for what it is off, at most [m/s]."""
+_LOOKAHEAD = 4.0
+"""So far off its slot [m] a boat goes for it with 0.7 of that; a small error dies at `CLOSING / LOOKAHEAD` [1/s]."""
+_HEADING_RATE = 0.8
+"""How fast an error of heading dies [1/s]: a third of the rate of the loop around which it goes."""
+_FASTEST_TURN = 0.6
+"""Yaw rate wanted at most [rad/s]."""
+_STEADY = 0.5
+"""A slot slower than this [m/s] draws the bow to its own direction, lest a boat near its slot turns about for it."""
+_REST = 0.3
+"""A slot slower than this [m/s] is held by a pilot, within `_BERTH`: bow first a boat would go round it for ever."""
+_BERTH = 5.0
+"""[m]"""
+_SKID = 1.5
+"""The bow leads the wanted velocity by so much of its error: a WAM-V skids on for 7 s, its mass over its drag."""
+_ASTERN = 0.3
+"""Speed astern wanted at most [m/s]."""
+YIELD = 0.3
+"""How fast boats may take up what is left of their distance [1/s]."""
+_SHORTEST = 0.01
+"""A path's points are further apart than this somewhere [m]."""
 
 
 class Muster:
@@ -61,33 +93,30 @@ class Muster:
         return replace(own, x=x, y=y)
 
 
-WAITING_LAG = 15.0
-"""A virtual leader goes slower the further boats are behind their slots, and waits for one so far behind [m]."""
-_DRIFTING = 0.3
-"""A boat slower than this over ground [m/s] carries its track along, instead of laying it."""
-_COURSE_ASTERN = -0.5
-"""Cosine of the angle between course and heading beyond which it does so, too: 120 degrees."""
-_SMOOTH = 1.5
-"""Time constant with which the course of a boat is smoothed [s]."""
-
-
-class PathLeader:
-    """A virtual leader, which goes along a path and waits for boats that fall behind."""
+class Leader:
+    """What the others of a formation follow."""
 
     name: str | None = None
-    """Name of the boat that leads."""
+    """Name of the boat that leads; None of a virtual leader."""
+    track: Track
+    """Where it goes and came along."""
+    along = 0.0
+    """How far it has come [m]."""
+    speed = 0.0
+    """Along its track [m/s]."""
+    drift = (0.0, 0.0)
+    """Velocity with which its track is carried along [m/s, east and north]."""
+    pose = (0.0, 0.0, 0.0)
+    """East, north [m] and heading [rad]: of the track of a virtual leader, of a boat whatever its course."""
+
+
+class PathLeader(Leader):
+    """A virtual leader, which goes along a path and waits for boats that fall behind."""
 
     def __init__(self, path: Sequence[Point], speed: float, radius: float) -> None:
         """Along a path at a speed [m/s], its corners made arcs of a radius [m]."""
         self.track = Track(round_corners(path, radius))
-        self.along = 0.0
-        """How far it has come [m]."""
-        self.speed = 0.0
-        """[m/s]"""
-        self.drift = (0.0, 0.0)
-        """Velocity with which its track is carried along [m/s]: none."""
         self.pose = self.track.spot(0.0)[:3]
-        """East, north [m] and heading [rad]: that of its track."""
         self._full = speed
         self._then = math.inf
 
@@ -105,7 +134,7 @@ class PathLeader:
         return self.along >= self.track.length
 
 
-class BoatLeader:
+class BoatLeader(Leader):
     """A boat that leads the others on the track that it lays over ground; ahead of it, and at first, that is straight.
 
     The track follows the boat's course, whatever its heading: sideways too. While the boat is nearly at rest or goes
@@ -113,17 +142,8 @@ class BoatLeader:
     """
 
     def __init__(self, name: str) -> None:
-        self.name = name
-        """Name of the boat that leads."""
+        self.name: str = name
         self.track = Track([(0.0, 0.0), (1.0, 0.0)])
-        self.along = 0.0
-        """How far it has come [m]."""
-        self.speed = 0.0
-        """Along its track [m/s]."""
-        self.drift = (0.0, 0.0)
-        """Velocity with which its track is carried along [m/s, east and north]."""
-        self.pose = (0.0, 0.0, 0.0)
-        """East, north [m] and heading [rad]: that of the boat, whatever its course."""
         self._velocity = (0.0, 0.0)
         self._place: Point | None = None
         self._gone = 0.0
@@ -138,18 +158,17 @@ class BoatLeader:
         boat = seen.get(self.name)
         if boat is None:
             raise UnknownNameError("boat", self.name, known=seen)
-        ahead = (math.cos(boat.heading), math.sin(boat.heading))
         self.pose = boat.x, boat.y, boat.heading
         if self._place is None:
-            start = (boat.x - CHORD * ahead[0], boat.y - CHORD * ahead[1])
-            self.track, self._velocity = Track([start, (boat.x, boat.y)]), (boat.vx, boat.vy)
-            self._place = boat.x, boat.y
+            start = beside(boat.place, boat.heading, -CHORD)
+            self.track, self._velocity = Track([start, boat.place]), (boat.vx, boat.vy)
+            self._place = boat.place
         east, north = boat.x - self._place[0], boat.y - self._place[1]
         self._smooth(east, north, t - self._then)
-        self._place, self._then = (boat.x, boat.y), t
+        self._place, self._then = boat.place, t
         vx, vy = self._velocity
         speed = math.hypot(vx, vy)
-        if speed < _DRIFTING or vx * ahead[0] + vy * ahead[1] < _COURSE_ASTERN * speed:
+        if speed < _DRIFTING or in_axes(boat.heading, vx, vy)[0] < _COURSE_ASTERN * speed:
             self.track.shift(east, north)
             self.speed, self.drift = 0.0, self._velocity
         else:
@@ -168,33 +187,8 @@ class BoatLeader:
         x, y = self.track.end
         self._gone = max(0.0, (boat.x - x) * east + (boat.y - y) * north)
         if self._gone >= SPACING:
-            self.track.extend((boat.x, boat.y))
+            self.track.extend(boat.place)
             self._gone = 0.0
-
-
-SHAPES = tuple(sorted(get_args(LayoutName)))
-CLOSING = 1.0
-"""The speed relative to a slot with which a boat makes up for what it is off, at most [m/s]."""
-_LOOKAHEAD = 4.0
-"""So far off its slot [m] a boat goes for it with 0.7 of that; a small error dies at `CLOSING / LOOKAHEAD` [1/s]."""
-_HEADING_RATE = 0.8
-"""How fast an error of heading dies [1/s]: a third of the rate of the loop around which it goes."""
-_FASTEST_TURN = 0.6
-"""Yaw rate wanted at most [rad/s]."""
-_STEADY = 0.5
-"""A slot slower than this [m/s] draws the bow to its own direction, lest a boat near its slot turns about for it."""
-_REST = 0.3
-"""A slot slower than this [m/s] is held by a pilot, within `_BERTH`: bow first a boat would go round it for ever."""
-_BERTH = 5.0
-"""[m]"""
-_SKID = 1.5
-"""The bow leads the wanted velocity by so much of its error: a WAM-V skids on for 7 s, its mass over its drag."""
-_ASTERN = 0.3
-"""Speed astern wanted at most [m/s]."""
-YIELD = 0.3
-"""How fast boats may take up what is left of their distance [1/s]."""
-_SHORTEST = 0.01
-"""A path's points are further apart than this somewhere [m]."""
 
 
 def slots(shape: str, n: int, spacing: float) -> list[Point]:
@@ -236,8 +230,7 @@ def pursuit(seen: Estimate, slot: Spot, speed: float, *, drift: Point = (0.0, 0.
     """
     dx, dy = slot.x - seen.x, slot.y - seen.y
     closing = CLOSING / math.sqrt(dx * dx + dy * dy + _LOOKAHEAD * _LOOKAHEAD)
-    pace = slot.pace(speed)
-    east, north = pace * math.cos(slot.direction), pace * math.sin(slot.direction)
+    east, north = polar(slot.pace(speed), slot.direction)
     return east + drift[0] + closing * dx, north + drift[1] + closing * dy
 
 
@@ -295,7 +288,8 @@ class Formation:
         if leader is None:
             _check_way(path, speed, radius)
         self.apart = apart
-        self._first = _check_formation(shape, spacing, apart)
+        _check_formation(shape, spacing, apart)
+        self._first = shape, spacing
         self._origin = origin
         self._new_leader = partial(PathLeader, path, speed, radius) if leader is None else partial(BoatLeader, leader)
         self.reset(0)
@@ -324,7 +318,9 @@ class Formation:
             UnknownNameError: no shape has that name.
             VrxError: boats would be nearer together than they may be.
         """
-        self.shape, self.spacing = _check_formation(shape, self.spacing if spacing is None else spacing, self.apart)
+        spacing = self.spacing if spacing is None else spacing
+        _check_formation(shape, spacing, self.apart)
+        self.shape, self.spacing = shape, spacing
         if reassign:
             self.places = {}
 
@@ -336,7 +332,12 @@ class Formation:
             SensorError: the boats have no frame in common.
         """
         seen = self.muster(dict(obs.items()), t)
-        lag = max((_behind(seen[name], goal) for name, goal in self.goals.items() if name in seen), default=0.0)
+        gaps = (
+            (goal.direction, goal.x - seen[name].x, goal.y - seen[name].y)
+            for name, goal in self.goals.items()
+            if name in seen
+        )
+        lag = max((in_axes(*gap)[0] for gap in gaps), default=0.0)  # along the track
         self.leader.move(seen, t, lag)
         self._take_places(seen)
         self.off = {name: seen[name].to(goal.x, goal.y)[0] for name, goal in self.goals.items()}
@@ -354,15 +355,14 @@ class Formation:
         boats = [name for name in seen if name != leading]
         first = len(seen) - len(boats)
         if self.places.keys() != set(boats):
-            order = assignment([(seen[name].x, seen[name].y) for name in boats], [goal[:2] for goal in goals[first:]])
+            order = assignment([seen[name].place for name in boats], [goal[:2] for goal in goals[first:]])
             self.places = {name: first + number for name, number in zip(boats, order, strict=True)}
         self.goals = {name: goals[number] for name, number in self.places.items()}
         x, y, heading = self.leader.pose
-        cos, sin = math.cos(heading), math.sin(heading)
         self.off_shape = {}
         for name, number in self.places.items():
             bow, port = offsets[number][0] - ahead, offsets[number][1] - left
-            self.off_shape[name] = seen[name].to(x + bow * cos - port * sin, y + bow * sin + port * cos)[0]
+            self.off_shape[name] = seen[name].to(*beside((x, y), heading, bow, port))[0]
 
     def _steer(self, name: str, seen: Mapping[str, Estimate], t: float) -> dict[str, float]:
         """Commands that take one boat toward its slot."""
@@ -376,15 +376,9 @@ class Formation:
         east = vx + _SKID * (vx - own.vx) + steady * math.cos(goal.direction)
         north = vy + _SKID * (vy - own.vy) + steady * math.sin(goal.direction)
         heading = math.atan2(north, east)
-        surge = vx * math.cos(own.heading) + vy * math.sin(own.heading)
-        turn = goal.curvature * speed + _HEADING_RATE * wrap_angle(heading - own.heading)
-        turn = max(-_FASTEST_TURN, min(_FASTEST_TURN, turn))
+        surge, _ = in_axes(own.heading, vx, vy)
+        turn = clamp(goal.curvature * speed + _HEADING_RATE * wrap_angle(heading - own.heading), _FASTEST_TURN)
         return keeper(own, t, max(-_ASTERN, min(keeper.top_speed, surge)), turn)
-
-
-def _behind(seen: Estimate, goal: Spot) -> float:
-    """How far a boat is behind its slot, along the track [m]."""
-    return (goal.x - seen.x) * math.cos(goal.direction) + (goal.y - seen.y) * math.sin(goal.direction)
 
 
 def _check_way(path: Sequence[Point], speed: float, radius: float) -> None:
@@ -397,10 +391,9 @@ def _check_way(path: Sequence[Point], speed: float, radius: float) -> None:
         raise VrxError(f"invalid radius {radius:g} m: a number of 0 or more is needed")
 
 
-def _check_formation(shape: str, spacing: float, apart: float) -> tuple[str, float]:
-    """A shape and a spacing [m], if there is such a shape and boats in it are further than `apart` [m]."""
+def _check_formation(shape: str, spacing: float, apart: float) -> None:
+    """Check that there is such a shape and that boats in it are further than `apart` [m] from each other."""
     if shape not in SHAPES:
         raise UnknownNameError("shape", shape, known=SHAPES)
     if not apart < spacing < math.inf:
         raise VrxError(f"invalid spacing {spacing:g} m: more than the {apart:g} m that boats keep apart is needed")
-    return shape, spacing

@@ -2,20 +2,52 @@
 
 import math
 from bisect import bisect_right
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import permutations
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from vrx_mj.control.allocation import Allocation, Propeller
-from vrx_mj.control.navigation import Estimate
-from vrx_mj.control.velocity import Craft
+from vrx_mj.control.allocation import Allocation
+from vrx_mj.control.navigation import Estimate, Point, beside, in_axes, polar
+from vrx_mj.control.velocity import Craft, clamp, steady_rate
 
-Point = tuple[float, float]
-"""East and north [m]."""
+if TYPE_CHECKING:
+    from vrx_mj.runtime.hull import Propeller
+
 _BRUTE = 7
 """Number of places up to which all orders are tried."""
 _MARGIN = 0.1
 """Beyond the rim of a disc [m]."""
+
+SPACING = 0.5
+"""Between the points that an arc is made of, and of a track that is laid by sailing [m]."""
+CHORD = 2.0
+"""The direction of a track is that of a chord so far either way [m], so that corners and noise count little."""
+_SURGE_RATE = 1.2
+"""How fast an error of surge speed dies [1/s]."""
+_HEADING_RATE = 1.0
+"""How fast an error of heading dies [1/s], and at most a third of what turning at full power allows."""
+_TURN_RATE = 2.5
+"""How fast an error of turning rate dies [1/s]."""
+_FASTEST_TURN = 0.8
+"""Turning rate wanted at most [rad/s]."""
+_ARRIVED = 0.5
+"""Within so many lengths of its place a boat stops: it cannot come nearer without turning on the spot."""
+_LEFT = 1.0
+"""Beyond so many lengths of its place it goes back there."""
+_SLOW = 0.05
+"""Velocities below this count as 0 [m/s]."""
+_SLIDING = 0.3
+"""A boat that stops and goes faster than this turns one of its ends to where it goes [m/s]."""
+_TURNING_SPEED = 0.3
+"""Share of the top speed with which a boat whose rudder turns it goes about."""
+_COURSE_STEP = math.radians(5.0)
+"""Between the courses tried [rad]."""
+_MOST = 26
+"""Steps to either side that are tried: 130 degrees."""
+_CHARGE = 6.0
+"""What it costs to go straight through something near, in radians of turning away."""
+_AGAIN = 0.15
+"""Bonus [rad] of keeping to the side that was chosen before, so that the boat does not waver in front of a buoy."""
 
 
 def wrap_angle(angle: float) -> float:
@@ -53,17 +85,13 @@ def around(start: Point, goal: Point, discs: Sequence[tuple[Point, float]]) -> P
 
     The first disc in the way is passed along its tangent, on the side that is nearer; who is inside goes straight out.
     """
-    gap = (goal[0] - start[0], goal[1] - start[1])
-    length = math.hypot(*gap)
+    length = math.dist(goal, start)
     if length < 1e-9:
         return goal
-    ahead = (gap[0] / length, gap[1] / length)
-    found = [(_entry(start, ahead, length, centre, radius), centre, radius) for centre, radius in discs]
+    ahead = ((goal[0] - start[0]) / length, (goal[1] - start[1]) / length)
+    found = [(_entry(start, ahead, length, *disc), *disc) for disc in discs]
     hits = [(entry, centre, radius) for entry, centre, radius in found if entry is not None]
-    if not hits:
-        return goal
-    _, centre, radius = min(hits)
-    return _tangent(start, ahead, centre, radius)
+    return _tangent(start, ahead, *min(hits)[1:]) if hits else goal
 
 
 def clear_of(place: Point, discs: Sequence[tuple[Point, float]]) -> Point:
@@ -80,8 +108,12 @@ def clear_of(place: Point, discs: Sequence[tuple[Point, float]]) -> Point:
 def best_order(start: Point, places: Sequence[Point]) -> list[int]:
     """The order that makes the way from `start` through all places shortest; of many places, the nearest is next."""
     if len(places) <= _BRUTE:
-        orders = permutations(range(len(places)))
-        return list(min(orders, key=lambda order: _length(start, [places[number] for number in order])))
+
+        def length(order: Iterable[int]) -> float:
+            way = [places[number] for number in order]
+            return sum(map(math.dist, [start, *way], way))
+
+        return list(min(permutations(range(len(places))), key=length))
     left, order, here = set(range(len(places))), [], start
     while left:
         nearest = min(sorted(left), key=lambda number: math.dist(here, places[number]))
@@ -89,10 +121,6 @@ def best_order(start: Point, places: Sequence[Point]) -> list[int]:
         order.append(nearest)
         here = places[nearest]
     return order
-
-
-def _length(start: Point, places: Sequence[Point]) -> float:
-    return sum(math.dist(one, other) for one, other in zip([start, *places], places, strict=False))
 
 
 def _entry(start: Point, ahead: Point, length: float, centre: Point, radius: float) -> float | None:
@@ -116,14 +144,7 @@ def _tangent(start: Point, ahead: Point, centre: Point, radius: float) -> Point:
         return start[0] - dx * scale, start[1] - dy * scale
     side = 1.0 if ahead[0] * dy - ahead[1] * dx < 0.0 else -1.0  # a centre to starboard is passed to port of it
     turn = math.atan2(dy, dx) + side * math.asin(radius / away)
-    reach = math.sqrt(away * away - radius * radius)
-    return start[0] + reach * math.cos(turn), start[1] + reach * math.sin(turn)
-
-
-SPACING = 0.5
-"""Between the points that an arc is made of, and of a track that is laid by sailing [m]."""
-CHORD = 2.0
-"""The direction of a track is that of a chord so far either way [m], so that corners and noise count little."""
+    return beside(start, turn, math.sqrt(away * away - radius * radius))
 
 
 class Spot(NamedTuple):
@@ -183,8 +204,7 @@ class Track:
         direction = math.atan2(after[1] - before[1], after[0] - before[0])
         came = math.atan2(here[1] - before[1], here[0] - before[0])
         goes = math.atan2(after[1] - here[1], after[0] - here[0])
-        x, y = here[0] - left * math.sin(direction), here[1] + left * math.cos(direction)
-        return Spot(x, y, direction, wrap_angle(goes - came) / CHORD, left)
+        return Spot(*beside(here, direction, 0.0, left), direction, wrap_angle(goes - came) / CHORD, left)
 
     def _place(self, along: float) -> Point:
         leg = min(max(bisect_right(self._lengths, along), 1), len(self._points) - 1)
@@ -212,43 +232,24 @@ def _arc(before: Point, corner: Point, after: Point, radius: float) -> list[Poin
     if bend < 1e-9 or cut < 1e-9:
         return [corner]
     side = math.copysign(cut / bend, turn)
-    x, y = corner[0] - cut * math.cos(heading), corner[1] - cut * math.sin(heading)
-    centre = (x - side * math.sin(heading), y + side * math.cos(heading))
+    centre = beside(corner, heading, -cut, side)
     count = max(2, math.ceil(abs(side * turn) / SPACING))
     angles = [heading + turn * i / count for i in range(count + 1)]
     return [(centre[0] + side * math.sin(angle), centre[1] - side * math.cos(angle)) for angle in angles]
 
 
-_SURGE_RATE = 1.2
-"""How fast an error of surge speed dies [1/s]."""
-_HEADING_RATE = 1.0
-"""How fast an error of heading dies [1/s], and at most a third of what turning at full power allows."""
-_TURN_RATE = 2.5
-"""How fast an error of turning rate dies [1/s]."""
-_FASTEST_TURN = 0.8
-"""Turning rate wanted at most [rad/s]."""
-_ARRIVED = 0.5
-"""Within so many lengths of its place a boat stops: it cannot come nearer without turning on the spot."""
-_LEFT = 1.0
-"""Beyond so many lengths of its place it goes back there."""
-_SLOW = 0.05
-"""Velocities below this count as 0 [m/s]."""
-_SLIDING = 0.3
-"""A boat that stops and goes faster than this turns one of its ends to where it goes [m/s]."""
-_TURNING_SPEED = 0.3
-"""Share of the top speed with which a boat whose rudder turns it goes about."""
-
-
 class Course:
     """Steers one boat by its bow."""
 
-    def __init__(self, thrusters: Mapping[str, Propeller], craft: Craft, allocation: Allocation) -> None:
+    def __init__(self, thrusters: "Mapping[str, Propeller]", craft: Craft, allocation: Allocation) -> None:
         self._craft, self._allocation = craft, allocation
         plenty = 2.0 * sum(thruster.max_forward - thruster.max_reverse for thruster in thrusters.values())
         self._full = allocation(plenty, 0.0, 0.0).surge
         turning = allocation(0.0, 0.0, plenty * craft.length).yaw
         self._by_rudder = bool(craft.rudders) and turning < 1e-6 * plenty
-        self._fastest = min(_FASTEST_TURN, _balance(craft.yaw_drag, turning)) if not self._by_rudder else _FASTEST_TURN
+        self._fastest = (
+            min(_FASTEST_TURN, steady_rate(craft.yaw_drag, turning)) if not self._by_rudder else _FASTEST_TURN
+        )
         self._heading_rate = min(_HEADING_RATE, 3.0 * self._fastest)
         self._staying = False
 
@@ -265,24 +266,20 @@ class Course:
             return self.sail(seen, 0.0, 0.0, heading)
         way = max(0.0, distance - 0.5 * _ARRIVED * self._craft.length)
         wanted = min(approach_speed(way, 0.5 * self._fastest, braking), speed)
-        return self.sail(seen, wanted * math.cos(bearing), wanted * math.sin(bearing), heading)
+        return self.sail(seen, *polar(wanted, bearing), heading)
 
     def sail(self, seen: Estimate, vx: float, vy: float, heading: float) -> dict[str, float]:
         """Commands for a velocity over ground [m/s, east and north]; at rest, for a heading [rad]."""
         off = wrap_angle(self._bow(seen, vx, vy, heading) - seen.heading)
-        along = vx * math.cos(seen.heading) + vy * math.sin(seen.heading)
+        along, _ = in_axes(seen.heading, vx, vy)
         wanted = max(0.0, along) if math.hypot(vx, vy) > _SLOW else 0.0
-        if self._by_rudder and wanted < (least := _TURNING_SPEED * self._top) and math.hypot(vx, vy) > _SLOW:
-            wanted = least  # no rudder turns a boat without way
-        turn = max(-self._fastest, min(self._fastest, self._heading_rate * off))
+        if self._by_rudder and math.hypot(vx, vy) > _SLOW:  # no rudder turns a boat without way
+            wanted = max(wanted, _TURNING_SPEED * self._craft.top_speed(self._full))
+        turn = clamp(self._heading_rate * off, self._fastest)
         surge = self._craft.mass * _SURGE_RATE * (wanted - seen.surge) + self._craft.drag(wanted, 0.0)[0]
         moment = self._craft.inertia * _TURN_RATE * (turn - seen.turn) + self._craft.turning_drag(turn)
         thrust = self._allocation(surge, 0.0, 0.0 if self._by_rudder else moment)
         return {**thrust.commands, **self._craft.rudder_angles(moment, seen.surge, thrust.surge)}
-
-    @property
-    def _top(self) -> float:
-        return self._craft.top_speed(self._full)
 
     def _bow(self, seen: Estimate, vx: float, vy: float, heading: float) -> float:
         """Where the bow is to point [rad]."""
@@ -294,24 +291,6 @@ class Course:
             course = math.atan2(seen.vy, seen.vx)
             return course if abs(wrap_angle(course - seen.heading)) < math.pi / 2 else course + math.pi
         return heading
-
-
-def _balance(drag: tuple[float, float], moment: float) -> float:
-    """The turning rate [rad/s] that a moment [N m] keeps up against linear and quadratic drag."""
-    linear, quadratic = drag
-    if quadratic == 0.0:
-        return moment / linear if linear > 0.0 else math.inf
-    return (math.sqrt(linear * linear + 4.0 * quadratic * moment) - linear) / (2.0 * quadratic)
-
-
-_COURSE_STEP = math.radians(5.0)
-"""Between the courses tried [rad]."""
-_MOST = 26
-"""Steps to either side that are tried: 130 degrees."""
-_CHARGE = 6.0
-"""What it costs to go straight through something near, in radians of turning away."""
-_AGAIN = 0.15
-"""Bonus [rad] of keeping to the side that was chosen before, so that the boat does not waver in front of a buoy."""
 
 
 def clear_course(
@@ -328,18 +307,17 @@ def clear_course(
     def cost(step: int) -> float:
         course = wanted + step * _COURSE_STEP
         charge = sum(_charge(here, course, centre, radius, reach) for centre, radius in near)
-        kept = before is None or abs(math.remainder(course - before, math.tau)) < 2.5 * _COURSE_STEP
+        kept = before is None or abs(wrap_angle(course - before)) < 2.5 * _COURSE_STEP
         return abs(step) * _COURSE_STEP + charge + (0.0 if kept else _AGAIN)
 
     best = min(sorted(range(-_MOST, _MOST + 1), key=abs), key=cost)
-    return math.remainder(wanted + best * _COURSE_STEP, math.tau)
+    return wrap_angle(wanted + best * _COURSE_STEP)
 
 
 def _charge(here: Point, course: float, centre: Point, radius: float, reach: float) -> float:
     """What passing a disc on a course costs [rad]: nothing outside of it, most through the middle of what is near."""
-    east, north = centre[0] - here[0], centre[1] - here[1]
-    along = east * math.cos(course) + north * math.sin(course)
-    across = abs(north * math.cos(course) - east * math.sin(course))
+    along, left = in_axes(course, centre[0] - here[0], centre[1] - here[1])
+    across = abs(left)
     if along <= 0.0 or across >= radius:
         return 0.0
     nearness = max(0.0, 1.0 - max(0.0, along - radius) / reach)

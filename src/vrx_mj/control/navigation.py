@@ -8,9 +8,9 @@ observation does not have.
 
 import math
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -27,6 +27,9 @@ _ECCENTRICITY2 = FLATTENING * (2.0 - FLATTENING)
 _ABOVE_WATER = 0.7
 """A first fix higher than this [m] is of the antenna, 1.3 m up; VRX classic's plugin gives the place of `base_link`."""
 
+Point = tuple[float, float]
+"""East and north [m], or a vector."""
+
 
 @dataclass(frozen=True)
 class TangentPlane:
@@ -37,9 +40,9 @@ class TangentPlane:
     """
 
     latitude: float
-    """[degrees]"""
+    """Latitude of the origin [degrees]."""
     longitude: float
-    """[degrees]"""
+    """Longitude of the origin [degrees]."""
 
     def local(self, latitude: float, longitude: float) -> tuple[float, float]:
         """East and north [m] of a place [degrees]."""
@@ -65,8 +68,55 @@ class TangentPlane:
         return SEMI_MAJOR * (1.0 - _ECCENTRICITY2) / root**3, SEMI_MAJOR / root * math.cos(angle)
 
 
+def polar(length: float, direction: float) -> Point:
+    """The vector of a length in a direction [rad]."""
+    return length * math.cos(direction), length * math.sin(direction)
+
+
+def in_axes(direction: float, east: float, north: float) -> Point:
+    """The parts of a vector along a direction [rad] and to port of it."""
+    cos, sin = math.cos(direction), math.sin(direction)
+    return east * cos + north * sin, north * cos - east * sin
+
+
+def from_axes(direction: float, ahead: float, left: float) -> Point:
+    """The vector, east and north, with these parts along a direction [rad] and to port of it."""
+    cos, sin = math.cos(direction), math.sin(direction)
+    return ahead * cos - left * sin, ahead * sin + left * cos
+
+
+def beside(origin: Point, direction: float, ahead: float, left: float = 0.0) -> Point:
+    """The place that is so far [m] from an origin along a direction [rad] and to port of it."""
+    cos, sin = math.cos(direction), math.sin(direction)
+    return origin[0] + ahead * cos - left * sin, origin[1] + ahead * sin + left * cos
+
+
+class Place:
+    """Something at a place on the water."""
+
+    x: float
+    y: float
+
+    @property
+    def place(self) -> Point:
+        """Where it is [m]."""
+        return self.x, self.y
+
+    def to(self, x: float, y: float) -> tuple[float, float]:
+        """Distance [m] and direction [rad] of a place from here."""
+        return math.hypot(x - self.x, y - self.y), math.atan2(y - self.y, x - self.x)
+
+
+_Placed = TypeVar("_Placed", bound=Place)
+
+
+def nearest(things: Iterable[_Placed], here: Point) -> _Placed | None:
+    """The nearest of some things; None of none."""
+    return min(things, key=lambda thing: math.dist(thing.place, here), default=None)
+
+
 @dataclass(frozen=True)
-class Estimate:
+class Estimate(Place):
     """Where a boat's `base_link` is and how it moves, now."""
 
     x: float
@@ -76,7 +126,7 @@ class Estimate:
     z: float
     """Above the water at rest [m]."""
     heading: float
-    """[rad], counter-clockwise from east."""
+    """Heading [rad], counter-clockwise from east."""
     vx: float
     """Velocity to the east [m/s]."""
     vy: float
@@ -89,16 +139,12 @@ class Estimate:
     @property
     def surge(self) -> float:
         """Velocity ahead [m/s]."""
-        return self.vx * math.cos(self.heading) + self.vy * math.sin(self.heading)
+        return in_axes(self.heading, self.vx, self.vy)[0]
 
     @property
     def sway(self) -> float:
         """Velocity to port [m/s]."""
-        return self.vy * math.cos(self.heading) - self.vx * math.sin(self.heading)
-
-    def to(self, x: float, y: float) -> tuple[float, float]:
-        """Distance [m] and direction [rad] of a place from here."""
-        return math.hypot(x - self.x, y - self.y), math.atan2(y - self.y, x - self.x)
+        return in_axes(self.heading, self.vx, self.vy)[1]
 
 
 class Navigator:

@@ -1,18 +1,17 @@
 """Perception: name and locate what shows up before the boat, by its camera."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.control.buoy_map import CELL, connected_groups
-from vrx_mj.control.navigation import Estimate
+from vrx_mj.control.navigation import Estimate, Place, nearest
 from vrx_mj.control.pictures import camera_ahead, intrinsics, mounting, project
-from vrx_mj.control.skipper import Commands, Skipper
+from vrx_mj.control.skipper import Commands, Moment, Skipper
 from vrx_mj.runtime.timing import Pause
 
 _STEP = 2
@@ -35,6 +34,27 @@ _PALE = 0.3
 """Darkest over brightest channel from which a colour is pale: the cans of 2019 have 0.4 and 0.6, totems 0."""
 _NOTHING, _RED, _ORANGES, _GREEN, _BLUE, _YELLOW, _WHITE, _BLACK = range(8)
 _NAMES = ("", "red", "orange", "green", "blue", "yellow", "white", "black")
+
+OLD = "2019"
+"""The catalogue of VRX 2019, at Sand Island."""
+SYDNEY = "2022"
+"""The catalogue of VRX 2022 and 2023."""
+_STANDING = 1.25
+"""Height over width from which something is tall."""
+_PERIOD = 0.95
+"""Between two pictures [s]; things are up for 5 s, and a picture costs tens of milliseconds of computing."""
+_ENOUGH = 2
+"""Reported once seen in so many pictures: what has just been dropped is still bobbing."""
+_SAME = 0.9
+"""Things of one type nearer to each other than this [m] in two pictures are one."""
+_GONE = 1.5 * _PERIOD
+"""Not seen for so long [s], it is gone."""
+_FAR = 25.0
+"""What seems further off than this [m] is not one of the task's things."""
+_UNDER_HORIZON = 6.0
+"""Rows [pixels] below the horizon at which looking begins."""
+_EDGES = (-0.65, 0.0, 0.65)
+"""Bearings from the bow [rad] at which the horizon is looked for: the camera sees 0.7 to either side."""
 
 
 @dataclass(frozen=True)
@@ -59,13 +79,9 @@ class Kind:
     type: str
     """Name of its type in reports."""
     width: float
-    """[m]"""
+    """Width of the thing [m]."""
 
 
-OLD = "2019"
-"""The catalogue of VRX 2019, at Sand Island."""
-SYDNEY = "2022"
-"""The catalogue of VRX 2022 and 2023."""
 _MARKERS: dict[str, dict[str, Kind]] = {
     SYDNEY: {color: Kind(f"mb_marker_buoy_{color}", 0.65) for color in ("red", "green", "white", "black")},
     OLD: {
@@ -87,8 +103,6 @@ _TYPES = {
     for name in (SYDNEY, OLD)
 }
 """What each catalogue names."""
-_STANDING = 1.25
-"""Height over width from which something is tall."""
 
 
 def catalogue_of(types: Iterable[str]) -> str:
@@ -195,29 +209,8 @@ def _union(one: Blob, other: Blob) -> Blob:
     return Blob(one.color, (left + right) / 2.0, (top + bottom) / 2.0, right - left, bottom - top, one.pale)
 
 
-if TYPE_CHECKING:
-    from vrx_mj.runtime.observation import BoatObservation
-    from vrx_mj.runtime.task_runner import TaskObservation
-
-
-_PERIOD = 0.95
-"""Between two pictures [s]; things are up for 5 s, and a picture costs tens of milliseconds of computing."""
-_ENOUGH = 2
-"""Reported once seen in so many pictures: what has just been dropped is still bobbing."""
-_SAME = 0.9
-"""Things of one type nearer to each other than this [m] in two pictures are one."""
-_GONE = 1.5 * _PERIOD
-"""Not seen for so long [s], it is gone."""
-_FAR = 25.0
-"""What seems further off than this [m] is not one of the task's things."""
-_UNDER_HORIZON = 6.0
-"""Rows [pixels] below the horizon at which looking begins."""
-_EDGES = (-0.65, 0.0, 0.65)
-"""Bearings from the bow [rad] at which the horizon is looked for: the camera sees 0.7 to either side."""
-
-
 @dataclass
-class Sight:
+class Sight(Place):
     """Something seen, in the local frame."""
 
     type: str
@@ -296,8 +289,9 @@ class Perceiver(Skipper):
         self._pause = Pause()
         self._sights: list[Sight] = []
 
-    def listen(self, boat: "BoatObservation", seen: Estimate, task: "TaskObservation", t: float) -> None:
+    def listen(self, now: Moment) -> None:
         """Take a picture, if one is due, and report what is new."""
+        boat, seen, task, t = now
         if task.get("state") != "running" or not self._pause.is_over(t):
             return
         self._pause.begin(t, _PERIOD)
@@ -318,7 +312,7 @@ class Perceiver(Skipper):
                 {"type": sight.type, **self.navigator.report(sight.x, sight.y)} for sight in new
             ]
 
-    def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, object], t: float) -> Commands:
+    def steer(self, now: Moment) -> Commands:
         """Return no commands: the task holds the boat."""
         return {}
 
@@ -331,8 +325,8 @@ class Perceiver(Skipper):
         if view.seen.to(x, y)[0] > _FAR:
             return
         old = [sight for sight in self._sights if sight.type == kind.type and sight.last < t]
-        known = min(old, key=lambda sight: math.dist((sight.x, sight.y), (x, y)), default=None)
-        if known is None or math.dist((known.x, known.y), (x, y)) > _SAME:
+        known = nearest(old, (x, y))
+        if known is None or math.dist(known.place, (x, y)) > _SAME:
             self._sights.append(Sight(kind.type, x, y, last=t))
             return
         known.count, known.last = known.count + 1, t

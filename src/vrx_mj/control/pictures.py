@@ -16,6 +16,15 @@ if TYPE_CHECKING:
     from vrx_mj.runtime.observation import BoatObservation
     from vrx_mj.sensors.readings import Reading
 
+_CONTRAST = 40.0
+"""Sum over red, green and blue [of 255 each] by which a pixel of a thing differs from the background."""
+_LEAN = 0.22
+"""Share of the brightest channel by which one colour must lead."""
+_DEEP = 0.45
+"""Least saturation of blue, of which water has 0.1 to 0.3."""
+_ORANGE = 0.13
+"""Green over blue, as a share of red over blue, from which red is orange: 0 of VRX's red buoys, 0.19 of its orange."""
+
 
 def camera_ahead(boat: "BoatObservation") -> str | None:
     """The camera that looks ahead: one named so, as VRX's two, or else the first; None on a boat without."""
@@ -55,25 +64,15 @@ def cutout(
     return window
 
 
-_CONTRAST = 40.0
-"""Sum over red, green and blue [of 255 each] by which a pixel of a thing differs from the background."""
-_LEAN = 0.22
-"""Share of the brightest channel by which one colour must lead."""
-_DEEP = 0.45
-"""Least saturation of blue, of which water has 0.1 to 0.3."""
-_ORANGE = 0.13
-"""Green over blue, as a share of red over blue, from which red is orange: 0 of VRX's red buoys, 0.19 of its orange."""
-
-
 class Look(NamedTuple):
     """Colour and shape of something in a picture."""
 
     color: str
     """red, orange, green, blue, yellow, white or black."""
     width: float
-    """[m]"""
+    """Width of the thing [m]."""
     height: float
-    """[m]"""
+    """Height of the thing [m]."""
 
 
 def project(

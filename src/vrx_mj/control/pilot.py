@@ -8,11 +8,15 @@ velocity toward it.
 
 import math
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
-from vrx_mj.control.allocation import Allocation, Propeller, Thrust
+from vrx_mj.control.allocation import Allocation, Thrust
 from vrx_mj.control.guidance import Course, approach_speed, wrap_angle
-from vrx_mj.control.navigation import Estimate
-from vrx_mj.control.velocity import Craft, wamv_of
+from vrx_mj.control.navigation import Estimate, from_axes, in_axes, polar
+from vrx_mj.control.velocity import Craft, clamp, wamv_of
+
+if TYPE_CHECKING:
+    from vrx_mj.runtime.hull import Propeller
 
 _VELOCITY_RATE = 1.8
 """How fast an error of velocity dies [1/s]: crossover of the speed loop, a fifth of what calls at 10 Hz would allow."""
@@ -35,12 +39,13 @@ _GENTLE = 1.0
 class Pilot:
     """Steers one boat: what it wants, in forces, and their allocation."""
 
-    def __init__(self, thrusters: Mapping[str, Propeller], craft: Craft | None = None) -> None:
+    def __init__(self, thrusters: "Mapping[str, Propeller]", craft: Craft | None = None) -> None:
         """`craft` has the boat's figures; by default they are the WAM-V's."""
         self.craft = craft or wamv_of(thrusters)
         self._allocation = Allocation(thrusters, centre=self.craft.centre)
-        ahead = sum(max(0.0, _ahead(thruster)) for thruster in thrusters.values())
-        astern = sum(max(0.0, _astern(thruster)) for thruster in thrusters.values())
+        ahead, astern = (
+            sum(_push(thruster, way * thruster.direction[0]) for thruster in thrusters.values()) for way in (1.0, -1.0)
+        )
         self.top_speed = self.craft.top_speed(ahead)
         """Full ahead in calm water [m/s]."""
         self.braking = min(_GENTLE, _REACH * (astern + ahead) / self.craft.mass)
@@ -60,7 +65,7 @@ class Pilot:
             return self._course.hold(seen, x, y, heading, speed=min(speed, self.top_speed), braking=self.braking)
         distance, bearing = seen.to(x, y)
         wanted = min(approach_speed(distance, POSITION_RATE, self.braking), speed, self.top_speed)
-        return self.sail(seen, t, wanted * math.cos(bearing), wanted * math.sin(bearing), heading)
+        return self.sail(seen, t, *polar(wanted, bearing), heading)
 
     def sail(
         self,
@@ -80,31 +85,27 @@ class Pilot:
         if self._course is not None:
             return self._course.sail(seen, vx, vy, heading)
         self._observe(seen, t)
-        cos, sin = math.cos(seen.heading), math.sin(seen.heading)
         ax = acceleration[0] + _VELOCITY_RATE * (vx - seen.vx)
         ay = acceleration[1] + _VELOCITY_RATE * (vy - seen.vy)
         fx, fy = self.craft.mass * ax - self._observed[0], self.craft.mass * ay - self._observed[1]
-        drag = self.craft.drag(vx * cos + vy * sin, vy * cos - vx * sin)
-        surge, sway = fx * cos + fy * sin + drag[0], fy * cos - fx * sin + drag[1]
-        moment = self._moment(seen, heading, turn)
-        thrust = self._allocation(surge, sway, moment)
+        drag = self.craft.drag(*in_axes(seen.heading, vx, vy))
+        surge, sway = in_axes(seen.heading, fx, fy)
+        thrust = self._allocation(surge + drag[0], sway + drag[1], self._moment(seen, heading, turn))
         self._expect(seen, t, thrust)
         return thrust.commands
 
     def _moment(self, seen: Estimate, heading: float, turn: float) -> float:
         """About the centre of mass [N m]."""
-        wanted = turn + _HEADING_RATE * wrap_angle(heading - seen.heading)
-        wanted = max(-_FASTEST_TURN, min(_FASTEST_TURN, wanted))
+        wanted = clamp(turn + _HEADING_RATE * wrap_angle(heading - seen.heading), _FASTEST_TURN)
         push = self.craft.inertia * _TURN_RATE * (wanted - seen.turn)
         return push + self.craft.turning_drag(wanted) - self._observed[2]
 
     def _expect(self, seen: Estimate, t: float, thrust: Thrust) -> None:
         """What accelerations the thrust should make [m/s2, rad/s2], as far as the model goes."""
-        cos, sin = math.cos(seen.heading), math.sin(seen.heading)
         drag = self.craft.drag(seen.surge, seen.sway)
         surge, sway = (thrust.surge - drag[0]) / self.craft.mass, (thrust.sway - drag[1]) / self.craft.mass
         moment = thrust.yaw - self.craft.turning_drag(seen.turn)
-        self._expected = (surge * cos - sway * sin, surge * sin + sway * cos, moment / self.craft.inertia)
+        self._expected = (*from_axes(seen.heading, surge, sway), moment / self.craft.inertia)
         self._before = (seen.vx, seen.vy, seen.turn)
         self._then = t
 
@@ -123,13 +124,6 @@ class Pilot:
         self._observed = (x, y, z)
 
 
-def _ahead(thruster: Propeller) -> float:
-    """What a thruster pushes the boat ahead with [N]."""
-    cos = thruster.direction[0]
-    return cos * (thruster.max_forward if cos > 0.0 else thruster.max_reverse)
-
-
-def _astern(thruster: Propeller) -> float:
-    """What a thruster pushes the boat astern with [N]."""
-    cos = thruster.direction[0]
-    return -cos * (thruster.max_reverse if cos > 0.0 else thruster.max_forward)
+def _push(thruster: "Propeller", cos: float) -> float:
+    """The largest force [N] of a thruster along a line, by the cosine of the angle between them."""
+    return max(0.0, cos * (thruster.max_forward if cos > 0.0 else thruster.max_reverse))

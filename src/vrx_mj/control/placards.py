@@ -4,17 +4,16 @@ import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
-from vrx_mj.arrays import BoolArray, ByteArray, FloatArray
+from vrx_mj.arrays import BoolArray, ByteArray, FloatArray, IntArray
 from vrx_mj.constants import EARLY
-from vrx_mj.control.buoy_map import Cluster, banks, connected_groups, level_points, standing_free
-from vrx_mj.control.guidance import Point, wrap_angle
-from vrx_mj.control.navigation import Estimate, sensor_named
-from vrx_mj.control.pictures import camera_ahead, cutout, middle_part, mounting
+from vrx_mj.control.buoy_map import Cluster, banks, connected_groups, lidar_points, standing_free
+from vrx_mj.control.guidance import wrap_angle
+from vrx_mj.control.navigation import Estimate, Place, Point, beside, in_axes, nearest
+from vrx_mj.control.pictures import camera_ahead, cutout, middle_part
+from vrx_mj.control.skipper import Moment
 from vrx_mj.runtime.timing import Pause
 
 _COLORS = ("red", "green", "blue", "yellow")
@@ -43,15 +42,68 @@ _FAINT = 40.0
 _LEANS = tuple(np.linspace(-0.3, 0.3, 9))
 """Slopes that the sides of symbols may have in a picture, in waves."""
 
+OFF = "off"
+_LEAST = 4
+"""Pixels of one colour that make a lit lamp."""
+_PURE = 0.6
+"""Share of the vivid pixels that have the lamp's colour."""
+_GAP = 0.07
+"""What lies apart by more than this share of the picture's height are two things: of 2.8 m, lamp and box by 0.4 m."""
+_PERIOD = 0.5
+"""Between two looks of the lidar [s]."""
+_READING = 1.0
+"""Between two pictures of placards [s]."""
+_BLINKING = 0.4
+"""Between two pictures of the lights [s]: two or three in each colour's second."""
+_REACH = 120.0
+"""How far the lidar's returns are taken [m]."""
+_LEGIBLE = (5.0, 45.0)
+"""Distances at which a symbol is read [m]: nearer it does not fit into the picture, further it is 15 pixels."""
+_PLAIN = 25.0
+"""Distance at which a symbol is read in any haze of VRX's [m]."""
+_OBLIQUE = 1.0
+"""Largest angle [rad] off its axis from which a placard is read."""
+_FIELD = 0.6
+"""Half the angle [rad] in which something is well inside the picture: VRX's camera sees 0.7 to either side."""
+_READ, _LOOKS = 5, 12
+"""Symbols read that are enough, and pictures without one."""
+_GLANCES = 7
+"""Pictures of a tower that show whether it is lit: its period is 5 s, of which it is dark for 2."""
+_PANEL = (1.1, 1.4)
+"""Half the width and height [m] of what is looked at of a placard, about `_PANEL_HEIGHT`."""
+_PANEL_HEIGHT = 1.9
+"""[m]: symbols of 2022 are at 1.5, of 2018 at 2.35, with half a metre to either side."""
+_LAMP_HEIGHT = 1.3
+"""Above the water [m], of the middle between the lamps, at 1.6, and the box below them, at 0.9: VRX's light buoy."""
+_LAMP = (0.35, 1.4)
+"""Half the width and height of what is looked at there [m]: the whole buoy, 0.5 m up or down in waves."""
+_LAMP_SIGHT = 60.0
+"""Distance from which a lit lamp is looked for in passing [m]."""
+_LAMP_PLAIN = 35.0
+"""What shows no colours from within this distance [m] is not a light buoy, in any haze of VRX's."""
+_LOW_TOWER, _HIGH_TOWER = 1.15, 3.2
+"""How high a light buoy rises [m]: VRX's 2.5, and a lidar may miss its top."""
+_TOWER = 2.6
+"""How wide it is at most [m]: VRX's float is 1.6 m square."""
+_DOUBT = 20.0
+"""What was seen so often counts as twice as far off as it is, see `Tower.far`."""
+_OFFSHORE = 4.0
+"""How far from all that is wider it must be [m]."""
+_DARK_FOR, _WATCHED = 7.0, 20.0
+"""What stays dark for so long [s], or shows no three colours in so long, is not a light buoy: its period is 5 s."""
+_BANK_CELL, _BANK_MEMORY, _BANK_REACH = 2.0, 20.0, 25.0
+"""Places of banks are distinct from so much [m] and kept for so long [s]: a flat beach near by is under the lidar's
+lowest ring; those further off than that [m] are left out."""
+
 
 @dataclass
-class Face:
+class Face(Place):
     """One side of a panel."""
 
     x: float
     """Position of its middle, along x [m]."""
     y: float
-    """[m]"""
+    """Position of its middle, along y [m]."""
     facing: float
     """Direction away from it [rad]."""
     seen: int = 1
@@ -63,10 +115,9 @@ class Face:
     votes: Counter[str] = field(default_factory=Counter)
     """Symbols read."""
 
-    @property
-    def place(self) -> Point:
-        """Where its middle is [m]."""
-        return self.x, self.y
+    def is_like(self, other: "Face") -> bool:
+        """Whether another is in the same place and looks the same way."""
+        return math.dist(self.place, other.place) < _SAME and math.cos(self.facing - other.facing) >= 0.5
 
     def note(self, symbol: str, *, near: bool = True) -> None:
         """It was looked at, and this symbol read, or none; from afar that counts little, in haze."""
@@ -82,13 +133,11 @@ class Face:
 
     def ahead(self, distance: float, left: float = 0.0) -> Point:
         """The place at a distance [m] before it, and to the left of who looks away from it."""
-        cos, sin = math.cos(self.facing), math.sin(self.facing)
-        return self.x + distance * cos - left * sin, self.y + distance * sin + left * cos
+        return beside(self.place, self.facing, distance, left)
 
     def offset(self, x: float, y: float) -> tuple[float, float]:
         """How far a place is before it and to its left [m], as `ahead` has them."""
-        cos, sin = math.cos(self.facing), math.sin(self.facing)
-        return (x - self.x) * cos + (y - self.y) * sin, (y - self.y) * cos - (x - self.x) * sin
+        return in_axes(self.facing, x - self.x, y - self.y)
 
 
 class FaceMap:
@@ -101,14 +150,9 @@ class FaceMap:
         """Take the faces of one look from `here` [m]; their places are relative to it."""
         for face in found:
             face.x, face.y = face.x + here[0], face.y + here[1]
-            known = min(self.faces, key=lambda other: math.dist(other.place, face.place), default=None)
-            if (
-                known is None
-                or math.dist(known.place, face.place) > _SAME
-                or math.cos(known.facing - face.facing) < 0.5
-            ):
-                near = [f for f in self.faces if math.dist(f.place, face.place) < _SAME]
-                known = next((f for f in near if math.cos(f.facing - face.facing) >= 0.5), None)
+            known = nearest(self.faces, face.place)
+            if known is None or not known.is_like(face):
+                known = next((other for other in self.faces if other.is_like(face)), None)
             if known is None:
                 self.faces.append(face)
                 continue
@@ -166,7 +210,7 @@ def _on_a_line(level: FloatArray) -> BoolArray:
     return best
 
 
-def _vivid(pixels: npt.ArrayLike, *, lead: float = _VIVID) -> npt.NDArray[np.int_]:
+def _vivid(pixels: ByteArray, *, lead: float = _VIVID) -> IntArray:
     """The colour of pixels, (..., 3) of 0 to 255: its number in red, green, blue, yellow, or -1 for none of them."""
     seen = np.asarray(pixels, np.float64)
     red, green, blue = seen[..., 0], seen[..., 1], seen[..., 2]
@@ -180,6 +224,11 @@ def _vivid(pixels: npt.ArrayLike, *, lead: float = _VIVID) -> npt.NDArray[np.int
     return np.where((gap > lead * most) & (most > _FAINT) & pure, code, -1)
 
 
+def _counts(codes: IntArray) -> list[int]:
+    """Numbers of pixels of each colour."""
+    return [int((codes == code).sum()) for code in range(len(_COLORS))]
+
+
 def symbol_in(window: ByteArray, *, lead: float = _VIVID) -> str:
     """The symbol in a picture of a placard, as red_circle; empty without one.
 
@@ -188,7 +237,7 @@ def symbol_in(window: ByteArray, *, lead: float = _VIVID) -> str:
     lower.
     """
     codes = _vivid(window, lead=lead)
-    counts = [int((codes == code).sum()) for code in range(len(_COLORS))]
+    counts = _counts(codes)
     color = int(np.argmax(counts))
     if counts[color] < 60:
         return ""
@@ -224,15 +273,6 @@ def _shape(mask: BoolArray) -> str:
     return "triangle" if upper < 0.6 * lower else "cross"
 
 
-OFF = "off"
-_LEAST = 4
-"""Pixels of one colour that make a lit lamp."""
-_PURE = 0.6
-"""Share of the vivid pixels that have the lamp's colour."""
-_GAP = 0.07
-"""What lies apart by more than this share of the picture's height are two things: of 2.8 m, lamp and box by 0.4 m."""
-
-
 def lamp_color(window: ByteArray) -> str:
     """The colour of the lamps in a picture of a light buoy, or `OFF`.
 
@@ -246,9 +286,9 @@ def lamp_color(window: ByteArray) -> str:
     return colors[0] if len(colors) > 1 or colors[:1] not in ([], ["yellow"]) else OFF
 
 
-def _color(codes: npt.NDArray[np.int_]) -> str:
+def _color(codes: IntArray) -> str:
     """The colour of most of the vivid pixels; empty without any."""
-    counts = [int((codes == code).sum()) for code in range(len(_COLORS))]
+    counts = _counts(codes)
     most = int(np.argmax(counts))
     return _COLORS[most] if counts[most] >= max(_LEAST, _PURE * sum(counts)) else ""
 
@@ -271,69 +311,18 @@ def sequence(seen: Sequence[tuple[float, str]]) -> list[str] | None:
     return None
 
 
-if TYPE_CHECKING:
-    from vrx_mj.runtime.observation import BoatObservation
-
-
-_PERIOD = 0.5
-"""Between two looks of the lidar [s]."""
-_READING = 1.0
-"""Between two pictures of placards [s]."""
-_BLINKING = 0.4
-"""Between two pictures of the lights [s]: two or three in each colour's second."""
-_REACH = 120.0
-"""How far the lidar's returns are taken [m]."""
-_LEGIBLE = (5.0, 45.0)
-"""Distances at which a symbol is read [m]: nearer it does not fit into the picture, further it is 15 pixels."""
-_PLAIN = 25.0
-"""Distance at which a symbol is read in any haze of VRX's [m]."""
-_OBLIQUE = 1.0
-"""Largest angle [rad] off its axis from which a placard is read."""
-_FIELD = 0.6
-"""Half the angle [rad] in which something is well inside the picture: VRX's camera sees 0.7 to either side."""
-_READ, _LOOKS = 5, 12
-"""Symbols read that are enough, and pictures without one."""
-_GLANCES = 7
-"""Pictures of a tower that show whether it is lit: its period is 5 s, of which it is dark for 2."""
-_PANEL = (1.1, 1.4)
-"""Half the width and height [m] of what is looked at of a placard, about `_PANEL_HEIGHT`."""
-_PANEL_HEIGHT = 1.9
-"""[m]: symbols of 2022 are at 1.5, of 2018 at 2.35, with half a metre to either side."""
-_LAMP_HEIGHT = 1.3
-"""Above the water [m], of the middle between the lamps, at 1.6, and the box below them, at 0.9: VRX's light buoy."""
-_LAMP = (0.35, 1.4)
-"""Half the width and height of what is looked at there [m]: the whole buoy, 0.5 m up or down in waves."""
-_LAMP_SIGHT = 60.0
-"""Distance from which a lit lamp is looked for in passing [m]."""
-_LAMP_PLAIN = 35.0
-"""What shows no colours from within this distance [m] is not a light buoy, in any haze of VRX's."""
-_LOW_TOWER, _HIGH_TOWER = 1.15, 3.2
-"""How high a light buoy rises [m]: VRX's 2.5, and a lidar may miss its top."""
-_TOWER = 2.6
-"""How wide it is at most [m]: VRX's float is 1.6 m square."""
-_DOUBT = 20.0
-"""What was seen so often counts as twice as far off as it is, see `Tower.far`."""
-_OFFSHORE = 4.0
-"""How far from all that is wider it must be [m]."""
-_DARK_FOR, _WATCHED = 7.0, 20.0
-"""What stays dark for so long [s], or shows no three colours in so long, is not a light buoy: its period is 5 s."""
-_BANK_CELL, _BANK_MEMORY, _BANK_REACH = 2.0, 20.0, 25.0
-"""Places of banks are distinct from so much [m] and kept for so long [s]: a flat beach near by is under the lidar's
-lowest ring; those further off than that [m] are left out."""
-
-
 @dataclass
 class Tower:
     """Something narrow and high that may be a light buoy."""
 
     place: Point
-    """[m]"""
+    """Where it stands [m]."""
     seen: int = 1
     """How often the lidar saw it."""
     looks: int = 0
     """How often it was looked at in passing."""
     colors: set[str] = field(default_factory=set)
-    """Those seen then."""
+    """Colours seen when it was looked at in passing."""
     since: float = math.inf
     """When it was first gone to [s]."""
     shows: list[tuple[float, str]] = field(default_factory=list)
@@ -375,17 +364,13 @@ class DockLookout:
         """Where the lidar saw something near by of late [m]."""
         return [(_BANK_CELL * column, _BANK_CELL * row) for column, row in self._banks]
 
-    def look(self, boat: "BoatObservation", seen: Estimate, t: float, *, near_only: bool = False) -> None:
+    def look(self, now: Moment, *, near_only: bool = False) -> None:
         """Look, if it is time to; `near_only` is for who has found the bay and needs no more but where that is."""
-        lidar = sensor_named(boat, "lidar")
-        if lidar is None or not self._look_pause.is_over(t):
+        seen, t = now.seen, now.t
+        points = lidar_points(now, self._look_pause, _PERIOD, reach=30.0 if near_only else _REACH)
+        if points is None:
             return
-        self._look_pause.begin(t, _PERIOD)
-        reading = boat.sensors[lidar]
-        points = level_points(
-            reading.data.points, mounting(reading), seen.rotation, reach=30.0 if near_only else _REACH
-        )
-        self._map.see((seen.x, seen.y), faces(points))
+        self._map.see(seen.place, faces(points))
         if near_only:
             return
         self._note_banks(points, seen, t)
@@ -397,10 +382,11 @@ class DockLookout:
             if len(wide) and float(np.hypot(wide[:, 0] - east, wide[:, 1] - north).min()) < _OFFSHORE:
                 tower.seen = max(1, tower.seen - 1)
         if self._picture_pause.is_over(t):
-            self._read_signs(boat, seen, t)
+            self._read_signs(now)
 
-    def watch(self, boat: "BoatObservation", seen: Estimate, tower: Tower, t: float) -> list[str] | None:
+    def watch(self, now: Moment, tower: Tower) -> list[str] | None:
         """Take one more look at a tower's lamps, if it is time to; the three colours once they are known."""
+        boat, seen, _, t = now
         shows, camera = tower.shows, camera_ahead(boat)
         if shows and t < shows[-1][0] + _BLINKING - 1e-6:
             return None
@@ -426,16 +412,17 @@ class DockLookout:
         self._towers.append(Tower(place))
 
     def _note_banks(self, points: FloatArray, seen: Estimate, t: float) -> None:
-        here = (seen.x, seen.y)
-        for x, y in banks(points, here, cell=_BANK_CELL):
+        for x, y in banks(points, seen.place, cell=_BANK_CELL):
             self._banks[round(x / _BANK_CELL), round(y / _BANK_CELL)] = t
-        near = {
-            cell for cell in self._banks if math.dist(here, (cell[0] * _BANK_CELL, cell[1] * _BANK_CELL)) < _BANK_REACH
+        self._banks = {
+            (column, row): when
+            for (column, row), when in self._banks.items()
+            if seen.to(column * _BANK_CELL, row * _BANK_CELL)[0] < _BANK_REACH and t - when < _BANK_MEMORY
         }
-        self._banks = {cell: when for cell, when in self._banks.items() if cell in near and t - when < _BANK_MEMORY}
 
-    def _read_signs(self, boat: "BoatObservation", seen: Estimate, t: float) -> None:
+    def _read_signs(self, now: Moment) -> None:
         """Read the symbols that can be read from here, and see which towers are lit."""
+        boat, seen, _, t = now
         signs = [face for face in self._map.faces if _legible(face, seen)]
         towers = [tower for tower in self.towers if not tower.lit and tower.looks < _GLANCES and _in_view(tower, seen)]
         camera = camera_ahead(boat)

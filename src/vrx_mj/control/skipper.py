@@ -1,9 +1,11 @@
 """What all controllers have in common: one boat, its navigation, its pilot, and its task."""
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from vrx_mj.control.navigation import Estimate, Navigator
+from vrx_mj.control.guidance import clear_course, wrap_angle
+from vrx_mj.control.navigation import Estimate, Navigator, Point, polar
 from vrx_mj.control.pilot import Pilot
 from vrx_mj.control.velocity import craft_of
 
@@ -24,6 +26,19 @@ def task_of(obs: Mapping[str, Any]) -> "TaskObservation":
     return task
 
 
+class Moment(NamedTuple):
+    """What a controller decides by."""
+
+    boat: "BoatObservation"
+    """Observation of its boat."""
+    seen: Estimate
+    """Where the boat is and how it moves, by its own sensors."""
+    task: "TaskObservation"
+    """Observation of the task; empty without one."""
+    t: float
+    """Simulated time [s]."""
+
+
 class Skipper:
     """A controller of the boat that has the task, or else of the first; subclasses define in `steer` what it does.
 
@@ -38,6 +53,7 @@ class Skipper:
     def reset(self, seed: int) -> None:
         """Forget all, before a new run; nothing here is random, so the seed does nothing."""
         self.navigator = Navigator()
+        self._course: float | None = None
         self._pilot: Pilot | None = None
         self.messages: dict[str, Any] = {}
         """Messages to the task, sent with the next commands."""
@@ -58,9 +74,9 @@ class Skipper:
             return {name: dict.fromkeys(boat.thrusters, 0.0)}
         if self._pilot is None:
             self._pilot = Pilot(boat.thrusters, craft_of(boat))
-        seen = self.navigator(boat, t)
-        self.listen(boat, seen, task, t)
-        commands = {} if task.get("state") == "initial" else self.steer(boat, seen, task, t)
+        now = Moment(boat, self.navigator(boat, t), task, t)
+        self.listen(now)
+        commands = {} if task.get("state") == "initial" else self.steer(now)
         sent: dict[str, Any] = {name: commands}
         if self.messages:
             sent["task"], self.messages = self.messages, {}
@@ -69,9 +85,36 @@ class Skipper:
     def begin(self) -> None:
         """Forget what a subclass knows."""
 
-    def listen(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, object], t: float) -> None:
+    def listen(self, now: Moment) -> None:
         """Take in what the boat senses, in every phase; most need nothing but the estimate."""
 
-    def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, object], t: float) -> Commands:
+    def steer(self, now: Moment) -> Commands:
         """The boat's commands, from the task's phase `ready` on."""
         raise NotImplementedError
+
+    def sail(self, now: Moment, speed: float, course: float, heading: float | None = None) -> Commands:
+        """Commands for a speed [m/s] over ground on a course [rad], the bow in a heading [rad] or on the course."""
+        return self.pilot.sail(now.seen, now.t, *polar(speed, course), course if heading is None else heading)
+
+    def sail_clear(
+        self,
+        now: Moment,
+        bearing: float,
+        discs: Sequence[tuple[Point, float]],
+        *,
+        reach: float,
+        speed: float,
+        least: float,
+    ) -> Commands:
+        """Commands for the nearest course to a bearing [rad] that is clear of discs, given by centre and radius [m].
+
+        Discs further off than `reach` [m] are left for later. The speed [m/s] falls with the turn that is left to make,
+        to a share `least` of it.
+        """
+        self._course = clear_course(now.seen.place, bearing, discs, reach=reach, before=self._course)
+        share = max(least, math.cos(wrap_angle(self._course - now.seen.heading)) ** 3)
+        return self.sail(now, speed * share, self._course)
+
+    def stop(self, now: Moment, heading: float | None = None) -> Commands:
+        """Commands to lie still with a heading [rad], by default the present one."""
+        return self.sail(now, 0.0, 0.0, now.seen.heading if heading is None else heading)

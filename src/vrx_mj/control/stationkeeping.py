@@ -1,22 +1,16 @@
 """Station-keeping: be at a pose and stay there."""
 
-import math
-from typing import TYPE_CHECKING
-
-from vrx_mj.control.guidance import Point
-from vrx_mj.control.navigation import Estimate
-from vrx_mj.control.skipper import Commands, Skipper
-
-if TYPE_CHECKING:
-    from vrx_mj.runtime.observation import BoatObservation
-    from vrx_mj.runtime.task_runner import TaskObservation
+from vrx_mj.control.guidance import wrap_angle
+from vrx_mj.control.navigation import Point
+from vrx_mj.control.pilot import Pilot
+from vrx_mj.control.skipper import Commands, Moment, Skipper
 
 _NEAR = 6.0
 """Within this distance [m] of its place a boat turns to the heading that it is to have, beyond it goes there bow first.
 
 The turn takes the WAM-V 7 s at most and the rest of the way as long; at 6 m the heading weighs 0.18 in the score."""
 _NEAR_WITHOUT_SWAY = 1.0
-"""That distance of a boat that cannot push sideways, in its lengths; within it the boat turns if it can."""
+"""Distance from its place, in its lengths, within which a boat that cannot push sideways turns, if it can."""
 
 
 class Berth:
@@ -25,13 +19,12 @@ class Berth:
     def __init__(self) -> None:
         self._near = False
 
-    def hold(self, skipper: Skipper, seen: Estimate, t: float, place: Point, heading: float) -> Commands:
+    def hold(self, pilot: Pilot, now: Moment, place: Point, heading: float) -> Commands:
         """Commands to be at a place [m] with a heading [rad]."""
-        pilot = skipper.pilot
-        distance, bearing = seen.to(*place)
+        distance, bearing = now.seen.to(*place)
         limit = _NEAR if pilot.every_way else _NEAR_WITHOUT_SWAY * pilot.craft.length
         self._near = distance < (1.5 * limit if self._near else limit)  # no turning to and fro at the limit
-        return pilot.hold(seen, t, *place, heading if self._near else bearing)
+        return pilot.hold(now.seen, now.t, *place, heading if self._near else bearing)
 
 
 class StationKeeper(Skipper):
@@ -47,12 +40,12 @@ class StationKeeper(Skipper):
         self._berth = Berth()
         self._goal: tuple[Point, float] | None = None
 
-    def steer(self, boat: "BoatObservation", seen: Estimate, task: "TaskObservation", t: float) -> Commands:
+    def steer(self, now: Moment) -> Commands:
         """Commands that go to the goal and hold it."""
-        goal = task.get("goal")
+        goal = now.task.get("goal")
         if goal is not None:
             self._goal = self.navigator.place(goal), self.navigator.direction(goal)
         elif self._goal is None:
-            self._goal = (seen.x, seen.y), seen.heading
+            self._goal = now.seen.place, now.seen.heading
         place, heading = self._goal
-        return self._berth.hold(self, seen, t, place, math.remainder(heading, math.tau))
+        return self._berth.hold(self.pilot, now, place, wrap_angle(heading))

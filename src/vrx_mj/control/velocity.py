@@ -11,11 +11,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from vrx_mj.control.allocation import Allocation, Propeller, Thrust
+from vrx_mj.control.allocation import Allocation, Thrust, largest_share
 from vrx_mj.control.navigation import Estimate
 
 if TYPE_CHECKING:
-    from vrx_mj.runtime.hull import Hull, Rudder
+    from vrx_mj.runtime.hull import Hull, Propeller, Rudder
     from vrx_mj.runtime.observation import BoatObservation
 
 
@@ -24,6 +24,19 @@ _NO_SLOPE = 1e-9
 _TUNED = 0.2
 """Share by which the mass of a boat with a WAM-V's drag may differ from the WAM-V's of the gains: its layouts differ by
 14 %, and its payloads by as much."""
+
+_SURGE_RATE = 1.2
+"""How fast an error of surge speed dies [1/s]: a sixth of what calls at 10 Hz would allow."""
+_SWAY_RATE = 1.2
+"""How fast an error of sway dies [1/s]: as that of surge."""
+_TURN_RATE = 2.5
+"""How fast an error of yaw rate dies [1/s]; twice as fast, for a guidance that steers by it goes around this loop."""
+_SLACK = 1.0
+"""Thrusters that miss what is asked of them by more than this [N, N m] are at their limits."""
+_HALVINGS = 6
+"""Halvings of the interval in which the share of the force to port is sought: to 1/64."""
+_INTEGRAL = 0.2
+"""What the integral takes over of that each second, as a share of the rate: wind and unknown drag, in some 5 s."""
 
 
 @dataclass(frozen=True)
@@ -37,11 +50,11 @@ class Craft:
     centre: float
     """Centre of mass, ahead of `base_link` [m]."""
     surge_drag: tuple[float, float]
-    """[N s/m] and [N s2/m2]"""
+    """Linear and quadratic drag ahead [N s/m], [N s2/m2]."""
     sway_drag: tuple[float, float]
-    """[N s/m] and [N s2/m2]"""
+    """Linear and quadratic drag to port [N s/m], [N s2/m2]."""
     yaw_drag: tuple[float, float]
-    """[N m s] and [N m s2]"""
+    """Linear and quadratic drag of turning [N m s], [N m s2]."""
     length: float = 4.9
     """Length of the hull [m]."""
     rudders: Mapping[str, "Rudder"] = field(default_factory=dict)
@@ -65,15 +78,25 @@ class Craft:
             arm = self.centre - rudder.position[0]
             slope = arm * rudder.force_slope(speed, thrust) * len(self.rudders)
             angle = -moment / slope if abs(slope) > _NO_SLOPE else 0.0
-            commands[f"{name}_angle"] = max(-rudder.max_angle, min(rudder.max_angle, angle))
+            commands[f"{name}_angle"] = clamp(angle, rudder.max_angle)
         return commands
 
     def top_speed(self, force: float) -> float:
         """The speed [m/s] that a force ahead [N] keeps up."""
-        linear, quadratic = self.surge_drag
-        if quadratic == 0.0:
-            return force / linear
-        return (math.sqrt(linear * linear + 4.0 * quadratic * force) - linear) / (2.0 * quadratic)
+        return steady_rate(self.surge_drag, force)
+
+
+def steady_rate(drag: tuple[float, float], push: float) -> float:
+    """The speed [m/s] or rate [rad/s] that a force [N] or moment [N m] keeps up against linear and quadratic drag."""
+    linear, quadratic = drag
+    if quadratic == 0.0:
+        return push / linear if linear > 0.0 else math.inf
+    return (math.sqrt(linear * linear + 4.0 * quadratic * push) - linear) / (2.0 * quadratic)
+
+
+def clamp(value: float, most: float) -> float:
+    """A number, or the nearest within `most` of 0."""
+    return max(-most, min(most, value))
 
 
 def _drag(coefficients: tuple[float, float], speed: float) -> float:
@@ -121,7 +144,7 @@ def craft_of(boat: "BoatObservation") -> Craft:
     )
 
 
-def wamv_of(thrusters: Mapping[str, Propeller]) -> Craft:
+def wamv_of(thrusters: "Mapping[str, Propeller]") -> Craft:
     """The WAM-V of VRX 3 where commands are newtons, else that of VRX classic."""
     newtons = any(getattr(thruster, "in_newtons", False) for thruster in thrusters.values())
     return WAMV_VRX3 if newtons else WAMV
@@ -134,25 +157,11 @@ def _is(wamv: Craft, hull: "Hull") -> bool:
     return alike and abs(hull.mass - wamv.mass) <= _TUNED * wamv.mass
 
 
-_SURGE_RATE = 1.2
-"""How fast an error of surge speed dies [1/s]: a sixth of what calls at 10 Hz would allow."""
-_SWAY_RATE = 1.2
-"""How fast an error of sway dies [1/s]: as that of surge."""
-_TURN_RATE = 2.5
-"""How fast an error of yaw rate dies [1/s]; twice as fast, for a guidance that steers by it goes around this loop."""
-_SLACK = 1.0
-"""Thrusters that miss what is asked of them by more than this [N, N m] are at their limits."""
-_HALVINGS = 6
-"""Halvings of the interval in which the share of the force to port is sought: to 1/64."""
-_INTEGRAL = 0.2
-"""What the integral takes over of that each second, as a share of the rate: wind and unknown drag, in some 5 s."""
-
-
 class VelocityKeeper:
     """Holds the surge speed and the yaw rate of one boat."""
 
     def __init__(
-        self, thrusters: Mapping[str, Propeller], craft: Craft | None = None, *, hold_sway: bool = False
+        self, thrusters: "Mapping[str, Propeller]", craft: Craft | None = None, *, hold_sway: bool = False
     ) -> None:
         """`craft` has the boat's figures; by default they are the WAM-V's.
 
@@ -186,18 +195,11 @@ class VelocityKeeper:
 
     def _allocate(self, force: float, sway: float, moment: float) -> Thrust:
         """The force ahead goes before that to port, which is made less where the thrusters cannot give both."""
-        thrust = self._allocation(force, sway, moment)
-        if sway == 0.0 or abs(thrust.surge - force) < _SLACK:
-            return thrust
-        low, high, best = 0.0, 1.0, self._allocation(force, 0.0, moment)
-        for _ in range(_HALVINGS):
-            middle = 0.5 * (low + high)
-            thrust = self._allocation(force, middle * sway, moment)
-            if abs(thrust.surge - force) < _SLACK:
-                low, best = middle, thrust
-            else:
-                high = middle
-        return best
+
+        def reaches(share: float) -> bool:
+            return sway == 0.0 or abs(self._allocation(force, share * sway, moment).surge - force) < _SLACK
+
+        return self._allocation(force, largest_share(reaches, _HALVINGS) * sway, moment)
 
     def _integrate(self, t: float, *axes: tuple[float, float, float]) -> None:
         """Take over what is lacking; not along an axis whose thrusters do not reach what is asked of them.

@@ -1,16 +1,14 @@
 """Wayfinding: come near to every waypoint, with its heading."""
 
 import math
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from vrx_mj.control.guidance import Point, best_order, wrap_angle
-from vrx_mj.control.navigation import Estimate
-from vrx_mj.control.skipper import Commands, Skipper
+from vrx_mj.control.guidance import best_order, wrap_angle
+from vrx_mj.control.navigation import Estimate, Point
+from vrx_mj.control.skipper import Commands, Moment, Skipper
 from vrx_mj.control.stationkeeping import Berth
 
 if TYPE_CHECKING:
-    from vrx_mj.runtime.observation import BoatObservation
     from vrx_mj.runtime.task_runner import TaskObservation
 
 _GOOD = 0.08
@@ -45,16 +43,15 @@ class WaypointFollower(Skipper):
         self._order: list[int] = []
         self._since = math.inf
 
-    def steer(self, boat: "BoatObservation", seen: Estimate, task: Mapping[str, object], t: float) -> Commands:
+    def steer(self, now: Moment) -> Commands:
         """Commands that lead to the next waypoint."""
         if not self._poses:
-            self._plan(seen, task)
+            self._plan(now.seen, now.task)
         if not self._poses:
             return {}
-        if task.get("state") == "running":
-            self._look(seen, t)
-        (place, heading) = self._poses[self._order[0]]
-        return self._berth.hold(self, seen, t, place, heading)
+        if now.task.get("state") == "running":
+            self._look(now.seen, now.t)
+        return self._berth.hold(self.pilot, now, *self._poses[self._order[0]])
 
     def _plan(self, seen: Estimate, task: "TaskObservation") -> None:
         waypoints = task.get("waypoints", ())
@@ -64,7 +61,7 @@ class WaypointFollower(Skipper):
 
     def order(self, seen: Estimate, places: list[Point]) -> list[int]:
         """Order of the shortest way through the positions [m]."""
-        return best_order((seen.x, seen.y), places)
+        return best_order(seen.place, places)
 
     def _look(self, seen: Estimate, t: float) -> None:
         """Take the errors of now, and see whether it is time to go on."""

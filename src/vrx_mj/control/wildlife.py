@@ -1,15 +1,10 @@
 """Wildlife: circle platypus and turtle, each in its sense, and keep away from the crocodile."""
 
 import math
-from typing import TYPE_CHECKING
 
-from vrx_mj.control.guidance import Point, around, best_order, orbit, wrap_angle
-from vrx_mj.control.navigation import Estimate
-from vrx_mj.control.skipper import Commands, Skipper
-
-if TYPE_CHECKING:
-    from vrx_mj.runtime.observation import BoatObservation
-    from vrx_mj.runtime.task_runner import TaskObservation
+from vrx_mj.control.guidance import around, best_order, orbit, wrap_angle
+from vrx_mj.control.navigation import Estimate, Point, polar
+from vrx_mj.control.skipper import Commands, Moment, Skipper
 
 _SENSES = {"platypus": -1.0, "turtle": 1.0}
 """Senses of the circles: clockwise and counter-clockwise."""
@@ -49,21 +44,21 @@ class WildlifeCircler(Skipper):
         self._bearing: float | None = None
         self._swept = 0.0
 
-    def steer(self, boat: "BoatObservation", seen: Estimate, task: "TaskObservation", t: float) -> Commands:
+    def steer(self, now: Moment) -> Commands:
         """Commands that follow the present circle, or lead to the next one."""
-        animals = [(str(animal["name"]), self.navigator.place(animal)) for animal in task.get("animals", ())]
+        animals = [(str(animal["name"]), self.navigator.place(animal)) for animal in now.task.get("animals", ())]
         if self._order is None and animals:
             wanted = [number for number, (name, _) in enumerate(animals) if name in _SENSES]
-            order = best_order((seen.x, seen.y), [animals[number][1] for number in wanted])
+            order = best_order(now.seen.place, [animals[number][1] for number in wanted])
             self._order = [wanted[number] for number in order]
         if not self._order:
-            return self.pilot.sail(seen, t, 0.0, 0.0, seen.heading)
-        self._sweep(seen, *animals[self._order[0]])
+            return self.stop(now)
+        self._sweep(now.seen, *animals[self._order[0]])
         if self._swept > _CLOSED:
             self._order.pop(0)
             self._bearing, self._swept = None, 0.0
-            return self.steer(boat, seen, task, t)
-        return self._circle(seen, t, self._order[0], animals)
+            return self.steer(now)
+        return self._circle(now, self._order[0], animals)
 
     def _sweep(self, seen: Estimate, name: str, centre: Point) -> None:
         """Add up the way around [rad]; away from the animal, or the wrong way, it starts over."""
@@ -75,34 +70,33 @@ class WildlifeCircler(Skipper):
                 self._swept += _SENSES[name] * wrap_angle(bearing - self._bearing)
             self._bearing = bearing
 
-    def _circle(self, seen: Estimate, t: float, number: int, animals: list[tuple[str, Point]]) -> Commands:
+    def _circle(self, now: Moment, number: int, animals: list[tuple[str, Point]]) -> Commands:
         """Sail along the vector field, or around what is in the way."""
-        name, centre = animals[number]
-        here, sense = (seen.x, seen.y), _SENSES[name]
+        (name, centre), seen = animals[number], now.seen
+        here, sense = seen.place, _SENSES[name]
         radius = self._radius(centre, animals)
         speed = self._speed(seen.to(*centre)[0] - radius, radius)
         discs = [(place, _clearance(name, math.dist(place, centre))) for name, place in animals if place != centre]
         aim = around(here, centre, discs)
         if aim != centre:
-            bearing = seen.to(*aim)[1]
-            return self.pilot.sail(seen, t, speed * math.cos(bearing), speed * math.sin(bearing), bearing)
+            return self.sail(now, speed, seen.to(*aim)[1])
         ahead = orbit((here[0] - centre[0], here[1] - centre[1]), radius, sense, _WIDTH)
-        return self._along(seen, t, centre, radius, (ahead[0] * speed, ahead[1] * speed), sense)
+        return self._along(now, centre, radius, (ahead[0] * speed, ahead[1] * speed), sense)
 
-    def _along(self, seen: Estimate, t: float, centre: Point, radius: float, velocity: Point, sense: float) -> Commands:
+    def _along(self, now: Moment, centre: Point, radius: float, velocity: Point, sense: float) -> Commands:
         """Sail with a velocity that turns as the circle does, the bow along the force that it takes."""
-        distance, bearing = seen.to(*centre)
+        distance, bearing = now.seen.to(*centre)
         speed = math.hypot(*velocity)
         inward = speed * speed / radius if distance < radius + 2.0 * _WIDTH else 0.0
         drag, _ = self.pilot.craft.drag(speed, 0.0)
         crab = min(_CRAB, math.atan2(self.pilot.craft.mass * inward, drag))
         return self.pilot.sail(
-            seen,
-            t,
+            now.seen,
+            now.t,
             *velocity,
             math.atan2(velocity[1], velocity[0]) + sense * crab,
             turn=sense * inward / max(speed, 0.1),
-            acceleration=(inward * math.cos(bearing), inward * math.sin(bearing)),
+            acceleration=polar(inward, bearing),
         )
 
     @staticmethod

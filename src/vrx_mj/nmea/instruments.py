@@ -27,7 +27,7 @@ class Instruments:
         self._begin()
 
     def _begin(self) -> None:
-        """Time begins."""
+        """Forget what was sent: time starts over."""
         self._now = self._sim.time
         self._schedule = Schedule()
         self._charges: dict[tuple[str, int], Charge] = {}
@@ -35,8 +35,8 @@ class Instruments:
         self._transponders: dict[str, Transponder] = {}
         self._heard: tuple[float, Sequence[tuple[str, Sentence]]] = -1.0, ()
 
-    def _go_on(self) -> float:
-        """The present moment [s]."""
+    def _update_time(self) -> float:
+        """Return the present moment [s]; one before the last starts over."""
         if self._sim.time < self._now:
             self._begin()
         self._now = self._sim.time
@@ -44,21 +44,21 @@ class Instruments:
 
     def sentences(self, boat: str) -> Sequence[Sentence]:
         """What a boat's instruments write at this moment; UnknownNameError if no boat has that name."""
-        time = self._go_on()
+        time = self._update_time()
         if self._written.get(boat, (-1.0, ()))[0] != time:
             self._written[boat] = time, [*self._write(boat, time)]
         return self._written[boat][1]
 
     def reports(self, boat: str) -> Sequence[Sentence]:
         """What all other vessels report by AIS at this moment, in a world with a georeference."""
-        time = self._go_on()
+        time = self._update_time()
         if self._schedule.take("AIS", 1.0 / PERIOD, time):
             self._heard = time, [*self._transmit(time)]
         then, heard = self._heard
         return [sentence for sender, sentence in heard if sender != boat] if then == time else ()
 
-    def described(self, boat: str) -> str:
-        """A line for people: what a boat has the sensors to send."""
+    def description(self, boat: str) -> str:
+        """One line that says which sentences a boat has the sensors for."""
         known = self._sources(boat)
         sent = dict.fromkeys(kind.formatter for kind in KINDS if known.keys() >= set(kind.sources))
         ais = "AIVDM" if self._sim.world.parameters.georeference else "no AIS, since the world has no georeference"
@@ -80,11 +80,12 @@ class Instruments:
         if own.battery is not None:
             key = boat, own.life
             self._charges[key] = self._charges.get(key) or Charge(self._sim, boat, own.battery)
-            found["battery"] = math.inf, partial(self._battery, boat, self._charges[key])
+            measure = self._charges[key].measure
+            found["battery"] = (
+                math.inf,
+                lambda: Reading("battery", "battery", self._now, 0, f"{boat}/base_link", measure()),
+            )
         return found
-
-    def _battery(self, boat: str, charge: Charge) -> Reading:
-        return Reading("battery", "battery", self._now, 0, f"{boat}/base_link", charge.measure())
 
     def _write(self, boat: str, time: float) -> Iterator[Sentence]:
         """The sentences of a boat that are due."""

@@ -18,6 +18,9 @@ KNOT = 1852.0 / 3600.0
 _SATELLITES, _DILUTION = 12, 0.8
 """Satellites in use and horizontal dilution of precision of every fix: errors are those of the sensor."""
 
+HEADINGS = {"gnss_compass": "GP", "imu": "HE"}
+"""Sensors that give a `heading`, the better one first, and their talkers."""
+
 
 class Sentence(NamedTuple):
     """A sentence as it is sent."""
@@ -121,10 +124,6 @@ def _vtg(gps: Reading) -> Sequence[object]:
     return course, "T", "", "M", speed, "N", f"{speed * 1.852:.1f}", "K", "A"
 
 
-def _hdt(compass_or_imu: Reading) -> Sequence[object]:
-    return tenths(compass(_heading(compass_or_imu))), "T"
-
-
 def _rot(compass_or_imu: Reading) -> Sequence[object]:
     data = compass_or_imu.data
     if compass_or_imu.type == "imu":
@@ -143,10 +142,6 @@ def _air(anemometer: Reading) -> tuple[float, float]:
 def _wind(ahead: float, port: float, reference: str) -> Sequence[object]:
     angle = tenths(-math.degrees(math.atan2(port, ahead)))
     return angle, reference, f"{math.hypot(ahead, port):.2f}", "M", "A"
-
-
-def _apparent_wind(anemometer: Reading) -> Sequence[object]:
-    return _wind(*_air(anemometer), "R")
 
 
 def _true_wind(anemometer: Reading, gps: Reading, heading: Reading) -> Sequence[object]:
@@ -178,14 +173,12 @@ KINDS = (
     SentenceKind("GGA", "GP", 1.0, ("gps",), _gga),
     SentenceKind("RMC", "GP", 1.0, ("gps",), _rmc),
     SentenceKind("VTG", "GP", 1.0, ("gps",), _vtg),
-    SentenceKind("HDT", "", 10.0, ("heading",), _hdt),
+    SentenceKind("HDT", "", 10.0, ("heading",), lambda reading: (tenths(compass(_heading(reading))), "T")),
     SentenceKind("ROT", "", 10.0, ("heading",), _rot),
-    SentenceKind("MWV", "WI", 2.0, ("anemometer",), _apparent_wind),
+    SentenceKind("MWV", "WI", 2.0, ("anemometer",), lambda anemometer: _wind(*_air(anemometer), "R")),
     SentenceKind("MWV", "WI", 2.0, ("anemometer", "gps", "heading"), _true_wind),
     SentenceKind("DPT", "SD", 1.0, ("echo_sounder",), _dpt),
     SentenceKind("XDR", "II", 1.0, ("imu",), _attitude_xdr),
     SentenceKind("XDR", "II", 1.0, ("battery",), _battery_xdr),
 )
 """All kinds, in the order in which sentences of one moment are sent."""
-HEADINGS = {"gnss_compass": "GP", "imu": "HE"}
-"""Sensors that give a `heading`, the better one first, and their talkers."""

@@ -8,7 +8,18 @@ d(nu_r)/dt = [R^T (a - a_water) - w x v; dw/dt].
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.kernel import kernel
-from vrx_mj.physics.motion import Motion, Vector, Wrench, cross, unrotate
+from vrx_mj.physics.motion import (
+    Motion,
+    Vector,
+    Wrench,
+    cross,
+    minus,
+    plus,
+    spin_of,
+    unrotate,
+    velocity_of,
+    zero_vector,
+)
 from vrx_mj.physics.tables import Record
 
 
@@ -20,7 +31,7 @@ def added_inertia_of_vessel(vessel: Record, m: Motion, out: FloatArray) -> None:
     the rotation for the first three, and one for the others.
     """
     a = vessel.added_mass
-    rows = ((m.r00, m.r01, m.r02), (m.r10, m.r11, m.r12), (m.r20, m.r21, m.r22))
+    rows = m[3:6], m[6:9], m[9:12]
     for i in range(3):
         p = rows[i]
         for j in range(3):
@@ -36,12 +47,12 @@ def added_inertia_of_vessel(vessel: Record, m: Motion, out: FloatArray) -> None:
 @kernel
 def matrix_times(a: FloatArray, row: int, v: Vector, w: Vector) -> Vector:
     """Return three rows, from `row` on, of a (6, 6) times (v, w)."""
-    x, y, z = a[row], a[row + 1], a[row + 2]
-    return (
-        x[0] * v[0] + x[1] * v[1] + x[2] * v[2] + x[3] * w[0] + x[4] * w[1] + x[5] * w[2],
-        y[0] * v[0] + y[1] * v[1] + y[2] * v[2] + y[3] * w[0] + y[4] * w[1] + y[5] * w[2],
-        z[0] * v[0] + z[1] * v[1] + z[2] * v[2] + z[3] * w[0] + z[4] * w[1] + z[5] * w[2],
-    )
+    return _row_times(a[row], v, w), _row_times(a[row + 1], v, w), _row_times(a[row + 2], v, w)
+
+
+@kernel
+def _row_times(row: FloatArray, v: Vector, w: Vector) -> float:
+    return float(row[0] * v[0] + row[1] * v[1] + row[2] * v[2] + row[3] * w[0] + row[4] * w[1] + row[5] * w[2])
 
 
 @kernel
@@ -58,20 +69,9 @@ def added_mass_bias(vessel: Record, through: Motion, water: Vector, turning: Vec
         water: acceleration of the undisturbed water at `vessel.buoyancy` [m/s2], world axes.
         turning: angular acceleration of the undisturbed water [rad/s2], world axes.
     """
-    m, a = through, vessel.added_mass
-    v, w, none = (m.u, m.v, m.w), (m.p, m.q, m.r), (0.0, 0.0, 0.0)
-    turned, carried, spin = cross(w, v), unrotate(m, *water), unrotate(m, *turning)
-    arm = cross(spin, (vessel.buoyancy[0], vessel.buoyancy[1], vessel.buoyancy[2]))
-    rate = turned[0] + carried[0] - arm[0], turned[1] + carried[1] - arm[1], turned[2] + carried[2] - arm[2]
-    force, torque = matrix_times(a, 0, rate, spin), matrix_times(a, 3, rate, spin)
+    a, v, w, spin = vessel.added_mass, velocity_of(through), spin_of(through), unrotate(through, turning)
+    rate = minus(plus(cross(w, v), unrotate(through, water)), cross(spin, vessel.buoyancy))
     p, moment = matrix_times(a, 0, v, w), matrix_times(a, 3, v, w)
-    munk = p if vessel.munk != 0 else matrix_times(a, 0, none, w)
-    centripetal, across, around = cross(w, p), cross(v, munk), cross(w, moment)
-    return Wrench(
-        force[0] - centripetal[0],
-        force[1] - centripetal[1],
-        force[2] - centripetal[2],
-        torque[0] - across[0] - around[0],
-        torque[1] - across[1] - around[1],
-        torque[2] - across[2] - around[2],
-    )
+    munk = p if vessel.munk != 0 else matrix_times(a, 0, zero_vector(), w)
+    torque = minus(matrix_times(a, 3, rate, spin), cross(v, munk))
+    return Wrench(*minus(matrix_times(a, 0, rate, spin), cross(w, p)), *minus(torque, cross(w, moment)))

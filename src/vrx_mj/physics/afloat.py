@@ -15,7 +15,23 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.flotation import Flotation, flotation_under
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.kinematics import Orbital
-from vrx_mj.physics.motion import Motion, Vector, Wrench, relative_motion, rotate, rotated_wrench, unrotate, zero_wrench
+from vrx_mj.physics.motion import (
+    Motion,
+    Vector,
+    Wrench,
+    dot,
+    motion_at_rest,
+    place_of,
+    plus,
+    relative_motion,
+    rotate,
+    rotated_wrench,
+    spin_of,
+    unrotate,
+    velocity_of,
+    zero_vector,
+    zero_wrench,
+)  # fmt: skip
 from vrx_mj.physics.tables import Record, Table
 
 
@@ -28,28 +44,22 @@ def apparent_gravity(gravity: float, water: Orbital) -> Vector:
 @kernel
 def _level_axes(up: Vector) -> Motion:
     """Return axes at rest whose z is `up`, which is above the horizon, turned from the world's as little as can be."""
-    length = math.sqrt(up[0] * up[0] + up[1] * up[1] + up[2] * up[2])
+    length = math.sqrt(dot(up, up))
     x, y, z = up[0] / length, up[1] / length, up[2] / length
     share = 1.0 / (1.0 + z)
     cross = -share * x * y
-    return Motion(
-        0.0, 0.0, 0.0, 1.0 - share * x * x, cross, x, cross, 1.0 - share * y * y, y, -x, -y, z,
-        0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
-    )  # fmt: skip
+    rows = (1.0 - share * x * x, cross, x, cross, 1.0 - share * y * y, y, -x, -y, z)
+    return motion_at_rest(zero_vector(), rows)
 
 
 @kernel
 def _seen_from(axes: Motion, m: Motion, height: float) -> Motion:
     """Return a motion in level axes whose origin is on the surface, `height` [m] high, above the link's."""
-    x, y, z = unrotate(axes, 0.0, 0.0, m.z - height)
-    a, b, c = (
-        unrotate(axes, m.r00, m.r10, m.r20),
-        unrotate(axes, m.r01, m.r11, m.r21),
-        unrotate(axes, m.r02, m.r12, m.r22),
-    )
-    return Motion(
-        x, y, z, a[0], b[0], c[0], a[1], b[1], c[1], a[2], b[2], c[2], m.u, m.v, m.w, m.p, m.q, m.r
-    )  # fmt: skip
+    a = unrotate(axes, (m.r00, m.r10, m.r20))
+    b = unrotate(axes, (m.r01, m.r11, m.r21))
+    c = unrotate(axes, (m.r02, m.r12, m.r22))
+    place = unrotate(axes, (0.0, 0.0, m.z - height))
+    return Motion(*place, a[0], b[0], c[0], a[1], b[1], c[1], a[2], b[2], c[2], *m[12:])
 
 
 @kernel
@@ -71,19 +81,13 @@ def flotation_in_waves(
     """
     up = apparent_gravity(body.gravity, water)
     axes = _level_axes(up)
-    flow = stream[0] + water.u, stream[1] + water.v, stream[2] + water.w
-    level = _seen_from(axes, relative_motion(motion, flow), height)
-    weight = unrotate(axes, 0.0, 0.0, -body.mass * body.gravity)
-    fx, fy, fz = unrotate(axes, external.fx, external.fy, external.fz)
-    tx, ty, tz = unrotate(axes, external.tx, external.ty, external.tz)
-    pull = math.sqrt(up[0] * up[0] + up[1] * up[1] + up[2] * up[2])
-    beside = Wrench(fx + weight[0], fy + weight[1], fz + weight[2] + body.mass * body.gravity, tx, ty, tz)
-    found = flotation_under(pull, body, elements, None, level, 0.0, 0.0, dt, beside)
-    a, alpha = found.acceleration, found.turning
-    return Flotation(
-        rotated_wrench(axes, found.wrench), found.sums, rotate(axes, a[0], a[1], a[2]),
-        rotate(axes, alpha[0], alpha[1], alpha[2]),
-    )  # fmt: skip
+    level = _seen_from(axes, relative_motion(motion, plus(stream, water[:3])), height)
+    weight = body.mass * body.gravity
+    fx, fy, fz = plus(unrotate(axes, external[:3]), unrotate(axes, (0.0, 0.0, -weight)))
+    beside = Wrench(fx, fy, fz + weight, *unrotate(axes, external[3:]))
+    found = flotation_under(math.sqrt(dot(up, up)), body, elements, None, level, 0.0, 0.0, dt, beside)
+    wrench, acceleration = rotated_wrench(axes, found.wrench), rotate(axes, found.acceleration)
+    return Flotation(wrench, found.sums, acceleration, rotate(axes, found.turning))
 
 
 @kernel
@@ -94,13 +98,13 @@ def rope_pull(rope: Record, body: Record, motion: Motion, dt: float, damping: Fl
     s d + (c + dt s) d', and `damping[0]` gets dt (c + dt s) [kg] for the inertia, as for drag: so a stiff rope is
     stable on a light buoy.
     """
-    lever = rotate(motion, body.com[0], body.com[1], body.com[2])
-    x, y = motion.x + lever[0] - rope.anchor[0], motion.y + lever[1] - rope.anchor[1]
+    lever, place = rotate(motion, body.com), place_of(motion, body.com)
+    x, y = place[0] - rope.anchor[0], place[1] - rope.anchor[1]
     distance = math.sqrt(x * x + y * y)
     if distance <= rope.length:
         return zero_wrench()
     x, y = x / distance, y / distance
-    velocity, spin = rotate(motion, motion.u, motion.v, motion.w), rotate(motion, motion.p, motion.q, motion.r)
+    velocity, spin = rotate(motion, velocity_of(motion)), rotate(motion, spin_of(motion))
     east = velocity[0] + spin[1] * lever[2] - spin[2] * lever[1]
     north = velocity[1] + spin[2] * lever[0] - spin[0] * lever[2]
     resistance = rope.damping + dt * rope.stiffness

@@ -4,10 +4,10 @@ from typing import NamedTuple
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.current import current_velocity
-from vrx_mj.physics.kernel import kernel
+from vrx_mj.physics.kernel import expanded_kernel, kernel
 from vrx_mj.physics.kinematics import Orbital, Turning, orbital_motion, orbital_turning, reach_of
-from vrx_mj.physics.motion import Motion, Vector, Wrench, relative_motion, rotate
-from vrx_mj.physics.tables import Record, Table, Waves
+from vrx_mj.physics.motion import Motion, Vector, Wrench, place_of, plus, relative_motion, zero_vector
+from vrx_mj.physics.tables import Record, Table, Views, Waves
 from vrx_mj.physics.wave_box import heading_of
 
 
@@ -49,15 +49,12 @@ class Conditions(NamedTuple):
     """Length of the step [s]."""
 
 
-@kernel
-def water_motion(
-    hull: Record, point: FloatArray, body: Motion, waves: Waves, sea: Record, current: Table, state: Table,
-    layers: Table, time: float,
-) -> WaterMotion:  # fmt: skip
+@expanded_kernel
+def water_motion(hull: Record, point: FloatArray, body: Motion, waves: Waves, a: Views, time: float) -> WaterMotion:
     """Return the motion of the water by current and waves at a point (3,) [m] of a hull, body axes."""
-    lever = rotate(body, point[0], point[1], point[2])
-    x, y, z = body.x + lever[0], body.y + lever[1], body.z + lever[2]
-    east, north = current_velocity(current, state, layers, sea.level - z, time)
+    sea = a.sea[0]
+    x, y, z = place_of(body, point)
+    east, north = current_velocity(a.current, a.current_state, a.layers, sea.level - z, time)
     orbital = orbital_motion(waves, sea, x, y, z, time)
     turning = orbital_turning(waves, sea, reach_of(hull, heading_of(body)), x, y, z, time)
     return WaterMotion((east, north, 0.0), orbital, turning)
@@ -66,11 +63,10 @@ def water_motion(
 @kernel
 def still_water() -> WaterMotion:
     """Return the motion of water at rest."""
-    return WaterMotion((0.0, 0.0, 0.0), Orbital(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), Turning(0.0, 0.0, 0.0, 0.0))
+    return WaterMotion(zero_vector(), Orbital(*zero_vector(), *zero_vector()), Turning(0.0, *zero_vector()))
 
 
 @kernel
 def motion_through(water: WaterMotion, body: Motion) -> Motion:
     """Return a motion through water that moves so but stays level."""
-    stream, orbital = water.stream, water.orbital
-    return relative_motion(body, (stream[0] + orbital.u, stream[1] + orbital.v, stream[2] + orbital.w))
+    return relative_motion(body, plus(water.stream, water.orbital[:3]))

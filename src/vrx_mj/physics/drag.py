@@ -12,7 +12,21 @@ axes: `drag` is then about the origin, there is no `added_bias`, and `added_iner
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.kernel import kernel
-from vrx_mj.physics.motion import Motion, Vector, Wrench, from_origin, rotate, rotated_wrench, unrotate, zero_wrench
+from vrx_mj.physics.motion import (
+    Motion,
+    Vector,
+    Wrench,
+    cross,
+    each_times,
+    from_origin,
+    rotate,
+    rotated_wrench,
+    spin_of,
+    unrotate,
+    velocity_of,
+    zero_vector,
+    zero_wrench,
+)  # fmt: skip
 from vrx_mj.physics.tables import VRX, VRX3, Record
 
 
@@ -22,16 +36,19 @@ def drag(hull: Record, motion: Motion) -> Wrench:
 
     That is `hull.link_com` in VRX classic and the link's origin in VRX 3.
     """
-    d, dd = hull.drag_linear, hull.drag_quadratic
-    resistance = Wrench(
-        -(d[0] + dd[0] * abs(motion.u)) * motion.u,
-        -(d[1] + dd[1] * abs(motion.v)) * motion.v,
-        -(d[2] + dd[2] * abs(motion.w)) * motion.w,
-        -(d[3] + dd[3] * abs(motion.p)) * motion.p,
-        -(d[4] + dd[4] * abs(motion.q)) * motion.q,
-        -(d[5] + dd[5] * abs(motion.r)) * motion.r,
+    force, torque = _resistance(hull, 0, velocity_of(motion)), _resistance(hull, 3, spin_of(motion))
+    return rotated_wrench(motion, Wrench(*force, *torque))
+
+
+@kernel
+def _resistance(hull: Record, axis: int, v: Vector) -> Vector:
+    """Return -(D + D_q |v|) v along three axes, of which `axis` is the first."""
+    d, dd = hull.drag_linear[axis : axis + 3], hull.drag_quadratic[axis : axis + 3]
+    return (
+        -(d[0] + dd[0] * abs(v[0])) * v[0],
+        -(d[1] + dd[1] * abs(v[1])) * v[1],
+        -(d[2] + dd[2] * abs(v[2])) * v[2],
     )
-    return rotated_wrench(motion, resistance)
 
 
 @kernel
@@ -47,8 +64,7 @@ def added_inertia(hull: Record, motion: Motion, out: FloatArray) -> None:
     part -c x A R^T a that no symmetric inertia can hold: `added_moment`. A symmetric form that keeps
     half of it would no longer be positive for every M_A.
     """
-    a, m = hull.added_mass, motion
-    rows = ((m.r00, m.r01, m.r02), (m.r10, m.r11, m.r12), (m.r20, m.r21, m.r22))
+    a, rows = hull.added_mass, (motion[3:6], motion[6:9], motion[9:12])
     for i in range(3):
         for j in range(3):
             p, q = rows[i], rows[j]
@@ -63,11 +79,8 @@ def added_bias(hull: Record, motion: Motion) -> Wrench:
 
     d/dt of the body components of a velocity is R^T a - omega x v; the first part is in `added_inertia`.
     """
-    a = hull.added_mass
-    x = a[0] * (motion.q * motion.w - motion.r * motion.v)
-    y = a[1] * (motion.r * motion.u - motion.p * motion.w)
-    z = a[2] * (motion.p * motion.v - motion.q * motion.u)
-    return rotated_wrench(motion, Wrench(x, y, z, 0.0, 0.0, 0.0))
+    force = each_times(hull.added_mass, cross(spin_of(motion), velocity_of(motion)))
+    return rotated_wrench(motion, Wrench(*force, *zero_vector()))
 
 
 @kernel
@@ -76,10 +89,8 @@ def added_moment(hull: Record, motion: Motion, acceleration: Vector) -> Vector:
 
     `acceleration` a [m/s2] is the link origin's, world axes.
     """
-    a, c = hull.added_mass, hull.link_com
-    ax, ay, az = unrotate(motion, acceleration[0], acceleration[1], acceleration[2])
-    x, y, z = a[0] * ax, a[1] * ay, a[2] * az
-    return rotate(motion, c[2] * y - c[1] * z, c[0] * z - c[2] * x, c[1] * x - c[0] * y)
+    force = each_times(hull.added_mass, unrotate(motion, acceleration))
+    return rotate(motion, cross(force, hull.link_com))
 
 
 @kernel

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from vrx_mj.physics.kernel import kernel
-from vrx_mj.physics.lanes import Lanes, larger, power_of_two, product_and, spread, turned
+from vrx_mj.physics.lanes import Lanes, by_quarters, larger, power_of_two, product_and
 
 FAR = 1.0e6
 """Up to here [rad] the number of half turns has 19 bits, and its products with the parts of pi are exact."""
@@ -31,8 +31,6 @@ _LN2_HIGH, _LN2_LOW = 6.93147180369123816490e-01, 1.90821492927058770002e-10
 _PER_LN2 = 1.0 / math.log(2.0)
 _SHIFT = 6755399441055744.0
 """1.5 2^52: a number that is added to it is rounded to a whole one, which is in the sum's last bits."""
-_ONE = 1023 << 52
-"""The bits of the number 1."""
 
 
 @kernel
@@ -58,13 +56,13 @@ def near_cosine(angle: float) -> float:
     Half turns are taken off first (Cody and Waite, 1980). The series is summed pairwise, which waits
     less than Horner's rule.
     """
-    x, sign = _reduced(angle)
+    x, sign = _less_half_turns(angle)
     return sign * _even_series(_TAYLOR, x * x)
 
 
 @kernel
-def near_cosine_and_sine(angle: float) -> tuple[float, float]:
-    """Return `cosine_and_sine` of an angle below `FAR`, without branches.
+def near_cosine_and_sine(angle: float | Lanes) -> tuple[float | Lanes, float | Lanes]:
+    """Return `cosine_and_sine` of an angle below `FAR`, or of several, without branches.
 
     Quarter turns are taken off, with halves of the parts of pi, so that the series are short: after an odd number, the
     cosine is the sine's and the other way round.
@@ -80,20 +78,17 @@ def near_cosine_and_sine(angle: float) -> tuple[float, float]:
     s01, s23, s45, s67 = _pair(z, s[0], s[1]), _pair(z, s[2], s[3]), _pair(z, s[4], s[5]), _pair(z, s[6], s[7])
     even = product_and(z4, product_and(z4, c[8], product_and(z2, c67, c45)), product_and(z2, c23, c01))
     odd = x * product_and(z4, product_and(z2, s67, s45), product_and(z2, s23, s01))
-    quarter = np.float64(shifted).view(np.int64) & 3
-    if quarter & 1:
-        even, odd = odd, even
-    return -even if quarter in (1, 2) else even, -odd if quarter >= 2 else odd
+    return by_quarters(shifted + 1.0, odd, even), by_quarters(shifted, odd, even)
 
 
 @kernel
-def _pair(z: float, first: float, second: float) -> float:
+def _pair(z: float | Lanes, first: float, second: float) -> float | Lanes:
     """Return two terms of a series."""
-    return float(product_and(z, second, first))
+    return product_and(z, second, first)
 
 
 @kernel
-def _reduced(angle: float) -> tuple[float, float]:
+def _less_half_turns(angle: float) -> tuple[float, float]:
     """Return an angle less the nearest number of half turns, and 1 or, where that is odd, -1."""
     turns = np.floor(angle * (1.0 / math.pi) + 0.5)
     odd = turns - 2.0 * np.floor(0.5 * turns)
@@ -101,12 +96,12 @@ def _reduced(angle: float) -> tuple[float, float]:
 
 
 @kernel
-def exponential(x: float) -> float:
-    """Return e^x for x <= 0, within 4e-16; without branches, and the same on every processor.
+def exponential(x: float | Lanes) -> float | Lanes:
+    """Return e^x for x <= 0, or several, within 4e-16; without branches, and the same on every processor.
 
     x = n ln 2 + r; the number of e^r that is 2^n larger has n more in its exponent. Below -700 it is e^-700.
     """
-    x = max(x, -700.0)
+    x = larger(x, -700.0)
     shifted = product_and(x, _PER_LN2, _SHIFT)  # the last bits of this number are n
     n = shifted - _SHIFT
     r = product_and(n, -_LN2_LOW, product_and(n, -_LN2_HIGH, x))
@@ -115,8 +110,8 @@ def exponential(x: float) -> float:
     low = product_and(r2, _pair(r, c[2], c[3]), r + 1.0)
     middle = product_and(r2, _pair(r, c[6], c[7]), _pair(r, c[4], c[5]))
     high = product_and(r2, _pair(r, c[10], c[11]), _pair(r, c[8], c[9]))
-    power = np.int64((np.float64(shifted).view(np.int64) << 52) + _ONE).view(np.float64)
-    return float(product_and(r4, product_and(r4, product_and(r4, _pair(r, c[12], c[13]), high), middle), low) * power)
+    whole = product_and(r4, product_and(r4, product_and(r4, _pair(r, c[12], c[13]), high), middle), low)
+    return whole * power_of_two(shifted)
 
 
 @kernel
@@ -128,44 +123,3 @@ def _even_series(c: tuple[float, ...], z: float) -> float:
     middle = (c[4] + z * c[5]) + z2 * (c[6] + z * c[7])
     high = (c[8] + z * c[9]) + z2 * c[10]
     return low + z4 * (middle + z4 * high)
-
-
-@kernel
-def cosines_and_sines(angles: Lanes) -> tuple[Lanes, Lanes]:
-    """Return `near_cosine_and_sine` of several angles, to the bit."""
-    shifted = product_and(angles, spread(2.0 / math.pi), spread(_SHIFT))
-    turns = shifted - _SHIFT
-    x = product_and(turns, spread(-0.5 * _P2), product_and(turns, spread(-0.5 * _P1), angles))
-    x = product_and(turns, spread(-0.5 * _P3), x)
-    z = x * x
-    z2 = z * z
-    z4 = z2 * z2
-    c, s = _SERIES, _SERIES_SINE
-    c01, c23, c45, c67 = _pairs(z, c[0], c[1]), _pairs(z, c[2], c[3]), _pairs(z, c[4], c[5]), _pairs(z, c[6], c[7])
-    s01, s23, s45, s67 = _pairs(z, s[0], s[1]), _pairs(z, s[2], s[3]), _pairs(z, s[4], s[5]), _pairs(z, s[6], s[7])
-    even = product_and(z4, product_and(z4, spread(c[8]), product_and(z2, c67, c45)), product_and(z2, c23, c01))
-    odd = x * product_and(z4, product_and(z2, s67, s45), product_and(z2, s23, s01))
-    cosines, sines = turned(shifted, even, odd)
-    return cosines, sines
-
-
-@kernel
-def _pairs(z: Lanes, first: float, second: float) -> Lanes:
-    """Return `_pair` of several."""
-    return product_and(z, spread(second), spread(first))
-
-
-@kernel
-def exponentials(x: Lanes) -> Lanes:
-    """Return `exponential` of several numbers, to the bit."""
-    x = larger(x, spread(-700.0))
-    shifted = product_and(x, spread(_PER_LN2), spread(_SHIFT))
-    n = shifted - _SHIFT
-    r = product_and(n, spread(-_LN2_LOW), product_and(n, spread(-_LN2_HIGH), x))
-    c, r2 = _TAYLOR_EXPONENTIAL, r * r
-    r4 = r2 * r2
-    low = product_and(r2, _pairs(r, c[2], c[3]), r + 1.0)
-    middle = product_and(r2, _pairs(r, c[6], c[7]), _pairs(r, c[4], c[5]))
-    high = product_and(r2, _pairs(r, c[10], c[11]), _pairs(r, c[8], c[9]))
-    whole = product_and(r4, product_and(r4, product_and(r4, _pairs(r, c[12], c[13]), high), middle), low)
-    return whole * power_of_two(shifted)

@@ -32,11 +32,31 @@ from typing import NamedTuple
 
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.physics.kernel import expanded_kernel, kernel
-from vrx_mj.physics.motion import Motion, Vector, Wrench, add, cross, dot, rotate, rotated_wrench, unrotate, zero_wrench
+from vrx_mj.physics.motion import (
+    Motion,
+    Vector,
+    Wrench,
+    add,
+    cross,
+    dot,
+    minus,
+    place_of,
+    plus,
+    position_of,
+    rotate,
+    rotated_wrench,
+    spin_of,
+    times,
+    unrotate,
+    velocity_of,
+    zero_wrench,
+)  # fmt: skip
 from vrx_mj.physics.tables import Record, Table, Waves
-from vrx_mj.physics.volumes import submerged
+from vrx_mj.physics.volumes import submerged_part
 from vrx_mj.physics.waves import surface_height
 
+_Rows = tuple[Vector, Vector, Vector]
+"""Rows of a matrix."""
 _TINY = 1.0e-6
 """Submerged volumes up to this are dry [m3]: VRX buoyancy_gazebo_plugin.cc."""
 
@@ -68,22 +88,13 @@ class Flotation(NamedTuple):
     """What a link's elements do in a step: the wrench at its end, and what that comes from."""
 
     wrench: Wrench
+    """Buoyancy and drag at the end of the step: world axes, about the link's centre of mass."""
     sums: Sums
+    """What its wet elements add up to."""
     acceleration: Vector
-    """Of the link's origin as a free body [m/s2], world axes."""
+    """Acceleration of the link's origin as a free body [m/s2], world axes."""
     turning: Vector
-    """Its angular acceleration [rad/s2], world axes."""
-
-
-class Inertia(NamedTuple):
-    """A symmetric matrix [kg m2], world axes."""
-
-    xx: float
-    yy: float
-    zz: float
-    xy: float
-    xz: float
-    yz: float
+    """Angular acceleration of the link as a free body [rad/s2], world axes."""
 
 
 @kernel
@@ -103,9 +114,8 @@ def water_at_elements(
 ) -> None:
     """Keep in `water` the surface's height [m] at each of the link's elements, and how fast [m/s] it rose there."""
     for i in range(body.element_start, body.element_start + body.element_count):
-        p = elements[i].position
-        x, y, _ = rotate(motion, p[0], p[1], p[2])
-        height = surface_height(waves, sea, motion.x + x, motion.y + y, t)
+        x, y, _ = place_of(motion, elements[i].position)
+        height = surface_height(waves, sea, x, y, t)
         water[i].rise = (height - water[i].height) / dt
         water[i].height = height
 
@@ -131,10 +141,8 @@ def flotation_under(
     height: float, rise: float, dt: float, external: Wrench,
 ) -> Flotation:  # fmt: skip
     """Return `flotation` in water that presses as under another gravity [m/s2] than the body's own."""
-    lever = rotate(motion, body.com[0], body.com[1], body.com[2])
-    inertia = _world_inertia(body, motion)
-    velocity = rotate(motion, motion.u, motion.v, motion.w)
-    spin = rotate(motion, motion.p, motion.q, motion.r)
+    lever, inertia = rotate(motion, body.com), _world_inertia(body, motion)
+    velocity, spin = rotate(motion, velocity_of(motion)), rotate(motion, spin_of(motion))
     slip = (velocity[0], velocity[1], velocity[2] - rise)
     lowest = -math.inf
     for _ in range(body.element_count + 1):
@@ -143,9 +151,8 @@ def flotation_under(
         if slip[2] + dt * a[2] <= sums.limit:
             break
         lowest = sums.limit  # elements that would pull down let go, and more of them may follow
-    end = (slip[0] + dt * a[0], slip[1] + dt * a[1], slip[2] + dt * a[2])
-    end_spin = (spin[0] + dt * alpha[0], spin[1] + dt * alpha[1], spin[2] + dt * alpha[2])
-    return Flotation(sums_wrench(sums, end, end_spin), sums, a, alpha)
+    wrench = sums_wrench(sums, plus(slip, times(dt, a)), plus(spin, times(dt, alpha)))
+    return Flotation(wrench, sums, a, alpha)
 
 
 @kernel
@@ -156,16 +163,10 @@ def flotation_of_step(body: Record, motion: Motion, found: Flotation, dt: float,
     """
     k, kz, kappa = dt * found.sums.k, dt * found.sums.kz, dt * found.sums.kappa
     damping[0], damping[1], damping[2] = k, kz, kappa
-    a, alpha = found.acceleration, found.turning
-    fx, fy, fz = k * a[0], k * a[1], kz * a[2]
-    x, y, z = rotate(motion, body.com[0], body.com[1], body.com[2])
-    more = Wrench(
-        fx, fy, fz,
-        kappa * alpha[0] - (y * fz - z * fy),
-        kappa * alpha[1] - (z * fx - x * fz),
-        kappa * alpha[2] - (x * fy - y * fx),
-    )  # fmt: skip
-    return add(found.wrench, more)
+    a = found.acceleration
+    force = k * a[0], k * a[1], kz * a[2]
+    torque = minus(times(kappa, found.turning), cross(rotate(motion, body.com), force))
+    return add(found.wrench, Wrench(*force, *torque))
 
 
 @kernel
@@ -187,18 +188,18 @@ def wet_sums(
     """Return the sums over the elements, whose water has a gravity; up to a limit of `lowest` they do not push up."""
     lift = lift_x = lift_y = k = sx = sy = sz = kz = zx = zy = kappa = 0.0
     nearest = math.inf
-    x0, y0, z0 = motion.x + lever[0], motion.y + lever[1], motion.z + lever[2]
+    center = plus(position_of(motion), lever)
     for i in range(body.element_start, body.element_start + body.element_count):
         element = elements[i]
         height, rise = 0.0, 0.0
         if water is not None:
             height, rise = water[i].height, water[i].rise
-        wet = submerged(element, motion, level + height)
+        wet = submerged_part(element, motion, level + height)
         if wet.volume <= _TINY:
             continue
         moving = body.mass * wet.volume / element.volume
         drag = body.linear_drag * moving
-        x, y, z = wet.x - x0, wet.y - y0, wet.z - z0
+        x, y, z = minus(wet[1:], center)
         k, sx, sy, sz = k + drag, sx + drag * x, sy + drag * y, sz + drag * z
         kappa += moving * body.angular_drag * element.mean_dimension * element.mean_dimension
         limit = _pull_speed(body, element) + rise
@@ -238,56 +239,39 @@ def sums_wrench(sums: Sums, slip: Vector, spin: Vector) -> Wrench:
 
 @kernel
 def _accelerations(
-    body: Record,
-    sums: Sums,
-    inertia: Inertia,
-    r: Vector,
-    slip: Vector,
-    spin: Vector,
-    dt: float,
-    external: Wrench,
+    body: Record, sums: Sums, inertia: _Rows, r: Vector, slip: Vector, spin: Vector, dt: float, external: Wrench
 ) -> tuple[Vector, Vector]:
     """Return the accelerations a [m/s2] of the link's origin and alpha [rad/s2], world axes.
 
     With F = f - dt k a, k diagonal: a = (f + m [r x] alpha) / (m + dt k). With T = h - dt P a - dt kappa
     alpha, P a the drag's torque: (I + dt kappa + dt m P D [r x]) alpha = h - dt P D f, D = 1 / (m + dt k).
     """
-    m, s, i = body.mass, sums, inertia
-    now = sums_wrench(sums, slip, spin)
-    wx, wy, wz = spin
-    wr = wx * r[0] + wy * r[1] + wz * r[2]
-    ww = wx * wx + wy * wy + wz * wz
-    fx = now.fx + external.fx - m * (wx * wr - ww * r[0])
-    fy = now.fy + external.fy - m * (wy * wr - ww * r[1])
-    fz = now.fz + external.fz - m * (wz * wr - ww * r[2]) - m * body.gravity
-    lx, ly, lz = _times(i, spin)
+    m, s, now = body.mass, sums, add(sums_wrench(sums, slip, spin), external)
+    turning = minus(times(dot(spin, r), spin), times(dot(spin, spin), r))
+    fx, fy, fz = minus(now[:3], times(m, turning))
+    fz -= m * body.gravity
     d, dz = 1.0 / (m + dt * s.k), 1.0 / (m + dt * s.kz)
-    hx = now.tx + external.tx - (wy * lz - wz * ly) - dt * (s.zy * dz * fz - s.sz * d * fy)
-    hy = now.ty + external.ty - (wz * lx - wx * lz) - dt * (s.sz * d * fx - s.zx * dz * fz)
-    hz = now.tz + external.tz - (wx * ly - wy * lx) - dt * (s.sx * d * fy - s.sy * d * fx)
-    alpha = _solve(_effective_inertia(m, s, i, r, d, dz, dt), (hx, hy, hz))
-    ax = d * (fx + m * (r[1] * alpha[2] - r[2] * alpha[1]))
-    ay = d * (fy + m * (r[2] * alpha[0] - r[0] * alpha[2]))
-    az = dz * (fz + m * (r[0] * alpha[1] - r[1] * alpha[0]))
-    return (ax, ay, az), alpha
+    drag = s.zy * dz * fz - s.sz * d * fy, s.sz * d * fx - s.zx * dz * fz, s.sx * d * fy - s.sy * d * fx
+    h = minus(minus(now[3:], cross(spin, _times(inertia, spin))), times(dt, drag))
+    alpha = _solve(_effective_inertia(m, s, inertia, r, d, dz, dt), h)
+    x, y, z = plus((fx, fy, fz), times(m, cross(r, alpha)))
+    return (d * x, d * y, dz * z), alpha
 
 
 @kernel
-def _effective_inertia(
-    m: float, s: Sums, i: Inertia, r: Vector, d: float, dz: float, dt: float
-) -> tuple[Vector, Vector, Vector]:
+def _effective_inertia(m: float, s: Sums, i: _Rows, r: Vector, d: float, dz: float, dt: float) -> _Rows:
     """Return the rows of I + dt kappa + dt m P D [r x] [kg m2]."""
-    x, y, z = r
+    (x, y, z), ((xx, xy, xz), (_, yy, yz), (_, _, zz)) = r, i
     g, gz, turn = dt * m * d, dt * m * dz, dt * s.kappa
     return (
-        (i.xx + turn - gz * s.zy * y - g * s.sz * z, i.xy + gz * s.zy * x, i.xz + g * s.sz * x),
-        (i.xy + gz * s.zx * y, i.yy + turn - g * s.sz * z - gz * s.zx * x, i.yz + g * s.sz * y),
-        (i.xz + g * s.sx * z, i.yz + g * s.sy * z, i.zz + turn - g * (s.sx * x + s.sy * y)),
+        (xx + turn - gz * s.zy * y - g * s.sz * z, xy + gz * s.zy * x, xz + g * s.sz * x),
+        (xy + gz * s.zx * y, yy + turn - g * s.sz * z - gz * s.zx * x, yz + g * s.sz * y),
+        (xz + g * s.sx * z, yz + g * s.sy * z, zz + turn - g * (s.sx * x + s.sy * y)),
     )
 
 
 @kernel
-def _solve(rows: tuple[Vector, Vector, Vector], h: Vector) -> Vector:
+def _solve(rows: _Rows, h: Vector) -> Vector:
     """Return the solution of three linear equations (Cramer's rule)."""
     a, b, c = rows
     bc = cross(b, c)
@@ -301,24 +285,20 @@ def _solve(rows: tuple[Vector, Vector, Vector], h: Vector) -> Vector:
 
 
 @kernel
-def _world_inertia(body: Record, motion: Motion) -> Inertia:
+def _world_inertia(body: Record, motion: Motion) -> _Rows:
     """Return R I R^T, the link's inertia about its centre of mass in world axes."""
     b = body.inertia
-    i = Inertia(b[0], b[1], b[2], b[3], b[4], b[5])
-    m = motion
-    x, y, z = (m.r00, m.r01, m.r02), (m.r10, m.r11, m.r12), (m.r20, m.r21, m.r22)
-    ix, iy, iz = _times(i, x), _times(i, y), _times(i, z)
-    return Inertia(dot(x, ix), dot(y, iy), dot(z, iz), dot(x, iy), dot(x, iz), dot(y, iz))
+    i = (b[0], b[3], b[4]), (b[3], b[1], b[5]), (b[4], b[5], b[2])
+    x, y, z = motion[3:6], motion[6:9], motion[9:12]
+    iy, iz = _times(i, y), _times(i, z)
+    xy, xz, yz = dot(x, iy), dot(x, iz), dot(y, iz)
+    return (dot(x, _times(i, x)), xy, xz), (xy, dot(y, iy), yz), (xz, yz, dot(z, iz))
 
 
 @kernel
-def _times(i: Inertia, v: Vector) -> Vector:
-    """Return the product of a symmetric matrix and a vector."""
-    return (
-        i.xx * v[0] + i.xy * v[1] + i.xz * v[2],
-        i.xy * v[0] + i.yy * v[1] + i.yz * v[2],
-        i.xz * v[0] + i.yz * v[1] + i.zz * v[2],
-    )
+def _times(rows: _Rows, v: Vector) -> Vector:
+    """Return the product of a matrix and a vector."""
+    return dot(rows[0], v), dot(rows[1], v), dot(rows[2], v)
 
 
 @kernel
@@ -330,7 +310,7 @@ def follow(follower: Record, waypoints: Table, state: Record, com: Vector, body:
     """
     goal = waypoints[follower.waypoint_start + state.target].position
     rise = 0.0 if follower.turns_first != 0 else -body.z
-    ahead, left, up = unrotate(body, goal[0] - body.x, goal[1] - body.y, rise)
+    ahead, left, up = unrotate(body, (goal[0] - body.x, goal[1] - body.y, rise))
     if ahead * ahead + left * left + up * up <= follower.reach * follower.reach:
         state.target = _next(follower, state.target)
         return zero_wrench()

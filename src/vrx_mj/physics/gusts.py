@@ -3,14 +3,12 @@
 import math
 from itertools import pairwise
 
-from vrx_mj.spectra import Spectrum, band_frequencies
+from vrx_mj.spectra import Spectrum, band_edges, band_frequencies
 
-_SLOWEST, _FASTEST = 1.0 / 600.0, 0.5
-"""Frequencies between which the NPD spectrum holds [Hz]."""
+_BAND = 2.0 * math.pi * (1.0 / 600.0), 2.0 * math.pi * 0.5
+"""Frequencies between which the NPD spectrum holds [rad/s]: 1/600 and 0.5 Hz."""
 _SHAPE = 0.468
 """Exponent n of the NPD spectrum."""
-_SAMPLES = 4000
-"""Number of frequencies at which it is summed up."""
 
 
 def npd(speed: float, height: float) -> Spectrum:
@@ -33,14 +31,12 @@ def npd(speed: float, height: float) -> Spectrum:
 
 def gust_variance(spectrum: Spectrum) -> float:
     """Return the variance of gusts [m2/s2]: the integral of their spectrum between 1/600 and 0.5 Hz."""
-    first, last = 2.0 * math.pi * _SLOWEST, 2.0 * math.pi * _FASTEST
-    ratio = (last / first) ** (1.0 / _SAMPLES)
-    edges = [first * ratio**index for index in range(_SAMPLES)] + [last]
     return math.fsum(
-        (b - a) * (spectrum(a) + 4.0 * spectrum(0.5 * (a + b)) + spectrum(b)) / 6.0 for a, b in pairwise(edges)
+        (b - a) * (spectrum(a) + 4.0 * spectrum(0.5 * (a + b)) + spectrum(b)) / 6.0
+        for a, b in pairwise(band_edges(*_BAND))
     )
 
 
 def gust_frequencies(spectrum: Spectrum, number: int) -> list[float]:
     """Return the angular frequencies (number,) [rad/s] of harmonics that have equal shares of the energy."""
-    return band_frequencies(spectrum, 2.0 * math.pi * _SLOWEST, 2.0 * math.pi * _FASTEST, number)
+    return band_frequencies(spectrum, *_BAND, number)

@@ -15,7 +15,7 @@ import math
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.kernel import kernel
-from vrx_mj.physics.motion import Motion, Vector, Wrench, rotate
+from vrx_mj.physics.motion import Motion, Vector, Wrench, minus, motion_at_rest, rotate
 from vrx_mj.physics.tables import Record, Table, Waves
 from vrx_mj.physics.waves import elevation, ramp
 
@@ -58,8 +58,7 @@ def hydrostatics(hull: Record, stations: Table, waves: Waves, sea: Record, motio
     fz, tx, ty = 0.0, 0.0, 0.0
     for i in range(hull.station_start, hull.station_start + hull.station_count):
         station = stations[i]
-        b = station.position
-        lx, ly, lz = rotate(motion, b[0], b[1], b[2])
+        lx, ly, lz = rotate(motion, station.position)
         height = grown * elevation(waves, motion.x + lx, motion.y + ly, t)
         force = station_force(hull, station, mean + height - lz)
         fz += force
@@ -69,9 +68,9 @@ def hydrostatics(hull: Record, stations: Table, waves: Waves, sea: Record, motio
 
 
 _STEPS = 100
-"""Of Newton's method, at most."""
+"""Most steps of Newton's method."""
 _RISE, _TURN = 0.05, 0.02
-"""Of one step, at most [m], [rad]: a longer one could turn a laden boat so far that an end goes under."""
+"""Longest step [m], [rad]: a longer one could turn a laden boat so far that an end goes under."""
 _SMALL = 1e-6
 """Difference for derivatives [m], [rad]."""
 _EXACT = 1e-9
@@ -93,11 +92,11 @@ def at_rest(x: float, y: float, z: float, roll: float, pitch: float, yaw: float)
     cr, sr = math.cos(roll), math.sin(roll)
     cp, sp = math.cos(pitch), math.sin(pitch)
     cy, sy = math.cos(yaw), math.sin(yaw)
-    return Motion(
-        x, y, z, cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr,
+    rows = (
+        cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr,
         sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr, -sp, cp * sr, cp * cr,
-        0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
     )  # fmt: skip
+    return motion_at_rest((x, y, z), rows)
 
 
 @kernel
@@ -107,11 +106,28 @@ def _excess(
     """Return lift less weight [N], and their torques [N m] about the boat's x and y in the horizontal plane."""
     body = at_rest(pose[0], pose[1], pose[2], pose[3], pose[4], pose[5])
     lift = hydrostatics(hull, stations, waves, sea, body, t)
-    point = hull.link_com
-    lx, ly, _ = rotate(body, com[0] - point[0], com[1] - point[1], com[2] - point[2])
+    lx, ly, _ = rotate(body, minus(com, hull.link_com))
     tx, ty = lift.tx - ly * weight, lift.ty + lx * weight
     cos, sin = math.cos(pose[5]), math.sin(pose[5])
     return lift.fz - weight, cos * tx + sin * ty, cos * ty - sin * tx
+
+
+@kernel
+def _excess_slope(
+    hull: Record, stations: Table, waves: Table, sea: Record, weight: float, com: FloatArray, pose: FloatArray,
+    t: float, axis: int, now: Vector,
+) -> Vector:  # fmt: skip
+    """Return how `_excess`, which is `now`, changes with an axis of the pose."""
+    pose[axis] += _SMALL
+    beside = minus(_excess(hull, stations, waves, sea, weight, com, pose, t), now)
+    pose[axis] -= _SMALL
+    return beside[0] / _SMALL, beside[1] / _SMALL, beside[2] / _SMALL
+
+
+@kernel
+def _determinant(a: Vector, b: Vector, c: Vector) -> float:
+    """Return the determinant of three columns."""
+    return a[0] * (b[1] * c[2] - c[1] * b[2]) - b[0] * (a[1] * c[2] - c[1] * a[2]) + c[0] * (a[1] * b[2] - b[1] * a[2])
 
 
 @kernel
@@ -133,29 +149,17 @@ def settle(
     Returns whether it floats.
     """
     for _ in range(_STEPS):
-        f, m, n = _excess(hull, stations, waves, sea, weight, com, pose, t)
-        if abs(f) < _EXACT * weight and abs(m) < _EXACT * weight and abs(n) < _EXACT * weight:
+        now = _excess(hull, stations, waves, sea, weight, com, pose, t)
+        if max(abs(now[0]), abs(now[1]), abs(now[2])) < _EXACT * weight:
             return True
-        pose[2] += _SMALL
-        fz, mz, nz = _excess(hull, stations, waves, sea, weight, com, pose, t)
-        pose[2] -= _SMALL
-        pose[3] += _SMALL
-        fr, mr, nr = _excess(hull, stations, waves, sea, weight, com, pose, t)
-        pose[3] -= _SMALL
-        pose[4] += _SMALL
-        fp, mp, np_ = _excess(hull, stations, waves, sea, weight, com, pose, t)
-        pose[4] -= _SMALL
-        fz, mz, nz = (fz - f) / _SMALL, (mz - m) / _SMALL, (nz - n) / _SMALL
-        fr, mr, nr = (fr - f) / _SMALL, (mr - m) / _SMALL, (nr - n) / _SMALL
-        fp, mp, np_ = (fp - f) / _SMALL, (mp - m) / _SMALL, (np_ - n) / _SMALL
-        det = fz * (mr * np_ - mp * nr) - fr * (mz * np_ - mp * nz) + fp * (mz * nr - mr * nz)
-        if fz > -1e-3 * weight or abs(det) < 1e-12 * weight**3:  # in the air, or wholly under water
-            pose[2] += _RISE if f > 0.0 else -_RISE
+        up = _excess_slope(hull, stations, waves, sea, weight, com, pose, t, 2, now)
+        roll = _excess_slope(hull, stations, waves, sea, weight, com, pose, t, 3, now)
+        pitch = _excess_slope(hull, stations, waves, sea, weight, com, pose, t, 4, now)
+        whole = _determinant(up, roll, pitch)
+        if up[0] > -1e-3 * weight or abs(whole) < 1e-12 * weight**3:  # in the air, or wholly under water
+            pose[2] += _RISE if now[0] > 0.0 else -_RISE
             continue
-        dz = -(f * (mr * np_ - mp * nr) - fr * (m * np_ - mp * n) + fp * (m * nr - mr * n)) / det
-        dr = -(fz * (m * np_ - mp * n) - f * (mz * np_ - mp * nz) + fp * (mz * n - m * nz)) / det
-        dp = -(fz * (mr * n - m * nr) - fr * (mz * n - m * nz) + f * (mz * nr - mr * nz)) / det
-        pose[2] += min(max(dz, -_RISE), _RISE)
-        pose[3] += min(max(dr, -_TURN), _TURN)
-        pose[4] += min(max(dp, -_TURN), _TURN)
+        pose[2] += min(max(-_determinant(now, roll, pitch) / whole, -_RISE), _RISE)
+        pose[3] += min(max(-_determinant(up, now, pitch) / whole, -_TURN), _TURN)
+        pose[4] += min(max(-_determinant(up, roll, now) / whole, -_TURN), _TURN)
     return False

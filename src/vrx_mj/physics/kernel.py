@@ -86,17 +86,17 @@ def kernel(function: _F) -> _F:
     A kernel can neither make an array nor return one but those that it was given: numba then does not count who holds
     an array, which it does in every call of a kernel by a kernel, and which was a tenth of a boat's step.
     """
-    return _compiled(function, counting=False)
+    return _compile(function, counting=False)
 
 
 def inlined_kernel(function: _F) -> _F:
     """Compile a kernel that becomes part of its callers: for one that takes many arrays, which a call would copy."""
-    return _compiled(function, counting=False, inlined=True)
+    return _compile(function, counting=False, inlined=True)
 
 
 def allocating_kernel(function: _F) -> _F:
     """Compile a kernel that makes arrays."""
-    return _compiled(function, counting=True)
+    return _compile(function, counting=True)
 
 
 def expanded_kernel(function: _F) -> _F:
@@ -104,7 +104,7 @@ def expanded_kernel(function: _F) -> _F:
 
     Arguments that are constants there, None above all, decide which of its branches are compiled.
     """
-    return _compiled(function, counting=True, expanded=True)
+    return _compile(function, counting=True, expanded=True)
 
 
 class Kernel(CPUDispatcher):  # type: ignore[misc]
@@ -139,7 +139,7 @@ def _cache_of(function: Callable[..., object], form: str = "") -> KernelCache | 
     return Uncached() if _FOLDER is None else KernelCache(function, _FOLDER, form)
 
 
-def _compiled(function: _F, *, counting: bool, inlined: bool = False, expanded: bool = False) -> _F:
+def _compile(function: _F, *, counting: bool, inlined: bool = False, expanded: bool = False) -> _F:
     """Have numba compile a function, and cache it in our folder and by our rules, whatever numba's own settings are.
 
     Without the wrapper for calls from C, which nothing uses, kernels compile in two thirds of the time.
@@ -158,6 +158,6 @@ def _compiled(function: _F, *, counting: bool, inlined: bool = False, expanded: 
     return result
 
 
-def cached(compiled: Any) -> bool:
+def is_cached(compiled: Any) -> bool:
     """Whether a kernel need not be compiled: it was in this process, or its cache has an entry that is whole."""
     return bool(compiled.signatures) or compiled._cache.has_entry()

@@ -67,8 +67,8 @@ class KernelFiles(IndexDataCacheFile):  # type: ignore[misc]
         overloads = self._load_index()
         name = hashlib.blake2b(repr(key).encode(), digest_size=6).hexdigest()
         overloads[key] = self._index_name.removesuffix("nbi") + f"{name}.nbc"
-        self._save_data(overloads[key], data)
-        self._save_index(overloads)
+        self._write(overloads[key], self._dump(data))
+        self._write(self._index_name, self._dump((self._source_stamp, overloads)))
 
     def has_entry(self) -> bool:
         """Whether there is an index and data of any signature, both whole."""
@@ -84,15 +84,9 @@ class KernelFiles(IndexDataCacheFile):  # type: ignore[misc]
         stamp, overloads = pickle.loads(content)  # noqa: S301  (ours alone: see above)
         return overloads if stamp == self._source_stamp else {}
 
-    def _save_index(self, overloads: object) -> None:
-        self._write(self._index_name, self._dump((self._source_stamp, overloads)))
-
     def _load_data(self, name: str) -> object:
         content = self._read(name)
         return None if content is None else pickle.loads(content)  # noqa: S301
-
-    def _save_data(self, name: str, data: object) -> None:
-        self._write(name, self._dump(data))
 
     def _write(self, name: str, content: bytes) -> None:
         with self._open_for_write(self._data_path(name)) as file:

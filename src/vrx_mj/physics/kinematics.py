@@ -11,10 +11,10 @@ from typing import NamedTuple
 from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.elementary import cosine, cosine_and_sine
 from vrx_mj.physics.kernel import kernel
-from vrx_mj.physics.motion import Motion, Vector, cross, unrotate, with_velocity
+from vrx_mj.physics.motion import Motion, Vector, cross, minus, plus, spin_of, unrotate, velocity_of, with_velocity
 from vrx_mj.physics.tables import Record, Table, Waves
 from vrx_mj.physics.wave_columns import MORE, bottom_share, decay, motion_of_columns, turning_of_columns
-from vrx_mj.physics.waves import elevation, ramp
+from vrx_mj.physics.waves import elevation, ramp, wave_phase
 
 _Slope = tuple[float, float]
 _QUARTER = 0.5 * math.pi
@@ -46,12 +46,7 @@ def surface_slope(waves: Table, sea: Record, x: float, y: float, t: float) -> _S
     east, north = 0.0, 0.0
     for i in range(waves.size):
         wave = waves[i]
-        along = wave.direction[0] * x + wave.direction[1] * y
-        rise = (
-            wave.amplitude
-            * wave.wavenumber
-            * cosine(wave.wavenumber * along - wave.frequency * t + wave.phase + _QUARTER)
-        )
+        rise = wave.amplitude * wave.wavenumber * cosine(wave_phase(wave, x, y, t) + _QUARTER)
         east += wave.direction[0] * rise
         north += wave.direction[1] * rise
     grown = ramp(sea, t)
@@ -73,9 +68,7 @@ def orbital_motion(waves: Waves, sea: Record, x: float, y: float, z: float, t: f
     u, v, w, du, dv, dw = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(waves.size):
         wave = waves[i]
-        along = wave.direction[0] * x + wave.direction[1] * y
-        angle = wave.wavenumber * along - wave.frequency * t + wave.phase
-        cos, sin = cosine_and_sine(angle)
+        cos, sin = cosine_and_sine(wave_phase(wave, x, y, t))
         level, upright = decay(wave.wavenumber, depth, bottom_share(wave.wavenumber, sea.depth))
         level, upright = wave.orbital * level, wave.orbital * upright
         c, s, f = level * cos, level * sin, wave.frequency
@@ -114,8 +107,7 @@ def orbital_turning(waves: Waves, sea: Record, reach: Vector, x: float, y: float
     for i in range(waves.size):
         wave = waves[i]
         east, north = wave.wavenumber * wave.direction[0], wave.wavenumber * wave.direction[1]
-        along = wave.direction[0] * x + wave.direction[1] * y
-        cos, sin = cosine_and_sine(wave.wavenumber * along - wave.frequency * t + wave.phase)
+        cos, sin = cosine_and_sine(wave_phase(wave, x, y, t))
         _, upright = decay(wave.wavenumber, depth, bottom_share(wave.wavenumber, sea.depth))
         long = east * east * reach[0] + east * north * reach[1] + north * north * reach[2]
         rise = wave.orbital * upright / (1.0 + long + MORE * long * long)
@@ -140,10 +132,9 @@ def turned_with(through: Motion, turning: Turning, point: FloatArray) -> Motion:
 
     A hull that lies on a long wave as the water does has no velocity left: neither heave nor roll nor pitch.
     """
-    m = through
-    p, q, r = unrotate(m, turning.p, turning.q, 0.0)
-    u, v, w = cross((p, q, r), (point[0], point[1], point[2]))
-    return with_velocity(m, (m.u + u, m.v + v, m.w + w), (m.p - p, m.q - q, m.r - r))
+    spin = unrotate(through, (turning.p, turning.q, 0.0))
+    velocity = plus(velocity_of(through), cross(spin, point))
+    return with_velocity(through, velocity, minus(spin_of(through), spin))
 
 
 @kernel
@@ -163,9 +154,8 @@ def water_pressure(waves: Table, sea: Record, x: float, y: float, z: float, t: f
     dynamic = 0.0
     for i in range(waves.size):
         wave = waves[i]
-        along = wave.direction[0] * x + wave.direction[1] * y
         level, _ = decay(wave.wavenumber, stretched, bottom_share(wave.wavenumber, sea.depth))
-        dynamic += wave.amplitude * level * cosine(wave.wavenumber * along - wave.frequency * t + wave.phase)
+        dynamic += wave.amplitude * level * cosine(wave_phase(wave, x, y, t))
     return float(max(sea.density * sea.gravity * (grown * dynamic - below), 0.0))
 
 

@@ -5,6 +5,7 @@ kernel says it. Every operation is that of IEEE 754 in each lane, and a sum is f
 not depend on how many lanes a processor has.
 """
 
+import functools
 import operator
 from collections.abc import Callable
 from typing import Any, Final
@@ -26,6 +27,8 @@ Lanes = Any
 
 _VECTOR = ir.VectorType(ir.DoubleType(), WIDTH)
 _WORD, _INDEX = ir.IntType(64), ir.IntType(32)
+_Emit = Callable[..., Any]
+"""Writes an operation: a function of LLVM's builder and of its arguments."""
 
 
 class _LanesType(types.Type):  # type: ignore[misc]
@@ -77,174 +80,147 @@ def store(_context: Any, _array: Any, _index: Any, _value: Any) -> Any:
     return types.void(_array, _index, _value), generate
 
 
-@intrinsic  # type: ignore[untyped-decorator]
-def spread(_context: Any, _number: Any) -> Any:
-    """The same number in all lanes."""
+def _operation(result: Any = None) -> Callable[[_Emit], Any]:
+    """Make an operation of kernels of a function that writes it; its result is of the type of its arguments or given.
 
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        number = context.cast(builder, arguments[0], signature.args[0], types.float64)
-        nothing = ir.Constant(_VECTOR, ir.Undefined)
-        first = builder.insert_element(nothing, number, ir.Constant(_INDEX, 0))
-        return builder.shuffle_vector(first, nothing, ir.Constant(ir.VectorType(_INDEX, WIDTH), [0] * WIDTH))
-
-    return _lanes(_number), generate
-
-
-@intrinsic  # type: ignore[untyped-decorator]
-def total(_context: Any, _value: Any) -> Any:
-    """The sum over the lanes: of halves, then of quarters."""
-
-    def generate(_: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-        parts = [builder.extract_element(arguments[0], ir.Constant(_INDEX, k)) for k in range(WIDTH)]
-        while len(parts) > 1:
-            half = len(parts) // 2
-            parts = [builder.fadd(a, b) for a, b in zip(parts[:half], parts[half:], strict=True)]
-        return parts[0]
-
-    return types.float64(_value), generate
-
-
-@intrinsic  # type: ignore[untyped-decorator]
-def totals(_context: Any, _a: Any, _b: Any, _c: Any, _d: Any, _e: Any, _f: Any, _g: Any, _h: Any) -> Any:
-    """`total` of each of eight values, to the bit, in the lanes of one, in a fifth of the operations."""
-
-    def generate(_: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-        values, length = list(arguments), WIDTH
-        while length > 1:
-            half = length // 2
-            low = [first + lane for first in range(0, 2 * WIDTH, length) for lane in range(half)]
-            kind = ir.VectorType(_INDEX, WIDTH)
-            ends = ir.Constant(kind, low), ir.Constant(kind, [lane + half for lane in low])
-            values = [
-                builder.fadd(*(builder.shuffle_vector(one, other, end) for end in ends))
-                for one, other in zip(values[::2], values[1::2], strict=True)
-            ]
-            length = half
-        return values[0]
-
-    return _lanes(_a, _b, _c, _d, _e, _f, _g, _h), generate
-
-
-@intrinsic  # type: ignore[untyped-decorator]
-def product_and(_context: Any, _one: Any, _other: Any, _more: Any) -> Any:
-    """The first two multiplied, and the third added to it, with one rounding: of lanes, or of numbers."""
-    one = _lanes if isinstance(_one, _LanesType) else types.float64
-
-    def generate(_: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-        value, name = (_VECTOR, f"v{WIDTH}f64") if one is _lanes else (ir.DoubleType(), "f64")
-        kind = ir.FunctionType(value, [value] * 3)
-        function = cgutils.get_or_insert_function(builder.module, kind, f"llvm.fma.{name}")
-        return builder.call(function, arguments)
-
-    return one(one, one, one), generate
-
-
-@intrinsic  # type: ignore[untyped-decorator]
-def turned(_context: Any, _shifted: Any, _even: Any, _odd: Any) -> Any:
-    """Cosine and sine, of which `_even` and `_odd` are those before a whole number of quarter turns.
-
-    The number is in the last bits of `_shifted`, to which 1.5 2^52 was added.
+    Where one argument or the result is lanes, numbers are broadcast.
     """
 
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        shifted, even, odd = arguments
-        words = ir.VectorType(_WORD, WIDTH)
-        one, two, sign = (ir.Constant(words, [value] * WIDTH) for value in (1, 2, 62))
-        turns = builder.bitcast(shifted, words)
-        whole = builder.icmp_unsigned("==", builder.and_(turns, one), ir.Constant(words, [0] * WIDTH))
+    def decorate(emit: _Emit) -> Any:
+        @functools.wraps(emit)
+        def define(_context: Any, *kinds: Any) -> Any:
+            kind = _lanes if _lanes in (result, *kinds) else types.float64
 
-        def signed(value: Any, quarter: Any) -> Any:
-            flip = builder.shl(builder.and_(quarter, two), sign)
-            return builder.bitcast(builder.xor(builder.bitcast(value, words), flip), _VECTOR)
+            def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+                values = [
+                    value
+                    if own == _lanes
+                    else _broadcast(builder, context.cast(builder, value, own, types.float64), kind)
+                    for own, value in zip(signature.args, arguments, strict=True)
+                ]
+                return emit(builder, *values)
 
-        cosine = signed(builder.select(whole, even, odd), builder.add(turns, one))
-        sine = signed(builder.select(whole, odd, even), turns)
-        return context.make_tuple(builder, signature.return_type, (cosine, sine))
+            return (result or kind)(*kinds), generate
 
-    return types.UniTuple(_lanes, 2)(_shifted, _even, _odd), generate
+        return intrinsic(define)
+
+    return decorate
 
 
-@intrinsic  # type: ignore[untyped-decorator]
-def any_positive(_context: Any, _value: Any) -> Any:
+def _broadcast(builder: Any, number: Any, kind: Any) -> Any:
+    """A number, in all lanes if `kind` is lanes."""
+    if kind != _lanes:
+        return number
+    nothing = ir.Constant(_VECTOR, ir.Undefined)
+    first = builder.insert_element(nothing, number, ir.Constant(_INDEX, 0))
+    return builder.shuffle_vector(first, nothing, ir.Constant(ir.VectorType(_INDEX, WIDTH), [0] * WIDTH))
+
+
+def _words(builder: Any, value: Any) -> tuple[Any, Callable[[int], Any]]:
+    """The bits of lanes or of a number as integers, and what makes a constant of their type."""
+    if value.type == _VECTOR:
+        kind = ir.VectorType(_WORD, WIDTH)
+        return builder.bitcast(value, kind), lambda word: ir.Constant(kind, [word] * WIDTH)
+    return builder.bitcast(value, _WORD), lambda word: ir.Constant(_WORD, word)
+
+
+@_operation(_lanes)
+def broadcast(_builder: Any, number: Any) -> Any:
+    """Put a number into all lanes."""
+    return number
+
+
+@_operation(types.float64)
+def total(builder: Any, value: Any) -> Any:
+    """The sum over the lanes: of halves, then of quarters."""
+    parts = [builder.extract_element(value, ir.Constant(_INDEX, k)) for k in range(WIDTH)]
+    while len(parts) > 1:
+        half = len(parts) // 2
+        parts = [builder.fadd(a, b) for a, b in zip(parts[:half], parts[half:], strict=True)]
+    return parts[0]
+
+
+@_operation()
+def totals(builder: Any, a: Any, b: Any, c: Any, d: Any, e: Any, f: Any, g: Any, h: Any) -> Any:
+    """`total` of each of eight values, to the bit, in the lanes of one, in a fifth of the operations."""
+    values, length, kind = [a, b, c, d, e, f, g, h], WIDTH, ir.VectorType(_INDEX, WIDTH)
+    while length > 1:
+        half = length // 2
+        low = [first + lane for first in range(0, 2 * WIDTH, length) for lane in range(half)]
+        ends = ir.Constant(kind, low), ir.Constant(kind, [lane + half for lane in low])
+        values = [
+            builder.fadd(*(builder.shuffle_vector(one, other, end) for end in ends))
+            for one, other in zip(values[::2], values[1::2], strict=True)
+        ]
+        length = half
+    return values[0]
+
+
+@_operation()
+def product_and(builder: Any, one: Any, other: Any, more: Any) -> Any:
+    """The first two multiplied, and the third added to it, with one rounding."""
+    name = f"v{WIDTH}f64" if one.type == _VECTOR else "f64"
+    kind = ir.FunctionType(one.type, [one.type] * 3)
+    return builder.call(cgutils.get_or_insert_function(builder.module, kind, f"llvm.fma.{name}"), (one, other, more))
+
+
+@_operation()
+def by_quarters(builder: Any, shifted: Any, even: Any, odd: Any) -> Any:
+    """`even` after an even number of quarter turns, else `odd`; with the other sign after two and three.
+
+    The number is in the last bits of `shifted`, to which 1.5 2^52 was added.
+    """
+    turns, constant = _words(builder, shifted)
+    whole = builder.icmp_unsigned("==", builder.and_(turns, constant(1)), constant(0))
+    bits, _ = _words(builder, builder.select(whole, even, odd))
+    flip = builder.shl(builder.and_(turns, constant(2)), constant(62))
+    return builder.bitcast(builder.xor(bits, flip), shifted.type)
+
+
+@_operation(types.boolean)
+def any_positive(builder: Any, value: Any) -> Any:
     """Whether a number in any lane is above zero."""
-
-    def generate(_: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-        lanes = builder.fcmp_ordered(">", arguments[0], ir.Constant(_VECTOR, [0.0] * WIDTH))
-        bits = builder.bitcast(lanes, ir.IntType(WIDTH))
-        return builder.icmp_unsigned("!=", bits, ir.Constant(ir.IntType(WIDTH), 0))
-
-    return types.boolean(_value), generate
+    lanes = builder.fcmp_ordered(">", value, ir.Constant(_VECTOR, [0.0] * WIDTH))
+    bits = builder.bitcast(lanes, ir.IntType(WIDTH))
+    return builder.icmp_unsigned("!=", bits, ir.Constant(ir.IntType(WIDTH), 0))
 
 
-def _comparison(sign: str) -> Any:
-    """The first or the second of two numbers in each lane: the first where the comparison with the second holds."""
-
-    @intrinsic  # type: ignore[untyped-decorator]
-    def chosen(_context: Any, _one: Any, _other: Any) -> Any:
-        def generate(_: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-            one, other = arguments
-            return builder.select(builder.fcmp_ordered(sign, one, other), one, other)
-
-        return _lanes(_one, _other), generate
-
-    return chosen
+@_operation()
+def larger(builder: Any, one: Any, other: Any) -> Any:
+    """The larger of two numbers in each lane; the second where one is not a number."""
+    return builder.select(builder.fcmp_ordered(">", one, other), one, other)
 
 
-larger = _comparison(">")
-"""The larger of two numbers in each lane; the second where one is not a number."""
-smaller = _comparison("<")
-"""The smaller."""
+@_operation()
+def smaller(builder: Any, one: Any, other: Any) -> Any:
+    """The smaller of two numbers in each lane; the second where one is not a number."""
+    return builder.select(builder.fcmp_ordered("<", one, other), one, other)
 
 
-@intrinsic  # type: ignore[untyped-decorator]
-def chosen(_context: Any, _sign: Any, _one: Any, _other: Any) -> Any:
+@_operation(_lanes)
+def choose(builder: Any, sign: Any, one: Any, other: Any) -> Any:
     """The first of two numbers in each lane in which `sign` is above zero, else the second."""
-
-    def generate(_: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-        sign, one, other = arguments
-        return builder.select(builder.fcmp_ordered(">", sign, ir.Constant(_VECTOR, [0.0] * WIDTH)), one, other)
-
-    return _lanes(_sign, _one, _other), generate
+    return builder.select(builder.fcmp_ordered(">", sign, ir.Constant(_VECTOR, [0.0] * WIDTH)), one, other)
 
 
-@intrinsic  # type: ignore[untyped-decorator]
-def power_of_two(_context: Any, _exponent: Any) -> Any:
+@_operation()
+def power_of_two(builder: Any, exponent: Any) -> Any:
     """2^n of whole numbers n between -1022 and 1023 to which 1.5 2^52 was added: they are the last bits of the sum."""
-
-    def generate(_: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-        bits = ir.VectorType(_WORD, WIDTH)
-        exponent = builder.shl(builder.bitcast(arguments[0], bits), ir.Constant(bits, [52] * WIDTH))
-        return builder.bitcast(builder.add(exponent, ir.Constant(bits, [1023 << 52] * WIDTH)), _VECTOR)
-
-    return _lanes(_exponent), generate
-
-
-def _operation(name: str) -> Any:
-    """An operation of LLVM, lane by lane."""
-
-    @intrinsic  # type: ignore[untyped-decorator]
-    def apply(_context: Any, _one: Any, _other: Any) -> Any:
-        def generate(_: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-            return getattr(builder, name)(*arguments)
-
-        return _lanes(_one, _other), generate
-
-    return apply
+    bits, constant = _words(builder, exponent)
+    return builder.bitcast(builder.add(builder.shl(bits, constant(52)), constant(1023 << 52)), exponent.type)
 
 
 def _define(symbol: Callable[..., Any], name: str) -> None:
     """Give lanes an operator, with lanes or a number on either side."""
-    apply = _operation(name)
+
+    @_operation(_lanes)
+    def apply(builder: Any, one: Any, other: Any) -> Any:
+        return getattr(builder, name)(one, other)
 
     @overload(symbol, strict=False)  # type: ignore[untyped-decorator]
     def _(one: Any, other: Any) -> Any:
-        left, right = isinstance(one, _LanesType), isinstance(other, _LanesType)
-        if left and right:
+        if _lanes in (one, other) and all(each == _lanes or isinstance(each, types.Float) for each in (one, other)):
             return lambda one, other: apply(one, other)  # noqa: PLW0108  (numba compiles it)
-        if left and isinstance(other, types.Float):
-            return lambda one, other: apply(one, spread(other))
-        if right and isinstance(one, types.Float):
-            return lambda one, other: apply(spread(one), other)
         return None
 
 

@@ -11,20 +11,32 @@ Joints may be of any type: J comes from MuJoCo's motion axes `cdof`, of rotation
 the whole tree.
 """
 
+from numba.np.unsafe.ndarray import to_fixed_tuple
+
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.physics.kernel import kernel
-from vrx_mj.physics.motion import Motion, Vector
+from vrx_mj.physics.motion import (
+    Motion,
+    Vector,
+    dot,
+    minus,
+    motion_at_rest,
+    plus,
+    times,
+    unrotate,
+    with_velocity,
+    zero_vector,
+)
 
 
 @kernel
-def _axis_at(cdof: FloatArray, dof: int, center: FloatArray, x: float, y: float, z: float) -> Vector:
+def _axis_at(axis: FloatArray, center: FloatArray, point: FloatArray) -> Vector:
     """Return the velocity at a point [m, world] that a degree of freedom gives at 1 m/s or rad/s, world axes.
 
-    `center` is the point of MuJoCo's `cdof`: the centre of mass of the whole tree [m, world].
+    `axis` is its row of MuJoCo's `cdof`, about the `center` of mass of the whole tree [m, world].
     """
-    a, b, c = cdof[dof, 0], cdof[dof, 1], cdof[dof, 2]
-    dx, dy, dz = x - center[0], y - center[1], z - center[2]
-    return cdof[dof, 3] + b * dz - c * dy, cdof[dof, 4] + c * dx - a * dz, cdof[dof, 5] + a * dy - b * dx
+    (x, y, z), (a, b, c) = minus(point, center), (axis[0], axis[1], axis[2])
+    return axis[3] + b * z - c * y, axis[4] + c * x - a * z, axis[5] + a * y - b * x
 
 
 @kernel
@@ -36,20 +48,14 @@ def link_motion(
 
     `position`, (3,), and `rotation`, (9,), are MuJoCo's `xpos` and `xmat` of it.
     """
-    x, y, z = position[0], position[1], position[2]
-    vx = vy = vz = wx = wy = wz = 0.0
+    velocity, spin = zero_vector(), zero_vector()
     while dof >= 0:
-        rate = qvel[dof]
-        velocity = _axis_at(cdof, dof, center, x, y, z)
-        vx, vy, vz = vx + velocity[0] * rate, vy + velocity[1] * rate, vz + velocity[2] * rate
-        wx, wy, wz = wx + cdof[dof, 0] * rate, wy + cdof[dof, 1] * rate, wz + cdof[dof, 2] * rate
+        axis, rate = cdof[dof], qvel[dof]
+        velocity = plus(velocity, times(rate, _axis_at(axis, center, position)))
+        spin = plus(spin, times(rate, axis))
         dof = dof_parent[dof]
-    m = rotation
-    return Motion(
-        x, y, z, m[0], m[1], m[2], m[3], m[4], m[5], m[6], m[7], m[8],
-        m[0] * vx + m[3] * vy + m[6] * vz, m[1] * vx + m[4] * vy + m[7] * vz, m[2] * vx + m[5] * vy + m[8] * vz,
-        m[0] * wx + m[3] * wy + m[6] * wz, m[1] * wx + m[4] * wy + m[7] * wz, m[2] * wx + m[5] * wy + m[8] * wz,
-    )  # fmt: skip
+    at_rest = motion_at_rest(to_fixed_tuple(position, 3), to_fixed_tuple(rotation, 9))
+    return with_velocity(at_rest, unrotate(at_rest, velocity), unrotate(at_rest, spin))
 
 
 @kernel
@@ -61,19 +67,16 @@ def add_link_drag(
 
     The row of a degree of freedom holds the columns of those that it hangs on, in order, then its own.
     """
-    x, y, z = position[0], position[1], position[2]
     k, kz, kappa = damping[0], damping[1], damping[2]
     last, other = -1, dof
     while other >= 0:
         last, other = last + 1, dof_parent[other]
     while dof >= 0:
-        fx, fy, fz = _axis_at(cdof, dof, center, x, y, z)
-        fx, fy, fz = k * fx, k * fy, kz * fz
-        tx, ty, tz = kappa * cdof[dof, 0], kappa * cdof[dof, 1], kappa * cdof[dof, 2]
+        x, y, z = _axis_at(cdof[dof], center, position)
+        force, torque = (k * x, k * y, kz * z), times(kappa, cdof[dof])
         column, other = inertia_row[dof] + last, dof
         while other >= 0:
-            ux, uy, uz = _axis_at(cdof, other, center, x, y, z)
-            turned = tx * cdof[other, 0] + ty * cdof[other, 1] + tz * cdof[other, 2]
-            inertia[column] += fx * ux + fy * uy + fz * uz + turned
+            moved = _axis_at(cdof[other], center, position)
+            inertia[column] += dot(force, moved) + dot(torque, cdof[other])
             column, other = column - 1, dof_parent[other]
         last, dof = last - 1, dof_parent[dof]

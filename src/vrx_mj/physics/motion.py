@@ -6,6 +6,12 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.kernel import kernel
 
 Vector = tuple[float, float, float]
+Arrow = Vector | FloatArray
+"""A vector, or the first three numbers of an array."""
+
+
+Rows = tuple[float, float, float, float, float, float, float, float, float]
+"""A rotation matrix, row by row."""
 
 
 class Motion(NamedTuple):
@@ -56,73 +62,120 @@ def motion(qpos: FloatArray, qvel: FloatArray, qpos_adr: int, dof_adr: int) -> M
     """
     qw, qx, qy, qz = qpos[qpos_adr + 3], qpos[qpos_adr + 4], qpos[qpos_adr + 5], qpos[qpos_adr + 6]
     s = 2.0 / (qw * qw + qx * qx + qy * qy + qz * qz)
-    r00, r01, r02 = 1.0 - s * (qy * qy + qz * qz), s * (qx * qy - qw * qz), s * (qx * qz + qw * qy)
-    r10, r11, r12 = s * (qx * qy + qw * qz), 1.0 - s * (qx * qx + qz * qz), s * (qy * qz - qw * qx)
-    r20, r21, r22 = s * (qx * qz - qw * qy), s * (qy * qz + qw * qx), 1.0 - s * (qx * qx + qy * qy)
-    vx, vy, vz = qvel[dof_adr], qvel[dof_adr + 1], qvel[dof_adr + 2]
-    u = r00 * vx + r10 * vy + r20 * vz
-    v = r01 * vx + r11 * vy + r21 * vz
-    w = r02 * vx + r12 * vy + r22 * vz
-    p, q, r = qvel[dof_adr + 3], qvel[dof_adr + 4], qvel[dof_adr + 5]
-    x, y, z = qpos[qpos_adr], qpos[qpos_adr + 1], qpos[qpos_adr + 2]
-    return Motion(x, y, z, r00, r01, r02, r10, r11, r12, r20, r21, r22, u, v, w, p, q, r)
+    rows = (
+        1.0 - s * (qy * qy + qz * qz), s * (qx * qy - qw * qz), s * (qx * qz + qw * qy),
+        s * (qx * qy + qw * qz), 1.0 - s * (qx * qx + qz * qz), s * (qy * qz - qw * qx),
+        s * (qx * qz - qw * qy), s * (qy * qz + qw * qx), 1.0 - s * (qx * qx + qy * qy),
+    )  # fmt: skip
+    at_rest = motion_at_rest((qpos[qpos_adr], qpos[qpos_adr + 1], qpos[qpos_adr + 2]), rows)
+    return with_velocity(at_rest, unrotate(at_rest, qvel[dof_adr : dof_adr + 3]), qvel[dof_adr + 3 : dof_adr + 6])
 
 
 @kernel
-def rotate(motion: Motion, x: float, y: float, z: float) -> Vector:
-    """Return the vector (x, y, z) of body axes in world axes."""
+def rotate(motion: Motion, v: Arrow) -> Vector:
+    """Return a vector of body axes in world axes."""
     return (
-        motion.r00 * x + motion.r01 * y + motion.r02 * z,
-        motion.r10 * x + motion.r11 * y + motion.r12 * z,
-        motion.r20 * x + motion.r21 * y + motion.r22 * z,
+        motion.r00 * v[0] + motion.r01 * v[1] + motion.r02 * v[2],
+        motion.r10 * v[0] + motion.r11 * v[1] + motion.r12 * v[2],
+        motion.r20 * v[0] + motion.r21 * v[1] + motion.r22 * v[2],
     )
 
 
 @kernel
-def unrotate(motion: Motion, x: float, y: float, z: float) -> Vector:
-    """Return the vector (x, y, z) of world axes in body axes."""
+def unrotate(motion: Motion, v: Arrow) -> Vector:
+    """Return a vector of world axes in body axes."""
     return (
-        motion.r00 * x + motion.r10 * y + motion.r20 * z,
-        motion.r01 * x + motion.r11 * y + motion.r21 * z,
-        motion.r02 * x + motion.r12 * y + motion.r22 * z,
+        motion.r00 * v[0] + motion.r10 * v[1] + motion.r20 * v[2],
+        motion.r01 * v[0] + motion.r11 * v[1] + motion.r21 * v[2],
+        motion.r02 * v[0] + motion.r12 * v[1] + motion.r22 * v[2],
     )
+
+
+@kernel
+def unrotate_level(motion: Motion, x: float, y: float) -> Vector:
+    """Return the horizontal vector (x, y) of world axes in body axes."""
+    m = motion
+    return m.r00 * x + m.r10 * y, m.r01 * x + m.r11 * y, m.r02 * x + m.r12 * y
 
 
 @kernel
 def relative_motion(motion: Motion, water: Vector) -> Motion:
     """Return a motion through water that moves with a velocity [m/s, world axes] and does not turn."""
-    m = motion
-    u, v, w = unrotate(m, water[0], water[1], water[2])
-    return with_velocity(m, (m.u - u, m.v - v, m.w - w), (m.p, m.q, m.r))
+    return with_velocity(motion, minus(velocity_of(motion), unrotate(motion, water)), spin_of(motion))
 
 
 @kernel
-def cross(a: Vector, b: Vector) -> Vector:
+def cross(a: Arrow, b: Arrow) -> Vector:
     """Return the vector product."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 @kernel
-def dot(a: Vector, b: Vector) -> float:
+def dot(a: Arrow, b: Arrow) -> float:
     """Return the scalar product."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    return float(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
 
 
 @kernel
-def velocity_at(motion: Motion, x: float, y: float, z: float) -> Vector:
-    """Return the velocity [m/s] of a point (x, y, z) [m] of a link, body axes."""
-    m = motion
+def plus(a: Arrow, b: Arrow) -> Vector:
+    """Return the sum of two vectors."""
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+
+
+@kernel
+def minus(a: Arrow, b: Arrow) -> Vector:
+    """Return the difference of two vectors."""
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+@kernel
+def times(factor: float, v: Arrow) -> Vector:
+    """Return a multiple of a vector."""
+    return factor * v[0], factor * v[1], factor * v[2]
+
+
+@kernel
+def each_times(a: Arrow, b: Arrow) -> Vector:
+    """Return the products of the components of two vectors."""
+    return a[0] * b[0], a[1] * b[1], a[2] * b[2]
+
+
+@kernel
+def position_of(motion: Motion) -> Vector:
+    """Return the position of the link's origin [m], world axes."""
+    return motion[:3]
+
+
+@kernel
+def velocity_of(motion: Motion) -> Vector:
+    """Return the velocity of the link's origin [m/s], body axes."""
+    return motion[12:15]
+
+
+@kernel
+def spin_of(motion: Motion) -> Vector:
+    """Return the angular velocity of the link [rad/s], body axes."""
+    return motion[15:]
+
+
+@kernel
+def place_of(motion: Motion, point: Arrow) -> Vector:
+    """Return where a point [m] of a link, body axes, is in the world [m]."""
+    return plus(position_of(motion), rotate(motion, point))
+
+
+@kernel
+def velocity_at(motion: Motion, point: Arrow) -> Vector:
+    """Return the velocity [m/s] of a point [m] of a link, body axes."""
+    m, (x, y, z) = motion, (point[0], point[1], point[2])
     return m.u + m.q * z - m.r * y, m.v + m.r * x - m.p * z, m.w + m.p * y - m.q * x
 
 
 @kernel
-def with_velocity(motion: Motion, velocity: Vector, spin: Vector) -> Motion:
+def with_velocity(motion: Motion, velocity: Arrow, spin: Arrow) -> Motion:
     """Return the pose of a motion with another velocity [m/s] and angular velocity [rad/s], body axes."""
-    m = motion
-    return Motion(
-        m.x, m.y, m.z, m.r00, m.r01, m.r02, m.r10, m.r11, m.r12, m.r20, m.r21, m.r22,
-        velocity[0], velocity[1], velocity[2], spin[0], spin[1], spin[2],
-    )  # fmt: skip
+    v, w = velocity, spin
+    return Motion(*motion[:12], v[0], v[1], v[2], w[0], w[1], w[2])
 
 
 @kernel
@@ -134,20 +187,25 @@ def zero_vector() -> Vector:
 @kernel
 def zero_wrench() -> Wrench:
     """Return no force and no torque."""
-    return Wrench(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return Wrench(*zero_vector(), *zero_vector())
+
+
+@kernel
+def motion_at_rest(place: Vector, rows: Rows) -> Motion:
+    """Return the motion of a link at rest at a place [m, world], with a rotation matrix, body to world, row by row."""
+    return Motion(*place, *rows, *zero_vector(), *zero_vector())
 
 
 @kernel
 def add(a: Wrench, b: Wrench) -> Wrench:
     """Return the sum of two wrenches about the same point."""
-    return Wrench(a.fx + b.fx, a.fy + b.fy, a.fz + b.fz, a.tx + b.tx, a.ty + b.ty, a.tz + b.tz)
+    return Wrench(*plus(a[:3], b[:3]), *plus(a[3:], b[3:]))
 
 
 @kernel
-def scaled(wrench: Wrench, factor: float) -> Wrench:
+def scale_wrench(wrench: Wrench, factor: float) -> Wrench:
     """Return a multiple of a wrench."""
-    w, f = wrench, factor
-    return Wrench(f * w.fx, f * w.fy, f * w.fz, f * w.tx, f * w.ty, f * w.tz)
+    return Wrench(*times(factor, wrench[:3]), *times(factor, wrench[3:]))
 
 
 @kernel
@@ -155,7 +213,7 @@ def shift(wrench: Wrench, lever: Vector) -> Wrench:
     """Return `wrench` about another point; `lever` [m] leads from that point to the wrench's own."""
     w, (x, y, z) = wrench, lever
     tx, ty, tz = w.tx + y * w.fz - z * w.fy, w.ty + z * w.fx - x * w.fz, w.tz + x * w.fy - y * w.fx
-    return Wrench(w.fx, w.fy, w.fz, tx, ty, tz)
+    return Wrench(*w[:3], tx, ty, tz)
 
 
 @kernel
@@ -164,19 +222,16 @@ def carry(wrench: Wrench, motion: Motion, start: FloatArray, end: FloatArray) ->
 
     Both points [m] in body axes from the link's origin, (3,).
     """
-    lever = rotate(motion, start[0] - end[0], start[1] - end[1], start[2] - end[2])
-    return shift(wrench, lever)
+    return shift(wrench, rotate(motion, minus(start, end)))
 
 
 @kernel
 def from_origin(wrench: Wrench, motion: Motion, end: FloatArray) -> Wrench:
     """Return `wrench`, which is about the link's origin, about its point `end` [m], body axes, (3,)."""
-    return shift(wrench, rotate(motion, -end[0], -end[1], -end[2]))
+    return shift(wrench, rotate(motion, (-end[0], -end[1], -end[2])))
 
 
 @kernel
 def rotated_wrench(motion: Motion, wrench: Wrench) -> Wrench:
     """Return a wrench of body axes in world axes, about the same point."""
-    fx, fy, fz = rotate(motion, wrench.fx, wrench.fy, wrench.fz)
-    tx, ty, tz = rotate(motion, wrench.tx, wrench.ty, wrench.tz)
-    return Wrench(fx, fy, fz, tx, ty, tz)
+    return Wrench(*rotate(motion, wrench[:3]), *rotate(motion, wrench[3:]))

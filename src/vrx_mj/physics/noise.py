@@ -55,7 +55,7 @@ def normal(key: int | np.uint64, counter: int | np.uint64) -> float:
 _FORGOTTEN = 40.0
 """Time constants after which a drift has nothing to do with what it was: exp(-40) is below rounding."""
 _MOST_LEVELS = 50
-"""Of halvings; a drift that would need more stays what it is."""
+"""Most halvings; a drift that would need more stays what it is."""
 
 
 @kernel

@@ -34,7 +34,7 @@ class Panels(NamedTuple):
     pairs: IntArray
     """Points a, b, c, d of two triangles (a, b, c) and (a, c, d) that share an edge, (k, 4); d is c of one alone."""
     corner_shares: FloatArray
-    """The same as `shares` of a third of its triangle's area at each corner of a pair's two, (k, 6, WIDTH)."""
+    """Force and torque by 1 Pa on a third of each triangle's area, at the corners of both of a pair, (k, 6, WIDTH)."""
     parts: tuple[Part, ...]
     half: tuple[float, float, float]
     """Half sides of a box that is large enough for each part [m]."""
@@ -46,7 +46,7 @@ class Panels(NamedTuple):
 
     @property
     def is_shallow(self) -> bool:
-        """The same over its depth."""
+        """Whether waves over the depth of a part are taken to be of degree 2."""
         return self.half[2] <= _SHALLOW * self.half[0]
 
 

@@ -22,10 +22,11 @@ Triangles are looked at in pairs that share an edge: what one of them shows, the
 from typing import Final
 
 import numpy as np
+from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from vrx_mj.arrays import ByteArray, FloatArray, IntArray
 from vrx_mj.physics.kernel import kernel
-from vrx_mj.physics.lanes import WIDTH, Lanes, chosen, larger, load, product_and, spread, store, totals
+from vrx_mj.physics.lanes import WIDTH, Lanes, broadcast, choose, larger, load, product_and, store, totals
 from vrx_mj.physics.motion import Vector, Wrench
 from vrx_mj.physics.panel_mesh import Panels
 
@@ -50,11 +51,11 @@ def panel_wrench(
         found: memory, (k,).
         cut: memory, (CUT, k + WIDTH).
     """
-    fx, fy, fz = spread(0.0), spread(0.0), spread(0.0)
-    tx, ty, tz = spread(0.0), spread(0.0), spread(0.0)
+    fx = fy = fz = broadcast(0.0)
+    tx = ty = tz = broadcast(0.0)
     sx, sy, sz, kx, ky, kz = shares[0], shares[1], shares[2], shares[3], shares[4], shares[5]
     for i in range(0, pressures.size, WIDTH):
-        p = larger(load(pressures, i), spread(0.0))
+        p = larger(load(pressures, i), 0.0)
         fx = product_and(p, load(sx, i), fx)
         fy = product_and(p, load(sy, i), fy)
         fz = product_and(p, load(sz, i), fz)
@@ -63,9 +64,9 @@ def panel_wrench(
         tz = product_and(p, load(kz, i), tz)
     number = _find_cut(pairs, pressures, wet, found)
     _weigh_cut(pairs, pressures, found, number, cut)
-    whole, none, sums = _add_cut(corner_shares, found, number, cut), spread(0.0), cut[0]
-    store(sums, 0, whole + totals(fx, fy, fz, tx, ty, tz, none, none))
-    return Wrench(sums[0], sums[1], sums[2], sums[3], sums[4], sums[5])
+    sums = cut[0]
+    store(sums, 0, _add_cut(corner_shares, found, number, cut) + totals(fx, fy, fz, tx, ty, tz, 0.0, 0.0))
+    return Wrench(*to_fixed_tuple(sums, 6))
 
 
 @kernel
@@ -103,40 +104,39 @@ def _weigh_cut(pairs: IntArray, pressures: FloatArray, found: IntArray, number: 
 @kernel
 def _weights(a: Lanes, b: Lanes, c: Lanes) -> tuple[Lanes, Lanes, Lanes]:
     """Return what the corners of triangles with these pressures weigh; nothing where the surface does not cut them."""
-    one, other = spread(1.0), spread(-1.0)
-    at_a, at_b, at_c = chosen(a, one, other), chosen(b, one, other), chosen(c, one, other)
+    at_a, at_b, at_c = choose(a, 1.0, -1.0), choose(b, 1.0, -1.0), choose(c, 1.0, -1.0)
     sides = 0.0 - (at_a + at_b + at_c)  # against which one corner alone is
     a_alone, b_alone, c_alone = at_a * sides, at_b * sides, at_c * sides
-    p = chosen(a_alone, a, chosen(b_alone, b, c))
-    q = chosen(a_alone, b, chosen(b_alone, c, a))
-    r = chosen(a_alone, c, chosen(b_alone, a, b))
+    p = choose(a_alone, a, choose(b_alone, b, c))
+    q = choose(a_alone, b, choose(b_alone, c, a))
+    r = choose(a_alone, c, choose(b_alone, a, b))
     q, r, size = p - q, p - r, larger(p, 0.0 - p)
-    share = p / larger(q * r, spread(_TINY))
+    share = p / larger(q * r, _TINY)
     s, t = share * r, share * q
     st = s * t
     d, e, f = st - 1.0, 0.25 * (s * st - 1.0), 0.25 * (st * t - 1.0)
-    cut, none = larger(a_alone, larger(b_alone, c_alone)), spread(0.0)
-    alone, after, last = chosen(cut, size * (d - e - f), none), chosen(cut, size * e, none), chosen(cut, size * f, none)
+    cut = larger(a_alone, larger(b_alone, c_alone))
+    alone, after, last = choose(cut, size * (d - e - f), 0.0), choose(cut, size * e, 0.0), choose(cut, size * f, 0.0)
     return (
-        chosen(a_alone, alone, chosen(b_alone, last, after)),
-        chosen(a_alone, after, chosen(b_alone, alone, last)),
-        chosen(a_alone, last, chosen(b_alone, after, alone)),
+        choose(a_alone, alone, choose(b_alone, last, after)),
+        choose(a_alone, after, choose(b_alone, alone, last)),
+        choose(a_alone, last, choose(b_alone, after, alone)),
     )
 
 
 @kernel
 def _add_cut(corner_shares: FloatArray, found: IntArray, number: int, cut: FloatArray) -> Lanes:
     """Return what cut pairs add to the sum of shares: force, torque, and two zeros."""
-    u, v, w = spread(0.0), spread(0.0), spread(0.0)
-    x, y, z = spread(0.0), spread(0.0), spread(0.0)
+    u = v = w = broadcast(0.0)
+    x = y = z = broadcast(0.0)
     for i in range(number):
         own = corner_shares[found[i]]
-        u = product_and(spread(cut[4, i]), load(own[0], 0), u)
-        v = product_and(spread(cut[5, i]), load(own[1], 0), v)
-        w = product_and(spread(cut[6, i]), load(own[2], 0), w)
-        x = product_and(spread(cut[7, i]), load(own[3], 0), x)
-        y = product_and(spread(cut[8, i]), load(own[4], 0), y)
-        z = product_and(spread(cut[9, i]), load(own[5], 0), z)
+        u = product_and(cut[4, i], load(own[0], 0), u)
+        v = product_and(cut[5, i], load(own[1], 0), v)
+        w = product_and(cut[6, i], load(own[2], 0), w)
+        x = product_and(cut[7, i], load(own[3], 0), x)
+        y = product_and(cut[8, i], load(own[4], 0), y)
+        z = product_and(cut[9, i], load(own[5], 0), z)
     return (u + v + w) + (x + y + z)
 
 

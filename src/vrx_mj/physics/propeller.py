@@ -9,10 +9,10 @@ T = T_0 (1 - u / (u_0 sqrt(T_0 / T_full))). Waves and current are in the speed, 
 import math
 
 from vrx_mj.physics.current import current_velocity
-from vrx_mj.physics.kernel import kernel
+from vrx_mj.physics.kernel import expanded_kernel, kernel
 from vrx_mj.physics.kinematics import orbital_motion
-from vrx_mj.physics.motion import Motion, Vector, dot, relative_motion, rotate, velocity_at
-from vrx_mj.physics.tables import Record, Table, Waves
+from vrx_mj.physics.motion import Motion, dot, place_of, plus, relative_motion, velocity_at
+from vrx_mj.physics.tables import Record, Table, Views, Waves
 from vrx_mj.physics.thrust import effective_command, force_direction, force_point
 from vrx_mj.physics.waves import surface_height
 
@@ -107,57 +107,37 @@ def advance_speed(thruster: Record, through: Motion, angle: float) -> float:
 
     `through` is the hull's motion through the water that is at the propeller.
     """
-    x, y, z = force_point(thruster, angle)
-    return dot(force_direction(thruster, angle), velocity_at(through, x, y, z))
+    return dot(force_direction(thruster, angle), velocity_at(through, force_point(thruster, angle)))
 
 
-@kernel
+@expanded_kernel
 def update_propeller(
-    hull: Record, thruster: Record, own: Record, propellers: Table, points: Table, states: Table, waves: Waves,
-    sea: Record, current: Table, current_state: Table, layers: Table, body: Motion, time: float, dt: float,
-) -> None:  # fmt: skip
+    hull: Record, thruster: Record, own: Record, a: Views, waves: Waves, body: Motion, time: float, dt: float
+) -> None:
     """Advance a thruster that has a measured propeller by `dt` [s]: its force `own.thrust` [N].
 
     Args:
         hull: a row of `tables.HULL`.
         thruster: a row of `tables.THRUSTER`.
         own: its row of `tables.THRUSTER_STATE`.
-        propellers: `tables.PROPELLER`.
-        points: `tables.PROPELLER_POINT`.
-        states: `tables.PROPELLER_STATE`.
-        waves: `tables.WAVE`.
-        sea: a row of `tables.SEA`.
-        current: `tables.CURRENT`.
-        current_state: `tables.CURRENT_STATE`.
-        layers: `tables.LAYER`.
+        a: tables of the run: propellers, sea and current.
+        waves: `tables.WAVE`, or the columns of it.
         body: motion of the hull's link.
         time: time [s].
         dt: length of the step [s].
     """
-    propeller, state = propellers[thruster.measured], states[thruster.measured]
-    curve = points[propeller.point_start : propeller.point_start + propeller.point_count]
+    propeller, state, sea = a.propellers[thruster.measured], a.propeller_state[thruster.measured], a.sea[0]
+    curve = a.propeller_points[propeller.point_start : propeller.point_start + propeller.point_count]
     command = effective_command(own, time)
     share = command / thruster.max_command
     own.applied, own.fresh, own.thrust = command, 1, 0.0
     if state.thrust == 0.0 and measured_thrust(propeller, curve, share) == 0.0:
         return  # at rest: no need to look at the water
-    p = force_point(thruster, own.angle)
-    lever = rotate(body, p[0], p[1], p[2])
-    x, y, z = body.x + lever[0], body.y + lever[1], body.z + lever[2]
+    x, y, z = place_of(body, force_point(thruster, own.angle))
     depth = surface_height(waves, sea, x, y, time) + hull.level - z
     advance = 0.0
     if propeller.vanishing_speed < math.inf:
-        water = _water_velocity(waves, sea, current, current_state, layers, (x, y, z), time)
+        east, north = current_velocity(a.current, a.current_state, a.layers, sea.level - z, time)
+        water = plus((east, north, 0.0), orbital_motion(waves, sea, x, y, z, time)[:3])
         advance = advance_speed(thruster, relative_motion(body, water), own.angle)
     own.thrust = thruster.gain * propeller_step(propeller, state, curve, share, advance, depth, dt)
-
-
-@kernel
-def _water_velocity(
-    waves: Waves, sea: Record, current: Table, state: Table, layers: Table, place: Vector, time: float
-) -> Vector:
-    """Return the water's velocity [m/s, world] at a place [m, world]: the current's and the waves'."""
-    x, y, z = place
-    east, north = current_velocity(current, state, layers, sea.level - z, time)
-    orbital = orbital_motion(waves, sea, x, y, z, time)
-    return east + orbital.u, north + orbital.v, orbital.w

@@ -17,9 +17,9 @@ import math
 from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.elementary import cosine
 from vrx_mj.physics.kernel import kernel
-from vrx_mj.physics.motion import Motion, Wrench
+from vrx_mj.physics.motion import Motion, Wrench, add, minus, scale_wrench, times, zero_wrench
 from vrx_mj.physics.tables import Record, Table
-from vrx_mj.physics.waves import ramp
+from vrx_mj.physics.waves import ramp, wave_phase
 
 _QUARTER = 0.5 * math.pi
 _FIRST = 12  # of the six velocities among the fields of a `Motion`
@@ -51,33 +51,28 @@ def memory_step(memory: Table, state: Table, motion: Motion, dt: float) -> None:
 @kernel
 def memory_load(memory: Table, state: Table) -> Wrench:
     """Return -mu, the force of the waves that a hull made before: body axes, about the link's origin."""
-    x, y, z, k, m, n = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    total = zero_wrench()
     for i in range(memory.size):
-        a, b, r, s = state[i].real, state[i].imaginary, memory[i].residue, memory[i].residue_imaginary
-        x -= r[0] * a - s[0] * b
-        y -= r[1] * a - s[1] * b
-        z -= r[2] * a - s[2] * b
-        k -= r[3] * a - s[3] * b
-        m -= r[4] * a - s[4] * b
-        n -= r[5] * a - s[5] * b
-    return Wrench(x, y, z, k, m, n)
+        one, own = memory[i], state[i]
+        total = add(total, scale_wrench(_real_part(one.residue, one.residue_imaginary, own.real, own.imaginary), -1.0))
+    return total
+
+
+@kernel
+def _real_part(real: FloatArray, imaginary: FloatArray, c: float, s: float) -> Wrench:
+    """Return the real part of six complex numbers, (6,) each, times c + i s."""
+    force = minus(times(c, real), times(s, imaginary))
+    return Wrench(*force, *minus(times(c, real[3:]), times(s, imaginary[3:])))
 
 
 @kernel
 def _entry(table: FloatArray, weight: float, c: float, s: float, total: Wrench) -> Wrench:
     """Return a total and the weighted force of one entry of the table at a phase: Re(F e^(i theta))."""
-    return Wrench(
-        total.fx + weight * (c * table[0] - s * table[6]),
-        total.fy + weight * (c * table[1] - s * table[7]),
-        total.fz + weight * (c * table[2] - s * table[8]),
-        total.tx + weight * (c * table[3] - s * table[9]),
-        total.ty + weight * (c * table[4] - s * table[10]),
-        total.tz + weight * (c * table[5] - s * table[11]),
-    )
+    return add(total, scale_wrench(_real_part(table, table[6:], c, s), weight))
 
 
 @kernel
-def _scattered(table: FloatArray, place: float, angle: float, c: float, s: float, total: Wrench) -> Wrench:
+def _add_scattered(table: FloatArray, place: float, angle: float, c: float, s: float, total: Wrench) -> Wrench:
     """Return a total and the force of one wave, in the hull's heading.
 
     Args:
@@ -121,22 +116,16 @@ def diffraction_load(
         t: time [s].
     """
     cos, sin = heading
-    total, last = Wrench(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), table.shape[0] - 1
+    total, last = zero_wrench(), table.shape[0] - 1
     for i in range(waves.size):
         wave = waves[i]
         place = wave.frequency / step
         if place < last:
             east, north = wave.direction[0], wave.direction[1]
             angle = math.atan2(north * cos - east * sin, east * cos + north * sin)
-            theta = wave.wavenumber * (east * body.x + north * body.y) - wave.frequency * t + wave.phase
+            theta = wave_phase(wave, body.x, body.y, t)
             height, later = wave.amplitude * cosine(theta), wave.amplitude * cosine(theta - _QUARTER)
-            total = _scattered(table, place, angle, height, later, total)
-    grown = ramp(sea, t)
-    return Wrench(
-        grown * (cos * total.fx - sin * total.fy),
-        grown * (sin * total.fx + cos * total.fy),
-        grown * total.fz,
-        grown * (cos * total.tx - sin * total.ty),
-        grown * (sin * total.tx + cos * total.ty),
-        grown * total.tz,
-    )
+            total = _add_scattered(table, place, angle, height, later, total)
+    (x, y, z), (k, m, n) = total[:3], total[3:]
+    turned = Wrench(cos * x - sin * y, sin * x + cos * y, z, cos * k - sin * m, sin * k + cos * m, n)
+    return scale_wrench(turned, ramp(sea, t))

@@ -16,13 +16,35 @@ origin of the root's frame, a velocity and an angular velocity: block matrices s
 import math
 
 import numpy as np
+from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.physics.flotation import Sums, sums_wrench, water_rise, wet_sums
-from vrx_mj.physics.kernel import allocating_kernel, kernel
+from vrx_mj.physics.kernel import allocating_kernel, expanded_kernel, kernel
 from vrx_mj.physics.kinematics import orbital_motion
-from vrx_mj.physics.motion import Motion, Vector, Wrench, add, cross, dot, motion, rotate, velocity_at, zero_wrench
-from vrx_mj.physics.tables import Record, Table, Waves
+from vrx_mj.physics.motion import (
+    Arrow,
+    Motion,
+    Vector,
+    Wrench,
+    add,
+    cross,
+    minus,
+    motion,
+    motion_at_rest,
+    place_of,
+    plus,
+    position_of,
+    rotate,
+    spin_of,
+    times,
+    unrotate,
+    velocity_at,
+    velocity_of,
+    with_velocity,
+    zero_wrench,
+)  # fmt: skip
+from vrx_mj.physics.tables import Record, Table, Views, Waves
 from vrx_mj.physics.waves import surface_height
 from vrx_mj.physics.wind import wind_load
 
@@ -38,11 +60,10 @@ RAFT_WORK = np.dtype(
 """What one step has to know of a block between its kernels; nothing of it is kept for the next."""
 
 
-@kernel
+@expanded_kernel
 def block_load(
-    index: int, blocks: Table, work: Table, elements: Table, water: Table, states: Table,
-    waves: Waves, sea: Record, stream: tuple[float, float] | None, air: tuple[float, float],
-    qpos: FloatArray, qvel: FloatArray, time: float, dt: float,
+    index: int, a: Views, waves: Waves, stream: tuple[float, float] | None, air: tuple[float, float], time: float,
+    dt: float,
 ) -> Wrench:  # fmt: skip
     """Return buoyancy, drag and wind on a block at its present velocity, about its centre of mass.
 
@@ -52,22 +73,18 @@ def block_load(
 
     The blocks that it hangs on come before it. Its row of `work` gets its frame, its hinge's axis and its own drag.
     """
-    block = blocks[index]
-    root = _root(blocks, index)
-    frame = _frame(index, blocks, work, qpos, qvel)
+    block, work, sea = a.blocks[index], a.raft_work, a.sea[0]
+    frame = _frame(index, a.blocks, work, a.qpos, a.qvel)
     for k in range(18):
         work[index].frame[k] = frame[k]
-    o = block.offset
-    body = _motion_at(frame, o[0], o[1], o[2])
+    body = _motion_at(frame, block.offset)
     height = surface_height(waves, sea, body.x, body.y, time)
-    rise = water_rise(states[index], height, dt)
-    velocity = rotate(body, body.u, body.v, body.w)
-    sums = _sums_of_step(block, elements, water, body, height, velocity[2] - rise, dt)
+    rise = water_rise(a.block_state[index], height, dt)
+    velocity = rotate(body, velocity_of(body))
+    sums = _sums_of_step(block, a.elements, a.element_state, body, height, velocity[2] - rise, dt)
     own = work[index].drag
     own[:, :] = 0.0
-    origin = work[root].frame
-    here = (body.x - origin[0], body.y - origin[1], body.z - origin[2])
-    _add_drag(own, here, dt * sums.k, dt * sums.kz)
+    _add_drag(own, minus(position_of(body), work[_root(a.blocks, index)].frame), dt * sums.k, dt * sums.kz)
     for k in range(3, 6):
         own[k, k] += dt * sums.kappa
     east, north, lean, breeze = 0.0, 0.0, zero_wrench(), air
@@ -80,7 +97,7 @@ def block_load(
             breeze = air[0] - velocity[0], air[1] - velocity[1]
             lean = Wrench(lift * orbital.du, lift * orbital.dv, 0.0, 0.0, 0.0, 0.0)
     slip = (velocity[0] - east, velocity[1] - north, velocity[2] - rise)
-    pushes = add(sums_wrench(sums, slip, rotate(body, body.p, body.q, body.r)), wind_load(block.wind, body, breeze))
+    pushes = add(sums_wrench(sums, slip, rotate(body, spin_of(body))), wind_load(block.wind, body, breeze))
     return add(pushes, lean)
 
 
@@ -88,16 +105,15 @@ def block_load(
 def moor(line: Record, blocks: Table, work: Table, dt: float) -> Wrench:
     """Return the pull of a mooring line on its block, about the block's centre of mass, and add to the block's drag."""
     block, own = blocks[line.block], work[line.block]
-    frame, p, o = _motion_of(own.frame), line.point, block.offset
-    end = _motion_at(frame, p[0], p[1], p[2])
-    velocity = rotate(end, end.u, end.v, end.w)
+    frame = _motion_of(own.frame)
+    end = _motion_at(frame, line.point)
+    velocity = rotate(end, velocity_of(end))
     damping = line.damping + dt * line.stiffness
     fx = -line.stiffness * (end.x - line.anchor[0]) - damping * velocity[0]
     fy = -line.stiffness * (end.y - line.anchor[1]) - damping * velocity[1]
     origin = work[_root(blocks, line.block)].frame
-    _add_drag(own.drag, (end.x - origin[0], end.y - origin[1], end.z - origin[2]), dt * damping, 0.0)
-    center = _motion_at(frame, o[0], o[1], o[2])
-    x, y, z = end.x - center.x, end.y - center.y, end.z - center.z
+    _add_drag(own.drag, minus(position_of(end), origin), dt * damping, 0.0)
+    x, y, z = minus(position_of(end), place_of(frame, block.offset))
     return Wrench(fx, fy, 0.0, -z * fy, z * fx, x * fy - y * fx)
 
 
@@ -170,13 +186,12 @@ def _frame(index: int, blocks: Table, work: Table, qpos: FloatArray, qvel: Float
         return motion(qpos, qvel, block.qpos, block.dof)
     parent = _motion_of(work[block.parent].frame)
     angle, rate = qpos[block.qpos], qvel[block.dof]
-    a, b, p = block.axis, block.anchor, block.position
-    hinge = _motion_at(parent, p[0] + b[0], p[1] + b[1], p[2] + b[2])
-    turned = _frame_about(hinge, a, math.sin(angle), math.cos(angle), rate)
-    frame = _motion_at(turned, -b[0], -b[1], -b[2])
-    axis, origin = rotate(parent, a[0], a[1], a[2]), work[_root(blocks, index)].frame
+    hinge = _motion_at(parent, plus(block.position, block.anchor))
+    turned = _frame_about(hinge, block.axis, math.sin(angle), math.cos(angle), rate)
+    frame = _motion_at(turned, times(-1.0, block.anchor))
+    axis, origin = rotate(parent, block.axis), work[_root(blocks, index)].frame
     column = work[index].axis
-    column[0], column[1], column[2] = cross((hinge.x - origin[0], hinge.y - origin[1], hinge.z - origin[2]), axis)
+    column[0], column[1], column[2] = cross(minus(position_of(hinge), origin), axis)
     column[3], column[4], column[5] = axis
     return frame
 
@@ -186,36 +201,24 @@ def _frame_about(hinge: Motion, axis: FloatArray, sin: float, cos: float, rate: 
     """Return a frame turned about one of its own axes, a unit vector: v cos + (a x v) sin + a (a.v) (1 - cos)."""
     x, y, z = axis[0], axis[1], axis[2]
     c = 1.0 - cos
-    first = rotate(hinge, cos + x * x * c, z * sin + x * y * c, -y * sin + x * z * c)
-    second = rotate(hinge, -z * sin + x * y * c, cos + y * y * c, x * sin + y * z * c)
-    third = rotate(hinge, y * sin + x * z * c, -x * sin + y * z * c, cos + z * z * c)
-    velocity = rotate(hinge, hinge.u, hinge.v, hinge.w)
-    spin = rotate(hinge, hinge.p + rate * x, hinge.q + rate * y, hinge.r + rate * z)
-    return Motion(
-        hinge.x, hinge.y, hinge.z,
-        first[0], second[0], third[0], first[1], second[1], third[1], first[2], second[2], third[2],
-        dot(first, velocity), dot(second, velocity), dot(third, velocity),
-        dot(first, spin), dot(second, spin), dot(third, spin),
-    )  # fmt: skip
+    a = rotate(hinge, (cos + x * x * c, z * sin + x * y * c, -y * sin + x * z * c))
+    b = rotate(hinge, (-z * sin + x * y * c, cos + y * y * c, x * sin + y * z * c))
+    d = rotate(hinge, (y * sin + x * z * c, -x * sin + y * z * c, cos + z * z * c))
+    velocity, spin = rotate(hinge, velocity_of(hinge)), rotate(hinge, plus(spin_of(hinge), times(rate, axis)))
+    rows = (a[0], b[0], d[0], a[1], b[1], d[1], a[2], b[2], d[2])
+    frame = motion_at_rest(position_of(hinge), rows)
+    return with_velocity(frame, unrotate(frame, velocity), unrotate(frame, spin))
 
 
 @kernel
-def _motion_at(m: Motion, x: float, y: float, z: float) -> Motion:
+def _motion_at(m: Motion, point: Arrow) -> Motion:
     """Return the motion of a frame's parallel at a point of it [m], body axes."""
-    way, (u, v, w) = rotate(m, x, y, z), velocity_at(m, x, y, z)
-    return Motion(
-        m.x + way[0], m.y + way[1], m.z + way[2],
-        m.r00, m.r01, m.r02, m.r10, m.r11, m.r12, m.r20, m.r21, m.r22, u, v, w, m.p, m.q, m.r,
-    )  # fmt: skip
+    return Motion(*place_of(m, point), *m[3:12], *velocity_at(m, point), *spin_of(m))
 
 
 @kernel
 def _motion_of(frame: FloatArray) -> Motion:
-    f = frame
-    return Motion(
-        f[0], f[1], f[2], f[3], f[4], f[5], f[6], f[7], f[8], f[9], f[10], f[11], f[12], f[13], f[14], f[15], f[16],
-        f[17],
-    )  # fmt: skip
+    return Motion(*to_fixed_tuple(frame, 18))
 
 
 @kernel

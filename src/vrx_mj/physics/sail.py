@@ -6,9 +6,9 @@ A sail's row is one of `tables.THRUSTER`: at angle zero its chord runs aft from 
 import math
 
 from vrx_mj.physics.kernel import kernel
-from vrx_mj.physics.motion import Motion, velocity_at
+from vrx_mj.physics.motion import Motion, minus, unrotate_level, velocity_at
 from vrx_mj.physics.tables import Record, Table
-from vrx_mj.physics.thrust import force_point, steering_target
+from vrx_mj.physics.thrust import force_point, steering_target, to_hinge
 from vrx_mj.physics.wind import wind_share
 from vrx_mj.physics.windage import piece_of_curve
 
@@ -53,15 +53,10 @@ def wind_on_sail(
     The wind is that at the centre's height over the link's origin; `motion` is the hull's and `angle` [rad] the
     boom's, whose own rate is not considered.
     """
-    x, y, z = force_point(sail, angle)
-    share = wind_share(air, z)
-    east, north = share * wind_vector[0], share * wind_vector[1]
-    own = velocity_at(motion, x, y, z)
-    u = motion.r00 * east + motion.r10 * north - own[0]
-    v = motion.r01 * east + motion.r11 * north - own[1]
-    w = motion.r02 * east + motion.r12 * north - own[2]
-    m = sail.rotation
-    return m[0, 0] * u + m[1, 0] * v + m[2, 0] * w, m[0, 1] * u + m[1, 1] * v + m[2, 1] * w
+    center = force_point(sail, angle)
+    share = wind_share(air, center[2])
+    wind = unrotate_level(motion, share * wind_vector[0], share * wind_vector[1])
+    return to_hinge(sail, minus(wind, velocity_at(motion, center)))
 
 
 @kernel

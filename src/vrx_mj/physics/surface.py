@@ -195,7 +195,7 @@ def draw_surface(
             away = max(math.sqrt(r * r + (eye[2] - z) ** 2), 1e-6)
             view = ((eye[0] - x) / away, (eye[1] - y) / away, (eye[2] - z) / away)
             mirrored, glitter = _shade(slope, view, sun, grown * grown * rough, 2.0 * half / (count - 1))
-            foam = _exceeded(_BREAKING - grown * fall, math.sqrt(grown * grown * falls + _SOFT * _SOFT))
+            foam = _share_above(_BREAKING - grown * fall, math.sqrt(grown * grown * falls + _SOFT * _SOFT))
             foam = max(foam, _fringe(floats, x, y, _FRINGE + 0.5 * max(gap, beside)))
             vertices[row, 0], vertices[row, 1], vertices[row, 2] = x, y, z
             normals[row, 0], normals[row, 1], normals[row, 2] = -slope[0] / length, -slope[1] / length, 1.0 / length
@@ -204,7 +204,7 @@ def draw_surface(
 
 
 @kernel
-def _exceeded(by: float, deviation: float) -> float:
+def _share_above(by: float, deviation: float) -> float:
     """Return the share of a normal distribution above a number: its logistic approximation."""
     return 1.0 / (1.0 + math.exp(min(1.702 * by / deviation, 50.0)))
 

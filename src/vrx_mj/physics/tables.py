@@ -13,6 +13,8 @@ Waves = Table | npt.NDArray[np.float64]
 """`WAVE`, or `wave_columns` of it. numba knows which, and leaves out what is for the other."""
 Record = Any
 """One row of a `Table`."""
+Views = Any
+"""All tables of a run and MuJoCo's arrays, by name: `runtime.views.Views`."""
 
 BOX, SPHERE, CYLINDER = 0, 1, 2
 """Values of `ELEMENT.shape`."""
@@ -25,7 +27,7 @@ SAIL: Final = 4
 """Values of `THRUSTER.mapping`: a share of the largest force, the generalised logistic function of one, no propeller
 but a rudder, the force itself, or no propeller but a sail."""
 BLADES: Final = (RUDDER, SAIL)
-"""Those of what takes an angle alone."""
+"""Values of `THRUSTER.mapping` of rudders and sails, which take an angle alone."""
 
 VRX: Final = 0
 VRX3: Final = 1

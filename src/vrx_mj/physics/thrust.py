@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from vrx_mj.physics.kernel import kernel
-from vrx_mj.physics.motion import Motion, Vector, Wrench, cross, rotated_wrench, velocity_at
+from vrx_mj.physics.motion import Motion, Vector, Wrench, cross, dot, minus, plus, rotated_wrench, times, velocity_at
 from vrx_mj.physics.tables import LINEAR, NEWTONS, Record
 
 
@@ -78,17 +78,11 @@ def thruster_wrench(
     `along` [N] is a force along the engine's x axis besides, as a sail has.
     """
     c, s = math.cos(angle), math.sin(angle)
-    p, com = _from_hinge(thruster, thruster.propeller, c, s), hull.link_com
-    x = thruster.position[0] + p[0] - com[0]
-    y = thruster.position[1] + p[1] - com[1]
-    z = thruster.position[2] + p[2] - com[2]
-    d = _from_hinge(thruster, thruster.direction, c, s)
-    fx, fy, fz = d[0] * force, d[1] * force, d[2] * force
+    lever = minus(plus(thruster.position, _from_hinge(thruster, thruster.propeller, c, s)), hull.link_com)
+    push = times(force, _from_hinge(thruster, thruster.direction, c, s))
     if along != 0.0:
-        e = _from_hinge(thruster, (along, 0.0, 0.0), c, s)
-        fx, fy, fz = fx + e[0], fy + e[1], fz + e[2]
-    tx, ty, tz = cross((x, y, z), (fx, fy, fz))
-    return rotated_wrench(motion, Wrench(fx, fy, fz, tx, ty, tz))
+        push = plus(push, _from_hinge(thruster, (along, 0.0, 0.0), c, s))
+    return rotated_wrench(motion, Wrench(*push, *cross(lever, push)))
 
 
 @kernel
@@ -98,19 +92,16 @@ def engine_wrench(thruster: Record, motion: Motion, force: float, angle: float, 
     `motion` is the hull's, and the engine's frame is the hinge's turned by `angle` [rad].
     """
     c, s = math.cos(angle), math.sin(angle)
-    p, com, d = thruster.propeller, thruster.body_com, thruster.direction
-    x, y, z = p[0] - com[0], p[1] - com[1], p[2] - com[2]
-    fx, fy, fz = d[0] * force + along, d[1] * force, d[2] * force
-    push = _from_hinge(thruster, (fx, fy, fz), c, s)
-    turn = _from_hinge(thruster, cross((x, y, z), (fx, fy, fz)), c, s)
-    return rotated_wrench(motion, Wrench(push[0], push[1], push[2], turn[0], turn[1], turn[2]))
+    d, lever = thruster.direction, minus(thruster.propeller, thruster.body_com)
+    push = d[0] * force + along, d[1] * force, d[2] * force
+    turn = _from_hinge(thruster, cross(lever, push), c, s)
+    return rotated_wrench(motion, Wrench(*_from_hinge(thruster, push, c, s), *turn))
 
 
 @kernel
 def force_point(thruster: Record, angle: float) -> Vector:
     """Return where the force acts at a steering `angle` [rad]: hull axes from the link's origin [m]."""
-    p = _from_hinge(thruster, thruster.propeller, math.cos(angle), math.sin(angle))
-    return thruster.position[0] + p[0], thruster.position[1] + p[1], thruster.position[2] + p[2]
+    return plus(thruster.position, _from_hinge(thruster, thruster.propeller, math.cos(angle), math.sin(angle)))
 
 
 @kernel
@@ -122,13 +113,15 @@ def force_direction(thruster: Record, angle: float) -> Vector:
 @kernel
 def _from_hinge(thruster: Record, v: Vector, c: float, s: float) -> Vector:
     """Return a vector of the engine's axes, steered by an angle of cosine `c` and sine `s`, in the hull's axes."""
-    r = thruster.rotation
-    x, y, z = c * v[0] - s * v[1], s * v[0] + c * v[1], v[2]
-    return (
-        r[0, 0] * x + r[0, 1] * y + r[0, 2] * z,
-        r[1, 0] * x + r[1, 1] * y + r[1, 2] * z,
-        r[2, 0] * x + r[2, 1] * y + r[2, 2] * z,
-    )
+    r, turned = thruster.rotation, (c * v[0] - s * v[1], s * v[0] + c * v[1], v[2])
+    return dot(r[0], turned), dot(r[1], turned), dot(r[2], turned)
+
+
+@kernel
+def to_hinge(thruster: Record, v: Vector) -> tuple[float, float]:
+    """Return the parts of a vector of the hull's axes along the hinge's x and y."""
+    m, (x, y, z) = thruster.rotation, v
+    return m[0, 0] * x + m[1, 0] * y + m[2, 0] * z, m[0, 1] * x + m[1, 1] * y + m[2, 1] * z
 
 
 @kernel
@@ -178,11 +171,7 @@ def rudder_force(rudder: Record, motion: Motion, angle: float, thrust: float) ->
     `motion` is the hull's, over still water; `angle` [rad] is the rudder's, and `thrust` [N] that of its propeller.
     Waves, current and the emerged part of the blade are not considered, as for thrusters.
     """
-    x, y, z = force_point(rudder, angle)
-    u, v, w = velocity_at(motion, x, y, z)
-    m = rudder.rotation
-    ahead = m[0, 0] * u + m[1, 0] * v + m[2, 0] * w
-    aside = m[0, 1] * u + m[1, 1] * v + m[2, 1] * w
+    ahead, aside = to_hinge(rudder, velocity_at(motion, force_point(rudder, angle)))
     sine, cosine = math.sin(angle), math.cos(angle)
     pressure = 0.5 * rudder.density * rudder.area * rudder.slope
     share = rudder.race_share if rudder.race >= 0 else 0.0

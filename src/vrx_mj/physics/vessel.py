@@ -17,15 +17,19 @@ from vrx_mj.physics.kinematics import surface_slope
 from vrx_mj.physics.lanes import WIDTH, zeros_in_lines
 from vrx_mj.physics.motion import (
     Motion,
+    Vector,
     Wrench,
     add,
     from_origin,
     relative_motion,
     rotated_wrench,
-    scaled,
+    scale_wrench,
     shift,
+    spin_of,
+    times,
     unrotate,
     velocity_at,
+    velocity_of,
     zero_vector,
     zero_wrench,
 )  # fmt: skip
@@ -100,7 +104,7 @@ def drag_on_vessel(hull: Record, vessel: Record, strips: Table, now: Conditions)
     """Return damping, and drag of the flow across the hull: world axes, about `hull.link_com`."""
     own = strips[vessel.strip_start : vessel.strip_start + vessel.strip_count]
     drag = add(_damping_of_vessel(vessel, now.through), crossflow_drag(own, now.through_level))
-    return _placed(scaled(drag, now.wet), hull, now.body)
+    return _at_link_com(scale_wrench(drag, now.wet), hull, now.body)
 
 
 @inlined_kernel
@@ -112,7 +116,7 @@ def bias_on_vessel(hull: Record, vessel: Record, now: Conditions) -> Wrench:
         orbital, turning = now.water.orbital, now.water.turning
         rate = turning.dp, turning.dq, 0.0
         bias = added_mass_bias(vessel, now.through_level, (orbital.du, orbital.dv, orbital.dw), rate)
-    return _placed(scaled(bias, now.wet), hull, now.body)
+    return _at_link_com(scale_wrench(bias, now.wet), hull, now.body)
 
 
 @inlined_kernel
@@ -135,7 +139,7 @@ def radiation_on_vessel(hull: Record, vessel: Record, memory: Table, state: Tabl
     rows = memory[vessel.memory_start : vessel.memory_start + vessel.memory_count]
     own = state[hull.memory_start : hull.memory_start + vessel.memory_count]
     memory_step(rows, own, through, now.dt)
-    return _placed(scaled(memory_load(rows, own), now.wet), hull, now.body)
+    return _at_link_com(scale_wrench(memory_load(rows, own), now.wet), hull, now.body)
 
 
 @inlined_kernel
@@ -152,11 +156,11 @@ def diffraction_on_vessel(
     first = vessel.diffraction_start
     entries = table[first : first + frequencies * angles].reshape((frequencies, angles, 12))
     load = diffraction_load(entries, vessel.diffraction_step, waves, sea, now.body, heading_of(now.body), now.time)
-    return scaled(from_origin(load, now.body, hull.link_com), now.wet)
+    return scale_wrench(from_origin(load, now.body, hull.link_com), now.wet)
 
 
 @kernel
-def _placed(wrench: Wrench, hull: Record, body: Motion) -> Wrench:
+def _at_link_com(wrench: Wrench, hull: Record, body: Motion) -> Wrench:
     """Return a wrench of body axes about the link's origin in world axes, about `hull.link_com`."""
     return from_origin(rotated_wrench(body, wrench), body, hull.link_com)
 
@@ -179,8 +183,8 @@ def pressure_on_vessel(
         work: memory.
     """
     if vessel.hydrostatics == MATRIX:
-        return _placed(restoring_of_vessel(vessel, waves, sea, body, t), hull, body)
-    return _placed(_pressure_on_mesh(vessel, meshes, waves, sea, body, t, work), hull, body)
+        return _at_link_com(restoring_of_vessel(vessel, waves, sea, body, t), hull, body)
+    return _at_link_com(_pressure_on_mesh(vessel, meshes, waves, sea, body, t, work), hull, body)
 
 
 @kernel
@@ -214,42 +218,32 @@ def restoring_of_vessel(vessel: Record, waves: Table, sea: Record, body: Motion,
     height = sea.level + surface_height(waves, sea, body.x, body.y, t)
     east, north = surface_slope(waves, sea, body.x, body.y, t)
     long = np.sqrt(1.0 + east * east + north * north)
-    x, y, z = unrotate(body, -east / long, -north / long, 1.0 / long)
+    normal = unrotate(body, (-east / long, -north / long, 1.0 / long))
+    x, y, _ = normal
     rise = (body.z - height) / long + vessel.waterline
     g = vessel.restoring
     weight, b = vessel.displacement * sea.gravity, vessel.buoyancy
     lift = -g[2, 2] * rise - g[2, 3] * y + g[2, 4] * x
-    carried = shift(Wrench(weight * x, weight * y, weight * z, 0.0, 0.0, 0.0), (b[0], b[1], b[2]))
-    restored = Wrench(
-        lift * x,
-        lift * y,
-        lift * z,
-        -g[3, 2] * rise - g[3, 3] * y + g[3, 4] * x,
-        -g[4, 2] * rise - g[4, 3] * y + g[4, 4] * x,
-        0.0,
-    )
-    whole, left = add(carried, restored), (weight + lift) / weight
+    carried = shift(Wrench(*times(weight, normal), *zero_vector()), (b[0], b[1], b[2]))
+    heel, trim = -g[3, 2] * rise - g[3, 3] * y + g[3, 4] * x, -g[4, 2] * rise - g[4, 3] * y + g[4, 4] * x
+    whole, left = add(carried, Wrench(*times(lift, normal), heel, trim, 0.0)), (weight + lift) / weight
     if left >= 0.5:
         return whole
     force, turn = max(weight + lift, 0.0), 2.0 * max(left, 0.0)
-    return Wrench(force * x, force * y, force * z, turn * whole.tx, turn * whole.ty, turn * whole.tz)
+    return Wrench(*times(force, normal), *times(turn, whole[3:]))
 
 
 @kernel
 def _damping_of_vessel(vessel: Record, through: Motion) -> Wrench:
     """Return linear damping, and quadratic damping of the motion of `vessel.point`, through the water."""
-    m, d, q, c = through, vessel.damping, vessel.damping_quadratic, vessel.point
-    u, v, w = velocity_at(m, c[0], c[1], c[2])
-    velocity, spin = (m.u, m.v, m.w), (m.p, m.q, m.r)
-    x, y, z = matrix_times(d, 0, velocity, spin)
-    k, n, o = matrix_times(d, 3, velocity, spin)
-    linear = Wrench(-x, -y, -z, -k, -n, -o)
-    quadratic = Wrench(
-        -q[0] * abs(u) * u,
-        -q[1] * abs(v) * v,
-        -q[2] * abs(w) * w,
-        -q[3] * abs(m.p) * m.p,
-        -q[4] * abs(m.q) * m.q,
-        -q[5] * abs(m.r) * m.r,
-    )
-    return add(linear, shift(quadratic, (c[0], c[1], c[2])))
+    d, q, c = vessel.damping, vessel.damping_quadratic, vessel.point
+    velocity, spin = velocity_of(through), spin_of(through)
+    linear = Wrench(*matrix_times(d, 0, velocity, spin), *matrix_times(d, 3, velocity, spin))
+    quadratic = Wrench(*_quadratic_drag(q, velocity_at(through, c)), *_quadratic_drag(q[3:], spin))
+    return add(scale_wrench(linear, -1.0), shift(quadratic, (c[0], c[1], c[2])))
+
+
+@kernel
+def _quadratic_drag(q: FloatArray, v: Vector) -> Vector:
+    """Return -q |v| v along each of three axes."""
+    return -q[0] * abs(v[0]) * v[0], -q[1] * abs(v[1]) * v[1], -q[2] * abs(v[2]) * v[2]

@@ -17,22 +17,22 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.physics.elementary import cosines_and_sines, exponentials
+from vrx_mj.physics.elementary import exponential, near_cosine_and_sine
 from vrx_mj.physics.kernel import inlined_kernel, kernel
 from vrx_mj.physics.lanes import (
     WIDTH,
     Lanes,
     any_positive,
+    broadcast,
     larger,
     load,
     product_and,
     smaller,
-    spread,
     store,
     total,
     totals,
 )
-from vrx_mj.physics.motion import Motion, Vector, rotate
+from vrx_mj.physics.motion import Motion, Vector, rotate, unrotate_level
 from vrx_mj.physics.tables import Record, Table
 from vrx_mj.physics.wave_columns import AMPLITUDE, BOTTOM, EAST, FREQUENCY, MEMORY, NORTH, PHASE, WAVENUMBER
 from vrx_mj.physics.waves import ramp
@@ -127,19 +127,13 @@ def pressures_in_waves(
     grown, reach = ramp(sea, t), _reach((body.r20, body.r21, body.r22), vessel.half)
     depth = _THINNEST
     for i in range(parts.size):
-        x, y, z = _middle(parts[i], body)
+        x, y, z = rotate(body, parts[i].center)
         height = grown * _place_middle(columns, _MIDDLES + 2 * i, body.x + x, body.y + y, t)
         depth = max(depth, _SPARE * (height - (body.z + z - sea.level - reach)))
     _spread_down(box, depth, columns, sea)
     for i in range(parts.size):
         _fill_box(box, columns, _MIDDLES + 2 * i, grown, polynomial)
-        _evaluate(box, depth, parts[i], _middle(parts[i], body), polynomial, points, sea, body, out)
-
-
-@kernel
-def _middle(part: Record, body: Motion) -> Vector:
-    """Return the middle of a part's box from the link's origin [m], world axes."""
-    return rotate(body, part.center[0], part.center[1], part.center[2])
+        _evaluate(box, depth, parts[i], rotate(body, parts[i].center), polynomial, points, sea, body, out)
 
 
 @kernel
@@ -147,7 +141,7 @@ def _box_around(vessel: Record, body: Motion) -> WaveBox:
     """Return the size of the level boxes, in the hull's heading, that hold each its part."""
     cos, sin = heading_of(body)
     h = vessel.half
-    length, width = _reach(_along(cos, sin, body), h), _reach(_along(-sin, cos, body), h)
+    length, width = _reach(unrotate_level(body, cos, sin), h), _reach(unrotate_level(body, -sin, cos), h)
     return WaveBox(cos, sin, max(length, _THINNEST), max(width, _THINNEST), vessel.wave_rows, vessel.wave_levels)
 
 
@@ -161,7 +155,7 @@ def _reach(direction: Vector, half: FloatArray) -> float:
 def _share(angles: Lanes, fades: float, faded: float) -> Lanes:
     """Return the share of waves of k a = `angles` that is left: 1, less from `fades` on, none from `faded` on."""
     beyond = (larger(angles, 0.0 - angles) - fades) * (1.0 / (faded - fades))
-    beyond = smaller(larger(beyond, spread(0.0)), spread(1.0))
+    beyond = smaller(larger(beyond, 0.0), 1.0)
     return 1.0 - beyond * beyond * (3.0 - 2.0 * beyond)
 
 
@@ -178,12 +172,12 @@ def _spread_over(box: WaveBox, columns: FloatArray) -> None:
         along = k * (x * box.cos + y * box.sin) * box.half_length
         across = k * (y * box.cos - x * box.sin) * box.half_width
         store(left, i, load(amplitude, i) * _share(along, _FADES, _FADED) * _share(across, fades, faded))
-        c, s = cosines_and_sines(0.5 * along)
+        c, s = near_cosine_and_sine(0.5 * along)
         store(c1, i, c)
         store(s1, i, s)
         store(c2, i, c * c)
         store(s2, i, c * s)
-        c, s = cosines_and_sines(spacing * across)
+        c, s = near_cosine_and_sine(spacing * across)
         store(turn, i, c)
         store(turned, i, s)
 
@@ -198,10 +192,10 @@ def _place_middle(columns: FloatArray, start: int, x: float, y: float, t: float)
     c2, s2 = columns[_ALONG + 2], columns[_ALONG + 3]
     east, north, wavenumber, left = columns[EAST], columns[NORTH], columns[WAVENUMBER], columns[_HEIGHT]
     frequency, phase, c, s = columns[FREQUENCY], columns[PHASE], columns[start], columns[start + 1]
-    middle, even, odd = spread(0.0), spread(0.0), spread(0.0)
+    middle = even = odd = broadcast(0.0)
     for i in range(0, c.size, WIDTH):
         along = load(wavenumber, i) * (load(east, i) * x + load(north, i) * y)
-        cos, sin = cosines_and_sines(along - load(frequency, i) * t + load(phase, i))
+        cos, sin = near_cosine_and_sine(along - load(frequency, i) * t + load(phase, i))
         store(c, i, cos)
         store(s, i, sin)
         p, q = load(left, i) * cos, load(left, i) * sin
@@ -218,7 +212,7 @@ def _spread_down(box: WaveBox, depth: float, columns: FloatArray, sea: Record) -
     wavenumber, left, bottom = columns[WAVENUMBER], columns[_HEIGHT], columns[BOTTOM]
     step, deep = -depth / (box.levels - 1), sea.depth == math.inf
     for i in range(0, left.size, WIDTH):
-        height, fall = load(left, i), exponentials(load(wavenumber, i) * step)
+        height, fall = load(left, i), exponential(load(wavenumber, i) * step)
         if deep:
             for level in range(box.levels):
                 store(columns[_LEVELS + level], i, height)
@@ -270,11 +264,11 @@ def _add_up(columns: FloatArray, start: int, levels: int, row: int, out: FloatAr
 
     At the middle, and the even and odd parts of those half a side and a side from it; `start` is where the row is.
     """
-    c, s, none = columns[start], columns[start + 1], spread(0.0)
+    c, s = columns[start], columns[start + 1]
     c1, s1, c2, s2 = columns[_ALONG], columns[_ALONG + 1], columns[_ALONG + 2], columns[_ALONG + 3]
     for level in range(levels):
         height = columns[_LEVELS + level]
-        zero, even, odd, far_even, far_odd = none, none, none, none, none
+        zero = even = odd = far_even = far_odd = broadcast(0.0)
         for i in range(0, c.size, WIDTH):
             h = load(height, i)
             p, q = h * load(c, i), h * load(s, i)
@@ -283,29 +277,28 @@ def _add_up(columns: FloatArray, start: int, levels: int, row: int, out: FloatAr
             odd = product_and(q, load(s1, i), odd)
             far_even = product_and(p, load(c2, i), far_even)
             far_odd = product_and(q, load(s2, i), far_odd)
-        store(out[level, row], 0, totals(zero, even, odd, far_even, far_odd, none, none, none))
+        store(out[level, row], 0, totals(zero, even, odd, far_even, far_odd, 0.0, 0.0, 0.0))
 
 
 @kernel
 def _to_powers_along(sums: FloatArray) -> None:
     """Replace what `_add_up` writes for a row at a level, (WIDTH,), by coefficients of powers along."""
-    value = spread(0.0)
+    value = broadcast(0.0)
     for node in range(_SIDE):
-        value = product_and(spread(sums[node]), load(_FROM_SUMS[node], 0), value)
+        value = product_and(sums[node], load(_FROM_SUMS[node], 0), value)
     store(sums, 0, value)
 
 
 @kernel
 def _to_powers_across(rows: FloatArray, number: int, factor: float) -> None:
     """Replace the values in rows of nodes, (ROWS, WIDTH), by coefficients of powers across, times a factor."""
+    a, b, c = load(rows[0], 0) * factor, load(rows[1], 0) * factor, load(rows[2], 0) * factor
     if number == SLENDER_ROWS:
         m = _SLENDER_POWERS
-        a, b, c = load(rows[0], 0) * factor, load(rows[1], 0) * factor, load(rows[2], 0) * factor
         store(rows[0], 0, b)
         store(rows[1], 0, a * m[1][0] + c * m[1][2])
         store(rows[2], 0, a * m[2][0] + b * m[2][1] + c * m[2][2])
         return
-    a, b, c = load(rows[0], 0) * factor, load(rows[1], 0) * factor, load(rows[2], 0) * factor
     d, e = load(rows[3], 0) * factor, load(rows[4], 0) * factor
     for power in range(ROWS):
         n = _SIDE_POWERS[power]
@@ -338,8 +331,8 @@ def _evaluate(
     """
     weight, shallow = sea.density * sea.gravity, 1.0 / sea.depth  # 0 in deep water
     length, width, shorter = 1.0 / box.half_length, 1.0 / box.half_width, 1.0 / depth
-    ax, ay, az = _along(box.cos * length, box.sin * length, body)
-    bx, by, bz = _along(-box.sin * width, box.cos * width, body)
+    ax, ay, az = unrotate_level(body, box.cos * length, box.sin * length)
+    bx, by, bz = unrotate_level(body, -box.sin * width, box.cos * width)
     a0 = -length * (box.cos * middle[0] + box.sin * middle[1])
     b0 = -width * (box.cos * middle[1] - box.sin * middle[0])
     c0 = body.z - sea.level
@@ -351,20 +344,14 @@ def _evaluate(
         up = (x * body.r20 + y * body.r21) + (z * body.r22 + c0)
         surface = _plane(polynomial[0], box.rows, s, r)
         head = surface - up
-        below = larger(head, spread(0.0))
+        below = larger(head, 0.0)
         if any_positive(below):
-            d = smaller(below * shorter / (surface * shallow + 1.0), spread(1.0))
+            d = smaller(below * shorter / (surface * shallow + 1.0), 1.0)
             deeper = _plane(polynomial[box.levels - 1], box.rows, s, r)
             for power in range(box.levels - 2, 0, -1):
                 deeper = product_and(deeper, d, _plane(polynomial[power], box.rows, s, r))
             head = product_and(deeper, d, head)
         store(out, i, head * weight)
-
-
-@kernel
-def _along(cos: float, sin: float, m: Motion) -> Vector:
-    """Return a level direction, or a multiple of it, in body axes."""
-    return cos * m.r00 + sin * m.r10, cos * m.r01 + sin * m.r11, cos * m.r02 + sin * m.r12
 
 
 @kernel
@@ -380,5 +367,5 @@ def _plane(c: FloatArray, rows: int, s: Lanes, r: Lanes) -> Lanes:
 @kernel
 def _line(a: FloatArray, s: Lanes, s2: Lanes) -> Lanes:
     """Return values of a polynomial (SIDE,) at places, whose squares are given."""
-    low, high = product_and(s, spread(a[1]), spread(a[0])), product_and(s, spread(a[3]), spread(a[2]))
-    return product_and(s2, product_and(s2, spread(a[4]), high), low)
+    low, high = product_and(s, a[1], a[0]), product_and(s, a[3], a[2])
+    return product_and(s2, product_and(s2, a[4], high), low)

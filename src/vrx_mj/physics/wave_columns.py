@@ -12,19 +12,18 @@ from vrx_mj.physics.elementary import (
     FAR,
     cosine,
     cosine_and_sine,
-    cosines_and_sines,
     exponential,
-    exponentials,
     near_cosine,
+    near_cosine_and_sine,
 )
 from vrx_mj.physics.kernel import allocating_kernel, kernel
 from vrx_mj.physics.lanes import (
     WIDTH,
     any_positive,
+    broadcast,
     larger,
     load,
     product_and,
-    spread,
     store,
     total,
     totals,
@@ -104,11 +103,11 @@ def motion_of_columns(columns: Waves, x: float, y: float, z: float, t: float) ->
     """Return the six sums of `orbital_motion` at (x, y) [m], `z` [m] over the mean level, and time `t` [s]."""
     east, north, wavenumber = columns[EAST], columns[NORTH], columns[WAVENUMBER]
     frequency, phase, orbital, bottom = columns[FREQUENCY], columns[PHASE], columns[_ORBITAL], columns[BOTTOM]
-    cos, sin, most = columns[MEMORY], columns[MEMORY + 1], spread(0.0)
+    cos, sin, most = columns[MEMORY], columns[MEMORY + 1], broadcast(0.0)
     for i in range(0, cos.size, WIDTH):
         along = load(wavenumber, i) * (load(east, i) * x + load(north, i) * y)
         angle = along - load(frequency, i) * t + load(phase, i)
-        c, s = cosines_and_sines(angle)
+        c, s = near_cosine_and_sine(angle)
         store(cos, i, c)
         store(sin, i, s)
         most = larger(larger(angle, 0.0 - angle), most)
@@ -117,10 +116,10 @@ def motion_of_columns(columns: Waves, x: float, y: float, z: float, t: float) ->
             angle = wavenumber[i] * (east[i] * x + north[i] * y) - frequency[i] * t + phase[i]
             cos[i], sin[i] = cosine_and_sine(angle)
     above = columns[MEMORY + 2]
-    u, v, w, du, dv, dw = spread(0.0), spread(0.0), spread(0.0), spread(0.0), spread(0.0), spread(0.0)
+    u = v = w = du = dv = dw = broadcast(0.0)
     for i in range(0, cos.size, WIDTH):
         own, f, bed = load(orbital, i), load(frequency, i), load(bottom, i)
-        down = exponentials(load(wavenumber, i) * z)
+        down = exponential(load(wavenumber, i) * z)
         level, upright = own * down, own * down
         if any_positive(bed):
             up, whole = bed / down, bed + 1.0
@@ -133,8 +132,8 @@ def motion_of_columns(columns: Waves, x: float, y: float, z: float, t: float) ->
         du = product_and(load(east, i), s, du)
         dv = product_and(load(north, i), s, dv)
         dw = product_and(f, upright * load(cos, i), dw)
-    sums, none = columns[MEMORY + 3], spread(0.0)
-    store(sums, 0, totals(u, v, w, du, dv, dw, none, none))
+    sums = columns[MEMORY + 3]
+    store(sums, 0, totals(u, v, w, du, dv, dw, 0.0, 0.0))
     return sums[0], sums[1], sums[2], sums[3], sums[4], -sums[5]
 
 
@@ -143,7 +142,7 @@ def turning_of_columns(columns: Waves, reach: Vector) -> tuple[float, ...]:
     """Return the four sums of `orbital_turning`, where and when `motion_of_columns` was asked for last."""
     east, north, wavenumber, frequency = columns[EAST], columns[NORTH], columns[WAVENUMBER], columns[FREQUENCY]
     cos, sin, above = columns[MEMORY], columns[MEMORY + 1], columns[MEMORY + 2]
-    p, q, dp, dq = spread(0.0), spread(0.0), spread(0.0), spread(0.0)
+    p = q = dp = dq = broadcast(0.0)
     for i in range(0, cos.size, WIDTH):
         k, f = load(wavenumber, i), load(frequency, i)
         along, across = k * load(east, i), k * load(north, i)
@@ -154,6 +153,6 @@ def turning_of_columns(columns: Waves, reach: Vector) -> tuple[float, ...]:
         q = product_and(along, c, q)
         dp = product_and(across, s, dp)
         dq = product_and(along, s, dq)
-    sums, none = columns[MEMORY + 3], spread(0.0)
-    store(sums, 0, totals(p, q, dp, dq, none, none, none, none))
+    sums = columns[MEMORY + 3]
+    store(sums, 0, totals(p, q, dp, dq, 0.0, 0.0, 0.0, 0.0))
     return sums[0], -sums[1], sums[2], -sums[3]

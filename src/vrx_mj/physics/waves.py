@@ -118,6 +118,13 @@ def ramp(sea: Record, t: float) -> float:
 
 
 @kernel
+def wave_phase(wave: Record, x: float, y: float, t: float) -> float:
+    """Return the phase [rad] of a row of `tables.WAVE` at (x, y) [m] and time `t` [s]; a crest has 0."""
+    along = wave.direction[0] * x + wave.direction[1] * y
+    return float(wave.wavenumber * along - wave.frequency * t + wave.phase)
+
+
+@kernel
 def elevation(waves: Waves, x: float, y: float, t: float) -> float:
     """Return the height [m] of the grown sea above its mean level at (x, y) [m] and time `t` [s]."""
     if waves.ndim == 2:
@@ -125,8 +132,7 @@ def elevation(waves: Waves, x: float, y: float, t: float) -> float:
     height = 0.0
     for i in range(waves.size):
         wave = waves[i]
-        along = wave.direction[0] * x + wave.direction[1] * y
-        height += wave.amplitude * cosine(wave.wavenumber * along - wave.frequency * t + wave.phase)
+        height += wave.amplitude * cosine(wave_phase(wave, x, y, t))
     return height
 
 
@@ -155,7 +161,7 @@ def surface_heights(
 
 
 @kernel
-def stretched(waves: Table, sea: Record, change: Record, phases: FloatArray, out: Table) -> None:
+def stretch_waves(waves: Table, sea: Record, change: Record, phases: FloatArray, out: Table) -> None:
     """Write the waves of a sea that differs from `waves` by `change` into `out`; `sea` and `change` are as below.
 
     Heights grow by a factor; angular frequencies go from w to (p / f) (w / p)^b, with the peak's p, the period's

@@ -6,7 +6,7 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.kernel import kernel
-from vrx_mj.physics.motion import Motion, Wrench, from_origin, rotate, rotated_wrench
+from vrx_mj.physics.motion import Motion, Wrench, from_origin, rotate, rotated_wrench, unrotate_level, velocity_of
 from vrx_mj.physics.noise import normal
 from vrx_mj.physics.tables import MARINE, VRX3, Record, Table
 from vrx_mj.physics.windage import windage_load
@@ -126,9 +126,7 @@ def wind_load(coefficients: FloatArray, motion: Motion, wind_vector: tuple[float
     (cx, cy [N s2/m2], cz [N m s2/m2]). VRX's quirk is kept: it is the *true* wind, so the link's own velocity
     changes nothing and the wind damps nothing.
     """
-    x, y = wind_vector
-    u = motion.r00 * x + motion.r10 * y
-    v = motion.r01 * x + motion.r11 * y
+    u, v, _ = unrotate_level(motion, wind_vector[0], wind_vector[1])
     fx = coefficients[0] * u * abs(u)
     fy = coefficients[1] * v * abs(v)
     turning = -2.0 * coefficients[2] * u * v
@@ -152,7 +150,7 @@ def apparent_wind_load(coefficients: FloatArray, motion: Motion, wind_vector: tu
 @kernel
 def _apparent_wind(wind_vector: tuple[float, float], motion: Motion) -> tuple[float, float]:
     """Return the wind less the velocity of the link's origin [m/s, world]: the apparent wind."""
-    vx, vy, _ = rotate(motion, motion.u, motion.v, motion.w)
+    vx, vy, _ = rotate(motion, velocity_of(motion))
     return wind_vector[0] - vx, wind_vector[1] - vy
 
 

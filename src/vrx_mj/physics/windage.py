@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from vrx_mj.physics.kernel import kernel
-from vrx_mj.physics.motion import Motion, Wrench, rotate, rotated_wrench, shift, zero_wrench
+from vrx_mj.physics.motion import Motion, Wrench, rotate, rotated_wrench, shift, unrotate_level, zero_wrench
 from vrx_mj.physics.tables import Record, Table
 
 AIR_DENSITY = 1.225
@@ -197,9 +197,8 @@ def windage_load(hull: Record, windage: Table, motion: Motion, wind_vector: tupl
     `hull.windage_offset` ahead of it, where the force acts: a beam wind heels the boat, and rolling is damped.
     """
     height, ahead = hull.windage_height, hull.windage_offset
-    x, y = wind_vector
-    u = motion.r00 * x + motion.r10 * y - (motion.u + motion.q * height)
-    v = motion.r01 * x + motion.r11 * y - (motion.v + motion.r * ahead - motion.p * height)
+    u, v, _ = unrotate_level(motion, wind_vector[0], wind_vector[1])
+    u, v = u - (motion.u + motion.q * height), v - (motion.v + motion.r * ahead - motion.p * height)
     square = u * u + v * v
     if square == 0.0:
         return zero_wrench()
@@ -213,4 +212,4 @@ def windage_load(hull: Record, windage: Table, motion: Motion, wind_vector: tupl
     yaw = lee * (low.yaw + share * (high.yaw - low.yaw))
     load = rotated_wrench(motion, Wrench(surge, sway, 0.0, roll, 0.0, yaw))
     com = hull.link_com
-    return shift(load, rotate(motion, ahead - com[0], -com[1], height - com[2]))
+    return shift(load, rotate(motion, (ahead - com[0], -com[1], height - com[2])))

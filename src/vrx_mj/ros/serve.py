@@ -233,7 +233,7 @@ def _sentences(sim: Simulation, wanted: Wanted, report: Report) -> BoatOutputs:
 
     instruments = Instruments(sim)
     for boat in wanted.nmea:
-        report("INFO", instruments.described(boat))
+        report("INFO", instruments.description(boat))
     return partial(nmea_outputs, instruments)
 
 

@@ -175,7 +175,7 @@ def _around_stations(
     """Surroundings of a hull on stations; the water of VRX's profiles is at rest."""
     water, through, level = still_water(), body, body
     if work is not None and hull.profile == MARINE:
-        water = water_motion(hull, hull.link_com, body, waves, a.sea[0], a.current, a.current_state, a.layers, time)
+        water = water_motion(hull, hull.link_com, body, waves, a, time)
         level = motion_through(water, body)
         through = turned_with(level, water.turning, hull.link_com)
     windage = None if work is None else a.windage
@@ -188,9 +188,7 @@ def _around_vessel(
 ) -> Conditions:
     """Surroundings of a hull with a model of its own."""
     vessel = a.vessels[hull.vessel]
-    water = water_motion(
-        hull, vessel.buoyancy, body, work.columns, a.sea[0], a.current, a.current_state, a.layers, time
-    )
+    water = water_motion(hull, vessel.buoyancy, body, work.columns, a, time)
     level = motion_through(water, body)
     through = turned_with(level, water.turning, vessel.buoyancy)
     pressure = pressure_on_vessel(hull, vessel, hull_meshes(a), a.waves, a.sea[0], body, time, work)
@@ -238,10 +236,7 @@ def _thrust(hull: Record, body: Motion, a: Views, work: VesselWork | None, air: 
         elif own.angle != target or own.rate != 0.0:
             own.angle, own.rate = servo_step(thruster, own.angle, own.rate, target, dt)
         if work is not None and thruster.measured >= 0:
-            update_propeller(
-                hull, thruster, own, a.propellers, a.propeller_points, a.propeller_state, work.columns, a.sea[0],
-                a.current, a.current_state, a.layers, body, time, dt,
-            )  # fmt: skip
+            update_propeller(hull, thruster, own, a, work.columns, body, time, dt)
         else:
             _update_force(hull, thruster, own, a.thruster_state, a.sail_curves, body, a.air, air, time)
         along = own.applied if thruster.mapping == SAIL else 0.0

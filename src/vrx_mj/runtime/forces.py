@@ -59,7 +59,7 @@ def boat_forces(arrays: LoopArrays, run_copy: RunCopy, index: int, time: float) 
     hull = arrays.hulls[index]
     body = motion(arrays.data.qpos, arrays.data.qvel, int(hull["qpos"]), int(hull["dof"]))
     mass, center = _boat_center(arrays, hull, body)
-    lever = tuple(rotate(body, *hull["link_com"].tolist()) - center)
+    lever = tuple(rotate(body, hull["link_com"]) - center)
 
     def about_center(wrench: Wrench) -> FloatArray:
         return np.array(shift(wrench, lever))
@@ -108,7 +108,7 @@ def _boat_center(arrays: LoopArrays, hull: Record, body: Motion) -> tuple[float,
             turn = thruster["rotation"] @ rotation_matrix((np.cos(half), 0.0, 0.0, np.sin(half)))
             moment = moment + engine * (thruster["position"] + turn @ thruster["body_com"])
             total += engine
-    return total, np.array(rotate(body, *(moment / total).tolist()))
+    return total, np.array(rotate(body, moment / total))
 
 
 def _added_mass(arrays: LoopArrays, hull: Record, body: Motion, bias: Wrench) -> Wrench:
@@ -120,7 +120,7 @@ def _added_mass(arrays: LoopArrays, hull: Record, body: Motion, bias: Wrench) ->
         added_inertia(hull, body, matrix)
     dof = int(hull["dof"])
     reaction = -(matrix @ arrays.data.qacc[dof : dof + 6])
-    wrench = Wrench(*(reaction[:3] + np.array(bias[:3])), *np.array(rotate(body, *reaction[3:].tolist())))
+    wrench = Wrench(*(reaction[:3] + np.array(bias[:3])), *np.array(rotate(body, reaction[3:])))
     about_origin = hull["profile"] == VRX3 or hull["vessel"] >= 0
     return from_origin(wrench, body, hull["link_com"]) if about_origin else wrench
 

@@ -251,11 +251,7 @@ def _push_docks(a: Views, work: VesselWork | None, waves: Waves, air: Air, time:
     """Let water and wind push the blocks of floating docks, and their moorings pull."""
     stream = None if work is None else current_velocity(a.current, a.current_state, a.layers, 0.0, time)
     for i in range(a.blocks.size):
-        wrench = block_load(
-            i, a.blocks, a.raft_work, a.elements, a.element_state, a.block_state, waves, a.sea[0], stream, air,
-            a.qpos, a.qvel, time, dt,
-        )  # fmt: skip
-        apply_wrench(a.xfrc_applied, a.blocks[i].body, wrench)
+        apply_wrench(a.xfrc_applied, a.blocks[i].body, block_load(i, a, waves, stream, air, time, dt))
     for i in range(a.moorings.size):
         line = a.moorings[i]
         _apply_more(a.xfrc_applied, a.blocks[line.block].body, moor(line, a.blocks, a.raft_work, dt))

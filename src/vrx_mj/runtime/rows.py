@@ -17,7 +17,7 @@ from vrx_mj.model.water import Sea
 from vrx_mj.physics.kernel import allocating_kernel, expanded_kernel, kernel
 from vrx_mj.physics.motion import motion
 from vrx_mj.physics.tables import Record, Table
-from vrx_mj.physics.waves import random_phases, stretched, surface_height
+from vrx_mj.physics.waves import random_phases, stretch_waves, surface_height
 from vrx_mj.runtime.loop import advance, advance_vrx
 from vrx_mj.runtime.row_arguments import as_numbers
 from vrx_mj.runtime.views import views
@@ -187,7 +187,7 @@ class RowSeas:
 def _stretch_rows(world: Table, nominal: Table, change: Table, phases: FloatArray, waves: Table) -> None:
     """Write the waves of every row, (rows, waves)."""
     for i in range(change.size):
-        stretched(world[i], nominal[0], change[i], phases[i], waves[i])
+        stretch_waves(world[i], nominal[0], change[i], phases[i], waves[i])
 
 
 @kernel

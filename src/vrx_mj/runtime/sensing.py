@@ -20,7 +20,7 @@ from vrx_mj.config.sensors import LidarConfig
 from vrx_mj.errors import CommandError, SensorError
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.site import Georeference
-from vrx_mj.physics.kernel import cached
+from vrx_mj.physics.kernel import is_cached
 from vrx_mj.physics.surface import draw_surface
 from vrx_mj.runtime.loop import HUGE
 from vrx_mj.runtime.loop_arrays import LoopArrays
@@ -104,15 +104,15 @@ class Sights:
 
         What is cached is left for the first reading to load, in a fraction of a second.
         """
-        if any(sensor.config.type == "camera" for sensor in sensors) and not cached(draw_surface):
+        if any(sensor.config.type == "camera" for sensor in sensors) and not is_cached(draw_surface):
             with compile_notice(draw_surface, *_SEA):
                 Cameras(self._drawing(), self._world.parameters).compile()
         lidars = (sensor for sensor in sensors if sensor.config.type == "lidar")
         for sea, sensor in {sensor.config.sea_returns: sensor for sensor in lidars}.items():
-            if not (cached(cast) and cached(noisy) and (cached(cast_at_sea) or not sea)):
+            if not (is_cached(cast) and is_cached(noisy) and (is_cached(cast_at_sea) or not sea)):
                 self.scan(sensor, now, Draw(0, sensor.boat, sensor.name, 0, sensor.config.rate))
         for sensor in sensors:
-            if sensor.config.type == "echo_sounder" and not cached(cast):
+            if sensor.config.type == "echo_sounder" and not is_cached(cast):
                 self.echo(sensor, now)
 
     def _scene(self, model: mujoco.MjModel, now: Moment) -> mujoco.MjData:

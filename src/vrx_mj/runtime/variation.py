@@ -54,7 +54,7 @@ class Variation:
 
     @cached_property
     def _numbers(self) -> dict[str, Number]:
-        """Numbers of which the loop's tables are made alone: what MuJoCo's model has too, as a mass, differs by no row."""
+        """Numbers that only the loop's tables have: those that MuJoCo's model has too, such as masses, cannot differ by row."""
         known = numbers_of(self._world.parameters)
         return {
             name: number for name, number in known.items() if number.path[0] in _ROOTS and not number.in_mjcf

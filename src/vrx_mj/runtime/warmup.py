@@ -7,7 +7,7 @@ from typing import Any
 from numba.core import event
 
 from vrx_mj.bar import Bar
-from vrx_mj.physics.kernel import cached
+from vrx_mj.physics.kernel import is_cached
 
 _ONCE = "for this machine, once"
 _EVERY_TIME = "for this process only, since no cache folder can be used: set VRX_MJ_CACHE to one of your own"
@@ -21,7 +21,7 @@ def compile_notice(first_call: Any, what: str = "the physics", seconds: int = 20
 
     `what` is compiled, which takes about so many `seconds`.
     """
-    if cached(first_call):
+    if is_cached(first_call):
         yield
         return
     kept = first_call.stats.cache_path is not None

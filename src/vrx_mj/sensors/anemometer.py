@@ -34,7 +34,7 @@ def wind_reading(config: AnemometerConfig, flow: FloatArray, draw: Draw) -> Appa
 
 ANEMOMETER = SensorKind(
     AnemometerConfig,
-    lambda measurement: wind_reading(measurement.config, measurement.wind, measurement.draw),
+    lambda now: wind_reading(now.config, now.wind, now.draw),
     RecordedNumbers(lambda _: 2, lambda numbers, _: ApparentWind(*numbers.tolist())),
     plots=(
         Plot("apparent_wind", "Apparent wind [m/s]", lambda data: data.speed),

@@ -61,11 +61,6 @@ def with_grain(drawn: ByteArray, table: npt.NDArray[np.int32], key: np.uint64, o
                 target[column, channel] = np.uint8(min(max(np.int32(source[column, channel]) + change, 0), 255))
 
 
-def _copy_flipped(drawn: ByteArray, out: ByteArray) -> None:
-    """Write `drawn`, whose first row is the lowest, into `out`, first row highest."""
-    np.copyto(out, drawn[::-1])
-
-
 class Cameras:
     """All cameras of a world: those of the same `antialiasing` share a drawing context, which the first picture makes.
 
@@ -119,7 +114,7 @@ class Cameras:
             own = np.uint64(bits(np.uint64(key), np.uint64(index)))  # numba returns it as a plain int
             with_grain(self._drawn, grain_table(config.noise), own, rgb)
         else:
-            _copy_flipped(self._drawn, rgb)
+            np.copyto(rgb, self._drawn[::-1])
         return Image(rgb=rgb, info=intrinsics(config))
 
     def seen_geoms(self, config: CameraConfig) -> IntArray:

@@ -36,6 +36,22 @@ _AUTOMATIC = ("", "enable", "enabled", "on", "true", "1")
 
 _EGL_PLATFORM_DEVICE = 0x313F
 
+_CYLINDER_LIST = 3
+"""Number of the closed cylinder among the display lists of MuJoCo's shapes."""
+_SPARE_GEOMS = 16
+"""Room in a scene for more than the model's own geoms and skins."""
+_FLAGS = {
+    mujoco.mjtRndFlag.mjRND_SHADOW: False,  # three times the work
+    mujoco.mjtRndFlag.mjRND_REFLECTION: False,
+    mujoco.mjtRndFlag.mjRND_HAZE: False,  # the sea reaches the horizon
+    mujoco.mjtRndFlag.mjRND_SKYBOX: True,
+}
+_AS_IDS = [int(mujoco.mjtRndFlag.mjRND_SEGMENT), int(mujoco.mjtRndFlag.mjRND_IDCOLOR)]
+"""Flags that draw each shape in one colour: its number from 1 on, in 24 bits, least byte first."""
+_OPEN: "weakref.WeakSet[Canvas]" = weakref.WeakSet()
+_LEFT: dict[threading.Thread, list[tuple[Any, Any]]] = {}
+"""What canvases held that another thread than theirs has closed: it can be freed in theirs alone."""
+
 
 def _new_context(width: int, height: int) -> Any:
     """A fresh OpenGL context of the backend that `choose_backend` names.
@@ -155,25 +171,6 @@ def _advice(problems: dict[str, str]) -> str:
         f"cannot draw pictures without a screen:{found}\nInstall one of these; it is found automatically, "
         f"or selected by the variable MUJOCO_GL:{lines}"
     )
-
-
-_CYLINDER_LIST = 3
-"""Number of the closed cylinder among the display lists of MuJoCo's shapes."""
-_SPARE_GEOMS = 16
-"""Room in a scene for more than the model's own geoms and skins."""
-_FLAGS = {
-    mujoco.mjtRndFlag.mjRND_SHADOW: False,  # three times the work
-    mujoco.mjtRndFlag.mjRND_REFLECTION: False,
-    mujoco.mjtRndFlag.mjRND_HAZE: False,  # the sea reaches the horizon
-    mujoco.mjtRndFlag.mjRND_SKYBOX: True,
-}
-_AS_IDS = [int(mujoco.mjtRndFlag.mjRND_SEGMENT), int(mujoco.mjtRndFlag.mjRND_IDCOLOR)]
-"""Flags that draw each shape in one colour: its number from 1 on, in 24 bits, least byte first."""
-
-
-_OPEN: "weakref.WeakSet[Canvas]" = weakref.WeakSet()
-_LEFT: dict[threading.Thread, list[tuple[Any, Any]]] = {}
-"""What canvases held that another thread than theirs has closed: it can be freed in theirs alone."""
 
 
 class Canvas:

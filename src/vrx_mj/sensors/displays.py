@@ -42,7 +42,7 @@ class Display:
     parts: Mapping[str, tuple[str, ...]]
     """Names of the geoms of each part: a light's panels, a placard's shapes."""
     start: tuple[float, ...]
-    """Its marks at the start of a run."""
+    """Marks of the display at the start of a run."""
     marks: slice
     """Where its marks are among those of all displays."""
 

@@ -2,7 +2,6 @@
 
 import math
 
-from vrx_mj.arrays import FloatArray
 from vrx_mj.config.sensors import EchoSounderConfig, LidarConfig
 from vrx_mj.sensors.errors import Draw
 from vrx_mj.sensors.kinds import Plot, RecordedNumbers, SensorKind
@@ -43,14 +42,15 @@ def _echo(distance: float, config: EchoSounderConfig) -> Echo:
     return Echo(distance, *config.range, config.field_of_view)
 
 
-def _wrong_range(numbers: FloatArray) -> str:
-    return "" if numbers[0] >= 0.0 else f"a range of {numbers[0]:g} m"
-
-
 ECHO_SOUNDER = SensorKind(
     EchoSounderConfig,
-    lambda measurement: echo(measurement.config, measurement.echo(), measurement.draw),
-    RecordedNumbers(lambda _: 1, lambda numbers, config: _echo(float(numbers[0]), config), 1, _wrong_range),
+    lambda now: echo(now.config, now.echo(), now.draw),
+    RecordedNumbers(
+        lambda _: 1,
+        lambda numbers, config: _echo(float(numbers[0]), config),
+        1,
+        lambda numbers: "" if numbers[0] >= 0.0 else f"a range of {numbers[0]:g} m",
+    ),
     plots=(
         Plot("depth", "Depth under transducer [m]", lambda data: data.range if data.range < math.inf else math.nan),
     ),

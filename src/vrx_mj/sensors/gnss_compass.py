@@ -29,7 +29,7 @@ def _with_variances(angle: float, turn: float, config: GnssCompassConfig) -> Hea
 
 GNSS_COMPASS = SensorKind(
     GnssCompassConfig,
-    lambda by: heading(by.config, by.place, by.x_from_east, by.draw),
+    lambda now: heading(now.config, now.place, now.x_from_east, now.draw),
     RecordedNumbers(
         lambda _: 2, lambda numbers, config: _with_variances(float(numbers[0]), float(numbers[1]), config), fields=2
     ),

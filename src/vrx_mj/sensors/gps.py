@@ -38,7 +38,7 @@ def _from_numbers(numbers: FloatArray, _config: GpsConfig) -> Fix:
 
 GPS = SensorKind(
     GpsConfig,
-    lambda measurement: fix(measurement.config, measurement.place, measurement.earth, measurement.draw),
+    lambda now: fix(now.config, now.place, now.earth, now.draw),
     RecordedNumbers(lambda _: 15, _from_numbers),
     plots=(
         Plot("latitude", "Latitude [deg]", lambda data: data.latitude),

@@ -84,7 +84,7 @@ def _turn(angle: float, place: int) -> FloatArray:
 
 IMU = SensorKind(
     ImuConfig,
-    lambda by: inertia(by.config, by.place, by.place_before, by.interval, by.gravity, by.draw, by.x_from_east),
+    lambda now: inertia(now.config, now.place, now.place_before, now.interval, now.gravity, now.draw, now.x_from_east),
     RecordedNumbers(
         lambda _: 10,
         lambda numbers, config: Inertia(numbers[:4], numbers[4:7], numbers[7:], *_covariances(config)),

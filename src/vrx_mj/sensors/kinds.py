@@ -84,7 +84,7 @@ class Plot:
     name: str
     """Last part of its path."""
     title: str
-    """Its heading, with the unit."""
+    """Heading of the plot, with the unit."""
     values: Callable[[Any], Any]
     """What it shows of a reading's data: a number, or three."""
     axes: bool = False
@@ -96,17 +96,17 @@ class SensorKind:
     """A type of sensor: all its parts that are not of ROS. Its topics are in `ros.table.sensing.TOPICS`."""
 
     config: type[Any]
-    """Its configuration in `config.sensors`."""
+    """Class of the sensor's configuration in `config.sensors`."""
     measure: Callable[[Measurement], Any]
     """What makes a reading's data."""
     numbers: RecordedNumbers | None = None
     """How a recording holds its data; None for pictures, which are held as they are shown."""
     start_marks: Callable[[Any], tuple[float, ...]] = lambda _config: ()
-    """Its part of the run's state at the start, by its configuration, such as the shots left."""
+    """The sensor's part of the run's state at the start, by its configuration, such as the shots left."""
     plots: tuple[Plot, ...] = ()
     """Plots of its readings."""
 
     @property
     def type(self) -> str:
-        """Its name in files."""
+        """Name of the type in files."""
         return str(self.config.model_fields["type"].default)

@@ -17,7 +17,7 @@ from vrx_mj.physics.elementary import cosine
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.noise import normal
 from vrx_mj.physics.tables import Record, Table
-from vrx_mj.physics.waves import ramp
+from vrx_mj.physics.waves import ramp, wave_phase
 from vrx_mj.sensors.rays import VIEW, angles, cast, grid, reflecting, shapes_of
 from vrx_mj.sensors.readings import PointCloud, Scan
 
@@ -33,8 +33,7 @@ def _along(waves: Table, x: float, y: float, dx: float, dy: float, t: float) -> 
     height, slope = 0.0, 0.0
     for i in range(waves.size):
         wave = waves[i]
-        phase = wave.wavenumber * (wave.direction[0] * x + wave.direction[1] * y) - wave.frequency * t
-        phase += wave.phase
+        phase = wave_phase(wave, x, y, t)
         height += wave.amplitude * cosine(phase)
         slope -= wave.amplitude * wave.wavenumber * (wave.direction[0] * dx + wave.direction[1] * dy) * math.sin(phase)
     return height, slope
@@ -121,7 +120,7 @@ class Water(NamedTuple):
     sea: Table
     """`tables.SEA`, one row."""
     time: float
-    """[s]"""
+    """Time of the scan [s]."""
 
 
 class Lidar:

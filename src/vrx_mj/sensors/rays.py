@@ -32,7 +32,7 @@ _GRID = np.dtype(
 )
 
 _SLACK = 1e-6
-"""By which windows are wider than what is seen [rad]: far more than their rounding, far less than a ray's step."""
+"""How much wider windows are than what is seen [rad]: far more than their rounding, far less than a ray's step."""
 
 
 def grid(
@@ -154,7 +154,7 @@ _DEPTH = 128
 _FEW = 16.0
 """So many rays go down a mesh's tree one by one; more of them, by their window."""
 _PAD = 1e-9
-"""By which boxes are larger than what is in them [m]: far more than rounding."""
+"""How much larger boxes are than what is in them [m]: far more than rounding."""
 
 VIEW = np.dtype(
     [
@@ -190,17 +190,17 @@ class Shapes(NamedTuple):
     mesh: IntArray
     size: FloatArray
     bounds: FloatArray
-    """Of a geom: centre and half edges of the box about it, in its frame."""
+    """Geoms: centre and half edges of the box about it, in its frame."""
     pos: FloatArray
     mat: FloatArray
     tree: IntArray
-    """Of a mesh: where its nodes start."""
+    """Meshes: where their nodes start."""
     box: FloatArray
-    """Of a node: centre and half edges, in the mesh's frame."""
+    """Nodes: centre and half edges, in the mesh's frame."""
     child: IntArray
-    """Of a node: its halves, counted from the tree's start; negative: none."""
+    """Nodes: their halves, counted from the tree's start; negative: none."""
     leaf: IntArray
-    """Of a node: its face, counted from the mesh's first; negative: it has halves."""
+    """Nodes: their face, counted from the mesh's first; negative: there are halves."""
     face_start: IntArray
     vertex_start: IntArray
     face: IntArray
@@ -444,7 +444,7 @@ def cast(
 
     Args:
         view: a row of `VIEW`: from where, and in which model.
-        rays: a row of `windows.GRID`.
+        rays: a row of `_GRID`.
         directions: (rays, 3) unit vectors in the sensor's frame, sample by sample, in each from ring 0 up.
         shapes: of the model.
         geoms: which of them reflect.

@@ -41,7 +41,7 @@ class Label:
     name: str
     """Name of the boat, object, dock or placard; `terrain` for the shore."""
     category: str
-    """Its category, as `mb_marker_buoy_red`."""
+    """Category of the object, such as `mb_marker_buoy_red`."""
     category_id: int
     """Number of the category, the same in every world."""
     number: int
@@ -74,7 +74,7 @@ class Image:
     """What it shows, of a camera with `labels: true`."""
 
     def jpeg(self, quality: int) -> bytes:
-        """Its pixels as a JPEG file of a quality, of 100."""
+        """The pixels as a JPEG file of a quality, of 100."""
         from PIL import Image as Pillow
 
         file = io.BytesIO()

@@ -17,6 +17,9 @@ from vrx_mj.sensors.kinds import Plot, RecordedNumbers, SensorKind
 from vrx_mj.sensors.places import Place
 from vrx_mj.sensors.readings import Scan, Shooter, Sound, Truth
 
+_MOST_SHOTS = 1000.0
+_CAMERA = SensorKind(CameraConfig, lambda now: now.picture())
+
 
 def truth(config: P3dConfig, place: Place, draw: Draw) -> Truth:
     """Pose and twist, both in world axes; the noise, if there is any, is on the six components of the twist alone."""
@@ -26,7 +29,7 @@ def truth(config: P3dConfig, place: Place, draw: Draw) -> Truth:
 
 _P3D = SensorKind(
     P3dConfig,
-    lambda measurement: truth(measurement.config, measurement.place, measurement.draw),
+    lambda now: truth(now.config, now.place, now.draw),
     RecordedNumbers(lambda _: 13, lambda numbers, _: Truth(numbers[:3], numbers[3:7], numbers[7:10], numbers[10:])),
 )
 
@@ -43,7 +46,7 @@ def sound(config: PingerConfig, place: Place, beacon: FloatArray, draw: Draw) ->
 
 _PINGER = SensorKind(
     PingerConfig,
-    lambda measurement: sound(measurement.config, measurement.place, measurement.marks, measurement.draw),
+    lambda now: sound(now.config, now.place, now.marks, now.draw),
     RecordedNumbers(lambda _: 3, lambda numbers, _: Sound(*(float(value) for value in numbers))),
     start_marks=lambda _: (0.0, 0.0, 0.0),  # the beacon is at the world's origin, as in VRX
     plots=(
@@ -51,9 +54,6 @@ _PINGER = SensorKind(
         Plot("bearing", "Beacon bearing [deg]", lambda data: np.degrees(data.bearing)),
     ),
 )
-
-
-_MOST_SHOTS = 1000.0
 
 
 def _scan(numbers: FloatArray, _config: LidarConfig) -> Scan:
@@ -66,21 +66,20 @@ def _wrong_scan(numbers: FloatArray) -> str:
     return f"a range of {wild[0]:g} m" if wild.size else ""
 
 
-def _wrong_shots(numbers: FloatArray) -> str:
-    return "" if 0.0 <= numbers[0] <= _MOST_SHOTS else f"{numbers[0]:g} shots"
-
-
-_CAMERA = SensorKind(CameraConfig, lambda measurement: measurement.picture())
 _LIDAR = SensorKind(
     LidarConfig,
-    lambda measurement: measurement.scan(),
+    lambda now: now.scan(),
     # of a planar scan: clouds are held as points
     RecordedNumbers(lambda config: 5 + int(config.samples), _scan, problem=_wrong_scan),
 )
 _BALL_SHOOTER = SensorKind(
     BallShooterConfig,
-    lambda measurement: Shooter(round(float(measurement.marks[0]))),
-    RecordedNumbers(lambda _: 1, lambda numbers, _: Shooter(round(float(numbers[0]))), problem=_wrong_shots),
+    lambda now: Shooter(round(float(now.marks[0]))),
+    RecordedNumbers(
+        lambda _: 1,
+        lambda numbers, _: Shooter(round(float(numbers[0]))),
+        problem=lambda numbers: "" if 0.0 <= numbers[0] <= _MOST_SHOTS else f"{numbers[0]:g} shots",
+    ),
     start_marks=lambda config: (float(config.shots),),
     plots=(Plot("shots", "Shots left", lambda data: data.shots_left),),
 )

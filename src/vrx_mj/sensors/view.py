@@ -9,6 +9,11 @@ from vrx_mj.arrays import BoolArray, FloatArray
 from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.sensors.readings import CameraInfo
 
+SMALLEST = 0.25
+"""Radius of geoms in the picture that are drawn at least [pixels]."""
+_MARGIN = 0.03
+"""Margin by which the sea is drawn wider than the view [rad]."""
+
 
 def focal_length(config: CameraConfig) -> float:
     """Focal length [pixels], equal along both axes."""
@@ -40,12 +45,6 @@ def half_heights(config: CameraConfig) -> tuple[float, float]:
     return half, half * config.height / config.width
 
 
-SMALLEST = 0.25
-"""Radius of geoms in the picture that are drawn at least [pixels]."""
-_MARGIN = 0.03
-"""Margin by which the sea is drawn wider than the view [rad]."""
-
-
 @dataclass(frozen=True)
 class View:
     """A pinhole camera in the world."""
@@ -58,11 +57,11 @@ class View:
     """Half width of the picture at distance 1."""
     half_height: float
     near: float
-    """[m]"""
+    """Least distance that is drawn [m]."""
     far: float
-    """[m]"""
+    """Greatest distance at which geoms are drawn [m]."""
     focal_length: float
-    """[pixels]"""
+    """Focal length [pixels]."""
     end: float = 6000.0
     """Where land and sea end [m]."""
     smallest: float = SMALLEST

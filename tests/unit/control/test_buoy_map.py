@@ -12,7 +12,6 @@ from vrx_mj.control.buoy_map import (
     BuoyMap,
     Cluster,
     banks,
-    clusters,
     connected_groups,
     level_points,
     standing_free,
@@ -113,14 +112,14 @@ def test_groups_are_those_of_a_flood_over_the_cells(count):
 
 def test_a_cluster_has_the_middle_and_the_measures_of_its_returns():
     seen = np.array([[10.0, 5.0, 0.1], [10.3, 5.4, 0.9], [30.0, 0.0, 0.5], [10.1, 5.2, 9.0]])
-    one, other = sorted(clusters(seen, high=3.5))
+    one, other = sorted(standing_free(seen, widest=math.inf, apart=0.0)[0])
     assert one == Cluster(pytest.approx(10.15), pytest.approx(5.2), pytest.approx(0.5), 0.1, 0.9, 2)
     assert (other.x, other.y, other.returns, other.extent) == (30.0, 0.0, 1, 0.0)
 
 
 def test_nothing_seen_is_no_cluster():
-    assert clusters(np.empty((0, 3))) == []
-    assert clusters(np.array([[5.0, 5.0, -9.0]])) == []
+    assert standing_free(np.empty((0, 3)), widest=math.inf, apart=0.0)[0] == []
+    assert standing_free(np.array([[5.0, 5.0, -9.0]]), widest=math.inf, apart=0.0)[0] == []
 
 
 def test_a_stone_on_the_shore_does_not_stand_free_and_a_buoy_off_it_does():

@@ -14,6 +14,7 @@ from vrx_mj.control.docking import BERTH, COMMIT, LINE_UP, SLOW, STAY
 from vrx_mj.control.navigation import Estimate
 from vrx_mj.control.pictures import cutout
 from vrx_mj.control.placards import Face, Tower
+from vrx_mj.control.skipper import Moment
 
 BAY = Face(0.0, 0.0, 0.0, seen=9)
 """It looks east; the boat comes from there."""
@@ -24,6 +25,10 @@ def estimate(x, y, heading=math.pi):
     cos, sin = math.cos(heading), math.sin(heading)
     turned = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
     return Estimate(x, y, 0.0, heading, 0.0, 0.0, 0.0, turned)
+
+
+def moment(t, *where):
+    return Moment(None, estimate(*where), {}, t)
 
 
 class Log:
@@ -43,29 +48,29 @@ def docking():
 
 
 def test_in_line_the_boat_goes_in_slowly_with_its_bow_first(docking):
-    asked = docking._along(BAY, estimate(12.0, 0.1), 0.0, BERTH)
+    asked = docking._along(BAY, moment(0.0, 12.0, 0.1), BERTH)
     assert asked["vx"] == -SLOW
     assert asked["vy"] == pytest.approx(-0.07)
     assert abs(asked["heading"]) == pytest.approx(math.pi)
 
 
 def test_out_of_line_it_waits_before_the_bay_and_inside_it_goes_on(docking):
-    assert docking._along(BAY, estimate(11.0, 1.0), 0.0, BERTH)["vx"] == 0.0
-    assert docking._along(BAY, estimate(11.0, 0.0, math.pi - 0.3), 0.0, BERTH)["vx"] == 0.0
-    assert docking._along(BAY, estimate(COMMIT - 0.1, 1.0), 0.0, BERTH)["vx"] == -SLOW
+    assert docking._along(BAY, moment(0.0, 11.0, 1.0), BERTH)["vx"] == 0.0
+    assert docking._along(BAY, moment(0.0, 11.0, 0.0, math.pi - 0.3), BERTH)["vx"] == 0.0
+    assert docking._along(BAY, moment(0.0, COMMIT - 0.1, 1.0), BERTH)["vx"] == -SLOW
 
 
 def test_it_lines_up_goes_in_stays_and_backs_out(docking):
     docking._stage = "line up"
-    docking._dock(estimate(LINE_UP + 20.0, 3.0), 0.0)
+    docking._dock(moment(0.0, LINE_UP + 20.0, 3.0))
     assert docking._stage == "line up"
-    docking._dock(estimate(LINE_UP, 0.5), 1.0)
+    docking._dock(moment(1.0, LINE_UP, 0.5))
     assert docking._stage == "in"
-    docking._dock(estimate(BERTH + 0.2, 0.0), 20.0)
+    docking._dock(moment(20.0, BERTH + 0.2, 0.0))
     assert docking._stage == "stay"
-    docking._dock(estimate(BERTH, 0.0), 20.0 + STAY)
+    docking._dock(moment(20.0 + STAY, BERTH, 0.0))
     assert docking._stage == "stay"
-    assert docking._dock(estimate(BERTH, 0.0), 20.1 + STAY)["vx"] == SLOW
+    assert docking._dock(moment(20.1 + STAY, BERTH, 0.0))["vx"] == SLOW
     assert docking._stage == "out"
 
 
@@ -169,8 +174,8 @@ def test_a_chart_is_followed_gate_by_gate():
     controller._pilot, controller._start, controller._since = Log(), ((0.0, 0.0), 0.0), 0.0
     gate = controller._choose(1.0)
     assert gate.middle == (20.0, 0.0)
-    controller._note(estimate(19.9, 0.0, 0.0), 1.0)
-    controller._note(estimate(20.1, 0.0, 0.0), 1.1)
+    controller._note(moment(1.0, 19.9, 0.0, 0.0))
+    controller._note(moment(1.1, 20.1, 0.0, 0.0))
     assert controller._done == [gate]
     assert controller._choose(1.2).middle == (40.0, 0.0)
 
@@ -178,8 +183,8 @@ def test_a_chart_is_followed_gate_by_gate():
 def test_who_is_behind_a_gate_goes_around_it():
     controller = channel((20.0, -6.0, "red"), (20.0, 6.0, "white"))
     gate = controller._choose(1.0)
-    asked = controller._cross(gate, estimate(24.0, 0.0, 0.0), 1.0)
+    asked = controller._cross(gate, moment(1.0, 24.0, 0.0, 0.0))
     assert abs(math.atan2(asked["vy"], asked["vx"])) > 0.0
     assert not -2.0 < math.atan2(asked["vy"], asked["vx"]) + math.pi < 0.5  # not back through it
-    before = controller._cross(gate, estimate(5.0, 1.0, 0.0), 1.0)
+    before = controller._cross(gate, moment(1.0, 5.0, 1.0, 0.0))
     assert math.atan2(before["vy"], before["vx"]) == pytest.approx(math.atan2(-1.0, 22.0), abs=0.01)

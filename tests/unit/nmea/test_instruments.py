@@ -118,15 +118,15 @@ def test_the_class_of_a_transponder_is_the_files():
 def test_a_boat_without_sensors_sends_nothing_of_its_own():
     sim = two()
     assert {sentence.text[0] for sentence in stream(sim, 12.0, "b")} == {"!"}
-    assert Instruments(sim).described("b") == "b sends no sentences; it receives AIVDM"
+    assert Instruments(sim).description("b") == "b sends no sentences; it receives AIVDM"
     text = "a sends GGA, RMC, VTG, HDT, ROT, XDR; it receives AIVDM"
-    assert Instruments(sim).described("a") == text
+    assert Instruments(sim).description("a") == text
 
 
 def test_nowhere_on_earth_there_are_no_places():
     sim = sailing((GPS, IMU), fleet=boats((0.0, 0.0, 0.0), (20.0, 0.0, 0.0)), georeference=None)
     assert {sentence.text[3:6] for sentence in stream(sim, 3.0)} == {"HDT", "ROT", "XDR"}
-    assert Instruments(sim).described("a").endswith("no AIS, since the world has no georeference")
+    assert Instruments(sim).description("a").endswith("no AIS, since the world has no georeference")
 
 
 def test_an_unknown_boat_is_named():

@@ -23,7 +23,7 @@ from unit.physics.rows import (
 from vrx_mj.model.tables import FLOAT_STATE
 from vrx_mj.physics.flotation import add_flotation_drag, flotation, flotation_of_step, water_rise
 from vrx_mj.physics.motion import Wrench, motion, zero_wrench
-from vrx_mj.physics.volumes import submerged
+from vrx_mj.physics.volumes import submerged_part
 from vrx_mj.physics.waves import surface_height
 
 BOX = element("box", (1.5, 1.5, 0.4), (0.0, 0.0, -0.2))
@@ -45,7 +45,7 @@ def explicit(body, elements, moved, height, rise):
     velocity, spin = turn @ moved[12:15], turn @ moved[15:]
     com = np.array(moved[:3]) + turn @ body["com"]
     for one in elements:
-        wet = submerged(one, moved, height + body["level"])
+        wet = submerged_part(one, moved, height + body["level"])
         if wet.volume <= 1e-6:
             continue
         mass = body["mass"] * wet.volume / one["volume"]
@@ -61,7 +61,7 @@ def test_a_marker_by_hand():
     body, elements = floating([MARKER])
     moved = moving(velocity=(0.5, 0, 0.2, 0.1, 0.2, 0.3))
     wrench = np.array(flotation(body, elements, None, moved, 0.0, 0.1, 0.0, zero_wrench()).wrench)
-    lever = np.array(submerged(elements[0], moved, 0.0)[1:]) - (0, 0, -2)
+    lever = np.array(submerged_part(elements[0], moved, 0.0)[1:]) - (0, 0, -2)
     assert wrench[:3] == pytest.approx((-191.084659, 0, 1038.86957), rel=6e-8)  # the mass has 32 bits there
     turning = wrench[3:] - np.cross(lever, wrench[:3])
     assert turning == pytest.approx((-1.29173230, -2.58346459, -3.87519689), rel=6e-8)
@@ -159,7 +159,7 @@ def test_elements_let_go_one_by_one():
     limits = [1000 * 9.8 * one["volume"] / (10 * 67.15) for one in elements]
     between = moving((0, 0, -5), velocity=(0, 0, np.mean(limits), 0, 0, 0))
     wrench = flotation(body, elements, None, between, 0.0, 0.0, 0.0, zero_wrench()).wrench
-    wet = submerged(elements[0], between, 0.0).volume
+    wet = submerged_part(elements[0], between, 0.0).volume
     drag = 10 * 67.15 * between.w
     assert wrench.fz == pytest.approx(9800 * wet - drag)
 

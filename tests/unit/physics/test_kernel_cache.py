@@ -12,7 +12,7 @@ from numba.core.registry import cpu_target
 
 import vrx_mj.physics.kernel as module
 from vrx_mj.physics import kernel_cache
-from vrx_mj.physics.kernel import cached, kernel
+from vrx_mj.physics.kernel import is_cached, kernel
 
 SOURCE = Path(module.__file__).parents[2]
 
@@ -143,9 +143,9 @@ def test_what_is_missing_is_compiled_without_a_word(folder, capsys, which):
 def test_a_damaged_entry_is_none(folder, which):
     """Then it is announced that the kernel is compiled."""
     came_from_the_cache()
-    assert cached(kernel(_twice))
+    assert is_cached(kernel(_twice))
     truncate(files(folder)[which])
-    assert not cached(kernel(_twice))
+    assert not is_cached(kernel(_twice))
 
 
 def test_an_entry_in_the_place_of_another_is_damaged(folder, capsys):

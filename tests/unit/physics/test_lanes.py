@@ -15,16 +15,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from vrx_mj.physics.elementary import cosines_and_sines, exponential, exponentials, near_cosine_and_sine
+from vrx_mj.physics.elementary import exponential, near_cosine_and_sine
 from vrx_mj.physics.lanes import (
     WIDTH,
     any_positive,
-    chosen,
+    broadcast,
+    choose,
     larger,
     load,
     product_and,
     smaller,
-    spread,
     store,
     total,
     totals,
@@ -46,7 +46,7 @@ def apply(a, b, out):
         store(out[5], i, larger(x, y))
         store(out[6], i, smaller(x, y))
         store(out[7], i, product_and(x, y, x))
-        store(out[8], i, chosen(x, y, spread(-7.0)))
+        store(out[8], i, choose(x, y, broadcast(-7.0)))
         value = x
         value += y
         value -= 0.5
@@ -154,10 +154,10 @@ def test_a_processor_without_fused_operations_gives_the_same_bits():
 @numba.njit(error_model="numpy")
 def functions(a, below, cos, sin, power):
     for i in range(0, a.size, WIDTH):
-        c, s = cosines_and_sines(load(a, i))
+        c, s = near_cosine_and_sine(load(a, i))
         store(cos, i, c)
         store(sin, i, s)
-        store(power, i, exponentials(load(below, i)))
+        store(power, i, exponential(load(below, i)))
 
 
 def test_functions_are_those_of_numbers_to_the_bit():

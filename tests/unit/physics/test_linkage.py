@@ -53,7 +53,7 @@ def test_a_link_moves_as_mujoco_says(moving, name):
     expected = np.zeros(6)
     mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_XBODY, body, expected, 1)
     assert found[:3] == pytest.approx(data.xpos[body])
-    assert rotate(found, 1.0, 2.0, 3.0) == pytest.approx(data.xmat[body].reshape(3, 3) @ (1.0, 2.0, 3.0))
+    assert rotate(found, (1.0, 2.0, 3.0)) == pytest.approx(data.xmat[body].reshape(3, 3) @ (1.0, 2.0, 3.0))
     assert found[12:] == pytest.approx([*expected[3:], *expected[:3]])
 
 

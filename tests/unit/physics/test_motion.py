@@ -44,8 +44,8 @@ def test_a_free_joint_s_motion(position, angle, linear, angular, length):
 @given(angle=angles, vector=vectors)
 def test_turning_forth_and_back_changes_nothing(angle, vector):
     body = moving(angles=angle)
-    assert rotate(body, *vector) == pytest.approx(matrix(body) @ vector, abs=1e-13)
-    assert unrotate(body, *rotate(body, *vector)) == pytest.approx(vector, abs=1e-13)
+    assert rotate(body, vector) == pytest.approx(matrix(body) @ vector, abs=1e-13)
+    assert unrotate(body, rotate(body, vector)) == pytest.approx(vector, abs=1e-13)
 
 
 @given(wrench=wrenches, lever=vectors)

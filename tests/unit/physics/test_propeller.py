@@ -1,6 +1,7 @@
 """Propellers of profile marine: each effect against its closed form."""
 
 import math
+from collections import namedtuple
 
 import numpy as np
 import pytest
@@ -141,6 +142,7 @@ def test_at_rest_without_a_command_it_does_exactly_nothing():
 
 SEA = irregular_sea(jonswap(1.3), 0.8, (0.4, 6.0), (1.0, 1.0), 20, 8.0)
 WAVES, WATER = sea([wave._asdict() | {"steepness": 0.0, "phase": 0.4 * i} for i, wave in enumerate(SEA)], level=0.2)
+Run = namedtuple("Run", "propellers propeller_points propeller_state sea current current_state layers")  # noqa: PYI024
 NO_ROWS = [table(kind, []) for kind in (tables.CURRENT, tables.CURRENT_STATE, tables.LAYER)]
 TILTED = rotation(0.1, -0.2, 2.5)
 
@@ -170,8 +172,8 @@ def test_a_propeller_at_sea_is_that_of_a_second_implementation(time, angle):
     state = np.zeros(1, tables.THRUSTER_STATE)[0]
     state["command"], state["expires"], state["angle"] = 2.0, math.inf, angle
     propellers, states = np.array([own]), np.zeros(1, tables.PROPELLER_STATE)
-    common = (propellers, points(), states, WAVES, WATER, *NO_ROWS, boat)
-    update_propeller(hull(level=0.05), engine, state, *common, time, 0.01)
+    run = Run(propellers, points(), states, np.array([WATER]), *NO_ROWS)
+    update_propeller(hull(level=0.05), engine, state, run, WAVES, boat, time, 0.01)
     expected = slow_thrust(own, engine, boat, angle, time, 0.05)
     assert state["thrust"] == pytest.approx(expected, rel=1e-9)
     assert (state["applied"], state["fresh"]) == (2.0, 1)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from unit.physics.rows import SIZES, element, matrix, moving, moving_row, oracle, table
 from vrx_mj.model.tables import ELEMENT
-from vrx_mj.physics.volumes import submerged
+from vrx_mj.physics.volumes import submerged_part
 
 angles = st.tuples(*[st.floats(-math.pi, math.pi)] * 3)
 lengths = st.floats(0.2, 2.0)
@@ -18,7 +18,7 @@ shapes = st.sampled_from(sorted(SIZES))
 
 
 def wet(shape, size, body, level=0.0):
-    return submerged(table(ELEMENT, [element(shape, size)])[0], body, level)
+    return submerged_part(table(ELEMENT, [element(shape, size)])[0], body, level)
 
 
 def volume_of(shape, size):
@@ -91,7 +91,7 @@ def test_a_box_may_be_written_with_its_edges_in_another_order(size, z, angle):
     turn = np.array([[0, 0, 1], [1, 0, 0], [0, 1, 0]])  # the element's x is the body's y, and so on
     other = table(ELEMENT, [element("box", (b, c, a), turn=turn)])[0]
     body = moving((0.3, 0.4, z), angle)
-    assert tuple(submerged(other, body, 0.0)) == pytest.approx(tuple(wet("box", size, body)), rel=1e-9, abs=1e-8)
+    assert tuple(submerged_part(other, body, 0.0)) == pytest.approx(tuple(wet("box", size, body)), rel=1e-9, abs=1e-8)
 
 
 @given(shape=shapes, size=sizes, z=st.floats(-1, 1), angle=angles)
@@ -109,7 +109,7 @@ def test_the_volume_s_change_with_depth_is_its_waterline(shape, size, z, angle):
 
 def test_an_element_lies_where_its_link_puts_it():
     one = table(ELEMENT, [element("sphere", (0.3, 0, 0), position=(1.0, 2.0, -1.0))])[0]
-    result = submerged(one, moving((10.0, 20.0, 0.0), (0, 0, math.pi / 2)), 0.0)
+    result = submerged_part(one, moving((10.0, 20.0, 0.0), (0, 0, math.pi / 2)), 0.0)
     assert result[1:] == pytest.approx((8.0, 21.0, -1.0))
 
 

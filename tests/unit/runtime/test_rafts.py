@@ -1,6 +1,7 @@
 """The drag of floating docks inside MuJoCo's inertia, against a slow sum over MuJoCo's own Jacobians."""
 
 import math
+from collections import namedtuple
 
 import mujoco
 import numpy as np
@@ -30,11 +31,14 @@ def raft(**keys):
     return sim
 
 
+Run = namedtuple("Run", "blocks raft_work elements element_state block_state sea qpos qvel")  # noqa: PYI024
+
+
 def loads(sim):
     arrays, data = sim._live.arrays, sim.data
-    calm = np.zeros(0, arrays.waves.dtype), arrays.sea[0], (0.0, 0.0), (0.0, 0.0)
-    common = arrays.elements, arrays.element_state, arrays.block_state, *calm, data.qpos, data.qvel, 1.0, DT
-    return [np.array(block_load(i, arrays.blocks, arrays.raft_work, *common)) for i in range(len(arrays.blocks))]
+    run = Run(*(getattr(arrays, name) for name in Run._fields[:6]), data.qpos, data.qvel)
+    common = run, np.zeros(0, arrays.waves.dtype), (0.0, 0.0), (0.0, 0.0), 1.0, DT
+    return [np.array(block_load(i, *common)) for i in range(len(arrays.blocks))]
 
 
 def dense(sim, flat):
