@@ -17,7 +17,7 @@ from vrx_mj.draw.chart import Chart, Series, chart_svg
 from vrx_mj.draw.page import page_environment
 from vrx_mj.errors import VrxError
 from vrx_mj.outputs import write_files
-from vrx_mj.validation.rows import Case, Findings, Row
+from vrx_mj.validation.rows import Case, Row
 
 PAGE, RESULTS = "index.html", "results.json"
 _NEEDED = ("mujoco", "numba", "numpy")
@@ -29,8 +29,10 @@ class Result:
     """What became of a case."""
 
     case: Case
-    findings: Findings
-    """Its rows and charts; none where it failed."""
+    rows: tuple[Row, ...]
+    """The comparisons; none where it failed."""
+    charts: tuple[Chart, ...]
+    """Curves that show them."""
     error: str
     """Why it failed; empty where it did not."""
     seconds: float
@@ -41,7 +43,7 @@ class Result:
     @property
     def state(self) -> str:
         """`inside` if all rows are, `known` if the others are, `outside`, or `failed`."""
-        states = {"failed"} if self.error else {row.state for row in self.findings.rows}
+        states = {"failed"} if self.error else {row.state for row in self.rows}
         return next(state for state in ("failed", "outside", "known", "inside") if state in {*states, "inside"})
 
 
@@ -53,18 +55,20 @@ def run_cases(cases: Sequence[Case], begun: Callable[[int, Case], None] = lambda
         start = time.monotonic()
         with event.install_timer("numba:compile", lambda _seconds: None) as timer:
             try:
-                findings, error = case.run(), ""
+                found, error = list(case.run()), ""
             except VrxError as failure:
-                findings, error = Findings(()), str(failure)
+                found, error = [], str(failure)
         compiling = timer.duration if timer.done else 0.0
-        results.append(Result(case, findings, error, time.monotonic() - start - compiling, compiling))
+        rows = tuple(each for each in found if isinstance(each, Row))
+        charts = tuple(each for each in found if isinstance(each, Chart))
+        results.append(Result(case, rows, charts, error, time.monotonic() - start - compiling, compiling))
     return results
 
 
 def counts(results: Sequence[Result]) -> tuple[int, int, int]:
     """How many rows are inside, known to be outside, and there at all; a failed case counts as one that is outside."""
     states = ["failed" for result in results if result.error]
-    states += [row.state for result in results for row in result.findings.rows]
+    states += [row.state for result in results for row in result.rows]
     return states.count("inside"), states.count("known"), len(states)
 
 
@@ -79,7 +83,7 @@ def _case_fields(result: Result) -> dict[str, object]:
     case, times = result.case, {"seconds": round(result.seconds, 2), "compiling": round(result.compiling, 2)}
     fields = {"name": case.name, "title": case.title, "setup": case.setup, "source": case.source}
     found = {"inside": result.state == "inside", "state": result.state, "error": result.error or None}
-    rows = [_row_fields(row) for row in result.findings.rows]
+    rows = [_row_fields(row) for row in result.rows]
     return {**fields, "files": list(case.files), **found, **times, "rows": rows}
 
 
@@ -115,7 +119,7 @@ def _environment() -> Environment:
 
 def _charts(result: Result) -> tuple[Chart, ...]:
     """The charts of a case; if it has none, where its rows lie in their bands."""
-    return result.findings.charts or (_bands(result.findings.rows),)
+    return result.charts or (_bands(result.rows),)
 
 
 def _bands(rows: Sequence[Row]) -> Chart:
