@@ -17,10 +17,10 @@ from pydantic import TypeAdapter, ValidationError
 from vrx_mj.config.loading import fault_text
 from vrx_mj.config.wording import shown
 from vrx_mj.constants import EARLY
-from vrx_mj.errors import StateError
+from vrx_mj.errors import CommandError, StateError
 from vrx_mj.model.tasks import TaskBase, followed_things
 from vrx_mj.tasks.frame import Frame, Message, Phase, TaskStatus
-from vrx_mj.tasks.rules import Action, Outputs, Release, Rules
+from vrx_mj.tasks.rules import Action, Release
 
 _DUMP, _STATUS = TypeAdapter[Any](dict[str, Any]), TypeAdapter[Any](TaskStatus)
 
@@ -63,6 +63,64 @@ def _same_length(first: object, given: object) -> bool:
     return isinstance(given, list) and len(given) == len(first) and all(map(_same_length, first, given))
 
 
+Outputs = dict[str, Any]
+"""What a team may read of its task, by topic: plain data, as JSON holds it."""
+
+
+class Rules:
+    """One task's rules. All that changes is in `state`, a dataclass of numbers, strings, lists and dicts.
+
+    By default phases and hits change nothing, the score stays when time is up, and no messages are taken.
+    """
+
+    state: Any
+    counts_hits = True
+    """Whether a hit goes into the count of collisions."""
+    title = "the task"
+    """Name in error messages."""
+    message = "none"
+    """Topic of the message that a team may send."""
+    watches_early = False
+    """Whether `update` sees the frames before the task runs, too."""
+
+    @property
+    def progress(self) -> Mapping[str, object]:
+        """How far the parts of the task are, such as gates, for maps and recordings: plain data."""
+        return {}
+
+    def enter(self, phase: Phase, frame: Frame, referee: "Referee") -> None:
+        """Enter `ready`, `running` or `finished` (by `referee.status.timed_out` or not) at this frame."""
+
+    def update(self, frame: Frame, referee: "Referee") -> None:
+        """Look at a frame, while the task runs; the frame at which it begins comes after `enter`."""
+
+    def hit(self, other: str, frame: Frame, referee: "Referee") -> None:
+        """Take a hit by the boat, outside the dead time after the hit before; `status.collisions` counts it."""
+
+    def timeout_score(self, status: TaskStatus) -> float | None:
+        """The score of a run whose time is up, None for the one that it has; only one above 0 counts, as in VRX."""
+        return None
+
+    def check(self, state: Any) -> None:
+        """Check of a saved `state` what types of fields and lengths of lists leave open.
+
+        Raises:
+            StateError: it cannot be a state of these rules.
+        """
+
+    def outputs(self, status: TaskStatus) -> Outputs:
+        """What the team sees now besides phase, times and score."""
+        return {}
+
+    def accept(self, topic: str, content: object) -> object:
+        """Check what the team sends; returns it as `Frame.messages` shall hold it.
+
+        Raises:
+            CommandError: the task takes no such message, or its content is wrong.
+        """
+        raise CommandError(f"{self.title} takes no message {shown(topic)}; known: {self.message}")
+
+
 class Referee:
     """One task of a compiled world under way."""
 
@@ -96,7 +154,7 @@ class Referee:
         if not self.finished:
             self._count_hits(frame)
             self._advance(frame)
-        if not self.finished:
+        if self.status.phase == "running" or (self._rules.watches_early and not self.finished):
             self._rules.update(frame, self)
         verdict = Verdict(tuple(self._actions), tuple(self._lines))
         self._actions, self._lines = [], []
@@ -125,7 +183,7 @@ class Referee:
         """How far the parts of the task are, as `gates`: plain data, empty where the rules have none."""
         return deepcopy(dict(self._rules.progress))
 
-    # The context of rules
+    # What rules call
 
     def set_score(self, score: float) -> None:
         """Write the score; ignored unless the task is running, as in VRX."""

@@ -11,9 +11,9 @@ from unit.tasks.samples import SAMPLES, restless, sample
 from unit.tasks.streams import begin, frame, pose, task
 from vrx_mj.errors import CommandError, StateError, UnknownNameError
 from vrx_mj.tasks.frame import Message
-from vrx_mj.tasks.referee import Referee, dead_time
+from vrx_mj.tasks.referee import Referee, Rules, dead_time
 from vrx_mj.tasks.registry import TASK_KINDS, make_referee
-from vrx_mj.tasks.rules import Release, Rules
+from vrx_mj.tasks.rules import Release
 
 GOAL = {"x": 0.0, "y": 0.0, "yaw": 0.0, "latitude": None, "longitude": None}
 TYPES = sorted(TASK_KINDS)
@@ -104,10 +104,10 @@ class Early(Rules):
     def __init__(self, timeout=None, end=None):
         self.state, self._timeout, self._end = Nothing(), timeout, end
 
-    def update(self, frame, context):
-        context.set_score(5.0)
+    def update(self, frame, referee):
+        referee.set_score(5.0)
         if self._end is not None and frame.time >= self._end:
-            context.finish()
+            referee.finish()
 
     def timeout_score(self, status):
         return self._timeout
