@@ -69,12 +69,12 @@ def _view(sketch: Mapping[str, Any], tracks: Iterable[_Line]) -> _Box:
     things: list[Sequence[float]] = [item["spot"] for item in sketch["objects"]]
     things += [cell for dock in sketch["docks"] for cell in dock["cells"]]
     if not spots:
-        return _framed(things or [(0.0, 0.0)])
+        return _frame(things or [(0.0, 0.0)])
     center = MultiPoint(spots)
-    return _framed([*spots, *(spot for spot in things if center.distance(Point(spot)) < _NEAR)])
+    return _frame([*spots, *(spot for spot in things if center.distance(Point(spot)) < _NEAR)])
 
 
-def _framed(spots: Sequence[Sequence[float]]) -> _Box:
+def _frame(spots: Sequence[Sequence[float]]) -> _Box:
     """West, south, east and north of a frame of the right shape round these places, with a margin."""
     xs, ys = [spot[0] for spot in spots], [spot[1] for spot in spots]
     width, height = max(1.12 * (max(xs) - min(xs)) + 6.0, 30.0), max(1.12 * (max(ys) - min(ys)) + 6.0, 20.0)

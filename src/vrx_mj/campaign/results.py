@@ -1,12 +1,14 @@
 """Results of trials: what is noted while they run, a small JSON for each cell in the folder, and all of them as CSV."""
 
 import csv
+import faulthandler
 import io
 import json
-from collections.abc import Iterable, Mapping
+import time
+from collections.abc import Iterable, Mapping, MutableSequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.campaign.plan import Cell, folder_name
@@ -151,6 +153,9 @@ def write_text(file: Path, text: str) -> None:
     write_files(file.parent, {file.name: text}, WHAT)
 
 
+END, ALLOWED, REACHED, GROUP = 0, 1, 2, 3
+"""Slots of the memory that a trial shares: when it must have ended, by the monotonic clock, the wall time that it may
+take, the simulated time that it has reached [s], and the process group of the program that sails it, or 0."""
 _Point = tuple[float, float]
 _APART = 0.3
 """Places nearer than this to the one kept before are left out while sailing [m]."""
@@ -160,17 +165,24 @@ MOST = 400
 """Points of a simplified track, at most."""
 
 
-class Stopwatch(Protocol):
-    """Who sees to it that a trial ends."""
+class Stopwatch:
+    """Reports to the campaign how far the trial is, and ends this process when its time is up."""
+
+    def __init__(self, shared: MutableSequence[float]) -> None:
+        self._shared = shared
 
     def allow(self, wall: float) -> None:
-        """The trial may take this wall time [s] from now on."""
+        """Let the trial take this wall time [s] from now on; then it writes to its log where it is, and ends."""
+        self._shared[ALLOWED], self._shared[END] = wall, time.monotonic() + wall
+        faulthandler.dump_traceback_later(wall, exit=True)
 
     def reach(self, moment: float) -> None:
-        """The trial has reached this simulated time [s]."""
+        """Note the simulated time [s]."""
+        self._shared[REACHED] = moment
 
     def lead(self, group: int) -> None:
-        """A program that sails it has this process group; 0: it has none any more."""
+        """Note the process group of the program that sails the trial; 0: it has ended."""
+        self._shared[GROUP] = group
 
 
 class Tracks:
@@ -188,20 +200,15 @@ class Tracks:
 
     def simplified(self) -> dict[str, list[list[float]]]:
         """The track of each boat, x and y [m] to a decimetre."""
-        return {boat: simplified(places) for boat, places in self._places.items()}
+        return {boat: simplified_track(places) for boat, places in self._places.items()}
 
 
-def simplified(places: list[_Point]) -> list[list[float]]:
+def simplified_track(places: list[_Point]) -> list[list[float]]:
     """A line through few of these places (Douglas and Peucker 1973), with a tolerance that keeps it short enough."""
     from shapely import LineString
 
-    if len(places) < 3:
-        return _rounded(places)
-    tolerance, line = TOLERANCE, LineString(places)
-    while len(line.coords) > MOST or tolerance == TOLERANCE:
-        line, tolerance = line.simplify(tolerance, preserve_topology=False), 1.5 * tolerance
-    return _rounded(list(line.coords))
-
-
-def _rounded(places: list[_Point]) -> list[list[float]]:
-    return [[round(x, 1), round(y, 1)] for x, y in places]
+    tolerance, points = TOLERANCE, places
+    while len(points) > 2 and (len(points) > MOST or tolerance == TOLERANCE):
+        points = list(LineString(points).simplify(tolerance, preserve_topology=False).coords)
+        tolerance *= 1.5
+    return [[round(x, 1), round(y, 1)] for x, y in points]

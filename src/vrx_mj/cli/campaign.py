@@ -17,10 +17,9 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from vrx_mj.campaign.manifest import Campaign
-    from vrx_mj.campaign.plan import Plan, Serving
+    from vrx_mj.campaign.plan import Plan, Serving, Trial
     from vrx_mj.campaign.results import Result
     from vrx_mj.campaign.scores import Comparison, Mean
-    from vrx_mj.campaign.trial import Trial
 
 _Worlds = Annotated[
     list[str],
@@ -148,12 +147,10 @@ def _plan(controllers: Sequence[str], worlds: Sequence[str], seeds: str, **optio
 
 def _carry_out(begun: "Campaign", jobs: int | None, *, ray: bool) -> bool:
     """Sail what is left; whether it was stopped before its end."""
-    from vrx_mj.campaign.trial import Trial
-
     plan, left = begun.manifest.plan, begun.left
     if len(left) < len(plan.cells):
         typer.echo(f"{begun.folder}: {len(plan.cells) - len(left)} of {len(plan.cells)} trials are finished", err=True)
-    trials = [Trial(cell, plan.fleet, plan.duration, plan.timeout, plan.record, plan.serving) for cell in left]
+    trials = [plan.trial(cell) for cell in left]
     with Bar("campaign", len(trials), "trials") as bar:
         progress = CampaignProgress(bar, len(trials))
         sailed = _results_of(trials, begun.folder, jobs, progress, ray=ray)

@@ -134,5 +134,5 @@ def test_what_is_no_campaign_cannot_be_read(folder):
         read_campaign(folder)
     assert str(raised.value) == f"no campaign in '{folder}': it has no campaign.json"
     write_json(folder / "campaign.json", {"format": 1})
-    with pytest.raises(RecordError, match=r"campaign\.json is damaged: 'fleet'$"):
+    with pytest.raises(RecordError, match=r"campaign\.json is damaged: 'controllers'$"):
         read_campaign(folder)
