@@ -26,10 +26,10 @@ _NEAR = 40.0
 _Box = tuple[float, float, float, float]
 _Spot = tuple[float, float]
 _Line = Sequence[Sequence[float]]
-_Row = dict[str, Any]
+_Values = dict[str, Any]
 
 
-def map_values(sketch: Mapping[str, Any], results: Sequence[Result], controllers: Sequence[str]) -> _Row:
+def map_values(sketch: Mapping[str, Any], results: Sequence[Result], controllers: Sequence[str]) -> _Values:
     """What the template of a map takes: the frame, the land in it, a scale bar, and the tracks of these trials."""
     tracks = [(result, line) for result in results for line in result.tracks.values() if line]
     west, south, east, north = view = _view(sketch, [line for _, line in tracks])
@@ -46,7 +46,7 @@ def map_values(sketch: Mapping[str, Any], results: Sequence[Result], controllers
     }  # fmt: skip
 
 
-def _track(result: Result, line: _Line, stride: int, controllers: Sequence[str]) -> _Row:
+def _track(result: Result, line: _Line, stride: int, controllers: Sequence[str]) -> _Values:
     """A boat's way; the template ends it with a dot, or a cross where the trial failed."""
     cell, number = result.cell, controllers.index(result.cell.controller)
     points = [*line[:-1:stride], line[-1]]
@@ -136,7 +136,7 @@ SHAPES = {"square": _square, "arrow": _arrow, "ahead": _ahead, "cross": _cross}
 """Functions of the template of a map."""
 
 
-def sketch_of(world: World) -> _Row:
+def sketch_of(world: World) -> _Values:
     """Shore, docks, objects, boats at their start, and what the task lays out."""
     scene = map_of(world)
     task = world.parameters.task
@@ -157,7 +157,7 @@ def sketch_of(world: World) -> _Row:
     }
 
 
-def _laid_out(course: Course) -> _Row:
+def _laid_out(course: Course) -> _Values:
     animals = [(item.x, item.y, item.radius, f"{item.name}: {item.goal}") for item in course.animals]
     beacons = [(item.x, item.y, item.radius, item.name) for item in course.beacons]
     return {
@@ -171,10 +171,10 @@ def _laid_out(course: Course) -> _Row:
     }
 
 
-def _bay(bay: Bay) -> _Row:
+def _bay(bay: Bay) -> _Values:
     title = f"{bay.name}: {bay.symbol or 'no symbol'}".replace("_", " ")
     return {"corners": rounded(bay.internal[:, :2]), "allowed": bay.right, "title": title}
 
 
-def _circle(x: float, y: float, radius: float, title: str) -> _Row:
+def _circle(x: float, y: float, radius: float, title: str) -> _Values:
     return {"x": x, "y": y, "radius": radius, "title": title.replace("_", " ")}

@@ -24,7 +24,7 @@ _STOP_TIMEOUT = 10.0
 _EXCLUDED_FILES = ("*.rrd", ".git", ".venv", "__pycache__", "*.pyc")
 """Files of the current folder that no node needs."""
 _Files = dict[str, bytes]
-_Running = tuple[Any, Trial]
+_Task = tuple[Any, Trial]
 """Ray's reference to a task, and its trial."""
 
 
@@ -48,13 +48,13 @@ def sail_on_ray(
     most = jobs or max(1, int(ray.cluster_resources().get("CPU", 1)))
     task = ray.remote(num_cpus=1, max_retries=0)(_sail_there)
 
-    def results(under_way: Sequence[_Running]) -> Iterator[tuple[_Running, Result]]:
+    def results(under_way: Sequence[_Task]) -> Iterator[tuple[_Task, Result]]:
         ready, _ = ray.wait([reference for reference, _ in under_way], timeout=LOOK)
         for reference, trial in list(under_way):
             if reference in ready:
                 yield (reference, trial), _result(ray, reference, trial, root)
 
-    def end(under_way: Sequence[_Running]) -> None:
+    def end(under_way: Sequence[_Task]) -> None:
         references = [reference for reference, _ in under_way]
         for reference in references:
             ray.cancel(reference)

@@ -19,7 +19,7 @@ Seeds = int | Sequence[int | None] | None
 Range = float | Sequence[float] | None
 """A number, or the least and the greatest of which one is drawn evenly; None: as the world has it."""
 
-_LARGEST = 1e6
+_GREATEST = 1e6
 """Greatest value of anything that is varied, in its unit."""
 _PERIODS = (0.8, 1.4)
 """Factor of the waves' periods by default: from 4 to 7 s where the world has 5."""
@@ -34,7 +34,7 @@ VARIED: Mapping[str, Range] = {
     "wave_direction": _TURN, "wave_spread": _SPREAD, "wave_phase": _TURN, "mass": None, "thrust": None,
 }  # fmt: skip
 """What can be varied, and its range by default."""
-_LEAST = {"wave_direction": -_LARGEST, "wave_phase": -_LARGEST, "mass": 1e-3, "wave_period": 1e-3}
+_LEAST = {"wave_direction": -_GREATEST, "wave_phase": -_GREATEST, "mass": 1e-3, "wave_period": 1e-3}
 """Least values of what is varied where they are not 0."""
 
 
@@ -139,8 +139,8 @@ def _range(name: str, value: object) -> tuple[float, float]:
         value = value.tolist()
     pair = tuple(value) if isinstance(value, Sequence) else (value, value)
     least = _LEAST.get(name, 0.0)
-    if len(pair) != 2 or not all(map(is_number, pair)) or not least <= pair[0] <= pair[1] <= _LARGEST:
-        number = "a number" if least == -_LARGEST else f"a number of {least:g} or more"
+    if len(pair) != 2 or not all(map(is_number, pair)) or not least <= pair[0] <= pair[1] <= _GREATEST:
+        number = "a number" if least == -_GREATEST else f"a number of {least:g} or more"
         raise gymnasium.error.Error(f"invalid {name} {shown(value)}: {number}, or a pair (least, greatest), is needed")
     return float(pair[0]), float(pair[1])
 

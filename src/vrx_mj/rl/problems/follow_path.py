@@ -8,7 +8,7 @@ from vrx_mj.rl.problem import Entry, Judged, Problem, Spot, Team, open_water
 from vrx_mj.rl.refereed import Rows
 
 COUNT = 6
-_LEGS = (15.0, 25.0)
+_BETWEEN = (15.0, 25.0)
 """Distances from one gate to the next, least and greatest [m]."""
 _BEND = np.radians(40.0)
 """Greatest bend between one gate and the next, either way [rad]."""
@@ -49,7 +49,7 @@ class FollowPath(Problem):
         heading = course
         for number in range(COUNT):
             bend = random.uniform(-_BEND, _BEND)
-            place = place + random.uniform(*_LEGS) * np.array([np.cos(course + bend), np.sin(course + bend)])
+            place = place + random.uniform(*_BETWEEN) * np.array([np.cos(course + bend), np.sin(course + bend)])
             course += bend
             self._gates[row, number] = *place, course
         return [(0.0, 0.0, heading, 0.0)]

@@ -23,7 +23,7 @@ _DEVIATION, _KEPT = 0.1, 2.0
 """Standard deviation [m/s] and time constant [s] of the random part."""
 _RECORD, _SAMPLE = 7200.0, 0.2
 """Length of its record, and time between samples [s]."""
-_FILES = ("physics/current.py", "physics/flotation.py", "runtime/loop.py")
+_CURRENT_FILES = ("physics/current.py", "physics/flotation.py", "runtime/loop.py")
 
 
 def _velocity(sim: Simulation, name: str) -> FloatArray:
@@ -37,7 +37,7 @@ def _unit(degrees: float) -> FloatArray:
     return np.array([math.cos(math.radians(degrees)), math.sin(math.radians(degrees))])
 
 
-@case(*_FILES)
+@case(*_CURRENT_FILES)
 def current_tide() -> Outcome:
     """A tide over the depth.
 
@@ -80,7 +80,7 @@ def _ellipses(seen: FloatArray, shares: FloatArray, phase: FloatArray) -> Chart:
     return Chart("Velocity over a period, by depth", "east [m/s]", "north [m/s]", series, equal=True)
 
 
-@case(*_FILES)
+@case(*_CURRENT_FILES)
 def current_random() -> Outcome:
     """The random part of a current.
 

@@ -13,14 +13,14 @@ from vrx_mj.validation.rows import Outcome, at_most, case, near
 from vrx_mj.validation.setups import packaged_simulation
 
 _Amplitudes = npt.NDArray[np.complex128]
-_PERIOD, _AMPLITUDE, _SAMPLES = 3.0, 0.01, 60
+_PERIOD, _AMPLITUDE, _PHASES = 3.0, 0.01, 60
 _PLACE = 1.7, -0.9
 """Of the hull's origin [m]."""
 _CENTER = -0.1
 """Of its centre of mass, ahead of that [m]."""
 _MOTIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 _KINDS = ("diffraction", "froude_krylov")
-_PHASE = np.exp(2j * math.pi * np.arange(_SAMPLES) / _SAMPLES)
+_TURNS = np.exp(2j * math.pi * np.arange(_PHASES) / _PHASES)
 
 
 def _reference() -> dict[tuple[float, float], _Amplitudes]:
@@ -41,13 +41,13 @@ def _forces(heading: float, toward: float) -> FloatArray:
     sim, turn = packaged_simulation("bowed_box", sea=sea), math.radians(heading)
     (boat,) = sim.boats
     pose = [*_PLACE, 0.0, 0.0, 0.0, turn]
-    found = np.zeros((_SAMPLES, 3, len(_MOTIONS)))
-    for sample in range(_SAMPLES):
+    found = np.zeros((_PHASES, 3, len(_MOTIONS)))
+    for sample in range(_PHASES):
         sim.set_boat(boat, pose=pose, velocity=[0.0] * 6)
         forces = sim.forces(boat)
         found[sample, :2] = forces["diffraction"], forces["hydrostatics"]
         found[sample, 2] = _crest(sim, turn)
-        sim.step(duration=_PERIOD / _SAMPLES)
+        sim.step(duration=_PERIOD / _PHASES)
     return found
 
 
@@ -68,7 +68,7 @@ def diffraction_headings() -> Outcome:
     """
     for (heading, toward), theirs in _reference().items():
         samples = _forces(heading, toward)
-        swings = np.tensordot(_PHASE, samples, 1)  # of e^(-i omega t)
+        swings = np.tensordot(_TURNS, samples, 1)  # of e^(-i omega t)
         ours = swings[:2] / swings[2, 0]
         course = f"heading {heading:g}, wave toward {toward:g} degrees"
         size = np.repeat([np.linalg.norm(theirs[0, :3]), np.linalg.norm(theirs[0, 3:])], 3)
@@ -89,7 +89,7 @@ def diffraction_headings() -> Outcome:
 def _chart(samples: FloatArray, theirs: _Amplitudes, course: str) -> Chart:
     """Diffraction over a period, from the passage of a crest on."""
     first = int(samples[:, 2, 0].argmax())
-    times = _PERIOD / _SAMPLES * np.arange(_SAMPLES)
+    times = _PERIOD / _PHASES * np.arange(_PHASES)
     turn = np.exp(-2j * math.pi / _PERIOD * times)
     series: list[Series] = []
     for i in range(3):

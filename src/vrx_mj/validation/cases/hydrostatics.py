@@ -14,7 +14,7 @@ from vrx_mj.validation.reference import mesh, rows
 from vrx_mj.validation.rows import Outcome, case, near
 from vrx_mj.validation.setups import GRAVITY
 
-_FILES = ("physics/panels.py", "mjcf/hull_sheet.py")
+_MESH_FILES = ("physics/panels.py", "mjcf/hull_sheet.py")
 STIFFNESSES = (("C33, heave", "N/m"), ("C44, roll", "N m/rad"), ("C55, pitch", "N m/rad"))
 """Names and units of what `box_stiffness` returns."""
 _Mesh = tuple[FloatArray, IntArray]
@@ -53,7 +53,7 @@ def _pressed_stiffness(length: float, beam: float, draft: float, density: float,
     return tuple(float(low - high) / (2.0 * step) for low, high in pairs)
 
 
-@case(*_FILES)
+@case(*_MESH_FILES)
 def barges() -> Outcome:
     """Stiffness of barges.
 
@@ -93,7 +93,7 @@ def _still_wrench(hull: _Mesh, heel: float, trim: float, height: float, weight: 
     return np.concatenate((turn @ found[:3], turn @ found[3:]))
 
 
-@case(*_FILES, table="hydrostatics")
+@case(*_MESH_FILES, table="hydrostatics")
 def meshes() -> Outcome:
     """Meshes upright, heeled and trimmed.
 

@@ -16,7 +16,7 @@ _DRAG = 0.05 * _MASS
 """Drag of the sphere [N s/m]."""
 _LENGTH, _STIFFNESS = 3.0, 200.0
 _DEPTH = 5.0
-_FILES = ("physics/afloat.py", "physics/flotation.py", "physics/current.py", "runtime/loop.py")
+_MOORING_FILES = ("physics/afloat.py", "physics/flotation.py", "physics/current.py", "runtime/loop.py")
 
 
 def _offset(speed: float) -> float:
@@ -40,7 +40,7 @@ def _swing(times: FloatArray, offs: FloatArray) -> tuple[float, float]:
     return 2.0 * float(np.diff(crossings).mean()), float(ratios.mean())
 
 
-@case(*_FILES)
+@case(*_MOORING_FILES)
 def mooring_offset() -> Outcome:
     """What a mooring holds in a current.
 
@@ -62,7 +62,7 @@ def mooring_offset() -> Outcome:
     yield Chart("Way of the sphere", "time [s]", "from the anchor [m]", series)
 
 
-@case(*_FILES)
+@case(*_MOORING_FILES)
 def mooring_period() -> Outcome:
     """Swings on a mooring.
 

@@ -7,7 +7,7 @@ from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.validation.rows import Outcome, case, near
 from vrx_mj.validation.setups import marine_simulation, only_boat
 
-_COMMANDS = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
+_MEASURED = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 _PULLS = (9.0, 53.0, 85.0, 120.0, 157.0, 182.0, 219.0, 240.0)
 """Measured bollard pull of a propeller at those commands [N]."""
 
@@ -39,10 +39,10 @@ def wamv_bollard() -> Outcome:
     unmanned surface vehicle exposed to current and wind disturbances, Ocean Engineering 127: one propeller.
     """
     sim = marine_simulation({"robot": "wamv", "boats": [{"name": "a", "pose": [0, 0, 0, 0, 0, 0]}]})
-    ours = [_pull(sim, command) for command in _COMMANDS]
+    ours = [_pull(sim, command) for command in _MEASURED]
     yield from (
         near(f"pull at command {command:g}", "N", pull, own, absolute=5.0)
-        for command, pull, own in zip(_COMMANDS, _PULLS, ours, strict=True)
+        for command, pull, own in zip(_MEASURED, _PULLS, ours, strict=True)
     )
-    lines = Series("measured", _COMMANDS, _PULLS, reference=True), Series("ours", _COMMANDS, ours)
+    lines = Series("measured", _MEASURED, _PULLS, reference=True), Series("ours", _MEASURED, ours)
     yield Chart("Bollard pull of a WAM-V 16", "command", "pull of a propeller [N]", lines)
