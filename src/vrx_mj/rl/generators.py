@@ -131,7 +131,7 @@ class Variety:
 
     def facts(self) -> dict[str, npt.NDArray[np.generic]]:
         """What was drawn last, by the names of the options, (n,) or, of phases, (n, waves)."""
-        return {name: values.copy() for name, values in self._drawn.items()}
+        return dict(self._drawn)
 
 
 def _range(name: str, value: object) -> tuple[float, float]:

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
-from vrx_mj.rl.problem import CLEAR, Entry, Judged, Problem, Spot, Team, folded, open_water
+from vrx_mj.rl.problem import CLEAR, Entry, Judged, Problem, Spot, Team, open_water, wrap_angle
 from vrx_mj.rl.refereed import Rows
 
 HEAD_ON, GIVE_WAY, STAND_ON, OVERTAKING, OVERTAKEN = range(5)
@@ -29,7 +29,7 @@ _READILY = np.radians(30.0)
 
 def bearings(x: FloatArray, y: FloatArray, yaw: FloatArray) -> FloatArray:
     """Where each sees the other, (n, 2), from places [m] and headings."""
-    return folded(np.arctan2(y[:, ::-1] - y, x[:, ::-1] - x) - yaw)
+    return wrap_angle(np.arctan2(y[:, ::-1] - y, x[:, ::-1] - x) - yaw)
 
 
 def roles(bearing: FloatArray, yaw: FloatArray) -> IntArray:
@@ -39,7 +39,7 @@ def roles(bearing: FloatArray, yaw: FloatArray) -> IntArray:
     stern sector overtakes, unless the other is in its own as well (13). Else who has the other to starboard gives way
     (15), and the other one stands on (17).
     """
-    reciprocal = np.abs(np.abs(folded(yaw[:, :1] - yaw[:, 1:])) - np.pi) <= _NEARLY
+    reciprocal = np.abs(np.abs(wrap_angle(yaw[:, :1] - yaw[:, 1:])) - np.pi) <= _NEARLY
     head_on = reciprocal & (np.abs(bearing) <= _NEARLY).all(axis=1, keepdims=True)
     astern = np.abs(bearing) > _ABAFT
     overtaken = astern & ~astern[:, ::-1]
@@ -187,7 +187,7 @@ class Encounter(Problem):
 
     def observe(self, team: Team) -> FloatArray:
         """The goal from the boat, what it must do, and what it did."""
-        turn = folded(team.yaw - self._course)
+        turn = wrap_angle(team.yaw - self._course)
         head_on = self._role == HEAD_ON
         passed = np.repeat(self._passed[:, None], 2, axis=1)
         return np.stack(
@@ -210,9 +210,9 @@ class Encounter(Problem):
         self._far = far
         return Judged(own, touched[:, None] | leaves)
 
-    def drawn(self) -> dict[str, npt.NDArray[np.generic]]:
+    def episode_facts(self) -> dict[str, npt.NDArray[np.generic]]:
         """The goals, (n, 2, 2): x, y [m] of each boat's."""
-        return {"goals": self._goals.copy()}
+        return {"goals": self._goals}
 
     def forfeit(self, left: IntArray) -> FloatArray:
         """Beside the usual, being at fault for all steps left."""
@@ -220,16 +220,16 @@ class Encounter(Problem):
 
     def facts(self) -> dict[str, npt.NDArray[np.generic]]:
         """Their roles, how near they came, and what that was worth."""
-        found = {"role": self._role, "closest": self._closest, "passed": self._passed, "collided": self._collided}
-        return {name: values.copy() for name, values in found.items()} | {"score": self._scores()}
+        closest, passed, collided = self._closest, self._passed, self._collided
+        return {"role": self._role, "closest": closest, "passed": passed, "collided": collided, "score": self._scores()}
 
     def _faults(self, team: Team, gap: FloatArray, meet: BoolArray) -> FloatArray:
         """(n, 2), 0 to 1; none once they have passed. What the stand-on vessel departs is added up for its score."""
         time, distance = approach(team.x, team.y, *team.velocity())
-        port = np.clip(folded(team.yaw - self._course) / _READILY, 0.0, 1.0)
+        port = np.clip(wrap_angle(team.yaw - self._course) / _READILY, 0.0, 1.0)
         risk = np.clip(1.0 - distance / _WANTED, 0.0, 1.0)[:, None]
         clear = np.minimum(risk + np.where(self._role == HEAD_ON, port, 0.0), 1.0)
-        off = departure(folded(team.yaw - self._course), _speeds(team), self._speed)
+        off = departure(wrap_angle(team.yaw - self._course), _speeds(team), self._speed)
         late = np.where(self._role == STAND_ON, port, 0.0)
         holds = np.where((gap < _AGREED)[:, None], late, off)
         before, closing = (meet & ~self._passed)[:, None], (time > 0.0)[:, None]

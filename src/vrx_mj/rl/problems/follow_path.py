@@ -86,13 +86,13 @@ class FollowPath(Problem):
         self._gap, self._along, self._aside = self._measures(team)
         return Judged(reward, self._at >= COUNT)
 
-    def drawn(self) -> dict[str, npt.NDArray[np.generic]]:
+    def episode_facts(self) -> dict[str, npt.NDArray[np.generic]]:
         """The gates, (n, 6, 3): x, y [m] of the middle and course [rad] of each."""
-        return {"gates": self._gates.copy()}
+        return {"gates": self._gates}
 
     def facts(self) -> dict[str, npt.NDArray[np.generic]]:
         """How many gates were passed, and how many missed."""
-        return {"passed": self._passed.copy(), "missed": self._missed.copy()}
+        return {"passed": self._passed, "missed": self._missed}
 
     def _gate(self, later: int) -> FloatArray:
         """(3, n, 1): x, y [m] of the middle and course [rad] of the present gate, or of one after it."""

@@ -4,7 +4,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
-from vrx_mj.rl.problem import Entry, Judged, Problem, Spot, Team, folded, open_water, pose_error
+from vrx_mj.rl.problem import Entry, Judged, Problem, Spot, Team, open_water, pose_error, wrap_angle
 from vrx_mj.rl.refereed import Rows
 
 _GOAL_DISTANCE = 10.0
@@ -50,7 +50,7 @@ class StationKeeping(Problem):
     def observe(self, team: Team) -> FloatArray:
         """The goal from the boat, from afar and close up."""
         x, y, yaw = self._goal.T[:, :, None]
-        turn, way = folded(yaw - team.yaw), team.toward(x, y)
+        turn, way = wrap_angle(yaw - team.yaw), team.toward(x, y)
         return np.stack((*way, *way, np.sin(turn), np.cos(turn)), axis=-1)
 
     def judge(self, team: Team, going: BoolArray) -> Judged:
@@ -60,9 +60,9 @@ class StationKeeping(Problem):
         self._steps += going
         return Judged(-0.1 * self._error, np.zeros((self.n, 1), np.bool_))
 
-    def drawn(self) -> dict[str, npt.NDArray[np.generic]]:
+    def episode_facts(self) -> dict[str, npt.NDArray[np.generic]]:
         """The goals, (n, 3): x, y [m] and heading [rad]."""
-        return {"goal": self._goal.copy()}
+        return {"goal": self._goal}
 
     def forfeit(self, left: IntArray) -> FloatArray:
         """The error that the boat has, and 10 m more, for all steps left."""
@@ -71,7 +71,7 @@ class StationKeeping(Problem):
 
     def facts(self) -> dict[str, npt.NDArray[np.generic]]:
         """The errors."""
-        return {"pose_error": self._error.copy(), "mean_pose_error": self._sum / np.maximum(self._steps, 1)[:, None]}
+        return {"pose_error": self._error, "mean_pose_error": self._sum / np.maximum(self._steps, 1)[:, None]}
 
     def _now(self, team: Team) -> FloatArray:
         return pose_error(team, *self._goal.T[:, :, None])
@@ -117,7 +117,7 @@ class Wayfinding(Problem):
     def observe(self, team: Team) -> FloatArray:
         """Both waypoints from the boat; after the last one it is the present one."""
         (x, y, yaw), (next_x, next_y, _) = self._point(0), self._point(1)
-        turn, more = folded(yaw - team.yaw), (self._at < _WAYPOINTS - 1).astype(np.float64)
+        turn, more = wrap_angle(yaw - team.yaw), (self._at < _WAYPOINTS - 1).astype(np.float64)
         parts = (*team.toward(x, y), np.sin(turn), np.cos(turn), *team.toward(next_x, next_y), more)
         return np.stack(parts, axis=-1)
 
@@ -130,13 +130,13 @@ class Wayfinding(Problem):
         self._error = self._now(team)
         return Judged(reward, self._at >= _WAYPOINTS)
 
-    def drawn(self) -> dict[str, npt.NDArray[np.generic]]:
+    def episode_facts(self) -> dict[str, npt.NDArray[np.generic]]:
         """The waypoints, (n, 3, 3): x, y [m] and heading [rad] of each."""
-        return {"waypoints": self._points.copy()}
+        return {"waypoints": self._points}
 
     def facts(self) -> dict[str, npt.NDArray[np.generic]]:
         """How many waypoints are reached, and how far the present one is."""
-        return {"reached": self._at.copy(), "pose_error": self._error.copy()}
+        return {"reached": self._at, "pose_error": self._error}
 
     def _point(self, later: int) -> FloatArray:
         """(3, n, 1): x, y [m] and heading [rad] of the present waypoint, or of one after it."""

@@ -9,7 +9,7 @@ import pytest
 from vrx_mj.frames import quaternion
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.model.world import tree_of
-from vrx_mj.rl.problem import Team, folded, open_water, pose_error, team_of
+from vrx_mj.rl.problem import Team, open_water, pose_error, team_of, wrap_angle
 from vrx_mj.rl.problems.docking import Docking
 from vrx_mj.rl.problems.follow_path import COUNT, FollowPath
 from vrx_mj.rl.problems.poses import StationKeeping, Wayfinding
@@ -56,7 +56,7 @@ def test_the_error_of_a_pose_is_that_of_the_scorer(x, y, yaw):
 
 def test_angles_fold():
     np.testing.assert_allclose(
-        folded(np.array([0.0, 3.5, -3.5, 7.0])), [0, 3.5 - math.tau, math.tau - 3.5, 7 - math.tau]
+        wrap_angle(np.array([0.0, 3.5, -3.5, 7.0])), [0, 3.5 - math.tau, math.tau - 3.5, 7 - math.tau]
     )
 
 
