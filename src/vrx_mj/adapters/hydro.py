@@ -92,12 +92,12 @@ def hydro_of_hull(
         "gravity": gravity,
         "point": list(map(float, point)),
         "frequencies": omegas.tolist(),
-        "added_mass": _rounded(_symmetric(added)),
-        "damping": _rounded(_symmetric(damping)),
-        "added_mass_zero": _rounded(zero),
-        "added_mass_infinite": _rounded(infinite),
+        "added_mass": _nested_lists(_symmetric(added)),
+        "damping": _nested_lists(_symmetric(damping)),
+        "added_mass_zero": _nested_lists(zero),
+        "added_mass_infinite": _nested_lists(infinite),
         **_memory(fitted_memory(omegas, added, damping, infinite)),
-        "diffraction": _rounded(np.stack((np.real(scattered), np.imag(scattered)), axis=-1)),
+        "diffraction": _nested_lists(np.stack((np.real(scattered), np.imag(scattered)), axis=-1)),
     }
 
 
@@ -121,7 +121,7 @@ def _check_number(frequencies: int) -> None:
 
 def _wet_mesh(package: Any, corners: FloatArray, panels: int) -> tuple[Any, float]:
     """Capytaine's mesh of what is under z = 0, and the mean edge of its panels [m]."""
-    vertices, faces, edge = panelled(corners, panels)
+    vertices, faces, edge = panel_hull(corners, panels)
     mesh = package.Mesh(vertices=vertices, faces=faces).immersed_part()
     if mesh.nb_faces > _MOST_PANELS:
         raise VrxError(f"{mesh.nb_faces:,} wet panels, more than {_MOST_PANELS:,}: simplify the mesh")
@@ -139,12 +139,12 @@ def _memory(memory: Memory) -> dict[str, Any]:
     poles, residues = memory.poles, memory.residues
     return {
         "poles": np.stack((poles.real, poles.imag), axis=-1).tolist(),
-        "residues": _rounded(np.stack((residues.real, residues.imag), axis=-1)),
+        "residues": _nested_lists(np.stack((residues.real, residues.imag), axis=-1)),
         "fit_error": round(memory.error, 6),
     }
 
 
-def _rounded(values: object) -> Any:
+def _nested_lists(values: object) -> Any:
     """Nested lists with seven significant digits, and 0 for what is less than 1e-9 of the largest."""
     array = np.asarray(values, np.float64)
     least = 1e-9 * float(np.abs(array).max(initial=0.0))
@@ -152,7 +152,7 @@ def _rounded(values: object) -> Any:
     return np.array(flat).reshape(array.shape).tolist()
 
 
-def panelled(corners: FloatArray, panels: int) -> tuple[FloatArray, IntArray, float]:
+def panel_hull(corners: FloatArray, panels: int) -> tuple[FloatArray, IntArray, float]:
     """Vertices (n, 3), triangles (m, 3) of a hull whose wet part has at least so many, and that part's mean edge [m].
 
     Raises:

@@ -60,9 +60,11 @@ class Campaign:
     results: Mapping[Cell, Result]
 
     @property
-    def left(self) -> tuple[Cell, ...]:
+    def remaining(self) -> tuple[Cell, ...]:
         """Cells that have no result, or a failed one."""
-        return tuple(cell for cell in self.manifest.plan.cells if cell not in self.results or self.results[cell].failed)
+        return tuple(
+            cell for cell in self.manifest.plan.cells if cell not in self.results or self.results[cell].has_failed
+        )
 
 
 def begin(folder: Path, plan: Plan, *, restart: bool = False) -> Campaign:

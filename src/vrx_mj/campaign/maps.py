@@ -51,7 +51,7 @@ def _track(result: Result, line: _Line, stride: int, controllers: Sequence[str])
     cell, number = result.cell, controllers.index(result.cell.controller)
     points = [*line[:-1:stride], line[-1]]
     return {
-        "controller": cell.controller, "seed": cell.seed, "failed": result.failed, "points": points,
+        "controller": cell.controller, "seed": cell.seed, "failed": result.has_failed, "points": points,
         "index": number,
     }  # fmt: skip
 

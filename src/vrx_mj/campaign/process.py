@@ -134,7 +134,7 @@ class TrialProcess:
         self._end_groups()
         found = read_result(self._folder)
         if found is None:
-            text = reason or (self._hung() if late > -0.1 else _ended_by(self._process.exitcode))
+            text = reason or (self._hung() if late > -0.1 else _exit_text(self._process.exitcode))
             found = Result(
                 self.trial.cell,
                 error=f"at t = {self._shared[REACHED]:g} s: {text}",
@@ -186,7 +186,7 @@ class TrialProcess:
         return text
 
 
-def _ended_by(code: int | None) -> str:
+def _exit_text(code: int | None) -> str:
     """The error of a process that ended without a result."""
     if code is None or code >= 0:
         return f"the process ended with exit code {code}: the controller, or a library that it uses, ended it"

@@ -52,7 +52,7 @@ class Result:
     """Its file's name, in the cell's folder."""
 
     @property
-    def failed(self) -> bool:
+    def has_failed(self) -> bool:
         """Whether the trial has no result."""
         return self.error is not None
 
@@ -60,7 +60,7 @@ class Result:
     def status(self) -> str:
         """How it ended: `failed`, `not started` or `cut` (before or while its task ran), or else `done`."""
         phase = "finished" if self.task is None else self.task["state"]
-        return "failed" if self.failed else {"finished": "done", "running": "cut"}.get(phase, "not started")
+        return "failed" if self.has_failed else {"finished": "done", "running": "cut"}.get(phase, "not started")
 
     @property
     def score(self) -> float | None:
@@ -198,7 +198,7 @@ class Tracks:
         if not places or abs(x - places[-1][0]) + abs(y - places[-1][1]) > _APART:
             places.append((x, y))
 
-    def simplified(self) -> dict[str, list[list[float]]]:
+    def lines(self) -> dict[str, list[list[float]]]:
         """The track of each boat, x and y [m] to a decimetre."""
         return {boat: simplified_track(places) for boat, places in self._places.items()}
 

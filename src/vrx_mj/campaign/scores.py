@@ -28,15 +28,15 @@ class Change:
     """Improvement of the score in its unit; None where one of the two has no score."""
 
     @property
-    def lost(self) -> bool:
+    def is_loss(self) -> bool:
         """Whether it failed now, or has a score no longer."""
-        return self.after.failed or (self.after.score is None and self.before.score is not None)
+        return self.after.has_failed or (self.after.score is None and self.before.score is not None)
 
     @property
     def kind(self) -> str:
         """The kind of change, in a few words."""
         if self.gain is None:
-            return "fails now" if self.after.failed else "no score now" if self.lost else "works now"
+            return "fails now" if self.after.has_failed else "no score now" if self.is_loss else "works now"
         return "better" if self.gain > 0.0 else "worse" if self.gain < 0.0 else "different track, same score"
 
 
@@ -114,7 +114,7 @@ def compare(now: Campaign, earlier: Campaign) -> Comparison:
         common=len(pairs),
         same=len(pairs) - len(changes),
         changes=tuple(sorted(changes, key=_severity)),
-        tests=tuple(_adjusted(tests)),
+        tests=tuple(_holm_adjustment(tests)),
         notes=(*_notes(now, earlier, names), *_changed_worlds(pairs)),
     )
 
@@ -148,9 +148,9 @@ def _gain(before: Result, after: Result, better: Mapping[str, str]) -> float | N
 
 def _change(before: Result, after: Result, better: Mapping[str, str]) -> Change | None:
     """How a cell has changed; None where it has not."""
-    if before.failed != after.failed or (before.score is None) != (after.score is None):
+    if before.has_failed != after.has_failed or (before.score is None) != (after.score is None):
         return Change(after.cell, before, after, None)
-    if after.failed or before.state_sha256 == after.state_sha256:
+    if after.has_failed or before.state_sha256 == after.state_sha256:
         return None
     return Change(after.cell, before, after, _gain(before, after, better) or 0.0)
 
@@ -158,7 +158,7 @@ def _change(before: Result, after: Result, better: Mapping[str, str]) -> Change 
 def _severity(change: Change) -> float:
     """What is smaller comes first: new failures, then losses, gains, and what works again."""
     if change.gain is None:
-        return -math.inf if change.lost else math.inf
+        return -math.inf if change.is_loss else math.inf
     return change.gain
 
 
@@ -178,7 +178,7 @@ def _test(
     )
 
 
-def _adjusted(tests: Sequence[Test]) -> Iterator[Test]:
+def _holm_adjustment(tests: Sequence[Test]) -> Iterator[Test]:
     """The tests with p-values adjusted for their number (Holm 1979)."""
     order = sorted((test.p, index) for index, test in enumerate(tests) if test.p is not None)
     adjusted: dict[int, float] = {}
@@ -261,7 +261,7 @@ class Line:
     """Sum of the ranks: the smaller, the better; no rank counts as the last."""
 
     @property
-    def failed(self) -> int:
+    def failures(self) -> int:
         """Trials that failed."""
         return sum(mean.failed for mean in self.means.values())
 
@@ -278,7 +278,7 @@ def seedless_worlds(results: Iterable[Result]) -> list[str]:
     groups: dict[tuple[str, str], list[Result]] = {}
     for result in results:
         groups.setdefault((result.cell.world, result.cell.controller), []).append(result)
-    runs = {key: [(one.failed, one.score, one.sim_time, one.tracks) for one in own] for key, own in groups.items()}
+    runs = {key: [(one.has_failed, one.score, one.sim_time, one.tracks) for one in own] for key, own in groups.items()}
     varied = {key[0] for key, own in runs.items() if len(own) < 2 or own[0][0] or any(one != own[0] for one in own)}
     return [world for world in dict.fromkeys(world for world, _ in groups) if world not in varied]
 
@@ -313,7 +313,7 @@ def leaderboard(results: Sequence[Result], controllers: Sequence[str]) -> list[L
     for who in controllers:
         own = {kind: ranks[kind][who] for kind in kinds}
         lines.append(Line(who, means[who], own, sum(rank or len(controllers) for rank in own.values())))
-    return sorted(lines, key=lambda line: (line.total, line.failed))
+    return sorted(lines, key=lambda line: (line.total, line.failures))
 
 
 def _of(

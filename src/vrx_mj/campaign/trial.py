@@ -74,7 +74,7 @@ def sail(trial: Trial, folder: Path, stopwatch: Stopwatch, keep: Callable[[World
         keep(world)
         sim = Simulation(world)
         with _recording(sim, folder / _RECORDING if trial.record else None):
-            summary = _run(trial, sim, folder, tracks, stopwatch)
+            summary = _summary(trial, sim, folder, tracks, stopwatch)
         return _result(trial, summary, world.sha256, tracks)
     except Exception as error:
         return Result(
@@ -82,11 +82,11 @@ def sail(trial: Trial, folder: Path, stopwatch: Stopwatch, keep: Callable[[World
             error=_error_text(error, sim),
             sim_time=sim.time if sim else 0.0,
             wall_time=time.perf_counter() - begun,
-            tracks=tracks.simplified(),
+            tracks=tracks.lines(),
         )
 
 
-def _run(trial: Trial, sim: Simulation, folder: Path, tracks: Tracks, stopwatch: Stopwatch) -> Summary:
+def _summary(trial: Trial, sim: Simulation, folder: Path, tracks: Tracks, stopwatch: Stopwatch) -> Summary:
     simulated = trial.duration or planned(sim)
     if trial.serving is None:
         stopwatch.allow(trial.timeout or _EXTRA_TIME + simulated)
@@ -121,7 +121,7 @@ def _result(trial: Trial, summary: Summary, world: str, tracks: Tracks) -> Resul
         state_sha256=summary.state_sha256,
         world_sha256=world,
         platform=summary.platform,
-        tracks=tracks.simplified(),
+        tracks=tracks.lines(),
         recording=_RECORDING if trial.record else None,
     )
 

@@ -34,11 +34,11 @@ def validate(
     Example: vrx-mj validate --quick -o report
     """
     from vrx_mj.validation.report import counts, run_cases, write_report
-    from vrx_mj.validation.table import CASES, chosen
+    from vrx_mj.validation.table import CASES, select_cases
 
     if (case is None) != (data is None):
         raise CommandError("--case and --data belong together: the case, and what was measured")
-    cases = chosen(tuple(only or ()), quick=quick)
+    cases = select_cases(tuple(only or ()), quick=quick)
     if case is not None and data is not None:
         from vrx_mj.validation.measured import measured_case
 

@@ -265,7 +265,7 @@ class TaskChunks:
             if self._begun is not None and row[0] > self._begun + 1e-9:
                 self._look(float(row[0]), self._layout.frame(row.tolist(), sent))
         oldest = min((rows[0][0] for _, rows in self._waiting.values()), default=math.inf)
-        if self._waiting and (self._referee.finished or self._now - oldest >= _BLOCK):
+        if self._waiting and (self._referee.is_over or self._now - oldest >= _BLOCK):
             yield from self.rest()
 
     def rest(self, end: float = 0.0) -> Iterator[Chunk]:
@@ -324,7 +324,7 @@ class TaskChunks:
 
     def _draw_gates(self, time: float, poses: Mapping[str, Pose], fates: Sequence[str]) -> None:
         """All gates, if one has another colour, or has drifted."""
-        following = fates.index("ahead") if "ahead" in fates and not self._referee.finished else -1
+        following = fates.index("ahead") if "ahead" in fates and not self._referee.is_over else -1
         colors = [FATES["next" if number == following else fate] for number, fate in enumerate(fates)]
         ends = [(poses[gate.left], poses[gate.right]) for gate in parts_of(self._task, tasks.Gate)]
         drawn = self._drawn
@@ -370,7 +370,7 @@ def result_of(referee: Referee) -> str:
     """Who scored what, once the task is finished."""
     status = referee.status
     score = score_text(status.phase, status.score, TASK_KINDS[referee.type].unit)
-    return f"{referee.boat}, {score}" if referee.finished else ""
+    return f"{referee.boat}, {score}" if referee.is_over else ""
 
 
 def _drift(before: _Ends, now: _Ends) -> float:

@@ -150,7 +150,7 @@ class FollowPath(_GateRules):
             if way == "forwards" or (way == "backwards" and index > 0):
                 self._pass(index, way, referee)
 
-    def hit(self, other: str, frame: Frame, referee: Referee) -> None:
+    def take_hit(self, other: str, frame: Frame, referee: Referee) -> None:
         """Points are lost, but there are never less than 0."""
         referee.set_score(max(0.0, referee.status.score - self._penalty))
 

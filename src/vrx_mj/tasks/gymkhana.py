@@ -77,14 +77,14 @@ class Gymkhana(Rules):
         if referee.status.phase != "running":
             return
         channel, mean = self._channel, self._sums.add(distance(frame.poses[self._boat], self._pinger))
-        referee.set_score(mean if channel.finished else FAILURE)
-        if self._may_fail and channel.finished and channel.status.score == FAILURE:
+        referee.set_score(mean if channel.is_over else FAILURE)
+        if self._may_fail and channel.is_over and channel.status.score == FAILURE:
             referee.set_score(FAILURE)
             referee.finish()
 
     def timeout_score(self, status: TaskStatus) -> float | None:
         """The mean with penalties, which are added only here; a channel that ran out of time has failed without."""
-        if self._may_fail and not self._channel.finished:
+        if self._may_fail and not self._channel.is_over:
             return FAILURE
         return status.score + status.collisions * self._penalty
 

@@ -94,7 +94,7 @@ class Rules:
     def update(self, frame: Frame, referee: "Referee") -> None:
         """Look at a frame, while the task runs; the frame at which it begins comes after `enter`."""
 
-    def hit(self, other: str, frame: Frame, referee: "Referee") -> None:
+    def take_hit(self, other: str, frame: Frame, referee: "Referee") -> None:
         """Take a hit by the boat, outside the dead time after the hit before; `status.collisions` counts it."""
 
     def timeout_score(self, status: TaskStatus) -> float | None:
@@ -144,17 +144,17 @@ class Referee:
         self._lines: list[tuple[str, str]] = []
 
     @property
-    def finished(self) -> bool:
+    def is_over(self) -> bool:
         """Whether it is over."""
         return self.status.phase == "finished"
 
     def look(self, frame: Frame) -> Verdict:
         """Take in a frame; frames come in the order of time, each once."""
         self._frame = frame
-        if not self.finished:
+        if not self.is_over:
             self._count_hits(frame)
             self._advance(frame)
-        if self.status.phase == "running" or (self._rules.watches_early and not self.finished):
+        if self.status.phase == "running" or (self._rules.watches_early and not self.is_over):
             self._rules.update(frame, self)
         verdict = Verdict(tuple(self._actions), tuple(self._lines))
         self._actions, self._lines = [], []
@@ -290,7 +290,7 @@ class Referee:
             self.status.collisions += 1
             number = f", collision {self.status.collisions}"
         self.log(f"{self.name}: {self.boat} hits {other}{number}", "WARN")
-        self._rules.hit(other, frame, self)
+        self._rules.take_hit(other, frame, self)
 
     def _load_rules(self, state: Mapping[str, object]) -> None:
         self._rules.state = type(self._rules.state)(**deepcopy(dict(state)))

@@ -108,7 +108,7 @@ class Wildlife(Rules):
         if all(self._is_circled(number) for number in range(len(self._animals)) if not self._is_avoided(number)):
             self._complete(referee)
 
-    def hit(self, other: str, frame: Frame, referee: Referee) -> None:
+    def take_hit(self, other: str, frame: Frame, referee: Referee) -> None:
         """Any collision starts over all circles under way."""
         for number, circled in enumerate(self.state.circled):
             if circled and not self._is_circled(number):

@@ -120,7 +120,7 @@ def case(*files: str, table: str = "", quick: bool = True) -> Callable[[Callable
         quick: whether the case is part of `--quick`.
     """
 
-    def made(run: Callable[[], Outcome]) -> Case:
+    def make(run: Callable[[], Outcome]) -> Case:
         title, setup, *reference = (" ".join(part.split()) for part in (run.__doc__ or "").split("\n\n"))
         sources = [text.removeprefix("Reference: ") for text in reference]
         if table:
@@ -128,4 +128,4 @@ def case(*files: str, table: str = "", quick: bool = True) -> Callable[[Callable
         name = run.__name__.replace("_", "-")
         return Case(name, title.removesuffix("."), setup, " ".join(sources), files, run, quick)
 
-    return made
+    return make

@@ -31,7 +31,7 @@ CASES = tuple(each for subject in _SUBJECTS for each in vars(subject).values() i
 """All of them."""
 
 
-def chosen(only: tuple[str, ...] = (), *, quick: bool = False) -> tuple[Case, ...]:
+def select_cases(only: tuple[str, ...] = (), *, quick: bool = False) -> tuple[Case, ...]:
     """The cases of these names, or all; those of `--quick` if asked for.
 
     Raises:

@@ -71,7 +71,7 @@ def test_a_straight_way_needs_two_points():
     tracks = Tracks()
     for i in range(1000):
         tracks.add("wamv", (0.1 * i, 0.05 * i, 0.0))
-    assert len(tracks.simplified()["wamv"]) == 2
+    assert len(tracks.lines()["wamv"]) == 2
 
 
 def test_a_long_curly_way_keeps_few_points():

@@ -137,7 +137,7 @@ def test_rules_that_end_a_task_do_not_time_it_out():
     referee = early(timeout=200.0, end=4.5)
     assert phases(referee, (1.0, 2.0, 4.45, 4.5, 5.0, 99.0)) == ["ready", *["running"] * 2, *["finished"] * 3]
     assert (referee.status.timed_out, referee.status.elapsed, referee.status.score) == (False, 2.5, 5.0)
-    assert referee.finished
+    assert referee.is_over
 
 
 def test_plain_rules_take_no_message_and_have_no_outputs():
@@ -286,7 +286,7 @@ def test_the_same_frames_give_the_same_dump_also_after_a_restart(kind):
 def test_every_task_ends_and_says_so(kind):
     referee = make_referee(sample(kind))
     verdicts = run(referee, restless(kind, 3))
-    assert referee.finished
+    assert referee.is_over
     assert sum("after" in text and "score" in text for each in verdicts for text, _ in each.lines) >= 1
     json.dumps([referee.info, referee.outputs, referee.progress])
 

@@ -14,7 +14,7 @@ from vrx_mj.resources import root
 from vrx_mj.validation import reference
 from vrx_mj.validation.report import counts, page, results_json, run_cases, write_report
 from vrx_mj.validation.rows import Case, Row, between, case, near
-from vrx_mj.validation.table import CASES, chosen
+from vrx_mj.validation.table import CASES, select_cases
 
 
 def found(*ours):
@@ -90,11 +90,11 @@ def test_the_page_shows_what_a_reader_needs_and_escapes_it():
 
 def test_cases_are_chosen_by_name():
     first, second = CASES[3], CASES[0]
-    assert chosen((first.name, second.name)) == (second, first)
-    assert chosen() == CASES
-    assert chosen(quick=True) == tuple(each for each in CASES if each.quick)
+    assert select_cases((first.name, second.name)) == (second, first)
+    assert select_cases() == CASES
+    assert select_cases(quick=True) == tuple(each for each in CASES if each.quick)
     with pytest.raises(UnknownNameError) as error:
-        chosen(("airry",))
+        select_cases(("airry",))
     assert str(error.value).startswith("no case named 'airry'; did you mean 'airy'?")
 
 

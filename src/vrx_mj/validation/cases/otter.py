@@ -36,7 +36,7 @@ def _cross(r: FloatArray) -> FloatArray:
     return np.array([[0.0, -r[2], r[1]], [r[2], 0.0, -r[0]], [-r[1], r[0], 0.0]])
 
 
-def _moved(r: FloatArray) -> FloatArray:
+def _transform(r: FloatArray) -> FloatArray:
     """The matrix H(r) that moves velocities to a point."""
     found = np.eye(6)
     found[:3, 3:] = _cross(r).T
@@ -62,7 +62,7 @@ class Published(NamedTuple):
     """Draft of a hull [m]."""
 
 
-def _published() -> Published:
+def _published_otter() -> Published:
     """The matrices, by their formulas."""
     density, length, beam, pontoon, aside, fullness, block = 1025.0, 2.0, 1.08, 0.25, _ASIDE, 0.75, 0.4
     mass = _HULL_MASS + _PAYLOAD
@@ -73,7 +73,7 @@ def _published() -> Published:
     inertia = _HULL_MASS * radii - _HULL_MASS * shift @ shift - _PAYLOAD * extra @ extra
     rigid = np.zeros((6, 6))
     rigid[:3, :3], rigid[3:, 3:] = mass * np.eye(3), inertia
-    about = _moved(center)
+    about = _transform(center)
     rigid = about.T @ rigid @ about
     added = np.diag([0.1 * _HULL_MASS, 1.5 * _HULL_MASS, _HULL_MASS, *(np.array([0.2, 0.8, 1.7]) * np.diag(inertia))])
     whole = rigid + added
@@ -86,7 +86,7 @@ def _published() -> Published:
     weight = density * GRAVITY
     restoring = [2.0 * weight * plane, weight * (across + volume * lever), weight * (along + volume * lever)]
     stiff = np.diag([0.0, 0.0, *restoring, 0.0])
-    flotation = _moved(np.array([-0.2, 0.0, 0.0]))
+    flotation = _transform(np.array([-0.2, 0.0, 0.0]))
     relative = [2.0 * ratio * math.sqrt(stiff[i, i] * whole[i, i]) for ratio, i in ((0.3, 2), (0.2, 3), (0.4, 4))]
     sway, yaw = whole[1, 1] / _SETTLING, whole[5, 5] / _SETTLING
     damping = np.diag([_SURGE_DAMPING, sway, *relative, yaw])
@@ -170,7 +170,7 @@ def _acceleration(otter: Published, pose: FloatArray, velocity: FloatArray, push
     """Accelerations (6,) of his equations: all coefficients, but for the payload's weight as an external force."""
     momentum = otter.added @ velocity
     coupling = np.block([[np.zeros((3, 3)), -_cross(momentum[:3])], [-_cross(momentum[:3]), -_cross(momentum[3:])]])
-    spin, about, mass = velocity[3:], _moved(otter.center), _HULL_MASS + _PAYLOAD
+    spin, about, mass = velocity[3:], _transform(otter.center), _HULL_MASS + _PAYLOAD
     rigid = np.block([[mass * _cross(spin), np.zeros((3, 3))], [np.zeros((3, 3)), -_cross(otter.inertia @ spin)]])
     places = np.linspace(-1.0, 1.0, 21)
     across = velocity[1] + places * velocity[5]
@@ -222,7 +222,7 @@ def otter_turn() -> Outcome:
     """
     left, right = _THRUST * 100.0**2, _THRUST * 80.0**2
     push = np.array([left + right, 0.0, 0.0, 0.0, 0.0, _ASIDE * (left - right)])
-    theirs = _runge_kutta(_published(), push, 3000, 0.02)
+    theirs = _runge_kutta(_published_otter(), push, 3000, 0.02)
     sim = packaged_simulation(_TANK)
     commands = {"left": _command(100.0), "right": _command(80.0)}
     _, path = record(sim, lambda sim: only_boat(sim).position * (1.0, -1.0, 1.0), 300, 0.2, **commands)

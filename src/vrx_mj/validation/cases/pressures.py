@@ -38,7 +38,7 @@ def wave_pressure() -> Outcome:
         for robot, rest, heading in _BOATS:
             fleet = {"robot": robot, "boats": [{"name": "a", "pose": [0, 0, 0, 0, 0, heading]}], "sensors": "none"}
             sim = marine_simulation(fleet, sea=sea, seed=5)
-            times, ours, exact = _compared(sim, rest, heading, lifted=name == "swell")
+            times, ours, exact = _pressures_of(sim, rest, heading, lifted=name == "swell")
             apart, varied = ours - exact, exact - exact.mean(axis=0)
             for kind, half in (("force", slice(0, 3)), ("torque", slice(3, 6))):
                 share = 100.0 * np.linalg.norm(apart[:, half]) / np.linalg.norm(varied[:, half])
@@ -54,14 +54,14 @@ def wave_pressure() -> Outcome:
                 yield Chart(f"Pressure on the WAM-V in the {name}", "time [s]", "force [N]", lines)
 
 
-def _compared(
+def _pressures_of(
     sim: Simulation, rest: float, heading: float, *, lifted: bool
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Times (n,), and what the pressure does to the only boat, level, in the run and by its integral, (n, 6) each."""
     (boat,) = sim.boats
     (hull,) = sim.world.parameters.hulls
     assert hull.vessel is not None, "no hull of its own"
-    mesh = _divided(np.array(hull.vessel.vertices)[np.array(hull.vessel.triangles)])
+    mesh = _divide(np.array(hull.vessel.vertices)[np.array(hull.vessel.triangles)])
     times, ours, exact = [], [], []
     for _ in range(_SAMPLES):
         then = sim.time + sim.timestep  # a force is that of the time at which its step ends
@@ -75,7 +75,7 @@ def _compared(
     return np.array(times), np.array(ours), np.array(exact)
 
 
-def _divided(triangles: FloatArray) -> FloatArray:
+def _divide(triangles: FloatArray) -> FloatArray:
     """Triangles (n, 3, 3), each divided in four."""
     a, b, c = np.moveaxis(triangles, 1, 0)
     d, e, f = 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)

@@ -27,7 +27,7 @@ _DENSITY = 1025.0
 _FILES = ("physics/propeller.py", "runtime/loop.py")
 
 
-def _held(sim: Simulation, command: float, *, height: float = 0.0, speed: float = 0.0) -> float:
+def _thrust_at(sim: Simulation, command: float, *, height: float = 0.0, speed: float = 0.0) -> float:
     """Thrust [N] after one step of a boat that is put at a height [m] with a speed ahead [m/s]."""
     (boat,) = sim.boats
     sim.set_boat(boat, pose=(0.0, 0.0, height, 0.0, 0.0, 0.0), velocity=(speed, 0.0, 0.0, 0.0, 0.0, 0.0))
@@ -35,7 +35,7 @@ def _held(sim: Simulation, command: float, *, height: float = 0.0, speed: float 
     return sim.thrust(boat)["propeller"]
 
 
-def _settled(command: float, **keys: Any) -> Simulation:
+def _run_with_thrust(command: float, **keys: Any) -> Simulation:
     """A run whose propeller has got to the thrust of a command: within 2e-6."""
     sim = packaged_simulation(_TANK, **keys)
     sim.step({sim.boats[0]: {"propeller": command}}, duration=13.0 * _LAG)
@@ -54,7 +54,7 @@ def propeller_lag() -> Outcome:
     that they act, not that a propeller has them.
     """
     sim, until = packaged_simulation(_TANK), 4.0 * _LAG
-    thrusts = [_held(sim, 1.0) for _ in range(round(until / sim.timestep))]
+    thrusts = [_thrust_at(sim, 1.0) for _ in range(round(until / sim.timestep))]
     for share in (0.5, 1.0, 2.0, 4.0):
         found = thrusts[round(share * _LAG / sim.timestep) - 1]
         yield near(f"thrust after {share:g} time constants", "N", _FULL * -math.expm1(-share), found, relative=1e-3)
@@ -87,14 +87,14 @@ def propeller_speed() -> Outcome:
     """
     series, speeds = [], (0.0, 0.5, 1.0, 1.5)
     for command, thrust in _COMMANDS.items():
-        still, stream = _settled(command), _settled(command, current={"speed": 1.0, "direction": 180.0})
-        pulls = [_held(still, command, speed=each) for each in speeds]
+        still, stream = _run_with_thrust(command), _run_with_thrust(command, current={"speed": 1.0, "direction": 180.0})
+        pulls = [_thrust_at(still, command, speed=each) for each in speeds]
         yield from (
             near(f"thrust at {each:g} m/s, {thrust:g} N at rest", "N", _open_water(thrust, each), pull, relative=1e-3)
             for each, pull in zip(speeds, pulls, strict=True)
         )
         name = f"thrust in a current of 1 m/s from ahead, {thrust:g} N at rest"
-        yield near(name, "N", _open_water(thrust, 1.0), _held(stream, command), relative=1e-3)
+        yield near(name, "N", _open_water(thrust, 1.0), _thrust_at(stream, command), relative=1e-3)
         series.append(Series("open-water line", speeds, [_open_water(thrust, each) for each in speeds], reference=True))
         series.append(Series(f"{thrust:g} N at rest", speeds, pulls, kind="points"))
     for command, thrust in _COMMANDS.items():
@@ -122,8 +122,8 @@ def propeller_ventilation() -> Outcome:
     Reference: The share of the disc that is under water, by quadrature of its chords. Air that is drawn down makes
     a real propeller lose more, and earlier.
     """
-    sim, depths = _settled(1.0), np.linspace(-1.25, 1.25, 11)
-    shares = [_held(sim, 1.0, height=_DEPTH - 0.5 * _DIAMETER * depth) / _FULL for depth in depths.tolist()]
+    sim, depths = _run_with_thrust(1.0), np.linspace(-1.25, 1.25, 11)
+    shares = [_thrust_at(sim, 1.0, height=_DEPTH - 0.5 * _DIAMETER * depth) / _FULL for depth in depths.tolist()]
     yield from (
         near(f"share of the thrust, centre {depth:g} radii deep", "", _wet_share(depth), share, absolute=1e-4)
         for depth, share in zip(depths.tolist(), shares, strict=True)

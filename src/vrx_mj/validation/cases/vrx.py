@@ -125,7 +125,7 @@ def _zigzag() -> _Pilot:
     return sail
 
 
-def _run(case: dict[str, Any]) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _poses_of(case: dict[str, Any]) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Times (n,), VRX's poses and ours (n, 6) of a case."""
     file = f"{_TABLES}/trajectories/{case['case']}"
     golden = rows(f"{file}__implicit" if case["dyn_set"] == "wamv_am1" else file)
@@ -158,7 +158,7 @@ def vrx_runs() -> Outcome:
     """
     spread = {row["case"]: row for row in rows(f"{_TABLES}/trajectories/trajectory_integrator_spread")}
     for name in _RUNS:
-        times, theirs, ours = _run(_cases()[name])
+        times, theirs, ours = _poses_of(_cases()[name])
         apart = np.abs(ours - theirs).max(axis=0)
         for (_, column, quantity, unit), value in zip(_COLUMNS, apart.tolist(), strict=True):
             bound = max(_FACTOR * float(spread[name][f"max_{column}"]), _FLOOR)
