@@ -101,7 +101,7 @@ def in_color(text: str, color: str | None) -> str:
 
 @contextlib.contextmanager
 def waiting(what: str, stream: TextIO | None = None) -> Iterator[None]:
-    """Around work of unknown length: a terminal shows what it is, elsewhere a line is written every ten seconds."""
+    """Show that work of unknown length goes on: its name in a terminal, elsewhere a line every ten seconds."""
     out = sys.stderr if stream is None else stream
     done, begun, watched = threading.Event(), time.monotonic(), out.isatty()
 

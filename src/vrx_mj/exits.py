@@ -27,7 +27,7 @@ def check_exit() -> None:
 
 @contextmanager
 def delays_exit() -> Iterator[None]:
-    """Around what an exit waits for, and in which other threads end, with SystemExit, once it has begun."""
+    """Make an exit wait for what runs inside; once it has begun, other threads that enter end with SystemExit."""
     own = threading.get_ident()
     is_outer = own not in _inside
     try:

@@ -9,12 +9,12 @@ from pathlib import Path
 from vrx_mj.errors import VrxError
 
 Content = str | bytes | Path
-"""Of a file: a text, bytes, or the file of which it is a copy."""
+"""Content of a file: a text, bytes, or the file of which it is a copy."""
 
 
 @contextmanager
 def writing(what: str, path: Path, error: type[VrxError] = VrxError) -> Iterator[None]:
-    """Around the writing of a file: an OSError is one line, of the class `error`, with `what` is written."""
+    """Turn an OSError of writing a file into a line that names `what` is written, of the class `error`."""
     try:
         yield
     except OSError as problem:
@@ -23,7 +23,7 @@ def writing(what: str, path: Path, error: type[VrxError] = VrxError) -> Iterator
 
 @contextmanager
 def atomic_write(path: Path, what: str, error: type[VrxError] = VrxError) -> Iterator[Path]:
-    """Around the writing of a file: the path to write to, whose content takes the place of `path` at the end.
+    """Yield a path to write to, whose content takes the place of `path` at the end.
 
     Until then `path` stays as it was. What is not a plain file, as `/dev/stdout`, is written directly.
 

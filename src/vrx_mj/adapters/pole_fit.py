@@ -1,4 +1,4 @@
-"""From radiation at frequencies to the poles and residues of a memory.
+"""Fit of poles and residues of a hull's memory to its radiation at frequencies.
 
 Added mass A(omega) and damping B(omega) are one function, K(i omega) = B(omega) + i omega (A(omega) - A(inf)) (Ogilvie,
 1964), whose retardation kernel is fitted by K(t) = sum over k of Re(r_k e^(p_k t)). The poles are common to motions

@@ -32,7 +32,7 @@ class Cell:
 
     @property
     def folder(self) -> str:
-        """Its folder in that of the campaign, with slashes; no two cells have the same."""
+        """Folder of the cell in that of the campaign, with slashes; no two cells have the same."""
         return f"cells/{folder_name(self.controller)}/{folder_name(self.world)}/seed_{self.seed}"
 
     def __str__(self) -> str:

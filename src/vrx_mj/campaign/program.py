@@ -66,7 +66,7 @@ class Program:
 
     @property
     def code(self) -> int | None:
-        """Its exit code, below 0 that of a signal; None while it runs."""
+        """Exit code, below 0 the signal that ended it; None while it runs."""
         return self._process.poll()
 
     @property

@@ -1,4 +1,4 @@
-"""The same trials on a Ray cluster: every task of it sails one trial in a process of its own, and sends back its files.
+"""Trials on a Ray cluster: each task sails one trial in a process of its own, and sends back its files.
 
 The current folder goes along, with controllers and worlds in it; vrx_mj has to be installed on the nodes.
 """

@@ -49,7 +49,7 @@ class Result:
     tracks: Mapping[str, list[list[float]]] = field(default_factory=dict)
     """x and y [m] of each boat's way."""
     recording: str | None = None
-    """Its file's name, in the cell's folder."""
+    """Name of its recording's file in the cell's folder; None without one."""
 
     @property
     def has_failed(self) -> bool:

@@ -14,7 +14,7 @@ _SIGNIFICANT = 0.05
 _SHOWN = 3
 """How many names a note lists."""
 _FEWEST = 6
-"""With fewer pairs that differ no two-sided test of signed ranks gets below 0.05: five give 2 / 2^5."""
+"""Fewest pairs that differ for a test: with five of them no two-sided p-value of signed ranks is below 2 / 2^5."""
 
 
 @dataclass(frozen=True)

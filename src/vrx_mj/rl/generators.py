@@ -51,7 +51,7 @@ class Generators:
             raise gymnasium.error.ResetNeeded("call reset() before step() or render()")
 
     def of(self, rows: IntArray) -> list[np.random.Generator]:
-        """Those of some rows."""
+        """Generators of some rows."""
         return [self._random[row] for row in rows.tolist()]
 
     def seed(self, rows: IntArray, seed: Seeds) -> None:

@@ -23,7 +23,7 @@ class Entry(NamedTuple):
 
     name: str
     scale: float
-    """It is observed in this unit."""
+    """Unit in which it is observed."""
 
 
 OWN = (

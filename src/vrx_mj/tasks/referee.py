@@ -25,7 +25,7 @@ from vrx_mj.tasks.rules import Action, Release
 _DUMP, _STATUS = TypeAdapter[Any](dict[str, Any]), TypeAdapter[Any](TaskStatus)
 
 _DEAD_TIME_VRX3 = 3.0
-"""[s]; VRX 3 does not read the value of a world (ScoringPlugin.cc)."""
+"""Dead time after a collision in VRX 3 [s], which does not read the value of a world (ScoringPlugin.cc)."""
 
 
 def dead_time(task: TaskBase) -> float:

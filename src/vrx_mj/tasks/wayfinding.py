@@ -40,7 +40,7 @@ class Wayfinding(Rules):
         referee.set_score(sum(self.state.errors) / len(self.state.errors))
 
     def enter(self, phase: Phase, frame: Frame, referee: Referee) -> None:
-        """At the end, log how near the boat came."""
+        """Log at the end how near the boat came."""
         if phase == "finished":
             for number, error in enumerate(self.state.errors, start=1):
                 referee.log(f"waypoint {number} of {len(self._waypoints)}: least error {error:.2f} m")

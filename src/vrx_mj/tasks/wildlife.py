@@ -53,7 +53,7 @@ class WildlifeState:
     status: list[Literal["never_engaged", "engaged", "not_engaged", "circumnavigated"]]
     """Circumnavigated is for good."""
     sides: list[list[Side | Literal["crossed"]]]
-    """For every gate, where the boat was when last looked at while engaged; `crossed` just after a crossing."""
+    """Side of every gate on which the boat was when last looked at while engaged; `crossed` just after a crossing."""
     circled: list[list[_Gate]]
     """Gates crossed in the right sense since the circle began, in their order: one may be in it twice."""
     animals: list[dict[str, str | float | None]] = field(default_factory=list)

@@ -14,7 +14,7 @@ _STEP = 0.02
 _SETTLED = 1e-3
 """Relative change of a speed over `_WATCH` at which it counts as steady."""
 _WATCH = 5.0
-"""[s]"""
+"""Time over which a speed has to stay the same [s]."""
 _STRAIGHT = math.radians(0.5)
 """Rate of turn up to which an approach counts as straight [rad/s]."""
 _LONGEST = 600.0

@@ -93,9 +93,9 @@ class Case:
     """A case of the report, as a reader needs it to judge the numbers."""
 
     name: str
-    """Its name in `--only`."""
+    """Name in `--only`."""
     title: str
-    """Its heading."""
+    """Heading of the case."""
     setup: str
     """What is set up and measured."""
     source: str

@@ -19,7 +19,7 @@ from vrx_mj.validation.reference import folder
 GRAVITY = 9.81
 """Gravity of these worlds [m/s2], the value of most of the references."""
 PHYSICS = {"profile": "marine", "gravity": GRAVITY}
-"""Their key `physics`."""
+"""Key `physics` of these worlds."""
 
 
 def marine_world(fleet: Mapping[str, Any] | None = None, **keys: Any) -> World:

@@ -118,8 +118,8 @@ _AGREED = 15.0
 _ARRIVED = 5.0
 """A boat is at its goal within this distance [m]."""
 _OPENED = 1.0
-"""They have passed when they are behind each other, and farther apart than they were at the least by this [m]: waves
-shake them by less."""
+"""Distance beyond the closest approach at which boats that are behind each other have passed [m]; waves shake them by
+less."""
 
 
 class Encounter(Problem):
@@ -219,7 +219,7 @@ class Encounter(Problem):
         return super().forfeit(left) + 0.1 * left[:, None]
 
     def facts(self) -> dict[str, npt.NDArray[np.generic]]:
-        """Their roles, how near they came, and what that was worth."""
+        """Roles of the boats, how near they came, and what that was worth."""
         closest, passed, collided = self._closest, self._passed, self._collided
         return {"role": self._role, "closest": closest, "passed": passed, "collided": collided, "score": self._scores()}
 

@@ -87,7 +87,7 @@ class Score(Problem):
         return Judged(own, team.present & self._row.sim.task_is_over, change)
 
     def forfeit(self, left: IntArray) -> FloatArray:
-        """For the scored boat more than most tasks pay."""
+        """What the scored boat forfeits, more than most tasks pay."""
         lost: FloatArray = np.where(np.arange(self.size) == self.anchor, _LOST, 0.0)[None] * (left > 0)[:, None]
         return lost
 

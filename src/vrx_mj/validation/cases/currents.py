@@ -12,7 +12,7 @@ from vrx_mj.validation.rows import Outcome, case, near
 from vrx_mj.validation.setups import autocorrelation, packaged_simulation, record
 
 _DEPTHS = (0.5, 2.0, 4.0, 7.5, 12.0)
-"""Of the drogues in drogues.yaml [m]."""
+"""Depths of the drogues in drogues.yaml [m]."""
 _PROFILE = ((0.0, 1.0), (1.0, 1.0), (5.0, 0.6), (10.0, 0.1))
 """Shares of the current by depth [m]."""
 _MEAN, _TOWARD = 0.3, 30.0

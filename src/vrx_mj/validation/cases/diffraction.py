@@ -15,9 +15,9 @@ from vrx_mj.validation.setups import packaged_simulation
 _Amplitudes = npt.NDArray[np.complex128]
 _PERIOD, _AMPLITUDE, _PHASES = 3.0, 0.01, 60
 _PLACE = 1.7, -0.9
-"""Of the hull's origin [m]."""
+"""Place of the hull's origin [m]."""
 _CENTER = -0.1
-"""Of its centre of mass, ahead of that [m]."""
+"""Place of its centre of mass, ahead of its origin [m]."""
 _MOTIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 _KINDS = ("diffraction", "froude_krylov")
 _TURNS = np.exp(2j * math.pi * np.arange(_PHASES) / _PHASES)

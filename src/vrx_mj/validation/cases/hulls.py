@@ -18,7 +18,7 @@ _SURGE_ADDED, _HEAVE_ADDED = 900.0, 3000.0
 _STIFFNESS = _DENSITY * GRAVITY * _LENGTH * _BEAM
 """C33 [N/m]."""
 _PERIOD = 2.0 * math.pi * math.sqrt((_MASS + _HEAVE_ADDED) / _STIFFNESS)
-"""Of heave [s]."""
+"""Period of heave [s]."""
 _DROP = 0.05
 """Height from which it is let go [m]."""
 _RAISED = (0.0, 0.0, _DROP, 0.0, 0.0, 0.0)

@@ -42,7 +42,7 @@ def box_stiffness(length: float, beam: float, draft: float, density: float, kg: 
 
 
 def _pressed_stiffness(length: float, beam: float, draft: float, density: float, kg: float) -> tuple[float, ...]:
-    """The same three of the box's mesh, by the water's pressure about its centre of mass."""
+    """C33, C44 and C55 of the box's mesh, by the water's pressure about its centre of mass."""
     hull, step = (_CORNERS * (length, beam, 3.0 * draft) - (0.0, 0.0, kg), _FACES), 1e-4
     moves = ((0.0, 0.0, step), (math.degrees(step), 0.0, 0.0), (0.0, math.degrees(step), 0.0))
 

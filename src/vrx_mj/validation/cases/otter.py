@@ -16,7 +16,7 @@ _THRUST = 0.02216 / 2.0
 """k of the thrust k n^2 of a propeller [N s2/rad2]."""
 _HULL_MASS, _PAYLOAD = 55.0, 25.0
 _ASIDE = 0.395
-"""Of a propeller and a hull from the middle [m]."""
+"""Distance of a propeller and of a hull from the middle [m]."""
 _CROSS_FLOW = 1.004184471
 """Hoerner's coefficient for a hull 0.25 m wide with this draft."""
 _FULL_THRUST = 119.682

@@ -18,7 +18,7 @@ _FULL, _DIAMETER, _VANISHING, _LAG, _POWER = 80.0, 0.2, 4.0, 0.5, 900.0
 _DRAG = 12.0, 18.0
 """Linear and quadratic drag ahead of the boat [N s/m, N s2/m2]."""
 _DEPTH = 0.3
-"""Of the propeller under the boat's origin [m]."""
+"""Depth of the propeller under the boat's origin [m]."""
 _COMMANDS = {1.0: 80.0, 0.5: 20.0}
 """Thrust at rest by command [N]: numbers of the boat's file."""
 _RATE = 25.0

@@ -28,7 +28,7 @@ _RADIUS = 5.0
 _NUMBERS = (0.3, 0.5, 0.7, 1.0, 1.4, 2.0)
 """Wavenumbers times radius at which radiation is compared; the decay's is 1.03."""
 _RELATIVE = {4.4: 1.56, 5.0: 1.41, 11.0: 1.00}
-"""The same without diffraction, in the relative form, in the frequency domain."""
+"""Heave over the amplitude by period [s] without diffraction, in the relative form, in the frequency domain."""
 
 
 def _decay(world: str, drop: float, until: float, **keys: Any) -> tuple[FloatArray, FloatArray]:
