@@ -26,6 +26,7 @@ _SHORTEST = 5.0
 """Shortest wave, in mean edges of wet panels."""
 _MOTIONS = ("Surge", "Sway", "Heave", "Roll", "Pitch", "Yaw")
 _WET = 1e-9
+"""Least depth of a wet point [m]."""
 
 
 @contextlib.contextmanager
@@ -84,7 +85,7 @@ def hydro_of_hull(
     omegas = np.linspace(0.0, highest, frequencies + 1)[1:]
     solver = _Solver(capytaine, mesh, np.subtract(point, (0.0, 0.0, waterline)), density, gravity)
     zero, infinite = (_symmetric(solver.radiation(omega)[0]) for omega in (0.0, math.inf))
-    added, damping, scattered = _over(omegas, solver, angles, progress)
+    added, damping, scattered = _at_frequencies(omegas, solver, angles, progress)
     return {
         "format": FORMAT,
         "program": f"Capytaine {capytaine.__version__}, {mesh.nb_faces} panels",
@@ -101,7 +102,7 @@ def hydro_of_hull(
     }
 
 
-def _over(
+def _at_frequencies(
     omegas: FloatArray, solver: "_Solver", angles: int, progress: Callable[[int, int], None]
 ) -> tuple[FloatArray, FloatArray, list[Any]]:
     """Added mass and damping (n, 6, 6), and diffraction, at n frequencies [rad/s]."""

@@ -144,10 +144,10 @@ def _differences(old: Manifest, new: Manifest) -> Iterator[str]:
 
 def _changed_worlds(plan: Plan, results: Mapping[Cell, Result]) -> Iterator[str]:
     """Which worlds and fleets of the user's own are not what results were sailed in: one cell of each is compiled."""
-    own_fleet = plan.fleet is not None and not is_ours("fleets", plan.fleet)
+    own_fleet = plan.fleet is not None and not _is_shipped("fleets", plan.fleet)
     sailed = {cell.world: (cell, result.world_sha256) for cell, result in results.items() if result.world_sha256}
     for world, (cell, before) in sailed.items():
-        if own_fleet or not is_ours("worlds", world):
+        if own_fleet or not _is_shipped("worlds", world):
             try:
                 same = compile_world(world, fleet=plan.fleet, seed=cell.seed).sha256 == before
             except VrxError:
@@ -219,7 +219,7 @@ def controller_hash(name: str) -> str:
     return _digest(*found)
 
 
-def is_ours(kind: str, name: str) -> bool:
+def _is_shipped(kind: str, name: str) -> bool:
     """Whether a world or fleet (`kind`: worlds, fleets) comes with vrx_mj, so that `code_version` covers it."""
     if is_path(name.partition("#")[0]):
         return False
@@ -234,9 +234,9 @@ def check_files(plan: Plan) -> None:
     Raises:
         VrxError: one of them cannot.
     """
-    own_fleet = plan.fleet is not None and not is_ours("fleets", plan.fleet)
+    own_fleet = plan.fleet is not None and not _is_shipped("fleets", plan.fleet)
     for index, world in enumerate(plan.worlds):
-        if (own_fleet and index == 0) or not is_ours("worlds", world):
+        if (own_fleet and index == 0) or not _is_shipped("worlds", world):
             with warnings.catch_warnings(action="ignore", category=VrxWarning):  # in the logs of the trials
                 opened = opener(world, {})
                 source, fleet = opened(world, plan.fleet, {}) if opened else (world, plan.fleet)

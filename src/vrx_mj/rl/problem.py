@@ -26,6 +26,16 @@ class Entry(NamedTuple):
     """Unit in which it is observed."""
 
 
+def point(name: str, unit: float) -> tuple[Entry, Entry]:
+    """Where a point is from a boat, [m] in a unit."""
+    return Entry(f"{name} ahead [m]", unit), Entry(f"{name} to port [m]", unit)
+
+
+def turn_to(name: str) -> tuple[Entry, Entry]:
+    """How far a boat has to turn to a direction."""
+    return Entry(f"sine of the turn to {name}", 1.0), Entry(f"cosine of the turn to {name}", 1.0)
+
+
 OWN = (
     Entry("surge velocity [m/s]", 3.0), Entry("sway velocity [m/s]", 3.0), Entry("yaw rate [rad/s]", 0.5),
     Entry("roll [rad]", 0.3), Entry("pitch [rad]", 0.3), Entry("roll rate [rad/s]", 0.5),
@@ -86,10 +96,22 @@ class Judged(NamedTuple):
         return mean_of(self.own, who) if self.team is None else self.team
 
 
+def open_water(**more: object) -> dict[str, Any]:
+    """A world without a shore, with gusts and waves, grown at the start already; the wind acts on boats."""
+    return {
+        "extends": "ocean",
+        "description": "open water with waves and wind",
+        "sea": {"model": "pms", "number": 3, "scale": 1.5, "gain": 0.2, "period": 5, "direction": [1, 0.5],
+                "angle": 0.4, "tau": 0},
+        "wind": {"direction": 0, "mean_velocity": 0, "var_gain": 1, "var_time": 5,
+                 "objects": [{"model": "wamv", "coefficients": [0.5, 0.5, 0.33]}]},
+    } | more  # fmt: skip
+
+
 class Problem(ABC):
     """A task for the boats of `n` worlds; each boat also observes its own motion and its neighbours."""
 
-    world: ClassVar[Mapping[str, Any]]
+    world: ClassVar[Mapping[str, Any]] = open_water()
     """What is compiled, unless the environment's options name another world."""
     duration: float
     """Duration of an episode [s], after which it is truncated."""
@@ -184,18 +206,6 @@ def boats_too_near(team: Team, distance: float = CLEAR) -> BoolArray:
     gaps = np.hypot(team.x[:, :, None] - team.x[:, None], team.y[:, :, None] - team.y[:, None])
     both = team.present[:, :, None] & team.present[:, None] & ~np.eye(team.x.shape[1], dtype=np.bool_)
     return np.asarray(((gaps < distance) & both).any(axis=2))
-
-
-def open_water(**more: object) -> dict[str, Any]:
-    """A world without a shore, with gusts and waves, grown at the start already; the wind acts on boats."""
-    return {
-        "extends": "ocean",
-        "description": "open water with waves and wind",
-        "sea": {"model": "pms", "number": 3, "scale": 1.5, "gain": 0.2, "period": 5, "direction": [1, 0.5],
-                "angle": 0.4, "tau": 0},
-        "wind": {"direction": 0, "mean_velocity": 0, "var_gain": 1, "var_time": 5,
-                 "objects": [{"model": "wamv", "coefficients": [0.5, 0.5, 0.33]}]},
-    } | more  # fmt: skip
 
 
 def _along(east: FloatArray, north: FloatArray, course: FloatArray) -> tuple[FloatArray, FloatArray]:

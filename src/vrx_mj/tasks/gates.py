@@ -14,7 +14,7 @@ from vrx_mj.tasks.referee import Referee, Rules
 
 Side = Literal["outside", "before", "after"]
 _Passage = Literal["forwards", "backwards"]
-_GateFate = Literal["ahead", "crossed", "missed", "backwards"]
+_GateStatus = Literal["ahead", "crossed", "missed", "backwards"]
 """What became of a gate: `missed` if a later one was passed before it."""
 
 
@@ -66,8 +66,8 @@ FAILURE = 200.0
 class GatesState:
     """State of each gate, in their order."""
 
-    gates: list[_GateFate] = field(default_factory=list)
-    """What became of them: see `_GateFate`."""
+    gates: list[_GateStatus] = field(default_factory=list)
+    """What became of them: see `_GateStatus`."""
     sides: list[Side] = field(default_factory=list)
     """Where the boat was in them at the frame before: see `Side`."""
 
@@ -92,15 +92,15 @@ class NavigationCourse(_GateRules):
 
     def update(self, frame: Frame, referee: Referee) -> None:
         """Look at the gates that are still ahead."""
-        status, fates = referee.status, self.state.gates
+        status, gates = referee.status, self.state.gates
         spent = status.elapsed + status.collisions * self._penalty
-        referee.set_score(min(status.duration, spent) / len(fates))
-        for index, fate in enumerate(fates):
-            if fate == "ahead" and self._fails(index, frame, referee):
+        referee.set_score(min(status.duration, spent) / len(gates))
+        for index, gate in enumerate(gates):
+            if gate == "ahead" and self._fails(index, frame, referee):
                 referee.set_score(FAILURE)
                 referee.finish()
                 return
-        if "ahead" not in fates:
+        if "ahead" not in gates:
             referee.finish()
 
     def timeout_score(self, status: TaskStatus) -> float | None:
@@ -141,10 +141,10 @@ class FollowPath(_GateRules):
         Until the first gate is crossed no other counts, and it cannot be lost by crossing it backwards.
         """
         own = self.state
-        for index, fate in enumerate(own.gates):
+        for index, gate in enumerate(own.gates):
             if index > 0 and own.gates[0] == "ahead":
                 return
-            if fate != "ahead":
+            if gate != "ahead":
                 continue
             own.sides[index], way = passage(self._gates[index], own.sides[index], self._boat, frame)
             if way == "forwards" or (way == "backwards" and index > 0):
@@ -156,17 +156,17 @@ class FollowPath(_GateRules):
 
     def _pass(self, index: int, way: _Passage, referee: Referee) -> None:
         """Take note of a gate that was passed, after which no gate before it counts."""
-        fates = self.state.gates
-        last = index == len(fates) - 1
-        fates[:index] = ["missed" if fate == "ahead" else fate for fate in fates[:index]]
+        gates = self.state.gates
+        last = index == len(gates) - 1
+        gates[:index] = ["missed" if gate == "ahead" else gate for gate in gates[:index]]
         if way == "forwards":
-            fates[index] = "crossed"
-            in_a_row = index > 0 and fates[index - 1] == "crossed"
+            gates[index] = "crossed"
+            in_a_row = index > 0 and gates[index - 1] == "crossed"
             status = referee.status
             referee.set_score(status.score + self._points + self._bonus * (in_a_row + last))
-            referee.log(f"gate {index + 1} of {len(fates)} crossed, {status.elapsed:.1f} s: {status.score:g} points")
+            referee.log(f"gate {index + 1} of {len(gates)} crossed, {status.elapsed:.1f} s: {status.score:g} points")
         else:
-            fates[index] = "backwards"
+            gates[index] = "backwards"
             referee.log(f"gate {index + 1} crossed backwards: no points for it", "WARN")
         if last:
             referee.finish()

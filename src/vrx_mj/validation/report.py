@@ -5,7 +5,7 @@ import math
 import platform
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -80,25 +80,22 @@ def results_json(results: Sequence[Result]) -> dict[str, object]:
 
 
 def _case_fields(result: Result) -> dict[str, object]:
-    case, times = result.case, {"seconds": round(result.seconds, 2), "compiling": round(result.compiling, 2)}
-    fields = {"name": case.name, "title": case.title, "setup": case.setup, "source": case.source}
+    case, seconds, compiling = result.case, round(result.seconds, 2), round(result.compiling, 2)
+    described = {name: getattr(case, name) for name in ("name", "title", "setup", "source", "files")}
     found = {"inside": result.state == "inside", "state": result.state, "error": result.error or None}
     rows = [_row_fields(row) for row in result.rows]
-    return {**fields, "files": list(case.files), **found, **times, "rows": rows}
+    return {**described, **found, "seconds": seconds, "compiling": compiling, "rows": rows}
 
 
 def _row_fields(row: Row) -> dict[str, object]:
-    numbers = {"reference": row.reference, "ours": row.ours, "difference": row.difference, "low": row.low,
-               "high": row.high, "theory": row.theory}  # fmt: skip
-    finite = {name: value if value is not None and math.isfinite(value) else None for name, value in numbers.items()}
-    found = {"band": row.band, "inside": row.inside, "state": row.state}
-    return {"quantity": row.quantity, "unit": row.unit, **finite, **found}
+    fields = {**asdict(row), "difference": row.difference, "inside": row.inside, "state": row.state}
+    infinite = {name: None for name, value in fields.items() if isinstance(value, float) and not math.isfinite(value)}
+    return fields | infinite
 
 
 def _machine() -> dict[str, str]:
-    versions = {name: version(name) for name in _NEEDED}
-    own = {"vrx_mj": version("vrx-mj"), **versions}
-    return {**own, "python": platform.python_version(), "platform": platform.platform()}
+    versions = {"vrx_mj": version("vrx-mj"), **{name: version(name) for name in _NEEDED}}
+    return {**versions, "python": platform.python_version(), "platform": platform.platform()}
 
 
 def page(results: Sequence[Result], left_out: Sequence[Case] = ()) -> str:

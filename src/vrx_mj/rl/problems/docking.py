@@ -9,7 +9,7 @@ from vrx_mj.arrays import BoolArray, FloatArray
 from vrx_mj.config.bays import MOUTH_GAP, Bay, find_bays
 from vrx_mj.model.site import Dock
 from vrx_mj.rl.options import PERIOD
-from vrx_mj.rl.problem import Entry, Judged, Problem, Spot, Team, open_water, wrap_angle
+from vrx_mj.rl.problem import Entry, Judged, Problem, Spot, Team, open_water, point, turn_to, wrap_angle
 from vrx_mj.rl.refereed import Rows
 
 _AWAY = (8.0, 18.0)
@@ -48,8 +48,8 @@ class Docking(Problem):
     )
     duration = 90.0
     entries = (
-        Entry("middle of the bay ahead [m]", 10.0), Entry("middle of the bay to port [m]", 10.0),
-        Entry("sine of the turn to the bay's axis", 1.0), Entry("cosine of the turn to the bay's axis", 1.0),
+        *point("middle of the bay", 10.0),
+        *turn_to("the bay's axis"),
         Entry("distance of the bay's mouth along its axis [m]", 10.0),
         Entry("distance of the bay's axis to port of the boat [m]", 3.0),
     )  # fmt: skip

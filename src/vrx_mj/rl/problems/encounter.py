@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
-from vrx_mj.rl.problem import CLEAR, Entry, Judged, Problem, Spot, Team, open_water, wrap_angle
+from vrx_mj.rl.problem import CLEAR, Entry, Judged, Problem, Spot, Team, point, wrap_angle
 from vrx_mj.rl.refereed import Rows
 
 HEAD_ON, GIVE_WAY, STAND_ON, OVERTAKING, OVERTAKEN = range(5)
@@ -142,10 +142,9 @@ class Encounter(Problem):
     far, `passed`, `collided`, and the present `score`, 0 until they have passed; at the start `goals` [m].
     """
 
-    world = open_water()
     duration = 60.0
     entries = (
-        Entry("goal ahead [m]", 20.0), Entry("goal to port [m]", 20.0),
+        *point("goal", 20.0),
         Entry("sine of the turn since the start", 1.0), Entry("cosine of the turn since the start", 1.0),
         Entry("change of speed since the start [m/s]", 3.0), Entry("whether the boats meet head-on", 1.0),
         Entry("whether this boat has to keep clear", 1.0), Entry("whether the boats have passed", 1.0),

@@ -6,7 +6,7 @@ import numpy.typing as npt
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.control.formation import slots
 from vrx_mj.rl.options import PERIOD
-from vrx_mj.rl.problem import Entry, Judged, Problem, Spot, Team, boats_too_near, open_water, wrap_angle
+from vrx_mj.rl.problem import Entry, Judged, Problem, Spot, Team, boats_too_near, point, turn_to, wrap_angle
 from vrx_mj.rl.refereed import Rows
 
 _SHAPES = ("line", "column", "wedge", "circle")
@@ -38,12 +38,11 @@ class Formation(Problem):
     `leader_speed` [m/s], and `slots`, ahead and to port of the leader [m].
     """
 
-    world = open_water()
     duration = 60.0
     entries = (
-        Entry("own place ahead [m]", 10.0), Entry("own place to port [m]", 10.0),
+        *point("own place", 10.0),
         Entry("velocity of that place ahead [m/s]", 3.0), Entry("velocity of that place to port [m/s]", 3.0),
-        Entry("sine of the turn to the leader's course", 1.0), Entry("cosine of the turn to the leader's course", 1.0),
+        *turn_to("the leader's course"),
     )  # fmt: skip
     boats, fixed = 4, False
 

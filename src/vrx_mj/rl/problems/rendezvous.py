@@ -5,7 +5,7 @@ import numpy.typing as npt
 
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.rl.options import PERIOD
-from vrx_mj.rl.problem import Entry, Judged, Problem, Spot, Team, boats_too_near, mean_of, open_water
+from vrx_mj.rl.problem import Judged, Problem, Spot, Team, boats_too_near, mean_of, point
 from vrx_mj.rl.refereed import Rows
 
 _APART = (24.0, 36.0)
@@ -35,11 +35,10 @@ class Rendezvous(Problem):
     start `places` [m] and their `drift` [m/s], two each.
     """
 
-    world = open_water()
     duration = 90.0
     entries = (
-        Entry("first place ahead [m]", 10.0), Entry("first place to port [m]", 10.0),
-        Entry("second place ahead [m]", 10.0), Entry("second place to port [m]", 10.0),
+        *point("first place", 10.0),
+        *point("second place", 10.0),
     )  # fmt: skip
     boats, fixed = 4, False
 

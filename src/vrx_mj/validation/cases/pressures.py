@@ -16,7 +16,7 @@ _SEAS: Mapping[str, Mapping[str, Any]] = {
     "swell": {"model": "regular", "height": 4.96, "period": 20.0},
     "sea": {"model": "jonswap", "significant_height": 1.0, "peak_period": 8.0, "spreading": 8, "components": 60},
 }
-"""Seas: one of 2.48 m in amplitude, on which boats are lifted, and one with waves 100 m long, in which they are held."""
+"""Seas: of 2.48 m in amplitude, on which boats are lifted, and one of waves 100 m long, in which they are held."""
 _BOATS = (("wamv", -0.151, 0.6), ("heron", 0.0, 2.0), ("barge_4m", 0.0, -0.4))
 """Robots, where they float [m], and their headings [rad]; the waves travel along 0."""
 _SAMPLES, _STEP = 40, 0.5
