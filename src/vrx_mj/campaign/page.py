@@ -42,7 +42,11 @@ def page(campaign: Campaign, sketches: Mapping[str, _Row], comparison: Compariso
             rows=list(_rows(campaign)),
             maps=list(_maps(campaign, sketches)),
             seedless=seedless_worlds(results),
-            failures=[_failure(result) for result in results if result.has_failed],
+            failures=[
+                {"cell": result.cell, "error": result.error, "log": f"{result.cell.folder}/{LOG}"}
+                for result in results
+                if result.has_failed
+            ],
             comparison=comparison,
             most_changes=_MOST_CHANGES,
         )
@@ -132,10 +136,6 @@ def map_svg(world: str, sketch: _Row, results: Sequence[Result], controllers: Se
     """A world from above with the tracks of these trials."""
     values = {"world": world, **map_values(sketch, results, controllers)}
     return Markup(_environment().get_template("map.svg.j2").render(map=values, sketch=sketch))
-
-
-def _failure(result: Result) -> _Row:
-    return {"cell": result.cell, "error": result.error, "log": f"{result.cell.folder}/{LOG}"}
 
 
 @cache

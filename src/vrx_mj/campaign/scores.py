@@ -103,7 +103,15 @@ def compare(now: Campaign, earlier: Campaign) -> Comparison:
     kinds = task_types(now.results.values())
     tests = [
         _test(
-            controller, kind, kinds[kind]["unit"], [pair for pair in pairs if _is_of(pair[1], controller, kind)], better
+            controller,
+            kind,
+            kinds[kind]["unit"],
+            [
+                pair
+                for pair in pairs
+                if pair[1].cell.controller == controller and (pair[1].task or {}).get("type") == kind
+            ],
+            better,
         )
         for controller in now.manifest.plan.controllers
         if controller in names
@@ -132,10 +140,6 @@ def _counterparts(now: Sequence[str], earlier: Sequence[str]) -> dict[str, str]:
     if len(now) == len(earlier) == 1:
         return {now[0]: earlier[0]}
     return {name: name for name in now if name in earlier}
-
-
-def _is_of(result: Result, controller: str, kind: str) -> bool:
-    return result.cell.controller == controller and result.task is not None and result.task["type"] == kind
 
 
 def _gain(before: Result, after: Result, better: Mapping[str, str]) -> float | None:
@@ -192,14 +196,10 @@ def _holm_adjustment(tests: Sequence[Test]) -> Iterator[Test]:
 
 def _changed_worlds(pairs: Sequence[tuple[Result, Result]]) -> Iterator[str]:
     """Which worlds are not the same in both."""
-    changed = {after.cell.world: None for before, after in pairs if _differ(before.world_sha256, after.world_sha256)}
+    known = [(after.cell.world, {before.world_sha256, after.world_sha256} - {""}) for before, after in pairs]
+    changed = dict.fromkeys(world for world, hashes in known if len(hashes) > 1)  # a failed trial may have none
     if changed:
         yield f"worlds whose files have changed: {first_names(changed, _SHOWN)}"
-
-
-def _differ(before: str, after: str) -> bool:
-    """Whether two fingerprints differ; that of a failed trial is not known."""
-    return bool(before and after) and before != after
 
 
 def _notes(now: Campaign, earlier: Campaign, names: Mapping[str, str]) -> Iterator[str]:
@@ -304,9 +304,12 @@ def leaderboard(results: Sequence[Result], controllers: Sequence[str]) -> list[L
     That is how VRX ranks teams. Within a task, fewer trials without a score come first and then the better mean score.
     """
     worlds, kinds = tasks_of_worlds(results), task_types(results)
+    tasks = [(result, worlds.get(result.cell.world, {}).get("type")) for result in results]  # of failed ones, too
     means = {
-        controller: {kind: mean_of(_of(results, controller, kind, worlds)) for kind in kinds}
-        for controller in controllers
+        who: {
+            kind: mean_of(one for one, task in tasks if task == kind and one.cell.controller == who) for kind in kinds
+        }
+        for who in controllers
     }
     ranks = {kind: _ranks({who: means[who][kind] for who in controllers}, kinds[kind]["better"]) for kind in kinds}
     lines = []
@@ -314,17 +317,6 @@ def leaderboard(results: Sequence[Result], controllers: Sequence[str]) -> list[L
         own = {kind: ranks[kind][who] for kind in kinds}
         lines.append(Line(who, means[who], own, sum(rank or len(controllers) for rank in own.values())))
     return sorted(lines, key=lambda line: (line.total, line.failures))
-
-
-def _of(
-    results: Iterable[Result], controller: str, kind: str, worlds: Mapping[str, Mapping[str, str]]
-) -> Iterable[Result]:
-    """The trials of a controller at a type of task; failed ones count where another one shows what task it was."""
-    return (
-        result
-        for result in results
-        if result.cell.controller == controller and worlds.get(result.cell.world, {}).get("type") == kind
-    )
 
 
 def _ranks(means: Mapping[str, Mean], better: str) -> dict[str, int | None]:

@@ -133,7 +133,9 @@ class VectorEnv(ProblemRows, gymnasium.vector.VectorEnv[Floats32, Floats32, npt.
         outcome = core.step(core.actions.array(actions, self._all, self.action_space.shape))
         observation, reward = outcome.observation[:, 0], outcome.own[:, 0]
         done, cut = outcome.ended[:, 0], outcome.cut[:, 0]
-        facts = {name: _of_boat(value) for name, value in (outcome.facts | outcome.losses).items()}
+        facts = {
+            name: value[:, 0] if value.ndim > 1 else value for name, value in (outcome.facts | outcome.losses).items()
+        }
         begun, over = outcome.idle, done | cut
         info = row_info(facts, ~begun)
         if self._mode is AutoresetMode.SAME_STEP and over.any():
@@ -262,11 +264,6 @@ def _alone(info: dict[str, Any]) -> dict[str, Any]:
     """`info` of the only row: plain numbers, and copies of arrays."""
     own = {name: value[0] for name, value in info.items() if not name.startswith("_")}
     return {name: value.copy() if np.ndim(value) else value.item() for name, value in own.items()}
-
-
-def _of_boat(value: npt.NDArray[np.generic]) -> npt.NDArray[Any]:
-    """A fact of the only boat of each row, (n,)."""
-    return value[:, 0] if value.ndim > 1 else value
 
 
 def _final(facts: Mapping[str, npt.NDArray[np.generic]], observation: Floats32, ended: BoolArray) -> dict[str, Any]:

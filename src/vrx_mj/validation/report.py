@@ -110,13 +110,8 @@ def page(results: Sequence[Result], left_out: Sequence[Case] = ()) -> str:
 def _environment() -> Environment:
     environment = page_environment("validation")
     environment.filters |= {"figure": _figure, "signed": _difference}
-    environment.globals |= {"chart": chart_svg, "charts": _charts}
+    environment.globals |= {"chart": chart_svg, "bands": _bands}
     return environment
-
-
-def _charts(result: Result) -> tuple[Chart, ...]:
-    """The charts of a case; if it has none, where its rows lie in their bands."""
-    return result.charts or (_bands(result.rows),)
 
 
 def _bands(rows: Sequence[Row]) -> Chart:
