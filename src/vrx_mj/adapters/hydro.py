@@ -4,6 +4,7 @@ import contextlib
 import logging
 import math
 from collections.abc import Callable, Iterator, Sequence
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -120,7 +121,7 @@ def _check_number(frequencies: int) -> None:
         raise CommandError(f"invalid frequencies {frequencies}: {fewest} to {most} are needed")
 
 
-def _wet_mesh(package: Any, corners: FloatArray, panels: int) -> tuple[Any, float]:
+def _wet_mesh(package: ModuleType, corners: FloatArray, panels: int) -> tuple[Any, float]:
     """Capytaine's mesh of what is under z = 0, and the mean edge of its panels [m]."""
     vertices, faces, edge = panel_hull(corners, panels)
     mesh = package.Mesh(vertices=vertices, faces=faces).immersed_part()
@@ -177,7 +178,7 @@ def panel_hull(corners: FloatArray, panels: int) -> tuple[FloatArray, IntArray, 
 class _Solver:
     """Capytaine for one hull."""
 
-    def __init__(self, package: Any, mesh: Any, center: FloatArray, density: float, gravity: float) -> None:
+    def __init__(self, package: ModuleType, mesh: Any, center: FloatArray, density: float, gravity: float) -> None:
         """A mesh whose water is at z = 0, and the point to which its motions belong [m]."""
         dofs = package.rigid_body_dofs(rotation_center=center)
         body = package.FloatingBody(mesh=mesh, lid_mesh=mesh.generate_lid(), dofs=dofs, name="hull")

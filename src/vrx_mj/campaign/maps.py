@@ -1,7 +1,7 @@
 """Maps of a campaign's page: what is in a world, and the numbers of the template that draws it with all tracks."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from shapely import LinearRing, MultiPoint, Point, Polygon, box
@@ -29,7 +29,7 @@ _Line = Sequence[Sequence[float]]
 _Values = dict[str, Any]
 
 
-def map_values(sketch: Mapping[str, Any], results: Sequence[Result], controllers: Sequence[str]) -> _Values:
+def map_values(sketch: _Values, results: Sequence[Result], controllers: Sequence[str]) -> _Values:
     """What the template of a map takes: the frame, the land in it, a scale bar, and the tracks of these trials."""
     tracks = [(result, line) for result in results for line in result.tracks.values() if line]
     west, south, east, north = view = _view(sketch, [line for _, line in tracks])
@@ -56,7 +56,7 @@ def _track(result: Result, line: _Line, stride: int, controllers: Sequence[str])
     }  # fmt: skip
 
 
-def _view(sketch: Mapping[str, Any], tracks: Iterable[_Line]) -> _Box:
+def _view(sketch: _Values, tracks: Iterable[_Line]) -> _Box:
     """What matters: the boats, the task, where they went, and objects not far from these."""
     spots: list[Sequence[float]] = [(boat["x"], boat["y"]) for boat in sketch["boats"]]
     spots += [place[:2] for place in sketch["waypoints"]] + sketch["beacons"]

@@ -20,6 +20,8 @@ FORMAT = 1
 LOG = "log.txt"
 """What a trial printed, with the traceback of a controller that raised."""
 _RESULT = "result.json"
+Tree = dict[str, Any]
+"""Content of a JSON file."""
 WHAT = "the campaign"
 """What is written, for messages."""
 _COLUMNS = (
@@ -93,7 +95,7 @@ def read_results(folder: Path, cells: Iterable[Cell]) -> dict[Cell, Result]:
     return {cell: result for cell, result in found if result is not None and result.cell == cell}
 
 
-def read_sketches(folder: Path, worlds: Iterable[str]) -> dict[str, dict[str, Any]]:
+def read_sketches(folder: Path, worlds: Iterable[str]) -> dict[str, Tree]:
     """The sketches of these worlds, as far as there are any."""
     files = {world: sketch_file(folder, world) for world in worlds}
     return {world: read_json(file) for world, file in files.items() if file.is_file()}
@@ -134,7 +136,7 @@ def write_json(file: Path, tree: Mapping[str, object]) -> None:
     write_text(file, json.dumps(tree, ensure_ascii=False, allow_nan=False) + "\n")
 
 
-def read_json(file: Path) -> dict[str, Any]:
+def read_json(file: Path) -> Tree:
     """What `write_json` wrote, without its version.
 
     Raises:

@@ -151,6 +151,8 @@ class Roster:
 
 
 Floats32 = npt.NDArray[np.float32]
+Info = dict[str, Any]
+"""Facts about a step or an episode, as Gymnasium's `info`."""
 BOUND = 5.0
 """Observations are clipped to this either way, in their units."""
 LEAST_LEFT = 100
@@ -263,7 +265,7 @@ class Environment:
         if self._neighbours is not None:
             self._neighbours.begin(rows, keys, team)
 
-    def episode_info(self, rows: BoolArray) -> dict[str, Any]:
+    def episode_info(self, rows: BoolArray) -> Info:
         """`info` for the rows whose episodes have just begun: what was drawn for them."""
         return row_info(self.problem.episode_facts() | self.variety.facts(), rows) if rows.any() else {}
 
@@ -296,7 +298,7 @@ class Environment:
         losses = {"diverged": diverged, "sunk": sunk, "capsized": capsized}
         return Outcome(observation, own, shared, ended, cut, acted, ~going, losses, facts)
 
-    def facts(self) -> dict[str, npt.NDArray[Any]]:
+    def facts(self) -> dict[str, npt.NDArray[np.generic]]:
         """The problem's facts, (n,) or (n, boats) each."""
         return {name: values.copy() for name, values in self.problem.facts().items()}
 
@@ -399,9 +401,9 @@ class Actions:
         return np.where(counts, given, np.float32(0.0))
 
 
-def row_info(facts: Mapping[str, npt.NDArray[np.generic]], rows: BoolArray) -> dict[str, Any]:
+def row_info(facts: Mapping[str, npt.NDArray[np.generic]], rows: BoolArray) -> Info:
     """`info` for the facts of some rows, (n, ...): zeros for other rows, a mask `_NAME` beside each; {} for no row."""
-    info: dict[str, Any] = {}
+    info: Info = {}
     if rows.any():
         for name, value in facts.items():
             wide = rows.reshape(-1, *[1] * (value.ndim - 1))
@@ -446,6 +448,6 @@ def _world_of(problem: str, n: int, world: Source | None, fleet: Source | None, 
     return compiled
 
 
-def _line_of(boats: Any) -> Source:
+def _line_of(boats: int) -> Source:
     check_count("boats", boats)
     return {"usv_count": int(boats), "layout": "line", "spacing": _SPACING, "origin": "spawn", "sensors": "none"}

@@ -13,12 +13,12 @@ from vrx_mj.arguments import check_name
 from vrx_mj.arrays import BoolArray, ByteArray, FloatArray
 from vrx_mj.errors import shown
 from vrx_mj.mjcf.compile import Source
-from vrx_mj.rl.environment import BOUND, Environment, Floats32, ProblemRows, row_info
+from vrx_mj.rl.environment import BOUND, Environment, Floats32, Info, ProblemRows, row_info
 from vrx_mj.rl.generators import Range, Seeds
 from vrx_mj.rl.options import PERIOD, as_actions, check_count, check_picture, episode_steps, reset_options, row_mask
 from vrx_mj.rl.problems import ALONE, PROBLEMS
 
-_Arrays = tuple[Floats32, FloatArray, BoolArray, BoolArray, dict[str, Any]]
+_Arrays = tuple[Floats32, FloatArray, BoolArray, BoolArray, Info]
 
 
 class VectorEnv(ProblemRows, gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]):
@@ -103,7 +103,7 @@ class VectorEnv(ProblemRows, gymnasium.vector.VectorEnv[Floats32, Floats32, npt.
         self._films: list[list[ByteArray]] = [[] for _ in range(num_envs)]
         self._all = np.ones((num_envs, 1), np.bool_)
 
-    def reset(self, *, seed: Seeds = None, options: dict[str, Any] | None = None) -> tuple[Floats32, dict[str, Any]]:
+    def reset(self, *, seed: Seeds = None, options: dict[str, Any] | None = None) -> tuple[Floats32, Info]:
         """Begin an episode in every row.
 
         Args:
@@ -202,9 +202,7 @@ class Env(gymnasium.Env[Floats32, Floats32]):
         """Names of the features of an observation, with their units."""
         return self._rows.observation_names
 
-    def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Floats32, dict[str, Any]]:
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Floats32, Info]:
         """Begin an episode; UnknownNameError: there are no `options`, an episode is drawn from its seed alone."""
         reset_options(options)
         super().reset(seed=seed, options=options)
@@ -214,7 +212,7 @@ class Env(gymnasium.Env[Floats32, Floats32]):
         self._ended = False
         return observation[0], _alone(info)
 
-    def step(self, action: npt.ArrayLike) -> tuple[Floats32, SupportsFloat, bool, bool, dict[str, Any]]:
+    def step(self, action: npt.ArrayLike) -> tuple[Floats32, SupportsFloat, bool, bool, Info]:
         """Apply an action for 0.1 s; errors are those of `VectorEnv.step`."""
         if self._ended and not self._rows.closed:
             raise gymnasium.error.ResetNeeded("the episode has ended: call reset()")
@@ -260,13 +258,13 @@ def _reset_mode(mode: object) -> AutoresetMode:
         raise gymnasium.error.Error(f"invalid autoreset_mode {shown(mode)}: one of {known} is needed") from None
 
 
-def _alone(info: dict[str, Any]) -> dict[str, Any]:
+def _alone(info: Info) -> Info:
     """`info` of the only row: plain numbers, and copies of arrays."""
     own = {name: value[0] for name, value in info.items() if not name.startswith("_")}
     return {name: value.copy() if np.ndim(value) else value.item() for name, value in own.items()}
 
 
-def _final(facts: Mapping[str, npt.NDArray[np.generic]], observation: Floats32, ended: BoolArray) -> dict[str, Any]:
+def _final(facts: Mapping[str, npt.NDArray[np.generic]], observation: Floats32, ended: BoolArray) -> Info:
     """`info` for the last observations and facts of the rows whose episodes have just ended, (n,); None for others."""
     seen = np.full(len(observation), None, object)
     for row in np.flatnonzero(ended).tolist():

@@ -3,7 +3,7 @@
 `ParallelEnv("Formation")`, `TeamVectorEnv("Formation", 256)`.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar
 
 import gymnasium
@@ -15,7 +15,7 @@ from vrx_mj.arrays import BoolArray, ByteArray, FloatArray
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.mjcf.compile import Source
 from vrx_mj.packages import importing
-from vrx_mj.rl.environment import BOUND, Environment, Floats32, ProblemRows, TeamOptions
+from vrx_mj.rl.environment import BOUND, Environment, Floats32, Info, ProblemRows, TeamOptions
 from vrx_mj.rl.generators import Range, Seeds
 from vrx_mj.rl.options import (
     PERIOD,
@@ -36,9 +36,9 @@ with importing("vrx_mj.rl.zoo", "PettingZoo", "rl"):
     import pettingzoo
     from pettingzoo.utils.env_logger import EnvLogger
 
-_Infos = dict[str, dict[str, Any]]
+_Infos = dict[str, Info]
 _Step = tuple[dict[str, Floats32], dict[str, float], dict[str, bool], dict[str, bool], _Infos]
-_Arrays = tuple[Floats32, FloatArray, BoolArray, BoolArray, dict[str, Any]]
+_Arrays = tuple[Floats32, FloatArray, BoolArray, BoolArray, Info]
 _RENDER_MODES = ["human", "rgb_array"]
 _NOISE = (0.3, 0.1, 0.03)
 """Noise of what boats observe of each other, by default: places [m], velocities [m/s], headings [rad]."""
@@ -147,7 +147,7 @@ class TeamVectorEnv(ProblemRows):
         """Whether each boat is present, (num_envs, boats)."""
         return self._core.roster.present.copy()
 
-    def reset(self, *, seed: Seeds = None, rows: npt.ArrayLike | None = None) -> tuple[Floats32, dict[str, Any]]:
+    def reset(self, *, seed: Seeds = None, rows: npt.ArrayLike | None = None) -> tuple[Floats32, Info]:
         """Begin an episode.
 
         Args:
@@ -304,7 +304,7 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
 
     # Inside
 
-    def _note(self, seen: Floats32, info: dict[str, Any]) -> list[str]:
+    def _note(self, seen: Floats32, info: Info) -> list[str]:
         """Keep what was observed, and which boats go on."""
         self._seen = seen[0]
         here = zip(self.possible_agents, info["present"][0].tolist(), strict=True)
@@ -315,7 +315,7 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
         own: Floats32 = self._seen[self.possible_agents.index(boat)].copy()
         return own
 
-    def _facts(self, boats: list[str], info: dict[str, Any]) -> _Infos:
+    def _facts(self, boats: list[str], info: Info) -> _Infos:
         """`info` of each boat: its own facts, and those of the whole world."""
         own = {name: value[0] for name, value in info.items() if name not in {"acted", "present"} and name[0] != "_"}
         whole = self._rows.drawn_names
@@ -353,7 +353,7 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
         if self.render_mode == "human":
             self.render()
 
-    def _check_begun(self, complain: Any) -> None:
+    def _check_begun(self, complain: Callable[[], None]) -> None:
         self._rows._check_open()
         if not self._begun:
             complain()

@@ -28,6 +28,10 @@ _DEAD_TIME_VRX3 = 3.0
 """Dead time after a collision in VRX 3 [s], which does not read the value of a world (ScoringPlugin.cc)."""
 
 
+Dump = dict[str, Any]
+"""State of a task as plain data, as JSON holds it."""
+
+
 def dead_time(task: TaskBase) -> float:
     """How long after a counted collision none counts [s]: in VRX the value of the world, cut to whole seconds."""
     return _DEAD_TIME_VRX3 if task.profile == "vrx3" else float(math.floor(task.collision_buffer))
@@ -42,7 +46,7 @@ class Verdict:
     """Lines of the log: text and level."""
 
 
-def parsed_dump(text: str) -> dict[str, Any]:
+def parsed_dump(text: str) -> Dump:
     """A dump from its JSON.
 
     Raises:
@@ -52,7 +56,7 @@ def parsed_dump(text: str) -> dict[str, Any]:
         _DUMP.validate_json(text, strict=True)  # its depth is bounded
     except ValidationError as error:
         raise StateError(f"the state of the task is damaged: {fault_text(error)}") from None
-    parsed: dict[str, Any] = json.loads(text)
+    parsed: Dump = json.loads(text)
     return parsed
 
 
@@ -179,7 +183,7 @@ class Referee:
         return {"type": self.type, "name": self.name, "boat": self.boat, **self.status.info()}
 
     @property
-    def progress(self) -> dict[str, Any]:
+    def progress(self) -> Outputs:
         """How far the parts of the task are, as `gates`: plain data, empty where the rules have none."""
         return deepcopy(dict(self._rules.progress))
 
@@ -208,7 +212,7 @@ class Referee:
         """All that changes, as plain data."""
         return {"type": self.type, "sheet": asdict(self.status), "rules": asdict(self._rules.state)}
 
-    def load(self, state: Mapping[str, Any]) -> None:
+    def load(self, state: Dump) -> None:
         """Go on from what `dump` gave.
 
         Raises:

@@ -15,7 +15,11 @@ def folder() -> Path:
     return root() / "assets" / "validation"
 
 
-def rows(name: str) -> list[dict[str, Any]]:
+TableRow = dict[str, Any]
+"""A row of a table by column: numbers and texts."""
+
+
+def rows(name: str) -> list[TableRow]:
     """The rows of a table by column; what reads as a number is one."""
     with (folder() / f"{name}.csv").open(encoding="utf-8", newline="") as file:
         found = csv.DictReader(line for line in file if not line.startswith("#"))

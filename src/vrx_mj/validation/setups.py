@@ -3,7 +3,6 @@
 import contextlib
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -22,7 +21,7 @@ PHYSICS = {"profile": "marine", "gravity": GRAVITY}
 """Key `physics` of these worlds."""
 
 
-def marine_world(fleet: Mapping[str, Any] | None = None, **keys: Any) -> World:
+def marine_world(fleet: Mapping[str, object] | None = None, **keys: object) -> World:
     """A world of profile `marine`; keys are those of a world's file."""
     given = {
         "name": "tank",
@@ -34,12 +33,12 @@ def marine_world(fleet: Mapping[str, Any] | None = None, **keys: Any) -> World:
     return compile_world(given) if fleet is None else compile_world(given, fleet=fleet)
 
 
-def marine_simulation(fleet: Mapping[str, Any] | None = None, **keys: Any) -> Simulation:
+def marine_simulation(fleet: Mapping[str, object] | None = None, **keys: object) -> Simulation:
     """A run in such a world."""
     return Simulation(marine_world(fleet, **keys))
 
 
-def packaged_simulation(name: str, **keys: Any) -> Simulation:
+def packaged_simulation(name: str, **keys: object) -> Simulation:
     """A run in a world of `assets/validation/worlds`, with other keys of a world's file; what is unusual is meant."""
     with warnings.catch_warnings(action="ignore", category=VrxWarning), contextlib.chdir(folder() / "worlds"):
         return Simulation(compile_world({"extends": f"./{name}.yaml", "name": name, **keys}))

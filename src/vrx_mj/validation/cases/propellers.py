@@ -1,7 +1,6 @@
 """A measured propeller: its lag, what speed and air take off its thrust, and the energy that it draws."""
 
 import math
-from typing import Any
 
 import numpy as np
 from scipy.integrate import quad
@@ -35,7 +34,7 @@ def _thrust_at(sim: Simulation, command: float, *, height: float = 0.0, speed: f
     return sim.thrust(boat)["propeller"]
 
 
-def _run_with_thrust(command: float, **keys: Any) -> Simulation:
+def _run_with_thrust(command: float, **keys: object) -> Simulation:
     """A run whose propeller has got to the thrust of a command: within 2e-6."""
     sim = packaged_simulation(_TANK, **keys)
     sim.step({sim.boats[0]: {"propeller": command}}, duration=13.0 * _LAG)

@@ -110,7 +110,7 @@ def _pile_up() -> Simulation:
     return marine_simulation({"robot": "skiff", "boats": boats}, sea={**_SEA, "components": 20})
 
 
-def _wamv(pose: Sequence[float], **keys: Any) -> Simulation:
+def _wamv(pose: Sequence[float], **keys: object) -> Simulation:
     """A WAM-V in a sea."""
     boat = {"name": "boat", "pose": list(pose)}
     return marine_simulation({"robot": "wamv", "sensors": "none", "boats": [boat]}, sea=_SEA, **keys)

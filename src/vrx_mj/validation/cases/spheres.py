@@ -3,13 +3,13 @@
 import json
 import math
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.resources import root
+from vrx_mj.validation.reference import TableRow
 from vrx_mj.validation.reference import rows as table_rows
 from vrx_mj.validation.rows import Outcome, between, case, near
 from vrx_mj.validation.setups import PHYSICS, only_boat, packaged_simulation, record, with_boat_at
@@ -31,7 +31,7 @@ _RELATIVE = {4.4: 1.56, 5.0: 1.41, 11.0: 1.00}
 """Heave over the amplitude by period [s] without diffraction, in the relative form, in the frequency domain."""
 
 
-def _decay(world: str, drop: float, until: float, **keys: Any) -> tuple[FloatArray, FloatArray]:
+def _decay(world: str, drop: float, until: float, **keys: object) -> tuple[FloatArray, FloatArray]:
     """Times [s] and heights [m] of a sphere that is let go at a height."""
     sim = with_boat_at(packaged_simulation(world, **keys), (0.0, 0.0, drop, 0.0, 0.0, 0.0))
     count = round(until / sim.timestep)
@@ -51,7 +51,7 @@ def _extremes(times: FloatArray, heights: FloatArray) -> list[tuple[float, float
     return found
 
 
-def _in_theory() -> list[dict[str, Any]]:
+def _in_theory() -> list[TableRow]:
     """Extremes of linear theory with the buoyancy of the sphere's shape."""
     return [each for each in table_rows("hemisphere_decay") if each["theory"] == "restoring"]
 

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable
 from functools import cache
-from typing import Any
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.validation.reference import rows
+from vrx_mj.validation.reference import TableRow, rows
 from vrx_mj.validation.rows import Outcome, at_most, case
 from vrx_mj.validation.setups import packaged_simulation
 
@@ -51,17 +50,17 @@ _DESCRIBED = {
 
 
 @cache
-def _cases() -> dict[str, dict[str, Any]]:
+def _cases() -> dict[str, TableRow]:
     return {row["case"]: row for row in rows(f"{_TABLES}/trajectories/trajectory_cases")}
 
 
-def _sea(name: str) -> dict[str, Any]:
+def _sea(name: str) -> dict[str, object]:
     """The keys of a sea of VRX's table."""
     if name in {"calm", "none"}:
         return {"model": "none"}
     (row,) = (row for row in rows(f"{_TABLES}/wave_sets") if row["wave_set"] == name)
     other = "amplitude" if row["model"] == "PMS" else "gain"
-    numbers: dict[str, Any] = {key: row[column] for key, column in _DESCRIBED.items() if key != other}
+    numbers: dict[str, object] = {key: row[column] for key, column in _DESCRIBED.items() if key != other}
     direction = [row["dir_x"], row["dir_y"]]
     return {"model": row["model"].lower(), "number": int(row["number"]), "direction": direction, **numbers}
 
@@ -84,7 +83,7 @@ def vrx_seas() -> Outcome:
         yield at_most(f"greatest difference of {len(points)} heights, sea {name}", "m", 1e-6, apart)
 
 
-def _simulation(case: dict[str, Any]) -> Simulation:
+def _simulation(case: TableRow) -> Simulation:
     wind = {
         "direction": case["wind_dir_deg"],
         "mean_velocity": case["wind_mean_m_s"],
@@ -96,7 +95,7 @@ def _simulation(case: dict[str, Any]) -> Simulation:
     return packaged_simulation("vrx_run", sea=_sea(case["wave_set"]), wind=wind, spawn=spawn)
 
 
-def _steady(case: dict[str, Any]) -> _Pilot:
+def _steady(case: TableRow) -> _Pilot:
     """Commands that stay the same, as `t>=0:L=1 R=0.5` of the table."""
     sides = dict(part.split("=") for part in case["commands"].partition(":")[2].split())
     commands = {"wamv": {"left": float(sides["L"]), "right": float(sides["R"])}}
@@ -125,7 +124,7 @@ def _zigzag() -> _Pilot:
     return sail
 
 
-def _poses_of(case: dict[str, Any]) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _poses_of(case: TableRow) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Times (n,), VRX's poses and ours (n, 6) of a case."""
     file = f"{_TABLES}/trajectories/{case['case']}"
     golden = rows(f"{file}__implicit" if case["dyn_set"] == "wamv_am1" else file)
@@ -190,7 +189,7 @@ def vrx_kept() -> Outcome:
     sim.reset(seed=7)
     sim.step({boat: {"left": 0.6, "right": 0.4} for boat in sim.boats}, duration=60.0)
     for row in rows("vrx_run"):
-        seen = sim.observe()[row["boat"]]
+        seen = sim.observe()[str(row["boat"])]
         for quantity, columns, unit, ours in (
             ("place", ("x", "y", "z"), "m", seen.position), ("attitude", ("qw", "qx", "qy", "qz"), "", seen.quaternion)
         ):  # fmt: skip

@@ -2,7 +2,6 @@
 
 import math
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from scipy.integrate import quad
@@ -31,7 +30,7 @@ _RECORD = 7200.0
 """Length of their record [s]."""
 
 
-def _windy(**wind: Any) -> Simulation:
+def _windy(**wind: object) -> Simulation:
     given = {"mean_velocity": _SPEED, "direction": 0.0, **wind}
     return marine_simulation(physics={**PHYSICS, "timestep": _STEP}, wind=given)
 
