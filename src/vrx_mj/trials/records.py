@@ -32,9 +32,9 @@ class Track:
     time: FloatArray
     """Time [s]."""
     x: FloatArray
-    """Way ahead [m]."""
+    """Distance ahead [m]."""
     y: FloatArray
-    """Way to port [m]."""
+    """Distance to port [m]."""
     heading: FloatArray
     """Change of heading [rad], positive to port, without jumps."""
     surge: FloatArray

@@ -90,9 +90,9 @@ def turning(vessel: Vessel, *, power: float = 1.0, helm: float = 1.0) -> Trial:
 
     figures = {
         "speed": Figure(speed, "m/s", "speed of the approach"),
-        "advance": Figure(at(track.x, 0.5 * math.pi), "m", "way ahead at 90 degrees"),
-        "transfer": Figure(at(across, 0.5 * math.pi), "m", "way aside at 90 degrees"),
-        "tactical_diameter": Figure(at(across, math.pi), "m", "way aside at 180 degrees"),
+        "advance": Figure(at(track.x, 0.5 * math.pi), "m", "distance ahead at 90 degrees"),
+        "transfer": Figure(at(across, 0.5 * math.pi), "m", "lateral distance at 90 degrees"),
+        "tactical_diameter": Figure(at(across, math.pi), "m", "lateral distance at 180 degrees"),
         "time_90": Figure(at(track.time, 0.5 * math.pi), "s", "time to 90 degrees"),
         "time_180": Figure(at(track.time, math.pi), "s", "time to 180 degrees"),
         "steady_radius": Figure(velocity / rate if rate > 0.0 else math.nan, "m", "radius of the last full turn"),
@@ -102,7 +102,7 @@ def turning(vessel: Vessel, *, power: float = 1.0, helm: float = 1.0) -> Trial:
         ),
         "speed_kept": Figure(straight * velocity / speed, "", "speed in the turn over that of the approach"),
     }  # fmt: skip
-    curves, axes = {"track": (track.x, track.y)}, ("way ahead [m]", "way to port [m]")
+    curves, axes = {"track": (track.x, track.y)}, ("distance ahead [m]", "distance to port [m]")
     return Trial("turning", figures, curves, axes, track, remarks)
 
 

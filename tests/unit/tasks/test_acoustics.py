@@ -1,6 +1,5 @@
 """Beacons to find and to follow, with scores by hand."""
 
-import json
 import math
 
 import pytest
@@ -149,23 +148,3 @@ def test_another_boat_changes_nothing(make):
         verdict = alone.look(frame(step / 20, (-532 - step, 162), **poses))
         assert verdict == together.look(frame(step / 20, (-532 - step, 162), wamv2=(-560, 185), **poses))
     assert alone.dump() == together.dump()
-
-
-@pytest.mark.parametrize("make", [perception, tracking])
-@pytest.mark.parametrize("cut", [0, 1, 19, 20, 41, 55, 90])
-def test_a_run_cut_anywhere_goes_on_exactly(make, cut):
-    def stream():
-        for step in range(120):
-            place = (-532 - step / 3, 162 + step / 4)
-            touches = {"buoy": 3.5} if step == 70 else {}
-            yield frame(step / 20, place, touches, pinger=(-500 + math.sin(step), math.cos(step)))
-
-    durations = [1.0, 1.0, 3.0]
-    whole, first, second = (make(durations=durations) for _ in range(3))
-    said = [whole.look(each) for each in stream()]
-    frames = list(stream())
-    before = [first.look(each) for each in frames[:cut]]
-    second.load(json.loads(json.dumps(first.dump())))
-    assert before + [second.look(each) for each in frames[cut:]] == said
-    assert second.dump() == whole.dump()
-    assert whole.is_over

@@ -59,7 +59,7 @@ def _crest(sim: Simulation, turn: float) -> float:
 
 @case("physics/radiation.py", "physics/vessel.py", "physics/panels.py", "adapters/hydro.py", table="diffraction")
 def diffraction_headings() -> Outcome:
-    """Waves that a fixed hull scatters.
+    """Diffraction forces on a fixed hull.
 
     assets/validation/worlds/bowed_box.yaml: a box with a bow, 4.5 m long, with its file of 36 directions and 12
     frequencies, in a regular wave of 3 s and 1 cm; the hull is put back before each of 60 samples over a period.

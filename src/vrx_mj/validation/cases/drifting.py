@@ -93,7 +93,7 @@ def swell_adrift() -> Outcome:
         yield between(f"drift over 20 periods, {robot}, {name}", "m/s", 0.0, 3.0 * stokes, drift)
         series.append(Series(f"{robot}, {name}", times, way))
     line = Series("Stokes drift", times, stokes * (times - times[0]), reference=True)
-    yield Chart("Way of the boats along the swell", "time [s]", "way [m]", (line, *series))
+    yield Chart("Drift of the boats along the swell", "time [s]", "distance [m]", (line, *series))
 
 
 @case("physics/windage.py", "physics/wind.py", "physics/drag.py", "runtime/loop.py")

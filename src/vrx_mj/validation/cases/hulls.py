@@ -38,7 +38,7 @@ def _contact(sim: Simulation) -> float:
 
 @case(*_HULL)
 def barge_afloat() -> Outcome:
-    """A barge in a run.
+    """Stiffness of a floating barge.
 
     assets/validation/worlds/barge.yaml: a box of 4 x 2 x 1 m, 4100 kg, KG 0.5 m, in still water. Stiffness is the
     central difference of the forces that the simulation reports in poses 1 mm or 1 mrad aside.
@@ -144,7 +144,7 @@ def step_halved() -> Outcome:
 
 @case("physics/added_mass.py", "runtime/loop.py")
 def added_mass_impact() -> Outcome:
-    """A blow with added mass.
+    """Impact with added mass.
 
     assets/validation/worlds/barge.yaml, which runs into a fixed quay at 0.2 and 0.5 m/s without drag. The impulse
     is the sum of the contact force over the steps; e is the ratio of the speeds after and before.
@@ -172,7 +172,7 @@ def added_mass_impact() -> Outcome:
 
 @case("physics/flotation.py", "physics/afloat.py", "runtime/loop.py", quick=False)
 def float_contact() -> Outcome:
-    """A blow against a buoy, by the length of the step.
+    """Impact on a buoy, by timestep.
 
     assets/validation/worlds/barge.yaml, without damping, which runs at 1 m/s into a marker buoy without mooring.
     The impulse is the sum of the contact force over 4 s, at steps of 20, 10 and 5 ms.

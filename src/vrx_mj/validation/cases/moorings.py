@@ -42,7 +42,7 @@ def _swing(times: FloatArray, offs: FloatArray) -> tuple[float, float]:
 
 @case(*_MOORING_FILES)
 def mooring_offset() -> Outcome:
-    """What a mooring holds in a current.
+    """Offset of a moored sphere in a current.
 
     assets/validation/worlds/moored.yaml: a neutral sphere of 1 m, 5 m deep, on a rope of 3 m and 200 N/m without
     damping; let go where the rope is straight, its place after 300 s in currents of 0.5, 1 and 1.5 m/s.
@@ -59,7 +59,7 @@ def mooring_offset() -> Outcome:
         yield near(f"stretch of the rope in {speed:g} m/s", "m", _offset(speed) - _LENGTH, stretch, relative=2e-3)
         series.append(Series("closed form", [0.0, longest], [_offset(speed)] * 2, reference=True))
         series.append(Series(f"{speed:g} m/s", times, places[:, 0]))
-    yield Chart("Way of the sphere", "time [s]", "from the anchor [m]", series)
+    yield Chart("Distance of the sphere from the anchor", "time [s]", "distance [m]", series)
 
 
 @case(*_MOORING_FILES)

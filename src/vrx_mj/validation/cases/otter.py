@@ -238,4 +238,4 @@ def otter_turn() -> Outcome:
         Series("his equations", theirs[::10, 1], theirs[::10, 0], reference=True),
         Series("ours", path[:, 1], path[:, 0]),
     )
-    yield Chart("Turn of the Otter", "way to starboard [m]", "way ahead [m]", lines)
+    yield Chart("Turn of the Otter", "distance to starboard [m]", "distance ahead [m]", lines)

@@ -58,7 +58,7 @@ def _in_theory() -> list[TableRow]:
 
 @case(*_MEMORY)
 def sphere_decay() -> Outcome:
-    """Free decay of a sphere that makes waves.
+    """Free decay of a sphere with wave radiation.
 
     assets/validation/worlds/iea_sphere.yaml: radius 5 m, 261.8 t, half under water of 1000 kg/m3, let go 1 m too
     high. Added mass and memory are from Capytaine: make_spheres.py.
@@ -157,7 +157,7 @@ def sphere_heave() -> Outcome:
 
 @case("adapters/hydro.py", table="hemisphere")
 def hemisphere() -> Outcome:
-    """Waves that a hemisphere makes in heave.
+    """Radiation of a hemisphere in heave.
 
     assets/robots/sphere/hydro.json, which Capytaine computed with 2592 panels.
 

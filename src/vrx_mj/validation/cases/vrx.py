@@ -181,7 +181,7 @@ def vrx_runs() -> Outcome:
     table="vrx_run",
 )
 def vrx_kept() -> Outcome:
-    """Profile vrx: a run as before.
+    """Profile vrx: a recorded run repeated.
 
     The world example_course with the fleet trio, seed 7, 60 s with left 0.6 and right 0.4.
     """

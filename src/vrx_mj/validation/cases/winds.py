@@ -136,7 +136,7 @@ def _spectrum(frequency: FloatArray, power: FloatArray) -> Chart:
 
 @case("physics/wind.py", "runtime/weather.py")
 def wind_wander() -> Outcome:
-    """A wind that turns and wanders.
+    """A turning wind, and random gusts and directions.
 
     A wind that turns by 2 degrees/s from 30 degrees, for two turns; one with gusts of 1.5 m/s and a direction of 8
     degrees that are Gauss-Markov processes, both with a time constant of 1 s: 2 h, every 0.1 s.
