@@ -16,7 +16,7 @@ from vrx_mj.rl.generators import Generators, Range, Seeds, Variety
 from vrx_mj.rl.neighbours import Neighbours, NeighbourView
 from vrx_mj.rl.options import PERIOD, ActionError, as_actions, check_count, episode_steps, step_limit
 from vrx_mj.rl.picture import Picture
-from vrx_mj.rl.problem import OWN, Judged, Problem, Spot, Team, mean_of, team_of
+from vrx_mj.rl.problem import OWN, Entry, Judged, Problem, Spot, Team, mean_of, team_of
 from vrx_mj.rl.problems import PROBLEMS, SCORE
 from vrx_mj.rl.refereed import RefereedRow, Rows
 from vrx_mj.runtime.batch import Batch
@@ -228,15 +228,14 @@ class Environment:
         self.generators, self.picture = Generators(n), Picture(compiled, *size)
         self.steps, self._last = np.zeros(n, np.int64), np.zeros((n, self.problem.size, self.actions.most), np.float32)
         self._neighbours = None if team is None else Neighbours(n, self.problem.size, team.view)
+        seen = () if team is None else team.view.entries()
         if team is None:
             previous = [f"previous action: {name}" for _, name in self.batch.channels]
         else:  # the same number may be another channel of another boat
             previous = [f"previous action {k + 1}" for k in range(self.actions.most)]
-        entries = (*self.problem.entries, *(() if team is None else team.view.entries()))
-        units = [[f"{entry.name} in units of {entry.scale:g}" for entry in part] for part in (OWN, entries)]
-        self.observation_names = (*units[0], *previous, *units[1])
-        scales = [entry.scale for entry in OWN], np.ones(len(previous)), [entry.scale for entry in entries]
-        self._scales = np.concatenate(scales)
+        entries = (*OWN, *map(Entry, previous), *self.problem.entries, *seen)
+        self.observation_names = tuple(entry.label for entry in entries)
+        self._scales = np.array([entry.scale or 1.0 for entry in entries])
 
     def reset(self, rows: BoolArray, seed: Seeds) -> Floats32:
         """Begin an episode in some rows, (n,), and observe all.

@@ -22,8 +22,13 @@ class Entry(NamedTuple):
     """A number that is observed."""
 
     name: str
-    scale: float
-    """Unit in which it is observed."""
+    scale: float | None = None
+    """Unit in which it is observed; None: as it is."""
+
+    @property
+    def label(self) -> str:
+        """Name with the unit."""
+        return self.name if self.scale is None else f"{self.name} in units of {self.scale:g}"
 
 
 def point(name: str, unit: float) -> tuple[Entry, Entry]:

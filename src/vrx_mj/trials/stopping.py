@@ -29,7 +29,7 @@ def crash_stop(vessel: Vessel, *, power: float = 1.0, astern: float = 1.0) -> Tr
     figures = {
         "speed": Figure(begun[-1].surge, "m/s", "speed of the approach"),
         "stopping_time": Figure(end[0] if stopped else nan, "s", "time until it is dead in the water"),
-        "track_reach": Figure(way if stopped else nan, "m", "way along the track"),
+        "track_reach": Figure(way if stopped else nan, "m", "distance along the track"),
         "head_reach": Figure(end[1] if stopped else nan, "m", "distance ahead"),
         "lateral_deviation": Figure(end[2] if stopped else nan, "m", "distance to port"),
     }
