@@ -63,14 +63,14 @@ class Bar:
         if not self.watched:
             self._write(f"{line}\n")
             return
-        self._write(f"{_CLEAR}{colored(line, color)}\n")
+        self._write(f"{_CLEAR}{in_color(line, color)}\n")
         self._draw()
 
     def _draw(self) -> None:
         total = max(self._total, self._done)
         share = self._done / total if total > 0.0 else 0.0
         how_far = f"{self._done:.0f} of {total:.0f}{self._unit and f' {self._unit}'}"
-        left = self._left(total)
+        left = self._time_left(total)
         if not self.watched:
             parts = [how_far, *([f"{left} left"] if left else []), *([self._note] if self._note else [])]
             self._write(f"{self._what}: {', '.join(parts)}\n")
@@ -80,7 +80,7 @@ class Bar:
         text += f"  {left} left" * bool(left) + f"  {self._note}" * bool(self._note)
         self._write(f"{_CLEAR}{text[: max(20, shutil.get_terminal_size().columns - 1)]}")
 
-    def _left(self, total: float) -> str:
+    def _time_left(self, total: float) -> str:
         """The time left, as m:ss, if the rest takes as long as what is done; nothing is known at the beginning."""
         spent = time.monotonic() - self._begun
         if self._done <= 0.0 or spent < 1.0:
@@ -94,14 +94,14 @@ class Bar:
         self._stream.flush()
 
 
-def colored(text: str, color: str | None) -> str:
+def in_color(text: str, color: str | None) -> str:
     """Text in a color of a terminal, `yellow` or `red`; NO_COLOR turns colors off."""
     return f"\x1b[{_COLORS[color]}m{text}\x1b[0m" if color and "NO_COLOR" not in os.environ else text
 
 
 @contextlib.contextmanager
 def waiting(what: str, stream: TextIO | None = None) -> Iterator[None]:
-    """Around work of unknown length: a terminal shows what it is, elsewhere a line is written every ten seconds."""
+    """Show that work of unknown length goes on: its name in a terminal, elsewhere a line every ten seconds."""
     out = sys.stderr if stream is None else stream
     done, begun, watched = threading.Event(), time.monotonic(), out.isatty()
 

@@ -1,19 +1,19 @@
 """Constants of time, and of VRX's physics. Its four values of g differ, and each is kept where VRX uses it."""
 
 GRAVITY = 9.8
-"""Of the world: weights, and the buoyancy of objects [m/s2]. Gazebo's default, |(0, 0, -9.8)|."""
+"""Gravity of weights, and of the buoyancy of objects [m/s2]. Gazebo's default, |(0, 0, -9.8)|."""
 
 STANDARD_GRAVITY = 9.80665
-"""Of worlds that are not VRX's [m/s2]: the standard acceleration of ISO 80000-3."""
+"""Gravity of worlds that are not VRX's [m/s2]: the standard acceleration of ISO 80000-3."""
 
 WAVE_GRAVITY = 9.8
-"""In the dispersion relation omega^2 = g k [m/s2]. VRX: wave_gazebo_plugins, PhysicalConstants.cc."""
+"""Gravity in the dispersion relation omega^2 = g k [m/s2]. VRX: wave_gazebo_plugins, PhysicalConstants.cc."""
 
 SPECTRUM_GRAVITY = 9.81
-"""In the Pierson-Moskowitz spectrum [m/s2]. VRX: wave_gazebo_plugins, Wavefield.cc."""
+"""Gravity in the Pierson-Moskowitz spectrum [m/s2]. VRX: wave_gazebo_plugins, Wavefield.cc."""
 
 HULL_GRAVITY = 9.815
-"""In the buoyancy of hulls [m/s2]. VRX: usv_gazebo_dynamics_plugin.cc, a literal."""
+"""Gravity in the buoyancy of hulls [m/s2]. VRX: usv_gazebo_dynamics_plugin.cc, a literal."""
 
 WATER_DENSITY = 1000.0
 """Density [kg/m3] of the water for objects whose files give none. VRX: buoyancy_gazebo_plugin, its models' files."""
@@ -28,4 +28,4 @@ SHORTEST_STEP, LONGEST_STEP = 1e-6, 0.02
 """Bounds of a world's physics step [s]: a hull's roll, of period 0.42 s, diverges at longer ones."""
 
 EARLY = 1e-6
-"""By how much something may come too early [s]: time is a sum of steps, each rounded, 1e-8 s off after 700 s."""
+"""Tolerance with which a time counts as reached [s]: time is a sum of steps, each rounded, 1e-8 s off after 700 s."""

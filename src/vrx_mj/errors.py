@@ -45,12 +45,12 @@ def shortened(text: object, most: int = LONGEST_NAME) -> str:
     return "".join(char if char.isprintable() else repr(char)[1:-1] for char in shown)
 
 
-def _bounded(arguments: tuple[object, ...]) -> tuple[object, ...]:
+def _cut_arguments(arguments: tuple[object, ...]) -> tuple[object, ...]:
     """What an error is made with, its texts cut to lines of a bounded length."""
-    return tuple(_bounded_text(each) if isinstance(each, str) else each for each in arguments)
+    return tuple(_cut_text(each) if isinstance(each, str) else each for each in arguments)
 
 
-def _bounded_text(text: str) -> str:
+def _cut_text(text: str) -> str:
     if len(text) <= LONGEST_LINE:
         return text
     lines = text.split("\n", _MOST_LINES)
@@ -64,14 +64,14 @@ class VrxError(Exception):
     """
 
     def __init__(self, *arguments: object) -> None:
-        super().__init__(*_bounded(arguments))
+        super().__init__(*_cut_arguments(arguments))
 
 
 class VrxWarning(UserWarning):
     """Warning about legal but suspicious input, with its numbers and the threshold."""
 
     def __init__(self, *arguments: object) -> None:
-        super().__init__(*_bounded(arguments))
+        super().__init__(*_cut_arguments(arguments))
 
 
 class ChoiceError(VrxError):

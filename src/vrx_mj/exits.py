@@ -14,7 +14,7 @@ _EXIT_WAIT = 30.0
 _exiting: list[int] = []
 """The thread in which the interpreter exits; empty before."""
 _inside: set[int] = set()
-"""Threads that are in an `awaited` function."""
+"""Threads that are in a `delays_exit` function."""
 BUSY: list[Callable[[int], bool]] = [lambda own: any(one.ident in _inside - {own} for one in threading.enumerate())]
 """Each says whether threads other than this one are in a call for which an exit waits."""
 
@@ -26,8 +26,8 @@ def check_exit() -> None:
 
 
 @contextmanager
-def awaited() -> Iterator[None]:
-    """Around what an exit waits for, and in which other threads end, with SystemExit, once it has begun."""
+def delays_exit() -> Iterator[None]:
+    """Make an exit wait for what runs inside; once it has begun, other threads that enter end with SystemExit."""
     own = threading.get_ident()
     is_outer = own not in _inside
     try:

@@ -96,7 +96,7 @@ _CLOCK = _Clock()
 
 
 @contextlib.contextmanager
-def untimed() -> Iterator[None]:
+def without_timers() -> Iterator[None]:
     """Keep MuJoCo from reading the clock around every stage of a step: a fifth of the step of one boat.
 
     It does so for `MjData.timer`, which stays as it is meanwhile, in other threads too.

@@ -9,12 +9,12 @@ from pathlib import Path
 from vrx_mj.errors import VrxError
 
 Content = str | bytes | Path
-"""Of a file: a text, bytes, or the file of which it is a copy."""
+"""Content of a file: a text, bytes, or the file of which it is a copy."""
 
 
 @contextmanager
 def writing(what: str, path: Path, error: type[VrxError] = VrxError) -> Iterator[None]:
-    """Around the writing of a file: an OSError is one line, of the class `error`, with `what` is written."""
+    """Turn an OSError of writing a file into a line that names `what` is written, of the class `error`."""
     try:
         yield
     except OSError as problem:
@@ -22,8 +22,8 @@ def writing(what: str, path: Path, error: type[VrxError] = VrxError) -> Iterator
 
 
 @contextmanager
-def written(path: Path, what: str, error: type[VrxError] = VrxError) -> Iterator[Path]:
-    """Around the writing of a file: the path to write to, whose content takes the place of `path` at the end.
+def atomic_write(path: Path, what: str, error: type[VrxError] = VrxError) -> Iterator[Path]:
+    """Yield a path to write to, whose content takes the place of `path` at the end.
 
     Until then `path` stays as it was. What is not a plain file, as `/dev/stdout`, is written directly.
 
@@ -55,10 +55,10 @@ def write_file(path: Path, content: Content, what: str, error: type[VrxError] = 
     """Write a file that was asked for by its path; a link is followed, and the folder is not made.
 
     Raises:
-        VrxError: as `written`.
+        VrxError: as `atomic_write`.
     """
-    with written(path, what, error) as draft:
-        _put(content, draft)
+    with atomic_write(path, what, error) as draft:
+        _write_content(content, draft)
 
 
 def write_files(
@@ -85,9 +85,9 @@ def write_files(
             if path.exists() and not (path.is_file() and replaces(name)):
                 raise error(f"{path} exists and is not {kind}: choose another folder")
     for name, content in files.items():
-        with written(folder / name, what, error) as draft:
+        with atomic_write(folder / name, what, error) as draft:
             draft.parent.mkdir(parents=True, exist_ok=True)
-            _put(content, draft)
+            _write_content(content, draft)
 
 
 def check_inside(folder: Path, name: str, what: str, error: type[VrxError] = VrxError) -> None:
@@ -112,6 +112,6 @@ def begins(file: Path, text: str) -> bool:
         return stream.read(len(text.encode())) == text.encode()
 
 
-def _put(content: Content, file: Path) -> None:
+def _write_content(content: Content, file: Path) -> None:
     raw = content.read_bytes() if isinstance(content, Path) else content
     file.write_bytes(raw.encode() if isinstance(raw, str) else raw)

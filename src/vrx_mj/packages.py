@@ -43,7 +43,7 @@ class MissingPackageError(ModuleNotFoundError):
 
 @contextlib.contextmanager
 def importing(what: str, package: str, extra: str) -> Iterator[None]:
-    """Around imports: where a package is missing, the error names the extra that brings it.
+    """Make imports of a missing package name the extra that brings it.
 
     Raises:
         MissingPackageError: the package is not installed.

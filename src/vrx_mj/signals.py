@@ -21,12 +21,12 @@ def ended_by_signals() -> Iterator[list[int]]:
         came.append(number)
         raise KeyboardInterrupt
 
-    with handled(_ENDING, interrupt):
+    with handle_signals(_ENDING, interrupt):
         yield came
 
 
 @contextlib.contextmanager
-def handled(names: Sequence[str], handle: Callable[[int], None]) -> Iterator[None]:
+def handle_signals(names: Sequence[str], handle: Callable[[int], None]) -> Iterator[None]:
     """Call `handle(number)` for signals of these names, if this is the main thread.
 
     Signals that are ignored, that this system lacks, or whose handler Python does not know are left alone.

@@ -9,9 +9,8 @@ import time
 import pytest
 
 from vrx_command import ended, start, vrx
-from vrx_mj.campaign.plan import Cell
+from vrx_mj.campaign.plan import Cell, Trial
 from vrx_mj.campaign.process import sail_all
-from vrx_mj.campaign.trial import Trial
 
 pytestmark = pytest.mark.slow
 

@@ -9,7 +9,7 @@ import trimesh
 
 from needs import CAPYTAINE, needs
 from vrx_mj import Simulation, compile_world
-from vrx_mj.adapters.hydro import hydro_of_hull, panelled
+from vrx_mj.adapters.hydro import hydro_of_hull, panel_hull
 
 GRAVITY, DENSITY, MASS, PERIOD, AMPLITUDE = 9.81, 1025.0, 4100.0, 3.0, 0.01
 OMEGA = 2.0 * math.pi / PERIOD
@@ -42,7 +42,7 @@ def theirs(heading, toward):
     """Diffraction and Froude-Krylov force per metre of wave (2, 6), world axes, about the centre of mass."""
     capytaine = pytest.importorskip("capytaine")
     turn = trimesh.transformations.rotation_matrix(heading, (0, 0, 1))
-    vertices, faces, _ = panelled(np.array(BOX.copy().apply_transform(turn).triangles), 250)
+    vertices, faces, _ = panel_hull(np.array(BOX.copy().apply_transform(turn).triangles), 250)
     mesh = capytaine.Mesh(vertices=vertices, faces=faces).immersed_part()
     dofs = capytaine.rigid_body_dofs(rotation_center=turn[:3, 0] * AHEAD)
     body = capytaine.FloatingBody(mesh=mesh, lid_mesh=mesh.generate_lid(), dofs=dofs, name="box")

@@ -59,7 +59,7 @@ def test_every_episode_has_a_sea_of_its_own_and_is_told_of_it(problem):
     np.testing.assert_array_equal([sea["phase"] for sea in seas], info["wave_phase"])
     for column in ("amplitude", "frequency", "wavenumber", "direction", "phase"):
         assert len({sea[column].tobytes() for sea in seas}) == 4, column
-    drawn = env._core.problem.drawn()
+    drawn = env._core.problem.episode_facts()
     assert drawn
     assert [name for name in drawn if f"`{name}`" not in PROBLEMS[problem].__doc__] == []
     again = env.reset(seed=2)[1]

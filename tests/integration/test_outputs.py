@@ -13,7 +13,7 @@ import vrx_mj
 from vrx_command import environment
 from vrx_mj.cli.program import COMMANDS
 from vrx_mj.errors import StateError, VrxError
-from vrx_mj.outputs import write_files, written
+from vrx_mj.outputs import atomic_write, write_files
 
 FULL = Path("/dev/full")
 PROGRAM = [sys.executable, "-m", "vrx_mj"]
@@ -28,11 +28,11 @@ def called(*words, **more):
 def test_a_file_is_written_whole_or_not_at_all(tmp_path):
     file = tmp_path / "some.txt"
     file.write_text("before", encoding="utf-8")
-    with contextlib.suppress(KeyboardInterrupt), written(file, "the text") as target:
+    with contextlib.suppress(KeyboardInterrupt), atomic_write(file, "the text") as target:
         target.write_text("half", encoding="utf-8")
         raise KeyboardInterrupt
     assert file.read_text(encoding="utf-8") == "before"
-    with written(file, "the text") as target:
+    with atomic_write(file, "the text") as target:
         target.write_text("whole", encoding="utf-8")
         assert file.read_text(encoding="utf-8") == "before"
     assert file.read_text(encoding="utf-8") == "whole"
@@ -44,7 +44,7 @@ def test_permissions_and_links_stay(tmp_path):
     file.write_text("before", encoding="utf-8")
     file.chmod(0o640)
     link.symlink_to(file)
-    with written(link, "the text") as target:
+    with atomic_write(link, "the text") as target:
         target.write_text("after", encoding="utf-8")
     assert link.is_symlink()
     assert file.read_text(encoding="utf-8") == "after"
@@ -69,7 +69,7 @@ def test_a_file_that_is_not_ours_stays_and_nothing_is_written_beside_it(tmp_path
 @full
 def test_a_full_disk_is_told_in_a_line():
     with pytest.raises(VrxError, match=r"^cannot write the text '/dev/full': No space left on device$"), \
-         written(FULL, "the text") as target:  # fmt: skip
+         atomic_write(FULL, "the text") as target:  # fmt: skip
         target.write_text("text", encoding="utf-8")
 
 

@@ -4,6 +4,7 @@ import contextlib
 import logging
 import math
 from collections.abc import Callable, Iterator, Sequence
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,7 @@ _SHORTEST = 5.0
 """Shortest wave, in mean edges of wet panels."""
 _MOTIONS = ("Surge", "Sway", "Heave", "Roll", "Pitch", "Yaw")
 _WET = 1e-9
+"""Least depth of a wet point [m]."""
 
 
 @contextlib.contextmanager
@@ -84,7 +86,7 @@ def hydro_of_hull(
     omegas = np.linspace(0.0, highest, frequencies + 1)[1:]
     solver = _Solver(capytaine, mesh, np.subtract(point, (0.0, 0.0, waterline)), density, gravity)
     zero, infinite = (_symmetric(solver.radiation(omega)[0]) for omega in (0.0, math.inf))
-    added, damping, scattered = _over(omegas, solver, angles, progress)
+    added, damping, scattered = _at_frequencies(omegas, solver, angles, progress)
     return {
         "format": FORMAT,
         "program": f"Capytaine {capytaine.__version__}, {mesh.nb_faces} panels",
@@ -92,16 +94,16 @@ def hydro_of_hull(
         "gravity": gravity,
         "point": list(map(float, point)),
         "frequencies": omegas.tolist(),
-        "added_mass": _rounded(_symmetric(added)),
-        "damping": _rounded(_symmetric(damping)),
-        "added_mass_zero": _rounded(zero),
-        "added_mass_infinite": _rounded(infinite),
+        "added_mass": _nested_lists(_symmetric(added)),
+        "damping": _nested_lists(_symmetric(damping)),
+        "added_mass_zero": _nested_lists(zero),
+        "added_mass_infinite": _nested_lists(infinite),
         **_memory(fitted_memory(omegas, added, damping, infinite)),
-        "diffraction": _rounded(np.stack((np.real(scattered), np.imag(scattered)), axis=-1)),
+        "diffraction": _nested_lists(np.stack((np.real(scattered), np.imag(scattered)), axis=-1)),
     }
 
 
-def _over(
+def _at_frequencies(
     omegas: FloatArray, solver: "_Solver", angles: int, progress: Callable[[int, int], None]
 ) -> tuple[FloatArray, FloatArray, list[Any]]:
     """Added mass and damping (n, 6, 6), and diffraction, at n frequencies [rad/s]."""
@@ -119,9 +121,9 @@ def _check_number(frequencies: int) -> None:
         raise CommandError(f"invalid frequencies {frequencies}: {fewest} to {most} are needed")
 
 
-def _wet_mesh(package: Any, corners: FloatArray, panels: int) -> tuple[Any, float]:
+def _wet_mesh(package: ModuleType, corners: FloatArray, panels: int) -> tuple[Any, float]:
     """Capytaine's mesh of what is under z = 0, and the mean edge of its panels [m]."""
-    vertices, faces, edge = panelled(corners, panels)
+    vertices, faces, edge = panel_hull(corners, panels)
     mesh = package.Mesh(vertices=vertices, faces=faces).immersed_part()
     if mesh.nb_faces > _MOST_PANELS:
         raise VrxError(f"{mesh.nb_faces:,} wet panels, more than {_MOST_PANELS:,}: simplify the mesh")
@@ -139,12 +141,12 @@ def _memory(memory: Memory) -> dict[str, Any]:
     poles, residues = memory.poles, memory.residues
     return {
         "poles": np.stack((poles.real, poles.imag), axis=-1).tolist(),
-        "residues": _rounded(np.stack((residues.real, residues.imag), axis=-1)),
+        "residues": _nested_lists(np.stack((residues.real, residues.imag), axis=-1)),
         "fit_error": round(memory.error, 6),
     }
 
 
-def _rounded(values: object) -> Any:
+def _nested_lists(values: object) -> Any:
     """Nested lists with seven significant digits, and 0 for what is less than 1e-9 of the largest."""
     array = np.asarray(values, np.float64)
     least = 1e-9 * float(np.abs(array).max(initial=0.0))
@@ -152,7 +154,7 @@ def _rounded(values: object) -> Any:
     return np.array(flat).reshape(array.shape).tolist()
 
 
-def panelled(corners: FloatArray, panels: int) -> tuple[FloatArray, IntArray, float]:
+def panel_hull(corners: FloatArray, panels: int) -> tuple[FloatArray, IntArray, float]:
     """Vertices (n, 3), triangles (m, 3) of a hull whose wet part has at least so many, and that part's mean edge [m].
 
     Raises:
@@ -176,7 +178,7 @@ def panelled(corners: FloatArray, panels: int) -> tuple[FloatArray, IntArray, fl
 class _Solver:
     """Capytaine for one hull."""
 
-    def __init__(self, package: Any, mesh: Any, center: FloatArray, density: float, gravity: float) -> None:
+    def __init__(self, package: ModuleType, mesh: Any, center: FloatArray, density: float, gravity: float) -> None:
         """A mesh whose water is at z = 0, and the point to which its motions belong [m]."""
         dofs = package.rigid_body_dofs(rotation_center=center)
         body = package.FloatingBody(mesh=mesh, lid_mesh=mesh.generate_lid(), dofs=dofs, name="hull")

@@ -1,4 +1,4 @@
-"""From radiation at frequencies to the poles and residues of a memory.
+"""Fit of poles and residues of a hull's memory to its radiation at frequencies.
 
 Added mass A(omega) and damping B(omega) are one function, K(i omega) = B(omega) + i omega (A(omega) - A(inf)) (Ogilvie,
 1964), whose retardation kernel is fitted by K(t) = sum over k of Re(r_k e^(p_k t)). The poles are common to motions
@@ -64,20 +64,20 @@ def _basis(poles: _ComplexArray, frequencies: FloatArray) -> _ComplexArray:
     return np.concatenate(columns, axis=1)
 
 
-def _stacked(columns: _ComplexArray) -> FloatArray:
+def _stack(columns: _ComplexArray) -> FloatArray:
     return np.concatenate((columns.real, columns.imag))
 
 
-def _relocated(poles: _ComplexArray, samples: _ComplexArray, frequencies: FloatArray) -> _ComplexArray:
+def _relocate_poles(poles: _ComplexArray, samples: _ComplexArray, frequencies: FloatArray) -> _ComplexArray:
     """Poles after one round of vector fitting to samples (m, entries): zeros of the fitted weight 1 + basis c."""
     basis = _basis(poles, frequencies)
     n, blocks, sides = basis.shape[1], [], []
     for entry in samples.T:
-        q, r = np.linalg.qr(_stacked(np.concatenate((basis, -entry[:, None] * basis), axis=1)))
+        q, r = np.linalg.qr(_stack(np.concatenate((basis, -entry[:, None] * basis), axis=1)))
         blocks.append(r[n:, n:])
-        sides.append(q.T[n:] @ _stacked(entry))
+        sides.append(q.T[n:] @ _stack(entry))
     weights = np.linalg.lstsq(np.concatenate(blocks), np.concatenate(sides), rcond=None)[0]
-    state, start = _realised(poles)
+    state, start = _realisation(poles)
     zeros = np.linalg.eigvals(state - np.outer(start, weights)).astype(complex)
     size = np.abs(zeros)
     # on the imaginary axis a memory would last for ever, and slower ones than the frequencies show are not known
@@ -86,7 +86,7 @@ def _relocated(poles: _ComplexArray, samples: _ComplexArray, frequencies: FloatA
     return moved[moved.imag >= 0.0]
 
 
-def _realised(poles: _ComplexArray) -> tuple[FloatArray, FloatArray]:
+def _realisation(poles: _ComplexArray) -> tuple[FloatArray, FloatArray]:
     """State matrix and input vector, real, whose transfer functions to the states are the columns of `_basis`."""
     pairs = np.flatnonzero(poles.imag > 0.0)
     count, size = len(poles), len(poles) + len(pairs)
@@ -119,7 +119,7 @@ def fitted_memory(frequencies: FloatArray, added: FloatArray, damping: FloatArra
     normal: _ComplexArray = kernels / np.outer(scale, scale)
     _check(normal, frequencies)
     normal = np.asarray(0.5 * (normal + normal.transpose(0, 2, 1)), np.complex128)
-    fits = [_best_fit(normal, frequencies, entries) for entries in _coupled(np.abs(normal).max(axis=0))]
+    fits = [_best_fit(normal, frequencies, entries) for entries in _coupled_entries(np.abs(normal).max(axis=0))]
     poles = np.concatenate([poles for poles, _ in fits])
     residues = np.concatenate([residues for _, residues in fits])
     misfit = kernel_of(poles, residues, frequencies) - normal
@@ -128,7 +128,7 @@ def fitted_memory(frequencies: FloatArray, added: FloatArray, damping: FloatArra
     return Memory(poles, residues * np.outer(scale, scale), error, least)
 
 
-def _coupled(peaks: FloatArray) -> list[list[tuple[int, int]]]:
+def _coupled_entries(peaks: FloatArray) -> list[list[tuple[int, int]]]:
     """The entries (i, j), j <= i, that are not negligible, by groups of motions that have some in common."""
     groups: list[set[int]] = []
     for i in range(6):
@@ -168,7 +168,7 @@ def _best_fit(
         spread = np.linspace(frequencies[0], frequencies[-1], order // 2 + 1)[1:] * 0.8
         poles = -0.3 * spread + 1j * spread
         for _ in range(_ROUNDS):
-            poles = _relocated(poles, samples, frequencies)
+            poles = _relocate_poles(poles, samples, frequencies)
         residues = _residues(poles, samples, frequencies, entries)
         fitted = kernel_of(poles, residues, frequencies)
         error = float(np.linalg.norm(np.stack([fitted[:, i, j] for i, j in entries], axis=1) - samples) / size)
@@ -200,8 +200,8 @@ def _residues(
     """Symmetric residues (n, 6, 6) that fit samples (m, entries), damp nothing at frequency 0, and gain no energy."""
     still, dense = _basis(poles, np.zeros(1)).real, _dense(frequencies)
     free = np.linalg.svd(still)[2][1:].T  # combinations without damping at frequency 0
-    q, r = np.linalg.qr(_stacked(_basis(poles, frequencies)) @ free)
-    best = np.linalg.lstsq(r, q.T @ _stacked(samples), rcond=None)[0]
+    q, r = np.linalg.qr(_stack(_basis(poles, frequencies)) @ free)
+    best = np.linalg.lstsq(r, q.T @ _stack(samples), rcond=None)[0]
     chosen, cuts = best, list[FloatArray]()
     for _ in range(_CUTS):
         residues = _matrices(poles, free @ chosen, entries)

@@ -12,12 +12,14 @@ from functools import cache
 from hashlib import file_digest, sha256
 from importlib.machinery import PathFinder
 from pathlib import Path
-from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
 
 import vrx_mj
 from vrx_mj.campaign.plan import Cell, Plan, Serving
 from vrx_mj.campaign.results import FORMAT, WHAT, Result, read_json, read_results, write_json
 from vrx_mj.config.fleet_checks import load_fleet
+from vrx_mj.config.loading import fault_text
 from vrx_mj.config.readers import opener
 from vrx_mj.config.search import find, is_path
 from vrx_mj.config.world import load_world
@@ -32,6 +34,7 @@ _MADE = ("cells", "worlds", _MANIFEST, "results.csv", "index.html")
 """What a campaign writes into its folder."""
 _SHOWN = 3
 """How many names a message lists."""
+_PLAN = TypeAdapter(Plan)
 
 
 @dataclass(frozen=True)
@@ -57,9 +60,11 @@ class Campaign:
     results: Mapping[Cell, Result]
 
     @property
-    def left(self) -> tuple[Cell, ...]:
+    def remaining(self) -> tuple[Cell, ...]:
         """Cells that have no result, or a failed one."""
-        return tuple(cell for cell in self.manifest.plan.cells if cell not in self.results or self.results[cell].failed)
+        return tuple(
+            cell for cell in self.manifest.plan.cells if cell not in self.results or self.results[cell].has_failed
+        )
 
 
 def begin(folder: Path, plan: Plan, *, restart: bool = False) -> Campaign:
@@ -77,7 +82,7 @@ def begin(folder: Path, plan: Plan, *, restart: bool = False) -> Campaign:
     """
     manifest = Manifest(
         plan,
-        (_controller_hashes if plan.serving is None else _program_hashes)(plan.controllers),
+        {name: (controller_hash if plan.serving is None else _program_hash)(name) for name in plan.controllers},
         code_version(),
         fingerprint(),
         datetime.now(UTC).isoformat(timespec="seconds"),
@@ -132,17 +137,17 @@ def _differences(old: Manifest, new: Manifest) -> Iterator[str]:
     for option in ("fleet", "duration", "record"):
         was, now = getattr(old.plan, option), getattr(new.plan, option)
         if was != now:
-            yield f"its --{option} was {_shown(was)}, now {_shown(now)}"
+            yield f"its --{option} was {_option_text(was)}, now {_option_text(now)}"
     if old.plan.serving != new.plan.serving:
         yield f"its trials were run by {_pilots(old.plan.serving)}, now by {_pilots(new.plan.serving)}"
 
 
 def _changed_worlds(plan: Plan, results: Mapping[Cell, Result]) -> Iterator[str]:
     """Which worlds and fleets of the user's own are not what results were sailed in: one cell of each is compiled."""
-    own_fleet = plan.fleet is not None and not is_ours("fleets", plan.fleet)
+    own_fleet = plan.fleet is not None and not _is_shipped("fleets", plan.fleet)
     sailed = {cell.world: (cell, result.world_sha256) for cell, result in results.items() if result.world_sha256}
     for world, (cell, before) in sailed.items():
-        if own_fleet or not is_ours("worlds", world):
+        if own_fleet or not _is_shipped("worlds", world):
             try:
                 same = compile_world(world, fleet=plan.fleet, seed=cell.seed).sha256 == before
             except VrxError:
@@ -151,9 +156,8 @@ def _changed_worlds(plan: Plan, results: Mapping[Cell, Result]) -> Iterator[str]
                 yield f"the world {world}{f', or the fleet {plan.fleet},' if own_fleet else ''} has changed since"
 
 
-def _shown(value: object) -> str:
-    words = {None: "not given", True: "on", False: "off"}
-    return words[value] if value is None or isinstance(value, bool) else f"{value}"
+def _option_text(value: object) -> str:
+    return "not given" if value is None else ("off", "on")[value] if isinstance(value, bool) else f"{value}"
 
 
 def _pilots(serving: Serving | None) -> str:
@@ -166,17 +170,9 @@ def _pilots(serving: Serving | None) -> str:
 
 
 def _write_manifest(folder: Path, manifest: Manifest) -> None:
-    plan = manifest.plan
-    tree = {
-        "format": FORMAT,
-        "code": manifest.code,
-        "platform": manifest.platform,
-        "began": manifest.began,
-        "controllers": dict(manifest.controllers),
-        **{key: getattr(plan, key) for key in ("worlds", "seeds", "fleet", "duration", "timeout", "record")},
-        "serving": None if plan.serving is None else asdict(plan.serving),
-    }
-    write_json(folder / _MANIFEST, tree)
+    tree = asdict(manifest)
+    plan = tree.pop("plan")
+    write_json(folder / _MANIFEST, {"format": FORMAT, **plan, **tree})
 
 
 def _read_manifest(folder: Path) -> Manifest:
@@ -185,21 +181,12 @@ def _read_manifest(folder: Path) -> Manifest:
         raise RecordError(f"no campaign in '{folder}': it has no {_MANIFEST}")
     try:
         tree = read_json(file)
-        options = {key: tree[key] for key in ("fleet", "duration", "timeout", "record")}
-        options["serving"] = _serving(tree.get("serving"))
-        plan = Plan(tuple(tree["controllers"]), tuple(tree["worlds"]), tuple(tree["seeds"]), **options)
+        plan = _PLAN.validate_python({**tree, "controllers": list(tree["controllers"])})
         return Manifest(plan, tree["controllers"], tree["code"], tree["platform"], tree["began"])
+    except ValidationError as error:
+        raise RecordError(f"{file} is damaged: {fault_text(error)}") from error
     except (ValueError, KeyError, TypeError) as error:
         raise RecordError(f"{file} is damaged: {error}") from error
-
-
-def _serving(tree: Mapping[str, Any] | None) -> Serving | None:
-    """As `asdict` wrote it; None in campaigns of controllers, and of versions that knew no programs."""
-    if tree is None:
-        return None
-    lockstep = tree["lockstep"]
-    lockstep = None if lockstep is None else tuple(lockstep)
-    return Serving(tree["rate"], lockstep, tree["rosbridge"], tree.get("ardupilot", False))
 
 
 _DATA = ("assets", "templates", "fleets")
@@ -217,11 +204,6 @@ def code_version() -> str:
     return f"{vrx_mj.__version__} {digest.hexdigest()[:12]}"
 
 
-def _controller_hashes(controllers: tuple[str, ...]) -> dict[str, str]:
-    """The digest of each controller's files; errors are those of `controller_hash`."""
-    return {name: controller_hash(name) for name in controllers}
-
-
 def controller_hash(name: str) -> str:
     """Digest of the files of a controller `module:function`: its module, or all modules of the package that holds it.
 
@@ -237,12 +219,7 @@ def controller_hash(name: str) -> str:
     return _digest(*found)
 
 
-def _program_hashes(lines: tuple[str, ...]) -> dict[str, str]:
-    """The digest of each line that starts a program, and of the files that it names, seen from the current folder."""
-    return {line: _program_hash(line) for line in lines}
-
-
-def is_ours(kind: str, name: str) -> bool:
+def _is_shipped(kind: str, name: str) -> bool:
     """Whether a world or fleet (`kind`: worlds, fleets) comes with vrx_mj, so that `code_version` covers it."""
     if is_path(name.partition("#")[0]):
         return False
@@ -257,9 +234,9 @@ def check_files(plan: Plan) -> None:
     Raises:
         VrxError: one of them cannot.
     """
-    own_fleet = plan.fleet is not None and not is_ours("fleets", plan.fleet)
+    own_fleet = plan.fleet is not None and not _is_shipped("fleets", plan.fleet)
     for index, world in enumerate(plan.worlds):
-        if (own_fleet and index == 0) or not is_ours("worlds", world):
+        if (own_fleet and index == 0) or not _is_shipped("worlds", world):
             with warnings.catch_warnings(action="ignore", category=VrxWarning):  # in the logs of the trials
                 opened = opener(world, {})
                 source, fleet = opened(world, plan.fleet, {}) if opened else (world, plan.fleet)

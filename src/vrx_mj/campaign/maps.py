@@ -1,7 +1,7 @@
 """Maps of a campaign's page: what is in a world, and the numbers of the template that draws it with all tracks."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from shapely import LinearRing, MultiPoint, Point, Polygon, box
@@ -25,10 +25,10 @@ _NEAR = 40.0
 _Box = tuple[float, float, float, float]
 _Spot = tuple[float, float]
 _Line = Sequence[Sequence[float]]
-_Row = dict[str, Any]
+_Values = dict[str, Any]
 
 
-def map_values(sketch: Mapping[str, Any], results: Sequence[Result], controllers: Sequence[str]) -> _Row:
+def map_values(sketch: _Values, results: Sequence[Result], controllers: Sequence[str]) -> _Values:
     """What the template of a map takes: the frame, the land in it, a scale bar, and the tracks of these trials."""
     tracks = [(result, line) for result in results for line in result.tracks.values() if line]
     west, south, east, north = view = _view(sketch, [line for _, line in tracks])
@@ -45,17 +45,17 @@ def map_values(sketch: Mapping[str, Any], results: Sequence[Result], controllers
     }  # fmt: skip
 
 
-def _track(result: Result, line: _Line, stride: int, controllers: Sequence[str]) -> _Row:
+def _track(result: Result, line: _Line, stride: int, controllers: Sequence[str]) -> _Values:
     """A boat's way; the template ends it with a dot, or a cross where the trial failed."""
     cell, number = result.cell, controllers.index(result.cell.controller)
     points = [*line[:-1:stride], line[-1]]
     return {
-        "controller": cell.controller, "seed": cell.seed, "failed": result.failed, "points": points,
+        "controller": cell.controller, "seed": cell.seed, "failed": result.has_failed, "points": points,
         "index": number,
     }  # fmt: skip
 
 
-def _view(sketch: Mapping[str, Any], tracks: Iterable[_Line]) -> _Box:
+def _view(sketch: _Values, tracks: Iterable[_Line]) -> _Box:
     """What matters: the boats, the task, where they went, and objects not far from these."""
     spots: list[Sequence[float]] = [(boat["x"], boat["y"]) for boat in sketch["boats"]]
     spots += [place[:2] for place in sketch["waypoints"]] + sketch["beacons"]
@@ -68,12 +68,12 @@ def _view(sketch: Mapping[str, Any], tracks: Iterable[_Line]) -> _Box:
     things: list[Sequence[float]] = [item["spot"] for item in sketch["objects"]]
     things += [cell for dock in sketch["docks"] for cell in dock["cells"]]
     if not spots:
-        return _framed(things or [(0.0, 0.0)])
+        return _frame(things or [(0.0, 0.0)])
     center = MultiPoint(spots)
-    return _framed([*spots, *(spot for spot in things if center.distance(Point(spot)) < _NEAR)])
+    return _frame([*spots, *(spot for spot in things if center.distance(Point(spot)) < _NEAR)])
 
 
-def _framed(spots: Sequence[Sequence[float]]) -> _Box:
+def _frame(spots: Sequence[Sequence[float]]) -> _Box:
     """West, south, east and north of a frame of the right shape round these places, with a margin."""
     xs, ys = [spot[0] for spot in spots], [spot[1] for spot in spots]
     width, height = max(1.12 * (max(xs) - min(xs)) + 6.0, 30.0), max(1.12 * (max(ys) - min(ys)) + 6.0, 20.0)
@@ -135,7 +135,7 @@ SHAPES = {"square": _square, "arrow": _arrow, "ahead": _ahead, "cross": _cross}
 """Functions of the template of a map."""
 
 
-def sketch_of(world: World) -> _Row:
+def sketch_of(world: World) -> _Values:
     """Shore, docks, objects, boats at their start, and what the task lays out."""
     scene = map_of(world)
     task = world.parameters.task
@@ -156,7 +156,7 @@ def sketch_of(world: World) -> _Row:
     }
 
 
-def _laid_out(course: Course) -> _Row:
+def _laid_out(course: Course) -> _Values:
     animals = [(item.x, item.y, item.radius, f"{item.name}: {item.goal}") for item in course.animals]
     beacons = [(item.x, item.y, item.radius, item.name) for item in course.beacons]
     return {
@@ -170,10 +170,10 @@ def _laid_out(course: Course) -> _Row:
     }
 
 
-def _bay(bay: Bay) -> _Row:
+def _bay(bay: Bay) -> _Values:
     title = f"{bay.name}: {bay.symbol or 'no symbol'}".replace("_", " ")
     return {"corners": rounded(bay.internal[:, :2]), "allowed": bay.right, "title": title}
 
 
-def _circle(x: float, y: float, radius: float, title: str) -> _Row:
+def _circle(x: float, y: float, radius: float, title: str) -> _Values:
     return {"x": x, "y": y, "radius": radius, "title": title.replace("_", " ")}

@@ -34,15 +34,19 @@ def page(campaign: Campaign, sketches: Mapping[str, _Row], comparison: Compariso
             manifest=campaign.manifest,
             plan=plan,
             colors=[hex_color(boat_color(number)) for number in range(len(plan.controllers))],
-            done=sum(not result.failed for result in results),
-            failed=sum(result.failed for result in results),
+            done=sum(not result.has_failed for result in results),
+            failed=sum(result.has_failed for result in results),
             hours=sum(result.sim_time for result in results) / 3600.0,
             tasks=task_types(results),
             board=leaderboard(results, plan.controllers),
             rows=list(_rows(campaign)),
             maps=list(_maps(campaign, sketches)),
             seedless=seedless_worlds(results),
-            failures=[_failure(result) for result in results if result.failed],
+            failures=[
+                {"cell": result.cell, "error": result.error, "log": f"{result.cell.folder}/{LOG}"}
+                for result in results
+                if result.has_failed
+            ],
             comparison=comparison,
             most_changes=_MOST_CHANGES,
         )
@@ -75,7 +79,7 @@ def _cell(result: Result | None, seed: int, scores: Sequence[float], task: Mappi
     row = {"seed": seed, "text": "", "value": "", "color": ""}
     if result is None:
         return {**row, "kind": "missing", "title": f"seed {seed}: not run yet"}
-    if result.failed:
+    if result.has_failed:
         return {**row, "kind": "failed", "text": "✕", "title": f"seed {seed} failed: {result.error}"}
     if result.score is None or task is None:
         text = "no task" if result.task is None else "not started"
@@ -134,10 +138,6 @@ def map_svg(world: str, sketch: _Row, results: Sequence[Result], controllers: Se
     return Markup(_environment().get_template("map.svg.j2").render(map=values, sketch=sketch))
 
 
-def _failure(result: Result) -> _Row:
-    return {"cell": result.cell, "error": result.error, "log": f"{result.cell.folder}/{LOG}"}
-
-
 @cache
 def _environment() -> Environment:
     """The templates of the page and of its maps, with what they call."""
@@ -155,7 +155,7 @@ def _number(value: float | None, digits: int = 3) -> str:
 PAGE = "index.html"
 
 
-def refreshed(campaign: Campaign) -> Campaign:
+def with_new_results(campaign: Campaign) -> Campaign:
     """The campaign with the results that are in its folder now."""
     return replace(campaign, results=read_results(campaign.folder, campaign.manifest.plan.cells))
 

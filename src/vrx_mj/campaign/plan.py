@@ -4,7 +4,7 @@ import fnmatch
 import glob
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from hashlib import sha256
 from itertools import product
 from pathlib import Path
@@ -32,7 +32,7 @@ class Cell:
 
     @property
     def folder(self) -> str:
-        """Its folder in that of the campaign, with slashes; no two cells have the same."""
+        """Folder of the cell in that of the campaign, with slashes; no two cells have the same."""
         return f"cells/{folder_name(self.controller)}/{folder_name(self.world)}/seed_{self.seed}"
 
     def __str__(self) -> str:
@@ -53,21 +53,40 @@ class Serving:
     """Whether it is served to ArduPilot's SITL in place of ROS."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class _TrialOptions:
+    """How each trial of a campaign is sailed."""
+
+    fleet: str | None = None
+    """Fleet instead of the world's own; None: the world's own."""
+    duration: float | None = None
+    """Simulated time [s]; None: until the task is over."""
+    timeout: float | None = None
+    """Wall time from the loading of the controller on [s]; None: as long as it simulates, and a minute."""
+    record: bool = False
+    """Whether it is recorded."""
+    serving: Serving | None = None
+    """How the world is served, where the controller is a program."""
+
+
 @dataclass(frozen=True)
-class Plan:
+class Trial(_TrialOptions):
+    """A cell and how to sail it."""
+
+    cell: Cell
+
+
+@dataclass(frozen=True)
+class Plan(_TrialOptions):
     """All cells, and how each of them is sailed."""
 
     controllers: tuple[str, ...]
     worlds: tuple[str, ...]
     seeds: tuple[int, ...]
-    fleet: str | None = None
-    duration: float | None = None
-    """Simulated time of a trial [s]; None: until its task is over."""
-    timeout: float | None = None
-    """Wall time of a trial [s]; None: by its duration."""
-    record: bool = False
-    serving: Serving | None = None
-    """How worlds are served, where the controllers are programs."""
+
+    def trial(self, cell: Cell) -> Trial:
+        """The trial of a cell."""
+        return Trial(cell, **{option.name: getattr(self, option.name) for option in fields(_TrialOptions)})
 
     @property
     def cells(self) -> tuple[Cell, ...]:

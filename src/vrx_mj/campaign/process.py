@@ -18,11 +18,27 @@ from functools import partial
 from multiprocessing.connection import wait
 from multiprocessing.context import BaseContext
 from pathlib import Path
+from typing import TypeVar
 
 from vrx_mj.campaign.maps import sketch_of
+from vrx_mj.campaign.plan import Trial
 from vrx_mj.campaign.program import ENDING, adopt_orphans
-from vrx_mj.campaign.results import FORMAT, LOG, WHAT, Result, read_result, sketch_file, write_json, write_result
-from vrx_mj.campaign.trial import INTERRUPTED, PREPARATION, Trial, sail
+from vrx_mj.campaign.results import (
+    ALLOWED,
+    END,
+    FORMAT,
+    GROUP,
+    LOG,
+    REACHED,
+    WHAT,
+    Result,
+    Stopwatch,
+    read_result,
+    sketch_file,
+    write_json,
+    write_result,
+)
+from vrx_mj.campaign.trial import INTERRUPTED, PREPARATION, sail
 from vrx_mj.mjcf.world import World
 from vrx_mj.outputs import check_inside
 
@@ -35,9 +51,6 @@ _TAIL = 100_000
 """How much of a log is looked through for where a trial hung [bytes]."""
 _START = 120.0
 """Wall time for starting a process [s]."""
-_END, _ALLOWED, _REACHED, _GROUP = 0, 1, 2, 3
-"""Slots of the memory that a trial shares: when it must have ended, by the monotonic clock, the wall time that it may
-take, the simulated time that it has reached [s], and the process group of the program that sails it, or 0."""
 
 
 def start_server() -> BaseContext:
@@ -71,7 +84,7 @@ def _same_path() -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def undisturbed() -> Iterator[None]:
+def signals_held() -> Iterator[None]:
     """Have Ctrl-C and SIGTERM wait until the end: in between they would leave a process behind that nobody knows of."""
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -91,7 +104,7 @@ def undisturbed() -> Iterator[None]:
 class TrialProcess:
     """A trial that is being sailed elsewhere, in the campaign's folder `root`."""
 
-    def __init__(self, context: BaseContext, trial: Trial, root: Path) -> None:
+    def __init__(self, context: BaseContext, root: Path, trial: Trial) -> None:
         self.trial, self._root = trial, root
         check_inside(root, trial.cell.folder, WHAT)
         self._folder = root / trial.cell.folder
@@ -110,7 +123,7 @@ class TrialProcess:
 
     def result(self) -> Result | None:
         """How the trial ended; None while it goes on. One that takes or prints too much is ended."""
-        late = time.monotonic() - self._shared[_END]
+        late = time.monotonic() - self._shared[END]
         reason = None
         if self._process.is_alive():
             if late <= _GRACE and not self._prints_too_much():
@@ -121,11 +134,11 @@ class TrialProcess:
         self._end_groups()
         found = read_result(self._folder)
         if found is None:
-            text = reason or (self._hung() if late > -0.1 else _ended_by(self._process.exitcode))
+            text = reason or (self._hung() if late > -0.1 else _exit_text(self._process.exitcode))
             found = Result(
                 self.trial.cell,
-                error=f"at t = {self._shared[_REACHED]:g} s: {text}",
-                sim_time=self._shared[_REACHED],
+                error=f"at t = {self._shared[REACHED]:g} s: {text}",
+                sim_time=self._shared[REACHED],
                 wall_time=time.monotonic() - self._begun,
             )
             write_result(self._folder, found)
@@ -133,13 +146,13 @@ class TrialProcess:
 
     def ask_to_end(self) -> None:
         """Have a program that sails the trial be ended, as Ctrl-C does it; `stop` waits for that."""
-        if self._shared[_GROUP]:
+        if self._shared[GROUP]:
             self._process.terminate()
 
     def stop(self) -> None:
         """End the process and those it started."""
         self.ask_to_end()
-        self._process.join(ENDING if self._shared[_GROUP] else 0.0)
+        self._process.join(ENDING if self._shared[GROUP] else 0.0)
         self._end_groups()
         self._process.kill()
         self._process.join()
@@ -155,7 +168,7 @@ class TrialProcess:
     def _end_groups(self) -> None:
         """What the process has started, as far as it leads or reported the group."""
         _end_group(self._process.pid)
-        _end_group(int(self._shared[_GROUP]) or None)
+        _end_group(int(self._shared[GROUP]) or None)
 
     def _prints_too_much(self) -> bool:
         with contextlib.suppress(OSError):
@@ -164,7 +177,7 @@ class TrialProcess:
 
     def _hung(self) -> str:
         """The error of a trial whose time was up, with the line where it was then."""
-        text = f"not finished after {self._shared[_ALLOWED]:g} s of wall time"
+        text = f"not finished after {self._shared[ALLOWED]:g} s of wall time"
         start = f'  File "{Path.cwd()}{os.sep}'.encode("ascii", "backslashreplace")  # as faulthandler writes it
         with contextlib.suppress(OSError):
             lines = (self._folder / LOG).read_bytes()[-_TAIL:].splitlines()
@@ -173,7 +186,7 @@ class TrialProcess:
         return text
 
 
-def _ended_by(code: int | None) -> str:
+def _exit_text(code: int | None) -> str:
     """The error of a process that ended without a result."""
     if code is None or code >= 0:
         return f"the process ended with exit code {code}: the controller, or a library that it uses, ended it"
@@ -189,26 +202,6 @@ def _end_group(leader: int | None) -> None:
             os.killpg(leader, signal.SIGKILL)
 
 
-class _SharedStopwatch:
-    """Reports to the campaign how far the trial is, and ends this process when its time is up."""
-
-    def __init__(self, shared: MutableSequence[float]) -> None:
-        self._shared = shared
-
-    def allow(self, wall: float) -> None:
-        """Let the trial take this wall time [s] from now on; then it writes to its log where it is, and ends."""
-        self._shared[_ALLOWED], self._shared[_END] = wall, time.monotonic() + wall
-        faulthandler.dump_traceback_later(wall, exit=True)
-
-    def reach(self, moment: float) -> None:
-        """Note the simulated time [s]."""
-        self._shared[_REACHED] = moment
-
-    def lead(self, group: int) -> None:
-        """Note the process group of the program that sails the trial; 0: it has ended."""
-        self._shared[_GROUP] = group
-
-
 def _sail_here(trial: Trial, root: Path, shared: MutableSequence[float], environ: Mapping[str, str]) -> None:
     """What the process does: its own group, its own log, then the trial."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -219,7 +212,7 @@ def _sail_here(trial: Trial, root: Path, shared: MutableSequence[float], environ
     folder = root / trial.cell.folder
     _log_into(folder / LOG)
     adopt_orphans()
-    result = sail(trial, folder, _SharedStopwatch(shared), partial(_keep_sketch, root, trial.cell.world))
+    result = sail(trial, folder, Stopwatch(shared), partial(_keep_sketch, root, trial.cell.world))
     faulthandler.cancel_dump_traceback_later()
     write_result(folder, result)
     sys.stdout.flush()
@@ -244,39 +237,66 @@ def _log_into(file: Path) -> None:
     faulthandler.enable(sys.stderr)
 
 
-_LOOK = 0.25
+LOOK = 0.25
 """How often trials are looked after [s]."""
+_Running = TypeVar("_Running")
+
+
+def keep_sailing(
+    trials: Sequence[Trial],
+    jobs: int,
+    running: Callable[[int], None],
+    *,
+    begin: Callable[[Trial], _Running],
+    results: Callable[[Sequence[_Running]], Iterator[tuple[_Running, Result]]],
+    end: Callable[[Sequence[_Running]], None],
+) -> Generator[Result, None, None]:
+    """Have `jobs` trials under way until all have ended; the result of each as soon as it has.
+
+    Args:
+        trials: in the order in which they begin.
+        jobs: how many are under way at a time.
+        running: is called with the number of trials under way, when that changes.
+        begin: begins one.
+        results: waits for a moment, and gives those that have ended meanwhile.
+        end: ends what is under way when this is closed early, by Ctrl-C too.
+    """
+    waiting, under_way = list(reversed(trials)), list[_Running]()
+    try:
+        while waiting or under_way:
+            while waiting and len(under_way) < jobs:
+                with signals_held():
+                    under_way.append(begin(waiting.pop()))
+            running(len(under_way))
+            for one, result in results(under_way):
+                under_way.remove(one)
+                yield result
+    finally:
+        end(under_way)
 
 
 def sail_all(
     trials: Sequence[Trial], root: Path, jobs: int, *, running: Callable[[int], None] = lambda _count: None
 ) -> Generator[Result, None, None]:
-    """Sail trials, `jobs` of them at a time; the result of each as soon as it has ended.
+    """Sail trials in the campaign's folder `root`, `jobs` of them at a time; the result of each when it has ended.
 
     Closed early, by Ctrl-C too, it ends what is under way and removes what that has written.
-
-    Args:
-        trials: in the order in which they begin.
-        root: the campaign's folder.
-        jobs: how many processes there are at a time.
-        running: is called with the number of trials under way, when that changes.
     """
-    waiting, under_way = list(reversed(trials)), list[TrialProcess]()
-    try:
-        context = start_server() if trials else None
-        while waiting or under_way:
-            while context and waiting and len(under_way) < jobs:
-                with undisturbed():
-                    under_way.append(TrialProcess(context, waiting.pop(), root))
-            running(len(under_way))
-            wait([process.sentinel for process in under_way], timeout=_LOOK)
-            for process in list(under_way):
-                result = process.result()
-                if result is not None:
-                    under_way.remove(process)
-                    yield result
-    finally:
-        for process in under_way:
-            process.ask_to_end()
-        for process in under_way:
-            process.withdraw()
+    if trials:
+        begin = partial(TrialProcess, start_server(), root)
+        yield from keep_sailing(trials, jobs, running, begin=begin, results=_results, end=_withdraw)
+
+
+def _results(under_way: Sequence[TrialProcess]) -> Iterator[tuple[TrialProcess, Result]]:
+    wait([process.sentinel for process in under_way], timeout=LOOK)
+    for process in list(under_way):
+        result = process.result()
+        if result is not None:
+            yield process, result
+
+
+def _withdraw(under_way: Sequence[TrialProcess]) -> None:
+    for process in under_way:
+        process.ask_to_end()
+    for process in under_way:
+        process.withdraw()

@@ -9,7 +9,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator, Mapping
-from typing import IO, Protocol
+from typing import IO
 
 import psutil
 
@@ -32,20 +32,10 @@ _SET_CHILD_SUBREAPER = 36
 """Option of prctl(2)."""
 
 
-class Sink(Protocol):
-    """Where bytes go."""
-
-    def write(self, data: bytes, /) -> object:
-        """Take bytes."""
-
-    def flush(self) -> None:
-        """Let others see them."""
-
-
 class Program:
     """A line of the shell that runs in a session of its own."""
 
-    def __init__(self, line: str, environment: Mapping[str, str], log: Sink) -> None:
+    def __init__(self, line: str, environment: Mapping[str, str], log: IO[bytes]) -> None:
         """Start it.
 
         Args:
@@ -71,12 +61,12 @@ class Program:
             start_new_session=True,
         )
         self.group = self._process.pid
-        self._reader = threading.Thread(target=self._read, args=(self._process.stdout,), daemon=True)
+        self._reader = threading.Thread(target=self._read_output, args=(self._process.stdout,), daemon=True)
         self._reader.start()
 
     @property
     def code(self) -> int | None:
-        """Its exit code, below 0 that of a signal; None while it runs."""
+        """Exit code, below 0 the signal that ended it; None while it runs."""
         return self._process.poll()
 
     @property
@@ -107,7 +97,7 @@ class Program:
 
     def _all_ended(self) -> bool:
         self._process.poll()
-        strays = [pid for pid in self._strays() if not _reaped(pid)]
+        strays = [pid for pid in self._strays() if not _has_ended(pid)]
         try:
             os.killpg(self.group, 0)
         except ProcessLookupError:
@@ -120,7 +110,7 @@ class Program:
         """What this process and the program have started meanwhile, itself left out."""
         return (one.pid for one in _descendants() if one.pid != self.group and one not in self._before)
 
-    def _read(self, stream: IO[bytes]) -> None:
+    def _read_output(self, stream: IO[bytes]) -> None:
         with stream:
             while data := stream.read(_READ_SIZE):
                 self._tail = (self._tail + data)[-_TAIL:]
@@ -148,7 +138,7 @@ def _descendants() -> list[psutil.Process]:
     return list(psutil.Process().children(recursive=True))
 
 
-def _reaped(pid: int) -> bool:
+def _has_ended(pid: int) -> bool:
     """Whether a process has ended; a child of ours that ended is reaped."""
     try:
         return os.waitpid(pid, os.WNOHANG)[0] == pid

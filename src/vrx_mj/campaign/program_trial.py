@@ -199,11 +199,13 @@ class _Pilot:
         code = program.code
         if code:
             self.end()
-            raise VrxError(f"the program {_ended(code)}; {_quoted(program.last_lines)}")
+            raise VrxError(f"the program {_end_text(code)}; {_last_lines(program.last_lines)}")
         if time.monotonic() > self._deadline:
             self.end()
             state = f" ({self._status})" if self._status else ""
-            raise VrxError(f"not finished after {self._wall:g} s of wall time{state}; {_quoted(program.last_lines)}")
+            raise VrxError(
+                f"not finished after {self._wall:g} s of wall time{state}; {_last_lines(program.last_lines)}"
+            )
         return False
 
     def end(self) -> None:
@@ -224,7 +226,7 @@ class _Pilot:
             self._tracks.add(boat, place)
 
 
-def _ended(code: int) -> str:
+def _end_text(code: int) -> str:
     """An exit code in words."""
     if code > 0:
         return f"ended with exit code {code}"
@@ -232,7 +234,7 @@ def _ended(code: int) -> str:
     return f"was ended by {name}"
 
 
-def _quoted(lines: str) -> str:
+def _last_lines(lines: str) -> str:
     return f"its last lines: {lines}" if lines else "it printed nothing"
 
 

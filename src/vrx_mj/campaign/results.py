@@ -1,12 +1,14 @@
 """Results of trials: what is noted while they run, a small JSON for each cell in the folder, and all of them as CSV."""
 
 import csv
+import faulthandler
 import io
 import json
-from collections.abc import Iterable, Mapping
+import time
+from collections.abc import Iterable, Mapping, MutableSequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.campaign.plan import Cell, folder_name
@@ -18,6 +20,8 @@ FORMAT = 1
 LOG = "log.txt"
 """What a trial printed, with the traceback of a controller that raised."""
 _RESULT = "result.json"
+Tree = dict[str, Any]
+"""Content of a JSON file."""
 WHAT = "the campaign"
 """What is written, for messages."""
 _COLUMNS = (
@@ -47,10 +51,10 @@ class Result:
     tracks: Mapping[str, list[list[float]]] = field(default_factory=dict)
     """x and y [m] of each boat's way."""
     recording: str | None = None
-    """Its file's name, in the cell's folder."""
+    """Name of its recording's file in the cell's folder; None without one."""
 
     @property
-    def failed(self) -> bool:
+    def has_failed(self) -> bool:
         """Whether the trial has no result."""
         return self.error is not None
 
@@ -58,7 +62,7 @@ class Result:
     def status(self) -> str:
         """How it ended: `failed`, `not started` or `cut` (before or while its task ran), or else `done`."""
         phase = "finished" if self.task is None else self.task["state"]
-        return "failed" if self.failed else {"finished": "done", "running": "cut"}.get(phase, "not started")
+        return "failed" if self.has_failed else {"finished": "done", "running": "cut"}.get(phase, "not started")
 
     @property
     def score(self) -> float | None:
@@ -91,7 +95,7 @@ def read_results(folder: Path, cells: Iterable[Cell]) -> dict[Cell, Result]:
     return {cell: result for cell, result in found if result is not None and result.cell == cell}
 
 
-def read_sketches(folder: Path, worlds: Iterable[str]) -> dict[str, dict[str, Any]]:
+def read_sketches(folder: Path, worlds: Iterable[str]) -> dict[str, Tree]:
     """The sketches of these worlds, as far as there are any."""
     files = {world: sketch_file(folder, world) for world in worlds}
     return {world: read_json(file) for world, file in files.items() if file.is_file()}
@@ -132,7 +136,7 @@ def write_json(file: Path, tree: Mapping[str, object]) -> None:
     write_text(file, json.dumps(tree, ensure_ascii=False, allow_nan=False) + "\n")
 
 
-def read_json(file: Path) -> dict[str, Any]:
+def read_json(file: Path) -> Tree:
     """What `write_json` wrote, without its version.
 
     Raises:
@@ -151,6 +155,9 @@ def write_text(file: Path, text: str) -> None:
     write_files(file.parent, {file.name: text}, WHAT)
 
 
+END, ALLOWED, REACHED, GROUP = 0, 1, 2, 3
+"""Slots of the memory that a trial shares: when it must have ended, by the monotonic clock, the wall time that it may
+take, the simulated time that it has reached [s], and the process group of the program that sails it, or 0."""
 _Point = tuple[float, float]
 _APART = 0.3
 """Places nearer than this to the one kept before are left out while sailing [m]."""
@@ -160,17 +167,24 @@ MOST = 400
 """Points of a simplified track, at most."""
 
 
-class Stopwatch(Protocol):
-    """Who sees to it that a trial ends."""
+class Stopwatch:
+    """Reports to the campaign how far the trial is, and ends this process when its time is up."""
+
+    def __init__(self, shared: MutableSequence[float]) -> None:
+        self._shared = shared
 
     def allow(self, wall: float) -> None:
-        """The trial may take this wall time [s] from now on."""
+        """Let the trial take this wall time [s] from now on; then it writes to its log where it is, and ends."""
+        self._shared[ALLOWED], self._shared[END] = wall, time.monotonic() + wall
+        faulthandler.dump_traceback_later(wall, exit=True)
 
     def reach(self, moment: float) -> None:
-        """The trial has reached this simulated time [s]."""
+        """Note the simulated time [s]."""
+        self._shared[REACHED] = moment
 
     def lead(self, group: int) -> None:
-        """A program that sails it has this process group; 0: it has none any more."""
+        """Note the process group of the program that sails the trial; 0: it has ended."""
+        self._shared[GROUP] = group
 
 
 class Tracks:
@@ -186,22 +200,17 @@ class Tracks:
         if not places or abs(x - places[-1][0]) + abs(y - places[-1][1]) > _APART:
             places.append((x, y))
 
-    def simplified(self) -> dict[str, list[list[float]]]:
+    def lines(self) -> dict[str, list[list[float]]]:
         """The track of each boat, x and y [m] to a decimetre."""
-        return {boat: simplified(places) for boat, places in self._places.items()}
+        return {boat: simplified_track(places) for boat, places in self._places.items()}
 
 
-def simplified(places: list[_Point]) -> list[list[float]]:
+def simplified_track(places: list[_Point]) -> list[list[float]]:
     """A line through few of these places (Douglas and Peucker 1973), with a tolerance that keeps it short enough."""
     from shapely import LineString
 
-    if len(places) < 3:
-        return _rounded(places)
-    tolerance, line = TOLERANCE, LineString(places)
-    while len(line.coords) > MOST or tolerance == TOLERANCE:
-        line, tolerance = line.simplify(tolerance, preserve_topology=False), 1.5 * tolerance
-    return _rounded(list(line.coords))
-
-
-def _rounded(places: list[_Point]) -> list[list[float]]:
-    return [[round(x, 1), round(y, 1)] for x, y in places]
+    tolerance, points = TOLERANCE, places
+    while len(points) > 2 and (len(points) > MOST or tolerance == TOLERANCE):
+        points = list(LineString(points).simplify(tolerance, preserve_topology=False).coords)
+        tolerance *= 1.5
+    return [[round(x, 1), round(y, 1)] for x, y in points]

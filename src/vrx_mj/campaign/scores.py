@@ -14,7 +14,7 @@ _SIGNIFICANT = 0.05
 _SHOWN = 3
 """How many names a note lists."""
 _FEWEST = 6
-"""With fewer pairs that differ no two-sided test of signed ranks gets below 0.05: five give 2 / 2^5."""
+"""Fewest pairs that differ for a test: with five of them no two-sided p-value of signed ranks is below 2 / 2^5."""
 
 
 @dataclass(frozen=True)
@@ -28,15 +28,15 @@ class Change:
     """Improvement of the score in its unit; None where one of the two has no score."""
 
     @property
-    def lost(self) -> bool:
+    def is_loss(self) -> bool:
         """Whether it failed now, or has a score no longer."""
-        return self.after.failed or (self.after.score is None and self.before.score is not None)
+        return self.after.has_failed or (self.after.score is None and self.before.score is not None)
 
     @property
     def kind(self) -> str:
         """The kind of change, in a few words."""
         if self.gain is None:
-            return "fails now" if self.after.failed else "no score now" if self.lost else "works now"
+            return "fails now" if self.after.has_failed else "no score now" if self.is_loss else "works now"
         return "better" if self.gain > 0.0 else "worse" if self.gain < 0.0 else "different track, same score"
 
 
@@ -103,7 +103,15 @@ def compare(now: Campaign, earlier: Campaign) -> Comparison:
     kinds = task_types(now.results.values())
     tests = [
         _test(
-            controller, kind, kinds[kind]["unit"], [pair for pair in pairs if _is_of(pair[1], controller, kind)], better
+            controller,
+            kind,
+            kinds[kind]["unit"],
+            [
+                pair
+                for pair in pairs
+                if pair[1].cell.controller == controller and (pair[1].task or {}).get("type") == kind
+            ],
+            better,
         )
         for controller in now.manifest.plan.controllers
         if controller in names
@@ -114,7 +122,7 @@ def compare(now: Campaign, earlier: Campaign) -> Comparison:
         common=len(pairs),
         same=len(pairs) - len(changes),
         changes=tuple(sorted(changes, key=_severity)),
-        tests=tuple(_adjusted(tests)),
+        tests=tuple(_holm_adjustment(tests)),
         notes=(*_notes(now, earlier, names), *_changed_worlds(pairs)),
     )
 
@@ -134,10 +142,6 @@ def _counterparts(now: Sequence[str], earlier: Sequence[str]) -> dict[str, str]:
     return {name: name for name in now if name in earlier}
 
 
-def _is_of(result: Result, controller: str, kind: str) -> bool:
-    return result.cell.controller == controller and result.task is not None and result.task["type"] == kind
-
-
 def _gain(before: Result, after: Result, better: Mapping[str, str]) -> float | None:
     if before.score is None or after.score is None:
         return None
@@ -148,9 +152,9 @@ def _gain(before: Result, after: Result, better: Mapping[str, str]) -> float | N
 
 def _change(before: Result, after: Result, better: Mapping[str, str]) -> Change | None:
     """How a cell has changed; None where it has not."""
-    if before.failed != after.failed or (before.score is None) != (after.score is None):
+    if before.has_failed != after.has_failed or (before.score is None) != (after.score is None):
         return Change(after.cell, before, after, None)
-    if after.failed or before.state_sha256 == after.state_sha256:
+    if after.has_failed or before.state_sha256 == after.state_sha256:
         return None
     return Change(after.cell, before, after, _gain(before, after, better) or 0.0)
 
@@ -158,7 +162,7 @@ def _change(before: Result, after: Result, better: Mapping[str, str]) -> Change 
 def _severity(change: Change) -> float:
     """What is smaller comes first: new failures, then losses, gains, and what works again."""
     if change.gain is None:
-        return -math.inf if change.lost else math.inf
+        return -math.inf if change.is_loss else math.inf
     return change.gain
 
 
@@ -178,7 +182,7 @@ def _test(
     )
 
 
-def _adjusted(tests: Sequence[Test]) -> Iterator[Test]:
+def _holm_adjustment(tests: Sequence[Test]) -> Iterator[Test]:
     """The tests with p-values adjusted for their number (Holm 1979)."""
     order = sorted((test.p, index) for index, test in enumerate(tests) if test.p is not None)
     adjusted: dict[int, float] = {}
@@ -192,14 +196,10 @@ def _adjusted(tests: Sequence[Test]) -> Iterator[Test]:
 
 def _changed_worlds(pairs: Sequence[tuple[Result, Result]]) -> Iterator[str]:
     """Which worlds are not the same in both."""
-    changed = {after.cell.world: None for before, after in pairs if _differ(before.world_sha256, after.world_sha256)}
+    known = [(after.cell.world, {before.world_sha256, after.world_sha256} - {""}) for before, after in pairs]
+    changed = dict.fromkeys(world for world, hashes in known if len(hashes) > 1)  # a failed trial may have none
     if changed:
         yield f"worlds whose files have changed: {first_names(changed, _SHOWN)}"
-
-
-def _differ(before: str, after: str) -> bool:
-    """Whether two fingerprints differ; that of a failed trial is not known."""
-    return bool(before and after) and before != after
 
 
 def _notes(now: Campaign, earlier: Campaign, names: Mapping[str, str]) -> Iterator[str]:
@@ -261,7 +261,7 @@ class Line:
     """Sum of the ranks: the smaller, the better; no rank counts as the last."""
 
     @property
-    def failed(self) -> int:
+    def failures(self) -> int:
         """Trials that failed."""
         return sum(mean.failed for mean in self.means.values())
 
@@ -278,7 +278,7 @@ def seedless_worlds(results: Iterable[Result]) -> list[str]:
     groups: dict[tuple[str, str], list[Result]] = {}
     for result in results:
         groups.setdefault((result.cell.world, result.cell.controller), []).append(result)
-    runs = {key: [(one.failed, one.score, one.sim_time, one.tracks) for one in own] for key, own in groups.items()}
+    runs = {key: [(one.has_failed, one.score, one.sim_time, one.tracks) for one in own] for key, own in groups.items()}
     varied = {key[0] for key, own in runs.items() if len(own) < 2 or own[0][0] or any(one != own[0] for one in own)}
     return [world for world in dict.fromkeys(world for world, _ in groups) if world not in varied]
 
@@ -304,27 +304,19 @@ def leaderboard(results: Sequence[Result], controllers: Sequence[str]) -> list[L
     That is how VRX ranks teams. Within a task, fewer trials without a score come first and then the better mean score.
     """
     worlds, kinds = tasks_of_worlds(results), task_types(results)
+    tasks = [(result, worlds.get(result.cell.world, {}).get("type")) for result in results]  # of failed ones, too
     means = {
-        controller: {kind: mean_of(_of(results, controller, kind, worlds)) for kind in kinds}
-        for controller in controllers
+        who: {
+            kind: mean_of(one for one, task in tasks if task == kind and one.cell.controller == who) for kind in kinds
+        }
+        for who in controllers
     }
     ranks = {kind: _ranks({who: means[who][kind] for who in controllers}, kinds[kind]["better"]) for kind in kinds}
     lines = []
     for who in controllers:
         own = {kind: ranks[kind][who] for kind in kinds}
         lines.append(Line(who, means[who], own, sum(rank or len(controllers) for rank in own.values())))
-    return sorted(lines, key=lambda line: (line.total, line.failed))
-
-
-def _of(
-    results: Iterable[Result], controller: str, kind: str, worlds: Mapping[str, Mapping[str, str]]
-) -> Iterable[Result]:
-    """The trials of a controller at a type of task; failed ones count where another one shows what task it was."""
-    return (
-        result
-        for result in results
-        if result.cell.controller == controller and worlds.get(result.cell.world, {}).get("type") == kind
-    )
+    return sorted(lines, key=lambda line: (line.total, line.failures))
 
 
 def _ranks(means: Mapping[str, Mean], better: str) -> dict[str, int | None]:

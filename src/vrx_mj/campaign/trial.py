@@ -6,11 +6,10 @@ import time
 import traceback
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from vrx_mj.campaign.plan import Cell, Serving
+from vrx_mj.campaign.plan import Cell, Trial
 from vrx_mj.campaign.results import Result, Stopwatch, Tracks
 from vrx_mj.errors import VrxError
 from vrx_mj.mjcf.compile import compile_world
@@ -27,21 +26,6 @@ INTERRUPTED = "interrupted"
 """The error of a trial that was interrupted."""
 _EVENTS = 200
 """Lines of the referee that are kept, at most."""
-
-
-@dataclass(frozen=True)
-class Trial:
-    """A cell and how to sail it."""
-
-    cell: Cell
-    fleet: str | None = None
-    duration: float | None = None
-    """Simulated time [s]; None: until the task is over."""
-    timeout: float | None = None
-    """Wall time from the loading of the controller on [s]; None: as long as it simulates, and a minute."""
-    record: bool = False
-    serving: Serving | None = None
-    """How the world is served, where the controller is a program."""
 
 
 class _RaisedError(VrxError):
@@ -90,7 +74,7 @@ def sail(trial: Trial, folder: Path, stopwatch: Stopwatch, keep: Callable[[World
         keep(world)
         sim = Simulation(world)
         with _recording(sim, folder / _RECORDING if trial.record else None):
-            summary = _sailed(trial, sim, folder, tracks, stopwatch)
+            summary = _summary(trial, sim, folder, tracks, stopwatch)
         return _result(trial, summary, world.sha256, tracks)
     except Exception as error:
         return Result(
@@ -98,11 +82,11 @@ def sail(trial: Trial, folder: Path, stopwatch: Stopwatch, keep: Callable[[World
             error=_error_text(error, sim),
             sim_time=sim.time if sim else 0.0,
             wall_time=time.perf_counter() - begun,
-            tracks=tracks.simplified(),
+            tracks=tracks.lines(),
         )
 
 
-def _sailed(trial: Trial, sim: Simulation, folder: Path, tracks: Tracks, stopwatch: Stopwatch) -> Summary:
+def _summary(trial: Trial, sim: Simulation, folder: Path, tracks: Tracks, stopwatch: Stopwatch) -> Summary:
     simulated = trial.duration or planned_duration(sim)
     if trial.serving is None:
         stopwatch.allow(trial.timeout or _EXTRA_TIME + simulated)
@@ -137,7 +121,7 @@ def _result(trial: Trial, summary: Summary, world: str, tracks: Tracks) -> Resul
         state_sha256=summary.state_sha256,
         world_sha256=world,
         platform=summary.platform,
-        tracks=tracks.simplified(),
+        tracks=tracks.lines(),
         recording=_RECORDING if trial.record else None,
     )
 

@@ -17,10 +17,9 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from vrx_mj.campaign.manifest import Campaign
-    from vrx_mj.campaign.plan import Plan, Serving
+    from vrx_mj.campaign.plan import Plan, Serving, Trial
     from vrx_mj.campaign.results import Result
     from vrx_mj.campaign.scores import Comparison, Mean
-    from vrx_mj.campaign.trial import Trial
 
 _Worlds = Annotated[
     list[str],
@@ -80,7 +79,7 @@ def campaign(
     Example: vrx-mj campaign my_boat:controller --worlds 'vrx2022/*' --seeds 0..9 --jobs 2 -o results/
     """
     from vrx_mj.campaign.manifest import begin, check_files, read_campaign
-    from vrx_mj.campaign.page import refreshed, write_report
+    from vrx_mj.campaign.page import with_new_results, write_report
     from vrx_mj.campaign.scores import compare
 
     serving = _serving(controllers, programs, rate, lockstep, rosbridge=rosbridge, ardupilot=ardupilot)
@@ -93,7 +92,7 @@ def campaign(
     with writing("the campaign", output):
         begun = begin(output, plan, restart=restart)
         stopped = _carry_out(begun, jobs, ray=ray)
-        now = refreshed(begun)
+        now = with_new_results(begun)
         comparison = compare(now, earlier) if earlier is not None else None
         page = write_report(now, comparison)
     _conclude(now, comparison, page, stopped=stopped)
@@ -148,12 +147,10 @@ def _plan(controllers: Sequence[str], worlds: Sequence[str], seeds: str, **optio
 
 def _carry_out(begun: "Campaign", jobs: int | None, *, ray: bool) -> bool:
     """Sail what is left; whether it was stopped before its end."""
-    from vrx_mj.campaign.trial import Trial
-
-    plan, left = begun.manifest.plan, begun.left
+    plan, left = begun.manifest.plan, begun.remaining
     if len(left) < len(plan.cells):
         typer.echo(f"{begun.folder}: {len(plan.cells) - len(left)} of {len(plan.cells)} trials are finished", err=True)
-    trials = [Trial(cell, plan.fleet, plan.duration, plan.timeout, plan.record, plan.serving) for cell in left]
+    trials = [plan.trial(cell) for cell in left]
     with Bar("campaign", len(trials), "trials") as bar:
         progress = CampaignProgress(bar, len(trials))
         sailed = _results_of(trials, begun.folder, jobs, progress, ray=ray)
@@ -183,7 +180,7 @@ def _results_of(
 def _conclude(now: "Campaign", comparison: "Comparison | None", page: Path, *, stopped: bool) -> None:
     """Print how it went; exit code 1 if it was stopped, or if every trial failed."""
     print_tables(now, comparison)
-    cells, failed = now.manifest.plan.cells, sum(result.failed for result in now.results.values())
+    cells, failed = now.manifest.plan.cells, sum(result.has_failed for result in now.results.values())
     counts = f"{len(now.results) - failed} of {len(cells)} trials finished, {failed} failed"
     typer.echo(f"{counts}; page: {page}")
     if stopped:
@@ -209,10 +206,10 @@ class CampaignProgress:
     def finished(self, result: "Result") -> None:
         """A trial has ended."""
         self._done += 1
-        self._failed += result.failed
-        if result.failed or not self._bar.watched:
+        self._failed += result.has_failed
+        if result.has_failed or not self._bar.watched:
             line = f"[{self._done}/{self._total}] {result.cell}: {_outcome(result)}"
-            self._bar.print(line, "red" if result.failed else None)
+            self._bar.print(line, "red" if result.has_failed else None)
         self._show()
 
     def _show(self) -> None:
@@ -240,7 +237,7 @@ def print_tables(campaign: "Campaign", comparison: "Comparison | None") -> None:
             counts = (str(test.pairs), str(test.better), str(test.worse), f"{test.gain:+.3g} {test.unit}", p)
             rows.append((test.controller, test.task.replace("_", " "), *counts, test.verdict))
         out.print(text_table(title, ("controller", "task"), ("pairs", "better", "worse", "gain", "p", "verdict"), rows))
-    failed = [result for result in campaign.results.values() if result.failed]
+    failed = [result for result in campaign.results.values() if result.has_failed]
     for result in failed[:_SHOWN_FAILURES]:
         out.print(f"{result.cell}: {result.error}", style="red", markup=False, highlight=False, soft_wrap=True)
     if len(failed) > _SHOWN_FAILURES:
@@ -284,7 +281,7 @@ def _leaderboard(campaign: "Campaign") -> "Table":
 
 
 def _outcome(result: "Result") -> str:
-    if result.failed:
+    if result.has_failed:
         return f"failed: {result.error}"
     outcome = "no task" if result.task is None else result.status
     if result.task is not None and result.score is not None:

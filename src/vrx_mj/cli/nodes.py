@@ -16,7 +16,7 @@ from xml.sax.saxutils import escape
 
 from vrx_mj.cli.screen import show, show_error
 from vrx_mj.errors import CommandError, NetworkError, VrxError
-from vrx_mj.outputs import written
+from vrx_mj.outputs import atomic_write
 
 _FOLDER = "VRX_MJ_FOLDER"
 """Environment variable with the folder in which roslaunch was started: nodes run in that of its logs."""
@@ -151,7 +151,7 @@ def _xacro(words: Sequence[str], folder: Path) -> int:
     if output is None:
         sys.stdout.write(text)
         return 0
-    with written(Path(_absolute(output, folder)), "the expanded file") as path:
+    with atomic_write(Path(_absolute(output, folder)), "the expanded file") as path:
         path.write_text(text, encoding="utf-8")
     return 0
 

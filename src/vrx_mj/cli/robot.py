@@ -13,7 +13,7 @@ from vrx_mj.bar import Bar
 from vrx_mj.cli.options import named_values, reads_files
 from vrx_mj.cli.screen import text_table
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError, VrxWarning, shown
-from vrx_mj.outputs import write_file, writing, written
+from vrx_mj.outputs import atomic_write, write_file, writing
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -62,7 +62,7 @@ def build(
     engines, parts = _files(thrusters, components, sensor_yaml, layout)
     arguments = {} if layout is None else {"thruster_config": layout}
     urdf = wamv_urdf(thrusters=engines, components=parts, namespace=namespace, locked=locked, arguments=arguments)
-    with written(output, "the URDF") as draft:
+    with atomic_write(output, "the URDF") as draft:
         output.absolute().parent.mkdir(parents=True, exist_ok=True)
         draft.write_text(urdf, encoding="utf-8", newline="\n")
     engines_of = f"layout {layout}" if engines is None else engines.path

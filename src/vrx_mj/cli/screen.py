@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
-from vrx_mj.bar import colored
+from vrx_mj.bar import in_color
 from vrx_mj.packages import shell_word
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ def is_watched() -> bool:
 
 def show(text: str, color: str | None = None) -> None:
     """Print a message, in a color where that is a terminal."""
-    sys.stderr.write(f"{colored(text, color) if is_watched() else text}\n")
+    sys.stderr.write(f"{in_color(text, color) if is_watched() else text}\n")
     sys.stderr.flush()
 
 

@@ -17,7 +17,7 @@ from vrx_mj.cli.options import DEFAULT_PORT, Arguments, Fleet, Nudge, Record, Se
 from vrx_mj.cli.screen import is_watched, show
 from vrx_mj.errors import CommandError, NetworkError
 from vrx_mj.packages import install_extra
-from vrx_mj.signals import handled
+from vrx_mj.signals import handle_signals
 
 if TYPE_CHECKING:
     from vrx_mj.autopilot import ArduPilot
@@ -160,7 +160,7 @@ def _run(
             run(sim, services, report=_log_line, status=_status(), autopilots=autopilots)
         elif autopilots:
             ending = threading.Event()
-            with handled(("SIGINT", "SIGTERM"), lambda _: ending.set()):
+            with handle_signals(("SIGINT", "SIGTERM"), lambda _: ending.set()):
                 autopilots.run(
                     duration=wanted["duration"],
                     over=lambda: ending.is_set() or (wanted["exit_on_completion"] and sim.task_is_over),

@@ -34,11 +34,11 @@ def validate(
     Example: vrx-mj validate --quick -o report
     """
     from vrx_mj.validation.report import counts, run_cases, write_report
-    from vrx_mj.validation.table import CASES, chosen
+    from vrx_mj.validation.table import CASES, select_cases
 
     if (case is None) != (data is None):
         raise CommandError("--case and --data belong together: the case, and what was measured")
-    cases = chosen(tuple(only or ()), quick=quick)
+    cases = select_cases(tuple(only or ()), quick=quick)
     if case is not None and data is not None:
         from vrx_mj.validation.measured import measured_case
 
@@ -61,7 +61,7 @@ def _print(results: "Sequence[Result]") -> None:
 
     texts = []
     for result in results:
-        rows = result.findings.rows
+        rows = result.rows
         count = "failed" if result.error else f"{sum(row.inside for row in rows)} of {len(rows)}"
         style = "red" if result.state in {"failed", "outside"} else ""
         texts.append((result.case.name, Text(count, style=style), f"{result.seconds:.1f} s"))
@@ -82,6 +82,6 @@ def _faults(result: "Result") -> list[str]:
     return [
         f"{row.state}: {result.case.name}: {row.quantity} is {row.ours:.6g} {row.unit}, "
         f"the band is {row.low:.6g} to {row.high:.6g}"
-        for row in result.findings.rows
+        for row in result.rows
         if not row.inside
     ]

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
+import numpy.typing as npt
 from markupsafe import Markup
 
-from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.colors import boat_color, hex_color
 from vrx_mj.draw.labels import INK, font_warnings_hidden
 
@@ -30,10 +30,10 @@ class Series:
     """A curve or points of a chart."""
 
     label: str
-    """Text of the legend; empty: it is not in the legend."""
-    x: Sequence[float] | FloatArray
+    """Text of the legend, where equal ones are shown once; empty: it is not in the legend."""
+    x: npt.ArrayLike
     """Abscissae."""
-    y: Sequence[float] | FloatArray
+    y: npt.ArrayLike
     """Ordinates; where one is not finite the curve is cut."""
     reference: bool = False
     """Whether it is what is compared with: in the colour of text, and dashed if it is a curve."""
@@ -51,7 +51,7 @@ class Chart:
     """Name and unit of the abscissa."""
     y: str
     """Name and unit of the ordinate."""
-    series: tuple[Series, ...]
+    series: Sequence[Series]
     """What is drawn, the first below the others."""
     equal: bool = False
     """Whether both axes have the same scale, as for tracks."""
@@ -82,7 +82,7 @@ def _figure(chart: Chart) -> "Figure":
         style = "o" if series.kind == "points" else "--" if series.reference else "-"
         color = INK if series.reference else hex_color(boat_color(number))
         axes.plot(series.x, series.y, style, color=color, label=series.label)
-    named = [line for line, series in zip(axes.lines, chart.series, strict=True) if series.label]
-    for text in axes.legend(handles=named, framealpha=0.7).get_texts():
+    named = {series.label: line for line, series in zip(axes.lines, chart.series, strict=True) if series.label}
+    for text in axes.legend(handles=list(named.values()), framealpha=0.7).get_texts():
         text.set(**literal)
     return figure

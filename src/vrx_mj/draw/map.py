@@ -19,7 +19,7 @@ from vrx_mj.draw.map_scene import MapScene
 from vrx_mj.draw.plan import SOFT, Box, Row, course_rows, draw_arrow, draw_plan, ground, view_of
 from vrx_mj.errors import CommandError, VrxError, shown
 from vrx_mj.frames import compass as compass_degrees
-from vrx_mj.outputs import written
+from vrx_mj.outputs import atomic_write
 
 FORMATS = {".png": {"Software": None}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
 """Kinds of pictures, and what is left out of each so that the same scene gives the same file."""
@@ -44,7 +44,7 @@ def draw_map(scene: MapScene, path: str | Path, size: tuple[int, int] = (1600, 1
     file = as_path("path", path)
     if file.suffix.lower() not in FORMATS:
         raise VrxError(f"invalid file name {shown(file.name)} for a map: it must end in {', '.join(FORMATS)}")
-    with written(file, "the map") as target:
+    with atomic_write(file, "the map") as target:
         file.parent.mkdir(parents=True, exist_ok=True)
         _save(scene, size, target, file.suffix.lower())
 

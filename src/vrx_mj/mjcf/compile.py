@@ -17,7 +17,7 @@ from vrx_mj.config.readers import opener
 from vrx_mj.config.wording import ros_names_note
 from vrx_mj.config.world import WorldConfig, load_world
 from vrx_mj.errors import CompileError, ConfigError, Problem, UnknownNameError, VrxWarning, first_names
-from vrx_mj.exits import awaited
+from vrx_mj.exits import delays_exit
 from vrx_mj.foreign import budget
 from vrx_mj.mjcf.afloat import boats_afloat
 from vrx_mj.mjcf.assembly import Assembly
@@ -49,7 +49,7 @@ _STIFF = 2.0
 Source = str | Path | Mapping[str, Any]
 
 
-@awaited()
+@delays_exit()
 def compile_world(
     world: Source,
     *,

@@ -11,7 +11,7 @@ from types import MappingProxyType
 from vrx_mj.arguments import as_path
 from vrx_mj.config.search import ReadingError, read_limited
 from vrx_mj.errors import StateError
-from vrx_mj.exits import awaited
+from vrx_mj.exits import delays_exit
 from vrx_mj.mjcf.pieces import Piece, Pieces
 from vrx_mj.mjcf.saved import piece_files, read_world
 from vrx_mj.model.world import FORMER, MOST_BYTES, Parameters, json_of, without_descriptions
@@ -121,7 +121,7 @@ class World:
         return world_of(lambda name: _read_file(folder / name), scene.stem, f"{folder}{os.sep}")
 
 
-@awaited()
+@delays_exit()
 def world_of(read: Callable[[str], bytes], name: str, place: str) -> World:
     """The world of the files that `save` wrote by a name; `read` gives a file's content by its relative path.
 

@@ -19,7 +19,7 @@ from rerun.chunk import Chunk, LazyChunkStream
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import RecordError
-from vrx_mj.outputs import written
+from vrx_mj.outputs import atomic_write
 from vrx_mj.recording.blueprint import save_views
 from vrx_mj.recording.eyes import plan_chunks
 from vrx_mj.recording.motion_chunks import MovingChunks, event_chunk, part_chunk
@@ -58,7 +58,7 @@ def encode(raw: Path, scenes: Iterable[RecordScene], target: Path) -> None:
     encoder = Encoder(iter(scenes))
     parent = target.absolute().parent
     with (
-        written(target, "the recording", UnwrittenError) as draft,
+        atomic_write(target, "the recording", UnwrittenError) as draft,
         tempfile.TemporaryDirectory(dir=parent, prefix=".record-") as folder,  # on the same disk
     ):
         stream, bare = LazyChunkStream.from_iter(encoder.chunks(raw_parts(raw))), Path(folder) / "bare.rrd"

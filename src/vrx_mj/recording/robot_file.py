@@ -13,7 +13,7 @@ from rerun.archetypes import RecordingInfo
 from rerun.chunk import Chunk, LazyChunkStream
 
 from vrx_mj.errors import RecordError
-from vrx_mj.outputs import written
+from vrx_mj.outputs import atomic_write
 from vrx_mj.recording.motion_chunks import part_poses, transforms
 from vrx_mj.recording.record_scene import RecordedPart
 from vrx_mj.recording.simulation_scene import geom_surface, hanging_part
@@ -33,7 +33,7 @@ def save_joints(model: mujoco.MjModel, name: str, path: Path) -> None:
         RecordError: the file cannot be written.
     """
     stream = LazyChunkStream.from_iter(list(_chunks(model, name)))
-    with written(path, "the recording", RecordError) as draft:
+    with atomic_write(path, "the recording", RecordError) as draft:
         try:
             stream.write_rrd(draft, application_id=_APPLICATION, recording_id=str(uuid.uuid4()))
         except RuntimeError as error:  # of a place or a disk, as rerun raises it

@@ -14,7 +14,7 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import RecordError, UnknownNameError
-from vrx_mj.outputs import written
+from vrx_mj.outputs import atomic_write
 from vrx_mj.recording.reader import Record, Track, read_record
 from vrx_mj.recording.record_scene import POSITION, VELOCITY
 
@@ -135,7 +135,7 @@ def write_table(recording: str | Path, target: Path, table: str = "motion") -> i
         found = found.filter(pc.field("kind") == "boat").drop_null()
         if not found.num_rows:
             raise RecordError(f"no track in '{recording}': its world has no georeference, or no boat; .csv has x and y")
-    with written(target, "the table") as path:
+    with atomic_write(target, "the table") as path:
         write = SUFFIXES[target.suffix.lower()]
         (resolve_name(write) if isinstance(write, str) else write)(found, path)
     return int(found.num_rows)

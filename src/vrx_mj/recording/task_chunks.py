@@ -316,7 +316,7 @@ class TaskChunks:
 
     def _draw_gates(self, time: float, poses: Mapping[str, Pose], fates: Sequence[str]) -> None:
         """All gates, if one has another colour, or has drifted."""
-        following = fates.index("ahead") if "ahead" in fates and not self._referee.finished else -1
+        following = fates.index("ahead") if "ahead" in fates and not self._referee.is_over else -1
         colors = [FATES["next" if number == following else fate] for number, fate in enumerate(fates)]
         ends = [(poses[gate.left], poses[gate.right]) for gate in parts_of(self._task, tasks.Gate)]
         drawn = self._drawn
@@ -362,7 +362,7 @@ def result_of(referee: Referee) -> str:
     """Who scored what, once the task is finished."""
     status = referee.status
     score = score_text(status.phase, status.score, TASK_KINDS[referee.type].unit)
-    return f"{referee.boat}, {score}" if referee.finished else ""
+    return f"{referee.boat}, {score}" if referee.is_over else ""
 
 
 def _drift(before: _Ends, now: _Ends) -> float:

@@ -16,7 +16,7 @@ from vrx_mj.rl.generators import Generators, Range, Seeds, Variety
 from vrx_mj.rl.neighbours import Neighbours, NeighbourView
 from vrx_mj.rl.options import PERIOD, ActionError, as_actions, check_count, episode_steps, step_limit
 from vrx_mj.rl.picture import Picture
-from vrx_mj.rl.problem import OWN, Judged, Problem, Spot, Team, mean_of, team_of
+from vrx_mj.rl.problem import OWN, Entry, Judged, Problem, Spot, Team, mean_of, team_of
 from vrx_mj.rl.problems import PROBLEMS, SCORE
 from vrx_mj.rl.refereed import RefereedRow, Rows
 from vrx_mj.runtime.batch import Batch
@@ -52,12 +52,12 @@ class LostBoats:
         self._rest[rows, boat] = 0.0
         self._rest[rows, boat] = self._heights()[rows, boat]
 
-    def sunk(self) -> BoolArray:
+    def sunk_boats(self) -> BoolArray:
         """Which boats are under water."""
         deep: BoolArray = self._heights() - self._rest < -SUNK
         return deep
 
-    def capsized(self) -> BoolArray:
+    def capsized_boats(self) -> BoolArray:
         """Which boats lie upside down, or nearly so."""
         features = self._batch.features
         x, y = features[..., 4], features[..., 5]
@@ -97,7 +97,7 @@ class Roster:
         for boat in range(self._problem.size):
             here = self.present[rows, boat]
             if self._problem.placed:
-                self._put(boat, rows[here], np.array([own[boat] for own in spots]).reshape(-1, 4)[here])
+                self._launch(boat, rows[here], np.array([own[boat] for own in spots]).reshape(-1, 4)[here])
             self._park(boat, rows[~here])
 
     def due(self, steps: IntArray) -> BoolArray:
@@ -111,7 +111,7 @@ class Roster:
         for row, boat in np.argwhere(waiting).tolist():
             spot = self._free(row, boat, team, joined[row], generators[row])
             if spot is not None:
-                self._put(boat, np.array([row]), np.array([spot]))
+                self._launch(boat, np.array([row]), np.array([spot]))
                 team.x[row, boat], team.y[row, boat] = spot[:2]
                 joined[row, boat], self._joins[row, boat] = True, 0
         self.present |= joined
@@ -127,7 +127,7 @@ class Roster:
     def _park(self, boat: int, rows: IntArray) -> None:
         """Put a boat of some rows out of sight."""
         place = _AWAY + _BESIDE * boat, _AWAY, 0.0, 0.0
-        self._put(boat, rows, np.array([place] * len(rows)))
+        self._launch(boat, rows, np.array([place] * len(rows)))
 
     def _draw(self, row: int, random: np.random.Generator, joining: float, leaving: float) -> None:
         boats, half = self.present.shape[1], max(1, self._most // 2)
@@ -145,12 +145,14 @@ class Roster:
                 return spot
         return None
 
-    def _put(self, boat: int, rows: IntArray, spots: FloatArray) -> None:
+    def _launch(self, boat: int, rows: IntArray, spots: FloatArray) -> None:
         if len(rows):
             self._lost_boats.launch(boat, rows, spots)
 
 
 Floats32 = npt.NDArray[np.float32]
+Info = dict[str, Any]
+"""Facts about a step or an episode, as Gymnasium's `info`."""
 BOUND = 5.0
 """Observations are clipped to this either way, in their units."""
 LEAST_LEFT = 100
@@ -214,7 +216,7 @@ class Environment:
 
         The other arguments are those of `VectorEnv`; `size` is the width and height of the pictures.
         """
-        compiled = _compiled(problem, n, world, fleet, team)
+        compiled = _world_of(problem, n, world, fleet, team)
         self.batch = RefereedRow(compiled) if problem == SCORE else Batch(compiled, n, threads=threads)
         self.problem = PROBLEMS[problem](self.batch)
         self.most = step_limit(duration, max_episode_steps, self.problem.duration)
@@ -226,15 +228,14 @@ class Environment:
         self.generators, self.picture = Generators(n), Picture(compiled, *size)
         self.steps, self._last = np.zeros(n, np.int64), np.zeros((n, self.problem.size, self.actions.most), np.float32)
         self._neighbours = None if team is None else Neighbours(n, self.problem.size, team.view)
+        seen = () if team is None else team.view.entries()
         if team is None:
             previous = [f"previous action: {name}" for _, name in self.batch.channels]
         else:  # the same number may be another channel of another boat
             previous = [f"previous action {k + 1}" for k in range(self.actions.most)]
-        entries = (*self.problem.entries, *(() if team is None else team.view.entries()))
-        units = [[f"{entry.name} in units of {entry.scale:g}" for entry in part] for part in (OWN, entries)]
-        self.observation_names = (*units[0], *previous, *units[1])
-        scales = [entry.scale for entry in OWN], np.ones(len(previous)), [entry.scale for entry in entries]
-        self._scales = np.concatenate(scales)
+        entries = (*OWN, *map(Entry, previous), *self.problem.entries, *seen)
+        self.observation_names = tuple(entry.label for entry in entries)
+        self._scales = np.array([entry.scale or 1.0 for entry in entries])
 
     def reset(self, rows: BoolArray, seed: Seeds) -> Floats32:
         """Begin an episode in some rows, (n,), and observe all.
@@ -263,9 +264,9 @@ class Environment:
         if self._neighbours is not None:
             self._neighbours.begin(rows, keys, team)
 
-    def begun(self, rows: BoolArray) -> dict[str, Any]:
+    def episode_info(self, rows: BoolArray) -> Info:
         """`info` for the rows whose episodes have just begun: what was drawn for them."""
-        return masked(self.problem.drawn() | self.variety.facts(), rows) if rows.any() else {}
+        return row_info(self.problem.episode_facts() | self.variety.facts(), rows) if rows.any() else {}
 
     def step(self, actions: Floats32) -> Outcome:
         """Apply checked actions, (n, boats, channels), for 0.1 s; rows without boats begin an episode instead."""
@@ -277,7 +278,7 @@ class Environment:
         forfeit = self.problem.forfeit(np.maximum(self._horizon - self.steps, LEAST_LEFT))
         diverged = self._advance(np.flatnonzero(going))
         counts = acted & ~diverged[:, None]
-        sunk, capsized = self.lost_boats.sunk() & counts, self.lost_boats.capsized() & counts
+        sunk, capsized = self.lost_boats.sunk_boats() & counts, self.lost_boats.capsized_boats() & counts
         team = self.team()
         judged = self.problem.judge(team, going)
         self.steps += going
@@ -285,16 +286,20 @@ class Environment:
         ended = acted & (judged.ended | gone)
         cut = acted & ((self.steps >= self.most)[:, None] | self.roster.due(self.steps))
         own = np.where(gone, -forfeit, np.where(acted, judged.own, 0.0))
-        shared = own[:, 0] if self._neighbours is None else _shared(judged, own, forfeit, gone, acted, diverged)
+        shared = own[:, 0] if self._neighbours is None else _team_reward(judged, own, forfeit, gone, acted, diverged)
         over = ended | cut
         if self._neighbours is not None:
-            team = self._joined(team, np.asarray((acted & ~over).any(axis=1)))
+            team = self._team_after_joining(team, np.asarray((acted & ~over).any(axis=1)))
             self._neighbours.note(going, team)
         observation = self._observe(team)
-        facts = self.problem.facts()
+        facts = self.facts()
         self.roster.dismiss(over)
         losses = {"diverged": diverged, "sunk": sunk, "capsized": capsized}
         return Outcome(observation, own, shared, ended, cut, acted, ~going, losses, facts)
+
+    def facts(self) -> dict[str, npt.NDArray[np.generic]]:
+        """The problem's facts, (n,) or (n, boats) each."""
+        return {name: values.copy() for name, values in self.problem.facts().items()}
 
     def observe(self) -> Floats32:
         """What all boats observe now, (n, boats, features)."""
@@ -320,13 +325,39 @@ class Environment:
             self.batch.step(self.actions.commands(self._last[rows]), duration=PERIOD, rows=rows)
         return self.batch.diverged.copy()
 
-    def _joined(self, team: Team, rows: BoolArray) -> Team:
+    def _team_after_joining(self, team: Team, rows: BoolArray) -> Team:
         """The team after boats have joined some rows, (n,)."""
         joined = self.roster.join(self.steps, rows, team, self.generators.of(np.arange(len(rows))))
         if joined.any():
             team = self.team()
             self.problem.begin(joined, team)
         return team
+
+
+class ProblemRows:
+    """What both vector environments have."""
+
+    closed = False
+    """Whether `close` was called."""
+    _core: Environment
+
+    @property
+    def observation_names(self) -> tuple[str, ...]:
+        """Names of the features of an observation, with their units."""
+        return self._core.observation_names
+
+    def _check_open(self) -> None:
+        """gymnasium.error.ClosedEnvironmentError: the environment is closed."""
+        if self.closed:
+            raise gymnasium.error.ClosedEnvironmentError("the environment is closed")
+
+    def _check_going(self, advice: str | None = None) -> None:
+        """gymnasium.error.ResetNeeded: no episode has begun, or one has ended where there is advice how to reset it."""
+        self._check_open()
+        self._core.generators.check_begun()
+        ended = np.flatnonzero(~self._core.roster.present.any(axis=1))
+        if advice is not None and len(ended):
+            raise gymnasium.error.ResetNeeded(f"the episodes of rows {ended[:5].tolist()} have ended{advice}")
 
 
 class Actions:
@@ -348,7 +379,7 @@ class Actions:
         wanted = actions.reshape(-1, self._has.size).take(self._places, axis=1).astype(np.float64)
         return np.where(wanted < 0.0, wanted * self._limits[:, 0], wanted * self._limits[:, 1])
 
-    def checked(self, actions: npt.ArrayLike, present: BoolArray, shape: tuple[int, ...] | None = None) -> Floats32:
+    def array(self, actions: npt.ArrayLike, present: BoolArray, shape: tuple[int, ...] | None = None) -> Floats32:
         """Actions (n, boats, most), zero for absent boats and where a boat has no channel; given so, or in `shape`.
 
         Raises:
@@ -369,9 +400,9 @@ class Actions:
         return np.where(counts, given, np.float32(0.0))
 
 
-def masked(facts: Mapping[str, npt.NDArray[np.generic]], rows: BoolArray) -> dict[str, Any]:
+def row_info(facts: Mapping[str, npt.NDArray[np.generic]], rows: BoolArray) -> Info:
     """`info` for the facts of some rows, (n, ...): zeros for other rows, a mask `_NAME` beside each; {} for no row."""
-    info: dict[str, Any] = {}
+    info: Info = {}
     if rows.any():
         for name, value in facts.items():
             wide = rows.reshape(-1, *[1] * (value.ndim - 1))
@@ -379,15 +410,15 @@ def masked(facts: Mapping[str, npt.NDArray[np.generic]], rows: BoolArray) -> dic
     return info
 
 
-def _shared(
+def _team_reward(
     judged: Judged, own: FloatArray, forfeit: FloatArray, lost: BoolArray, acted: BoolArray, diverged: BoolArray
 ) -> FloatArray:
     """(n,): the team's reward, less what its lost boats forfeit; where all are lost, the mean of that."""
-    paid = judged.shared(acted) - mean_of(np.where(lost, judged.own + forfeit, 0.0), acted)
+    paid = judged.team_reward(acted) - mean_of(np.where(lost, judged.own + forfeit, 0.0), acted)
     return np.where(acted.any(axis=1), np.where(diverged, mean_of(own, acted), paid), 0.0)
 
 
-def _compiled(problem: str, n: int, world: Source | None, fleet: Source | None, team: TeamOptions | None) -> World:
+def _world_of(problem: str, n: int, world: Source | None, fleet: Source | None, team: TeamOptions | None) -> World:
     """The world of a problem.
 
     Raises:
@@ -416,6 +447,6 @@ def _compiled(problem: str, n: int, world: Source | None, fleet: Source | None, 
     return compiled
 
 
-def _line_of(boats: Any) -> Source:
+def _line_of(boats: int) -> Source:
     check_count("boats", boats)
     return {"usv_count": int(boats), "layout": "line", "spacing": _SPACING, "origin": "spawn", "sensors": "none"}

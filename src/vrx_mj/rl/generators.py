@@ -19,7 +19,7 @@ Seeds = int | Sequence[int | None] | None
 Range = float | Sequence[float] | None
 """A number, or the least and the greatest of which one is drawn evenly; None: as the world has it."""
 
-_LARGEST = 1e6
+_GREATEST = 1e6
 """Greatest value of anything that is varied, in its unit."""
 _PERIODS = (0.8, 1.4)
 """Factor of the waves' periods by default: from 4 to 7 s where the world has 5."""
@@ -27,14 +27,14 @@ _BAND = (0.5, 1.2)
 """Factor of the width of the waves' band by default."""
 _SPREAD = (0.0, 1.5)
 """Factor of the spread of the waves' directions by default."""
-_TURN = (-np.pi, np.pi)
+_FULL_TURN = (-np.pi, np.pi)
 """Any direction or phase [rad]."""
 VARIED: Mapping[str, Range] = {
     "wind_speed": None, "gusts": None, "waves": None, "wave_period": _PERIODS, "wave_band": _BAND,
-    "wave_direction": _TURN, "wave_spread": _SPREAD, "wave_phase": _TURN, "mass": None, "thrust": None,
+    "wave_direction": _FULL_TURN, "wave_spread": _SPREAD, "wave_phase": _FULL_TURN, "mass": None, "thrust": None,
 }  # fmt: skip
 """What can be varied, and its range by default."""
-_LEAST = {"wave_direction": -_LARGEST, "wave_phase": -_LARGEST, "mass": 1e-3, "wave_period": 1e-3}
+_LEAST = {"wave_direction": -_GREATEST, "wave_phase": -_GREATEST, "mass": 1e-3, "wave_period": 1e-3}
 """Least values of what is varied where they are not 0."""
 
 
@@ -51,7 +51,7 @@ class Generators:
             raise gymnasium.error.ResetNeeded("call reset() before step() or render()")
 
     def of(self, rows: IntArray) -> list[np.random.Generator]:
-        """Those of some rows."""
+        """Generators of some rows."""
         return [self._random[row] for row in rows.tolist()]
 
     def seed(self, rows: IntArray, seed: Seeds) -> None:
@@ -62,7 +62,7 @@ class Generators:
         """
         if seed is None and self._random:
             return
-        seeds = _each(seed, self._n)
+        seeds = _seeds_of_rows(seed, self._n)
         wanted = [row for row in rows.tolist() if seeds[row] is not None] if self._random else range(self._n)
         fresh = {row: seeding.np_random(seeds[row])[0] for row in wanted}
         self._random = [fresh[row] if row in fresh else self._random[row] for row in range(self._n)]
@@ -74,7 +74,7 @@ class Generators:
         self._random[row] = random
 
 
-def _each(seed: object, n: int) -> list[int | None]:
+def _seeds_of_rows(seed: object, n: int) -> list[int | None]:
     """The seed of each row."""
     if seed is None or isinstance(seed, int | np.integer):
         given: list[Any] = [None if seed is None else int(seed) + row for row in range(n)]
@@ -101,9 +101,9 @@ class Variety:
         Raises:
             gymnasium.error.Error: a name or a range is invalid, or a boat with so much mass does not float upright.
         """
-        strange = [name for name in given if name not in VARIED]
-        if strange:
-            raise gymnasium.error.Error(f"{problem} has no option {strange[0]}")
+        unknown = [name for name in given if name not in VARIED]
+        if unknown:
+            raise gymnasium.error.Error(f"{problem} has no option {unknown[0]}")
         if isinstance(rows, RefereedRow) and given:
             raise gymnasium.error.Error(f"{problem} has no option {next(iter(given))}: its world cannot be varied")
         ranges = {**VARIED, **given} if isinstance(rows, Batch) else {}
@@ -111,7 +111,7 @@ class Variety:
         if isinstance(rows, Batch) and "mass" in self._ranges:
             _check_mass(rows, ranges["mass"], self._ranges["mass"][1])
         if "wind_speed" in self._ranges:
-            self._ranges["wind_direction"] = _TURN
+            self._ranges["wind_direction"] = _FULL_TURN
         self._rows, self._waves = rows, len(rows.waves(0))
         self._drawn = {name: np.zeros((rows.n, *self._shape(name))) for name in self._ranges}
 
@@ -131,7 +131,7 @@ class Variety:
 
     def facts(self) -> dict[str, npt.NDArray[np.generic]]:
         """What was drawn last, by the names of the options, (n,) or, of phases, (n, waves)."""
-        return {name: values.copy() for name, values in self._drawn.items()}
+        return dict(self._drawn)
 
 
 def _range(name: str, value: object) -> tuple[float, float]:
@@ -139,8 +139,8 @@ def _range(name: str, value: object) -> tuple[float, float]:
         value = value.tolist()
     pair = tuple(value) if isinstance(value, Sequence) else (value, value)
     least = _LEAST.get(name, 0.0)
-    if len(pair) != 2 or not all(map(is_number, pair)) or not least <= pair[0] <= pair[1] <= _LARGEST:
-        number = "a number" if least == -_LARGEST else f"a number of {least:g} or more"
+    if len(pair) != 2 or not all(map(is_number, pair)) or not least <= pair[0] <= pair[1] <= _GREATEST:
+        number = "a number" if least == -_GREATEST else f"a number of {least:g} or more"
         raise gymnasium.error.Error(f"invalid {name} {shown(value)}: {number}, or a pair (least, greatest), is needed")
     return float(pair[0]), float(pair[1])
 

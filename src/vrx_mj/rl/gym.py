@@ -13,15 +13,15 @@ from vrx_mj.arguments import check_name
 from vrx_mj.arrays import BoolArray, ByteArray, FloatArray
 from vrx_mj.errors import shown
 from vrx_mj.mjcf.compile import Source
-from vrx_mj.rl.environment import BOUND, Environment, Floats32, masked
+from vrx_mj.rl.environment import BOUND, Environment, Floats32, Info, ProblemRows, row_info
 from vrx_mj.rl.generators import Range, Seeds
 from vrx_mj.rl.options import PERIOD, as_actions, check_count, check_picture, episode_steps, reset_options, row_mask
 from vrx_mj.rl.problems import ALONE, PROBLEMS
 
-_Arrays = tuple[Floats32, FloatArray, BoolArray, BoolArray, dict[str, Any]]
+_Arrays = tuple[Floats32, FloatArray, BoolArray, BoolArray, Info]
 
 
-class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]):
+class VectorEnv(ProblemRows, gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]):
     """`num_envs` worlds with one boat and one problem each; row i equals an `Env` with the seed of row i exactly.
 
     Action, (num_envs, channels), float32 in [-1, 1]: every thrust as a share of full power ahead or astern, then every
@@ -103,12 +103,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
         self._films: list[list[ByteArray]] = [[] for _ in range(num_envs)]
         self._all = np.ones((num_envs, 1), np.bool_)
 
-    @property
-    def observation_names(self) -> tuple[str, ...]:
-        """Names of the features of an observation, with their units."""
-        return self._core.observation_names
-
-    def reset(self, *, seed: Seeds = None, options: dict[str, Any] | None = None) -> tuple[Floats32, dict[str, Any]]:
+    def reset(self, *, seed: Seeds = None, options: dict[str, Any] | None = None) -> tuple[Floats32, Info]:
         """Begin an episode in every row.
 
         Args:
@@ -123,7 +118,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
         rows = row_mask("reset_mask", reset_options(options, "reset_mask").get("reset_mask"), self.num_envs)
         observation = self._core.reset(rows, seed)[:, 0]
         self._film(rows, rows)
-        return observation, self._core.begun(rows)
+        return observation, self._core.episode_info(rows)
 
     def step(self, actions: npt.ArrayLike) -> _Arrays:
         """Apply an action for 0.1 s in every row; with NEXT_STEP, rows whose episodes have ended are reset instead.
@@ -132,19 +127,23 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
             gymnasium.error.InvalidAction: the shape is wrong, or a number is not finite or outside [-1, 1].
             gymnasium.error.ResetNeeded: no episode has begun, or, with DISABLED, one has ended.
         """
-        self._check_open()
-        outcome = self._core.step(self._checked(actions))
+        disabled = self._mode is AutoresetMode.DISABLED
+        self._check_going(" or have not begun: reset them with options={'reset_mask': ...}" if disabled else None)
+        core = self._core
+        outcome = core.step(core.actions.array(actions, self._all, self.action_space.shape))
         observation, reward = outcome.observation[:, 0], outcome.own[:, 0]
         done, cut = outcome.ended[:, 0], outcome.cut[:, 0]
-        facts = {name: _of_boat(value) for name, value in (outcome.facts | outcome.losses).items()}
+        facts = {
+            name: value[:, 0] if value.ndim > 1 else value for name, value in (outcome.facts | outcome.losses).items()
+        }
         begun, over = outcome.idle, done | cut
-        info = masked(facts, ~begun)
+        info = row_info(facts, ~begun)
         if self._mode is AutoresetMode.SAME_STEP and over.any():
-            info, begun = masked(facts, ~over) | _final(facts, observation, over), over
-            self._core.begin(np.flatnonzero(over))
-            observation = self._core.observe()[:, 0]
+            info, begun = row_info(facts, ~over) | _final(facts, observation, over), over
+            core.begin(np.flatnonzero(over))
+            observation = core.observe()[:, 0]
         self._film(begun)
-        return observation, reward, done, cut, info | self._core.begun(begun)
+        return observation, reward, done, cut, info | core.episode_info(begun)
 
     def render(self) -> tuple[Any, ...] | None:
         """Picture (height, width, 3) of each row, from behind and above its boat; None without `render_mode`.
@@ -155,7 +154,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
         if self.render_mode is None:
             gymnasium.logger.warn("render() needs render_mode='rgb_array' when the environment is made")
             return None
-        self._core.generators.check_begun()
+        self._check_going()
         if self.render_mode == "rgb_array":
             return tuple(map(self._picture, range(self.num_envs)))
         films, self._films = tuple(self._films), [[] for _ in self._films]
@@ -181,22 +180,6 @@ class VectorEnv(gymnasium.vector.VectorEnv[Floats32, Floats32, npt.NDArray[Any]]
                 self._films[row] = [] if begun[row] else self._films[row]
                 self._films[row].append(self._picture(row))
 
-    def _checked(self, actions: npt.ArrayLike) -> Floats32:
-        """Actions (num_envs, 1, channels)."""
-        self._core.generators.check_begun()
-        present = self._core.roster.present
-        if self._mode is AutoresetMode.DISABLED and not present.all():
-            ended = np.flatnonzero(~present[:, 0])
-            text = "reset them with options={'reset_mask': ...}"
-            raise gymnasium.error.ResetNeeded(
-                f"the episodes of rows {ended[:5].tolist()} have ended or have not begun: {text}"
-            )
-        return self._core.actions.checked(actions, self._all, self.action_space.shape)
-
-    def _check_open(self) -> None:
-        if self.closed:
-            raise gymnasium.error.ClosedEnvironmentError("the environment is closed")
-
 
 class Env(gymnasium.Env[Floats32, Floats32]):
     """One boat and one problem; actions, observations, rewards and options are those of `VectorEnv`.
@@ -219,9 +202,7 @@ class Env(gymnasium.Env[Floats32, Floats32]):
         """Names of the features of an observation, with their units."""
         return self._rows.observation_names
 
-    def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Floats32, dict[str, Any]]:
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Floats32, Info]:
         """Begin an episode; UnknownNameError: there are no `options`, an episode is drawn from its seed alone."""
         reset_options(options)
         super().reset(seed=seed, options=options)
@@ -231,7 +212,7 @@ class Env(gymnasium.Env[Floats32, Floats32]):
         self._ended = False
         return observation[0], _alone(info)
 
-    def step(self, action: npt.ArrayLike) -> tuple[Floats32, SupportsFloat, bool, bool, dict[str, Any]]:
+    def step(self, action: npt.ArrayLike) -> tuple[Floats32, SupportsFloat, bool, bool, Info]:
         """Apply an action for 0.1 s; errors are those of `VectorEnv.step`."""
         if self._ended and not self._rows.closed:
             raise gymnasium.error.ResetNeeded("the episode has ended: call reset()")
@@ -277,23 +258,18 @@ def _reset_mode(mode: object) -> AutoresetMode:
         raise gymnasium.error.Error(f"invalid autoreset_mode {shown(mode)}: one of {known} is needed") from None
 
 
-def _alone(info: dict[str, Any]) -> dict[str, Any]:
+def _alone(info: Info) -> Info:
     """`info` of the only row: plain numbers, and copies of arrays."""
     own = {name: value[0] for name, value in info.items() if not name.startswith("_")}
     return {name: value.copy() if np.ndim(value) else value.item() for name, value in own.items()}
 
 
-def _of_boat(value: npt.NDArray[np.generic]) -> npt.NDArray[Any]:
-    """A fact of the only boat of each row, (n,)."""
-    return value[:, 0] if value.ndim > 1 else value
-
-
-def _final(facts: Mapping[str, npt.NDArray[np.generic]], observation: Floats32, ended: BoolArray) -> dict[str, Any]:
+def _final(facts: Mapping[str, npt.NDArray[np.generic]], observation: Floats32, ended: BoolArray) -> Info:
     """`info` for the last observations and facts of the rows whose episodes have just ended, (n,); None for others."""
     seen = np.full(len(observation), None, object)
     for row in np.flatnonzero(ended).tolist():
         seen[row] = observation[row].copy()
-    facts_of_ended = masked(facts, ended)
+    facts_of_ended = row_info(facts, ended)
     return {"final_obs": seen, "_final_obs": ended.copy(), "final_info": facts_of_ended, "_final_info": ended.copy()}
 
 

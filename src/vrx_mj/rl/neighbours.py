@@ -101,7 +101,7 @@ def _seen_from(team: Team, reported: FloatArray) -> FloatArray:
     own_east, own_north = team.velocity()
     turn = yaw - wide.yaw
     ahead, port = wide.toward(x, y)
-    faster, aside = wide.turned(east - own_east[:, :, None], north - own_north[:, :, None])
+    faster, aside = wide.body_axes(east - own_east[:, :, None], north - own_north[:, :, None])
     return np.stack((np.ones_like(x), ahead, port, np.sin(turn), np.cos(turn), faster, aside), axis=-1)
 
 

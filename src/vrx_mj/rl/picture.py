@@ -46,7 +46,7 @@ class Picture:
         x, y, _, w, qx, qy, z = rows.features[row, 0, :7]
         yaw = float(np.arctan2(2 * (w * z + qx * qy), 1 - 2 * (qy * qy + z * z)))
         place = np.array([x - _BEHIND * np.cos(yaw), y - _BEHIND * np.sin(yaw), _ABOVE])
-        return self._drawn(rows, row, place, (0.0, _DOWN, yaw))
+        return self._image(rows, row, place, (0.0, _DOWN, yaw))
 
     def from_south(self, rows: Rows, row: int, present: BoolArray) -> ByteArray:
         """The picture (height, width, 3) of a row, from the south, with all boats that are present, (boats,)."""
@@ -55,9 +55,9 @@ class Picture:
         away = _NEAREST + _ROOM * 0.5 * float(np.hypot(*(high - low)))
         x, y = (low + high) / 2.0
         place = np.array([x, y - away * np.cos(_PITCH), away * np.sin(_PITCH)])
-        return self._drawn(rows, row, place, (0.0, _PITCH, np.pi / 2))
+        return self._image(rows, row, place, (0.0, _PITCH, np.pi / 2))
 
-    def _drawn(self, rows: Rows, row: int, place: FloatArray, turned: tuple[float, float, float]) -> ByteArray:
+    def _image(self, rows: Rows, row: int, place: FloatArray, turned: tuple[float, float, float]) -> ByteArray:
         """The picture from a place (3,) [m], by the camera's roll, pitch and yaw [rad]; x is forward."""
         if self._model is None:
             self._model = drawing_model(self._world)

@@ -22,8 +22,23 @@ class Entry(NamedTuple):
     """A number that is observed."""
 
     name: str
-    scale: float
-    """It is observed in this unit."""
+    scale: float | None = None
+    """Unit in which it is observed; None: as it is."""
+
+    @property
+    def label(self) -> str:
+        """Name with the unit."""
+        return self.name if self.scale is None else f"{self.name} in units of {self.scale:g}"
+
+
+def point(name: str, unit: float) -> tuple[Entry, Entry]:
+    """Where a point is from a boat, [m] in a unit."""
+    return Entry(f"{name} ahead [m]", unit), Entry(f"{name} to port [m]", unit)
+
+
+def turn_to(name: str) -> tuple[Entry, Entry]:
+    """How far a boat has to turn to a direction."""
+    return Entry(f"sine of the turn to {name}", 1.0), Entry(f"cosine of the turn to {name}", 1.0)
 
 
 OWN = (
@@ -60,9 +75,9 @@ class Team(NamedTuple):
 
     def toward(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Where points are, ahead and to port [m] of each boat; they broadcast with (n, boats)."""
-        return self.turned(x - self.x, y - self.y)
+        return self.body_axes(x - self.x, y - self.y)
 
-    def turned(self, east: FloatArray, north: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def body_axes(self, east: FloatArray, north: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Vectors of the world in each boat's axes, ahead and to port."""
         return _along(east, north, self.yaw)
 
@@ -81,15 +96,27 @@ class Judged(NamedTuple):
     team: FloatArray | None = None
     """(n,): the reward of the team; None: the mean of the boats' rewards."""
 
-    def shared(self, who: BoolArray) -> FloatArray:
+    def team_reward(self, who: BoolArray) -> FloatArray:
         """The reward of the team, (n,), of which these boats, (n, boats), are present."""
         return mean_of(self.own, who) if self.team is None else self.team
+
+
+def open_water(**more: object) -> dict[str, Any]:
+    """A world without a shore, with gusts and waves, grown at the start already; the wind acts on boats."""
+    return {
+        "extends": "ocean",
+        "description": "open water with waves and wind",
+        "sea": {"model": "pms", "number": 3, "scale": 1.5, "gain": 0.2, "period": 5, "direction": [1, 0.5],
+                "angle": 0.4, "tau": 0},
+        "wind": {"direction": 0, "mean_velocity": 0, "var_gain": 1, "var_time": 5,
+                 "objects": [{"model": "wamv", "coefficients": [0.5, 0.5, 0.33]}]},
+    } | more  # fmt: skip
 
 
 class Problem(ABC):
     """A task for the boats of `n` worlds; each boat also observes its own motion and its neighbours."""
 
-    world: ClassVar[Mapping[str, Any]]
+    world: ClassVar[Mapping[str, Any]] = open_water()
     """What is compiled, unless the environment's options name another world."""
     duration: float
     """Duration of an episode [s], after which it is truncated."""
@@ -129,10 +156,10 @@ class Problem(ABC):
 
     @abstractmethod
     def facts(self) -> dict[str, npt.NDArray[np.generic]]:
-        """Facts of a step for `info`, (n,) or (n, boats) each."""
+        """Facts of a step for `info`, (n,) or (n, boats) each; who keeps them copies them."""
 
-    def drawn(self) -> dict[str, npt.NDArray[np.generic]]:
-        """What `start` drew, (n, ...) each: goals and the like, for the `info` of an episode's beginning."""
+    def episode_facts(self) -> dict[str, npt.NDArray[np.generic]]:
+        """What `start` drew, (n, ...) each: for the `info` of an episode's beginning, which copies it."""
         return {}
 
     def forfeit(self, left: IntArray) -> FloatArray:
@@ -161,7 +188,7 @@ def _bow(qw: FloatArray, qx: FloatArray, qy: FloatArray, qz: FloatArray) -> tupl
     return 1 - 2 * (qy * qy + qz * qz), 2 * (qx * qy + qw * qz)
 
 
-def folded(angle: FloatArray) -> FloatArray:
+def wrap_angle(angle: FloatArray) -> FloatArray:
     """Angles [rad] within half a turn either way."""
     return angle - 2 * np.pi * np.round(angle / (2 * np.pi))
 
@@ -169,7 +196,7 @@ def folded(angle: FloatArray) -> FloatArray:
 def pose_error(team: Team, x: FloatArray, y: FloatArray, yaw: FloatArray) -> FloatArray:
     """VRX's error of a pose [m]: d + 0.75^d h, with d the distance [m] and h the difference of headings [rad]."""
     distance = np.hypot(x - team.x, y - team.y)
-    error: FloatArray = distance + 0.75**distance * np.abs(folded(yaw - team.yaw))
+    error: FloatArray = distance + 0.75**distance * np.abs(wrap_angle(yaw - team.yaw))
     return error
 
 
@@ -179,23 +206,11 @@ def mean_of(values: FloatArray, who: BoolArray) -> FloatArray:
     return mean
 
 
-def crowded(team: Team, distance: float = CLEAR) -> BoolArray:
+def boats_too_near(team: Team, distance: float = CLEAR) -> BoolArray:
     """(n, boats): which boats are nearer than `distance` [m] to another one."""
     gaps = np.hypot(team.x[:, :, None] - team.x[:, None], team.y[:, :, None] - team.y[:, None])
     both = team.present[:, :, None] & team.present[:, None] & ~np.eye(team.x.shape[1], dtype=np.bool_)
     return np.asarray(((gaps < distance) & both).any(axis=2))
-
-
-def open_water(**more: object) -> dict[str, Any]:
-    """A world without a shore, with gusts and waves, grown at the start already; the wind acts on boats."""
-    return {
-        "extends": "ocean",
-        "description": "open water with waves and wind",
-        "sea": {"model": "pms", "number": 3, "scale": 1.5, "gain": 0.2, "period": 5, "direction": [1, 0.5],
-                "angle": 0.4, "tau": 0},
-        "wind": {"direction": 0, "mean_velocity": 0, "var_gain": 1, "var_time": 5,
-                 "objects": [{"model": "wamv", "coefficients": [0.5, 0.5, 0.33]}]},
-    } | more  # fmt: skip
 
 
 def _along(east: FloatArray, north: FloatArray, course: FloatArray) -> tuple[FloatArray, FloatArray]:

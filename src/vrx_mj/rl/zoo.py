@@ -3,7 +3,7 @@
 `ParallelEnv("Formation")`, `TeamVectorEnv("Formation", 256)`.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar
 
 import gymnasium
@@ -15,7 +15,7 @@ from vrx_mj.arrays import BoolArray, ByteArray, FloatArray
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.mjcf.compile import Source
 from vrx_mj.packages import importing
-from vrx_mj.rl.environment import BOUND, Environment, Floats32, TeamOptions
+from vrx_mj.rl.environment import BOUND, Environment, Floats32, Info, ProblemRows, TeamOptions
 from vrx_mj.rl.generators import Range, Seeds
 from vrx_mj.rl.options import (
     PERIOD,
@@ -36,15 +36,15 @@ with importing("vrx_mj.rl.zoo", "PettingZoo", "rl"):
     import pettingzoo
     from pettingzoo.utils.env_logger import EnvLogger
 
-_Infos = dict[str, dict[str, Any]]
+_Infos = dict[str, Info]
 _Step = tuple[dict[str, Floats32], dict[str, float], dict[str, bool], dict[str, bool], _Infos]
-_Arrays = tuple[Floats32, FloatArray, BoolArray, BoolArray, dict[str, Any]]
+_Arrays = tuple[Floats32, FloatArray, BoolArray, BoolArray, Info]
 _RENDER_MODES = ["human", "rgb_array"]
 _NOISE = (0.3, 0.1, 0.03)
 """Noise of what boats observe of each other, by default: places [m], velocities [m/s], headings [rad]."""
 
 
-class TeamVectorEnv:
+class TeamVectorEnv(ProblemRows):
     """`num_envs` worlds with a team and a problem each, as arrays; row i equals a `ParallelEnv` with its seed exactly.
 
     Action, (num_envs, boats, channels), float32 in [-1, 1]: every thrust of a boat as a share of full power ahead or
@@ -64,9 +64,6 @@ class TeamVectorEnv:
     A row in which all boats have ended begins another episode in the next step, which gives no rewards there, unless
     `autoreset` is false.
     """
-
-    closed = False
-    """Whether `close` was called."""
 
     def __init__(
         self,
@@ -136,11 +133,6 @@ class TeamVectorEnv:
         return self._core.batch.boats
 
     @property
-    def observation_names(self) -> tuple[str, ...]:
-        """Names of the features of an observation, with their units."""
-        return self._core.observation_names
-
-    @property
     def action_names(self) -> dict[str, tuple[str, ...]]:
         """Names of the channels of each boat's actions."""
         return self._core.actions.names
@@ -148,14 +140,14 @@ class TeamVectorEnv:
     @property
     def drawn_names(self) -> frozenset[str]:
         """Names of what `info` has for the whole of a row when its episode begins."""
-        return frozenset(self._core.problem.drawn()) | frozenset(self._core.variety.facts())
+        return frozenset(self._core.problem.episode_facts()) | frozenset(self._core.variety.facts())
 
     @property
     def present(self) -> BoolArray:
         """Whether each boat is present, (num_envs, boats)."""
         return self._core.roster.present.copy()
 
-    def reset(self, *, seed: Seeds = None, rows: npt.ArrayLike | None = None) -> tuple[Floats32, dict[str, Any]]:
+    def reset(self, *, seed: Seeds = None, rows: npt.ArrayLike | None = None) -> tuple[Floats32, Info]:
         """Begin an episode.
 
         Args:
@@ -168,7 +160,7 @@ class TeamVectorEnv:
         self._check_open()
         mask, core = row_mask("rows", rows, self.num_envs), self._core
         observation, acted = core.reset(mask, seed), np.zeros_like(core.roster.present)
-        return observation, core.problem.facts() | {"acted": acted, "present": self.present} | core.begun(mask)
+        return observation, core.facts() | {"acted": acted, "present": self.present} | core.episode_info(mask)
 
     def step(self, actions: npt.ArrayLike) -> _Arrays:
         """Apply the actions for 0.1 s.
@@ -177,19 +169,18 @@ class TeamVectorEnv:
             ActionError: the shape is wrong, or a number of a present boat is outside [-1, 1].
             gymnasium.error.ResetNeeded: no episode has begun, or, without `autoreset`, one has ended.
         """
-        self._check_open()
-        outcome = self._core.step(self._checked(actions))
+        self._check_going(None if self.autoreset else ": reset them with rows=...")
+        outcome = self._core.step(self._core.actions.array(actions, self._core.roster.present))
         mixed = self._share * outcome.shared[:, None] + (1.0 - self._share) * outcome.own
         reward = np.where(outcome.acted, mixed, 0.0)
         info = outcome.facts | {"acted": outcome.acted, "present": self.present}
         info |= {"team_reward": outcome.shared, "own_reward": outcome.own} | outcome.losses
         cut = outcome.cut & ~outcome.ended
-        return outcome.observation, reward, outcome.ended, cut, info | self._core.begun(outcome.idle)
+        return outcome.observation, reward, outcome.ended, cut, info | self._core.episode_info(outcome.idle)
 
     def render(self) -> tuple[ByteArray, ...]:
         """Picture (height, width, 3) of each row, from the south, of the whole team."""
-        self._check_open()
-        self._core.generators.check_begun()
+        self._check_going()
         picture, batch = self._core.picture, self._core.batch
         return tuple(picture.from_south(batch, row, here) for row, here in enumerate(self._core.roster.present))
 
@@ -197,21 +188,6 @@ class TeamVectorEnv:
         """Free the renderer; further calls have no effect."""
         self._core.picture.close()
         self.closed = True
-
-    # Inside
-
-    def _checked(self, actions: npt.ArrayLike) -> Floats32:
-        self._core.generators.check_begun()
-        present = self._core.roster.present
-        ended = np.flatnonzero(~present.any(axis=1))
-        if not self.autoreset and len(ended):
-            text = f"the episodes of rows {ended[:5].tolist()} have ended: reset them with rows=..."
-            raise gymnasium.error.ResetNeeded(text)
-        return self._core.actions.checked(actions, present)
-
-    def _check_open(self) -> None:
-        if self.closed:
-            raise gymnasium.error.ClosedEnvironmentError("the environment is closed")
 
 
 class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ignore[misc]
@@ -328,7 +304,7 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
 
     # Inside
 
-    def _note(self, seen: Floats32, info: dict[str, Any]) -> list[str]:
+    def _note(self, seen: Floats32, info: Info) -> list[str]:
         """Keep what was observed, and which boats go on."""
         self._seen = seen[0]
         here = zip(self.possible_agents, info["present"][0].tolist(), strict=True)
@@ -339,7 +315,7 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
         own: Floats32 = self._seen[self.possible_agents.index(boat)].copy()
         return own
 
-    def _facts(self, boats: list[str], info: dict[str, Any]) -> _Infos:
+    def _facts(self, boats: list[str], info: Info) -> _Infos:
         """`info` of each boat: its own facts, and those of the whole world."""
         own = {name: value[0] for name, value in info.items() if name not in {"acted", "present"} and name[0] != "_"}
         whole = self._rows.drawn_names
@@ -377,9 +353,8 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
         if self.render_mode == "human":
             self.render()
 
-    def _check_begun(self, complain: Any) -> None:
-        if self._rows.closed:
-            raise gymnasium.error.ClosedEnvironmentError("the environment is closed")
+    def _check_begun(self, complain: Callable[[], None]) -> None:
+        self._rows._check_open()
         if not self._begun:
             complain()
 

@@ -22,7 +22,7 @@ from vrx_mj.ros.table.localization import Source
 from vrx_mj.ros.table.vrx3 import PACKAGES
 from vrx_mj.runtime.limits import process_memory
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.signals import handled
+from vrx_mj.signals import handle_signals
 
 _KB, _MB = 1e3, 1e6
 
@@ -197,7 +197,7 @@ def serve(
     network, inbox, ending = Network(), Inbox(), threading.Event()
     try:
         transports = [*_transports(network, inbox, wanted, ending), *extra]
-        with _open(transports) as lines, handled(("SIGINT", "SIGTERM"), lambda _: ending.set()):
+        with _open(transports) as lines, handle_signals(("SIGINT", "SIGTERM"), lambda _: ending.set()):
             announcer = _Announcer(sim, transports, report)
             server = RosServer(
                 sim,

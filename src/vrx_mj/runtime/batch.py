@@ -14,9 +14,9 @@ import numpy.typing as npt
 from vrx_mj.arguments import as_number, check_kind, check_name, whole
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.errors import CommandError, DivergedError, shown
-from vrx_mj.exits import awaited, check_exit
+from vrx_mj.exits import check_exit, delays_exit
 from vrx_mj.frames import in_world_axes
-from vrx_mj.libmujoco import untimed
+from vrx_mj.libmujoco import without_timers
 from vrx_mj.mjcf.world import World
 from vrx_mj.physics.tables import Table
 from vrx_mj.runtime.bodies import write_pose
@@ -55,7 +55,7 @@ class Batch:
     A copy, also one that was pickled, continues as the original does, bit for bit.
     """
 
-    @awaited()
+    @delays_exit()
     def __init__(self, world: World, n: int, *, seed: int | Sequence[int] | None = None, threads: int | None = None):
         """Create the rows of a world.
 
@@ -255,7 +255,7 @@ class Batch:
             check_exit()
             count = min(left, max(1, int(_SLICE * self.threads / (self._pace * self.n))))
             begun = clock.perf_counter()
-            with untimed():
+            with without_timers():
                 self._pool.share(self.n, lambda first, last, count=count: self._advance(first, last, count))  # type: ignore[misc]
             left -= count
             if count:

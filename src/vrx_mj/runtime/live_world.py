@@ -12,7 +12,7 @@ import mujoco
 from vrx_mj.arguments import as_text, check_name
 from vrx_mj.errors import CommandError, DivergedError, StateError
 from vrx_mj.exits import check_exit
-from vrx_mj.libmujoco import untimed
+from vrx_mj.libmujoco import without_timers
 from vrx_mj.mjcf.drawing import drawing_model
 from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.bodies import FreeBodies
@@ -154,7 +154,7 @@ class LiveWorld:
             heard = min(self.subscriptions.steps(self.time), self.task_runner.steps(self.time))
             count = min(left, second, max(1, int(_SLICE / self._pace)), heard)
             begun = clock.perf_counter()
-            with untimed():
+            with without_timers():
                 done = int(self._loop(self._run.table, 0, self.time, timestep, count))
             if done < 0:
                 self._raise_divergence()

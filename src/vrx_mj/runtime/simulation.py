@@ -11,7 +11,7 @@ import mujoco
 from vrx_mj.arguments import as_flag, as_number, as_seed, as_text, check_kind, check_name, whole
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import CommandError, StateError, shown
-from vrx_mj.exits import awaited
+from vrx_mj.exits import delays_exit
 from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.commands import Commands
 from vrx_mj.runtime.forces import Forces, boat_forces
@@ -46,7 +46,7 @@ class Simulation(Roster):
     and changes of `model` are not copied.
     """
 
-    @awaited()
+    @delays_exit()
     def __init__(self, world: World, *, seed: int | None = None) -> None:
         check_kind("Simulation", world, World, "a World, as compile_world returns it")
         live = self._live = LiveWorld(world)
@@ -59,7 +59,7 @@ class Simulation(Roster):
     def __reduce__(self) -> tuple[type["Simulation"], tuple[World], tuple[World, State]]:
         return type(self), (self._live.first,), (self.world, self.get_state())
 
-    @awaited()
+    @delays_exit()
     def __setstate__(self, now: tuple[World, State]) -> None:
         if now[0].sha256 != self._live.first.sha256:
             self._live.bind(now[0], loop_arrays_of(now[0], self._live.physics_models))

@@ -23,7 +23,7 @@ from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.config.loading import fault_text
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import StateError, VrxError, first_names, shortened
-from vrx_mj.outputs import written
+from vrx_mj.outputs import atomic_write
 
 STATE_VERSION = 3
 _LONGEST = 1e9
@@ -169,7 +169,7 @@ class State:
             CommandError: `path` is not a path.
             StateError: the file cannot be written.
         """
-        with written(as_path("path", path), "the state", StateError) as file:
+        with atomic_write(as_path("path", path), "the state", StateError) as file:
             file.write_bytes(self.to_bytes())
 
     @staticmethod

@@ -83,7 +83,7 @@ class TaskRunner:
     @property
     def over(self) -> bool:
         """Whether there is no task, or it is finished."""
-        return self.referee is None or self.referee.finished
+        return self.referee is None or self.referee.is_over
 
     def steps(self, time: float) -> int:
         """Steps from `time` [s] to the next frame."""
@@ -94,7 +94,7 @@ class TaskRunner:
     def look(self, time: float) -> Decision | None:
         """Have the referee look at the present, `time` [s]; None unless a frame is due that was not looked at."""
         step = round(time / self._arrays.timestep)
-        if self.referee is None or self.referee.finished or step == self._seen or step % self._stride:
+        if self.referee is None or self.referee.is_over or step == self._seen or step % self._stride:
             return None
         self._seen = step
         row = np.concatenate(([time], *(self._pose(name) for name in self.layout.watched), self._arrays.touches))

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from vrx_mj.constants import EARLY
 from vrx_mj.model import tasks
 from vrx_mj.tasks.frame import Frame, TaskStatus
-from vrx_mj.tasks.rules import Outputs, Rules, RunningMean, SetPinger, TaskContext
+from vrx_mj.tasks.referee import Outputs, Referee, Rules
+from vrx_mj.tasks.rules import RunningMean, SetPinger
 
 _PINGER_PERIOD = 0.1
 """Least time between two messages of where the moving beacon is [s]; VRX's."""
@@ -32,6 +33,7 @@ class AcousticPerception(Rules):
     """
 
     title = "acoustic perception"
+    watches_early = True
     state: AcousticPerceptionState
 
     def __init__(self, task: tasks.AcousticPerception) -> None:
@@ -39,19 +41,19 @@ class AcousticPerception(Rules):
         self._boat, self._tolerance = task.boat, task.goal_tolerance
         self._pinger = (task.pinger.x, task.pinger.y, task.pinger.z)
 
-    def update(self, frame: Frame, context: TaskContext) -> None:
+    def update(self, frame: Frame, referee: Referee) -> None:
         """Look whether the boat is there."""
         own = self.state
         if own.distance is None:
-            context.act(SetPinger(self._boat, self._pinger))
+            referee.act(SetPinger(self._boat, self._pinger))
         boat = frame.poses[self._boat]
         own.distance = math.dist((boat.x, boat.y, boat.z), self._pinger)
-        context.set_score(context.status.elapsed)
+        referee.set_score(referee.status.elapsed)
         if own.distance <= self._tolerance:
-            context.log(
-                f"{self._boat} is {own.distance:.2f} m from the beacon: found after {context.status.elapsed:.2f} s"
+            referee.log(
+                f"{self._boat} is {own.distance:.2f} m from the beacon: found after {referee.status.elapsed:.2f} s"
             )
-            context.finish()
+            referee.finish()
 
     def timeout_score(self, status: TaskStatus) -> float | None:
         """The full time."""
@@ -80,15 +82,13 @@ class AcousticTracking(Rules):
         self._boat, self._pinger = task.boat, task.pinger
         self._height, self._penalty = task.pinger_depth, task.obstacle_penalty
 
-    def update(self, frame: Frame, context: TaskContext) -> None:
+    def update(self, frame: Frame, referee: Referee) -> None:
         """Take the distance of a frame into the mean, and have the beacon sound from where it is."""
-        if context.status.phase != "running":
-            return
         own, boat, pinger = self.state, frame.poses[self._boat], frame.poses[self._pinger]
         if frame.time >= own.due - EARLY:
             own.due = frame.time + _PINGER_PERIOD
-            context.act(SetPinger(self._boat, (pinger.x, pinger.y, self._height)))
-        context.set_score(own.add(math.hypot(pinger.x - boat.x, pinger.y - boat.y)))
+            referee.act(SetPinger(self._boat, (pinger.x, pinger.y, self._height)))
+        referee.set_score(own.add(math.hypot(pinger.x - boat.x, pinger.y - boat.y)))
 
     def timeout_score(self, status: TaskStatus) -> float | None:
         """The mean and the penalties, also those of collisions before the run began, as in VRX."""

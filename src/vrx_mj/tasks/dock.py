@@ -14,7 +14,8 @@ from vrx_mj.constants import EARLY
 from vrx_mj.errors import CommandError, StateError, shown
 from vrx_mj.model import tasks
 from vrx_mj.tasks.frame import Frame, Phase, Place, Pose, TaskStatus
-from vrx_mj.tasks.rules import LightUp, Outputs, Rules, ShowSymbol, TaskContext
+from vrx_mj.tasks.referee import Outputs, Referee, Rules
+from vrx_mj.tasks.rules import LightUp, ShowSymbol
 
 _TOPIC = "color_sequence"
 _Point = tuple[float, float, float]
@@ -101,6 +102,7 @@ class Docking(Rules):
     """
 
     title = "docking"
+    watches_early = True
     state: DockingState
 
     def __init__(self, task: tasks.Dock) -> None:
@@ -130,28 +132,28 @@ class Docking(Rules):
             "hits": own.hits,
         }
 
-    def enter(self, phase: Phase, frame: Frame, context: TaskContext) -> None:
+    def enter(self, phase: Phase, frame: Frame, referee: Referee) -> None:
         """Tell the placards their symbols, twice as VRX does; light the buoy and open the ears as it begins to run."""
         self.state.colors_open = phase == "running" and self._asks_colors
         if phase == "finished":
             return
         for bay in self._bays:
             if bay.placard is not None:
-                context.act(ShowSymbol(bay.placard, bay.symbol))
+                referee.act(ShowSymbol(bay.placard, bay.symbol))
         if phase == "running" and self._buoy is not None:
             first, second, third = self._colors
-            context.act(LightUp(self._buoy, (first, second, third)))
+            referee.act(LightUp(self._buoy, (first, second, third)))
 
-    def update(self, frame: Frame, context: TaskContext) -> None:
+    def update(self, frame: Frame, referee: Referee) -> None:
         """Listen, then look for balls in holes, then for the boat: all that falls into the last frame counts."""
         dock = frame.poses[self._anchor]
         for message in frame.messages:
             if message.topic == _TOPIC:
-                self._judge_colors(message.content, context)
+                self._judge_colors(message.content, referee)
         if self._holes:
-            self._follow_balls(frame, dock, context)
-        if self._early_zones or context.status.phase == "running":
-            self._follow_boat(frame, dock, context)
+            self._follow_balls(frame, dock, referee)
+        if self._early_zones or referee.status.phase == "running":
+            self._follow_boat(frame, dock, referee)
 
     def check(self, state: DockingState) -> None:
         """Every hit has all keys that teams see.
@@ -185,18 +187,18 @@ class Docking(Rules):
 
     # Inside
 
-    def _judge_colors(self, colors: Sequence[str], context: TaskContext) -> None:
+    def _judge_colors(self, colors: Sequence[str], referee: Referee) -> None:
         own = self.state
         if not own.colors_open:
-            context.log("colours ignored: they are accepted once, while the task runs", "WARN")
+            referee.log("colours ignored: they are accepted once, while the task runs", "WARN")
             return
         own.colors_open, own.colors = False, list(colors)
         right = own.colors == self._colors
         if right:
-            context.set_score(context.status.score + self._color_points)
-        context.log(f"colours {', '.join(colors)}: {f'right, {self._color_points:g} points' if right else 'wrong'}")
+            referee.set_score(referee.status.score + self._color_points)
+        referee.log(f"colours {', '.join(colors)}: {f'right, {self._color_points:g} points' if right else 'wrong'}")
 
-    def _follow_balls(self, frame: Frame, dock: Pose, context: TaskContext) -> None:
+    def _follow_balls(self, frame: Frame, dock: Pose, referee: Referee) -> None:
         """Look along the straight way of each ball since the frame before, as the dock sees it.
 
         A ball flies 0.4 m between frames, further than a small hole is long; gravity bends its way there by 3 mm. What
@@ -212,50 +214,50 @@ class Docking(Rules):
             if before != now:
                 for_points += [(ball, hole) for hole, box in self._holes if has_entered(box, before, now, reach)]
         own.seen = frame.time
-        if for_points and context.status.phase == "running":
+        if for_points and referee.status.phase == "running":
             ball, hole = for_points[-1]
-            self._reward(ball, hole, frame.time, context)
+            self._reward(ball, hole, frame.time, referee)
 
-    def _reward(self, ball: str, hole: tasks.Hole, time: float, context: TaskContext) -> None:
-        context.set_score(context.status.score + hole.points)
+    def _reward(self, ball: str, hole: tasks.Hole, time: float, referee: Referee) -> None:
+        referee.set_score(referee.status.score + hole.points)
         self.state.hits.append({"time": time, "ball": ball, "bay": hole.bay, "size": hole.size, "points": hole.points})
-        context.log(f"ball through the {hole.size} hole of {hole.bay}: {hole.points:g} points")
+        referee.log(f"ball through the {hole.size} hole of {hole.bay}: {hole.points:g} points")
 
-    def _follow_boat(self, frame: Frame, dock: Pose, context: TaskContext) -> None:
+    def _follow_boat(self, frame: Frame, dock: Pose, referee: Referee) -> None:
         own, place = self.state, relative(dock, frame.poses[self._boat])
         for bay in self._bays:
-            self._time_stay(bay, is_in(bay.internal, place), frame.time, context)
+            self._time_stay(bay, is_in(bay.internal, place), frame.time, referee)
         own.bay, came = next(iter(own.inside.items()), ("", frame.time))
         own.time_in_bay = frame.time - came
         for bay in self._bays:
             if bay.name in own.docked and is_in(bay.external, place):
-                self._back_out(bay, context)
+                self._back_out(bay, referee)
                 return
 
-    def _time_stay(self, bay: tasks.Bay, inside: bool, time: float, context: TaskContext) -> None:
+    def _time_stay(self, bay: tasks.Bay, inside: bool, time: float, referee: Referee) -> None:
         """Time the stay in a bay; a boat that leaves too early begins anew."""
         own, docked = self.state, bay.name in self.state.docked
         if inside and bay.name not in own.inside:
             own.inside[bay.name] = time
-            context.log(f"{self._boat} enters {bay.name}")
+            referee.log(f"{self._boat} enters {bay.name}")
         elif not inside and bay.name in own.inside:
             stay = time - own.inside.pop(bay.name)
             early = "" if docked else f", too early: {self._stay:g} s are needed"
-            context.log(f"{self._boat} leaves {bay.name} after {stay:.2f} s{early}", "INFO" if docked else "WARN")
+            referee.log(f"{self._boat} leaves {bay.name} after {stay:.2f} s{early}", "INFO" if docked else "WARN")
         if inside and not docked and time - own.inside[bay.name] >= self._stay - EARLY:
             own.docked.append(bay.name)
-            context.log(f"{self._boat} has docked in {bay.name}; points are given when it backs out")
+            referee.log(f"{self._boat} has docked in {bay.name}; points are given when it backs out")
 
-    def _back_out(self, bay: tasks.Bay, context: TaskContext) -> None:
+    def _back_out(self, bay: tasks.Bay, referee: Referee) -> None:
         """Give the points, if the task runs, and end it."""
         points = self._dock_points + (self._right_points if bay.dock_allowed else 0.0)
-        worth = f"{points:g} points" if context.status.phase == "running" else "no points before the task runs"
+        worth = f"{points:g} points" if referee.status.phase == "running" else "no points before the task runs"
         self.state.left = bay.name
-        context.set_score(context.status.score + points)
-        context.log(
+        referee.set_score(referee.status.score + points)
+        referee.log(
             f"{self._boat} backs out of {bay.name}, the {'right' if bay.dock_allowed else 'wrong'} bay: {worth}"
         )
-        context.finish()
+        referee.finish()
 
 
 def _colors(content: object) -> list[str]:

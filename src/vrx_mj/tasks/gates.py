@@ -10,11 +10,11 @@ from typing import Literal, NamedTuple
 
 from vrx_mj.model import tasks
 from vrx_mj.tasks.frame import Frame, Pose, TaskStatus
-from vrx_mj.tasks.rules import Rules, TaskContext
+from vrx_mj.tasks.referee import Referee, Rules
 
 Side = Literal["outside", "before", "after"]
 _Passage = Literal["forwards", "backwards"]
-_GateFate = Literal["ahead", "crossed", "missed", "backwards"]
+_GateStatus = Literal["ahead", "crossed", "missed", "backwards"]
 """What became of a gate: `missed` if a later one was passed before it."""
 
 
@@ -66,8 +66,8 @@ FAILURE = 200.0
 class GatesState:
     """State of each gate, in their order."""
 
-    gates: list[_GateFate] = field(default_factory=list)
-    """What became of them: see `_GateFate`."""
+    gates: list[_GateStatus] = field(default_factory=list)
+    """What became of them: see `_GateStatus`."""
     sides: list[Side] = field(default_factory=list)
     """Where the boat was in them at the frame before: see `Side`."""
 
@@ -90,26 +90,24 @@ class NavigationCourse(_GateRules):
 
     title = "the navigation course"
 
-    def update(self, frame: Frame, context: TaskContext) -> None:
+    def update(self, frame: Frame, referee: Referee) -> None:
         """Look at the gates that are still ahead."""
-        status, fates = context.status, self.state.gates
-        if status.phase != "running":
-            return
+        status, gates = referee.status, self.state.gates
         spent = status.elapsed + status.collisions * self._penalty
-        context.set_score(min(status.duration, spent) / len(fates))
-        for index, fate in enumerate(fates):
-            if fate == "ahead" and self._fails(index, frame, context):
-                context.set_score(FAILURE)
-                context.finish()
+        referee.set_score(min(status.duration, spent) / len(gates))
+        for index, gate in enumerate(gates):
+            if gate == "ahead" and self._fails(index, frame, referee):
+                referee.set_score(FAILURE)
+                referee.finish()
                 return
-        if "ahead" not in fates:
-            context.finish()
+        if "ahead" not in gates:
+            referee.finish()
 
     def timeout_score(self, status: TaskStatus) -> float | None:
         """A failure."""
         return FAILURE
 
-    def _fails(self, index: int, frame: Frame, context: TaskContext) -> bool:
+    def _fails(self, index: int, frame: Frame, referee: Referee) -> bool:
         """See whether the boat passes a gate now, and whether it should not have."""
         own = self.state
         own.sides[index], way = passage(self._gates[index], own.sides[index], self._boat, frame)
@@ -117,14 +115,14 @@ class NavigationCourse(_GateRules):
             return False
         own.gates[index] = "crossed" if way == "forwards" else "backwards"
         if way == "backwards":
-            context.log(f"gate {index + 1} crossed backwards: failed", "WARN")
+            referee.log(f"gate {index + 1} crossed backwards: failed", "WARN")
             return True
         if "ahead" in own.gates[:index]:
             missed = own.gates.index("ahead")
             own.gates[missed:index] = ["missed"] * (index - missed)
-            context.log(f"gate {index + 1} crossed before gate {missed + 1}: failed", "WARN")
+            referee.log(f"gate {index + 1} crossed before gate {missed + 1}: failed", "WARN")
             return True
-        context.log(f"gate {index + 1} of {len(own.gates)} crossed, {context.status.elapsed:.1f} s")
+        referee.log(f"gate {index + 1} of {len(own.gates)} crossed, {referee.status.elapsed:.1f} s")
         return False
 
 
@@ -137,40 +135,38 @@ class FollowPath(_GateRules):
         super().__init__(task)
         self._points, self._bonus = task.points_per_gate_crossed, task.bonus
 
-    def update(self, frame: Frame, context: TaskContext) -> None:
+    def update(self, frame: Frame, referee: Referee) -> None:
         """Look at the gates that are still ahead.
 
         Until the first gate is crossed no other counts, and it cannot be lost by crossing it backwards.
         """
-        if context.status.phase != "running":
-            return
         own = self.state
-        for index, fate in enumerate(own.gates):
+        for index, gate in enumerate(own.gates):
             if index > 0 and own.gates[0] == "ahead":
                 return
-            if fate != "ahead":
+            if gate != "ahead":
                 continue
             own.sides[index], way = passage(self._gates[index], own.sides[index], self._boat, frame)
             if way == "forwards" or (way == "backwards" and index > 0):
-                self._pass(index, way, context)
+                self._pass(index, way, referee)
 
-    def hit(self, other: str, frame: Frame, context: TaskContext) -> None:
+    def take_hit(self, other: str, frame: Frame, referee: Referee) -> None:
         """Points are lost, but there are never less than 0."""
-        context.set_score(max(0.0, context.status.score - self._penalty))
+        referee.set_score(max(0.0, referee.status.score - self._penalty))
 
-    def _pass(self, index: int, way: _Passage, context: TaskContext) -> None:
+    def _pass(self, index: int, way: _Passage, referee: Referee) -> None:
         """Take note of a gate that was passed, after which no gate before it counts."""
-        fates = self.state.gates
-        last = index == len(fates) - 1
-        fates[:index] = ["missed" if fate == "ahead" else fate for fate in fates[:index]]
+        gates = self.state.gates
+        last = index == len(gates) - 1
+        gates[:index] = ["missed" if gate == "ahead" else gate for gate in gates[:index]]
         if way == "forwards":
-            fates[index] = "crossed"
-            in_a_row = index > 0 and fates[index - 1] == "crossed"
-            status = context.status
-            context.set_score(status.score + self._points + self._bonus * (in_a_row + last))
-            context.log(f"gate {index + 1} of {len(fates)} crossed, {status.elapsed:.1f} s: {status.score:g} points")
+            gates[index] = "crossed"
+            in_a_row = index > 0 and gates[index - 1] == "crossed"
+            status = referee.status
+            referee.set_score(status.score + self._points + self._bonus * (in_a_row + last))
+            referee.log(f"gate {index + 1} of {len(gates)} crossed, {status.elapsed:.1f} s: {status.score:g} points")
         else:
-            fates[index] = "backwards"
-            context.log(f"gate {index + 1} crossed backwards: no points for it", "WARN")
+            gates[index] = "backwards"
+            referee.log(f"gate {index + 1} crossed backwards: no points for it", "WARN")
         if last:
-            context.finish()
+            referee.finish()

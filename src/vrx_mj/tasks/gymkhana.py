@@ -11,8 +11,8 @@ from vrx_mj.model import tasks
 from vrx_mj.model.world import tree_of
 from vrx_mj.tasks.frame import Frame, Phase, TaskStatus
 from vrx_mj.tasks.gates import FAILURE, FollowPath, NavigationCourse
-from vrx_mj.tasks.referee import Referee
-from vrx_mj.tasks.rules import Outputs, Rules, RunningMean, SetPinger, TaskContext
+from vrx_mj.tasks.referee import Outputs, Referee, Rules
+from vrx_mj.tasks.rules import RunningMean, SetPinger
 from vrx_mj.tasks.stationkeeping import distance
 
 
@@ -39,6 +39,7 @@ class Gymkhana(Rules):
     """The score is `FAILURE` until the channel is finished, then the mean distance to the beacon [m]."""
 
     title = "the gymkhana"
+    watches_early = True
 
     def __init__(self, task: tasks.Gymkhana) -> None:
         self._boat, self._pinger = task.boat, task.pinger
@@ -63,27 +64,27 @@ class Gymkhana(Rules):
         """What became of the gates."""
         return self._channel.progress
 
-    def enter(self, phase: Phase, frame: Frame, context: TaskContext) -> None:
+    def enter(self, phase: Phase, frame: Frame, referee: Referee) -> None:
         """Put the beacon in its place; at the end, let the channel's time be up too."""
         if phase == "ready":
-            context.act(SetPinger(self._boat, (self._pinger.x, self._pinger.y, self._pinger.z)))
+            referee.act(SetPinger(self._boat, (self._pinger.x, self._pinger.y, self._pinger.z)))
         if phase == "finished":
-            self._watch_channel(frame, context)
+            self._watch_channel(frame, referee)
 
-    def update(self, frame: Frame, context: TaskContext) -> None:
+    def update(self, frame: Frame, referee: Referee) -> None:
         """Watch the channel, and take the distance of a frame into the mean."""
-        self._watch_channel(frame, context)
-        if context.status.phase != "running":
+        self._watch_channel(frame, referee)
+        if referee.status.phase != "running":
             return
         channel, mean = self._channel, self._sums.add(distance(frame.poses[self._boat], self._pinger))
-        context.set_score(mean if channel.finished else FAILURE)
-        if self._may_fail and channel.finished and channel.status.score == FAILURE:
-            context.set_score(FAILURE)
-            context.finish()
+        referee.set_score(mean if channel.is_over else FAILURE)
+        if self._may_fail and channel.is_over and channel.status.score == FAILURE:
+            referee.set_score(FAILURE)
+            referee.finish()
 
     def timeout_score(self, status: TaskStatus) -> float | None:
         """The mean with penalties, which are added only here; a channel that ran out of time has failed without."""
-        if self._may_fail and not self._channel.finished:
+        if self._may_fail and not self._channel.is_over:
             return FAILURE
         return status.score + status.collisions * self._penalty
 
@@ -106,6 +107,6 @@ class Gymkhana(Rules):
             "channel": self._channel.info,
         }
 
-    def _watch_channel(self, frame: Frame, context: TaskContext) -> None:
+    def _watch_channel(self, frame: Frame, referee: Referee) -> None:
         for text, level in self._channel.look(frame).lines:
-            context.log(text, level)
+            referee.log(text, level)

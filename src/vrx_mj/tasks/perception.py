@@ -9,7 +9,8 @@ from vrx_mj.constants import EARLY
 from vrx_mj.errors import CommandError, shown
 from vrx_mj.model import tasks
 from vrx_mj.tasks.frame import Count, Frame, Pose, TaskStatus
-from vrx_mj.tasks.rules import Outputs, PlaceObject, Rules, TaskContext
+from vrx_mj.tasks.referee import Outputs, Referee, Rules
+from vrx_mj.tasks.rules import PlaceObject
 
 _MISSED = 10.0
 """The error of an object that nobody reported [m]."""
@@ -64,25 +65,23 @@ class Perception(Rules):
             "errors": self.state.errors,
         }
 
-    def update(self, frame: Frame, context: TaskContext) -> None:
+    def update(self, frame: Frame, referee: Referee) -> None:
         """Take the reports, then show and hide objects."""
-        if context.status.phase != "running":
-            return
         for message in frame.messages:
-            self._report(message.content, frame, context)
+            self._report(message.content, frame, referee)
         own = self.state
         for index, thing in enumerate(self._objects):
-            past = context.status.elapsed - own.round_time - thing.time
+            past = referee.status.elapsed - own.round_time - thing.time
             if own.shown[index] and past > thing.duration + EARLY:
-                self._hide(index, context)
+                self._hide(index, referee)
             elif not own.shown[index] and EARLY < past < thing.duration:
-                self._show(index, frame, context)
+                self._show(index, frame, referee)
         if own.gone == len(self._objects):
-            context.set_score(self.state.total / len(self._objects))
+            referee.set_score(self.state.total / len(self._objects))
             if self._loops:
-                self.state = self._round(context.status.elapsed)
+                self.state = self._round(referee.status.elapsed)
             else:
-                context.finish()
+                referee.finish()
 
     def outputs(self, status: TaskStatus) -> Outputs:
         """The types that reports name."""
@@ -108,11 +107,11 @@ class Perception(Rules):
         count = len(self._objects)
         return PerceptionState([False] * count, [_MISSED] * count, round_time=start, found=[False] * count)
 
-    def _report(self, landmark: Mapping[str, Any], frame: Frame, context: TaskContext) -> None:
+    def _report(self, landmark: Mapping[str, Any], frame: Frame, referee: Referee) -> None:
         """Each report uses up an attempt, right or wrong, and counts for all objects of its type that are up."""
         own = self.state
         if not own.attempts:
-            context.log(f"landmark {landmark['type']} ignored: no attempts left", "WARN")
+            referee.log(f"landmark {landmark['type']} ignored: no attempts left", "WARN")
             return
         own.attempts -= 1
         hits = [
@@ -122,27 +121,27 @@ class Perception(Rules):
             name = self._objects[index].name
             error = math.hypot(landmark["x"] - frame.poses[name].x, landmark["y"] - frame.poses[name].y)
             own.errors[index], own.found[index] = min(_MOST, own.errors[index], error), True
-            context.log(f"landmark {name} found, error {error:.2f} m")
+            referee.log(f"landmark {name} found, error {error:.2f} m")
         if not hits:
-            context.log(f"landmark {landmark['type']} is not present now", "WARN")
+            referee.log(f"landmark {landmark['type']} is not present now", "WARN")
 
-    def _show(self, index: int, frame: Frame, context: TaskContext) -> None:
+    def _show(self, index: int, frame: Frame, referee: Referee) -> None:
         thing = self._objects[index]
         self.state.shown[index] = True
         self.state.attempts += 1
-        context.act(PlaceObject(thing.name, ahead_of(frame.poses[self._boat], thing.pose)))
-        context.log(f"landmark {thing.name} appears")
+        referee.act(PlaceObject(thing.name, ahead_of(frame.poses[self._boat], thing.pose)))
+        referee.log(f"landmark {thing.name} appears")
 
-    def _hide(self, index: int, context: TaskContext) -> None:
+    def _hide(self, index: int, referee: Referee) -> None:
         own, thing = self.state, self._objects[index]
         own.shown[index] = False
         own.attempts = max(0, own.attempts - 1)
         own.gone += 1
         own.total += own.errors[index]
-        context.act(PlaceObject(thing.name, thing.stash))
-        context.set_score(own.total)
+        referee.act(PlaceObject(thing.name, thing.stash))
+        referee.set_score(own.total)
         result = f"error {own.errors[index]:.2f} m" if own.found[index] else f"not found, {_MISSED:g} m"
-        context.log(f"landmark {thing.name} disappears: {result}")
+        referee.log(f"landmark {thing.name} disappears: {result}")
 
 
 def _metres(key: str, value: object) -> float:

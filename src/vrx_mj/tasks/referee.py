@@ -17,15 +17,19 @@ from pydantic import TypeAdapter, ValidationError
 from vrx_mj.config.loading import fault_text
 from vrx_mj.config.wording import shown
 from vrx_mj.constants import EARLY
-from vrx_mj.errors import StateError
+from vrx_mj.errors import CommandError, StateError
 from vrx_mj.model.tasks import TaskBase, followed_things
 from vrx_mj.tasks.frame import Frame, Message, Phase, TaskStatus
-from vrx_mj.tasks.rules import Action, Outputs, Release, Rules
+from vrx_mj.tasks.rules import Action, Release
 
 _DUMP, _STATUS = TypeAdapter[Any](dict[str, Any]), TypeAdapter[Any](TaskStatus)
 
 _DEAD_TIME_VRX3 = 3.0
-"""[s]; VRX 3 does not read the value of a world (ScoringPlugin.cc)."""
+"""Dead time after a collision in VRX 3 [s], which does not read the value of a world (ScoringPlugin.cc)."""
+
+
+Dump = dict[str, Any]
+"""State of a task as plain data, as JSON holds it."""
 
 
 def dead_time(task: TaskBase) -> float:
@@ -42,7 +46,7 @@ class Verdict:
     """Lines of the log: text and level."""
 
 
-def parsed_dump(text: str) -> dict[str, Any]:
+def parsed_dump(text: str) -> Dump:
     """A dump from its JSON.
 
     Raises:
@@ -52,7 +56,7 @@ def parsed_dump(text: str) -> dict[str, Any]:
         _DUMP.validate_json(text, strict=True)  # its depth is bounded
     except ValidationError as error:
         raise StateError(f"the state of the task is damaged: {fault_text(error)}") from None
-    parsed: dict[str, Any] = json.loads(text)
+    parsed: Dump = json.loads(text)
     return parsed
 
 
@@ -61,6 +65,64 @@ def _same_length(first: object, given: object) -> bool:
     if not isinstance(first, list) or not first:
         return True
     return isinstance(given, list) and len(given) == len(first) and all(map(_same_length, first, given))
+
+
+Outputs = dict[str, Any]
+"""What a team may read of its task, by topic: plain data, as JSON holds it."""
+
+
+class Rules:
+    """One task's rules. All that changes is in `state`, a dataclass of numbers, strings, lists and dicts.
+
+    By default phases and hits change nothing, the score stays when time is up, and no messages are taken.
+    """
+
+    state: Any
+    counts_hits = True
+    """Whether a hit goes into the count of collisions."""
+    title = "the task"
+    """Name in error messages."""
+    message = "none"
+    """Topic of the message that a team may send."""
+    watches_early = False
+    """Whether `update` sees the frames before the task runs, too."""
+
+    @property
+    def progress(self) -> Mapping[str, object]:
+        """How far the parts of the task are, such as gates, for maps and recordings: plain data."""
+        return {}
+
+    def enter(self, phase: Phase, frame: Frame, referee: "Referee") -> None:
+        """Enter `ready`, `running` or `finished` (by `referee.status.timed_out` or not) at this frame."""
+
+    def update(self, frame: Frame, referee: "Referee") -> None:
+        """Look at a frame, while the task runs; the frame at which it begins comes after `enter`."""
+
+    def take_hit(self, other: str, frame: Frame, referee: "Referee") -> None:
+        """Take a hit by the boat, outside the dead time after the hit before; `status.collisions` counts it."""
+
+    def timeout_score(self, status: TaskStatus) -> float | None:
+        """The score of a run whose time is up, None for the one that it has; only one above 0 counts, as in VRX."""
+        return None
+
+    def check(self, state: Any) -> None:
+        """Check of a saved `state` what types of fields and lengths of lists leave open.
+
+        Raises:
+            StateError: it cannot be a state of these rules.
+        """
+
+    def outputs(self, status: TaskStatus) -> Outputs:
+        """What the team sees now besides phase, times and score."""
+        return {}
+
+    def accept(self, topic: str, content: object) -> object:
+        """Check what the team sends; returns it as `Frame.messages` shall hold it.
+
+        Raises:
+            CommandError: the task takes no such message, or its content is wrong.
+        """
+        raise CommandError(f"{self.title} takes no message {shown(topic)}; known: {self.message}")
 
 
 class Referee:
@@ -86,17 +148,17 @@ class Referee:
         self._lines: list[tuple[str, str]] = []
 
     @property
-    def finished(self) -> bool:
+    def is_over(self) -> bool:
         """Whether it is over."""
         return self.status.phase == "finished"
 
     def look(self, frame: Frame) -> Verdict:
         """Take in a frame; frames come in the order of time, each once."""
         self._frame = frame
-        if not self.finished:
+        if not self.is_over:
             self._count_hits(frame)
             self._advance(frame)
-        if not self.finished:
+        if self.status.phase == "running" or (self._rules.watches_early and not self.is_over):
             self._rules.update(frame, self)
         verdict = Verdict(tuple(self._actions), tuple(self._lines))
         self._actions, self._lines = [], []
@@ -121,11 +183,11 @@ class Referee:
         return {"type": self.type, "name": self.name, "boat": self.boat, **self.status.info()}
 
     @property
-    def progress(self) -> dict[str, Any]:
+    def progress(self) -> Outputs:
         """How far the parts of the task are, as `gates`: plain data, empty where the rules have none."""
         return deepcopy(dict(self._rules.progress))
 
-    # The context of rules
+    # What rules call
 
     def set_score(self, score: float) -> None:
         """Write the score; ignored unless the task is running, as in VRX."""
@@ -150,7 +212,7 @@ class Referee:
         """All that changes, as plain data."""
         return {"type": self.type, "sheet": asdict(self.status), "rules": asdict(self._rules.state)}
 
-    def load(self, state: Mapping[str, Any]) -> None:
+    def load(self, state: Dump) -> None:
         """Go on from what `dump` gave.
 
         Raises:
@@ -232,7 +294,7 @@ class Referee:
             self.status.collisions += 1
             number = f", collision {self.status.collisions}"
         self.log(f"{self.name}: {self.boat} hits {other}{number}", "WARN")
-        self._rules.hit(other, frame, self)
+        self._rules.take_hit(other, frame, self)
 
     def _load_rules(self, state: Mapping[str, object]) -> None:
         self._rules.state = type(self._rules.state)(**deepcopy(dict(state)))

@@ -11,8 +11,7 @@ from vrx_mj.tasks.dock import Docking
 from vrx_mj.tasks.gates import FollowPath, NavigationCourse
 from vrx_mj.tasks.gymkhana import Gymkhana
 from vrx_mj.tasks.perception import Perception
-from vrx_mj.tasks.referee import Referee
-from vrx_mj.tasks.rules import Rules
+from vrx_mj.tasks.referee import Referee, Rules
 from vrx_mj.tasks.stationkeeping import Stationkeeping
 from vrx_mj.tasks.wayfinding import Wayfinding
 from vrx_mj.tasks.wildlife import Wildlife

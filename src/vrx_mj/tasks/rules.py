@@ -1,11 +1,8 @@
-"""The rules of a task, the part that differs from task to task, and what they do to the world."""
+"""What the rules of tasks do to the world, and what they sum up."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
 
-from vrx_mj.errors import CommandError, shown
-from vrx_mj.tasks.frame import Count, Frame, Phase, TaskStatus
+from vrx_mj.tasks.frame import Count
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,81 +48,6 @@ class SetPinger:
 
 
 Action = Release | PlaceObject | LightUp | ShowSymbol | SetPinger
-
-
-Outputs = dict[str, Any]
-"""What a team may read of its task, by topic: plain data, as JSON holds it."""
-
-
-class TaskContext(Protocol):
-    """What rules may read and do while the referee looks at a frame."""
-
-    status: TaskStatus
-    """Time, phase, collisions and score."""
-
-    def set_score(self, score: float) -> None:
-        """Write the score; ignored unless the task is running, as in VRX."""
-
-    def finish(self) -> None:
-        """End the task, not timed out."""
-
-    def act(self, action: Action) -> None:
-        """Do something to the world, at this frame."""
-
-    def log(self, text: str, level: str = "INFO") -> None:
-        """Write a line into the log."""
-
-
-class Rules:
-    """One task's rules. All that changes is in `state`, a dataclass of numbers, strings, lists and dicts.
-
-    By default phases and hits change nothing, the score stays when time is up, and no messages are taken.
-    """
-
-    state: Any
-    counts_hits = True
-    """Whether a hit goes into the count of collisions."""
-    title = "the task"
-    """Name in error messages."""
-    message = "none"
-    """Topic of the message that a team may send."""
-
-    @property
-    def progress(self) -> Mapping[str, object]:
-        """How far the parts of the task are, such as gates, for maps and recordings: plain data."""
-        return {}
-
-    def enter(self, phase: Phase, frame: Frame, context: TaskContext) -> None:
-        """Enter `ready`, `running` or `finished` (by `context.status.timed_out` or not) at this frame."""
-
-    def update(self, frame: Frame, context: TaskContext) -> None:
-        """Look at a frame, in any phase; the frame at which a phase begins comes after `enter`."""
-
-    def hit(self, other: str, frame: Frame, context: TaskContext) -> None:
-        """Take a hit by the boat, outside the dead time after the hit before; `status.collisions` counts it."""
-
-    def timeout_score(self, status: TaskStatus) -> float | None:
-        """The score of a run whose time is up, None for the one that it has; only one above 0 counts, as in VRX."""
-        return None
-
-    def check(self, state: Any) -> None:
-        """Check of a saved `state` what types of fields and lengths of lists leave open.
-
-        Raises:
-            StateError: it cannot be a state of these rules.
-        """
-
-    def outputs(self, status: TaskStatus) -> Outputs:
-        """What the team sees now besides phase, times and score."""
-        return {}
-
-    def accept(self, topic: str, content: object) -> object:
-        """Check what the team sends; returns it as `Frame.messages` shall hold it.
-
-        Raises:
-            CommandError: the task takes no such message, or its content is wrong.
-        """
-        raise CommandError(f"{self.title} takes no message {shown(topic)}; known: {self.message}")
 
 
 @dataclass

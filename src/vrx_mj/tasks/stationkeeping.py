@@ -5,7 +5,8 @@ import math
 from vrx_mj.model import tasks
 from vrx_mj.model.world import tree_of
 from vrx_mj.tasks.frame import Frame, Pose, TaskStatus
-from vrx_mj.tasks.rules import Outputs, Rules, RunningMean, TaskContext
+from vrx_mj.tasks.referee import Outputs, Referee, Rules
+from vrx_mj.tasks.rules import RunningMean
 
 
 def pose_error(pose: Pose, goal: tasks.Goal, *, heading: bool = True) -> float:
@@ -34,12 +35,10 @@ class Stationkeeping(Rules):
         self.state = RunningMean()
         self._boat, self._goal, self._heading = task.boat, task.goal, task.heading
 
-    def update(self, frame: Frame, context: TaskContext) -> None:
+    def update(self, frame: Frame, referee: Referee) -> None:
         """Take the error of a frame into the mean."""
-        if context.status.phase != "running":
-            return
         error = pose_error(frame.poses[self._boat], self._goal, heading=self._heading)
-        context.set_score(self.state.add(error))
+        referee.set_score(self.state.add(error))
 
     def outputs(self, status: TaskStatus) -> Outputs:
         """The goal from `ready` on, and the errors while it runs."""

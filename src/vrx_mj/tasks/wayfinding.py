@@ -6,7 +6,7 @@ from vrx_mj.errors import StateError
 from vrx_mj.model import tasks
 from vrx_mj.model.world import tree_of
 from vrx_mj.tasks.frame import Frame, Phase, TaskStatus
-from vrx_mj.tasks.rules import Outputs, Rules, TaskContext
+from vrx_mj.tasks.referee import Outputs, Referee, Rules
 from vrx_mj.tasks.stationkeeping import pose_error
 
 
@@ -32,20 +32,18 @@ class Wayfinding(Rules):
         """The least errors [m]."""
         return {"waypoints": self.state.errors}
 
-    def update(self, frame: Frame, context: TaskContext) -> None:
+    def update(self, frame: Frame, referee: Referee) -> None:
         """Take the errors of a frame, where they are less than those before."""
-        if context.status.phase != "running":
-            return
         boat = frame.poses[self._boat]
         now = [pose_error(boat, waypoint) for waypoint in self._waypoints]
         self.state.errors = list(map(min, self.state.errors or now, now))
-        context.set_score(sum(self.state.errors) / len(self.state.errors))
+        referee.set_score(sum(self.state.errors) / len(self.state.errors))
 
-    def enter(self, phase: Phase, frame: Frame, context: TaskContext) -> None:
-        """At the end, log how near the boat came."""
+    def enter(self, phase: Phase, frame: Frame, referee: Referee) -> None:
+        """Log at the end how near the boat came."""
         if phase == "finished":
             for number, error in enumerate(self.state.errors, start=1):
-                context.log(f"waypoint {number} of {len(self._waypoints)}: least error {error:.2f} m")
+                referee.log(f"waypoint {number} of {len(self._waypoints)}: least error {error:.2f} m")
 
     def check(self, state: WayfindingState) -> None:
         """There is an error for each waypoint, or none yet.

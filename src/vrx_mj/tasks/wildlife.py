@@ -15,7 +15,7 @@ from vrx_mj.errors import StateError
 from vrx_mj.model import tasks
 from vrx_mj.tasks.frame import Count, Frame, Pose, TaskStatus
 from vrx_mj.tasks.gates import Side
-from vrx_mj.tasks.rules import Outputs, Rules, TaskContext
+from vrx_mj.tasks.referee import Outputs, Referee, Rules
 
 GATES = 8
 AXES = tuple((math.cos(math.tau * gate / GATES), math.sin(math.tau * gate / GATES)) for gate in range(GATES))
@@ -53,7 +53,7 @@ class WildlifeState:
     status: list[Literal["never_engaged", "engaged", "not_engaged", "circumnavigated"]]
     """Circumnavigated is for good."""
     sides: list[list[Side | Literal["crossed"]]]
-    """For every gate, where the boat was when last looked at while engaged; `crossed` just after a crossing."""
+    """Side of every gate on which the boat was when last looked at while engaged; `crossed` just after a crossing."""
     circled: list[list[_Gate]]
     """Gates crossed in the right sense since the circle began, in their order: one may be in it twice."""
     animals: list[dict[str, str | float | None]] = field(default_factory=list)
@@ -96,26 +96,24 @@ class Wildlife(Rules):
             ]
         }
 
-    def update(self, frame: Frame, context: TaskContext) -> None:
+    def update(self, frame: Frame, referee: Referee) -> None:
         """Take the time, look at every animal, and end the task when all circles are closed."""
-        status = context.status
-        if status.phase != "running":
-            return
-        context.set_score(min(status.duration, status.elapsed))
+        status = referee.status
+        referee.set_score(min(status.duration, status.elapsed))
         boat = frame.poses[self._boat]
         for number, animal in enumerate(self._animals):
             if not self._is_circled(number):
-                self._look_at(number, frame.poses[animal.name], boat, context)
+                self._look_at(number, frame.poses[animal.name], boat, referee)
         self._publish(frame, status)
         if all(self._is_circled(number) for number in range(len(self._animals)) if not self._is_avoided(number)):
-            self._complete(context)
+            self._complete(referee)
 
-    def hit(self, other: str, frame: Frame, context: TaskContext) -> None:
+    def take_hit(self, other: str, frame: Frame, referee: Referee) -> None:
         """Any collision starts over all circles under way."""
         for number, circled in enumerate(self.state.circled):
             if circled and not self._is_circled(number):
                 name = self._animals[number].name
-                context.log(f"the circle around {name} starts over: collision with {other}", "WARN")
+                referee.log(f"the circle around {name} starts over: collision with {other}", "WARN")
                 circled.clear()
 
     def timeout_score(self, status: TaskStatus) -> float | None:
@@ -154,29 +152,29 @@ class Wildlife(Rules):
         )
         return self._bonus * sum(earned)
 
-    def _complete(self, context: TaskContext) -> None:
+    def _complete(self, referee: Referee) -> None:
         bonus = self._bonuses()
-        score = context.status.score - bonus
-        context.set_score(max(0.0, score) if self._classic else score)
-        context.log(f"all animals circled after {context.status.elapsed:.2f} s: bonus {bonus:g} s")
-        context.finish()
+        score = referee.status.score - bonus
+        referee.set_score(max(0.0, score) if self._classic else score)
+        referee.log(f"all animals circled after {referee.status.elapsed:.2f} s: bonus {bonus:g} s")
+        referee.finish()
 
-    def _look_at(self, number: int, animal: Pose, boat: Pose, context: TaskContext) -> None:
+    def _look_at(self, number: int, animal: Pose, boat: Pose, referee: Referee) -> None:
         """Engage, leave, or go on with the circle: one of them at a frame."""
         own, name = self.state, self._animals[number].name
         distance = math.dist((boat.x, boat.y, boat.z), (animal.x, animal.y, animal.z))
         if own.status[number] != "engaged":
             if distance <= self._radius:
                 lost = self._is_avoided(number) and own.status[number] == "never_engaged"
-                context.log(f"{name} engaged" + (": its bonus is lost" if lost else ""), "WARN" if lost else "INFO")
+                referee.log(f"{name} engaged" + (": its bonus is lost" if lost else ""), "WARN" if lost else "INFO")
                 own.status[number] = "engaged"
         elif distance > self._radius:
             own.status[number] = "not_engaged"
-            self._start_over(number, f"{name} left", context)
+            self._start_over(number, f"{name} left", referee)
         elif not self._is_avoided(number):
-            self._circle(number, boat.x - animal.x, boat.y - animal.y, context)
+            self._circle(number, boat.x - animal.x, boat.y - animal.y, referee)
 
-    def _circle(self, number: int, dx: float, dy: float, context: TaskContext) -> None:
+    def _circle(self, number: int, dx: float, dy: float, referee: Referee) -> None:
         """See which gates the boat has crossed, and in which sense."""
         own, name = self.state, self._animals[number].name
         right = "after" if self._animals[number].goal == "circumnavigate_counterclockwise" else "before"
@@ -188,18 +186,18 @@ class Wildlife(Rules):
                 continue
             sides[gate] = "crossed"
             if side != right:
-                self._start_over(number, f"{name} passed the wrong way round", context)
+                self._start_over(number, f"{name} passed the wrong way round", referee)
                 continue
             circled.append(gate)
-            context.log(f"{name}: {len(circled)} of {GATES} gates of its circle crossed")
+            referee.log(f"{name}: {len(circled)} of {GATES} gates of its circle crossed")
             if len(circled) == GATES:
                 own.status[number] = "circumnavigated"
-                context.log(f"{name} circled: {self._bonus:g} s bonus at the end")
+                referee.log(f"{name} circled: {self._bonus:g} s bonus at the end")
                 return
 
-    def _start_over(self, number: int, why: str, context: TaskContext) -> None:
+    def _start_over(self, number: int, why: str, referee: Referee) -> None:
         circled = self.state.circled[number]
-        context.log(why + (f": its circle starts over after {len(circled)} of {GATES} gates" if circled else ""))
+        referee.log(why + (f": its circle starts over after {len(circled)} of {GATES} gates" if circled else ""))
         circled.clear()
 
     def _publish(self, frame: Frame, status: TaskStatus) -> None:

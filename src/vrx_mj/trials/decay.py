@@ -86,14 +86,10 @@ def _extremes(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatAr
     found = [(float(time[0]), abs(float(values[0])))]
     for i in range(1, len(values) - 1):
         before, here, after = (float(values[k]) for k in (i - 1, i, i + 1))
-        if abs(here) > abs(before) and abs(here) >= abs(after) and here * _sign(len(found), values) < 0.0:
+        last = math.copysign(1.0, float(values[0])) * (-1.0) ** (len(found) - 1)  # extremes alternate
+        if abs(here) > abs(before) and abs(here) >= abs(after) and here * last < 0.0:
             curve = before - 2.0 * here + after
             shift = 0.5 * (before - after) / curve if curve else 0.0
             found.append((float(time[i] + shift * (time[1] - time[0])), abs(here - 0.25 * (before - after) * shift)))
     moments, sizes = np.array(found).T
     return moments, sizes
-
-
-def _sign(count: int, values: FloatArray) -> float:
-    """Sign of the last of so many extremes: they alternate, and the first is that of the start."""
-    return math.copysign(1.0, float(values[0])) * (-1.0) ** (count - 1)

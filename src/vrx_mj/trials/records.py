@@ -15,9 +15,9 @@ class Figure:
     """A number of a trial."""
 
     value: float
-    """Its value; not a number where the trial did not come to it."""
+    """Value; NaN if the trial did not get to it."""
     unit: str
-    """Its unit."""
+    """Unit of the value."""
     meaning: str
     """What it is, in words."""
 
@@ -30,11 +30,11 @@ class Track:
     """
 
     time: FloatArray
-    """[s]"""
+    """Time [s]."""
     x: FloatArray
-    """Way ahead [m]."""
+    """Distance ahead [m]."""
     y: FloatArray
-    """Way to port [m]."""
+    """Distance to port [m]."""
     heading: FloatArray
     """Change of heading [rad], positive to port, without jumps."""
     surge: FloatArray
@@ -66,7 +66,7 @@ class Trial:
     name: str
     """Name of the trial."""
     figures: Mapping[str, Figure]
-    """Its figures by name."""
+    """Figures of the trial by name."""
     curves: Mapping[str, tuple[FloatArray, FloatArray]]
     """Curves of its chart by name: abscissae and ordinates."""
     axes: tuple[str, str]

@@ -14,7 +14,7 @@ _STEP = 0.02
 _SETTLED = 1e-3
 """Relative change of a speed over `_WATCH` at which it counts as steady."""
 _WATCH = 5.0
-"""[s]"""
+"""Time over which a speed has to stay the same [s]."""
 _STRAIGHT = math.radians(0.5)
 """Rate of turn up to which an approach counts as straight [rad/s]."""
 _LONGEST = 600.0
@@ -25,7 +25,7 @@ _STEPS = 8
 """Helm settings of a spiral between midships and full helm."""
 
 
-def sailed(
+def sail_until(
     vessel: Vessel, power: float, helm: float, done: Callable[[list[VesselState]], bool], most: float = _LONGEST
 ) -> list[VesselState]:
     """States every `_STEP` from now until a condition on them holds, or a time [s] is over."""
@@ -36,7 +36,7 @@ def sailed(
     return states
 
 
-def _settled(value: Callable[[VesselState], float], least: float) -> Callable[[list[VesselState]], bool]:
+def _is_steady(value: Callable[[VesselState], float], least: float) -> Callable[[list[VesselState]], bool]:
     """Whether a value has not changed for a while; changes below `least` count as none."""
 
     def steady(states: list[VesselState]) -> bool:
@@ -51,7 +51,7 @@ def _settled(value: Callable[[VesselState], float], least: float) -> Callable[[l
 
 def approach(vessel: Vessel, power: float) -> list[VesselState]:
     """States of sailing straight ahead until the speed is steady."""
-    return sailed(vessel, power, 0.0, _settled(lambda state: state.surge, 1e-4))
+    return sail_until(vessel, power, 0.0, _is_steady(lambda state: state.surge, 1e-4))
 
 
 def approach_remarks(states: list[VesselState]) -> tuple[str, ...]:
@@ -74,7 +74,7 @@ def turning(vessel: Vessel, *, power: float = 1.0, helm: float = 1.0) -> Trial:
         helm: -1 to 1, positive to port.
     """
     begun, side, turned = approach(vessel, power), math.copysign(1.0, helm), _Turned()
-    states = sailed(vessel, power, helm, lambda seen: side * turned.by(seen[-1]) >= _FULL)
+    states = sail_until(vessel, power, helm, lambda seen: side * turned.by(seen[-1]) >= _FULL)
     track, remarks = track_of(states, [helm] * len(states)), approach_remarks(begun)
     speed, heading, across = begun[-1].surge, side * track.heading, side * track.y
     last = track.heading * side >= heading[-1] - 2.0 * math.pi
@@ -181,9 +181,9 @@ def pull_out(vessel: Vessel, *, power: float = 1.0, helm: float = 1.0) -> Trial:
     figures, curves, tracks = {}, {}, []
     for name, side in (("port", 1.0), ("starboard", -1.0)):
         approach(vessel, power)
-        steady = sailed(vessel, power, side * helm, _settled(lambda state: state.yaw_rate, 1e-5))
+        steady = sail_until(vessel, power, side * helm, _is_steady(lambda state: state.yaw_rate, 1e-5))
         before = steady[-1].yaw_rate
-        states = sailed(vessel, power, 0.0, lambda _: False, 60.0)
+        states = sail_until(vessel, power, 0.0, lambda _: False, 60.0)
         track = track_of(states, [0.0] * len(states))
         residual = float(np.mean(track.yaw_rate[-round(_WATCH / _STEP) :]))
         figures[f"rate_{name}"] = Figure(math.degrees(before), "deg/s", f"rate of the turn to {name}")
@@ -209,7 +209,7 @@ def spiral(vessel: Vessel, *, power: float = 1.0, helm: float = 1.0) -> Trial:
     for settings in (down, down[::-1]):
         rates = []
         for setting in settings:
-            part = sailed(vessel, power, setting, _settled(lambda state: state.yaw_rate, 1e-5), 120.0)
+            part = sail_until(vessel, power, setting, _is_steady(lambda state: state.yaw_rate, 1e-5), 120.0)
             rates.append(math.degrees(part[-1].yaw_rate))
             states += part[1:]
             helms += [setting] * (len(part) - 1)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from vrx_mj.trials.records import Figure, Trial, track_of
-from vrx_mj.trials.steering import approach, approach_remarks, sailed
+from vrx_mj.trials.steering import approach, approach_remarks, sail_until
 from vrx_mj.trials.vessel import Vessel
 
 
@@ -16,7 +16,7 @@ def crash_stop(vessel: Vessel, *, power: float = 1.0, astern: float = 1.0) -> Tr
         astern: power astern, 0 to 1.
     """
     begun = approach(vessel, power)
-    states = sailed(vessel, -astern, 0.0, lambda seen: seen[-1].surge <= 0.0)
+    states = sail_until(vessel, -astern, 0.0, lambda seen: seen[-1].surge <= 0.0)
     track = track_of(states, [0.0] * len(states))
     share = 1.0
     if len(states) > 1 and states[-1].surge < 0.0:  # the last piece up to speed 0
@@ -29,7 +29,7 @@ def crash_stop(vessel: Vessel, *, power: float = 1.0, astern: float = 1.0) -> Tr
     figures = {
         "speed": Figure(begun[-1].surge, "m/s", "speed of the approach"),
         "stopping_time": Figure(end[0] if stopped else nan, "s", "time until it is dead in the water"),
-        "track_reach": Figure(way if stopped else nan, "m", "way along the track"),
+        "track_reach": Figure(way if stopped else nan, "m", "distance along the track"),
         "head_reach": Figure(end[1] if stopped else nan, "m", "distance along the approach"),
         "lateral_deviation": Figure(end[2] if stopped else nan, "m", "distance to port of the approach"),
     }

@@ -16,25 +16,25 @@ class VesselState(NamedTuple):
     """State of a vessel; horizontal axes may be any, and velocities are those of its own axes."""
 
     time: float
-    """[s]"""
+    """Time [s]."""
     x: float
-    """[m]"""
+    """Position along x [m]."""
     y: float
-    """[m]"""
+    """Position along y [m]."""
     z: float
     """Height [m]."""
     heading: float
-    """[rad], counter-clockwise from x."""
+    """Heading [rad], counter-clockwise from x."""
     roll: float
-    """[rad]"""
+    """Roll [rad]."""
     pitch: float
-    """[rad]"""
+    """Pitch [rad]."""
     surge: float
     """Speed ahead [m/s]."""
     sway: float
     """Speed to port [m/s]."""
     yaw_rate: float
-    """[rad/s], counter-clockwise."""
+    """Rate of turn [rad/s], counter-clockwise."""
 
 
 class Vessel(Protocol):

@@ -13,7 +13,7 @@ from vrx_mj.errors import UnknownNameError, VrxError
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.runtime.observation import BoatObservation
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.validation.rows import Case, Findings, Row, at_most
+from vrx_mj.validation.rows import Case, Outcome, at_most
 
 _READERS: dict[str, Callable[[BoatObservation], float]] = {
     "x": lambda seen: float(seen.position[0]),
@@ -46,7 +46,7 @@ def measured_case(case: Path, data: Path) -> Case:
     fleet = None if config.fleet is None else referenced("fleets", config.fleet, config.folder)
     world = compile_world(referenced("worlds", config.world, config.folder), fleet=fleet)
     sim = Simulation(world)
-    boat = _boat(sim, config)
+    boat = _boat_of(sim, config)
     _check_commands(sim, boat, config)
     return Case(
         name=case.stem,
@@ -56,11 +56,11 @@ def measured_case(case: Path, data: Path) -> Case:
         "of the physics step nearest to each.",
         source=config.source,
         files=(),
-        run=lambda: _findings(_sailed(sim, boat, config, measured), config, measured),
+        run=lambda: _comparisons(_signals_at(sim, boat, config, measured), config, measured),
     )
 
 
-def _boat(sim: Simulation, config: MeasuredCaseConfig) -> str:
+def _boat_of(sim: Simulation, config: MeasuredCaseConfig) -> str:
     if config.boat is None and len(sim.boats) != 1:
         raise VrxError(f"world {config.world} has {len(sim.boats)} boats: `boat` is needed")
     boat = sim.boats[0] if config.boat is None else config.boat
@@ -77,7 +77,9 @@ def _check_commands(sim: Simulation, boat: str, config: MeasuredCaseConfig) -> N
                 raise UnknownNameError(f"command of boat '{boat}'", name, known)
 
 
-def _sailed(sim: Simulation, boat: str, config: MeasuredCaseConfig, measured: Measurements) -> dict[str, list[float]]:
+def _signals_at(
+    sim: Simulation, boat: str, config: MeasuredCaseConfig, measured: Measurements
+) -> dict[str, list[float]]:
     """Our values of the signals at the times of the measurements."""
     sim.reset(seed=config.seed)
     if config.pose is not None or config.velocity is not None:
@@ -98,9 +100,7 @@ def _sailed(sim: Simulation, boat: str, config: MeasuredCaseConfig, measured: Me
     return found
 
 
-def _findings(ours: dict[str, list[float]], config: MeasuredCaseConfig, measured: Measurements) -> Findings:
-    rows: list[Row] = []
-    charts = []
+def _comparisons(ours: dict[str, list[float]], config: MeasuredCaseConfig, measured: Measurements) -> Outcome:
     for name, signal in config.signals.items():
         of = signal.of or name
         theirs, own = np.array(measured.signals[name]), np.array(ours[name])
@@ -109,8 +109,7 @@ def _findings(ours: dict[str, list[float]], config: MeasuredCaseConfig, measured
             apart = np.array([math.remainder(each, 360.0) for each in apart])
             own = theirs + apart
         known = np.isfinite(theirs)
-        greatest = float(np.abs(apart[known]).max()) if known.any() else math.nan
-        rows.append(at_most(f"{name}: greatest difference", SIGNALS[of], signal.band, greatest))
+        greatest = np.abs(apart[known]).max() if known.any() else math.nan
+        yield at_most(f"{name}: greatest difference", SIGNALS[of], signal.band, greatest)
         series = Series("measured", measured.times, theirs, reference=True), Series("ours", measured.times, own)
-        charts.append(Chart(name, "time [s]", f"{of} [{SIGNALS[of]}]", series))
-    return Findings(tuple(rows), tuple(charts))
+        yield Chart(name, "time [s]", f"{of} [{SIGNALS[of]}]", series)

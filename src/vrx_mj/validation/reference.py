@@ -2,6 +2,7 @@
 
 import csv
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -14,10 +15,22 @@ def folder() -> Path:
     return root() / "assets" / "validation"
 
 
-def rows(name: str) -> list[dict[str, str]]:
-    """The rows of a table by column."""
+TableRow = dict[str, Any]
+"""A row of a table by column: numbers and texts."""
+
+
+def rows(name: str) -> list[TableRow]:
+    """The rows of a table by column; what reads as a number is one."""
     with (folder() / f"{name}.csv").open(encoding="utf-8", newline="") as file:
-        return list(csv.DictReader(line for line in file if not line.startswith("#")))
+        found = csv.DictReader(line for line in file if not line.startswith("#"))
+        return [{column: _value(text) for column, text in row.items()} for row in found]
+
+
+def _value(text: str) -> float | str:
+    try:
+        return float(text)
+    except ValueError:
+        return text
 
 
 def source(name: str) -> str:

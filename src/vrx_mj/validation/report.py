@@ -5,7 +5,7 @@ import math
 import platform
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -17,7 +17,7 @@ from vrx_mj.draw.chart import Chart, Series, chart_svg
 from vrx_mj.draw.page import page_environment
 from vrx_mj.errors import VrxError
 from vrx_mj.outputs import write_files
-from vrx_mj.validation.rows import Case, Findings, Row
+from vrx_mj.validation.rows import Case, Row
 
 PAGE, RESULTS = "index.html", "results.json"
 _NEEDED = ("mujoco", "numba", "numpy")
@@ -29,8 +29,10 @@ class Result:
     """What became of a case."""
 
     case: Case
-    findings: Findings
-    """Its rows and charts; none where it failed."""
+    rows: tuple[Row, ...]
+    """The comparisons; none where it failed."""
+    charts: tuple[Chart, ...]
+    """Curves that show them."""
     error: str
     """Why it failed; empty where it did not."""
     seconds: float
@@ -41,7 +43,7 @@ class Result:
     @property
     def state(self) -> str:
         """`inside` if all rows are, `known` if the others are, `outside`, or `failed`."""
-        states = {"failed"} if self.error else {row.state for row in self.findings.rows}
+        states = {"failed"} if self.error else {row.state for row in self.rows}
         return next(state for state in ("failed", "outside", "known", "inside") if state in {*states, "inside"})
 
 
@@ -53,18 +55,20 @@ def run_cases(cases: Sequence[Case], begun: Callable[[int, Case], None] = lambda
         start = time.monotonic()
         with event.install_timer("numba:compile", lambda _seconds: None) as timer:
             try:
-                findings, error = case.run(), ""
+                found, error = list(case.run()), ""
             except VrxError as failure:
-                findings, error = Findings(()), str(failure)
+                found, error = [], str(failure)
         compiling = timer.duration if timer.done else 0.0
-        results.append(Result(case, findings, error, time.monotonic() - start - compiling, compiling))
+        rows = tuple(each for each in found if isinstance(each, Row))
+        charts = tuple(each for each in found if isinstance(each, Chart))
+        results.append(Result(case, rows, charts, error, time.monotonic() - start - compiling, compiling))
     return results
 
 
 def counts(results: Sequence[Result]) -> tuple[int, int, int]:
     """How many rows are inside, known to be outside, and there at all; a failed case counts as one that is outside."""
     states = ["failed" for result in results if result.error]
-    states += [row.state for result in results for row in result.findings.rows]
+    states += [row.state for result in results for row in result.rows]
     return states.count("inside"), states.count("known"), len(states)
 
 
@@ -76,25 +80,22 @@ def results_json(results: Sequence[Result]) -> dict[str, object]:
 
 
 def _case_fields(result: Result) -> dict[str, object]:
-    case, times = result.case, {"seconds": round(result.seconds, 2), "compiling": round(result.compiling, 2)}
-    fields = {"name": case.name, "title": case.title, "setup": case.setup, "source": case.source}
+    case, seconds, compiling = result.case, round(result.seconds, 2), round(result.compiling, 2)
+    described = {name: getattr(case, name) for name in ("name", "title", "setup", "source", "files")}
     found = {"inside": result.state == "inside", "state": result.state, "error": result.error or None}
-    rows = [_row_fields(row) for row in result.findings.rows]
-    return {**fields, "files": list(case.files), **found, **times, "rows": rows}
+    rows = [_row_fields(row) for row in result.rows]
+    return {**described, **found, "seconds": seconds, "compiling": compiling, "rows": rows}
 
 
 def _row_fields(row: Row) -> dict[str, object]:
-    numbers = {"reference": row.reference, "ours": row.ours, "difference": row.difference, "low": row.low,
-               "high": row.high, "theory": row.theory}  # fmt: skip
-    finite = {name: value if value is not None and math.isfinite(value) else None for name, value in numbers.items()}
-    found = {"band": row.band, "inside": row.inside, "state": row.state}
-    return {"quantity": row.quantity, "unit": row.unit, **finite, **found}
+    fields = {**asdict(row), "difference": row.difference, "inside": row.inside, "state": row.state}
+    infinite = {name: None for name, value in fields.items() if isinstance(value, float) and not math.isfinite(value)}
+    return fields | infinite
 
 
 def _machine() -> dict[str, str]:
-    versions = {name: version(name) for name in _NEEDED}
-    own = {"vrx_mj": version("vrx-mj"), **versions}
-    return {**own, "python": platform.python_version(), "platform": platform.platform()}
+    versions = {"vrx_mj": version("vrx-mj"), **{name: version(name) for name in _NEEDED}}
+    return {**versions, "python": platform.python_version(), "platform": platform.platform()}
 
 
 def page(results: Sequence[Result], left_out: Sequence[Case] = ()) -> str:
@@ -109,13 +110,8 @@ def page(results: Sequence[Result], left_out: Sequence[Case] = ()) -> str:
 def _environment() -> Environment:
     environment = page_environment("validation")
     environment.filters |= {"figure": _figure, "signed": _difference}
-    environment.globals |= {"chart": chart_svg, "charts": _charts}
+    environment.globals |= {"chart": chart_svg, "bands": _bands}
     return environment
-
-
-def _charts(result: Result) -> tuple[Chart, ...]:
-    """The charts of a case; if it has none, where its rows lie in their bands."""
-    return result.findings.charts or (_bands(result.findings.rows),)
 
 
 def _bands(rows: Sequence[Row]) -> Chart:

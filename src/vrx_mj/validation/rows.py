@@ -1,10 +1,12 @@
 """What a case of the report is, and what it finds: rows of a reference, our value and a band, and charts."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import SupportsFloat
 
 from vrx_mj.draw.chart import Chart
+from vrx_mj.validation.reference import source
 
 _KNOWN = 0.002
 """Greatest distance from exact theory of a row that is known to be outside, as a share of it."""
@@ -52,7 +54,13 @@ class Row:
 
 
 def near(
-    quantity: str, unit: str, reference: float, ours: float, *, relative: float = 0.0, absolute: float = 0.0
+    quantity: str,
+    unit: str,
+    reference: float,
+    ours: SupportsFloat,
+    *,
+    relative: float = 0.0,
+    absolute: float = 0.0,
 ) -> Row:
     """A row whose band is a share of the reference, or a distance from it in the row's unit."""
     reference = float(reference)
@@ -61,29 +69,23 @@ def near(
     return Row(quantity, unit, reference, float(ours), reference - half, reference + half, words)
 
 
-def between(quantity: str, unit: str, low: float, high: float, ours: float) -> Row:
+def between(quantity: str, unit: str, low: float, high: float, ours: SupportsFloat) -> Row:
     """A row whose reference is a range."""
     return Row(quantity, unit, None, float(ours), low, high, f"{low:g} to {high:g} {unit}".rstrip())
 
 
-def at_most(quantity: str, unit: str, reference: float, ours: float) -> Row:
+def at_most(quantity: str, unit: str, reference: float, ours: SupportsFloat) -> Row:
     """A row of a size, which the reference bounds."""
     return Row(quantity, unit, None, float(ours), 0.0, reference, f"0 to {reference:g} {unit}".rstrip())
 
 
-def equal(quantity: str, unit: str, reference: float, ours: float) -> Row:
+def equal(quantity: str, unit: str, reference: float, ours: SupportsFloat) -> Row:
     """A row whose value must be the reference itself, as a count."""
     return Row(quantity, unit, float(reference), float(ours), reference, reference, "equal")
 
 
-@dataclass(frozen=True)
-class Findings:
-    """What a case has found."""
-
-    rows: tuple[Row, ...]
-    """The comparisons."""
-    charts: tuple[Chart, ...] = ()
-    """The same as curves."""
+Outcome = Iterator[Row | Chart]
+"""What a case finds: comparisons, and curves that show them."""
 
 
 @dataclass(frozen=True)
@@ -91,16 +93,39 @@ class Case:
     """A case of the report, as a reader needs it to judge the numbers."""
 
     name: str
-    """Its name in `--only`."""
+    """Name in `--only`."""
     title: str
-    """Its heading."""
+    """Heading of the case."""
     setup: str
     """What is set up and measured."""
     source: str
     """Formula of the reference, and where it is from."""
     files: tuple[str, ...]
     """Files of the package that compute our value."""
-    run: Callable[[], Findings]
+    run: Callable[[], Outcome]
     """Carries it out."""
     quick: bool = True
     """Whether it is part of `--quick`."""
+
+
+def case(*files: str, table: str = "", quick: bool = True) -> Callable[[Callable[[], Outcome]], Case]:
+    """Make a case of a function that carries it out, and has its name.
+
+    The function's docstring is for the report: the title, what is set up and measured, and after `Reference:` the
+    formula of the reference and where it is from.
+
+    Args:
+        files: files of the package that compute our value.
+        table: name of the reference's table, whose head names its source.
+        quick: whether the case is part of `--quick`.
+    """
+
+    def make(run: Callable[[], Outcome]) -> Case:
+        title, setup, *reference = (" ".join(part.split()) for part in (run.__doc__ or "").split("\n\n"))
+        sources = [text.removeprefix("Reference: ") for text in reference]
+        if table:
+            sources.append(source(table))
+        name = run.__name__.replace("_", "-")
+        return Case(name, title.removesuffix("."), setup, " ".join(sources), files, run, quick)
+
+    return make

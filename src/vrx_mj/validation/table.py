@@ -23,15 +23,15 @@ from vrx_mj.validation.cases import (
 )
 from vrx_mj.validation.rows import Case
 
-CASES: tuple[Case, ...] = (
-    *waves.CASES, *seas.CASES, *hydrostatics.CASES, *hulls.CASES, *pressures.CASES, *resolution.CASES,
-    *otter.CASES, *wamv.CASES, *heron.CASES, *propellers.CASES, *spheres.CASES, *diffraction.CASES, *currents.CASES,
-    *winds.CASES, *moorings.CASES, *drifting.CASES, *runs.CASES, *vrx.CASES,
+_SUBJECTS = (
+    waves, seas, hydrostatics, hulls, pressures, resolution, otter, wamv, heron, propellers, spheres, diffraction,
+    currents, winds, moorings, drifting, runs, vrx,
 )  # fmt: skip
+CASES = tuple(each for subject in _SUBJECTS for each in vars(subject).values() if isinstance(each, Case))
 """All of them."""
 
 
-def chosen(only: tuple[str, ...] = (), *, quick: bool = False) -> tuple[Case, ...]:
+def select_cases(only: tuple[str, ...] = (), *, quick: bool = False) -> tuple[Case, ...]:
     """The cases of these names, or all; those of `--quick` if asked for.
 
     Raises:

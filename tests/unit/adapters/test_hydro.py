@@ -11,7 +11,7 @@ import trimesh
 
 from needs import CAPYTAINE, needs
 from vrx_command import environment
-from vrx_mj.adapters.hydro import FREQUENCIES, hydro_of_hull, panelled
+from vrx_mj.adapters.hydro import FREQUENCIES, hydro_of_hull, panel_hull
 from vrx_mj.config.hydro import read_hydro
 from vrx_mj.errors import CommandError, VrxError
 
@@ -21,7 +21,7 @@ BOX = np.array(trimesh.creation.box((4.0, 2.0, 1.0)).triangles)
 
 
 def test_a_coarse_hull_is_cut_into_panels():
-    vertices, faces, edge = panelled(BOX, 300)
+    vertices, faces, edge = panel_hull(BOX, 300)
     corners = vertices[faces]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2.0
     wet = corners[:, :, 2].mean(axis=1) < 0.0
@@ -34,7 +34,7 @@ def test_a_coarse_hull_is_cut_into_panels():
 def test_the_edge_is_that_of_the_mesh_that_is_made(subdivisions):
     """A fine mesh is not cut: its mean edge halves with each subdivision, whatever number of panels is asked for."""
     ball = trimesh.creation.icosphere(subdivisions=subdivisions)
-    vertices, faces, edge = panelled(np.array(ball.triangles), 50)
+    vertices, faces, edge = panel_hull(np.array(ball.triangles), 50)
     assert len(faces) == len(ball.faces)
     assert edge == pytest.approx(ball.edges_unique_length.mean(), rel=0.02)  # the lower half's
     assert len(vertices) == len(ball.vertices)
@@ -56,7 +56,7 @@ def test_the_fewest_frequencies_are_enough():
     )
     assert found["fit_error"] < 0.05
     k = found["frequencies"][-1] ** 2 / 9.81
-    wet = panelled(SPHERE, 100)[2]
+    wet = panel_hull(SPHERE, 100)[2]
     assert 2.0 * math.pi / k == pytest.approx(5.0 * wet)
 
 
@@ -91,7 +91,7 @@ def test_a_program_s_logging_stays_as_it_was():
 
 def test_a_hull_in_the_air_has_no_panels():
     with pytest.raises(VrxError) as error:
-        panelled(np.add(BOX, (0.0, 0.0, 3.0)), 300)
+        panel_hull(np.add(BOX, (0.0, 0.0, 3.0)), 300)
     assert str(error.value) == "no part of the hull is under water; check --mass, and the mesh's unit (m)"
 
 

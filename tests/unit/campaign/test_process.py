@@ -4,7 +4,7 @@ import signal
 
 import pytest
 
-from vrx_mj.campaign.process import _ended_by
+from vrx_mj.campaign.process import _exit_text
 
 
 @pytest.mark.parametrize(
@@ -17,9 +17,9 @@ from vrx_mj.campaign.process import _ended_by
     ],
 )
 def test_a_process_without_a_result_says_how_it_ended(code, words):
-    assert _ended_by(code) == words
+    assert _exit_text(code) == words
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="Windows has no SIGKILL")
 def test_a_process_that_is_killed_may_have_met_the_end_of_the_memory():
-    assert _ended_by(-9) == "the process was ended by SIGKILL; this happens when memory runs out"
+    assert _exit_text(-9) == "the process was ended by SIGKILL; this happens when memory runs out"

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from campaigns import campaign_of, failed, scored
 from vrx_mj.campaign.scores import Test as PairedTest
-from vrx_mj.campaign.scores import _adjusted, compare, leaderboard, mean_of, paired_test, seedless_worlds
+from vrx_mj.campaign.scores import _holm_adjustment, compare, leaderboard, mean_of, paired_test, seedless_worlds
 
 SEEDS = range(8)
 
@@ -107,7 +107,7 @@ def test_what_else_differs_is_noted(tmp_path):
 def test_p_values_are_adjusted_step_by_step():
     """Holm (1979): the smallest of three times three, the next times two, and none smaller than the one before."""
     tests = [PairedTest("a", "dock", "points", 9, 8, 1, 1.0, p) for p in (0.03, 0.01, None, 0.04)]
-    assert [test.adjusted for test in _adjusted(tests)] == [
+    assert [test.adjusted for test in _holm_adjustment(tests)] == [
         pytest.approx(0.06), pytest.approx(0.03), None, pytest.approx(0.06)
     ]  # fmt: skip
 

@@ -7,12 +7,12 @@ import pytest
 
 from vrx_mj.draw.chart import Chart
 from vrx_mj.validation import table
-from vrx_mj.validation.rows import Case, Findings, near
+from vrx_mj.validation.rows import Case, near
 
 
 def case(name, ours, **options):
-    rows = (near("force", "N", 100.0, ours, relative=0.01),)
-    return Case(name, "A title", "set up.", "a source", (), lambda: Findings(rows, (Chart("", "", "", ()),)), **options)
+    found = near("force", "N", 100.0, ours, relative=0.01), Chart("", "", "", ())
+    return Case(name, "A title", "set up.", "a source", (), lambda: iter(found), **options)
 
 
 @pytest.fixture
@@ -39,8 +39,8 @@ def test_one_outside_is_printed_and_ends_with_1(cli, folder, three):
 
 def test_rows_that_are_known_to_be_outside_do_not_end_with_1(cli, folder, monkeypatch):
     known = case("known", 102.0)
-    rows = tuple(replace(row, theory=102.0) for row in known.run().rows)
-    monkeypatch.setattr(table, "CASES", (case("one", 100.5), replace(known, run=lambda: Findings(rows))))
+    row = replace(next(known.run()), theory=102.0)
+    monkeypatch.setattr(table, "CASES", (case("one", 100.5), replace(known, run=lambda: iter([row]))))
     found = cli("validate")
     assert found.code == 0
     assert found.out.splitlines()[-1] == "1 of 2 inside, 1 known to be outside"

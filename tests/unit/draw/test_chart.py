@@ -36,6 +36,11 @@ def test_a_straight_line_is_straight_and_inside_the_page():
     assert 0.0 < y2 < y0 < height  # up is up
 
 
+def test_a_label_stands_once_in_the_legend():
+    svg = drawn(*(Series("closed form", [0.0, 1.0], [height] * 2, reference=True) for height in (1.0, 2.0)))
+    assert [text.text for text in svg.iter(f"{SVG}text")].count("closed form") == 1
+
+
 def test_values_that_are_no_numbers_cut_a_curve():
     line = curve(drawn(Series("ours", [0.0, 1.0, 2.0, 3.0, 4.0, 5.0], [0.0, 1.0, np.nan, np.inf, 2.0, 5.0])))
     assert re.sub(r"[^ML]", "", line) == "MLML"

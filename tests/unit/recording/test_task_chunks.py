@@ -96,7 +96,7 @@ def judged(rows):
     referee = make_referee(TASK)
     layout = FrameLayout.of(TASK, referee.watched)
     for _, row, _ in rows:
-        if not referee.finished:
+        if not referee.is_over:
             referee.look(layout.frame(row.tolist()))
     return referee
 
@@ -120,7 +120,7 @@ def test_the_plot_goes_on_to_the_end_at_the_score_of_the_run():
     rows = frames(0.0, 40.0)
     times, values = series(written(rows), PLOT, "Scalars:scalars")
     referee = judged(rows)
-    assert referee.finished
+    assert referee.is_over
     assert values[-1] == [referee.status.score, referee.status.collisions] == [10.0 - 3.0 + 10.0 + 2.0, 1.0]
     assert times[values.index(values[-1])] == pytest.approx(2.0 + referee.status.elapsed)
     assert times[-1] == pytest.approx(rows[-1][0])

@@ -26,23 +26,23 @@ def test_each_command_is_that_of_its_boat_and_channel(actions):
 
 def test_numbers_of_channels_that_a_boat_lacks_are_left_out(actions):
     given = [[[0.5, 0.25], [-0.75, np.nan]]]
-    assert actions.checked(given, HERE).tolist() == [[[0.5, 0.25], [-0.75, 0.0]]]
+    assert actions.array(given, HERE).tolist() == [[[0.5, 0.25], [-0.75, 0.0]]]
 
 
 def test_numbers_of_a_boat_that_is_not_there_are_left_out(actions):
     given = [[[0.5, 0.25], [np.nan, 7.0]]]
-    assert actions.checked(given, np.array([[True, False]])).tolist() == [[[0.5, 0.25], [0.0, 0.0]]]
+    assert actions.array(given, np.array([[True, False]])).tolist() == [[[0.5, 0.25], [0.0, 0.0]]]
     with pytest.raises(ActionError, match="invalid action nan for only of b"):
-        actions.checked(given, HERE)
+        actions.array(given, HERE)
 
 
 @pytest.mark.parametrize("value", [1.001, -1.001, np.inf, np.nan])
 def test_a_number_beyond_one_is_refused(actions, value):
     with pytest.raises(ActionError, match="right of a"):
-        actions.checked([[[0.5, value], [0.0, 0.0]]], HERE)
+        actions.array([[[0.5, value], [0.0, 0.0]]], HERE)
 
 
 def test_other_shapes_are_refused(actions):
     for given in (np.zeros((1, 2)), np.zeros((2, 2, 2)), "left"):
         with pytest.raises(ActionError):
-            actions.checked(given, HERE)
+            actions.array(given, HERE)

@@ -111,7 +111,7 @@ class Run:
 
     @property
     def over(self):
-        return self.referee.finished
+        return self.referee.is_over
 
     @property
     def progress(self):

@@ -136,7 +136,7 @@ def test_a_perfect_run_gives_eleven_points_a_gate(course):
     legs = [point for gate in gates for point in through(gate)]
     for number, boat in enumerate(track(legs, 0.25), start=2):
         look(referee, number / 20, boat, **poses)
-    assert referee.finished
+    assert referee.is_over
     assert referee.status.score == 11.0 * len(gates)
 
 
@@ -148,7 +148,7 @@ def test_points_come_gate_by_gate():
         "gate 3 of 4 crossed, 4.0 s: 32 points",
         "gate 4 of 4 crossed, 5.0 s: 44 points",
     ]
-    assert (referee.finished, referee.status.timed_out) == (True, False)
+    assert (referee.is_over, referee.status.timed_out) == (True, False)
 
 
 def test_a_gate_left_out_costs_its_points_and_the_bonus_of_the_next():
@@ -162,7 +162,7 @@ def test_a_gate_left_out_cannot_be_made_up_for():
     referee = path()
     sail(referee, (5, 0), (15, 0), (15, 9), (25, 9), (25, 0), (35, 0), (35, 9), (15, 9), (15, 0), (25, 0))
     assert referee.status.score == 20
-    assert not referee.finished
+    assert not referee.is_over
 
 
 def test_before_the_first_gate_none_counts():
@@ -192,7 +192,7 @@ def test_a_gate_crossed_backwards_is_lost_and_breaks_the_row():
 def test_the_last_gate_ends_the_run_even_backwards():
     referee = path()
     sail(referee, (5, 0), (15, 0), (15, 9), (45, 9), (45, 0), (35, 0))
-    assert (referee.finished, referee.status.timed_out, referee.status.score) == (True, False, 10.0)
+    assert (referee.is_over, referee.status.timed_out, referee.status.score) == (True, False, 10.0)
     assert referee.progress == {"gates": ["crossed", "missed", "missed", "backwards"]}
 
 
@@ -201,7 +201,7 @@ def test_a_path_of_one_gate():
     referee = path(gates)
     for time, x in ((1.0, 5), (2.0, 15)):
         referee.look(frame(time, (x, 0), **buoys(gates)))
-    assert (referee.finished, referee.status.score) == (True, 11.0)
+    assert (referee.is_over, referee.status.score) == (True, 11.0)
 
 
 def test_collisions_cost_points_but_never_below_none():
@@ -218,7 +218,7 @@ def test_points_are_kept_when_time_is_up():
     referee = path()
     sail(referee, (5, 0), (15, 0))
     sail(referee, (15, 0), start=300.0)
-    assert (referee.finished, referee.status.timed_out, referee.status.score) == (True, True, 10.0)
+    assert (referee.is_over, referee.status.timed_out, referee.status.score) == (True, True, 10.0)
 
 
 def test_a_path_takes_no_message():
@@ -253,7 +253,7 @@ def sail_channel(referee, *boats, start=1.0, gates=CHANNEL_GATES):
 def test_the_score_is_the_time_per_gate():
     referee = channel()
     lines = sail_channel(referee, (5, 0), (15, 0), (25, 0), (35, 0))
-    assert referee.finished
+    assert referee.is_over
     assert not referee.status.timed_out
     assert referee.status.elapsed == pytest.approx(4.0)
     assert referee.status.score == pytest.approx(4.0 / 3)
@@ -268,7 +268,7 @@ def test_a_course_sailed_with_red_to_starboard_is_finished_in_its_time(course):
     legs = [point for gate in gates for point in through(gate)]
     for number, boat in enumerate(track(legs, 0.25), start=2):
         look(referee, number / 20, boat, **poses)
-        if referee.finished:
+        if referee.is_over:
             break
     assert referee.progress == {"gates": ["crossed"] * len(gates)}
     assert referee.status.score == pytest.approx(number / 20 / len(gates), rel=1e-12)
@@ -279,14 +279,14 @@ def test_a_course_sailed_with_red_to_port_fails_at_its_first_gate(course):
     gates = COURSES[course]
     referee = channel(gates)
     lines = sail_channel(referee, *reversed(through(gates[0])), gates=gates)
-    assert (referee.finished, referee.status.score) == (True, FAILURE)
+    assert (referee.is_over, referee.status.score) == (True, FAILURE)
     assert lines == ["gate 1 crossed backwards: failed"]
 
 
 def test_a_gate_crossed_backwards_fails_even_if_it_is_not_its_turn():
     referee = channel()
     assert sail_channel(referee, (35, 0), (25, 0)) == ["gate 3 crossed backwards: failed"]
-    assert (referee.finished, referee.status.timed_out, referee.status.score) == (True, False, 200.0)
+    assert (referee.is_over, referee.status.timed_out, referee.status.score) == (True, False, 200.0)
     assert referee.progress == {"gates": ["ahead", "ahead", "backwards"]}
 
 
@@ -303,7 +303,7 @@ def test_a_gate_out_of_turn_fails():
 def test_back_through_a_gate_that_was_crossed_is_no_failure():
     referee = channel()
     sail_channel(referee, (5, 0), (15, 0), (5, 0), (15, 0), (25, 0))
-    assert not referee.finished
+    assert not referee.is_over
     assert referee.progress == {"gates": ["crossed", "crossed", "ahead"]}
 
 
@@ -341,7 +341,7 @@ def test_time_up_is_a_failure():
     referee = channel()
     sail_channel(referee, (5, 0), (15, 0), (25, 0))
     assert sail_channel(referee, (35, 0), start=300.0) == []
-    assert (referee.finished, referee.status.timed_out, referee.status.score) == (True, True, 200.0)
+    assert (referee.is_over, referee.status.timed_out, referee.status.score) == (True, True, 200.0)
     assert referee.status.remaining == 0.0
 
 

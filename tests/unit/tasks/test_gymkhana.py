@@ -63,7 +63,7 @@ def test_the_heading_does_not_count():
 def test_a_failed_channel_fails_all():
     referee = gymkhana()
     assert sail(referee, (0, 9), (15, 9), (15, 0), (5, 0)) == [200.0] * 4
-    assert (referee.finished, referee.status.timed_out) == (True, False)
+    assert (referee.is_over, referee.status.timed_out) == (True, False)
     assert referee.progress == {"gates": ["backwards", "ahead"]}
 
 
@@ -71,7 +71,7 @@ def test_a_channel_out_of_time_fails_all_without_penalties():
     referee = gymkhana()
     sail(referee, (5, 0), (15, 0), start=200.0, touches={"red_0": 200.0})
     sail(referee, (15, 0), start=300.0)
-    assert (referee.finished, referee.status.timed_out, referee.status.score) == (True, True, 200.0)
+    assert (referee.is_over, referee.status.timed_out, referee.status.score) == (True, True, 200.0)
     assert referee.outputs["channel"]["timed_out"]
     assert referee.outputs["channel"]["score"] == 200.0
 
@@ -84,7 +84,7 @@ def test_penalties_are_added_only_when_time_is_up():
     referee.look(frame(200.0, (30, 0), touches={"buoy": 200.0}, **STANDS))
     assert referee.status.score == 75 / 6
     referee.look(frame(300.0, (500, 0), touches={"buoy": 200.0}, **STANDS))
-    assert (referee.finished, referee.status.timed_out) == (True, True)
+    assert (referee.is_over, referee.status.timed_out) == (True, True)
     assert referee.status.score == 75 / 6 + 2 * 1.0
 
 

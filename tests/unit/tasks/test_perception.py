@@ -44,7 +44,7 @@ def test_a_perfect_run():
         "landmark red_0 disappears: error 0.00 m",
         "landmark green_0 disappears: error 0.00 m",
     ]
-    assert (referee.finished, referee.status.timed_out, referee.status.score) == (True, False, 0.0)
+    assert (referee.is_over, referee.status.timed_out, referee.status.score) == (True, False, 0.0)
 
 
 def test_errors_are_of_now_at_most_two_and_the_least_counts():
@@ -64,7 +64,7 @@ def test_nothing_found_is_ten():
     referee = perception()
     look(referee, 6.0, **UP)
     look(referee, 11.0, **UP)
-    assert (referee.finished, referee.status.score) == (True, 10.0)
+    assert (referee.is_over, referee.status.score) == (True, 10.0)
 
 
 def test_the_sum_is_the_score_until_the_end_and_then_the_mean():
@@ -136,7 +136,7 @@ def test_a_model_may_show_up_twice():
     referee = perception([thing("red_0", RED, 5.0), thing("red_0", RED, 15.0)])
     for time, messages in ((6, ()), (7, [report(RED, 8, 1)]), (11, ()), (16, ()), (21, ())):
         look(referee, time, messages=messages, **UP)
-    assert (referee.finished, referee.status.score) == (True, 5.5)
+    assert (referee.is_over, referee.status.score) == (True, 5.5)
 
 
 def test_objects_are_placed_by_the_boats_yaw_and_go_back_to_their_stash():
@@ -177,7 +177,7 @@ def test_out_of_time_the_sum_is_left():
     referee = perception([thing("red_0", RED, 5.0), thing("green_0", GREEN, 299.0)])
     for time in (6, 11, 299.5, 300):
         look(referee, time, **UP)
-    assert (referee.finished, referee.status.timed_out, referee.status.score) == (True, True, 10.0)
+    assert (referee.is_over, referee.status.timed_out, referee.status.score) == (True, True, 10.0)
 
 
 def test_reports_before_the_run_are_lost():
@@ -200,7 +200,7 @@ def test_a_sequence_that_loops_begins_anew_with_fresh_errors():
         (1.0, [True]),
         (10.0, [False]),
     ]
-    assert not referee.finished
+    assert not referee.is_over
 
 
 @pytest.mark.parametrize(

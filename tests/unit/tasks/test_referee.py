@@ -11,9 +11,9 @@ from unit.tasks.samples import SAMPLES, restless, sample
 from unit.tasks.streams import begin, frame, pose, task
 from vrx_mj.errors import CommandError, StateError, UnknownNameError
 from vrx_mj.tasks.frame import Message
-from vrx_mj.tasks.referee import Referee, dead_time
+from vrx_mj.tasks.referee import Referee, Rules, dead_time
 from vrx_mj.tasks.registry import TASK_KINDS, make_referee
-from vrx_mj.tasks.rules import Release, Rules
+from vrx_mj.tasks.rules import Release
 
 GOAL = {"x": 0.0, "y": 0.0, "yaw": 0.0, "latitude": None, "longitude": None}
 TYPES = sorted(TASK_KINDS)
@@ -104,10 +104,10 @@ class Early(Rules):
     def __init__(self, timeout=None, end=None):
         self.state, self._timeout, self._end = Nothing(), timeout, end
 
-    def update(self, frame, context):
-        context.set_score(5.0)
+    def update(self, frame, referee):
+        referee.set_score(5.0)
         if self._end is not None and frame.time >= self._end:
-            context.finish()
+            referee.finish()
 
     def timeout_score(self, status):
         return self._timeout
@@ -137,7 +137,7 @@ def test_rules_that_end_a_task_do_not_time_it_out():
     referee = early(timeout=200.0, end=4.5)
     assert phases(referee, (1.0, 2.0, 4.45, 4.5, 5.0, 99.0)) == ["ready", *["running"] * 2, *["finished"] * 3]
     assert (referee.status.timed_out, referee.status.elapsed, referee.status.score) == (False, 2.5, 5.0)
-    assert referee.finished
+    assert referee.is_over
 
 
 def test_plain_rules_take_no_message_and_have_no_outputs():
@@ -286,7 +286,7 @@ def test_the_same_frames_give_the_same_dump_also_after_a_restart(kind):
 def test_every_task_ends_and_says_so(kind):
     referee = make_referee(sample(kind))
     verdicts = run(referee, restless(kind, 3))
-    assert referee.finished
+    assert referee.is_over
     assert sum("after" in text and "score" in text for each in verdicts for text, _ in each.lines) >= 1
     json.dumps([referee.info, referee.outputs, referee.progress])
 

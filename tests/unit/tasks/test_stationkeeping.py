@@ -89,7 +89,7 @@ def test_the_mean_stays_when_time_is_up_and_collisions_cost_nothing():
     begin(referee, boat=(3, 0))
     referee.look(frame(150.0, (3, 0), touches={"pier": 150.0}))
     referee.look(frame(300.0, (500, 0), touches={"pier": 150.0}))
-    assert (referee.finished, referee.status.timed_out, referee.status.score) == (True, True, 3.0)
+    assert (referee.is_over, referee.status.timed_out, referee.status.score) == (True, True, 3.0)
     assert referee.status.collisions == 1
 
 

@@ -37,10 +37,10 @@ def test_the_order_is_free_and_the_run_lasts_until_time_is_up():
     begin(referee, boat=(99, 99))
     for time, boat in ((1.0, (10, 10, 1.0)), (2.0, (0, 0)), (3.0, (10, 0))):
         referee.look(frame(time, boat))
-    assert not referee.finished
+    assert not referee.is_over
     assert referee.status.score == pytest.approx(0.0, abs=1e-12)
     assert look(referee, 300.0, (0, 0)) == [f"waypoint {k} of 3: least error 0.00 m" for k in (1, 2, 3)]
-    assert (referee.finished, referee.status.timed_out) == (True, True)
+    assert (referee.is_over, referee.status.timed_out) == (True, True)
 
 
 def test_the_score_never_rises():

@@ -73,7 +73,7 @@ class Run:
 
     @property
     def over(self):
-        return self.referee.finished
+        return self.referee.is_over
 
 
 CCW = range(-16, 325, 10)

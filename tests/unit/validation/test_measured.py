@@ -10,6 +10,7 @@ from vrx_mj import Simulation, compile_world
 from vrx_mj.config.measured import MOST_BYTES, read_case, read_measurements
 from vrx_mj.errors import VrxError
 from vrx_mj.validation.measured import measured_case
+from vrx_mj.validation.rows import Row
 
 WORLD = "physics: {profile: marine}\nsea: {model: none}\nspawn: {robot: skiff, sensors: none}\n"
 CASE = """
@@ -40,6 +41,10 @@ def measured(files, rows, case=CASE, head="time,surge,course"):
     return measured_case(files / "pull.yaml", files / "pull.csv")
 
 
+def compared(files, rows):
+    return [found for found in measured(files, rows).run() if isinstance(found, Row)]
+
+
 def sailed(files):
     """The same run by hand: time, surge, heading."""
     sim = Simulation(compile_world("./bay.yaml"))
@@ -61,11 +66,11 @@ def test_a_boat_may_start_astern_and_turning_to_starboard(files):
 
 def test_a_run_is_compared_sample_by_sample(files):
     rows = sailed(files)
-    surge, course = measured(files, rows).run().rows
+    surge, course = compared(files, rows)
     assert (surge.inside, course.inside) == (True, True)
     assert (surge.ours, course.ours) == pytest.approx((0.0, 0.0), abs=1e-12)
     off = [(t, u + (0.02 if t == 7.0 else 0.0), psi - 360.0) for t, u, psi in rows]
-    surge, course = measured(files, off).run().rows
+    surge, course = compared(files, off)
     assert (surge.inside, surge.ours) == (False, pytest.approx(0.02))
     assert (course.inside, course.ours) == (True, pytest.approx(0.0, abs=1e-9))  # a full turn is none
     assert (surge.unit, course.unit) == ("m/s", "deg")
@@ -74,10 +79,10 @@ def test_a_run_is_compared_sample_by_sample(files):
 def test_samples_may_lack_a_value_and_begin_late(files):
     rows = [(t, u if t != 5.0 else "", psi) for t, u, psi in sailed(files)[3:]]
     case = measured(files, rows)
-    findings = case.run()
-    assert [row.inside for row in findings.rows] == [True, True]
+    surge, curves, course, _ = case.run()
+    assert (surge.inside, course.inside) == (True, True)
     assert "10 samples of pull.csv, up to 12 s" in case.setup
-    assert np.isnan(findings.charts[0].series[0].y[2])
+    assert np.isnan(curves.series[0].y[2])
 
 
 @pytest.mark.parametrize(

@@ -11,18 +11,18 @@ import pytest
 from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.errors import UnknownNameError, VrxError
 from vrx_mj.resources import root
-from vrx_mj.validation import cases, reference
+from vrx_mj.validation import reference
 from vrx_mj.validation.report import counts, page, results_json, run_cases, write_report
-from vrx_mj.validation.rows import Case, Findings, between, near
-from vrx_mj.validation.table import CASES, chosen
+from vrx_mj.validation.rows import Case, Row, between, case, near
+from vrx_mj.validation.table import CASES, select_cases
 
 
 def found(*ours):
-    chart = Chart("a chart", "x", "y", (Series("<ours>", [0.0, 1.0], [0.0, 1.0]),))
-    return Findings(tuple(near(f"row {value:g}", "m", 1.0, value, relative=0.1) for value in ours), (chart,))
+    yield from (near(f"row {value:g}", "m", 1.0, value, relative=0.1) for value in ours)
+    yield Chart("a chart", "x", "y", [Series("<ours>", [0.0, 1.0], [0.0, 1.0])])
 
 
-def case(name, run):
+def made(name, run):
     return Case(name, f"the case {name}", "a <tank>", "a formula & its book", ("physics/panels.py",), run)
 
 
@@ -30,7 +30,7 @@ def failing():
     raise VrxError("no water")
 
 
-GOOD, BAD, FAILED = case("good", lambda: found(1.0, 1.05)), case("bad", lambda: found(1.0, 2.0)), case("worse", failing)
+GOOD, BAD, FAILED = made("good", lambda: found(1.0, 1.05)), made("bad", lambda: found(1.0, 2.0)), made("worse", failing)
 
 
 def test_rows_are_counted_and_a_failed_case_is_one_that_is_outside():
@@ -39,8 +39,8 @@ def test_rows_are_counted_and_a_failed_case_is_one_that_is_outside():
 
 
 def test_rows_that_are_known_to_be_outside_are_counted_apart():
-    rows = tuple(replace(row, theory=2.0) for row in found(1.0, 2.0).rows)
-    results = run_cases([GOOD, case("known", lambda: Findings(rows)), BAD])
+    rows = [replace(row, theory=2.0) for row in found(1.0, 2.0) if isinstance(row, Row)]
+    results = run_cases([GOOD, made("known", lambda: rows), BAD])
     assert [result.state for result in results] == ["inside", "known", "outside"]
     assert counts(results) == (4, 1, 6)
     tree = results_json(results)
@@ -54,7 +54,7 @@ def test_the_time_that_compiling_takes_is_told_apart():
         numba.njit(lambda x: x + 1)(1)
         return found(1.0)
 
-    (first, none) = run_cases([case("first", compiles), GOOD])
+    (first, none) = run_cases([made("first", compiles), GOOD])
     assert first.compiling > 0.0 == none.compiling
     assert first.seconds >= 0.0
 
@@ -71,7 +71,7 @@ def test_json_has_every_row():
 
 def test_numbers_that_json_does_not_have_are_null(tmp_path):
     row = near("drift", "m", 1.0, math.inf, relative=0.1), between("rate", "", 0.0, 1.0, math.nan)
-    results = run_cases([case("wild", lambda: Findings(row))])
+    results = run_cases([made("wild", lambda: row)])
     write_report(tmp_path / "a" / "report", results)
     tree = json.loads((tmp_path / "a" / "report" / "results.json").read_text(encoding="utf-8"))
     assert [(each["ours"], each["inside"]) for each in tree["cases"][0]["rows"]] == [(None, False)] * 2
@@ -90,11 +90,11 @@ def test_the_page_shows_what_a_reader_needs_and_escapes_it():
 
 def test_cases_are_chosen_by_name():
     first, second = CASES[3], CASES[0]
-    assert chosen((first.name, second.name)) == (second, first)
-    assert chosen() == CASES
-    assert chosen(quick=True) == tuple(each for each in CASES if each.quick)
+    assert select_cases((first.name, second.name)) == (second, first)
+    assert select_cases() == CASES
+    assert select_cases(quick=True) == tuple(each for each in CASES if each.quick)
     with pytest.raises(UnknownNameError) as error:
-        chosen(("airry",))
+        select_cases(("airry",))
     assert str(error.value).startswith("no case named 'airry'; did you mean 'airy'?")
 
 
@@ -107,6 +107,22 @@ def test_a_case_names_files_that_are_there(each):
     assert len(each.source) > 30
     for file in re.findall(r"assets/\S+\.(?:yaml|csv|off)", f"{each.setup} {each.source}"):
         assert list(root().glob(file)), file
+
+
+def test_a_docstring_is_what_the_report_shows():
+    @case("physics/panels.py", table="airy", quick=False)
+    def a_case():
+        """Lengths of waves.
+
+        A tank with
+        a wave.
+
+        Reference: Airy (1845), linear.
+        """
+
+    assert (a_case.name, a_case.title, a_case.setup) == ("a-case", "Lengths of waves", "A tank with a wave.")
+    assert a_case.source == f"Airy (1845), linear. {reference.source('airy')}"
+    assert (a_case.files, a_case.quick) == (("physics/panels.py",), False)
 
 
 def test_names_of_cases_differ():
@@ -136,13 +152,13 @@ OUTSIDE = {"sphere-decay": ["first trough, height", "second trough, height"]}
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("subject", [name for name, module in vars(cases).items() if hasattr(module, "CASES")])
-def test_quick_cases_are_inside_but_for_what_is_known(subject):
-    for result in run_cases([each for each in getattr(cases, subject).CASES if each.quick]):
-        assert result.error == ""
-        found = [row for row in result.findings.rows if not row.inside]
-        assert [row.quantity for row in found] == OUTSIDE.get(result.case.name, [])
-        assert {row.state for row in found} <= {"known"}
-        assert result.findings.rows
-        for chart in result.findings.charts:
-            assert any(series.reference for series in chart.series), chart.title
+@pytest.mark.parametrize("each", [each for each in CASES if each.quick], ids=lambda each: each.name)
+def test_quick_cases_are_inside_but_for_what_is_known(each):
+    (result,) = run_cases([each])
+    assert result.error == ""
+    found = [row for row in result.rows if not row.inside]
+    assert [row.quantity for row in found] == OUTSIDE.get(result.case.name, [])
+    assert {row.state for row in found} <= {"known"}
+    assert result.rows
+    for chart in result.charts:
+        assert any(series.reference for series in chart.series), chart.title

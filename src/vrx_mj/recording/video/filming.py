@@ -22,7 +22,7 @@ from vrx_mj.bar import Bar
 from vrx_mj.draw.colors import boat_colors
 from vrx_mj.errors import UnknownNameError, VideoError
 from vrx_mj.model.boats import boat_label
-from vrx_mj.outputs import written
+from vrx_mj.outputs import atomic_write
 from vrx_mj.packages import install_extra
 from vrx_mj.recording.reader import Record, read_record
 from vrx_mj.recording.video.stage import Above, Chase, Eye, Footage, Stage, view_of
@@ -102,7 +102,7 @@ def write_video(
     recorded = (source if isinstance(source, Record) else read_record(source)).sound()
     film = Film(recorded, shot or Shot(), size=size, fps=fps, eye=eye)
     with (
-        written(target, "the video", VideoError) as draft,
+        atomic_write(target, "the video", VideoError) as draft,
         closing(film),
     ):  # one that fails leaves an older one as it is
         if target.is_dir():

@@ -9,7 +9,7 @@ from vrx_mj.arrays import BoolArray, FloatArray
 from vrx_mj.config.bays import MOUTH_GAP, Bay, find_bays
 from vrx_mj.model.site import Dock
 from vrx_mj.rl.options import PERIOD
-from vrx_mj.rl.problem import Entry, Judged, Problem, Spot, Team, folded, open_water
+from vrx_mj.rl.problem import Entry, Judged, Problem, Spot, Team, open_water, point, turn_to, wrap_angle
 from vrx_mj.rl.refereed import Rows
 
 _AWAY = (8.0, 18.0)
@@ -48,8 +48,8 @@ class Docking(Problem):
     )
     duration = 90.0
     entries = (
-        Entry("middle of the bay ahead [m]", 10.0), Entry("middle of the bay to port [m]", 10.0),
-        Entry("sine of the turn to the bay's axis", 1.0), Entry("cosine of the turn to the bay's axis", 1.0),
+        *point("middle of the bay", 10.0),
+        *turn_to("the bay's axis"),
         Entry("distance of the bay's mouth along its axis [m]", 10.0),
         Entry("distance of the bay's axis to port of the boat [m]", 3.0),
     )  # fmt: skip
@@ -77,7 +77,7 @@ class Docking(Problem):
     def observe(self, team: Team) -> FloatArray:
         """The bay from the boat."""
         x, y, inward, _, _, mouth = self._goal.T[:, :, None]
-        turn = folded(inward - team.yaw)
+        turn = wrap_angle(inward - team.yaw)
         along, aside = self._from_middle(team)
         return np.stack((*team.toward(x, y), np.sin(turn), np.cos(turn), -along - mouth, -aside), axis=-1)
 
@@ -99,11 +99,11 @@ class Docking(Problem):
     def facts(self) -> dict[str, npt.NDArray[np.generic]]:
         """Whether the boat is inside and has docked, and how fast it came."""
         docked = self._held >= round(_HOLD / PERIOD)
-        return {"inside": self._inside.copy(), "docked": docked, "approach_speed": self._fastest.copy()}
+        return {"inside": self._inside, "docked": docked, "approach_speed": self._fastest}
 
-    def drawn(self) -> dict[str, npt.NDArray[np.generic]]:
+    def episode_facts(self) -> dict[str, npt.NDArray[np.generic]]:
         """The bays, (n, 3): x, y [m] of the middle of the zone and the heading into it [rad]."""
-        return {"bay": self._goal[:, :3].copy()}
+        return {"bay": self._goal[:, :3]}
 
     def _from_middle(self, team: Team) -> tuple[FloatArray, FloatArray]:
         """How far the boats are from the middles of their bays' zones, along the bay and to port of its axis [m]."""

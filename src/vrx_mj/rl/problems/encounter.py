@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
-from vrx_mj.rl.problem import CLEAR, Entry, Judged, Problem, Spot, Team, folded, open_water
+from vrx_mj.rl.problem import CLEAR, Entry, Judged, Problem, Spot, Team, point, wrap_angle
 from vrx_mj.rl.refereed import Rows
 
 HEAD_ON, GIVE_WAY, STAND_ON, OVERTAKING, OVERTAKEN = range(5)
@@ -29,7 +29,7 @@ _READILY = np.radians(30.0)
 
 def bearings(x: FloatArray, y: FloatArray, yaw: FloatArray) -> FloatArray:
     """Where each sees the other, (n, 2), from places [m] and headings."""
-    return folded(np.arctan2(y[:, ::-1] - y, x[:, ::-1] - x) - yaw)
+    return wrap_angle(np.arctan2(y[:, ::-1] - y, x[:, ::-1] - x) - yaw)
 
 
 def roles(bearing: FloatArray, yaw: FloatArray) -> IntArray:
@@ -39,7 +39,7 @@ def roles(bearing: FloatArray, yaw: FloatArray) -> IntArray:
     stern sector overtakes, unless the other is in its own as well (13). Else who has the other to starboard gives way
     (15), and the other one stands on (17).
     """
-    reciprocal = np.abs(np.abs(folded(yaw[:, :1] - yaw[:, 1:])) - np.pi) <= _NEARLY
+    reciprocal = np.abs(np.abs(wrap_angle(yaw[:, :1] - yaw[:, 1:])) - np.pi) <= _NEARLY
     head_on = reciprocal & (np.abs(bearing) <= _NEARLY).all(axis=1, keepdims=True)
     astern = np.abs(bearing) > _ABAFT
     overtaken = astern & ~astern[:, ::-1]
@@ -118,8 +118,8 @@ _AGREED = 15.0
 _ARRIVED = 5.0
 """A boat is at its goal within this distance [m]."""
 _OPENED = 1.0
-"""They have passed when they are behind each other, and farther apart than they were at the least by this [m]: waves
-shake them by less."""
+"""Distance beyond the closest approach at which boats that are behind each other have passed [m]; waves shake them by
+less."""
 
 
 class Encounter(Problem):
@@ -142,10 +142,9 @@ class Encounter(Problem):
     far, `passed`, `collided`, and the present `score`, 0 until they have passed; at the start `goals` [m].
     """
 
-    world = open_water()
     duration = 60.0
     entries = (
-        Entry("goal ahead [m]", 20.0), Entry("goal to port [m]", 20.0),
+        *point("goal", 20.0),
         Entry("sine of the turn since the start", 1.0), Entry("cosine of the turn since the start", 1.0),
         Entry("change of speed since the start [m/s]", 3.0), Entry("whether the boats meet head-on", 1.0),
         Entry("whether this boat has to keep clear", 1.0), Entry("whether the boats have passed", 1.0),
@@ -187,7 +186,7 @@ class Encounter(Problem):
 
     def observe(self, team: Team) -> FloatArray:
         """The goal from the boat, what it must do, and what it did."""
-        turn = folded(team.yaw - self._course)
+        turn = wrap_angle(team.yaw - self._course)
         head_on = self._role == HEAD_ON
         passed = np.repeat(self._passed[:, None], 2, axis=1)
         return np.stack(
@@ -210,26 +209,26 @@ class Encounter(Problem):
         self._far = far
         return Judged(own, touched[:, None] | leaves)
 
-    def drawn(self) -> dict[str, npt.NDArray[np.generic]]:
+    def episode_facts(self) -> dict[str, npt.NDArray[np.generic]]:
         """The goals, (n, 2, 2): x, y [m] of each boat's."""
-        return {"goals": self._goals.copy()}
+        return {"goals": self._goals}
 
     def forfeit(self, left: IntArray) -> FloatArray:
         """Beside the usual, being at fault for all steps left."""
         return super().forfeit(left) + 0.1 * left[:, None]
 
     def facts(self) -> dict[str, npt.NDArray[np.generic]]:
-        """Their roles, how near they came, and what that was worth."""
-        found = {"role": self._role, "closest": self._closest, "passed": self._passed, "collided": self._collided}
-        return {name: values.copy() for name, values in found.items()} | {"score": self._scores()}
+        """Roles of the boats, how near they came, and what that was worth."""
+        closest, passed, collided = self._closest, self._passed, self._collided
+        return {"role": self._role, "closest": closest, "passed": passed, "collided": collided, "score": self._scores()}
 
     def _faults(self, team: Team, gap: FloatArray, meet: BoolArray) -> FloatArray:
         """(n, 2), 0 to 1; none once they have passed. What the stand-on vessel departs is added up for its score."""
         time, distance = approach(team.x, team.y, *team.velocity())
-        port = np.clip(folded(team.yaw - self._course) / _READILY, 0.0, 1.0)
+        port = np.clip(wrap_angle(team.yaw - self._course) / _READILY, 0.0, 1.0)
         risk = np.clip(1.0 - distance / _WANTED, 0.0, 1.0)[:, None]
         clear = np.minimum(risk + np.where(self._role == HEAD_ON, port, 0.0), 1.0)
-        off = departure(folded(team.yaw - self._course), _speeds(team), self._speed)
+        off = departure(wrap_angle(team.yaw - self._course), _speeds(team), self._speed)
         late = np.where(self._role == STAND_ON, port, 0.0)
         holds = np.where((gap < _AGREED)[:, None], late, off)
         before, closing = (meet & ~self._passed)[:, None], (time > 0.0)[:, None]

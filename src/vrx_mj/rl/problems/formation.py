@@ -6,7 +6,7 @@ import numpy.typing as npt
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.control.formation import slots
 from vrx_mj.rl.options import PERIOD
-from vrx_mj.rl.problem import Entry, Judged, Problem, Spot, Team, crowded, folded, open_water
+from vrx_mj.rl.problem import Entry, Judged, Problem, Spot, Team, boats_too_near, point, turn_to, wrap_angle
 from vrx_mj.rl.refereed import Rows
 
 _SHAPES = ("line", "column", "wedge", "circle")
@@ -38,12 +38,11 @@ class Formation(Problem):
     `leader_speed` [m/s], and `slots`, ahead and to port of the leader [m].
     """
 
-    world = open_water()
     duration = 60.0
     entries = (
-        Entry("own place ahead [m]", 10.0), Entry("own place to port [m]", 10.0),
+        *point("own place", 10.0),
         Entry("velocity of that place ahead [m/s]", 3.0), Entry("velocity of that place to port [m/s]", 3.0),
-        Entry("sine of the turn to the leader's course", 1.0), Entry("cosine of the turn to the leader's course", 1.0),
+        *turn_to("the leader's course"),
     )  # fmt: skip
     boats, fixed = 4, False
 
@@ -78,20 +77,19 @@ class Formation(Problem):
     def observe(self, team: Team) -> FloatArray:
         """The place from the boat."""
         x, y, east, north = self._places()
-        turn = folded(self._leader[:, 2:] - team.yaw)
-        return np.stack((*team.toward(x, y), *team.turned(east, north), np.sin(turn), np.cos(turn)), axis=-1)
+        turn = wrap_angle(self._leader[:, 2:] - team.yaw)
+        return np.stack((*team.toward(x, y), *team.body_axes(east, north), np.sin(turn), np.cos(turn)), axis=-1)
 
     def judge(self, team: Team, going: BoolArray) -> Judged:
         """Lose by how far each is off, once the leader has gone on."""
         self._go_on(going)
         self._off = np.where(team.present, self._now(team), 0.0)
-        own = np.where(team.present, -0.1 * self._off - crowded(team), 0.0)
+        own = np.where(team.present, -0.1 * self._off - boats_too_near(team), 0.0)
         return Judged(own, np.zeros_like(team.present))
 
-    def drawn(self) -> dict[str, npt.NDArray[np.generic]]:
+    def episode_facts(self) -> dict[str, npt.NDArray[np.generic]]:
         """The leaders, (n, 3), their speeds, (n,), and the places beside them, (n, boats, 2)."""
-        found = {"leader": self._leader, "leader_speed": self._speed, "slots": self._slots}
-        return {name: values.copy() for name, values in found.items()}
+        return {"leader": self._leader, "leader_speed": self._speed, "slots": self._slots}
 
     def forfeit(self, left: IntArray) -> FloatArray:
         """What it is off, 10 m more, and having another too near, for all steps left."""
@@ -100,7 +98,7 @@ class Formation(Problem):
 
     def facts(self) -> dict[str, npt.NDArray[np.generic]]:
         """How far the boats are off their places."""
-        return {"off": self._off.copy()}
+        return {"off": self._off}
 
     def _rate(self) -> FloatArray:
         """The leaders' yaw rates (n,) [rad/s]."""

@@ -1,15 +1,16 @@
 """Problems of poses: hold one, or come to one after the other."""
 
+from typing import ClassVar
+
 import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
-from vrx_mj.rl.problem import Entry, Judged, Problem, Spot, Team, folded, open_water, pose_error
+from vrx_mj.rl.problem import Entry, Judged, Problem, Spot, Team, point, pose_error, turn_to, wrap_angle
 from vrx_mj.rl.refereed import Rows
 
 _GOAL_DISTANCE = 10.0
 """Greatest distance of the pose to hold from the start [m]."""
-_WAYPOINTS = 3
 _LEGS = (10.0, 25.0)
 """Distances from one waypoint to the next, least and greatest [m]."""
 _REACHED = 1.5
@@ -24,11 +25,8 @@ class StationKeeping(Problem):
     [m] since the start, which is VRX's score; at the start `goal`, x, y [m] and heading [rad].
     """
 
-    world = open_water()
     duration = 60.0
-    entries = (Entry("goal ahead [m]", 10.0), Entry("goal to port [m]", 10.0), Entry("goal ahead [m]", 1.0),
-               Entry("goal to port [m]", 1.0), Entry("sine of the turn to the goal's heading", 1.0),
-               Entry("cosine of the turn to the goal's heading", 1.0))  # fmt: skip
+    entries = (*point("goal", 10.0), *point("goal", 1.0), *turn_to("the goal's heading"))  # fmt: skip
 
     def __init__(self, rows: Rows) -> None:
         super().__init__(rows)
@@ -50,7 +48,7 @@ class StationKeeping(Problem):
     def observe(self, team: Team) -> FloatArray:
         """The goal from the boat, from afar and close up."""
         x, y, yaw = self._goal.T[:, :, None]
-        turn, way = folded(yaw - team.yaw), team.toward(x, y)
+        turn, way = wrap_angle(yaw - team.yaw), team.toward(x, y)
         return np.stack((*way, *way, np.sin(turn), np.cos(turn)), axis=-1)
 
     def judge(self, team: Team, going: BoolArray) -> Judged:
@@ -60,9 +58,9 @@ class StationKeeping(Problem):
         self._steps += going
         return Judged(-0.1 * self._error, np.zeros((self.n, 1), np.bool_))
 
-    def drawn(self) -> dict[str, npt.NDArray[np.generic]]:
+    def episode_facts(self) -> dict[str, npt.NDArray[np.generic]]:
         """The goals, (n, 3): x, y [m] and heading [rad]."""
-        return {"goal": self._goal.copy()}
+        return {"goal": self._goal}
 
     def forfeit(self, left: IntArray) -> FloatArray:
         """The error that the boat has, and 10 m more, for all steps left."""
@@ -71,13 +69,34 @@ class StationKeeping(Problem):
 
     def facts(self) -> dict[str, npt.NDArray[np.generic]]:
         """The errors."""
-        return {"pose_error": self._error.copy(), "mean_pose_error": self._sum / np.maximum(self._steps, 1)[:, None]}
+        return {"pose_error": self._error, "mean_pose_error": self._sum / np.maximum(self._steps, 1)[:, None]}
 
     def _now(self, team: Team) -> FloatArray:
         return pose_error(team, *self._goal.T[:, :, None])
 
 
-class Wayfinding(Problem):
+class Course(Problem):
+    """A chain of places, x, y [m] and a direction [rad] each, of which one after the other counts."""
+
+    count: ClassVar[int]
+    """Number of places."""
+
+    def __init__(self, rows: Rows) -> None:
+        super().__init__(rows)
+        self._points, self._rows = np.zeros((self.n, self.count, 3)), np.arange(self.n)
+        self._at = np.zeros((self.n, 1), np.int64)
+
+    def _point(self, later: int) -> FloatArray:
+        """(3, n, 1): x, y [m] and direction [rad] of the present place, or of one after it."""
+        points: FloatArray = self._points[self._rows, np.minimum(self._at[:, 0] + later, self.count - 1)]
+        return points.T[:, :, None]
+
+    def _more(self) -> FloatArray:
+        """(n, 1): 1 where a place follows the present one, else 0."""
+        return (self._at < self.count - 1).astype(np.float64)
+
+
+class Wayfinding(Course):
     """Three poses, each 10 to 25 m from the one before it in any direction, with any heading.
 
     Reward: 0.1 for every m by which VRX's error of the present pose has become less, and 5 when it is below 1.5 m, upon
@@ -85,25 +104,23 @@ class Wayfinding(Problem):
     start `waypoints`, x, y [m] and heading [rad] of each.
     """
 
-    world = open_water()
     duration = 120.0
+    count = 3
     entries = (
-        Entry("present waypoint ahead [m]", 10.0), Entry("present waypoint to port [m]", 10.0),
-        Entry("sine of the turn to the present waypoint's heading", 1.0),
-        Entry("cosine of the turn to the present waypoint's heading", 1.0),
-        Entry("next waypoint ahead [m]", 10.0), Entry("next waypoint to port [m]", 10.0),
+        *point("present waypoint", 10.0),
+        *turn_to("the present waypoint's heading"),
+        *point("next waypoint", 10.0),
         Entry("whether a waypoint follows the present one", 1.0),
     )  # fmt: skip
 
     def __init__(self, rows: Rows) -> None:
         super().__init__(rows)
-        self._points, self._all = np.zeros((self.n, _WAYPOINTS, 3)), np.arange(self.n)
-        self._at, self._error = np.zeros((self.n, 1), np.int64), np.zeros((self.n, 1))
+        self._error = np.zeros((self.n, 1))
 
     def start(self, row: int, random: np.random.Generator) -> list[Spot]:
         """A chain of waypoints from the origin on."""
         place = np.zeros(2)
-        for number in range(_WAYPOINTS):
+        for number in range(self.count):
             bearing = random.uniform(-np.pi, np.pi)
             place = place + random.uniform(*_LEGS) * np.array([np.cos(bearing), np.sin(bearing)])
             self._points[row, number] = *place, random.uniform(-np.pi, np.pi)
@@ -117,31 +134,26 @@ class Wayfinding(Problem):
     def observe(self, team: Team) -> FloatArray:
         """Both waypoints from the boat; after the last one it is the present one."""
         (x, y, yaw), (next_x, next_y, _) = self._point(0), self._point(1)
-        turn, more = folded(yaw - team.yaw), (self._at < _WAYPOINTS - 1).astype(np.float64)
-        parts = (*team.toward(x, y), np.sin(turn), np.cos(turn), *team.toward(next_x, next_y), more)
+        angle = wrap_angle(yaw - team.yaw)
+        parts = (*team.toward(x, y), np.sin(angle), np.cos(angle), *team.toward(next_x, next_y), self._more())
         return np.stack(parts, axis=-1)
 
     def judge(self, team: Team, going: BoolArray) -> Judged:
         """Gain by what the error has become less."""
         error = self._now(team)
-        there = (error < _REACHED) & (self._at < _WAYPOINTS)
+        there = (error < _REACHED) & (self._at < self.count)
         reward = 0.1 * (self._error - error) + 5.0 * there
         self._at += there
         self._error = self._now(team)
-        return Judged(reward, self._at >= _WAYPOINTS)
+        return Judged(reward, self._at >= self.count)
 
-    def drawn(self) -> dict[str, npt.NDArray[np.generic]]:
+    def episode_facts(self) -> dict[str, npt.NDArray[np.generic]]:
         """The waypoints, (n, 3, 3): x, y [m] and heading [rad] of each."""
-        return {"waypoints": self._points.copy()}
+        return {"waypoints": self._points}
 
     def facts(self) -> dict[str, npt.NDArray[np.generic]]:
         """How many waypoints are reached, and how far the present one is."""
-        return {"reached": self._at.copy(), "pose_error": self._error.copy()}
-
-    def _point(self, later: int) -> FloatArray:
-        """(3, n, 1): x, y [m] and heading [rad] of the present waypoint, or of one after it."""
-        points: FloatArray = self._points[self._all, np.minimum(self._at[:, 0] + later, _WAYPOINTS - 1)]
-        return points.T[:, :, None]
+        return {"reached": self._at, "pose_error": self._error}
 
     def _now(self, team: Team) -> FloatArray:
         return pose_error(team, *self._point(0))

@@ -5,7 +5,7 @@ import numpy.typing as npt
 
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.rl.options import PERIOD
-from vrx_mj.rl.problem import Entry, Judged, Problem, Spot, Team, crowded, mean_of, open_water
+from vrx_mj.rl.problem import Judged, Problem, Spot, Team, boats_too_near, mean_of, point
 from vrx_mj.rl.refereed import Rows
 
 _APART = (24.0, 36.0)
@@ -35,11 +35,10 @@ class Rendezvous(Problem):
     start `places` [m] and their `drift` [m/s], two each.
     """
 
-    world = open_water()
     duration = 90.0
     entries = (
-        Entry("first place ahead [m]", 10.0), Entry("first place to port [m]", 10.0),
-        Entry("second place ahead [m]", 10.0), Entry("second place to port [m]", 10.0),
+        *point("first place", 10.0),
+        *point("second place", 10.0),
     )  # fmt: skip
     boats, fixed = 4, False
 
@@ -79,7 +78,7 @@ class Rendezvous(Problem):
     def judge(self, team: Team, going: BoolArray) -> Judged:
         """Gain by coming nearer, alone and together."""
         self._places += np.where(going[:, None, None], PERIOD * self._drift, 0.0)
-        far, near, present = self._now(team), crowded(team), team.present
+        far, near, present = self._now(team), boats_too_near(team), team.present
         inside = np.asarray(((far < self.room) | ~present[..., None]).all(axis=1))
         there = inside.any(axis=1) & present.any(axis=1)
         self._held = np.where(there, self._held + going, 0)
@@ -91,9 +90,9 @@ class Rendezvous(Problem):
         shared = team_gain - _TOO_NEAR * mean_of(near.astype(np.float64), present) + 10.0 * met
         return Judged(np.where(present, own, 0.0), met[:, None] & present, shared)
 
-    def drawn(self) -> dict[str, npt.NDArray[np.generic]]:
+    def episode_facts(self) -> dict[str, npt.NDArray[np.generic]]:
         """The places, (n, 2, 2), and their velocities, (n, 2, 2)."""
-        return {"places": self._places.copy(), "drift": self._drift.copy()}
+        return {"places": self._places, "drift": self._drift}
 
     def forfeit(self, left: IntArray) -> FloatArray:
         """Beside the usual, having another boat too near for all steps left."""
@@ -101,7 +100,7 @@ class Rendezvous(Problem):
 
     def facts(self) -> dict[str, npt.NDArray[np.generic]]:
         """How far the boats are from the place, and whether they have met."""
-        return {"distance": self._distance.copy(), "met": self._held >= round(_HOLD / PERIOD)}
+        return {"distance": self._distance, "met": self._held >= round(_HOLD / PERIOD)}
 
     def _now(self, team: Team) -> FloatArray:
         """(n, boats, 2): distances to both places [m]."""

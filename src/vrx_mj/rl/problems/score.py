@@ -4,7 +4,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
-from vrx_mj.rl.problem import Entry, Judged, Problem, Spot, Team, open_water
+from vrx_mj.rl.problem import Entry, Judged, Problem, Spot, Team
 from vrx_mj.rl.refereed import RefereedRow
 from vrx_mj.runtime.task_runner import TaskObservation
 from vrx_mj.tasks.registry import TASK_KINDS
@@ -27,7 +27,6 @@ class Score(Problem):
     `num_collisions`. Messages and shots are not among the actions.
     """
 
-    world = open_water()
     entries = (
         Entry("x since the start [m]", 20.0), Entry("y since the start [m]", 20.0),
         Entry("cosine of the heading", 1.0), Entry("sine of the heading", 1.0),
@@ -87,7 +86,7 @@ class Score(Problem):
         return Judged(own, team.present & self._row.sim.task_is_over, change)
 
     def forfeit(self, left: IntArray) -> FloatArray:
-        """For the scored boat more than most tasks pay."""
+        """What the scored boat forfeits, more than most tasks pay."""
         lost: FloatArray = np.where(np.arange(self.size) == self.anchor, _LOST, 0.0)[None] * (left > 0)[:, None]
         return lost
 

@@ -3,8 +3,8 @@
 import math
 
 from vrx_mj.draw.chart import Chart, Series
-from vrx_mj.validation.rows import Case, Findings, between, near
-from vrx_mj.validation.setups import marine_simulation
+from vrx_mj.validation.rows import Outcome, between, case, near
+from vrx_mj.validation.setups import marine_simulation, only_boat, record
 
 _SLOWEST, _FASTEST = 1.597, 1.667
 """Top speeds of the published model with 22 and with 24 N a side [m/s]."""
@@ -16,40 +16,27 @@ _TOP = 0.95
 """The command of the thrust in the middle of those of the top speeds."""
 
 
-def _top_speed() -> Findings:
-    """Speeds from rest, at three commands."""
+@case("physics/propeller.py", "physics/vessel.py", "runtime/loop.py")
+def heron_speed() -> Outcome:
+    """Speed of the Heron.
+
+    Robot heron in still water and still air, from rest, with both jets at three commands for 10 s.
+
+    Reference: Batista, L. F. W. et al. (2024), A Deep Reinforcement Learning Framework and Methodology for Reducing
+    the Sim-to-Real Gap in ASV Navigation, IROS: the identified damping in surge, by which 22 to 24 N a side make
+    1.597 to 1.667 m/s; below that 2 T = d u^2. The robot's file has that model's damping and thrusts: the rows show
+    that it moves by them, and are no measured speeds.
+    """
     sim = marine_simulation({"robot": "heron", "boats": [{"name": "a", "pose": [0, 0, 0, 0, 0, 0]}]})
-    rows, series = [], []
+    edges = [Series("published top speeds", [0.0, 10.0], [speed] * 2, reference=True) for speed in (_SLOWEST, _FASTEST)]
+    series = []
     for command, thrust in _THRUSTS.items():
         sim.reset()
-        times, speeds = [0.0], [0.0]
-        for _ in range(100):
-            sim.step({"a": {"left": command, "right": command}}, duration=0.1)
-            times.append(sim.time)
-            speeds.append(float(sim.observe()["a"].velocity[0]))
+        times, speeds = record(sim, lambda sim: only_boat(sim).velocity[0], 100, 0.1, left=command, right=command)
         if command == _TOP:
-            rows.append(between(f"top speed, {thrust:g} N a side", "m/s", _SLOWEST, _FASTEST, speeds[-1]))
+            yield between(f"top speed, {thrust:g} N a side", "m/s", _SLOWEST, _FASTEST, speeds[-1])
         else:
             reference = math.sqrt(2.0 * thrust / _DAMPING)
-            rows.append(near(f"speed, {thrust:g} N a side", "m/s", reference, speeds[-1], relative=0.01))
+            yield near(f"speed, {thrust:g} N a side", "m/s", reference, speeds[-1], relative=0.01)
         series.append(Series(f"{thrust:g} N a side", times, speeds))
-    edges = [
-        Series("published top speeds" if speed == _SLOWEST else "", [0.0, 10.0], [speed] * 2, reference=True)
-        for speed in (_SLOWEST, _FASTEST)
-    ]
-    return Findings(tuple(rows), (Chart("Speed of the Heron", "time [s]", "speed [m/s]", (*edges, *series)),))
-
-
-CASES = (
-    Case(
-        name="heron-speed",
-        title="Speed of the Heron",
-        setup="Robot heron in still water and still air, from rest, with both jets at three commands for 10 s.",
-        source="Batista, L. F. W. et al. (2024), A Deep Reinforcement Learning Framework and Methodology for Reducing "
-        "the Sim-to-Real Gap in ASV Navigation, IROS: the identified damping in surge, by which 22 to 24 N a side make "
-        "1.597 to 1.667 m/s; below that 2 T = d u^2. The robot's file has that model's damping and thrusts: the rows "
-        "show that it moves by them, and are no measured speeds.",
-        files=("physics/propeller.py", "physics/vessel.py", "runtime/loop.py"),
-        run=_top_speed,
-    ),
-)
+    yield Chart("Speed of the Heron", "time [s]", "speed [m/s]", (*edges, *series))

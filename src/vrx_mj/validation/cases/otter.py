@@ -9,19 +9,20 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.frames import rotation
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.validation.rows import Case, Findings, near
-from vrx_mj.validation.setups import GRAVITY, packaged_simulation
+from vrx_mj.validation.rows import Outcome, case, near
+from vrx_mj.validation.setups import GRAVITY, only_boat, packaged_simulation, record
 
 _THRUST = 0.02216 / 2.0
 """k of the thrust k n^2 of a propeller [N s2/rad2]."""
 _HULL_MASS, _PAYLOAD = 55.0, 25.0
 _ASIDE = 0.395
-"""Of a propeller and a hull from the middle [m]."""
+"""Distance of a propeller and of a hull from the middle [m]."""
 _CROSS_FLOW = 1.004184471
 """Hoerner's coefficient for a hull 0.25 m wide with this draft."""
 _FULL_THRUST = 119.682
 """Thrust of a propeller at full command [N], in assets/robots/otter/robot.yaml."""
 _TANK = "otter_tank"
+_FILES = ("mjcf/hulls.py", "physics/added_mass.py", "physics/vessel.py", "runtime/loop.py")
 _SURGE_DAMPING = 24.4 * GRAVITY / (6.0 * 0.5144)
 """|X_u| [N s/m]: 24.4 kg of bollard pull at 6 knots."""
 _SETTLING = 1.0
@@ -35,7 +36,7 @@ def _cross(r: FloatArray) -> FloatArray:
     return np.array([[0.0, -r[2], r[1]], [r[2], 0.0, -r[0]], [-r[1], r[0], 0.0]])
 
 
-def _moved(r: FloatArray) -> FloatArray:
+def _transform(r: FloatArray) -> FloatArray:
     """The matrix H(r) that moves velocities to a point."""
     found = np.eye(6)
     found[:3, 3:] = _cross(r).T
@@ -61,7 +62,7 @@ class Published(NamedTuple):
     """Draft of a hull [m]."""
 
 
-def _published() -> Published:
+def _published_otter() -> Published:
     """The matrices, by their formulas."""
     density, length, beam, pontoon, aside, fullness, block = 1025.0, 2.0, 1.08, 0.25, _ASIDE, 0.75, 0.4
     mass = _HULL_MASS + _PAYLOAD
@@ -72,7 +73,7 @@ def _published() -> Published:
     inertia = _HULL_MASS * radii - _HULL_MASS * shift @ shift - _PAYLOAD * extra @ extra
     rigid = np.zeros((6, 6))
     rigid[:3, :3], rigid[3:, 3:] = mass * np.eye(3), inertia
-    about = _moved(center)
+    about = _transform(center)
     rigid = about.T @ rigid @ about
     added = np.diag([0.1 * _HULL_MASS, 1.5 * _HULL_MASS, _HULL_MASS, *(np.array([0.2, 0.8, 1.7]) * np.diag(inertia))])
     whole = rigid + added
@@ -85,7 +86,7 @@ def _published() -> Published:
     weight = density * GRAVITY
     restoring = [2.0 * weight * plane, weight * (across + volume * lever), weight * (along + volume * lever)]
     stiff = np.diag([0.0, 0.0, *restoring, 0.0])
-    flotation = _moved(np.array([-0.2, 0.0, 0.0]))
+    flotation = _transform(np.array([-0.2, 0.0, 0.0]))
     relative = [2.0 * ratio * math.sqrt(stiff[i, i] * whole[i, i]) for ratio, i in ((0.3, 2), (0.2, 3), (0.4, 4))]
     sway, yaw = whole[1, 1] / _SETTLING, whole[5, 5] / _SETTLING
     damping = np.diag([_SURGE_DAMPING, sway, *relative, yaw])
@@ -100,16 +101,28 @@ def _periods(stiffness: FloatArray, damping: FloatArray) -> list[float]:
 
 def _accelerations(sim: Simulation, pose: FloatArray, velocity: FloatArray) -> FloatArray:
     """Accelerations (6,) of the boat's own velocities in one step."""
-    (boat,) = sim.boats
     sim.reset()
-    sim.set_boat(boat, pose=pose.tolist(), velocity=velocity.tolist())
+    sim.set_boat(sim.boats[0], pose=pose.tolist(), velocity=velocity.tolist())
     sim.advance(1)
-    seen = sim.observe()[boat]
+    seen = only_boat(sim)
     return (np.concatenate((seen.velocity, seen.angular_velocity)) - velocity) / sim.timestep
 
 
-def periods() -> Findings:
-    """Free motions about rest, linearised."""
+@case(*_FILES)
+def otter_periods() -> Outcome:
+    """Free motions of the Otter.
+
+    Robot otter in assets/validation/worlds/otter_tank.yaml, a hull of matrices (hydrostatics: matrix) at rest.
+    Accelerations in one step from poses 0.1 mm or mrad aside and from velocities of 0.1 mm/s or mrad/s make the
+    linear system; its damped periods are those of its eigenvalues: of heave and pitch coupled with surge, and of
+    roll coupled with sway and yaw.
+
+    Reference: Fossen (2021), Handbook of Marine Craft Hydrodynamics and Motion Control, and his otter.py of the
+    Python Vehicle Simulator (commit 61a8f41): mass, added mass, damping and stiffness by its formulas, worked out a
+    second time. Eigenvalues of M, D and G about rest without trim, with the payload 0.05 m ahead of midships and a
+    time constant of 1 s in sway. Earlier versions of it have the payload amidships and no damping in sway: 0.681,
+    0.975 and 1.136 s.
+    """
     sim, step, still = packaged_simulation(_TANK), 1e-4, np.zeros(6)
     by_pose, by_velocity = np.zeros((6, 6)), np.zeros((6, 6))
     for axis in range(6):
@@ -118,11 +131,10 @@ def periods() -> Findings:
         by_velocity[:, axis] = (_accelerations(sim, still, aside) - _accelerations(sim, still, -aside)) / (2.0 * step)
     ours = _periods(by_pose, by_velocity)
     ours += [math.nan] * (len(_PERIODS) - len(ours))
-    rows = [
+    yield from (
         near(f"damped period of {motion}", "s", reference, value, relative=0.01)
         for (motion, reference), value in zip(_PERIODS.items(), ours, strict=False)
-    ]
-    return Findings(tuple(rows))
+    )
 
 
 def _command(rate: float) -> float:
@@ -130,31 +142,35 @@ def _command(rate: float) -> float:
     return _THRUST * rate**2 / _FULL_THRUST
 
 
-def _surge() -> Findings:
-    """Speeds at three rates of the propellers."""
-    sim, rows = packaged_simulation(_TANK), []
-    series: list[Series] = []
-    (boat,) = sim.boats
+@case(*_FILES)
+def otter_surge() -> Outcome:
+    """Speeds of the Otter.
+
+    Robot otter in assets/validation/worlds/otter_tank.yaml with both propellers at 60, 80 and 100 rad/s, 20 s from
+    rest. The weight of the payload as an external force, with which the file trims the boat and pushes it ahead
+    (1.118 m/s instead of 1.029), is left out: mass and stiffness have it already.
+
+    Reference: Fossen (2021), Handbook of Marine Craft Hydrodynamics and Motion Control, and his otter.py of the
+    Python Vehicle Simulator (commit 61a8f41): mass, added mass, damping and stiffness by its formulas, worked out a
+    second time. 2 k n^2 = |X_u| u.
+    """
+    sim, series = packaged_simulation(_TANK), []
     for rate in (60.0, 80.0, 100.0):
         sim.reset()
-        times, speeds = [0.0], [0.0]
-        for _ in range(100):
-            sim.step({boat: {"left": _command(rate), "right": _command(rate)}}, duration=0.2)
-            times.append(sim.time)
-            speeds.append(float(sim.observe()[boat].velocity[0]))
+        command = _command(rate)
+        times, speeds = record(sim, lambda sim: only_boat(sim).velocity[0], 100, 0.2, left=command, right=command)
         reference = 2.0 * _THRUST * rate**2 / _SURGE_DAMPING
-        rows.append(near(f"speed at {rate:g} rad/s", "m/s", reference, speeds[-1], relative=0.01))
-        label = "closed form" if not series else ""
-        series.append(Series(label, [0.0, times[-1]], [reference] * 2, reference=True))
+        yield near(f"speed at {rate:g} rad/s", "m/s", reference, speeds[-1], relative=0.01)
+        series.append(Series("closed form", times[[0, -1]], [reference] * 2, reference=True))
         series.append(Series(f"{rate:g} rad/s", times, speeds))
-    return Findings(tuple(rows), (Chart("Speed of the Otter", "time [s]", "speed [m/s]", tuple(series)),))
+    yield Chart("Speed of the Otter", "time [s]", "speed [m/s]", series)
 
 
 def _acceleration(otter: Published, pose: FloatArray, velocity: FloatArray, push: FloatArray) -> FloatArray:
     """Accelerations (6,) of his equations: all coefficients, but for the payload's weight as an external force."""
     momentum = otter.added @ velocity
     coupling = np.block([[np.zeros((3, 3)), -_cross(momentum[:3])], [-_cross(momentum[:3]), -_cross(momentum[3:])]])
-    spin, about, mass = velocity[3:], _moved(otter.center), _HULL_MASS + _PAYLOAD
+    spin, about, mass = velocity[3:], _transform(otter.center), _HULL_MASS + _PAYLOAD
     rigid = np.block([[mass * _cross(spin), np.zeros((3, 3))], [np.zeros((3, 3)), -_cross(otter.inertia @ spin)]])
     places = np.linspace(-1.0, 1.0, 21)
     across = velocity[1] + places * velocity[5]
@@ -192,71 +208,34 @@ def _runge_kutta(otter: Published, push: FloatArray, steps: int, dt: float) -> F
     return np.array(found)
 
 
-def _turn() -> Findings:
-    """A turn to starboard, by our run and by Runge and Kutta's method on his equations."""
+@case("physics/crossflow.py", *_FILES)
+def otter_turn() -> Outcome:
+    """Turn of the Otter.
+
+    Robot otter in assets/validation/worlds/otter_tank.yaml from rest with its left propeller at 100 rad/s and its
+    right one at 80, 60 s, without that external force and without the lag of propellers.
+
+    Reference: Fossen (2021), Handbook of Marine Craft Hydrodynamics and Motion Control, and his otter.py of the
+    Python Vehicle Simulator (commit 61a8f41): mass, added mass, damping and stiffness by its formulas, worked out a
+    second time. His equations of six degrees of freedom with cross-flow drag, by Runge and Kutta's method of order
+    4, steps of 0.02 s.
+    """
     left, right = _THRUST * 100.0**2, _THRUST * 80.0**2
     push = np.array([left + right, 0.0, 0.0, 0.0, 0.0, _ASIDE * (left - right)])
-    theirs = _runge_kutta(_published(), push, 3000, 0.02)
-    sim, path = packaged_simulation(_TANK), [(0.0, 0.0)]
-    (boat,) = sim.boats
-    for _ in range(300):
-        sim.step({boat: {"left": _command(100.0), "right": _command(80.0)}}, duration=0.2)
-        path.append((float(sim.observe()[boat].position[0]), float(sim.observe()[boat].position[1])))
-    seen, (u, v, *_, r) = sim.observe()[boat], theirs[-1, 6:]
+    theirs = _runge_kutta(_published_otter(), push, 3000, 0.02)
+    sim = packaged_simulation(_TANK)
+    commands = {"left": _command(100.0), "right": _command(80.0)}
+    _, path = record(sim, lambda sim: only_boat(sim).position * (1.0, -1.0, 1.0), 300, 0.2, **commands)
+    seen, (u, v, *_, r) = only_boat(sim), theirs[-1, 6:]
     ours = seen.velocity[0], -seen.velocity[1], -seen.angular_velocity[2]
-    rows = (
-        near("speed ahead", "m/s", u, ours[0], relative=0.01),
-        near("speed to starboard", "m/s", v, ours[1], relative=0.01),
-        near("rate of turn to starboard", "rad/s", r, ours[2], relative=0.01),
-        near("radius", "m", math.hypot(u, v) / r, math.hypot(*ours[:2]) / ours[2], relative=0.01),
-        near("farthest ahead", "m", theirs[:, 0].max(), max(x for x, _ in path), relative=0.01),
-        near("farthest to starboard", "m", theirs[:, 1].max(), max(-y for _, y in path), relative=0.01),
-    )
-    ahead, aside = zip(*path, strict=True)
+    yield near("speed ahead", "m/s", u, ours[0], relative=0.01)
+    yield near("speed to starboard", "m/s", v, ours[1], relative=0.01)
+    yield near("rate of turn to starboard", "rad/s", r, ours[2], relative=0.01)
+    yield near("radius", "m", math.hypot(u, v) / r, math.hypot(*ours[:2]) / ours[2], relative=0.01)
+    yield near("farthest ahead", "m", theirs[:, 0].max(), path[:, 0].max(), relative=0.01)
+    yield near("farthest to starboard", "m", theirs[:, 1].max(), path[:, 1].max(), relative=0.01)
     lines = (
-        Series("his equations", theirs[::10, 1].tolist(), theirs[::10, 0].tolist(), reference=True),
-        Series("ours", [-y for y in aside], list(ahead)),
+        Series("his equations", theirs[::10, 1], theirs[::10, 0], reference=True),
+        Series("ours", path[:, 1], path[:, 0]),
     )
-    return Findings(rows, (Chart("Turn of the Otter", "transfer to starboard [m]", "advance [m]", lines),))
-
-
-_ROBOT = "Robot otter in assets/validation/worlds/otter_tank.yaml"
-_SOURCE = (
-    "Fossen (2021), Handbook of Marine Craft Hydrodynamics and Motion Control, and his otter.py of the Python Vehicle "
-    "Simulator (commit 61a8f41): mass, added mass, damping and stiffness by its formulas, worked out a second time."
-)
-_FILES = ("mjcf/hulls.py", "physics/added_mass.py", "physics/vessel.py", "runtime/loop.py")
-CASES = (
-    Case(
-        name="otter-periods",
-        title="Free motions of the Otter",
-        setup=f"{_ROBOT}, a hull of matrices (hydrostatics: matrix) at rest. Accelerations in one step from poses "
-        "0.1 mm or mrad aside and from velocities of 0.1 mm/s or mrad/s make the linear system; its damped periods are "
-        "those of its eigenvalues: of heave and pitch coupled with surge, and of roll coupled with sway and yaw.",
-        source=f"{_SOURCE} Eigenvalues of M, D and G about rest without trim, with the payload 0.05 m ahead of "
-        "midships and a time constant of 1 s in sway. Earlier versions of it have the payload amidships and no damping "
-        "in sway: 0.681, 0.975 and 1.136 s.",
-        files=_FILES,
-        run=periods,
-    ),
-    Case(
-        name="otter-surge",
-        title="Speeds of the Otter",
-        setup=f"{_ROBOT} with both propellers at 60, 80 and 100 rad/s, 20 s from rest. The weight of the payload as "
-        "an external force, with which the file trims the boat and pushes it ahead (1.118 m/s instead of 1.029), is "
-        "left out: mass and stiffness have it already.",
-        source=f"{_SOURCE} 2 k n^2 = |X_u| u.",
-        files=_FILES,
-        run=_surge,
-    ),
-    Case(
-        name="otter-turn",
-        title="Turn of the Otter",
-        setup=f"{_ROBOT} from rest with its left propeller at 100 rad/s and its right one at 80, 60 s, without that "
-        "external force and without the lag of propellers.",
-        source=f"{_SOURCE} His equations of six degrees of freedom with cross-flow drag, by Runge and Kutta's method "
-        "of order 4, steps of 0.02 s.",
-        files=("physics/crossflow.py", *_FILES),
-        run=_turn,
-    ),
-)
+    yield Chart("Turn of the Otter", "transfer to starboard [m]", "advance [m]", lines)

@@ -9,57 +9,59 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.frames import rotation_matrix
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.validation.rows import Case, Findings, at_most
+from vrx_mj.validation.rows import Outcome, at_most, case
 from vrx_mj.validation.setups import marine_simulation
 
 _SEAS: Mapping[str, Mapping[str, Any]] = {
     "swell": {"model": "regular", "height": 4.96, "period": 20.0},
     "sea": {"model": "jonswap", "significant_height": 1.0, "peak_period": 8.0, "spreading": 8, "components": 60},
 }
-"""Of 2.48 m in amplitude, on which the boats are lifted, and one whose waves are 100 m long, in which they are held."""
+"""Seas: of 2.48 m in amplitude, on which boats are lifted, and one of waves 100 m long, in which they are held."""
 _BOATS = (("wamv", -0.151, 0.6), ("heron", 0.0, 2.0), ("barge_4m", 0.0, -0.4))
 """Robots, where they float [m], and their headings [rad]; the waves travel along 0."""
 _SAMPLES, _STEP = 40, 0.5
 """How often the forces are compared, and how far apart [s]."""
-_DIVIDED = 1
-"""Times that each triangle of a mesh is divided in four."""
 
 
-def _wave_pressure() -> Findings:
-    """Forces and torques of the pressure on boats in waves."""
-    rows, charts = [], []
+@case("physics/wave_box.py", "physics/panels.py", "physics/panel_mesh.py", "physics/kinematics.py")
+def wave_pressure() -> Outcome:
+    """Pressure of waves on level boats.
+
+    Robots wamv, heron and barge_4m, level: lifted with the surface in a swell of 2.48 m and 20 s, held in a JONSWAP
+    sea of 1 m and 8 s with 60 components; the pressure on their meshes every 0.5 s for 20 s. The difference is the
+    root of the mean square, over that of what varies.
+
+    Reference: The pressure of all waves at every point, integrated over the wet part of the mesh, each of whose
+    triangles is divided in four (NumPy); in the run the waves are added up at the nodes of a box.
+    """
     for name, sea in _SEAS.items():
         for robot, rest, heading in _BOATS:
             fleet = {"robot": robot, "boats": [{"name": "a", "pose": [0, 0, 0, 0, 0, heading]}], "sensors": "none"}
             sim = marine_simulation(fleet, sea=sea, seed=5)
-            times, ours, exact = _compared(sim, rest, heading, lifted=name == "swell")
+            times, ours, exact = _pressures_of(sim, rest, heading, lifted=name == "swell")
             apart, varied = ours - exact, exact - exact.mean(axis=0)
             for kind, half in (("force", slice(0, 3)), ("torque", slice(3, 6))):
                 share = 100.0 * np.linalg.norm(apart[:, half]) / np.linalg.norm(varied[:, half])
-                rows.append(at_most(f"{kind} on the {robot} in the {name}, difference", "%", 1.0, float(share)))
+                yield at_most(f"{kind} on the {robot} in the {name}, difference", "%", 1.0, share)
             if robot == "wamv":
-                charts.append(_chart(name, times, ours, exact))
-    return Findings(tuple(rows), tuple(charts))
+                lift = exact[:, 2].mean()
+                lines = (
+                    Series("lift less its mean, integral", times, exact[:, 2] - lift, reference=True),
+                    Series("along the waves, integral", times, exact[:, 0], reference=True),
+                    Series("lift less its mean", times, ours[:, 2] - lift),
+                    Series("along the waves", times, ours[:, 0]),
+                )
+                yield Chart(f"Pressure on the WAM-V in the {name}", "time [s]", "force [N]", lines)
 
 
-def _chart(sea: str, times: FloatArray, ours: FloatArray, exact: FloatArray) -> Chart:
-    lines = (
-        Series("lift less its mean, integral", times, exact[:, 2] - exact[:, 2].mean(), reference=True),
-        Series("along the waves, integral", times, exact[:, 0], reference=True),
-        Series("lift less its mean", times, ours[:, 2] - exact[:, 2].mean()),
-        Series("along the waves", times, ours[:, 0]),
-    )
-    return Chart(f"Pressure on the WAM-V in the {sea}", "time [s]", "force [N]", lines)
-
-
-def _compared(
+def _pressures_of(
     sim: Simulation, rest: float, heading: float, *, lifted: bool
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Times (n,), and what the pressure does to the only boat, level, in the run and by its integral, (n, 6) each."""
     (boat,) = sim.boats
     (hull,) = sim.world.parameters.hulls
     assert hull.vessel is not None, "no hull of its own"
-    mesh = _divided(np.array(hull.vessel.vertices)[np.array(hull.vessel.triangles)], _DIVIDED)
+    mesh = _divide(np.array(hull.vessel.vertices)[np.array(hull.vessel.triangles)])
     times, ours, exact = [], [], []
     for _ in range(_SAMPLES):
         then = sim.time + sim.timestep  # a force is that of the time at which its step ends
@@ -73,13 +75,11 @@ def _compared(
     return np.array(times), np.array(ours), np.array(exact)
 
 
-def _divided(triangles: FloatArray, times: int) -> FloatArray:
-    """Triangles (n, 3, 3), each divided in four so many times."""
-    for _ in range(times):
-        a, b, c = np.moveaxis(triangles, 1, 0)
-        d, e, f = 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)
-        triangles = np.concatenate([np.stack(corners, 1) for corners in ((a, d, f), (d, b, e), (f, e, c), (d, e, f))])
-    return triangles
+def _divide(triangles: FloatArray) -> FloatArray:
+    """Triangles (n, 3, 3), each divided in four."""
+    a, b, c = np.moveaxis(triangles, 1, 0)
+    d, e, f = 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)
+    return np.concatenate([np.stack(corners, 1) for corners in ((a, d, f), (d, b, e), (f, e, c), (d, e, f))])
 
 
 def _integral(sim: Simulation, triangles: FloatArray, center: FloatArray, time: float) -> FloatArray:
@@ -106,18 +106,3 @@ def _wet(triangles: FloatArray, depth: FloatArray) -> FloatArray:
             ab, ac = a + (p / (p - q))[:, None] * (b - a), a + (p / (p - r))[:, None] * (c - a)
         found += [np.stack((a, ab, ac), 1)[one], np.stack((ab, b, c), 1)[two], np.stack((ab, c, ac), 1)[two]]
     return np.concatenate(found)
-
-
-CASES = (
-    Case(
-        name="wave-pressure",
-        title="Pressure of waves on level boats",
-        setup="Robots wamv, heron and barge_4m, level: lifted with the surface in a swell of 2.48 m and 20 s, held "
-        "in a JONSWAP sea of 1 m and 8 s with 60 components; the pressure on their meshes every 0.5 s for 20 s. The "
-        "difference is the root of the mean square, over that of what varies.",
-        source="The pressure of all waves at every point, integrated over the wet part of the mesh, each of whose "
-        "triangles is divided in four (NumPy); in the run the waves are added up at the nodes of a box.",
-        files=("physics/wave_box.py", "physics/panels.py", "physics/panel_mesh.py", "physics/kinematics.py"),
-        run=_wave_pressure,
-    ),
-)

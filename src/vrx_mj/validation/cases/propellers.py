@@ -1,7 +1,6 @@
 """A measured propeller: its lag, what speed and air take off its thrust, and the energy that it draws."""
 
 import math
-from typing import Any
 
 import numpy as np
 from scipy.integrate import quad
@@ -9,8 +8,8 @@ from scipy.optimize import brentq
 
 from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.validation.rows import Case, Findings, Row, near
-from vrx_mj.validation.setups import packaged_simulation
+from vrx_mj.validation.rows import Outcome, case, near
+from vrx_mj.validation.setups import only_boat, packaged_simulation
 
 _TANK = "propeller_tank"
 _FULL, _DIAMETER, _VANISHING, _LAG, _POWER = 80.0, 0.2, 4.0, 0.5, 900.0
@@ -18,15 +17,16 @@ _FULL, _DIAMETER, _VANISHING, _LAG, _POWER = 80.0, 0.2, 4.0, 0.5, 900.0
 _DRAG = 12.0, 18.0
 """Linear and quadratic drag ahead of the boat [N s/m, N s2/m2]."""
 _DEPTH = 0.3
-"""Of the propeller under the boat's origin [m]."""
+"""Depth of the propeller under the boat's origin [m]."""
 _COMMANDS = {1.0: 80.0, 0.5: 20.0}
 """Thrust at rest by command [N]: numbers of the boat's file."""
 _RATE = 25.0
 """Rate of the shaft at full thrust [1/s]; the thrust does not depend on which it is."""
 _DENSITY = 1025.0
+_FILES = ("physics/propeller.py", "runtime/loop.py")
 
 
-def _held(sim: Simulation, command: float, *, height: float = 0.0, speed: float = 0.0) -> float:
+def _thrust_at(sim: Simulation, command: float, *, height: float = 0.0, speed: float = 0.0) -> float:
     """Thrust [N] after one step of a boat that is put at a height [m] with a speed ahead [m/s]."""
     (boat,) = sim.boats
     sim.set_boat(boat, pose=(0.0, 0.0, height, 0.0, 0.0, 0.0), velocity=(speed, 0.0, 0.0, 0.0, 0.0, 0.0))
@@ -34,32 +34,35 @@ def _held(sim: Simulation, command: float, *, height: float = 0.0, speed: float 
     return sim.thrust(boat)["propeller"]
 
 
-def _settled(command: float, **keys: Any) -> Simulation:
+def _run_with_thrust(command: float, **keys: object) -> Simulation:
     """A run whose propeller has got to the thrust of a command: within 2e-6."""
     sim = packaged_simulation(_TANK, **keys)
-    for _ in range(26):
-        sim.step({sim.boats[0]: {"propeller": command}}, duration=0.5 * _LAG)
+    sim.step({sim.boats[0]: {"propeller": command}}, duration=13.0 * _LAG)
     return sim
 
 
-def _lag() -> Findings:
-    """Thrust and energy after a step of the command."""
+@case(*_FILES)
+def propeller_lag() -> Outcome:
+    """A propeller's lag and energy.
+
+    assets/validation/worlds/propeller_tank.yaml: a boat that is put back before every step, with full command from
+    time 0. Its propeller has 80 N at rest, a time constant of 0.5 s and 900 W.
+
+    Reference: T (1 - e^(-t / tau)), and the integral of P (T / T_full)^1.5 by quadrature: power goes with the third
+    power of the shaft's rate, thrust with the second. The numbers of the boat's file are in both: the rows show
+    that they act, not that a propeller has them.
+    """
     sim, until = packaged_simulation(_TANK), 4.0 * _LAG
-    (boat,) = sim.boats
-    times, thrusts = [], []
-    for _ in range(round(until / sim.timestep)):
-        thrusts.append(_held(sim, 1.0))
-        times.append(sim.time)
-    rows = [
-        near(f"thrust after {share:g} time constants", "N", _FULL * -math.expm1(-share),
-             thrusts[round(share * _LAG / sim.timestep) - 1], relative=1e-3)
-        for share in (0.5, 1.0, 2.0, 4.0)
-    ]  # fmt: skip
+    thrusts = [_thrust_at(sim, 1.0) for _ in range(round(until / sim.timestep))]
+    for share in (0.5, 1.0, 2.0, 4.0):
+        found = thrusts[round(share * _LAG / sim.timestep) - 1]
+        yield near(f"thrust after {share:g} time constants", "N", _FULL * -math.expm1(-share), found, relative=1e-3)
     energy = _POWER * quad(lambda t: (-math.expm1(-t / _LAG)) ** 1.5, 0.0, until)[0]
-    rows.append(near("energy after 4 time constants", "J", energy, sim.energy(boat), relative=5e-3))
-    closed = [-_FULL * math.expm1(-time / _LAG) for time in times]
-    lines = Series("closed form", times, closed, reference=True), Series("ours", times, thrusts)
-    return Findings(tuple(rows), (Chart("Thrust at rest after full command", "time [s]", "thrust [N]", lines),))
+    yield near("energy after 4 time constants", "J", energy, sim.energy(sim.boats[0]), relative=5e-3)
+    times = sim.timestep * np.arange(1, len(thrusts) + 1)
+    closed = Series("closed form", times, -_FULL * np.expm1(-times / _LAG), reference=True)
+    lines = closed, Series("ours", times, thrusts)
+    yield Chart("Thrust at rest after full command", "time [s]", "thrust [N]", lines)
 
 
 def _open_water(thrust: float, speed: float) -> float:
@@ -70,38 +73,36 @@ def _open_water(thrust: float, speed: float) -> float:
     return _DENSITY * _DIAMETER**4 * rate**2 * (a - b * speed / (rate * _DIAMETER))
 
 
-def _speed() -> Findings:
-    """Thrust in a stream from ahead, and the speed that the boat gets to."""
-    rows: list[Row] = []
-    series: list[Series] = []
-    speeds = (0.0, 0.5, 1.0, 1.5)
+@case("physics/current.py", *_FILES)
+def propeller_speed() -> Outcome:
+    """A propeller's thrust at speed.
+
+    assets/validation/worlds/propeller_tank.yaml at full and at half command: put back at speeds of 0 to 1.5 m/s,
+    and at rest in a current from ahead; and free in still water for 30 s.
+
+    Reference: Open-water line T = rho D^4 n^2 (a - b J), J = u / (n D), with a and b of 80 N at rest and none at 4
+    m/s; the root of it and of drag, 12 u + 18 u^2. The numbers of the boat's file are in both: the rows show that
+    they act, not that a propeller has them.
+    """
+    series, speeds = [], (0.0, 0.5, 1.0, 1.5)
     for command, thrust in _COMMANDS.items():
-        still, stream = _settled(command), _settled(command, current={"speed": 1.0, "direction": 180.0})
-        pulls = [_held(still, command, speed=each) for each in speeds]
-        rows += [
+        still, stream = _run_with_thrust(command), _run_with_thrust(command, current={"speed": 1.0, "direction": 180.0})
+        pulls = [_thrust_at(still, command, speed=each) for each in speeds]
+        yield from (
             near(f"thrust at {each:g} m/s, {thrust:g} N at rest", "N", _open_water(thrust, each), pull, relative=1e-3)
             for each, pull in zip(speeds, pulls, strict=True)
-        ]
+        )
         name = f"thrust in a current of 1 m/s from ahead, {thrust:g} N at rest"
-        rows.append(near(name, "N", _open_water(thrust, 1.0), _held(stream, command), relative=1e-3))
-        label = "open-water line" if not series else ""
-        series.append(Series(label, speeds, [_open_water(thrust, each) for each in speeds], reference=True))
+        yield near(name, "N", _open_water(thrust, 1.0), _thrust_at(stream, command), relative=1e-3)
+        series.append(Series("open-water line", speeds, [_open_water(thrust, each) for each in speeds], reference=True))
         series.append(Series(f"{thrust:g} N at rest", speeds, pulls, kind="points"))
     for command, thrust in _COMMANDS.items():
         root = brentq(lambda u, t=thrust: _open_water(t, u) - _DRAG[0] * u - _DRAG[1] * u * u, 0.0, _VANISHING)
         name = f"speed of the boat, {thrust:g} N at rest"
-        rows.append(near(name, "m/s", float(root), _top_speed(command), relative=2e-3))
-    chart = Chart("Thrust of the propeller", "speed through the water [m/s]", "thrust [N]", tuple(series))
-    return Findings(tuple(rows), (chart,))
-
-
-def _top_speed(command: float) -> float:
-    """The speed [m/s] of the boat after 30 s from rest."""
-    sim = packaged_simulation(_TANK)
-    (boat,) = sim.boats
-    for _ in range(60):
-        sim.step({boat: {"propeller": command}}, duration=0.5)
-    return float(sim.observe()[boat].velocity[0])
+        sim = packaged_simulation(_TANK)
+        sim.step({sim.boats[0]: {"propeller": command}}, duration=30.0)
+        yield near(name, "m/s", root, only_boat(sim).velocity[0], relative=2e-3)
+    yield Chart("Thrust of the propeller", "speed through the water [m/s]", "thrust [N]", series)
 
 
 def _wet_share(depth: float) -> float:
@@ -110,11 +111,19 @@ def _wet_share(depth: float) -> float:
     return float(chords) / math.pi
 
 
-def _ventilation() -> Findings:
-    """Thrust of a disc that comes out of the water."""
-    sim, depths = _settled(1.0), np.linspace(-1.25, 1.25, 11)
-    shares = [_held(sim, 1.0, height=_DEPTH - 0.5 * _DIAMETER * depth) / _FULL for depth in depths.tolist()]
-    rows = tuple(
+@case(*_FILES)
+def propeller_ventilation() -> Outcome:
+    """A propeller that comes out of the water.
+
+    assets/validation/worlds/propeller_tank.yaml: the boat held at heights at which the propeller's centre is
+    between 1.25 radii under the surface and as much above it, at full command.
+
+    Reference: The share of the disc that is under water, by quadrature of its chords. Air that is drawn down makes
+    a real propeller lose more, and earlier.
+    """
+    sim, depths = _run_with_thrust(1.0), np.linspace(-1.25, 1.25, 11)
+    shares = [_thrust_at(sim, 1.0, height=_DEPTH - 0.5 * _DIAMETER * depth) / _FULL for depth in depths.tolist()]
+    yield from (
         near(f"share of the thrust, centre {depth:g} radii deep", "", _wet_share(depth), share, absolute=1e-4)
         for depth, share in zip(depths.tolist(), shares, strict=True)
     )
@@ -123,42 +132,4 @@ def _ventilation() -> Findings:
         Series("chords of the disc", fine, [_wet_share(depth) for depth in fine.tolist()], reference=True),
         Series("ours", depths, shares, kind="points"),
     )
-    chart = Chart("Thrust of a propeller at the surface", "depth of its centre / radius", "share of the thrust", lines)
-    return Findings(rows, (chart,))
-
-
-_WORLD = "assets/validation/worlds/propeller_tank.yaml"
-_FILES = ("physics/propeller.py", "runtime/loop.py")
-_ROUND = "The numbers of the boat's file are in both: the rows show that they act, not that a propeller has them."
-CASES = (
-    Case(
-        name="propeller-lag",
-        title="A propeller's lag and energy",
-        setup=f"{_WORLD}: a boat that is put back before every step, with full command from time 0. Its propeller has "
-        "80 N at rest, a time constant of 0.5 s and 900 W.",
-        source="T (1 - e^(-t / tau)), and the integral of P (T / T_full)^1.5 by quadrature: power goes with the third "
-        f"power of the shaft's rate, thrust with the second. {_ROUND}",
-        files=_FILES,
-        run=_lag,
-    ),
-    Case(
-        name="propeller-speed",
-        title="A propeller's thrust at speed",
-        setup=f"{_WORLD} at full and at half command: put back at speeds of 0 to 1.5 m/s, and at rest in a current "
-        "from ahead; and free in still water for 30 s.",
-        source="Open-water line T = rho D^4 n^2 (a - b J), J = u / (n D), with a and b of 80 N at rest and none at 4 "
-        f"m/s; the root of it and of drag, 12 u + 18 u^2. {_ROUND}",
-        files=("physics/current.py", *_FILES),
-        run=_speed,
-    ),
-    Case(
-        name="propeller-ventilation",
-        title="A propeller that comes out of the water",
-        setup=f"{_WORLD}: the boat held at heights at which the propeller's centre is between 1.25 radii under the "
-        "surface and as much above it, at full command.",
-        source="The share of the disc that is under water, by quadrature of its chords. Air that is drawn down makes a "
-        "real propeller lose more, and earlier.",
-        files=_FILES,
-        run=_ventilation,
-    ),
-)
+    yield Chart("Thrust of a propeller at the surface", "depth of its centre / radius", "share of the thrust", lines)

@@ -10,7 +10,7 @@ from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.physics.panel_mesh import panels_of
 from vrx_mj.physics.panels import wrench_of_pressures
 from vrx_mj.validation.cases.seas import PERIOD, moment
-from vrx_mj.validation.rows import Case, Findings, Row, between
+from vrx_mj.validation.rows import Outcome, between, case
 from vrx_mj.validation.setups import GRAVITY, marine_world
 
 _DENSITY, _LENGTH, _BEAM, _DRAFT = 1025.0, 4.0, 2.0, 0.5
@@ -54,8 +54,16 @@ def _force(cuts: int, phase: float) -> FloatArray:
     return np.asarray(with_wave - without)
 
 
-def _panels() -> Findings:
-    """Froude-Krylov forces by the number of panels."""
+@case("physics/panels.py")
+def panels_doubled() -> Outcome:
+    """Panels doubled.
+
+    The pressure of a wave of 3 s on a fixed barge of 4 x 2 x 0.5 m, whose bottom and ends are cut into 2 to 16
+    parts across.
+
+    Reference: Closed form, rho g A e^(-k d) sinc(k l / 2) and 2 rho g b sin(k l / 2) (1 - e^(-k d)) / k per metre.
+    The pressure is linear over a panel: twice as many each way leave a quarter of the error, order 2.
+    """
     long, deep = 0.5 * _WAVE * _LENGTH, math.exp(-_WAVE * _DRAFT)
     heave = _DENSITY * GRAVITY * _LENGTH * _BEAM * deep * math.sin(long) / long
     surge = 2.0 * _DENSITY * GRAVITY * _BEAM * math.sin(long) * (1.0 - deep) / _WAVE
@@ -63,58 +71,44 @@ def _panels() -> Findings:
         "heave": [abs(float(_force(cuts, 0.0)[2]) / heave - 1.0) for cuts in _CUTS],
         "surge": [abs(float(_force(cuts, 0.5 * math.pi)[0]) / surge - 1.0) for cuts in _CUTS],
     }
-    rows = [
-        between(f"order of the error of {name}, from {a} to {b} panels across", "", 1.9, 2.1, math.log2(one / other))
-        for name, found in errors.items()
-        for (a, one), (b, other) in itertools.pairwise(zip(_CUTS, found, strict=True))
-    ]
-    return Findings(tuple(rows), (_chart("Error of the force", "panels across", _CUTS, errors, 2.0),))
+    yield from _convergence("Error of the force", "panels across", _CUTS, errors, (1.9, 2.1), 2.0)
 
 
-def _components() -> Findings:
-    """Vertical velocity of the surface by the number of components."""
+@case("spectra.py")
+def components_doubled() -> Outcome:
+    """Components doubled.
+
+    A JONSWAP sea of Tp 7 s, of 15 to 240 components: m2 / m0, the variance of the surface's vertical velocity over
+    that of its height.
+
+    Reference: Integrals of the spectrum. Each component has the mean frequency of its band, so m0 and m1 are exact,
+    and m2 lacks the spread inside bands: order 2 where a spectrum ends, 0.5 for a tail of omega^-5 without end;
+    this one ends at six times the peak's frequency.
+    """
     exact = moment(2) / moment(0)
     errors = []
     for count in _COUNTS:
         sea = {"model": "jonswap", "significant_height": 1.0, "peak_period": PERIOD, "components": count}
         waves = marine_world(sea=sea).parameters.sea.waves
         errors.append(abs(math.fsum(wave.frequency**2 for wave in waves) / len(waves) / exact - 1.0))
-    rows: list[Row] = [
-        between(f"order of the error of m2 / m0, from {a} to {b} components", "", 0.5, 2.0, math.log2(one / other))
-        for (a, one), (b, other) in itertools.pairwise(zip(_COUNTS, errors, strict=True))
-    ]
-    return Findings(tuple(rows), (_chart("Error of m2 / m0", "components", _COUNTS, {"m2 / m0": errors}, 1.0),))
+    yield from _convergence("Error of m2 / m0", "components", _COUNTS, {"m2 / m0": errors}, (0.5, 2.0), 1.0)
 
 
-def _chart(title: str, axis: str, numbers: tuple[int, ...], errors: dict[str, list[float]], order: float) -> Chart:
-    """Errors over numbers, both as logarithms, with a line of an order."""
+def _convergence(
+    title: str,
+    parts: str,
+    numbers: tuple[int, ...],
+    errors: dict[str, list[float]],
+    band: tuple[float, float],
+    order: float,
+) -> Outcome:
+    """How fast errors go down with a number of parts; both as logarithms, with a line of an order."""
+    for name, found in errors.items():
+        for (a, one), (b, other) in itertools.pairwise(zip(numbers, found, strict=True)):
+            quantity = f"order of the error of {name}, from {a} to {b} {parts}"
+            yield between(quantity, "", *band, math.log2(one / other))
     x = np.log10(numbers)
     first = next(iter(errors.values()))[0]
     line = Series(f"order {order:g}", x, np.log10(first) - order * (x - x[0]), reference=True)
     points = [Series(name, x, np.log10(found), kind="points") for name, found in errors.items()]
-    return Chart(title, f"log10 of the number of {axis}", "log10 of the relative error", (line, *points))
-
-
-CASES = (
-    Case(
-        name="panels-doubled",
-        title="Panels doubled",
-        setup="The pressure of a wave of 3 s on a fixed barge of 4 x 2 x 0.5 m, whose bottom and ends are cut into 2 "
-        "to 16 parts across.",
-        source="Closed form, rho g A e^(-k d) sinc(k l / 2) and 2 rho g b sin(k l / 2) (1 - e^(-k d)) / k per metre. "
-        "The pressure is linear over a panel: twice as many each way leave a quarter of the error, order 2.",
-        files=("physics/panels.py",),
-        run=_panels,
-    ),
-    Case(
-        name="components-doubled",
-        title="Components doubled",
-        setup=f"A JONSWAP sea of Tp {PERIOD:g} s, of 15 to 240 components: m2 / m0, the variance of the surface's "
-        "vertical velocity over that of its height.",
-        source="Integrals of the spectrum. Each component has the mean frequency of its band, so m0 and m1 are exact, "
-        "and m2 lacks the spread inside bands: order 2 where a spectrum ends, 0.5 for a tail of omega^-5 without end; "
-        "this one ends at six times the peak's frequency.",
-        files=("spectra.py",),
-        run=_components,
-    ),
-)
+    yield Chart(title, f"log10 of the number of {parts}", "log10 of the relative error", (line, *points))

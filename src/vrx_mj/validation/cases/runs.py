@@ -1,18 +1,24 @@
 """Runs as a whole: what stays at rest, what is mirrored, what is equal to the last bit, and what must stay finite."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.errors import DivergedError
 from vrx_mj.runtime.batch import Batch
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.validation.rows import Case, Findings, Row, at_most, equal
-from vrx_mj.validation.setups import marine_simulation, marine_world, packaged_simulation
+from vrx_mj.validation.rows import Outcome, at_most, case, equal
+from vrx_mj.validation.setups import (
+    marine_simulation,
+    marine_world,
+    only_boat,
+    packaged_simulation,
+    record,
+    with_boat_at,
+)
 
 _SKIFF: Mapping[str, Any] = {"usv_count": 1, "robot": "skiff"}
 _SEA = {"model": "jonswap", "significant_height": 0.4, "peak_period": 4.0, "spreading": 10.0}
@@ -23,51 +29,57 @@ _POWER = ("propeller", "left", "right")
 """Commands of engines that push ahead."""
 
 
-def _calm_hour() -> Findings:
-    """An hour in still water."""
-    sim = packaged_simulation("barge")
-    (boat,) = sim.boats
-    moved = 0.0
-    for _ in range(60):
-        sim.step(duration=60.0)
-        moved = max(moved, float(np.linalg.norm(sim.observe()[boat].position)))
-    return Findings((at_most("greatest distance from its place", "m", 1e-6, moved),))
+@case("physics/panels.py", "physics/vessel.py", "runtime/loop.py")
+def calm_hour() -> Outcome:
+    """An hour in still water.
+
+    assets/validation/worlds/barge.yaml, a barge at rest in still water without damping, for an hour.
+
+    Reference: Nothing acts that would move it.
+    """
+    _, places = record(packaged_simulation("barge"), lambda sim: only_boat(sim).position, 60, 60.0)
+    yield at_most("greatest distance from its place", "m", 1e-6, np.linalg.norm(places[1:], axis=1).max())
 
 
-def _track(sim: Simulation, sign: float) -> FloatArray:
-    """Places and headings (n, 3) of a turn to one side."""
-    rows = []
-    for _ in range(240):
-        sim.step({"wamv1": {"propeller": 0.7, "rudder_angle": sign * 0.3}}, duration=0.25)
-        seen = sim.observe()["wamv1"]
-        rows.append((float(seen.position[0]), float(seen.position[1]), seen.heading))
-    return np.array(rows)
+@case("physics/drag.py", "physics/thrust.py", "runtime/loop.py")
+def mirrored() -> Outcome:
+    """Mirrored runs.
 
+    The robot skiff with its rudder to port and to starboard, 70 % of power, for 60 s from rest; one track is
+    mirrored on the x axis.
 
-def _mirrored() -> Findings:
-    """Turns to port and to starboard."""
-    port, starboard = (_track(marine_simulation(_SKIFF), sign) for sign in (1.0, -1.0))
+    Reference: The boat is the same on both sides, so the tracks must be.
+    """
+    port, starboard = (
+        record(marine_simulation(_SKIFF), _place, 240, 0.25, propeller=0.7, rudder_angle=angle)[1][1:]
+        for angle in (0.3, -0.3)
+    )
     apart = np.abs(port[:, :2] - starboard[:, :2] * (1.0, -1.0)).max()
     turned = np.abs(np.sin(port[:, 2] + starboard[:, 2])).max()
-    chart = Chart(
-        "Tracks, rudder 0.3 rad",
-        "x [m]",
-        "y [m]",
-        (
-            Series("to port", port[:, 0], port[:, 1], reference=True),
-            Series("to starboard, mirrored", starboard[:, 0], -starboard[:, 1]),
-        ),
-        equal=True,
+    yield at_most("greatest distance between the one and the mirrored other", "m", 1e-9, apart)
+    yield at_most("greatest difference of heading", "rad", 1e-9, turned)
+    lines = (
+        Series("to port", port[:, 0], port[:, 1], reference=True),
+        Series("to starboard, mirrored", starboard[:, 0], -starboard[:, 1]),
     )
-    rows = (
-        at_most("greatest distance between the one and the mirrored other", "m", 1e-9, float(apart)),
-        at_most("greatest difference of heading", "rad", 1e-9, float(turned)),
-    )
-    return Findings(rows, (chart,))
+    yield Chart("Tracks, rudder 0.3 rad", "x [m]", "y [m]", lines, equal=True)
 
 
-def _same_bits() -> Findings:
-    """One boat alone, among others, and as a row of a batch."""
+def _place(sim: Simulation) -> tuple[float, float, float]:
+    """Place [m] and heading [rad] of the only boat."""
+    seen = only_boat(sim)
+    return float(seen.position[0]), float(seen.position[1]), seen.heading
+
+
+@case("runtime/loop.py", "runtime/batch.py")
+def same_bits() -> Outcome:
+    """Equal to the last bit.
+
+    The robot skiff in a sea of 20 components: alone and among 8 boats of which none is near, 20 s; and four rows of
+    a batch beside single runs of the same seeds, 5 s.
+
+    Reference: A boat does not feel how many others there are, nor how its run is computed.
+    """
     sea = {**_SEA, "components": 20}
     places = [{"name": f"boat{i}", "pose": [40.0 * i, 0.0, 0.0, 0.0, 0.0, 0.0]} for i in range(8)]
     few, many = ({"robot": "skiff", "boats": places[:count]} for count in (1, 8))
@@ -84,28 +96,8 @@ def _same_bits() -> Findings:
         single.reset(11 + row)
         single.step(duration=5.0)
         different += single.get_state().sha256 != batch.get_state(row).sha256
-    return Findings(
-        (
-            equal("numbers of a boat's pose that differ alone and among 8", "", 0, int(apart.sum())),
-            equal("rows of a batch of 4 whose state differs from a single run", "", 0, different),
-        )
-    )
-
-
-def _capsize() -> Simulation:
-    sim = packaged_simulation("barge")
-    sim.set_boat(sim.boats[0], pose=(0.0, 0.0, 0.5, 2.0, 0.4, 0.0), velocity=(0.0, 0.0, 0.0, 3.0, 1.0, 0.0))
-    return sim
-
-
-def _breaking_sea() -> Simulation:
-    return packaged_simulation("barge", sea=_BREAKING)
-
-
-def _drop() -> Simulation:
-    sim = packaged_simulation("barge")
-    sim.set_boat(sim.boats[0], pose=(0.0, 0.0, 5.0, 0.3, 0.2, 0.0))
-    return sim
+    yield equal("numbers of a boat's pose that differ alone and among 8", "", 0, apart.sum())
+    yield equal("rows of a batch of 4 whose state differs from a single run", "", 0, different)
 
 
 def _pile_up() -> Simulation:
@@ -118,35 +110,41 @@ def _pile_up() -> Simulation:
     return marine_simulation({"robot": "skiff", "boats": boats}, sea={**_SEA, "components": 20})
 
 
-def _beaching() -> Simulation:
-    """A WAM-V that runs up a shore, in a sea."""
-    boat = {"name": "boat", "pose": [150.0, 105.0, 0.0, 0.0, 0.0, 0.4]}
-    return marine_simulation({"robot": "wamv", "sensors": "none", "boats": [boat]}, extends="sand_island", sea=_SEA)
-
-
-def _boat_over() -> Simulation:
-    """A WAM-V upside down in a sea."""
-    pose = (0.0, 0.0, 1.0, 2.8, 0.3, 0.0)
+def _wamv(pose: Sequence[float], **keys: object) -> Simulation:
+    """A WAM-V in a sea."""
     boat = {"name": "boat", "pose": list(pose)}
-    sim = marine_simulation({"robot": "wamv", "sensors": "none", "boats": [boat]}, sea=_SEA)
-    sim.set_boat("boat", pose=pose, velocity=(1.0, 0.0, 0.0, 2.0, 0.5, 0.5))
-    return sim
+    return marine_simulation({"robot": "wamv", "sensors": "none", "boats": [boat]}, sea=_SEA, **keys)
 
 
-_ROUGH: tuple[tuple[str, Callable[[], Simulation]], ...] = (
-    ("a barge that falls in upside down", _capsize),
-    ("a barge in waves on the point of breaking", _breaking_sea),
-    ("a barge dropped from 5 m", _drop),
-    ("20 boats under full power into each other", _pile_up),
-    ("a WAM-V that falls in upside down, under full power", _boat_over),
-    ("a WAM-V that runs up a shore under full power", _beaching),
-)
+_ON_ITS_SIDE, _OVER = (0.0, 0.0, 0.5, 2.0, 0.4, 0.0), (0.0, 0.0, 1.0, 2.8, 0.3, 0.0)
+"""Poses of the barge and of the WAM-V that fall in."""
+_ROUGH: Mapping[str, Callable[[], Simulation]] = {
+    "a barge that falls in upside down": lambda: with_boat_at(
+        packaged_simulation("barge"), _ON_ITS_SIDE, (0.0, 0.0, 0.0, 3.0, 1.0, 0.0)
+    ),
+    "a barge in waves on the point of breaking": lambda: packaged_simulation("barge", sea=_BREAKING),
+    "a barge dropped from 5 m": lambda: with_boat_at(packaged_simulation("barge"), (0.0, 0.0, 5.0, 0.3, 0.2, 0.0)),
+    "20 boats under full power into each other": _pile_up,
+    "a WAM-V that falls in upside down, under full power": lambda: with_boat_at(
+        _wamv(_OVER), _OVER, (1.0, 0.0, 0.0, 2.0, 0.5, 0.5)
+    ),
+    "a WAM-V that runs up a shore under full power": lambda: _wamv(
+        (150.0, 105.0, 0.0, 0.0, 0.0, 0.4), extends="sand_island"
+    ),
+}
 
 
-def _finite() -> Findings:
-    """Rough treatment: every state stays finite."""
-    rows: list[Row] = []
-    for name, made in _ROUGH:
+@case("runtime/loop.py", "physics/panels.py")
+def rough_treatment() -> Outcome:
+    """Rough treatment.
+
+    The barge of assets/validation/worlds/barge.yaml on its side with 3 rad/s, in waves of 0.14 of their length, and
+    dropped from 5 m; 20 skiffs at full power into each other in a sea; a WAM-V at full power that falls in upside
+    down, and one that runs up the shore of Sand Island. 20 s each, looked at ten times a second.
+
+    Reference: Numbers stay finite: what breaks, slams or is hit loses energy, and never gains any without bound.
+    """
+    for name, made in _ROUGH.items():
         sim, bad = made(), 0
         commands = {boat: {name: 1.0 for name in sim.command_names(boat) if name in _POWER} for boat in sim.boats}
         try:
@@ -155,45 +153,4 @@ def _finite() -> Findings:
                 bad += not bool(np.isfinite(sim.data.qpos).all() and np.isfinite(sim.data.qvel).all())
         except DivergedError:
             bad += 1
-        rows.append(equal(f"samples of {name} that are not finite", "", 0, bad))
-    return Findings(tuple(rows))
-
-
-CASES = (
-    Case(
-        name="calm-hour",
-        title="An hour in still water",
-        setup="assets/validation/worlds/barge.yaml, a barge at rest in still water without damping, for an hour.",
-        source="Nothing acts that would move it.",
-        files=("physics/panels.py", "physics/vessel.py", "runtime/loop.py"),
-        run=_calm_hour,
-    ),
-    Case(
-        name="mirrored",
-        title="Mirrored runs",
-        setup="The robot skiff with its rudder to port and to starboard, 70 % of power, for 60 s from rest; one "
-        "track is mirrored on the x axis.",
-        source="The boat is the same on both sides, so the tracks must be.",
-        files=("physics/drag.py", "physics/thrust.py", "runtime/loop.py"),
-        run=_mirrored,
-    ),
-    Case(
-        name="same-bits",
-        title="Equal to the last bit",
-        setup="The robot skiff in a sea of 20 components: alone and among 8 boats of which none is near, 20 s; and "
-        "four rows of a batch beside single runs of the same seeds, 5 s.",
-        source="A boat does not feel how many others there are, nor how its run is computed.",
-        files=("runtime/loop.py", "runtime/batch.py"),
-        run=_same_bits,
-    ),
-    Case(
-        name="rough-treatment",
-        title="Rough treatment",
-        setup="The barge of assets/validation/worlds/barge.yaml on its side with 3 rad/s, in waves of 0.14 of their "
-        "length, and dropped from 5 m; 20 skiffs at full power into each other in a sea; a WAM-V at full power that "
-        "falls in upside down, and one that runs up the shore of Sand Island. 20 s each, looked at ten times a second.",
-        source="Numbers stay finite: what breaks, slams or is hit loses energy, and never gains any without bound.",
-        files=("runtime/loop.py", "physics/panels.py"),
-        run=_finite,
-    ),
-)
+        yield equal(f"samples of {name} that are not finite", "", 0, bad)

@@ -3,19 +3,18 @@
 import json
 import math
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.resources import root
+from vrx_mj.validation.reference import TableRow
 from vrx_mj.validation.reference import rows as table_rows
-from vrx_mj.validation.reference import source
-from vrx_mj.validation.rows import Case, Findings, Row, between, near
-from vrx_mj.validation.setups import packaged_simulation
+from vrx_mj.validation.rows import Outcome, between, case, near
+from vrx_mj.validation.setups import PHYSICS, only_boat, packaged_simulation, record, with_boat_at
 
-_WORLD = "assets/validation/worlds"
+_MEMORY = ("physics/radiation.py", "physics/vessel.py", "adapters/pole_fit.py", "adapters/hydro.py")
 _IEA_EXTREMES = (
     ("first trough", 2.21, 2.23, -0.892, -0.868),
     ("first crest", 4.37, 4.45, 0.631, 0.651),
@@ -29,19 +28,15 @@ _RADIUS = 5.0
 _NUMBERS = (0.3, 0.5, 0.7, 1.0, 1.4, 2.0)
 """Wavenumbers times radius at which radiation is compared; the decay's is 1.03."""
 _RELATIVE = {4.4: 1.56, 5.0: 1.41, 11.0: 1.00}
-"""The same without diffraction, in the relative form, in the frequency domain."""
+"""Heave over the amplitude by period [s] without diffraction, in the relative form, in the frequency domain."""
 
 
-def _decay(world: str, drop: float, until: float, **keys: Any) -> tuple[FloatArray, FloatArray]:
+def _decay(world: str, drop: float, until: float, **keys: object) -> tuple[FloatArray, FloatArray]:
     """Times [s] and heights [m] of a sphere that is let go at a height."""
-    sim = packaged_simulation(world, **keys)
-    (boat,) = sim.boats
-    sim.set_boat(boat, pose=(0.0, 0.0, drop, 0.0, 0.0, 0.0))
-    heights = [drop]
-    for _ in range(round(until / sim.timestep)):
-        sim.advance(1)
-        heights.append(float(sim.observe()[boat].position[2]))
-    return np.arange(len(heights), dtype=np.float64) * sim.timestep, np.array(heights, np.float64)
+    sim = with_boat_at(packaged_simulation(world, **keys), (0.0, 0.0, drop, 0.0, 0.0, 0.0))
+    count = round(until / sim.timestep)
+    _, heights = record(sim, lambda sim: only_boat(sim).position[2], count, sim.timestep)
+    return np.arange(count + 1, dtype=np.float64) * sim.timestep, heights
 
 
 def _extremes(times: FloatArray, heights: FloatArray) -> list[tuple[float, float]]:
@@ -56,63 +51,69 @@ def _extremes(times: FloatArray, heights: FloatArray) -> list[tuple[float, float
     return found
 
 
-def _in_theory() -> list[dict[str, str]]:
+def _in_theory() -> list[TableRow]:
     """Extremes of linear theory with the buoyancy of the sphere's shape."""
     return [each for each in table_rows("hemisphere_decay") if each["theory"] == "restoring"]
 
 
-def decay() -> Findings:
-    """The benchmark of IEA OES."""
+@case(*_MEMORY)
+def sphere_decay() -> Outcome:
+    """Free decay of a sphere with wave radiation.
+
+    assets/validation/worlds/iea_sphere.yaml: radius 5 m, 261.8 t, half under water of 1000 kg/m3, let go 1 m too
+    high. Added mass and memory are from Capytaine: make_spheres.py.
+
+    Reference: Wendt et al. (2019), benchmark of IEA OES: lowest and highest of five codes and CFD.
+    """
     times, heights = _decay("iea_sphere", 1.0, 12.0)
-    exact = {each["extreme"]: float(each["height"]) for each in _in_theory()}
-    rows: list[Row] = []
+    exact = {each["extreme"]: each["height"] for each in _in_theory()}
     for (name, early, late, low, high), (time, height) in zip(_IEA_EXTREMES, _extremes(times, heights), strict=False):
         row = between(f"{name}, height", "m", low, high, height)
-        rows += [replace(row, theory=exact[name]), between(f"{name}, time", "s", early, late, time)]
+        yield replace(row, theory=exact[name])
+        yield between(f"{name}, time", "s", early, late, time)
     middles = [(0.5 * (early + late), 0.5 * (low + high)) for _, early, late, low, high in _IEA_EXTREMES]
     at, of = np.array(middles).T
-    chart = Chart(
-        "Height of the sphere",
-        "time [s]",
-        "height [m]",
-        (Series("five codes and CFD", at, of, kind="points", reference=True), Series("ours", times, heights)),
-    )
-    return Findings(tuple(rows), (chart,))
+    lines = Series("five codes and CFD", at, of, kind="points", reference=True), Series("ours", times, heights)
+    yield Chart("Height of the sphere", "time [s]", "height [m]", lines)
 
 
-def _decay_in_theory() -> Findings:
-    """The benchmark of IEA OES against its own equation with exact coefficients."""
-    physics = {"profile": "marine", "gravity": 9.81, "timestep": 0.001}
-    times, heights = _decay("iea_sphere", 1.0, 8.0, physics=physics)
-    rows: list[Row] = []
+@case(*_MEMORY, table="hemisphere_decay")
+def sphere_theory() -> Outcome:
+    """Free decay of a sphere, in theory.
+
+    assets/validation/worlds/iea_sphere.yaml as in sphere-decay, in steps of 1 ms: at 10 ms all is half a step
+    early.
+    """
+    times, heights = _decay("iea_sphere", 1.0, 8.0, physics={**PHYSICS, "timestep": 0.001})
     for each, (time, height) in zip(_in_theory(), _extremes(times, heights), strict=False):
         name = each["extreme"]
-        rows += [
-            near(f"{name}, height", "m", float(each["height"]), height, relative=0.002),
-            near(f"{name}, time", "s", float(each["time"]), time, relative=0.002),
-        ]
-    return Findings(tuple(rows))
+        yield near(f"{name}, height", "m", each["height"], height, relative=0.002)
+        yield near(f"{name}, time", "s", each["time"], time, relative=0.002)
 
 
-def _tank_decay() -> Findings:
-    """The tests of Kramer et al."""
-    rows, series, crests = [], [], []
+@case(*_MEMORY)
+def sphere_tank() -> Outcome:
+    """Free decay of a sphere in a tank.
+
+    assets/validation/worlds/kramer_sphere.yaml: diameter 0.3 m, 7.056 kg, water of 998.2 kg/m3, g 9.82 m/s2, let go
+    at 30, 90 and 150 mm.
+
+    Reference: Kramer et al. (2021), Highly accurate experimental heave decay tests with a floating sphere.
+    """
+    series, crests = [], []
     for drop in (0.03, 0.09, 0.15):
         times, heights = _decay("kramer_sphere", drop, 2.0)
         series.append(Series(f"{1000.0 * drop:g} mm", times, heights / drop))
         crests.append(_extremes(times, heights)[1])
     time, height = crests[0]
-    rows = [
-        between("next crest after 30 mm, time", "s", 0.757, 0.770, time),
-        between("next crest after 30 mm, share of the drop", "", 0.63, 0.65, height / 0.03),
-        *(
-            between(f"next crest after {name} mm, later than before", "s", 1e-4, 0.1, crests[i + 1][0] - crests[i][0])
-            for i, name in enumerate((90, 150))
-        ),
-    ]
+    yield between("next crest after 30 mm, time", "s", 0.757, 0.770, time)
+    yield between("next crest after 30 mm, share of the drop", "", 0.63, 0.65, height / 0.03)
+    yield from (
+        between(f"next crest after {name} mm, later than before", "s", 1e-4, 0.1, crests[i + 1][0] - crests[i][0])
+        for i, name in enumerate((90, 150))
+    )
     measured = Series("measured crest after 30 mm", [0.7635], [0.64], kind="points", reference=True)
-    chart = Chart("Height over the drop", "time [s]", "height / drop", (measured, *series))
-    return Findings(tuple(rows), (chart,))
+    yield Chart("Height over the drop", "time [s]", "height / drop", (measured, *series))
 
 
 def _heave(period: float, world: str) -> float:
@@ -120,77 +121,70 @@ def _heave(period: float, world: str) -> float:
     height, step = 0.1, 0.05
     sea = {"model": "regular", "height": height, "period": period, "density": 1000.0}
     sim = packaged_simulation(world, sea=sea)
-    (boat,) = sim.boats
-    seen = []
-    for _ in range(round(30.0 * period / step)):
-        sim.step(duration=step)
-        x, _, z = sim.observe()[boat].position
-        seen.append((sim.time, float(x), float(z)))
-    times, x, z = np.array(seen[-round(5.0 * period / step) :]).T
+    seen, places = record(sim, lambda sim: only_boat(sim).position, round(30.0 * period / step), step)
+    last = slice(-round(5.0 * period / step), None)
+    times, (x, _, z) = seen[last], places[last].T
     omega = 2.0 * math.pi / period
     turned = z * np.exp(1j * (omega * times - omega**2 / 9.81 * x))  # it drifts with the waves
     return float(2.0 * abs(turned.mean()) / (0.5 * height))
 
 
-def _heave_in_waves() -> Findings:
-    """Heave with diffraction, and in the relative form."""
-    rows, ours, relative = [], [], []
+@case(*_MEMORY, quick=False)
+def sphere_heave() -> Outcome:
+    """Heave of a sphere in regular waves.
+
+    assets/validation/worlds/iea_sphere.yaml in waves of 0.1 m, for 30 periods, with the forces of diffraction in
+    its file; in iea_sphere_relative.yaml without, by the relative form.
+
+    Reference: Wendt et al. (2019): lowest and highest of the codes, within 2 %. Relative form: (C_FK - omega2 A + i
+    omega B) of the water's motion at the centre of buoyancy, in the frequency domain.
+    """
+    points = []
     for period, (low, high) in _HEAVE.items():
-        found = _heave(period, "iea_sphere")
-        rows.append(between(f"heave at {period:g} s", "", 0.98 * low, 1.02 * high, found))
-        ours.append(found)
+        points.append(_heave(period, "iea_sphere"))
+        yield between(f"heave at {period:g} s", "", 0.98 * low, 1.02 * high, points[-1])
     for period, reference in _RELATIVE.items():
-        found = _heave(period, "iea_sphere_relative")
-        rows.append(near(f"heave at {period:g} s, relative form", "", reference, found, relative=0.05))
-        relative.append(found)
-    periods, middle = np.array(list(_HEAVE)), np.array([0.5 * sum(pair) for pair in _HEAVE.values()])
-    chart = Chart(
-        "Heave over the wave's amplitude",
-        "period [s]",
-        "heave / amplitude",
-        (
-            Series("codes", periods, middle, kind="points", reference=True),
-            Series("ours, with diffraction", periods, np.array(ours)),
-            Series("ours, relative form", np.array(list(_RELATIVE)), np.array(relative), kind="points"),
-        ),
+        points.append(_heave(period, "iea_sphere_relative"))
+        yield near(f"heave at {period:g} s, relative form", "", reference, points[-1], relative=0.05)
+    periods, middle, count = list(_HEAVE), [0.5 * sum(pair) for pair in _HEAVE.values()], len(_HEAVE)
+    lines = (
+        Series("codes", periods, middle, kind="points", reference=True),
+        Series("ours, with diffraction", periods, points[:count]),
+        Series("ours, relative form", list(_RELATIVE), points[count:], kind="points"),
     )
-    return Findings(tuple(rows), (chart,))
+    yield Chart("Heave over the wave's amplitude", "period [s]", "heave / amplitude", lines)
 
 
-def _radiation() -> Findings:
-    """Added mass and damping in heave of the sphere's file, and added mass at both ends of the frequencies."""
+@case("adapters/hydro.py", table="hemisphere")
+def hemisphere() -> Outcome:
+    """Radiation of a hemisphere in heave.
+
+    assets/robots/sphere/hydro.json, which Capytaine computed with 2592 panels.
+
+    Reference: Hulme (1982): 0.831 of the displaced mass at frequency 0, 0.5 at infinite frequency. Between:
+    """
     table = json.loads((root() / "assets" / "robots" / "sphere" / "hydro.json").read_text(encoding="utf-8"))
     displaced = table["density"] * 2.0 / 3.0 * math.pi * _RADIUS**3
-    rows = [
-        near("A33 / (rho V), frequency 0", "", 0.831, table["added_mass_zero"][2][2] / displaced, relative=0.03),
-        near("A33 / (rho V), infinite", "", 0.5, table["added_mass_infinite"][2][2] / displaced, relative=0.03),
-    ]
+    yield near("A33 / (rho V), frequency 0", "", 0.831, table["added_mass_zero"][2][2] / displaced, relative=0.03)
+    yield near("A33 / (rho V), infinite", "", 0.5, table["added_mass_infinite"][2][2] / displaced, relative=0.03)
     omega = np.array(table["frequencies"])
     numbers = omega**2 * _RADIUS / table["gravity"]
     ours = {
         "A33 / (rho V)": np.array(table["added_mass"])[:, 2, 2] / displaced,
         "B33 / (rho V omega)": np.array(table["damping"])[:, 2, 2] / (displaced * omega),
     }
-    exact = np.array([[float(each[key]) for key in each] for each in table_rows("hemisphere")]).T
-    charts = []
+    exact = np.array([list(each.values()) for each in table_rows("hemisphere")]).T
     for name, reference in zip(ours, exact[1:], strict=True):
-        charts.append(
-            Chart(
-                name,
-                "k a",
-                name,
-                (
-                    Series("multipoles", exact[0], reference, kind="points", reference=True),
-                    Series("ours", numbers, ours[name]),
-                ),
-            )
+        lines = (
+            Series("multipoles", exact[0], reference, kind="points", reference=True),
+            Series("ours", numbers, ours[name]),
         )
-        rows += [
+        yield Chart(name, "k a", name, lines)
+        yield from (
             near(f"{name}, k a {ka:g}", "", value, _at(ka, numbers, ours[name]), relative=0.005)
             for ka, value in zip(exact[0], reference, strict=True)
             if ka in _NUMBERS
-        ]
-    return Findings(tuple(rows), tuple(charts))
+        )
 
 
 def _at(number: float, numbers: FloatArray, values: FloatArray) -> float:
@@ -198,54 +192,3 @@ def _at(number: float, numbers: FloatArray, values: FloatArray) -> float:
     first = int(np.searchsorted(numbers, number)) - 2
     x, y = numbers[first : first + 4], values[first : first + 4]
     return float(sum(y[i] * np.prod([(number - x[j]) / (x[i] - x[j]) for j in range(4) if j != i]) for i in range(4)))
-
-
-_MEMORY = ("physics/radiation.py", "physics/vessel.py", "adapters/pole_fit.py", "adapters/hydro.py")
-CASES = (
-    Case(
-        name="sphere-decay",
-        title="Free decay of a sphere that makes waves",
-        setup=f"{_WORLD}/iea_sphere.yaml: radius 5 m, 261.8 t, half under water of 1000 kg/m3, let go 1 m too high. "
-        "Added mass and memory are from Capytaine: make_spheres.py.",
-        source="Wendt et al. (2019), benchmark of IEA OES: lowest and highest of five codes and CFD.",
-        files=_MEMORY,
-        run=decay,
-    ),
-    Case(
-        name="sphere-theory",
-        title="Free decay of a sphere, in theory",
-        setup=f"{_WORLD}/iea_sphere.yaml as in sphere-decay, in steps of 1 ms: at 10 ms all is half a step early.",
-        source=source("hemisphere_decay"),
-        files=_MEMORY,
-        run=_decay_in_theory,
-    ),
-    Case(
-        name="sphere-tank",
-        title="Free decay of a sphere in a tank",
-        setup=f"{_WORLD}/kramer_sphere.yaml: diameter 0.3 m, 7.056 kg, water of 998.2 kg/m3, g 9.82 m/s2, let go at "
-        "30, 90 and 150 mm.",
-        source="Kramer et al. (2021), Highly accurate experimental heave decay tests with a floating sphere.",
-        files=_MEMORY,
-        run=_tank_decay,
-    ),
-    Case(
-        name="sphere-heave",
-        title="Heave of a sphere in regular waves",
-        setup=f"{_WORLD}/iea_sphere.yaml in waves of 0.1 m, for 30 periods, with the forces of diffraction in its "
-        "file; in iea_sphere_relative.yaml without, by the relative form.",
-        source="Wendt et al. (2019): lowest and highest of the codes, within 2 %. Relative form: (C_FK - omega2 A + i "
-        "omega B) of the water's motion at the centre of buoyancy, in the frequency domain.",
-        files=_MEMORY,
-        run=_heave_in_waves,
-        quick=False,
-    ),
-    Case(
-        name="hemisphere",
-        title="Waves that a hemisphere makes in heave",
-        setup="assets/robots/sphere/hydro.json, which Capytaine computed with 2592 panels.",
-        source="Hulme (1982): 0.831 of the displaced mass at frequency 0, 0.5 at infinite frequency. Between: "
-        + source("hemisphere"),
-        files=("adapters/hydro.py",),
-        run=_radiation,
-    ),
-)

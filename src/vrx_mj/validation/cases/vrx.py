@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable
 from functools import cache
-from typing import Any
 
 import numpy as np
 
@@ -11,8 +10,8 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.validation.reference import rows, source
-from vrx_mj.validation.rows import Case, Findings, Row, at_most
+from vrx_mj.validation.reference import TableRow, rows
+from vrx_mj.validation.rows import Outcome, at_most, case
 from vrx_mj.validation.setups import packaged_simulation
 
 _Pilot = Callable[[Simulation, float], None]
@@ -34,6 +33,12 @@ _COLUMNS = (
     ("yaw_rad", "dyaw_rad", "yaw", "rad"),
 )  # fmt: skip
 """Columns of a run and of the spread, names and units."""
+_CHARTS = {
+    "zigzag_20": ("Yaw in a zig-zag of 20 degrees", "yaw [degrees]", 5),
+    "decay_roll_added_mass": ("Roll let go at 15 degrees, with added mass", "roll [degrees]", 3),
+    "head_seas_W02": ("Height of the boat in head seas", "height [m]", 2),
+}
+"""Charts of runs: title, ordinate, and its column."""
 _FACTOR, _FLOOR = 3.0, 2e-6
 """Band of a run: so many times the spread, or what the files' eight digits leave [m], [rad]."""
 _KEPT = 1e-9
@@ -45,48 +50,52 @@ _DESCRIBED = {
 
 
 @cache
-def _cases() -> dict[str, dict[str, str]]:
+def _cases() -> dict[str, TableRow]:
     return {row["case"]: row for row in rows(f"{_TABLES}/trajectories/trajectory_cases")}
 
 
-def _sea(name: str) -> dict[str, Any]:
+def _sea(name: str) -> dict[str, object]:
     """The keys of a sea of VRX's table."""
     if name in {"calm", "none"}:
         return {"model": "none"}
     (row,) = (row for row in rows(f"{_TABLES}/wave_sets") if row["wave_set"] == name)
     other = "amplitude" if row["model"] == "PMS" else "gain"
-    numbers: dict[str, Any] = {key: float(row[column]) for key, column in _DESCRIBED.items() if key != other}
-    direction = [float(row["dir_x"]), float(row["dir_y"])]
+    numbers: dict[str, object] = {key: row[column] for key, column in _DESCRIBED.items() if key != other}
+    direction = [row["dir_x"], row["dir_y"]]
     return {"model": row["model"].lower(), "number": int(row["number"]), "direction": direction, **numbers}
 
 
-def _seas() -> Findings:
-    """Heights of VRX's seas."""
-    found: dict[str, list[dict[str, str]]] = {}
-    for row in rows(f"{_TABLES}/wave_heights"):
-        found.setdefault(row["wave_set"], []).append(row)
-    rows_found: list[Row] = []
-    for name, points in found.items():
+@case("physics/waves.py")
+def vrx_seas() -> Outcome:
+    """Profile vrx: heights of VRX's seas.
+
+    Worlds of profile vrx with eight seas of VRX's two models, at 60 places and times each.
+
+    Reference: VRX's own C++ (osrf/vrx, gazebo_classic, commit c9b9388), compiled unmodified:
+    assets/validation/oracle, whose README says how.
+    """
+    table = rows(f"{_TABLES}/wave_heights")
+    for name in dict.fromkeys(row["wave_set"] for row in table):
+        points = [row for row in table if row["wave_set"] == name]
         sim = Simulation(compile_world({"physics": {"profile": "vrx"}, "sea": _sea(name)}))
-        x, y, t, theirs = (np.array([float(row[key]) for row in points]) for key in ("x_m", "y_m", "t_s", "h_simple_m"))
-        apart = float(np.abs(sim.sea.height(x, y, t) - theirs).max())
-        rows_found.append(at_most(f"greatest difference of {len(points)} heights, sea {name}", "m", 1e-6, apart))
-    return Findings(tuple(rows_found))
+        x, y, t, theirs = (np.array([row[key] for row in points]) for key in ("x_m", "y_m", "t_s", "h_simple_m"))
+        apart = np.abs(sim.sea.height(x, y, t) - theirs).max()
+        yield at_most(f"greatest difference of {len(points)} heights, sea {name}", "m", 1e-6, apart)
 
 
-def _simulation(case: dict[str, str]) -> Simulation:
+def _simulation(case: TableRow) -> Simulation:
     wind = {
-        "direction": float(case["wind_dir_deg"]),
-        "mean_velocity": float(case["wind_mean_m_s"]),
-        "var_gain": float(case["wind_gain"]),
+        "direction": case["wind_dir_deg"],
+        "mean_velocity": case["wind_mean_m_s"],
+        "var_gain": case["wind_gain"],
         "objects": [{"model": "wamv", "coefficients": [0.5, 0.5, 0.33]}],
     }
-    pose = [float(case[key]) for key in ("x0", "y0", "z0", "roll0", "pitch0", "yaw0")]
+    pose = [case[key] for key in ("x0", "y0", "z0", "roll0", "pitch0", "yaw0")]
     spawn = {"robot": _ROBOTS[case["dyn_set"]], "pose": pose, "thrusters": "H", "sensors": "none"}
     return packaged_simulation("vrx_run", sea=_sea(case["wave_set"]), wind=wind, spawn=spawn)
 
 
-def _steady(case: dict[str, str]) -> _Pilot:
+def _steady(case: TableRow) -> _Pilot:
     """Commands that stay the same, as `t>=0:L=1 R=0.5` of the table."""
     sides = dict(part.split("=") for part in case["commands"].partition(":")[2].split())
     commands = {"wamv": {"left": float(sides["L"]), "right": float(sides["R"])}}
@@ -115,105 +124,74 @@ def _zigzag() -> _Pilot:
     return sail
 
 
-def _run(case: dict[str, str]) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _poses_of(case: TableRow) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Times (n,), VRX's poses and ours (n, 6) of a case."""
     file = f"{_TABLES}/trajectories/{case['case']}"
     golden = rows(f"{file}__implicit" if case["dyn_set"] == "wamv_am1" else file)
-    theirs = np.array([[float(row[column]) for column, *_ in _COLUMNS] for row in golden])
-    times = np.array([float(row["t_s"]) for row in golden])
+    theirs = np.array([[row[column] for column, *_ in _COLUMNS] for row in golden])
+    times = [row["t_s"] for row in golden]
     sail = _zigzag() if case["case"].startswith("zigzag") else _steady(case)
     sim, ours = _simulation(case), []
-    for time in times.tolist():
+    for time in times:
         if time > sim.time:
             sail(sim, time - sim.time)
         seen = sim.observe()["wamv"]
         ours.append([*map(float, seen.position), seen.roll, seen.pitch, seen.heading])
     found = np.array(ours)
     found[:, 5] -= 2.0 * np.pi * np.round((found[:, 5] - theirs[:, 5]) / (2.0 * np.pi))  # whole turns are none
-    return times, theirs, found
+    return np.array(times), theirs, found
 
 
-def _runs() -> Findings:
-    """Runs of VRX's boat."""
+@case("physics/hydrostatics.py", "physics/drag.py", "physics/thrust.py", "physics/wind.py", "runtime/loop.py")
+def vrx_runs() -> Outcome:
+    """Profile vrx: runs of VRX's boat.
+
+    assets/validation/worlds/vrx_run.yaml: a WAM-V in a world of profile vrx with a step of 10 ms, ahead, astern, in
+    a turn, a zig-zag, free decays, in wind and in waves, 30 to 120 s; a turn and a decay of one with added mass in
+    all motions.
+
+    Reference: VRX's own C++ (osrf/vrx, gazebo_classic, commit c9b9388), compiled unmodified:
+    assets/validation/oracle, whose README says how. It was integrated with Gazebo's scheme at 1 ms; with added
+    mass, that in the mass matrix, by Runge and Kutta's. The band is three times the difference that its own results
+    show between steps of 1 and 10 ms; of decay_roll_added_mass that is more than the motion itself.
+    """
     spread = {row["case"]: row for row in rows(f"{_TABLES}/trajectories/trajectory_integrator_spread")}
-    found: list[Row] = []
-    charts = []
     for name in _RUNS:
-        times, theirs, ours = _run(_cases()[name])
+        times, theirs, ours = _poses_of(_cases()[name])
         apart = np.abs(ours - theirs).max(axis=0)
         for (_, column, quantity, unit), value in zip(_COLUMNS, apart.tolist(), strict=True):
             bound = max(_FACTOR * float(spread[name][f"max_{column}"]), _FLOOR)
-            found.append(at_most(f"{name}: greatest difference of {quantity}", unit, bound, value))
-        charts += _charts(name, times, theirs, ours)
-    return Findings(tuple(found), tuple(charts))
+            yield at_most(f"{name}: greatest difference of {quantity}", unit, bound, value)
+        if name == "turn_L100_R50":
+            lines = Series("VRX", theirs[:, 0], theirs[:, 1], reference=True), Series("ours", ours[:, 0], ours[:, 1])
+            yield Chart("A turn with 100 and 50 % of power", "x [m]", "y [m]", lines, equal=True)
+        if name in _CHARTS:
+            title, ordinate, axis = _CHARTS[name]
+            shown = [np.degrees(poses[:, axis]) if axis > 2 else poses[:, axis] for poses in (theirs, ours)]
+            lines = Series("VRX", times, shown[0], reference=True), Series("ours", times, shown[1])
+            yield Chart(title, "time [s]", ordinate, lines)
 
 
-def _charts(name: str, times: FloatArray, theirs: FloatArray, ours: FloatArray) -> list[Chart]:
-    if name == "turn_L100_R50":
-        series = Series("VRX", theirs[:, 0], theirs[:, 1], reference=True), Series("ours", ours[:, 0], ours[:, 1])
-        return [Chart("A turn with 100 and 50 % of power", "x [m]", "y [m]", series, equal=True)]
-    if name == "zigzag_20":
-        yaw = np.degrees(np.array([theirs[:, 5], ours[:, 5]]))
-        series = Series("VRX", times, yaw[0], reference=True), Series("ours", times, yaw[1])
-        return [Chart("Yaw in a zig-zag of 20 degrees", "time [s]", "yaw [degrees]", series)]
-    if name == "decay_roll_added_mass":
-        roll = np.degrees(np.array([theirs[:, 3], ours[:, 3]]))
-        series = Series("VRX", times, roll[0], reference=True), Series("ours", times, roll[1])
-        return [Chart("Roll let go at 15 degrees, with added mass", "time [s]", "roll [degrees]", series)]
-    if name == "head_seas_W02":
-        series = Series("VRX", times, theirs[:, 2], reference=True), Series("ours", times, ours[:, 2])
-        return [Chart("Height of the boat in head seas", "time [s]", "height [m]", series)]
-    return []
+@case(
+    "runtime/loop.py",
+    "physics/hydrostatics.py",
+    "physics/drag.py",
+    "physics/thrust.py",
+    "physics/wind.py",
+    table="vrx_run",
+)
+def vrx_kept() -> Outcome:
+    """Profile vrx: a recorded run repeated.
 
-
-def _kept() -> Findings:
-    """The run of a world with boats, buoys and a dock."""
-    sim, found = Simulation(compile_world("example_course", fleet="trio")), []
+    The world example_course with the fleet trio, seed 7, 60 s with left 0.6 and right 0.4.
+    """
+    sim = Simulation(compile_world("example_course", fleet="trio"))
     sim.reset(seed=7)
     sim.step({boat: {"left": 0.6, "right": 0.4} for boat in sim.boats}, duration=60.0)
     for row in rows("vrx_run"):
-        seen = sim.observe()[row["boat"]]
+        seen = sim.observe()[str(row["boat"])]
         for quantity, columns, unit, ours in (
             ("place", ("x", "y", "z"), "m", seen.position), ("attitude", ("qw", "qx", "qy", "qz"), "", seen.quaternion)
         ):  # fmt: skip
-            apart = float(np.abs(np.array([float(row[column]) for column in columns]) - ours).max())
-            found.append(
-                at_most(f"{row['boat']}: greatest difference of {quantity} from the record", unit, _KEPT, apart)
-            )
-    return Findings(tuple(found))
-
-
-_SOURCE = (
-    "VRX's own C++ (osrf/vrx, gazebo_classic, commit c9b9388), compiled unmodified: assets/validation/oracle, whose "
-    "README says how."
-)
-CASES = (
-    Case(
-        name="vrx-seas",
-        title="Profile vrx: heights of VRX's seas",
-        setup="Worlds of profile vrx with eight seas of VRX's two models, at 60 places and times each.",
-        source=_SOURCE,
-        files=("physics/waves.py",),
-        run=_seas,
-    ),
-    Case(
-        name="vrx-runs",
-        title="Profile vrx: runs of VRX's boat",
-        setup="assets/validation/worlds/vrx_run.yaml: a WAM-V in a world of profile vrx with a step of 10 ms, ahead, "
-        "astern, in a turn, a zig-zag, free decays, in wind and in waves, 30 to 120 s; a turn and a decay of one with "
-        "added mass in all motions.",
-        source=f"{_SOURCE} It was integrated with Gazebo's scheme at 1 ms; with added mass, that in the mass matrix, "
-        "by Runge and Kutta's. The band is three times the difference that its own results show between steps of 1 and "
-        "10 ms; of decay_roll_added_mass that is more than the motion itself.",
-        files=("physics/hydrostatics.py", "physics/drag.py", "physics/thrust.py", "physics/wind.py", "runtime/loop.py"),
-        run=_runs,
-    ),
-    Case(
-        name="vrx-kept",
-        title="Profile vrx: a run as before",
-        setup="The world example_course with the fleet trio, seed 7, 60 s with left 0.6 and right 0.4.",
-        source=source("vrx_run"),
-        files=("runtime/loop.py", "physics/hydrostatics.py", "physics/drag.py", "physics/thrust.py", "physics/wind.py"),
-        run=_kept,
-    ),
-)
+            apart = np.abs(np.array([row[column] for column in columns]) - ours).max()
+            yield at_most(f"{row['boat']}: greatest difference of {quantity} from the record", unit, _KEPT, apart)

@@ -8,8 +8,8 @@ from scipy.optimize import brentq
 from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.linear_waves import Site
 from vrx_mj.spectra import stokes_wave
-from vrx_mj.validation.reference import rows, source
-from vrx_mj.validation.rows import Case, Findings, Row, near
+from vrx_mj.validation.reference import rows
+from vrx_mj.validation.rows import Outcome, case, near
 from vrx_mj.validation.setups import GRAVITY, marine_simulation
 
 
@@ -21,33 +21,38 @@ def _simulated_wavenumber(period: float, depth: float) -> float:
     return math.acos(float(surface.height(place, 0.0, 0.0)) / float(surface.height(0.0, 0.0, 0.0))) / place
 
 
-def _airy() -> Findings:
-    """Lengths of linear waves in deep and shallow water."""
-    found: list[Row] = []
+@case("linear_waves.py", "spectra.py", "physics/waves.py", table="airy")
+def airy() -> Outcome:
+    """Lengths of linear waves.
+
+    A world with a regular wave of 2 cm, in deep water and in two depths. The wavenumber is read off the surface:
+    the arc cosine of its height at some distance from a crest over that at the crest.
+    """
     for row in rows("airy"):
-        period, depth = float(row["period"]), float(row["depth"])
+        period, depth = row["period"], row["depth"]
         where = "deep water" if math.isinf(depth) else f"{depth:g} m of water"
         name, ours = f"wavenumber, {period:g} s in {where}", _simulated_wavenumber(period, depth)
-        found.append(near(name, "rad/m", float(row["wavenumber"]), ours, relative=1e-6))
-    return Findings(tuple(found))
+        yield near(name, "rad/m", row["wavenumber"], ours, relative=1e-6)
 
 
-def _stokes5() -> Findings:
-    """Speed, crest and trough of steep waves."""
-    found: list[Row] = []
+@case("spectra.py", "physics/waves.py", table="stokes5")
+def stokes5() -> Outcome:
+    """Steep waves of the fifth order.
+
+    Worlds with a wave of model stokes5. The period is searched for at which our wave has the reference's length;
+    crest and trough are heights of the simulated surface.
+    """
     for row in rows("stokes5"):
-        height, length, depth = (float(row[key]) for key in ("height", "length", "depth"))
+        height, length, depth = (row[key] for key in ("height", "length", "depth"))
         wave = f"H {height:g} m, length {length:g} m, depth {depth:g} m"
         speed = _stokes_speed(height, length, depth)
         sea = {"model": "stokes5", "height": height, "period": length / speed, "depth": depth}
         surface = marine_simulation(sea=sea).sea
         crest, trough = (float(surface.height(x, 0.0, 0.0)) for x in (0.0, 0.5 * length))
-        found += [
-            near(f"speed, {wave}", "m/s", float(row["speed"]), speed, relative=0.005),
-            near(f"crest, {wave}", "m", float(row["crest"]), crest, relative=0.005),
-            near(f"trough, {wave}", "m", float(row["trough"]), trough, relative=0.005),
-        ]
-    return Findings(tuple(found), (_profile(),))
+        yield near(f"speed, {wave}", "m/s", row["speed"], speed, relative=0.005)
+        yield near(f"crest, {wave}", "m", row["crest"], crest, relative=0.005)
+        yield near(f"trough, {wave}", "m", row["trough"], trough, relative=0.005)
+    yield _profile()
 
 
 def _stokes_speed(height: float, length: float, depth: float) -> float:
@@ -63,39 +68,13 @@ def _stokes_speed(height: float, length: float, depth: float) -> float:
 def _profile() -> Chart:
     """A period of the first wave of the table, beside the linear one and the other program's crest and trough."""
     row = rows("stokes5")[0]
-    height, length, speed = (float(row[key]) for key in ("height", "length", "speed"))
-    sea = {"model": "stokes5", "height": height, "period": length / speed, "depth": float(row["depth"])}
+    height, length, speed = (row[key] for key in ("height", "length", "speed"))
+    sea = {"model": "stokes5", "height": height, "period": length / speed, "depth": row["depth"]}
     x = np.linspace(0.0, length, 201)
-    ends = [0.0, 0.5 * length, length], [float(row[key]) for key in ("crest", "trough", "crest")]
-    return Chart(
-        f"Surface of a wave of {height:g} m, {length:g} m long",
-        "distance [m]",
-        "height [m]",
-        (
-            Series("linear", x, 0.5 * height * np.cos(2.0 * math.pi * x / length), reference=True),
-            Series("ours", x, marine_simulation(sea=sea).sea.height(x, 0.0, 0.0)),
-            Series("raschii", *ends, reference=True, kind="points"),
-        ),
+    ends = [0.0, 0.5 * length, length], [row[key] for key in ("crest", "trough", "crest")]
+    lines = (
+        Series("linear", x, 0.5 * height * np.cos(2.0 * math.pi * x / length), reference=True),
+        Series("ours", x, marine_simulation(sea=sea).sea.height(x, 0.0, 0.0)),
+        Series("raschii", *ends, reference=True, kind="points"),
     )
-
-
-CASES = (
-    Case(
-        name="airy",
-        title="Lengths of linear waves",
-        setup="A world with a regular wave of 2 cm, in deep water and in two depths. The wavenumber is read off the "
-        "surface: the arc cosine of its height at some distance from a crest over that at the crest.",
-        source=source("airy"),
-        files=("linear_waves.py", "spectra.py", "physics/waves.py"),
-        run=_airy,
-    ),
-    Case(
-        name="stokes5",
-        title="Steep waves of the fifth order",
-        setup="Worlds with a wave of model stokes5. The period is searched for at which our wave has the "
-        "reference's length; crest and trough are heights of the simulated surface.",
-        source=source("stokes5"),
-        files=("spectra.py", "physics/waves.py"),
-        run=_stokes5,
-    ),
-)
+    return Chart(f"Surface of a wave of {height:g} m, {length:g} m long", "distance [m]", "height [m]", lines)

@@ -2,17 +2,16 @@
 
 import math
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from scipy.integrate import quad
-from scipy.optimize import brentq
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.validation.rows import Case, Findings, Row, near
-from vrx_mj.validation.setups import GRAVITY, marine_simulation, packaged_simulation
+from vrx_mj.validation.cases.drifting import drift_in_beam_wind
+from vrx_mj.validation.rows import Outcome, case, near
+from vrx_mj.validation.setups import PHYSICS, autocorrelation, marine_simulation, only_boat, packaged_simulation
 
 _SPEED = 12.0
 """Mean wind at 10 m [m/s]."""
@@ -31,9 +30,9 @@ _RECORD = 7200.0
 """Length of their record [s]."""
 
 
-def _windy(**wind: Any) -> Simulation:
-    physics = {"profile": "marine", "gravity": GRAVITY, "timestep": _STEP}
-    return marine_simulation(physics=physics, wind={"mean_velocity": _SPEED, "direction": 0.0, **wind})
+def _windy(**wind: object) -> Simulation:
+    given = {"mean_velocity": _SPEED, "direction": 0.0, **wind}
+    return marine_simulation(physics={**PHYSICS, "timestep": _STEP}, wind=given)
 
 
 def _froya(z: float) -> float:
@@ -41,35 +40,35 @@ def _froya(z: float) -> float:
     return _SPEED * (1.0 + 0.0573 * math.sqrt(1.0 + 0.15 * _SPEED) * math.log(z / 10.0))
 
 
-def _profile() -> Findings:
-    """Mean wind over height, and what it does to a low boat."""
+@case("physics/wind.py", "physics/windage.py", "runtime/weather.py")
+def wind_profile() -> Outcome:
+    """The wind over height.
+
+    Worlds with a mean wind of 12 m/s at 10 m over a logarithmic profile, whose roughness length makes it that of
+    ISO 19901-1, and over a power law of 0.11; and the boat of beam_wind.yaml, whose areas are 0.3 m high, in the
+    latter.
+
+    Reference: ISO 19901-1: U (1 + C ln(z / 10)), C = 0.0573 sqrt(1 + 0.15 U), which is a logarithmic profile of
+    roughness 10 e^(-1 / C); U (z / 10)^0.11; the root of beam-wind with the wind at 0.3 m.
+    """
     roughness = 10.0 * math.exp(-1.0 / (0.0573 * math.sqrt(1.0 + 0.15 * _SPEED)))
     logarithm, power = _windy(roughness=roughness), _windy(exponent=_EXPONENT)
-    rows: list[Row] = []
     for z in _HEIGHTS:
-        rows += [
-            near(f"logarithmic, at {z:g} m", "m/s", _froya(z), _ahead(logarithm, z), relative=1e-6),
-            near(f"power law, at {z:g} m", "m/s", _SPEED * (z / 10.0) ** _EXPONENT, _ahead(power, z), relative=1e-6),
-        ]
+        yield near(f"logarithmic, at {z:g} m", "m/s", _froya(z), _ahead(logarithm, z), relative=1e-6)
+        yield near(f"power law, at {z:g} m", "m/s", _SPEED * (z / 10.0) ** _EXPONENT, _ahead(power, z), relative=1e-6)
     sim = packaged_simulation("beam_wind", wind={"mean_velocity": _SPEED, "direction": 90, "exponent": _EXPONENT})
     sim.step(duration=60.0)
-    low = _SPEED * (0.3 / 10.0) ** _EXPONENT
-    drift = brentq(lambda v: 0.5 * 1.225 * 1.1 * 0.9 * (low - v) ** 2 - 60.0 * v - 220.0 * v * v, 0.0, low)
-    seen = float(sim.observe()[sim.boats[0]].velocity[1])
-    rows.append(near("speed to lee of a boat 0.3 m high, power law", "m/s", float(drift), seen, relative=1e-3))
+    drift = drift_in_beam_wind(_SPEED * (0.3 / 10.0) ** _EXPONENT)
+    seen = only_boat(sim).velocity[1]
+    yield near("speed to lee of a boat 0.3 m high, power law", "m/s", drift, seen, relative=1e-3)
     fine = np.linspace(0.25, 50.0, 200)
-    chart = Chart(
-        "Mean wind over height",
-        "speed [m/s]",
-        "height [m]",
-        (
-            Series("ISO 19901-1, power law", [_froya(z) for z in fine.tolist()], fine, reference=True),
-            Series("", _SPEED * (fine / 10.0) ** _EXPONENT, fine, reference=True),
-            Series("logarithmic", [_ahead(logarithm, z) for z in _HEIGHTS], _HEIGHTS, kind="points"),
-            Series("power law", [_ahead(power, z) for z in _HEIGHTS], _HEIGHTS, kind="points"),
-        ),
+    lines = (
+        Series("ISO 19901-1, power law", [_froya(z) for z in fine.tolist()], fine, reference=True),
+        Series("", _SPEED * (fine / 10.0) ** _EXPONENT, fine, reference=True),
+        Series("logarithmic", [_ahead(logarithm, z) for z in _HEIGHTS], _HEIGHTS, kind="points"),
+        Series("power law", [_ahead(power, z) for z in _HEIGHTS], _HEIGHTS, kind="points"),
     )
-    return Findings(tuple(rows), (chart,))
+    yield Chart("Mean wind over height", "speed [m/s]", "height [m]", lines)
 
 
 def _ahead(sim: Simulation, z: float) -> float:
@@ -87,11 +86,18 @@ def _energy(first: float, last: float, speed: float, z: float) -> float:
     return float(quad(lambda f: _npd(f, speed, z), first, last, limit=200, epsrel=1e-9)[0])
 
 
-def _gusts() -> Findings:
-    """Variance and spectrum of records of NPD gusts."""
-    rows: list[Row] = []
+@case("physics/gusts.py", "physics/wind.py", "runtime/weather.py")
+def wind_gusts() -> Outcome:
+    """Gusts of the NPD spectrum.
+
+    Worlds whose wind has spectrum npd with 100 components, over a power law of 0.11: 3 records of 3 h, every 0.5 s.
+    Their power is that of their Fourier series.
+
+    Reference: ISO 19901-1: S(f) = 320 (U / 10)^2 (z / 10)^0.45 / (1 + x^n)^(5 / 3 n), x = 172 f (z / 10)^(2/3) (U /
+    10)^(-3/4), n = 0.468, integrated between 1/600 and 0.5 Hz, where it holds.
+    """
     times = np.arange(0.0, 3600.0 * _HOURS, _SAMPLE)
-    frequency = np.array(np.fft.rfftfreq(len(times), _SAMPLE), np.float64)
+    frequency = np.asarray(np.fft.rfftfreq(len(times), _SAMPLE), np.float64)
     for speed, z in ((_SPEED, 10.0), (20.0, 10.0), (_SPEED, 4.0)):
         mean = speed * (z / 10.0) ** _EXPONENT
         sim = _windy(mean_velocity=mean, spectrum="npd", components=100, height=z, exponent=_EXPONENT)
@@ -102,15 +108,15 @@ def _gusts() -> Findings:
             power += 2.0 * np.abs(np.fft.rfft(gust)) ** 2 / len(times) ** 2 / _SEEDS
         whole = _energy(_SLOWEST, _FASTEST, speed, z)
         name = f"variance at {z:g} m, {speed:g} m/s at 10 m"
-        rows.append(near(name, "m2/s2", whole, float(power[1:].sum()), relative=0.02))
+        yield near(name, "m2/s2", whole, power[1:].sum(), relative=0.02)
         if (speed, z) == (_SPEED, 10.0):
             shown = power
     for first, last in _BANDS:
-        seen = float(shown[1:][(frequency[1:] >= first) & (frequency[1:] < last)].sum())
+        seen = shown[1:][(frequency[1:] >= first) & (frequency[1:] < last)].sum()
         closed = _energy(max(first, _SLOWEST), min(last, _FASTEST), _SPEED, 10.0)
         name = f"variance from {first:g} to {last:g} Hz, {_SPEED:g} m/s at 10 m"
-        rows.append(near(name, "m2/s2", closed, seen, relative=0.05))
-    return Findings(tuple(rows), (_spectrum(frequency, shown),))
+        yield near(name, "m2/s2", closed, seen, relative=0.05)
+    yield _spectrum(frequency, shown)
 
 
 def _spectrum(frequency: FloatArray, power: FloatArray) -> Chart:
@@ -120,82 +126,43 @@ def _spectrum(frequency: FloatArray, power: FloatArray) -> Chart:
     width = edges[1:] - edges[:-1]
     density = [power[(frequency >= a) & (frequency < b)].sum() for a, b in pairwise(edges)] / width
     closed = [_npd(f, _SPEED, 10.0) for f in middles.tolist()]
-    return Chart(
-        f"Spectrum of {_SEEDS} records of {_HOURS:g} h, {_SPEED:g} m/s at 10 m",
-        "log10 of the frequency [Hz]",
-        "log10 of the density [m2/s2/Hz]",
-        (
-            Series("ISO 19901-1", np.log10(middles), np.log10(closed), reference=True),
-            Series("records", np.log10(middles), np.log10(density), kind="points"),
-        ),
+    lines = (
+        Series("ISO 19901-1", np.log10(middles), np.log10(closed), reference=True),
+        Series("records", np.log10(middles), np.log10(density), kind="points"),
     )
+    title = f"Spectrum of {_SEEDS} records of {_HOURS:g} h, {_SPEED:g} m/s at 10 m"
+    return Chart(title, "log10 of the frequency [Hz]", "log10 of the density [m2/s2/Hz]", lines)
 
 
-def _wander() -> Findings:
-    """A direction that turns, and gusts and a direction that wander."""
-    rows: list[Row] = []
+@case("physics/wind.py", "runtime/weather.py")
+def wind_wander() -> Outcome:
+    """A turning wind, and random gusts and directions.
+
+    A wind that turns by 2 degrees/s from 30 degrees, for two turns; one with gusts of 1.5 m/s and a direction of 8
+    degrees that are Gauss-Markov processes, both with a time constant of 1 s: 2 h, every 0.1 s.
+
+    Reference: Variance sigma^2, correlation e^(-t / tau). The bands are three standard deviations of what a record
+    of T = 7200 tau shows: sqrt(2 tau / T) of the variance, by Bartlett (1946) sqrt((1 - 3 e^-2) tau / T) of the
+    correlation after tau.
+    """
     rate, times = 2.0, np.linspace(0.0, 360.0, 73)
     east, north, _ = _windy(turning=rate, direction=30.0).wind.velocity(times).T
     turned = np.degrees(np.unwrap(np.arctan2(north, east)))
     slope, start = np.polyfit(times, turned, 1)
-    rows += [
-        near("rate of a turning wind", "deg/s", rate, float(slope), relative=1e-4),
-        near("its direction at time 0", "deg", 30.0, float(start), absolute=0.05),
-    ]
+    yield near("rate of a turning wind", "deg/s", rate, slope, relative=1e-4)
+    yield near("its direction at time 0", "deg", 30.0, start, absolute=0.05)
     keys = {"var_gain": _GUST, "var_time": _KEPT, "var_direction": _TURN, "var_direction_time": _KEPT}
     sim, samples = _windy(seed=1, **keys), np.arange(20.0, _RECORD + 20.0, 0.1)
     east, north, _ = sim.wind.velocity(samples).T
     lags = np.arange(31)
-    times = np.array(0.1 * lags, np.float64)
-    series = [Series("closed form", times, np.exp(-times / _KEPT), reference=True)]
+    delays = 0.1 * lags
+    spread = 3.0 * math.sqrt(2.0 * _KEPT / _RECORD)
+    sway = round(3.0 * math.sqrt((1.0 - 3.0 * math.exp(-2.0)) * _KEPT / _RECORD), 4)
+    series = [Series("closed form", delays, np.exp(-delays / _KEPT), reference=True)]
     kinds = ("gusts", np.hypot(east, north), _GUST), ("direction", np.degrees(np.arctan2(north, east)), _TURN)
-    for name, record, deviation in kinds:
-        off = record - record.mean()
-        variance = float((off**2).mean())
-        kept = [float((off[lag:] * off[: len(off) - lag]).mean()) / variance for lag in lags]
-        spread = 3.0 * math.sqrt(2.0 * _KEPT / _RECORD)
-        sway = 3.0 * math.sqrt((1.0 - 3.0 * math.exp(-2.0)) * _KEPT / _RECORD)
-        rows += [
-            near(f"variance of the {name} over its closed form", "", 1.0, variance / deviation**2, relative=spread),
-            near(f"correlation of the {name} after a time constant", "", math.exp(-1.0), kept[10],
-                 absolute=round(sway, 4)),
-        ]  # fmt: skip
-        series.append(Series(name, times, kept))
-    return Findings(tuple(rows), (Chart("Correlation", "lag [s]", "correlation", tuple(series)),))
-
-
-CASES = (
-    Case(
-        name="wind-profile",
-        title="The wind over height",
-        setup=f"Worlds with a mean wind of {_SPEED:g} m/s at 10 m over a logarithmic profile, whose roughness length "
-        f"makes it that of ISO 19901-1, and over a power law of {_EXPONENT:g}; and the boat of beam_wind.yaml, whose "
-        "areas are 0.3 m high, in the latter.",
-        source="ISO 19901-1: U (1 + C ln(z / 10)), C = 0.0573 sqrt(1 + 0.15 U), which is a logarithmic profile of "
-        "roughness 10 e^(-1 / C); U (z / 10)^0.11; the root of beam-wind with the wind at 0.3 m.",
-        files=("physics/wind.py", "physics/windage.py", "runtime/weather.py"),
-        run=_profile,
-    ),
-    Case(
-        name="wind-gusts",
-        title="Gusts of the NPD spectrum",
-        setup=f"Worlds whose wind has spectrum npd with 100 components, over a power law of {_EXPONENT:g}: {_SEEDS} "
-        f"records of {_HOURS:g} h, every {_SAMPLE:g} s. Their power is that of their Fourier series.",
-        source="ISO 19901-1: S(f) = 320 (U / 10)^2 (z / 10)^0.45 / (1 + x^n)^(5 / 3 n), x = 172 f (z / 10)^(2/3) (U / "
-        "10)^(-3/4), n = 0.468, integrated between 1/600 and 0.5 Hz, where it holds.",
-        files=("physics/gusts.py", "physics/wind.py", "runtime/weather.py"),
-        run=_gusts,
-    ),
-    Case(
-        name="wind-wander",
-        title="A wind that turns and wanders",
-        setup=f"A wind that turns by 2 degrees/s from 30 degrees, for two turns; one with gusts of {_GUST:g} m/s and a "
-        f"direction of {_TURN:g} degrees that are Gauss-Markov processes, both with a time constant of {_KEPT:g} s: "
-        f"{_RECORD / 3600.0:g} h, every 0.1 s.",
-        source="Variance sigma^2, correlation e^(-t / tau). The bands are three standard deviations of what a record "
-        "of T = 7200 tau shows: sqrt(2 tau / T) of the variance, by Bartlett (1946) sqrt((1 - 3 e^-2) tau / T) of the "
-        "correlation after tau.",
-        files=("physics/wind.py", "runtime/weather.py"),
-        run=_wander,
-    ),
-)
+    for name, found, deviation in kinds:
+        variance, kept = autocorrelation(found - found.mean(), lags)
+        yield near(f"variance of the {name} over its closed form", "", 1.0, variance / deviation**2, relative=spread)
+        yield near(f"correlation of the {name} after a time constant", "", math.exp(-1.0), kept[10], absolute=sway)
+        series.append(Series(name, delays, kept))
+    yield Chart("Correlation", "lag [s]", "correlation", series)

@@ -9,9 +9,9 @@ import pytest
 from vrx_mj.frames import quaternion
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.model.world import tree_of
-from vrx_mj.rl.problem import Team, folded, open_water, pose_error, team_of
+from vrx_mj.rl.problem import Team, open_water, pose_error, team_of, wrap_angle
 from vrx_mj.rl.problems.docking import Docking
-from vrx_mj.rl.problems.follow_path import COUNT, FollowPath
+from vrx_mj.rl.problems.follow_path import FollowPath
 from vrx_mj.rl.problems.poses import StationKeeping, Wayfinding
 from vrx_mj.tasks.frame import Pose
 from vrx_mj.tasks.stationkeeping import pose_error as scored_error
@@ -56,7 +56,7 @@ def test_the_error_of_a_pose_is_that_of_the_scorer(x, y, yaw):
 
 def test_angles_fold():
     np.testing.assert_allclose(
-        folded(np.array([0.0, 3.5, -3.5, 7.0])), [0, 3.5 - math.tau, math.tau - 3.5, 7 - math.tau]
+        wrap_angle(np.array([0.0, 3.5, -3.5, 7.0])), [0, 3.5 - math.tau, math.tau - 3.5, 7 - math.tau]
     )
 
 
@@ -105,7 +105,7 @@ def test_after_a_waypoint_the_way_to_the_next_one_counts(sea):
 
 
 def gate(problem, number, along, aside):
-    x, y, course = problem._gates[0, number]
+    x, y, course = problem._points[0, number]
     return at(x + along * math.cos(course) - aside * math.sin(course),
               y + along * math.sin(course) + aside * math.cos(course), course)  # fmt: skip
 
@@ -118,7 +118,7 @@ def test_gates_are_passed_between_their_ends_only(sea):
         rewards.append(problem.judge(gate(problem, number, 0.3, aside), GOING).own[0, 0])
     assert (problem.facts()["passed"][0, 0], problem.facts()["missed"][0, 0]) == (4, 2)
     assert [round(reward) for reward in rewards] == [2, 3, -2, 2, -2, 2]
-    assert problem.judge(gate(problem, COUNT - 1, 1.0, 0.0), GOING).ended[0, 0]
+    assert problem.judge(gate(problem, problem.count - 1, 1.0, 0.0), GOING).ended[0, 0]
 
 
 @pytest.mark.parametrize(("before", "after", "passed"), [(4.0, 7.0, False), (7.0, 4.0, False), (4.0, 5.9, True)])

@@ -1,6 +1,7 @@
 """Every learning problem has all its parts, and the first one that lacks a part is named."""
 
 import importlib
+import inspect
 import pkgutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -21,7 +22,8 @@ def written() -> Iterator[type[Problem]]:
     for module in pkgutil.iter_modules(vrx_mj.rl.problems.__path__):
         content = vars(importlib.import_module(f"vrx_mj.rl.problems.{module.name}")).values()
         for kind in content:
-            if isinstance(kind, type) and issubclass(kind, Problem) and kind.__module__.endswith(f".{module.name}"):
+            whole = isinstance(kind, type) and issubclass(kind, Problem) and not inspect.isabstract(kind)
+            if whole and kind.__module__.endswith(f".{module.name}"):
                 yield kind
 
 

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from vrx_mj.rl.problem import Team, crowded, mean_of, team_of
+from vrx_mj.rl.problem import Team, boats_too_near, mean_of, team_of
 from vrx_mj.rl.problems.encounter import GIVE_WAY, HEAD_ON, OVERTAKEN, OVERTAKING, STAND_ON, Encounter
 from vrx_mj.rl.problems.formation import Formation
 from vrx_mj.rl.problems.rendezvous import Rendezvous
@@ -48,7 +48,7 @@ def test_what_a_team_sees_is_over_ground():
 
 def test_boats_are_too_near_within_six_metres_if_both_are_there():
     spots = [(0, 0, 0, 0), (5.9, 0, 0, 0), (12, 0, 0, 0), (12, 3, 0, 0)]
-    assert crowded(team(spots, [True, True, True, False])).tolist() == [[True, True, False, False]]
+    assert boats_too_near(team(spots, [True, True, True, False])).tolist() == [[True, True, False, False]]
     np.testing.assert_allclose(mean_of(np.array([[1.0, 5.0, np.nan]]), np.array([[True, True, False]])), [3])
 
 
@@ -61,11 +61,11 @@ def test_a_formation_loses_by_what_each_is_off():
     spots = [(x + off, y, 0, 1) for (x, y), off in zip(places, (0, 2, -3), strict=True)]
     judged = problem.judge(team(spots), GOING)
     np.testing.assert_allclose(judged.own, [[0, -0.2, -0.3]], atol=1e-12)
-    np.testing.assert_allclose(judged.shared(np.ones((1, 3), bool)), [-0.5 / 3])
+    np.testing.assert_allclose(judged.team_reward(np.ones((1, 3), bool)), [-0.5 / 3])
     np.testing.assert_allclose(problem.facts()["off"], [[0, 2, 3]], atol=1e-12)
     assert not judged.ended.any()
     without = problem.judge(team(spots, [True, False, True]), WAITING)
-    np.testing.assert_allclose(without.shared(np.array([[True, False, True]])), [-0.15])
+    np.testing.assert_allclose(without.team_reward(np.array([[True, False, True]])), [-0.15])
     np.testing.assert_allclose(without.own, [[0, 0, -0.3]], atol=1e-12)
 
 
@@ -96,7 +96,7 @@ def test_a_formation_starts_near_its_places_apart():
     for seed in range(20):
         problem, spots = begun(Formation, 5, seed=seed)
         assert (problem.facts()["off"] <= 3 * math.sqrt(2)).all()
-        assert not crowded(team(spots), 5.0).any()
+        assert not boats_too_near(team(spots), 5.0).any()
 
 
 # Rendezvous
