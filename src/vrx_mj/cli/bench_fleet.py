@@ -3,18 +3,15 @@
 Beside it are the figures that a published guide to fleets in VRX gives for Gazebo and ROS.
 """
 
-import json
 import math
 import statistics
-import subprocess
-import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from rich.console import Console
 
-from vrx_mj.cli.bench import DT, SEA, fleet, sailing
+from vrx_mj.cli.bench import DT, SEA, fleet, fresh_process, sailing
 from vrx_mj.cli.screen import text_table
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.runtime.batch import Batch
@@ -35,7 +32,6 @@ _FREE = 3.0
 """How long it sails as fast as it can [s]."""
 _CALL = 0.1
 """Simulated time of a call [s]: decisions at 10 Hz."""
-_WORKER = "from vrx_mj.cli.bench_fleet import weigh_fleet; weigh_fleet()"
 
 _Row = dict[str, Any]
 _Advance = Callable[[int], None]
@@ -45,17 +41,11 @@ def fleet_table(fleets: Sequence[int] = FLEETS, *, paced: float = _PACED, free: 
     """A row for each number of boats: `fleet_row`'s, with the guide's figures where it has some."""
     rows = []
     for boats in fleets:
-        command = [sys.executable, "-c", _WORKER, *map(str, (boats, paced, free))]
-        done = subprocess.run(command, stdout=subprocess.PIPE, encoding="ascii", check=True)
+        with fresh_process() as process:
+            row = process.submit(fleet_row, boats, paced=paced, free=free).result()
         cpu, memory = _GUIDE.get(boats, (None, None))
-        rows.append({**json.loads(done.stdout), "guide_cpu_share": cpu, "guide_memory_mb": memory})
+        rows.append(row | {"guide_cpu_share": cpu, "guide_memory_mb": memory})
     return rows
-
-
-def weigh_fleet() -> None:
-    """In a process of its own: the row of so many boats, as JSON."""
-    boats, paced, free = sys.argv[1:]
-    sys.stdout.write(json.dumps(fleet_row(int(boats), paced=float(paced), free=float(free))) + "\n")
 
 
 def in_worlds_of(boats: int) -> tuple[int, int]:
