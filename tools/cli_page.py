@@ -5,9 +5,7 @@ from enum import Enum
 from pathlib import Path
 from typing import Any, get_args, get_origin
 
-from typer.main import get_command
-
-from vrx_mj.cli.program import COMMANDS, FIRST, PANELS, app, description, example
+from vrx_mj.cli.program import COMMANDS, FIRST, PANELS, description, example, load_command
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "cli.md"
 HEAD = """\
@@ -33,13 +31,12 @@ TYPES = {str: "text", int: "integer", float: "number", Path: "path"}
 
 def page() -> str:
     """The whole page."""
-    program = get_command(app)
     blocks = [HEAD, "## Start", table(("command", ""), [(f"`{FIRST[n]}`", cell(COMMANDS[n].summary)) for n in FIRST])]
     for panel, note in PANELS.items():
         blocks += [f"## {panel}: {note}"]
         for name, entry in COMMANDS.items():
             if entry.panel == panel:
-                blocks += section(f"vrx-mj {name}", program.commands[name], "###")
+                blocks += section(f"vrx-mj {name}", load_command(name), "###")
     return "\n\n".join(blocks) + "\n"
 
 

@@ -168,12 +168,10 @@ def _options(given: dict[str, str]) -> Words:
 
 def _own(words: Sequence[str]) -> Words:
     """What is for `vrx-mj serve` among words for the command line of gzserver; a line says what is left out."""
-    import typer
+    from vrx_mj.cli.program import load_command
 
-    from vrx_mj.cli.program import app
-
-    known = typer.main.get_command(app).commands["serve"].params  # type: ignore[attr-defined]
-    taken = {name: 1 + (not one.is_flag) for one in known if one.param_type_name == "option" for name in one.opts}
+    options = [one for one in load_command("serve").params if one.param_type_name == "option"]
+    taken = {name: 1 + (not one.is_flag) for one in options for name in one.opts}
     found: Words = []
     lost: Words = []
     index = 0

@@ -11,12 +11,12 @@ import os
 import re
 import sys
 import warnings
-from collections.abc import Iterator, MutableMapping
 from contextvars import copy_context
 from enum import Enum
-from importlib import import_module
+from functools import cache
 from itertools import groupby
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import Annotated, Any, NamedTuple, get_args, get_origin
 
 import typer
@@ -242,53 +242,23 @@ _CTRL_C = 130
 """Exit code of what Ctrl-C ended before there was something to keep, as shells have it."""
 
 
-class Commands(MutableMapping[str, Any]):
-    """The commands by name, each loaded when it is asked for."""
-
-    def __init__(self) -> None:
-        self._loaded: dict[str, Any] = {}
-
-    def __getitem__(self, name: str) -> Any:
-        if name not in self._loaded:
-            self._loaded[name] = load_command(name)
-        return self._loaded[name]
-
-    def __setitem__(self, name: str, command: object) -> None:
-        self._loaded[name] = command
-
-    def __delitem__(self, name: str) -> None:
-        del self._loaded[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(COMMANDS)
-
-    def __len__(self) -> int:
-        return len(COMMANDS)
-
-    def __contains__(self, name: object) -> bool:
-        return name in COMMANDS
-
-
+@cache
 def load_command(name: str) -> Any:
     """The click command of a name, from its module."""
-    module, _, attribute = COMMANDS[name].home.partition(":")
-    found = getattr(import_module(f"vrx_mj.cli.{module}"), attribute)
+    entry = COMMANDS[name]
+    found = resolve_name(f"vrx_mj.cli.{entry.home}")
+    owner = typer.Typer(rich_markup_mode=None)
     if isinstance(found, typer.Typer):
-        found.info.cls = Group
         for each in found.registered_commands:
             each.cls = Command
-        return typer.main.get_command(found)
-    alone = typer.Typer(add_completion=False, rich_markup_mode=None)
-    alone.command(name, cls=Command)(found)
-    return typer.main.get_command(alone)
+        owner.add_typer(found, name=name, cls=Group, help=entry.summary, no_args_is_help=True)
+    else:
+        owner.command(name, cls=Command)(found)
+    return typer.main.get_group(owner).commands[name]
 
 
 class Program(Group):
     """`vrx-mj` itself: its commands are in `COMMANDS`, and none is loaded to list them."""
-
-    def __init__(self, **options: Any) -> None:
-        super().__init__(**{**options, "commands": {}})
-        self.commands: MutableMapping[str, Any] = Commands()
 
     def list_commands(self, _ctx: object) -> list[str]:
         """The names, in the order of the help."""
@@ -296,7 +266,7 @@ class Program(Group):
 
     def get_command(self, _ctx: object, cmd_name: str) -> Any:
         """A command; None where the name is unknown."""
-        return self.commands[cmd_name] if cmd_name in COMMANDS else None
+        return load_command(cmd_name) if cmd_name in COMMANDS else None
 
     def format_commands(self, _ctx: Any, formatter: Any) -> None:
         """Write the commands in their groups."""

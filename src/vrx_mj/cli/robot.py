@@ -23,13 +23,7 @@ if TYPE_CHECKING:
     from vrx_mj.formats.parts.compliance import PartVerdict, Point, Rules, Verdict
     from vrx_mj.mjcf.hull_sheet import HullSheet
 
-app = typer.Typer(
-    name="robot",
-    help="Build and check boats from VRX's thruster and component files.",
-    no_args_is_help=True,
-    add_completion=False,
-    rich_markup_mode=None,
-)
+app = typer.Typer(rich_markup_mode=None)
 LARGEST = 1e9
 """Bound of numbers."""
 SensorYaml = Annotated[Path | None, typer.Option(help="The name of --components in VRX until 1.5.")]

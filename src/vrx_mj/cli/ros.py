@@ -12,18 +12,7 @@ from vrx_mj.cli.screen import show
 from vrx_mj.errors import CommandError, NetworkError
 from vrx_mj.packages import importing, needs_extra
 
-app = typer.Typer(
-    name="ros",
-    help="Write the packages that ROS 1 programs and roslaunch need.",
-    no_args_is_help=True,
-    add_completion=False,
-    rich_markup_mode=None,
-)
-
-
-@app.callback()
-def ros() -> None:
-    """Write the packages that ROS 1 programs and roslaunch need."""
+app = typer.Typer(rich_markup_mode=None)
 
 
 @app.command()

@@ -13,20 +13,9 @@ from vrx_mj.outputs import begins, write_files
 if TYPE_CHECKING:
     from vrx_mj.formats.series.worlds import SeriesWorld
 
-app = typer.Typer(
-    name="worlds",
-    help="Generate series of worlds from an axes file, as VRX's generator does.",
-    no_args_is_help=True,
-    add_completion=False,
-    rich_markup_mode=None,
-)
+app = typer.Typer(rich_markup_mode=None)
 _SIDES = "config"
 """The folder inside of the output for the files beside worlds."""
-
-
-@app.callback()
-def worlds() -> None:
-    """Generate series of worlds from an axes file, as VRX's generator does."""
 
 
 @app.command()
