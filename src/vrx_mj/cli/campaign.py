@@ -123,7 +123,7 @@ def _serving(
     if not all(map(str.strip, programs)):
         raise CommandError("invalid --exec '': the name of a program is needed")
     if not ardupilot:
-        check_installed(rosbridge=rosbridge)
+        check_installed(*("rosbridge",) * rosbridge, "ros1")
     elif rosbridge or lockstep is not None:
         raise CommandError("--ardupilot serves no ROS: --rosbridge and --lockstep cannot be given with it")
     pace = parse_rate(rate or "1")

@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from rich.console import Console
 from rich.text import Text
 
-from vrx_mj.cli.environment import PACKAGES
+from vrx_mj.cli.environment import EXTRAS, PACKAGES, missing_modules
 from vrx_mj.cli.screen import text_table
 from vrx_mj.errors import VrxError, first_names
 from vrx_mj.packages import install_command, install_extra
@@ -44,8 +44,6 @@ _MODULES = {
 _OLDEST_PYTHON = (3, 11)
 _DRAWS = {"egl": "cameras, by GPU or CPU (egl)", "osmesa": "cameras, by CPU (osmesa)", "glfw": "window (glfw)"}
 _GB = 1e9
-_LEAST_DISK, _LEAST_MEMORY = 0.5 * _GB, 1.0 * _GB
-"""What runs and recordings want to find free [bytes]."""
 
 
 @dataclass(frozen=True)
@@ -68,14 +66,20 @@ def healthy(rows: list[Row]) -> bool:
 def examine() -> list[Row]:
     """Look at everything, in a few seconds."""
     with ThreadPoolExecutor() as pool:
-        attempts = pool.submit(_attempts)
+        drawn = pool.submit(_tried_drawing_rows)
         viewer = pool.submit(viewer_row)
         rows = [version_row(), python_row(sys.version_info[:3]), machine_row()]
         rows += [package_row(name, module) for name, module in _MODULES.items()]
         rows += [kernel_row(*_kernels())]
-        rows += [display_row(os.environ, sys.platform), *drawing_rows(attempts.result()), viewer.result()]
+        rows += [display_row(os.environ, sys.platform), *drawn.result(), viewer.result()]
     rows += [ros_row(os.environ), ardupilot_row(shutil.which), *search_rows(os.environ), pythonpath_row(os.environ)]
-    return [*rows, disk_row(shutil.disk_usage(Path.cwd()).free), memory_row(free_memory()), cores_row(core_share())]
+    disk, memory = shutil.disk_usage(Path.cwd()).free, free_memory()
+    return [
+        *rows,
+        room_row("free disk", disk, 0.5 * _GB, "recordings need at least 0.5 GB: make room, or record elsewhere"),
+        room_row("free memory", memory, _GB, "at least 1 GB is needed: end other programs, or raise the limit"),
+        cores_row(core_share()),
+    ]
 
 
 def print_rows(rows: list[Row]) -> None:
@@ -167,13 +171,13 @@ def _numbers(version: str) -> tuple[int, ...]:
 def kernel_row(folder: Path | None, compiled: bool, refused: Sequence[str] = ()) -> Row:
     """Where compiled physics is kept, and which folders are not safe enough for it."""
     private = " ".join(f"{reason}: keep it to yourself (chmod go-w), or set VRX_MJ_CACHE." for reason in refused)
+    found, advice = str(folder), ""
     if folder is None:
+        found = "no folder can be used"
         advice = "set VRX_MJ_CACHE to a folder of your own, or every run starts with 20 s of compiling"
-        return Row("compiled physics", "no folder can be used", "no", private or advice)
-    if not compiled:
-        first = "the first run compiles it, in about 20 s"
-        return Row("compiled physics", f"not yet in {folder}", "yes", private or first)
-    return Row("compiled physics", str(folder), "yes", private)
+    elif not compiled:
+        found, advice = f"not yet in {folder}", "the first run compiles it, in about 20 s"
+    return Row("compiled physics", found, "yes" if folder else "no", private or advice)
 
 
 def _kernels() -> tuple[Path | None, bool, tuple[str, ...]]:
@@ -199,37 +203,28 @@ def display_row(environment: Mapping[str, str], system: str) -> Row:
     return Row("display", "none", "not needed", "vrx-mj view opens in a browser instead")
 
 
-def drawing_rows(attempts: Mapping[str, "Attempt"]) -> Iterator[Row]:
+def drawing_rows(attempts: Mapping[str, "Attempt"], *, has_display: bool) -> Iterator[Row]:
     """What drew a picture; cameras want one way of two."""
     from vrx_mj.sensors.canvas import DEBIAN
 
-    cameras = any(attempts[name].works for name in ("egl", "osmesa") if name in attempts)
-    screen = attempts.get("display")
+    cameras = any(attempt.works for name, attempt in attempts.items() if name != "glfw")
     for name, attempt in attempts.items():
-        if name == "display":
-            continue
+        needed = has_display if name == "glfw" else not cameras
         if attempt.works:
             yield Row(_DRAWS[name], attempt.detail, "yes")
-        elif name == "glfw" and screen is not None and not screen.works:
-            yield Row(_DRAWS[name], "no display", "not needed")
+        elif needed:
+            yield Row(_DRAWS[name], attempt.detail, "no", f"sudo apt-get install {DEBIAN[name]}")
         else:
-            needed = name == "glfw" or not cameras
-            yield Row(
-                _DRAWS[name],
-                attempt.detail,
-                "no" if needed else "not needed",
-                f"sudo apt-get install {DEBIAN[name]}" if needed else "",
-            )
+            yield Row(_DRAWS[name], "no display" if name == "glfw" else attempt.detail, "not needed")
 
 
-def _attempts() -> dict[str, "Attempt"]:
-    from vrx_mj.draw.display import BACKENDS, Attempt, has_display, try_backend
+def _tried_drawing_rows() -> list[Row]:
+    from vrx_mj.draw.display import BACKENDS, has_display, try_backend
 
-    linux = sys.platform.startswith("linux")
-    names = BACKENDS if linux else ("glfw",)
+    names = BACKENDS if sys.platform.startswith("linux") else ("glfw",)
     with ThreadPoolExecutor() as pool:
         tried = dict(zip(names, pool.map(try_backend, names), strict=True))
-    return {"display": Attempt(has_display(), ""), **tried}
+    return list(drawing_rows(tried, has_display=has_display()))
 
 
 def viewer_row(
@@ -288,30 +283,18 @@ def search_rows(environment: Mapping[str, str]) -> Iterator[Row]:
 def pythonpath_row(environment: Mapping[str, str]) -> Row:
     """PYTHONPATH, and packages of ours in it, which may be too old or for another Python."""
     entries = [entry for entry in environment.get("PYTHONPATH", "").split(os.pathsep) if entry]
-    there = [
-        f"{name} in {entry}"
-        for entry in entries
-        for name in sorted(PACKAGES)
-        if (Path(entry) / name).is_dir() or (Path(entry) / f"{name}.py").is_file()
-    ]
+    files = ((name, Path(entry) / name) for entry in entries for name in sorted(PACKAGES))
+    there = [f"{name} in {file.parent}" for name, file in files if file.is_dir() or file.with_suffix(".py").is_file()]
     if there:
         advice = "vrx-mj uses the installed packages first; for your own scripts, unset PYTHONPATH"
         return Row("PYTHONPATH", ", ".join(there), "yes", advice)
     return Row("PYTHONPATH", os.pathsep.join(entries) or "not set", "yes" if entries else "not needed")
 
 
-def disk_row(free: float) -> Row:
-    """Disk [bytes] that is free here."""
-    enough = free >= _LEAST_DISK
-    advice = "" if enough else f"recordings need at least {_LEAST_DISK / _GB:g} GB: make room, or record elsewhere"
-    return Row("free disk", f"{free / _GB:.1f} GB here", "yes" if enough else "no", advice)
-
-
-def memory_row(free: float) -> Row:
-    """Memory [bytes] that is free, the container's limit taken into account."""
-    enough = free >= _LEAST_MEMORY
-    advice = "" if enough else f"at least {_LEAST_MEMORY / _GB:g} GB is needed: end other programs, or raise the limit"
-    return Row("free memory", f"{free / _GB:.1f} GB", "yes" if enough else "no", advice)
+def room_row(what: str, free: float, least: float, advice: str) -> Row:
+    """Room [bytes] that is free, and how much should be."""
+    enough = free >= least
+    return Row(what, f"{free / _GB:.1f} GB", "yes" if enough else "no", "" if enough else advice)
 
 
 def cores_row(cores: tuple[int, float]) -> Row:
@@ -321,12 +304,6 @@ def cores_row(cores: tuple[int, float]) -> Row:
     return Row("cores", f"{count}{limit}", "yes")
 
 
-EXTRAS = {
-    "ros1": ("rosbags", "lz4"), "foxglove": ("rosbags", "foxglove"), "rosbridge": ("rosbags", "websockets", "cbor2"),
-    "rl": ("gymnasium", "pettingzoo"), "ray": ("ray",), "notebook": ("ipykernel", "rerun_notebook"),
-    "video": ("av",), "hydro": ("capytaine",), "nmea": ("rosbags", "pynmea2", "pyais"),
-}  # fmt: skip
-"""Modules that each extra brings."""
 _MASTER, _MASTER_PORT, _ROSBRIDGE_PORT = "http://localhost:11311", 11311, 9090
 _LOOPBACK = "127.0.0.1"
 _MASTER_TIMEOUT = 3.0
@@ -344,8 +321,8 @@ def examine_world(world: str, fleet: str | None) -> list[Row]:
     """Look at a world and a fleet, at the ROS master that answers, and at the ports."""
     rows, sim = world_rows(world, fleet)
     environment = os.environ
-    rows += [extra_row(name, modules) for name, modules in EXTRAS.items()]
-    if all(map(importlib.util.find_spec, EXTRAS["ros1"])):
+    rows += map(extra_row, EXTRAS)
+    if not missing_modules("ros1"):
         uri = environment.get("ROS_MASTER_URI") or _MASTER
         master, publishers = master_row(uri)
         rows += [master, address_row(environment, uri)]
@@ -417,13 +394,11 @@ def _on_land(sim: "Simulation") -> Iterator[str]:
 # ROS
 
 
-def extra_row(name: str, modules: Sequence[str], find: Callable[[str], object] = importlib.util.find_spec) -> Row:
+def extra_row(name: str) -> Row:
     """An extra of ours, by the modules that it brings."""
-    missing = [module for module in modules if find(module) is None]
-    what = f"extra {name}"
-    if not missing:
-        return Row(what, "installed", "yes")
-    return Row(what, f"without {', '.join(missing)}", "not needed", install_extra(name))
+    if missing := missing_modules(name):
+        return Row(f"extra {name}", f"without {', '.join(missing)}", "not needed", install_extra(name))
+    return Row(f"extra {name}", "installed", "yes")
 
 
 def master_row(uri: str, timeout: float = _MASTER_TIMEOUT) -> tuple[Row, Publishers]:

@@ -8,12 +8,15 @@ from collections.abc import Callable, Sequence
 from enum import Enum
 from functools import update_wrapper
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
 
 from vrx_mj.config.search import MISSING, OWN_PATH, PACKAGE_PATH
 from vrx_mj.errors import CommandError, VrxError, VrxWarning
+
+if TYPE_CHECKING:
+    from vrx_mj.mjcf.world import World as CompiledWorld
 
 World = Annotated[
     str,
@@ -132,19 +135,28 @@ def reads_files(command: Callable[..., _T]) -> Callable[..., _T]:
     return update_wrapper(reads, command)
 
 
-def opened_by(world: str, words: Sequence[str] | None) -> tuple[str, dict[str, str]]:
-    """The source of a world and its arguments, of a command line as roslaunch has it: `FOLDER FILE NAME:=VALUE`.
+def compile_source(
+    world: str,
+    words: Sequence[str] | None,
+    *,
+    fleet: str | None = None,
+    seed: int | None = None,
+    nudge: bool = False,
+) -> "CompiledWorld":
+    """Compile the world of a command line as roslaunch has it: `FOLDER FILE NAME:=VALUE`.
 
     Raises:
         CommandError: a word is not of this form.
         UnknownNameError: the folder has no such file.
     """
-    first = next(iter(words or ()), "")
-    if not first or ":=" in first or not first.lower().endswith(_ENDS):
-        return world, named_values(words)
-    from vrx_mj.formats.gazebo.opening import file_in
+    from vrx_mj.mjcf.compile import compile_world
 
-    return file_in(world, first), named_values((words or ())[1:])
+    first, *rest = words or ("",)
+    if ":=" not in first and first.lower().endswith(_ENDS):
+        from vrx_mj.formats.gazebo.opening import file_in
+
+        world, words = file_in(world, first), rest
+    return compile_world(world, fleet=fleet, seed=seed, nudge=nudge, arguments=named_values(words))
 
 
 def named_values(words: Sequence[str] | None) -> dict[str, str]:
