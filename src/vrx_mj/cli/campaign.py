@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from vrx_mj.bar import Bar
-from vrx_mj.cli.options import Fleet, reads_files
+from vrx_mj.cli.options import Fleet, above_zero, reads_files
 from vrx_mj.cli.screen import text_table
 from vrx_mj.errors import CommandError
 from vrx_mj.outputs import writing
@@ -41,10 +41,14 @@ _Programs = Annotated[
     ),
 ]
 _Duration = Annotated[
-    float | None, typer.Option(help="Simulated seconds of a trial; default: until the task is finished.")
+    float | None,
+    typer.Option(help="Simulated seconds of a trial; default: until the task is finished.", callback=above_zero()),
 ]
 _Timeout = Annotated[
-    float | None, typer.Option(help="Wall time that a trial may take [s]; default: its simulated time and 60 s.")
+    float | None,
+    typer.Option(
+        help="Wall time that a trial may take [s]; default: its simulated time and 60 s.", callback=above_zero()
+    ),
 ]
 _Waits = Annotated[
     str | None,
@@ -139,10 +143,6 @@ def _plan(controllers: Sequence[str], worlds: Sequence[str], seeds: str, **optio
         if controllers.count(name) > 1:
             kind = "program" if options["serving"] is not None else "controller"
             raise CommandError(f"the {kind} {name} is named twice")
-    for option in ("duration", "timeout"):
-        value = options[option]
-        if value is not None and not 0.0 < value < float("inf"):
-            raise CommandError(f"invalid --{option} '{value:g}': a number of seconds above 0 is needed")
     return Plan(tuple(controllers), choose_worlds(worlds), parse_seeds(seeds), **options)
 
 

@@ -19,9 +19,11 @@ from vrx_mj.cli.options import (
     Output,
     Record,
     Recording,
+    Scale,
     Seed,
     Strict,
     World,
+    above_zero,
     compile_source,
     reads_files,
 )
@@ -279,10 +281,14 @@ def new(
     kind: Annotated[str, typer.Argument(help=f"What to make: {', '.join(NEW_KINDS)} or robot.")],
     name: Annotated[str, typer.Argument(help="Name of the new file, without suffix; for a robot, of its folder.")],
     hull: Annotated[Path | None, typer.Option(help="Closed mesh of a robot [m]: x forward, z up.")] = None,
-    mass: Annotated[float | None, typer.Option(help="Mass of the robot with --hull [kg].")] = None,
-    thrusters: Annotated[int, typer.Option(help="Thrusters of the robot with --hull: 1, which steers, to 4.")] = 2,
+    mass: Annotated[
+        float | None, typer.Option(help="Mass of the robot with --hull [kg].", callback=above_zero())
+    ] = None,
+    thrusters: Annotated[
+        int, typer.Option(min=1, max=4, help="Thrusters of the robot with --hull, 1 to 4; a single one steers.")
+    ] = 2,
     center: Annotated[str | None, typer.Option(help="Its centre of mass: x,y,z [m] of the mesh.")] = None,
-    scale: Annotated[float, typer.Option(help="Factor of the mesh's lengths.")] = 1.0,
+    scale: Scale = 1.0,
 ) -> None:
     """Copy a commented start file into the current folder. For a robot that is a folder, which sails as a fleet.
 

@@ -11,8 +11,8 @@ import typer
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.cli.files import new_folder
-from vrx_mj.cli.robot import LARGEST, coordinates, read_hull
-from vrx_mj.errors import CommandError, VrxWarning
+from vrx_mj.cli.robot import coordinates, read_hull
+from vrx_mj.errors import VrxWarning
 from vrx_mj.mjcf.flotation import flotation_at
 from vrx_mj.mjcf.hull_estimate import DENSITY, WIND, HullEstimate, estimated_hull
 from vrx_mj.mjcf.templates import render
@@ -39,14 +39,9 @@ def make_robot(name: str, mesh: Path, mass: float, engines: int, center: str | N
     """Write the folder of a boat, and print how it floats and whether it keeps its course.
 
     Raises:
-        CommandError: a number is out of its range.
+        CommandError: the centre is not three numbers.
         VrxError: the folder is there already, the mesh cannot be read, or it does not float.
     """
-    for option, value in (("mass", mass), ("scale", scale)):
-        if not 0.0 < value < LARGEST:
-            raise CommandError(f"invalid --{option} {value:g}: a number above 0 is needed")
-    if not 1 <= engines < len(_NAMES):
-        raise CommandError(f"invalid --thrusters {engines}: 1 to {len(_NAMES) - 1} are needed")
     boat = estimated_hull(simplify(read_hull(mesh, scale)), mass, engines, coordinates(center) if center else None)
     for note in flotation_at(boat.corners, 0.0).remarks(np.array(boat.sheet.center_of_mass), "--center"):
         warnings.warn(note, VrxWarning, stacklevel=1)

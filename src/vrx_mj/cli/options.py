@@ -62,6 +62,25 @@ _Ignored = Annotated[
 ]
 
 
+LARGEST = 1e9
+"""Bound of numbers."""
+
+
+def above_zero(most: float = LARGEST) -> Callable[[typer.CallbackParam, float | None], float | None]:
+    """A check that an option's number, if given, is above 0 and at most `most`. CommandError: it is not."""
+
+    def check(param: typer.CallbackParam, value: float | None) -> float | None:
+        if value is not None and not 0.0 < value <= most:
+            limit = f", at most {most:g}," if value > 0.0 else ""
+            raise CommandError(f"invalid {param.opts[0]} '{value:g}': a number above 0{limit} is needed")
+        return value
+
+    return check
+
+
+Scale = Annotated[float, typer.Option(help="Factor of the mesh's lengths.", callback=above_zero())]
+
+
 def _be_strict(strict: bool) -> bool:
     if strict:
         from vrx_mj.formats.gazebo.document import STRICT

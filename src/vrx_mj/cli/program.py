@@ -7,6 +7,7 @@ Exit codes: 0 done, 1 a run failed or was cut short, 2 wrong input, 130 Ctrl-C a
 
 import gc
 import inspect
+import math
 import os
 import re
 import sys
@@ -85,8 +86,9 @@ class Conversion:
             if issubclass(self.kind, Enum):
                 raise UnknownNameError(f"value of {named}", word, [str(each.value) for each in self.kind]) from None
             raise CommandError(f"invalid {named} '{word}': {_NUMBERS[self.kind]} is needed") from None
-        if param.min is not None and value < param.min:
-            raise CommandError(f"invalid {named} '{word}': at least {param.min:g} is needed")
+        if param.min is not None and not param.min <= value <= (param.max or math.inf):
+            bounds = f"{param.min:g} to {param.max:g}" if param.max else f"at least {param.min:g}"
+            raise CommandError(f"invalid {named} '{word}': {bounds} is needed")
         return value
 
 

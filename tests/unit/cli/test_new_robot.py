@@ -140,10 +140,10 @@ def test_a_weight_that_is_too_high_is_said(made):
     [
         (["robot", "b", "--hull", "b.stl"], "--hull needs --mass, that of the whole boat [kg]"),
         (["world", "b", "--hull", "b.stl"], "--hull is for a robot, not for a world"),
-        (["robot", "b", "--hull", "b.stl", "--mass", "0"], "invalid --mass 0: a number above 0 is needed"),
+        (["robot", "b", "--hull", "b.stl", "--mass", "0"], "invalid --mass '0': a number above 0 is needed"),
         (
             ["robot", "b", "--hull", "b.stl", "--mass", "9", "--thrusters", "5"],
-            "invalid --thrusters 5: 1 to 4 are needed",
+            "invalid --thrusters '5': 1 to 4 is needed",
         ),
     ],
 )

@@ -43,7 +43,6 @@ SOURCES = Path(vrx_mj.__file__).parent
 OWN = {
     "outputs.py",
     "cli/program.py",  # of a help page
-    "cli/nodes.py",  # inside of `written`, as the next three
     "cli/robot.py",
     "recording/tables.py",
     "runtime/state.py",
