@@ -26,7 +26,7 @@ import psutil
 from vrx_mj.autopilot import ArduPilot
 from vrx_mj.autopilot.packets import FORMATS
 from vrx_mj.bar import Bar
-from vrx_mj.cli.screen import text_table
+from vrx_mj.cli.screen import print_table, show
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.packages import needs_extra
 from vrx_mj.runtime.batch import Batch
@@ -133,7 +133,6 @@ def batch_rows() -> list[Row]:
 
 def print_rows(rows: list[Row]) -> None:
     """Print the rows as a table."""
-    from rich.console import Console
     from rich.text import Text
 
     texts: list[tuple[str | Text, ...]] = []
@@ -142,11 +141,10 @@ def print_rows(rows: list[Row]) -> None:
         verdict = Text(_VERDICTS[row["ok"]], style="red" if row["ok"] is False else "")
         texts.append((row["name"], row["unit"], _figure(row["value"]), budget, verdict))
         texts += [("", part, _figure(figure), "", "") for part, figure in row["parts"].items()]
-    out = Console()
-    out.print(text_table("vrx-mj bench", ("name", "unit"), ("value", "budget", "ok"), texts))
+    print_table("vrx-mj bench", ("name", "unit"), ("value", "budget", "ok"), texts)
     for row in rows:
         if row["missing"]:
-            out.print(f"{row['name']} is not measured: {row['missing']}", highlight=False, markup=False, soft_wrap=True)
+            show(f"{row['name']} is not measured: {row['missing']}", result=True)
 
 
 def _figure(value: float | None) -> str:

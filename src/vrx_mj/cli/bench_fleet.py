@@ -9,10 +9,8 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from rich.console import Console
-
 from vrx_mj.cli.bench import DT, SEA, fleet, fresh_process, sailing
-from vrx_mj.cli.screen import text_table
+from vrx_mj.cli.screen import print_table, show
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.runtime.batch import Batch
 from vrx_mj.runtime.limits import process_memory
@@ -115,10 +113,9 @@ def print_fleet_table(rows: Sequence[Mapping[str, Any]]) -> None:
          _megabytes(row["guide_memory_mb"]))
         for row in rows
     ]  # fmt: skip
-    out = Console()
-    out.print(text_table("vrx-mj bench --fleet-table: one core, steps of 10 ms, sea and wind", (), heads, texts))
+    print_table("vrx-mj bench --fleet-table: one core, steps of 10 ms, sea and wind", (), heads, texts)
     for line in remarks(rows):
-        out.print(line, highlight=False)
+        show(line, result=True)
 
 
 def remarks(rows: Sequence[Mapping[str, Any]]) -> list[str]:

@@ -9,13 +9,11 @@ import typer
 
 from vrx_mj.bar import Bar
 from vrx_mj.cli.options import Fleet, above_zero, reads_files
-from vrx_mj.cli.screen import text_table
+from vrx_mj.cli.screen import print_table, show
 from vrx_mj.errors import CommandError
 from vrx_mj.outputs import writing
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
     from vrx_mj.campaign.manifest import Campaign
     from vrx_mj.campaign.plan import Plan, Serving
     from vrx_mj.campaign.results import Result
@@ -221,17 +219,14 @@ class CampaignProgress:
 
 def print_tables(campaign: "Campaign", comparison: "Comparison | None") -> None:
     """Scores by world, the leaderboard where there are several controllers, what changed, and failures."""
-    from rich.console import Console
-
     from vrx_mj.campaign.scores import seedless_worlds
 
-    out = Console()
-    out.print(_scores(campaign))
+    _print_scores(campaign)
     for world in seedless_worlds(campaign.results.values()):
         seeds = len(campaign.manifest.plan.seeds)
-        out.print(f"{world}: nothing in its runs is random: {seeds} seeds give one run", highlight=False, markup=False)
+        show(f"{world}: nothing in its runs is random: {seeds} seeds give one run", result=True)
     if len(campaign.manifest.plan.controllers) > 1:
-        out.print(_leaderboard(campaign))
+        _print_leaderboard(campaign)
     if comparison is not None:
         title = f"since {comparison.earlier}: {comparison.common} trials in both, {comparison.same} went the same way"
         rows = []
@@ -239,15 +234,15 @@ def print_tables(campaign: "Campaign", comparison: "Comparison | None") -> None:
             p = "-" if test.adjusted is None or math.isnan(test.adjusted) else f"{test.adjusted:.3g}"
             counts = (str(test.pairs), str(test.better), str(test.worse), f"{test.gain:+.3g} {test.unit}", p)
             rows.append((test.controller, test.task.replace("_", " "), *counts, test.verdict))
-        out.print(text_table(title, ("controller", "task"), ("pairs", "better", "worse", "gain", "p", "verdict"), rows))
+        print_table(title, ("controller", "task"), ("pairs", "better", "worse", "gain", "p", "verdict"), rows)
     failed = [result for result in campaign.results.values() if result.failed]
     for result in failed[:_SHOWN_FAILURES]:
-        out.print(f"{result.cell}: {result.error}", style="red", markup=False, highlight=False, soft_wrap=True)
+        show(f"{result.cell}: {result.error}", "red", result=True)
     if len(failed) > _SHOWN_FAILURES:
-        out.print(f"and {len(failed) - _SHOWN_FAILURES} more failures: the page has them all", style="red")
+        show(f"and {len(failed) - _SHOWN_FAILURES} more failures: the page has them all", "red", result=True)
 
 
-def _scores(campaign: "Campaign") -> "Table":
+def _print_scores(campaign: "Campaign") -> None:
     from vrx_mj.campaign.scores import mean_of, tasks_of_worlds
 
     plan, results = campaign.manifest.plan, list(campaign.results.values())
@@ -260,7 +255,7 @@ def _scores(campaign: "Campaign") -> "Table":
             cells.append(_mean(mean_of(own), len(own), has_task=task is not None))
         rows.append((world, f"{'↑' if task['better'] == 'higher' else '↓'} {task['unit']}" if task else "", *cells))
     title = "scores: mean ± standard deviation over the seeds; ↓ lower is better, ↑ higher"
-    return text_table(title, ("world", "unit"), plan.controllers, rows)
+    print_table(title, ("world", "unit"), plan.controllers, rows)
 
 
 def _mean(mean: "Mean", count: int, *, has_task: bool) -> str:
@@ -270,7 +265,7 @@ def _mean(mean: "Mean", count: int, *, has_task: bool) -> str:
     return "not sailed" if not count else ", ".join([text, *notes] if text not in kinds else notes)
 
 
-def _leaderboard(campaign: "Campaign") -> "Table":
+def _print_leaderboard(campaign: "Campaign") -> None:
     from vrx_mj.campaign.scores import leaderboard, task_types
 
     results = list(campaign.results.values())
@@ -280,7 +275,7 @@ def _leaderboard(campaign: "Campaign") -> "Table":
         for line in leaderboard(results, campaign.manifest.plan.controllers)
     ]
     names = ("sum", *(kind.replace("_", " ") for kind in kinds))
-    return text_table("leaderboard: rank in each task, and their sum", ("controller",), names, rows)
+    print_table("leaderboard: rank in each task, and their sum", ("controller",), names, rows)
 
 
 def _outcome(result: "Result") -> str:

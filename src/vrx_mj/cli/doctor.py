@@ -21,11 +21,10 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from rich.console import Console
 from rich.text import Text
 
 from vrx_mj.cli.environment import EXTRAS, PACKAGES, missing_modules
-from vrx_mj.cli.screen import text_table
+from vrx_mj.cli.screen import print_table, show
 from vrx_mj.errors import VrxError, first_names
 from vrx_mj.packages import install_command, install_extra
 from vrx_mj.runtime.limits import core_share, free_memory, processor
@@ -86,14 +85,14 @@ def print_rows(rows: list[Row]) -> None:
     """The rows as a table, then what to do."""
     styles = {"yes": "green", "no": "red", "not needed": "dim"}
     texts = [(row.what, row.found, Text(row.works, style=styles[row.works])) for row in rows]
-    out = Console()
-    out.print(text_table("vrx-mj doctor", ("what", "found", "works"), (), texts))
+    print_table("vrx-mj doctor", ("what", "found", "works"), (), texts)
     for row in rows:
         if row.advice:
-            out.print(f"{row.what}: {row.advice}", markup=False, highlight=False, soft_wrap=True)
-    out.print(
-        "What vrx_mj needs works." if healthy(rows) else "vrx_mj cannot run here: see the rows marked no.", style="bold"
-    )
+            show(f"{row.what}: {row.advice}", result=True)
+    if healthy(rows):
+        show("What vrx_mj needs works.", result=True)
+    else:
+        show("vrx_mj cannot run here: see the rows marked no.", "red", result=True)
 
 
 def as_json(rows: list[Row]) -> list[dict[str, object]]:

@@ -11,13 +11,11 @@ import typer
 
 from vrx_mj.bar import Bar
 from vrx_mj.cli.options import LARGEST, Scale, above_zero, named_values, reads_files
-from vrx_mj.cli.screen import text_table
+from vrx_mj.cli.screen import print_table
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError, VrxWarning, shown
 from vrx_mj.outputs import write_file, writing, written
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
     from vrx_mj.arrays import FloatArray
     from vrx_mj.formats.parts.catalogue import Parameter, PartType
     from vrx_mj.formats.parts.compliance import PartVerdict, Point, Rules, Verdict
@@ -133,20 +131,17 @@ def parts(
 
     Example: vrx-mj robot parts wamv_camera
     """
-    from rich.console import Console
-
     from vrx_mj.formats.parts.catalogue import part_types
     from vrx_mj.formats.parts.compliance import load_rules
 
     types = part_types()
     if type_ is not None and type_ not in types:
         raise UnknownNameError("type of part", type_, types)
-    book, out = load_rules(rules), Console()
+    book = load_rules(rules)
     for name in [type_] if type_ else types:
-        out.print(_type_table(types[name], book), "")
-        for line in _limits(types[name], book):
+        _print_type(types[name], book)
+        for line in ("", *_limits(types[name], book), ""):
             typer.echo(line)
-        out.print()
 
 
 @app.command()
@@ -304,24 +299,17 @@ def _sheet_lines(sheet: "HullSheet") -> Iterator[str]:
 
 
 def print_verdict(verdict: "Verdict") -> None:
-    """The table of parts, what they come to, and the result of VRX's own generator."""
-    from rich.console import Console
-
-    out = Console()
-    if verdict.parts:
-        out.print(_verdict_table(verdict))
-    for line in _conclusion(verdict):
-        typer.echo(line)
-
-
-def _verdict_table(verdict: "Verdict") -> "Table":
+    """Print the table of parts, what they come to, and the result of VRX's own generator."""
     from rich.text import Text
 
     rows = []
     for part in verdict.parts:
         row = (part.instance.type, part.name, _point(part.point) if part.point else "", "\n".join(_verdict_lines(part)))
         rows.append([Text(cell, style="" if part.compliant else "red") for cell in row])
-    return text_table(f"rules of {verdict.rules.description}", ("part", "name", "x y z [m]", "verdict"), (), rows)
+    if rows:
+        print_table(f"rules of {verdict.rules.description}", ("part", "name", "x y z [m]", "verdict"), (), rows)
+    for line in _conclusion(verdict):
+        typer.echo(line)
 
 
 def _verdict_lines(part: "PartVerdict") -> Iterator[str]:
@@ -360,21 +348,16 @@ def _about_generator(verdict: "Verdict") -> Iterator[str]:
     yield f"VRX's own generator, which judges each file by its last part, would say {banner}; {logs}"
 
 
-def _type_table(part: "PartType", book: "Rules") -> "Table":
+def _print_type(part: "PartType", book: "Rules") -> None:
     rules = book.of(part.kind).types.get(part.name)
     permitted = {each.name: "yes" if rules and each.name in rules.parameters else "no" for each in part.parameters}
     rows = [
-        (
-            one.name,
-            _default(one),
-            one.unit,
-            permitted[one.name],
-            one.meaning + f" (VRX {one.release} only)" * bool(one.release),
-        )
+        (one.name, _default(one), one.unit, permitted[one.name],
+         one.meaning + f" (VRX {one.release} only)" * bool(one.release))
         for one in part.parameters
-    ]
+    ]  # fmt: skip
     heads = ("parameter", "default", "unit", "permitted", "meaning")
-    return text_table(f"{part.name}: {part.meaning}", heads, (), rows)
+    print_table(f"{part.name}: {part.meaning}", heads, (), rows)
 
 
 def _default(parameter: "Parameter") -> str:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vrx_mj.bar import Bar
-from vrx_mj.cli.screen import text_table
+from vrx_mj.cli.screen import print_table, show
 from vrx_mj.errors import CommandError
 
 if TYPE_CHECKING:
@@ -56,7 +56,6 @@ def validate(
 
 def _print(results: "Sequence[Result]") -> None:
     """A line for each case, and the rows that are outside."""
-    from rich.console import Console
     from rich.text import Text
 
     texts = []
@@ -65,15 +64,12 @@ def _print(results: "Sequence[Result]") -> None:
         count = "failed" if result.error else f"{sum(row.inside for row in rows)} of {len(rows)}"
         style = "red" if result.state in {"failed", "outside"} else ""
         texts.append((result.case.name, Text(count, style=style), f"{result.seconds:.1f} s"))
-    out = Console()
-    out.print(text_table("vrx-mj validate", ("case",), ("inside", "time"), texts))
+    print_table("vrx-mj validate", ("case",), ("inside", "time"), texts)
     seconds, compiling = (sum(getattr(result, name) for result in results) for name in ("seconds", "compiling"))
-    out.print(f"{seconds:.0f} s" + f", and {compiling:.0f} s to compile, once" * (compiling >= 1.0), highlight=False)
+    show(f"{seconds:.0f} s" + f", and {compiling:.0f} s to compile, once" * (compiling >= 1.0), result=True)
     for result in results:
         for line in _faults(result):
-            out.print(
-                line, style="" if line.startswith("known") else "red", markup=False, highlight=False, soft_wrap=True
-            )
+            show(line, None if line.startswith("known") else "red", result=True)
 
 
 def _faults(result: "Result") -> list[str]:

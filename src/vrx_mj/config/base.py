@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, NamedTuple, Self
+from typing import Annotated, Any, ClassVar, NamedTuple, Self, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, ValidationError, model_validator
 from pydantic.fields import FieldInfo
@@ -220,5 +220,6 @@ def without_ignored_keys(
 
 
 def _may_be_empty(field: FieldInfo) -> bool:
-    """Whether a file may leave a key empty: a section or a list that has a default."""
-    return bool(field.default_factory) or field.default == () or isinstance(field.default, Config)
+    """Whether a file may leave a key empty: a section or a list that has a default, or what need not be given."""
+    optional = field.default is None and type(None) not in get_args(field.annotation)
+    return optional or bool(field.default_factory) or field.default == () or isinstance(field.default, Config)

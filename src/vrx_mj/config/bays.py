@@ -32,15 +32,12 @@ SYMBOLS = tuple(f"{color}_{shape}" for color, shape in product(("blue", "green",
 """The 16 symbols that shuffling goes through; a placard shows the first unless another is set."""
 
 
-def _off(value: object) -> object:
-    """A file's `off` reads as false."""
-    return OFF if value is False else value
-
-
 _OF_SYMBOLS = f"COLOUR_SHAPE of {', '.join(LIGHT_COLORS)} and {', '.join(SHAPES)}"
 Symbol = Annotated[str, demand(SYMBOLS.__contains__, f"expected a symbol {_OF_SYMBOLS}, got {{}}")]
 """What a placard shows, as `red_circle`."""
-LightColor = Annotated[Literal["red", "green", "blue", "yellow", "off"], BeforeValidator(_off)]
+LightColor = Annotated[
+    Literal["red", "green", "blue", "yellow", "off"], BeforeValidator(lambda value: OFF if value is False else value)
+]
 Colors = Annotated[tuple[_ColorName, _ColorName, _ColorName], several(f"three colours of {', '.join(LIGHT_COLORS)}", 3)]
 """What a light buoy shows in turn, as a task has it."""
 Pattern = Annotated[tuple[LightColor, LightColor, LightColor], several("three of red, green, blue, yellow and off", 3)]

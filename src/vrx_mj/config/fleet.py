@@ -20,7 +20,7 @@ from vrx_mj.config.search import contained, is_path
 from vrx_mj.config.tree import Loc
 from vrx_mj.config.values import MAX_COORDINATE, Cartesian, Color, Coordinate, Name, Number, Pose, by_type, demand
 from vrx_mj.config.world import Sensors, SpawnConfig, WorldConfig, check_thrusters
-from vrx_mj.errors import ConfigError, Problem, VrxError
+from vrx_mj.errors import ConfigError, VrxError
 
 _FUNCTION = re.compile(r"[A-Za-z_]\w*(\.\w+)*:[A-Za-z_]\w*")
 _Controller = Annotated[str, demand(_FUNCTION.fullmatch, "expected module:function, as in my_boat:controller, got {}")]
@@ -106,6 +106,13 @@ class BoatEntry(_Built):
     """Pose in the frame of the fleet's origin [m, rad]."""
     color: Color | None = None
     """Colour of the boat's skin."""
+
+
+class _JoiningBoat(BoatEntry):
+    """A boat that joins a world later."""
+
+    name: Name
+    pose: Pose
 
 
 class BoatConfig(BoatEntry):
@@ -222,13 +229,10 @@ def joining_boat(said: Mapping[str, object], spawn: SpawnConfig) -> BoatConfig:
     Raises:
         ConfigError: something that is said is wrong, or the name or the pose is missing.
     """
-    entry = joining(BoatEntry, "boat", said)
-    missing = [key for key in ("name", "pose") if getattr(entry, key) is None]
-    if missing or entry.name is None or entry.pose is None:
-        raise ConfigError(Problem("<boat>", None, None, key, "required") for key in missing)
+    entry = joining(_JoiningBoat, "boat", said)
     boat = _boat(FleetConfig(), spawn, Slot(entry.name, entry.pose, entry))
     if boat.layout_fault:
-        raise ConfigError([Problem("<boat>", None, None, "thrusters", boat.layout_fault)])
+        raise ConfigError.of("<boat>", boat.layout_fault, key="thrusters")
     return boat
 
 

@@ -32,8 +32,8 @@ _ODD = 1e-3
 _Number = Annotated[float, Field(ge=-_LARGEST, le=_LARGEST)]
 _Complex = tuple[_Number, _Number]
 """Real and imaginary part."""
-_Row = tuple[_Number, _Number, _Number, _Number, _Number, _Number]
-_Matrix = tuple[_Row, _Row, _Row, _Row, _Row, _Row]
+_HydroRow = tuple[_Number, _Number, _Number, _Number, _Number, _Number]
+_HydroMatrix = tuple[_HydroRow, _HydroRow, _HydroRow, _HydroRow, _HydroRow, _HydroRow]
 _ComplexRow = tuple[_Complex, _Complex, _Complex, _Complex, _Complex, _Complex]
 _ComplexMatrix = tuple[_ComplexRow, _ComplexRow, _ComplexRow, _ComplexRow, _ComplexRow, _ComplexRow]
 
@@ -56,11 +56,11 @@ class Hydro(BaseModel):
     """Point to which it belongs [m]."""
     frequencies: Annotated[tuple[Annotated[_Number, Field(gt=0.0)], ...], Field(min_length=2)]
     """n rising angular frequencies [rad/s]."""
-    added_mass: tuple[_Matrix, ...]
+    added_mass: tuple[_HydroMatrix, ...]
     """(n, 6, 6) [kg, kg m, kg m2]."""
-    damping: tuple[_Matrix, ...]
+    damping: tuple[_HydroMatrix, ...]
     """(n, 6, 6) [kg/s, kg m/s, kg m2/s]."""
-    added_mass_infinite: _Matrix
+    added_mass_infinite: _HydroMatrix
     """Added mass at infinite frequency."""
     poles: Annotated[tuple[_Complex, ...], Field(max_length=_MOST_POLES)] = ()
     """k poles of the memory [1/s]."""

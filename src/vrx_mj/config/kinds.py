@@ -28,12 +28,10 @@ _ROOTS = {tag.encode(): FileKind(*words) for tag, words in _TABLES["roots"].item
 _FOLDER = FileKind("a folder", "name a file in it")
 
 _OURS = _TABLES["ours"]
-KINDS: Mapping[str, str] = {kind: row["name"] for kind, row in _OURS.items() if "name" in row}
-"""Kinds of files that have names, and what a message calls one of them."""
-NEEDS: Mapping[str, str] = {kind: row["needs"] for kind, row in _OURS.items() if "needs" in row}
-"""What a file of a kind is, for who gives another one."""
-USES: Mapping[str, str] = {kind: row["use"] for kind, row in _OURS.items() if "use" in row}
-"""What a file is, and where it is named."""
+KINDS, NEEDS, USES = (
+    {kind: str(row[key]) for kind, row in _OURS.items() if key in row} for key in ("name", "needs", "use")
+)
+"""Kinds of files: what a message calls one, if it has a name; what it is, for who gives another; and its use."""
 MARKS: Mapping[str, set[str]] = {kind: set(row["marks"]) for kind, row in _OURS.items() if "marks" in row}
 """Keys of files of one kind alone."""
 _AXIS = {"steps", "macros"}

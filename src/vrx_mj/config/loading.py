@@ -170,7 +170,7 @@ def path_of(kind: str, source: str | Path) -> Path:
     if not os.path.isdir(source):  # noqa: PTH112
         ours = in_vrx(kind, str(source), catalogue(kind))
         reason = f"no such file; {ours}" if ours else f"no such file{near_names(Path(source))}"
-    raise ConfigError([Problem(str(source), None, None, "", reason)])
+    raise ConfigError.of(str(source), reason)
 
 
 def referenced(kind: str, text: str, folder: Path | None) -> Path:
@@ -217,10 +217,10 @@ def read_file(kind: str, file: Path) -> Section:
     try:
         stat = file.stat()
     except OSError as error:
-        raise ConfigError([Problem(display(file), None, None, "", f"cannot be read: {error.strerror}")]) from None
+        raise ConfigError.of(display(file), f"cannot be read: {error.strerror}") from None
     section = _parsed(file.absolute(), display(file), stat.st_mtime_ns, stat.st_size)
     if said := other_kind(kind, section):
-        raise ConfigError([Problem(display(file), None, None, "", said)])
+        raise ConfigError.of(display(file), said)
     return section
 
 

@@ -14,7 +14,7 @@ from vrx_mj.config.kinds import KINDS
 
 _FORMATS = "vrx_mj.formats"
 """The package whose READERS are used."""
-_OURS = (".yaml", ".yml", ".txt")
+_OUR_ENDS = (".yaml", ".yml", ".txt")
 
 
 @dataclass(frozen=True)
@@ -62,4 +62,4 @@ def function_of(kind: str, source: object, *, find: bool = False) -> Callable[..
 def _is_ours(source: str | Path) -> bool:
     """Whether a source is a YAML file, a drawing, or a name."""
     text = str(source).lower()
-    return text.endswith(_OURS) or not any(mark in text for mark in "./#")
+    return text.endswith(_OUR_ENDS) or not any(mark in text for mark in "./#")

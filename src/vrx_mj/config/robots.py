@@ -13,11 +13,10 @@ from pydantic import BeforeValidator, Field
 from vrx_mj.config.base import Config, Fault, Folder, InFolder, Only, column_faults, faults
 from vrx_mj.config.dynamics import (
     ContactConfig,
-    HullConfig,
+    HydrodynamicsConfig,
     MarineHullConfig,
     PropellerConfig,
     ServoConfig,
-    Six,
     ThrusterConfig,
 )
 from vrx_mj.config.loading import Loading, loads, read_source, referenced, validated
@@ -120,14 +119,9 @@ class SailEntry(Config):
 _Span = Annotated[Number, Field(ge=-2000, le=2000)]
 
 
-def _both_ways(value: object) -> object:
-    """One number as the pair of both."""
-    return (value, value) if isinstance(value, int | float) else value
-
-
-def _named_channel(value: object) -> object:
-    """A channel of which nothing but its command is given."""
-    return {"thruster": value} if isinstance(value, str) else value
+_Spans = Annotated[
+    tuple[_Span, _Span], BeforeValidator(lambda value: (value, value) if isinstance(value, int | float) else value)
+]
 
 
 class ChannelEntry(Config):
@@ -137,7 +131,7 @@ class ChannelEntry(Config):
     """Name of the command: a thruster, or what turns, with `_angle` after its name."""
     trim: Annotated[Number, Field(ge=500, le=2500)] | None = None
     """Pulse that commands nothing [us]; by default 1500, of a sail 1000."""
-    span: Annotated[tuple[_Span, _Span], BeforeValidator(_both_ways)] | None = None
+    span: _Spans | None = None
     """How much shorter and longer the pulses are that command all [us]; one number is for both.
 
     Below 0 for what turns the other way; by default 400, of a sail 1000."""
@@ -151,7 +145,9 @@ class ChannelEntry(Config):
             yield ("span",), f"{text}, got {short:g} and {long:g}"
 
 
-_Channel = Annotated[ChannelEntry, BeforeValidator(_named_channel)]
+_Channel = Annotated[
+    ChannelEntry, BeforeValidator(lambda value: {"thruster": value} if isinstance(value, str) else value)
+]
 
 
 class BatteryEntry(Config):
@@ -169,56 +165,41 @@ class BatteryEntry(Config):
 
 
 class _Partial(Config):
-    """Fields that may be left out."""
+    """Fields any of which may be left out."""
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **_: object) -> None:
+        """No field has a default other than that it is not given."""
+        for field in cls.model_fields.values():
+            field.default = None
 
     @property
-    def said(self) -> dict[str, Any]:
+    def given(self) -> dict[str, Any]:
         """The fields that it gives."""
-        return {key: value for key, value in self if value is not None}
+        return {key: getattr(self, key) for key in self.model_fields_set}
 
 
-class HydrodynamicsEntry(_Partial):
+class HydrodynamicsEntry(_Partial, HydrodynamicsConfig):
     """What is known of a hull; the rest comes from the URDF's dynamics plugin, or is derived from its shapes."""
-
-    water_level: Number | None = None
-    """Height of the water for this boat, above the sea's own mean level [m]: it floats that much higher."""
-    water_density: Positive | None = None
-    """Density of the water [kg/m3]."""
-    hull_radius: Positive | None = None
-    """Radius of each of the two half-cylinders that carry the boat [m]."""
-    boat_width: Positive | None = None
-    """Distance between the axes of the two hulls [m]."""
-    boat_length: Positive | None = None
-    """Length of the hulls [m]."""
-    length_n: Annotated[int, Field(ge=1, le=1000)] | None = None
-    """Stations along each hull."""
-    added_mass: Six | None = None
-    """Added mass in surge, sway, heave, roll, pitch, yaw [kg, kg m2]."""
-    drag_linear: Six | None = None
-    """Linear drag in the same order [N s/m, N m s]."""
-    drag_quadratic: Six | None = None
-    """Quadratic drag in the same order [N s2/m2, N m s2]."""
-    hulls: tuple[HullConfig, ...] | None = None
-    """Floats that are lifted at points, instead of two half-cylinders."""
 
 
 class DriveEntry(_Partial):
     """What all thrusters of a robot can do."""
 
-    max_force_forward: NonNegative | None = None
+    max_force_forward: NonNegative
     """Largest force [N]."""
-    max_force_reverse: Annotated[float, Field(ge=-MAX_NUMBER, le=0)] | None = None
+    max_force_reverse: Annotated[float, Field(ge=-MAX_NUMBER, le=0)]
     """Smallest force [N]."""
-    max_angle: NonNegative | None = None
+    max_angle: NonNegative
     """Largest steering angle either way [rad]."""
 
 
 class ProfileEntry(Config):
     """What is different about a robot in worlds of another profile than `vrx`."""
 
-    hydrodynamics: HydrodynamicsEntry = HydrodynamicsEntry()
+    hydrodynamics: HydrodynamicsEntry = HydrodynamicsEntry.model_validate({})
     """What is different about lift, drag and added mass."""
-    thrusters: DriveEntry = DriveEntry()
+    thrusters: DriveEntry = DriveEntry.model_validate({})
     """What is different about the thrusters."""
     contact: ContactConfig | None = None
     """How its hull yields instead."""
@@ -262,7 +243,7 @@ class RobotConfig(InFolder):
     """Sets of sensors by name, as xacro arguments; `vrx` and `none` among them, if it has any."""
     vrx_parts: Switch = False
     """Whether VRX's thruster and component files can be given for it."""
-    hydrodynamics: HydrodynamicsEntry = HydrodynamicsEntry()
+    hydrodynamics: HydrodynamicsEntry = HydrodynamicsEntry.model_validate({})
     """Lift, drag and added mass."""
     contact: ContactConfig = ContactConfig()
     """How its hull yields to what it touches."""

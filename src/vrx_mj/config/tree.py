@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from vrx_mj.errors import ConfigError, Problem
+from vrx_mj.errors import ConfigError
 
 Loc = tuple[str | int, ...]
 
@@ -102,7 +102,7 @@ def of_python(value: object, file: File, levels: int = DEEPEST) -> Any:
         ConfigError: it has more levels of nesting.
     """
     if levels < 0:
-        raise ConfigError([Problem(file.name, None, None, "", "nested too deeply, or inside itself")])
+        raise ConfigError.of(file.name, "nested too deeply, or inside itself")
     if isinstance(value, Mapping):
         return Section({str(key): of_python(item, file, levels - 1) for key, item in value.items()}, Place(file))
     if hasattr(value, "tolist"):

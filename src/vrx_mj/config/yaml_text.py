@@ -45,13 +45,6 @@ _DESCRIPTION = re.compile(r"""^(\s*(?:- +)*)(["']?)description\2\s*:(?=\s|$)""")
 _DESCRIPTION_INSIDE = re.compile(r"""(?<=[{,])\s*description\s*:\s*("[^"]*"|'[^']*'|[^,}]*)""")
 
 
-def _find_controls(name: str, lines: Sequence[str]) -> Iterator[Problem]:
-    """Control characters and odd line separators, which no text file needs anywhere."""
-    for row, line in enumerate(lines, 1):
-        for hit in _CONTROL.finditer(line):
-            yield Problem(name, row, hit.start() + 1, "", f"control character U+{ord(hit[0]):04X}; delete it")
-
-
 def find_lookalikes(lines: Sequence[str], name: str = "", *, free_text: bool = True) -> Iterator[Problem]:
     """Look-alikes outside comments and, where the file has such keys (`free_text`), descriptions."""
     indent: int | None = None  # of the `description` key that the line may still belong to
@@ -62,12 +55,11 @@ def find_lookalikes(lines: Sequence[str], name: str = "", *, free_text: bool = T
         code = _without_comment(line)
         start = _DESCRIPTION.match(code) if free_text else None
         indent = len(start[1]) if start else None
-        code = code[: start.end()] if start else _DESCRIPTION_INSIDE.sub(_blank, code) if free_text else code
+        if start:
+            code = code[: start.end()]
+        elif free_text:
+            code = _DESCRIPTION_INSIDE.sub(lambda match: " " * len(match[0]), code)
         yield from (Problem(name, row, column + 1, "", message) for column, message in _in_code(code))
-
-
-def _blank(match: re.Match[str]) -> str:
-    return " " * len(match[0])
 
 
 def _without_comment(line: str) -> str:
@@ -86,13 +78,13 @@ def _without_comment(line: str) -> str:
 def _in_code(code: str) -> Iterator[tuple[int, str]]:
     if code.isascii() and "\t" not in code:
         return
-    mixed = {index for word in _WORD.finditer(code) if _mixed(word[0]) for index in range(*word.span())}
+    mixed = {index for word in _WORD.finditer(code) if _is_mixed(word[0]) for index in range(*word.span())}
     for hit in _ODD.finditer(code):
         if (hit[0] not in _LATIN or hit.start() in mixed) and (advice := _advice(hit[0])):
             yield hit.start(), advice
 
 
-def _mixed(word: str) -> bool:
+def _is_mixed(word: str) -> bool:
     """Foreign letters are fine in foreign words, not next to Latin ones nor where all look Latin."""
     letters = [letter for letter in word if letter.isalpha()]
     return any(letter.isascii() for letter in letters) or all(letter in _LATIN for letter in letters)
@@ -138,18 +130,22 @@ def read_lines(path: Path) -> tuple[str, ...]:
     try:
         data = read_limited(path, _MAX_BYTES)
     except ReadingError as error:
-        raise ConfigError([Problem(name, None, None, "", str(error))]) from None
+        raise ConfigError.of(name, str(error)) from None
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         start = data.rfind(b"\n", 0, error.start) + 1
         line, column = data.count(b"\n", 0, error.start) + 1, error.start - start + 1
         message = f"byte 0x{data[error.start]:02X} is not UTF-8; save the file as UTF-8"
-        raise ConfigError([Problem(name, line, column, "", message)]) from None
+        raise ConfigError.of(name, message, line=line, column=column) from None
     lines = tuple(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"))
     if len(lines) > _MAX_LINES:
-        raise ConfigError([Problem(name, None, None, "", f"more than {_MAX_LINES} lines")])
-    _refuse_odd(_find_controls(name, lines))
+        raise ConfigError.of(name, f"more than {_MAX_LINES} lines")
+    _refuse_odd(
+        Problem(name, row, hit.start() + 1, "", f"control character U+{ord(hit[0]):04X}; delete it")
+        for row, line in enumerate(lines, 1)
+        for hit in _CONTROL.finditer(line)
+    )
     return lines
 
 
@@ -175,13 +171,13 @@ def parse_loosely(file: File) -> tuple[Section, list[Repeat]]:
 def _parsed(file: File, builder: "_Builder") -> Section:
     _refuse_odd(find_lookalikes(file.lines, file.name))
     if next(filter(str.strip, file.lines), "").lstrip().startswith("<"):
-        raise ConfigError([Problem(file.name, 1, 1, "", "XML; expected YAML, keys and values")])
+        raise ConfigError.of(file.name, "XML; expected YAML, keys and values", line=1, column=1)
     try:
         node = _composed("\n".join(file.lines))
     except yaml.MarkedYAMLError as error:
         raise ConfigError([_worded(file, error)]) from None
     if node is None:
-        raise ConfigError([Problem(file.name, 1, 1, "", "empty; expected keys and values")])
+        raise ConfigError.of(file.name, "empty; expected keys and values", line=1, column=1)
     tree = builder.value(node, ())
     if not isinstance(tree, Section):
         builder.problem(node, (), f"expected keys and values, got {shown(tree)}")

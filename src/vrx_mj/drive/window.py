@@ -229,21 +229,11 @@ def sea_of(model: mujoco.MjModel, height: SeaHeight) -> SeaMesh | None:
 
 
 def sea_lines() -> FloatArray:
-    """Coordinates of the grid's lines from its middle [m]: cells grow with distance, as sinh does."""
+    """Coordinates of the grid's lines from its middle [m]: cells grow with distance."""
     half = (SIDE - 1) // 2
-    growth = _growth(HORIZON / CELL, half)
     index = np.arange(-half, half + 1)
-    lines: FloatArray = CELL * np.sinh(growth * index) / np.sinh(growth)
+    lines: FloatArray = CELL * index * (1.0 + (HORIZON / (CELL * half) - 1.0) * (index / half) ** 4)
     return lines
-
-
-def _growth(reach: float, half: int) -> float:
-    """The rate g for which sinh(g half) / sinh(g) = reach, by bisection; it grows with g."""
-    low, high = 1e-6, 1.0
-    for _ in range(60):
-        middle = (low + high) / 2.0
-        low, high = (middle, high) if np.sinh(middle * half) < reach * np.sinh(middle) else (low, middle)
-    return low
 
 
 def _sea_points(height: SeaHeight, centre: tuple[float, float], time: float) -> FloatArray:
