@@ -1,9 +1,8 @@
 """Write docs/cli.md, the page of all commands, from the commands themselves: python tools/cli_page.py."""
 
 from collections.abc import Iterable, Iterator
-from enum import Enum
 from pathlib import Path
-from typing import Any, get_args, get_origin
+from typing import Any, Literal, get_args, get_origin
 
 from vrx_mj.cli.program import COMMANDS, FIRST, PANELS, description, example, load_command
 
@@ -75,8 +74,8 @@ def type_name(parameter: Any) -> str:
         return f"{TYPES[get_args(annotation)[0]]}, several"
     if annotation is bool:
         return "flag"
-    if issubclass(annotation, Enum):
-        return " or ".join(str(each.value) for each in annotation)
+    if get_origin(annotation) is Literal:
+        return " or ".join(get_args(annotation))
     return TYPES[annotation]
 
 
@@ -87,7 +86,6 @@ def default(parameter: Any) -> str:
     value = parameter.default
     if isinstance(value, bool) or value is None:
         return "on" if value else ""
-    value = value.value if isinstance(value, Enum) else value
     return f"`{value:g}`" if isinstance(value, float) else f"`{value}`"
 
 

@@ -128,19 +128,16 @@ def _serving(
         check_installed(*("rosbridge",) * rosbridge, "ros1")
     elif rosbridge or lockstep is not None:
         raise CommandError("--ardupilot serves no ROS: --rosbridge and --lockstep cannot be given with it")
-    pace = parse_rate(rate or "1")
-    if pace is not None and not 0.0 < pace < float("inf"):
-        raise CommandError(f"invalid --rate '{rate}': a number above 0 is needed, 1 for real time, or max")
-    return Serving(pace, None if lockstep is None else parse_lockstep(lockstep), rosbridge, ardupilot)
+    return Serving(
+        parse_rate(rate or "1"), None if lockstep is None else parse_lockstep(lockstep), rosbridge, ardupilot
+    )
 
 
 def _plan(controllers: Sequence[str], worlds: Sequence[str], seeds: str, **options: Any) -> "Plan":
     from vrx_mj.campaign.plan import Plan, choose_worlds, parse_seeds
 
-    for name in controllers:
-        if controllers.count(name) > 1:
-            kind = "program" if options["serving"] is not None else "controller"
-            raise CommandError(f"the {kind} {name} is named twice")
+    if twice := next((name for name in controllers if controllers.count(name) > 1), None):
+        raise CommandError(f"the {'program' if options['serving'] else 'controller'} {twice} is named twice")
     return Plan(tuple(controllers), choose_worlds(worlds), parse_seeds(seeds), **options)
 
 
@@ -157,7 +154,7 @@ def _carry_out(begun: "Campaign", jobs: int | None, *, ray: bool) -> bool:
         sailed = _results_of(trials, begun.folder, jobs, progress, ray=ray)
         try:
             for result in sailed:
-                progress.finished(result)
+                progress.note_result(result)
         except KeyboardInterrupt:
             return True
         finally:
@@ -204,7 +201,7 @@ class CampaignProgress:
         self._running = count
         self._show()
 
-    def finished(self, result: "Result") -> None:
+    def note_result(self, result: "Result") -> None:
         """A trial has ended."""
         self._done += 1
         self._failed += result.failed

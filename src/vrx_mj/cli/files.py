@@ -154,11 +154,7 @@ def copy_start_file(kind: str, name: str) -> Path:
         raise UnknownNameError("start file", kind, (*NEW_KINDS, "robot"))
     source = root() / "assets" / "start" / NEW_KINDS[kind]
     stem = Path(name.removesuffix(source.suffix))
-    if not stem.name:
-        raise VrxError(f"the new {kind} needs a name, as in vrx-mj new {kind} my_{kind}")
-    target = stem.with_name(stem.name + source.suffix)
-    if os.path.lexists(target):
-        raise VrxError(f"{target} exists: choose another name, or remove it")
+    target = _new_path(kind, stem, source.suffix)
     write_file(target, source, "the start file")
     return target
 
@@ -180,11 +176,17 @@ def new_folder(name: str) -> Path:
     Raises:
         VrxError: it is there already, or cannot be made.
     """
-    folder = Path(name)
-    if not folder.name:
-        raise VrxError("the new robot needs a name, as in vrx-mj new robot my_robot")
-    if os.path.lexists(folder):
-        raise VrxError(f"{folder} exists: choose another name, or remove it")
+    folder = _new_path("robot", Path(name))
     with writing("the folder", folder):
         folder.mkdir()
     return folder
+
+
+def _new_path(kind: str, stem: Path, suffix: str = "") -> Path:
+    """The path of something new, with its suffix. VrxError: it has no name, or is there already."""
+    if not stem.name:
+        raise VrxError(f"the new {kind} needs a name, as in vrx-mj new {kind} my_{kind}")
+    path = stem.with_name(stem.name + suffix)
+    if os.path.lexists(path):
+        raise VrxError(f"{path} exists: choose another name, or remove it")
+    return path

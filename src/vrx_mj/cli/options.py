@@ -5,10 +5,9 @@ import os
 import re
 import warnings
 from collections.abc import Callable, Sequence
-from enum import Enum
 from functools import update_wrapper
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
 import typer
 
@@ -40,7 +39,6 @@ Nudge = Annotated[
     bool, typer.Option("--nudge", help="Move boats that start on land, docks or each other to free water.")
 ]
 Seed = Annotated[int | None, typer.Option(help="Seed of waves, gusts and noise; default: the world's.")]
-_Missing = Enum("_Missing", {"error": "error", "ignore": "ignore"})
 _Packages = Annotated[
     list[Path] | None,
     typer.Option(
@@ -55,7 +53,7 @@ _Allowed = Annotated[
     ),
 ]
 _Ignored = Annotated[
-    _Missing | None,
+    Literal["error", "ignore"] | None,
     typer.Option(
         help="Packages of a launch file or a xacro that are missing: ignore leaves out what is in them; default: error."
     ),
@@ -145,7 +143,7 @@ def reads_files(command: Callable[..., _T]) -> Callable[..., _T]:
         put_first(package_path or (), PACKAGE_PATH, "--package-path")
         put_first(allow or (), OWN_PATH, "--allow")
         if missing:
-            os.environ[MISSING] = missing.value
+            os.environ[MISSING] = missing
         return command(*arguments, **options)
 
     added = [one for one in inspect.signature(reads).parameters.values() if one.kind is one.KEYWORD_ONLY]

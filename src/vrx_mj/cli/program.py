@@ -12,13 +12,13 @@ import os
 import re
 import sys
 import warnings
+from collections.abc import Sequence
 from contextvars import copy_context
-from enum import Enum
 from functools import cache
 from itertools import groupby
 from pathlib import Path
 from pkgutil import resolve_name
-from typing import Annotated, Any, NamedTuple, get_args, get_origin
+from typing import Annotated, Any, Literal, NamedTuple, get_args, get_origin
 
 import typer
 from typer.core import TyperCommand, TyperGroup
@@ -53,38 +53,40 @@ def convert_lightly(parameter: Any) -> None:
     if getattr(parameter, "_runtime_param", False) is None:
         annotation = parameter.type_descriptor.annotation
         kind = get_args(annotation)[0] if get_origin(annotation) is list else annotation
-        if isinstance(kind, type) and issubclass(kind, (*_NUMBERS, str, bool, Path, Enum)):
-            parameter._runtime_param = Conversion(kind)
+        choices = get_args(kind) if get_origin(kind) is Literal else ()
+        if choices or (isinstance(kind, type) and issubclass(kind, (*_NUMBERS, str, bool, Path))):
+            parameter._runtime_param = Conversion(str if choices else kind, choices)
 
 
 _NUMBERS = {int: "a whole number", float: "a number"}
 
 
 class Conversion:
-    """Makes the words that were given to one parameter into values of a type."""
+    """Makes the words that were given to one parameter into values of a type, or checks that they are among choices."""
 
-    def __init__(self, kind: type) -> None:
-        self.kind = kind
+    def __init__(self, kind: type, choices: Sequence[str]) -> None:
+        self.kind, self._choices = kind, choices
 
     def coerce(self, value: Any, param: Any, ctx: Any) -> Any:
         """The value or values.
 
         Raises:
             CommandError: a word is not of this type, or outside of the parameter's range.
+            UnknownNameError: it is not among the choices.
         """
         if param.multiple or param.nargs == -1:
             return tuple(self._one(each, param) for each in value or ())
         return None if value is None else self._one(value, param)
 
     def _one(self, word: Any, param: Any) -> Any:
+        named = param.opts[0] if param.param_type_name == "option" else param.name.upper()
+        if self._choices and word not in self._choices:
+            raise UnknownNameError(f"value of {named}", word, self._choices)
         if isinstance(word, self.kind):
             return word
-        named = param.opts[0] if param.param_type_name == "option" else param.name.upper()
         try:
             value = self.kind(word)
         except ValueError:
-            if issubclass(self.kind, Enum):
-                raise UnknownNameError(f"value of {named}", word, [str(each.value) for each in self.kind]) from None
             raise CommandError(f"invalid {named} '{word}': {_NUMBERS[self.kind]} is needed") from None
         if param.min is not None and not param.min <= value <= (param.max or math.inf):
             bounds = f"{param.min:g} to {param.max:g}" if param.max else f"at least {param.min:g}"

@@ -5,12 +5,11 @@ import shutil
 import sys
 import threading
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import replace
-from enum import Enum
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -68,10 +67,9 @@ _Origins = Annotated[
     ),
 ]
 _Truth = Annotated[bool, typer.Option("--truth", help="Publish the true poses of the boats in /tf, in the frame map.")]
-_CmdVel = Enum("_CmdVel", {"thrust": "thrust", "velocity": "velocity", "off": "off"})
-_Source = Enum("_Source", {"truth": "truth", "navigator": "navigator"})
+_CmdVel = Literal["thrust", "velocity", "off"]
 _Localized = Annotated[
-    _Source | None,
+    Literal["truth", "navigator"] | None,
     typer.Option(
         help="Publish where each boat is, as robot_localization: by its GPS and IMU, or as it really is; the value may "
         "be left out: navigator."
@@ -96,7 +94,7 @@ def serve(
     rate: Annotated[str, typer.Option(help="Simulated seconds per second, or max.")] = "1.0",
     lockstep: _Waits = None,
     clock: Annotated[float, typer.Option(help="Rate of /clock, per simulated second [Hz].")] = 100.0,
-    cmd_vel: Annotated[_CmdVel, typer.Option(help="What cmd_vel commands, in VRX thrust.")] = _CmdVel.thrust,
+    cmd_vel: Annotated[_CmdVel, typer.Option(help="What cmd_vel commands, in VRX thrust.")] = "thrust",
     truth: _Truth = False,
     localization: _Localized = None,
     paused: Annotated[bool, typer.Option("--paused", help="Start paused, as paused:=true of VRX.")] = False,
@@ -123,8 +121,8 @@ def serve(
         ros2=ros2, host=host,
         origins=allow_origin or (),
         lockstep=None if lockstep is None else parse_lockstep(lockstep),
-        cmd_vel=cmd_vel.value,
-        truth=truth, localization=localization and localization.value,
+        cmd_vel=cmd_vel,
+        truth=truth, localization=localization,
         rate=parse_rate(rate), clock_rate=clock,
         duration=duration, paused=paused, exit_on_completion=exit_on_completion,
     )  # fmt: skip
@@ -180,13 +178,13 @@ def _ardupilot(sim: "Simulation", ports: str, wanted: dict[str, Any]) -> "ArduPi
 
 
 def parse_rate(text: str) -> float | None:
-    """Simulated seconds per second; None for `max`. CommandError: it is neither."""
+    """Simulated seconds per second; None for `max`. CommandError: it is neither, or not above 0."""
     if text == "max":
         return None
-    try:
-        return float(text)
-    except ValueError:
-        raise CommandError(f"invalid --rate '{text}': a number above 0 is needed, 1 for real time, or max") from None
+    with suppress(ValueError):
+        if 0.0 < (rate := float(text)) < float("inf"):
+            return rate
+    raise CommandError(f"invalid --rate '{text}': a number above 0 is needed, 1 for real time, or max")
 
 
 def parse_lockstep(text: str) -> tuple[str, ...]:
