@@ -51,7 +51,7 @@ class Row:
 
     what: str
     found: str
-    works: _Works
+    works: _Works = "yes"
     advice: str = ""
     core: bool = False
     """Whether nothing runs without it."""
@@ -107,20 +107,20 @@ def version_row() -> Row:
     """Our own version, and where it is."""
     import vrx_mj
 
-    return Row("vrx_mj", f"{vrx_mj.__version__} in {Path(vrx_mj.__file__).parent}", "yes", core=True)
+    return Row("vrx_mj", f"{vrx_mj.__version__} in {Path(vrx_mj.__file__).parent}", core=True)
 
 
 def python_row(version: tuple[int, ...]) -> Row:
     """The interpreter."""
     shown = ".".join(map(str, version))
     if version >= _OLDEST_PYTHON and sys.maxsize > 2**32:
-        return Row("python", f"{shown} in {sys.prefix}", "yes", core=True)
+        return Row("python", f"{shown} in {sys.prefix}", core=True)
     return Row("python", shown, "no", "Python 3.11 or newer, 64 bit, is needed: see docs/install.md", core=True)
 
 
 def machine_row() -> Row:
     """Processor and system."""
-    return Row("machine", f"{processor() or platform.machine()}; {platform.platform()}", "yes")
+    return Row("machine", f"{processor() or platform.machine()}; {platform.platform()}")
 
 
 def package_row(
@@ -144,7 +144,7 @@ def package_row(
     except Exception as error:
         line = str(error).partition("\n")[0]
         return Row(name, f"{found}, import fails: {line}", "no", f"{repair} --force-reinstall", core=True)
-    return Row(name, found, "yes", core=True)
+    return Row(name, found, core=True)
 
 
 def requirement(name: str) -> str:
@@ -195,10 +195,10 @@ def _kernels() -> tuple[Path | None, bool, tuple[str, ...]]:
 def display_row(environment: Mapping[str, str], system: str) -> Row:
     """Whether there is a screen to open a window on."""
     if not system.startswith("linux"):
-        return Row("display", "of the system", "yes")
+        return Row("display", "of the system")
     shown = [f"{name}={environment[name]}" for name in ("DISPLAY", "WAYLAND_DISPLAY") if environment.get(name)]
     if shown:
-        return Row("display", ", ".join(shown), "yes")
+        return Row("display", ", ".join(shown))
     return Row("display", "none", "not needed", "vrx-mj view opens in a browser instead")
 
 
@@ -210,7 +210,7 @@ def drawing_rows(attempts: Mapping[str, "Attempt"], *, has_display: bool) -> Ite
     for name, attempt in attempts.items():
         needed = has_display if name == "glfw" else not cameras
         if attempt.works:
-            yield Row(_DRAWS[name], attempt.detail, "yes")
+            yield Row(_DRAWS[name], attempt.detail)
         elif needed:
             yield Row(_DRAWS[name], attempt.detail, "no", f"sudo apt-get install {DEBIAN[name]}")
         else:
@@ -244,7 +244,7 @@ def viewer_row(
     found = (re.findall(r"\d+\.\d+\.\d+\S*", output) or ["?"])[0]
     if found != wanted:
         return Row(what, f"{found}, but the package is {wanted}", "no", again)
-    return Row(what, f"{found}, {path}", "yes")
+    return Row(what, f"{found}, {path}")
 
 
 # Surroundings
@@ -265,7 +265,7 @@ def ardupilot_row(find: Callable[[str], str | None]) -> Row:
     found = [path for name in ("ardurover", "sim_vehicle.py") if (path := find(name))]
     if not found:
         return Row("ArduPilot", "not on PATH", "not needed", "docs/ardupilot.md says how to get it")
-    return Row("ArduPilot", ", ".join(found), "yes")
+    return Row("ArduPilot", ", ".join(found))
 
 
 def search_rows(environment: Mapping[str, str]) -> Iterator[Row]:
@@ -300,7 +300,7 @@ def cores_row(cores: tuple[int, float]) -> Row:
     """Cores that this process may run on, and the container's share of them."""
     count, share = cores
     limit = f", limited to {share:g} at a time" if share < count else ""
-    return Row("cores", f"{count}{limit}", "yes")
+    return Row("cores", f"{count}{limit}")
 
 
 _MASTER, _MASTER_PORT, _ROSBRIDGE_PORT = "http://localhost:11311", 11311, 9090
@@ -327,9 +327,11 @@ def examine_world(world: str, fleet: str | None) -> list[Row]:
         rows += [master, address_row(environment, uri)]
         if sim is not None:
             rows.append(command_row(sim, publishers))
+    answers = [row.found for row in rows if row.what == "ROS master" and row.works == "yes"]
+    is_master = bool(answers) and answers[0].rstrip("/").endswith(f":{_MASTER_PORT}")
     return [
         *rows,
-        port_row("ROS master", _MASTER_PORT, serves=_is_master(rows)),
+        port_row("ROS master", _MASTER_PORT, serves=is_master),
         port_row("rosbridge", _ROSBRIDGE_PORT),
     ]
 
@@ -355,8 +357,8 @@ def world_rows(world: str, fleet: str | None) -> "tuple[list[Row], Simulation | 
     except VrxError as error:
         return [Row(_WORLD, "does not compile", "no", str(error))], None
     boats = f"{len(sim.boats)} {'boat' if len(sim.boats) == 1 else 'boats'}: {first_names(sim.boats, _SHOWN)}"
-    rows = [Row(_WORLD, f"{sim.world.name}, {boats}", "yes")]
-    rows += [Row("warning", str(each.message), "yes") for each in caught]
+    rows = [Row(_WORLD, f"{sim.world.name}, {boats}")]
+    rows += [Row("warning", str(each.message)) for each in caught]
     rows += _problems(_LAND, _on_land(sim), "none")
     rows += _problems(_OVERLAPS, overlaps(sim), "none")
     rows += _problems(_FRAMES, shared_frames(sim), "each is of one boat")
@@ -369,7 +371,7 @@ def _problems(what: str, lines: Iterator[str], none: str) -> list[Row]:
     for line in lines:
         cut = max(line.rfind(": "), line.rfind("; "))
         rows.append(Row(what, line[:cut], "no", line[cut + 2 :]))
-    return rows or [Row(what, none, "yes")]
+    return rows or [Row(what, none)]
 
 
 def _on_land(sim: "Simulation") -> Iterator[str]:
@@ -397,7 +399,7 @@ def extra_row(name: str) -> Row:
     """An extra of ours, by the modules that it brings."""
     if missing := missing_modules(name):
         return Row(f"extra {name}", f"without {', '.join(missing)}", "not needed", install_extra(name))
-    return Row(f"extra {name}", "installed", "yes")
+    return Row(f"extra {name}", "installed")
 
 
 def master_row(uri: str, timeout: float = _MASTER_TIMEOUT) -> tuple[Row, Publishers]:
@@ -429,7 +431,7 @@ def master_row(uri: str, timeout: float = _MASTER_TIMEOUT) -> tuple[Row, Publish
     except (*BROKEN, Fault, TypeError, ValueError) as error:
         why = str(error) or "no answer"
         return Row(what, f"no ROS master at {uri}: {why}", "no", "correct ROS_MASTER_URI, or unset it"), ()
-    return Row(what, f"answers at {uri}", "yes"), publishers
+    return Row(what, f"answers at {uri}"), publishers
 
 
 def command_row(sim: "Simulation", publishers: Publishers) -> Row:
@@ -477,7 +479,7 @@ def address_row(environment: Mapping[str, str], uri: str) -> Row:
     if all(map(is_loopback, addresses(host_name))) and not is_local(host):
         advice = f"nodes on other machines cannot reach it: set {name} to this machine's address towards {host}"
         return Row(name, f"{shown}, but the master is on {host}", "no", advice)
-    return Row(name, shown, "yes")
+    return Row(name, shown)
 
 
 def port_row(what: str, port: int, *, serves: bool = False, who: Callable[[int], str | None] | None = None) -> Row:
@@ -493,15 +495,9 @@ def port_row(what: str, port: int, *, serves: bool = False, who: Callable[[int],
         except OSError:
             pass
         else:
-            return Row(name, "free", "yes")
+            return Row(name, "free")
     holder = (who or who_listens)(port) or "a process that cannot be found"
     if serves:
-        return Row(name, f"the master that answers: {holder}", "yes")
+        return Row(name, f"the master that answers: {holder}")
     other = "another ROS_MASTER_URI" if port == _MASTER_PORT else f"--{what} {port + 1}"
     return Row(name, f"held by {holder}", "no", f"stop it, or use {other}")
-
-
-def _is_master(rows: Sequence[Row]) -> bool:
-    """Whether the master that answers is at the usual port."""
-    found = [row.found for row in rows if row.what == "ROS master" and row.works == "yes"]
-    return bool(found) and found[0].rstrip("/").endswith(f":{_MASTER_PORT}")

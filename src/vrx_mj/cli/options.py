@@ -93,6 +93,7 @@ Strict = Annotated[
     typer.Option("--strict", help="Warnings, and parts that are not read, are errors.", callback=_be_strict),
 ]
 Output = Annotated[Path, typer.Option("--output", "-o", help="The file or folder to write.")]
+Folder = Annotated[Path, typer.Option("--output", "-o", help="The folder to write.")]
 Record = Annotated[Path | None, typer.Option(help="Write a recording for rerun (.rrd).")]
 Recording = Annotated[Path, typer.Argument(help="A recording (.rrd).")]
 Json = Annotated[Path | None, typer.Option("--json", help="Write the table as JSON.")]

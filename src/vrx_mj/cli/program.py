@@ -284,21 +284,18 @@ def _print_version(wanted: bool) -> None:
     if not wanted:
         return
     import platform
+    from importlib.metadata import PackageNotFoundError, version
 
     from vrx_mj import __version__
 
-    parts = (f"{name} {_version_of(name)}" for name in ("mujoco", "numba"))
-    typer.echo(f"vrx-mj {__version__} ({', '.join(parts)}, Python {platform.python_version()})")
+    parts = [f"Python {platform.python_version()}"]
+    for name in ("numba", "mujoco"):
+        try:
+            parts.insert(0, f"{name} {version(name)}")
+        except PackageNotFoundError:
+            parts.insert(0, f"{name} not installed")
+    typer.echo(f"vrx-mj {__version__} ({', '.join(parts)})")
     raise typer.Exit
-
-
-def _version_of(package: str) -> str:
-    from importlib.metadata import PackageNotFoundError, version
-
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return "not installed"
 
 
 def _program(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from vrx_mj.cli.options import above_zero
+from vrx_mj.cli.options import Folder, above_zero
 from vrx_mj.errors import CommandError, UnknownNameError, VrxWarning
 from vrx_mj.outputs import write_files
 
@@ -45,7 +45,7 @@ _Angle = Annotated[
 def trial(
     name: Annotated[str, typer.Argument(metavar="TRIAL", help=f"One of {', '.join(_OPTIONS)}.")],
     boat: Annotated[str, typer.Argument(metavar="BOAT", help="A kind of robot: a name, or the path of its file.")],
-    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the JSON and the chart (SVG).")] = Path(),
+    output: Folder = Path(),
     world: Annotated[str | None, typer.Option(help="World; default: still water of profile marine.")] = None,
     power: _Power = None,
     helm: _Helm = None,
@@ -62,7 +62,14 @@ def trial(
     if name not in _OPTIONS:
         raise UnknownNameError("trial", name, _OPTIONS)
     given = {"power": power, "helm": helm, "angle": angle, "mode": mode, "amount": amount}
-    done = _run_trial(name, boat, world, _arguments(name, given))
+    arguments = _arguments(name, given)
+    from vrx_mj.mjcf.compile import compile_world
+    from vrx_mj.runtime.simulation import Simulation
+    from vrx_mj.trials import TRIALS, SimulatedVessel
+
+    fleet = {"usv_count": 1, "robot": boat, "sensors": "none"}
+    sim = Simulation(compile_world(CALM if world is None else world, fleet=fleet))
+    done = TRIALS[name](SimulatedVessel(sim, sim.boats[0]), **arguments)
     files = [output / f"{name}.json", output / f"{name}.svg"]
     texts = (_json(done, boat, world), _svg(done, boat))
     write_files(output, {file.name: text for file, text in zip(files, texts, strict=True)}, "the trial")
@@ -85,16 +92,6 @@ def _arguments(name: str, given: dict[str, Any]) -> dict[str, Any]:
     if "amount" in arguments and arguments.get("mode") != "heave":
         arguments["amount"] = math.radians(arguments["amount"])
     return arguments
-
-
-def _run_trial(name: str, boat: str, world: str | None, arguments: dict[str, Any]) -> "Trial":
-    from vrx_mj.mjcf.compile import compile_world
-    from vrx_mj.runtime.simulation import Simulation
-    from vrx_mj.trials import TRIALS, SimulatedVessel
-
-    fleet = {"usv_count": 1, "robot": boat, "sensors": "none"}
-    sim = Simulation(compile_world(CALM if world is None else world, fleet=fleet))
-    return TRIALS[name](SimulatedVessel(sim, sim.boats[0]), **arguments)
 
 
 def _json(done: "Trial", boat: str, world: str | None) -> str:

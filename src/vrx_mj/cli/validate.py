@@ -7,13 +7,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vrx_mj.bar import Bar
+from vrx_mj.cli.options import Folder
 from vrx_mj.cli.screen import print_table, show
 from vrx_mj.errors import CommandError
 
 if TYPE_CHECKING:
     from vrx_mj.validation.report import Result
-
-_REPORT = Path("report")
 
 
 def validate(
@@ -23,7 +22,7 @@ def validate(
     case: Annotated[Path | None, typer.Option(help="Your own case (YAML), with --data.")] = None,
     data: Annotated[Path | None, typer.Option(help="Your measurements (CSV).")] = None,
     quick: Annotated[bool, typer.Option("--quick", help="Run only what takes a minute in all, once compiled.")] = False,
-    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the page and results.json.")] = _REPORT,
+    output: Folder = Path("report"),
 ) -> None:
     """Compare the physics with closed forms, other programs and tanks. Write a page with a plot and a table for each.
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vrx_mj.bar import Bar
+from vrx_mj.cli.options import Folder
 from vrx_mj.errors import VrxError, shortened
 from vrx_mj.outputs import begins, write_files
 
@@ -21,7 +22,7 @@ _SIDES = "config"
 @app.command()
 def generate(
     file: Annotated[str, typer.Argument(help="Path of an axes file (YAML).")],
-    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the worlds.")],
+    output: Folder,
 ) -> None:
     """Write the worlds of an axes file, and print the steps of each. If one is invalid, none is written.
 

@@ -20,7 +20,7 @@ from vrx_mj.config.search import display, kind_name
 from vrx_mj.config.shapes import BuoyancyConfig, Shape, Visual
 from vrx_mj.config.values import Inertia, Name, NonNegative, NotEmpty, Number, Point, Pose, Positive, Seed, Switch, Vec3
 from vrx_mj.errors import UnknownNameError, VrxError, VrxWarning
-from vrx_mj.frames import rotation
+from vrx_mj.frames import apply, rotation
 
 _POINTS = 8
 """Waypoints of a circle: VRX's follow_plugin.cc."""
@@ -87,10 +87,9 @@ def _points(path: PathConfig, pose: Pose) -> Sequence[tuple[float, float]]:
         r, step = path.circle.radius, math.tau / _POINTS
         return [(x + r * math.cos(step * i), y + r * math.sin(step * i)) for i in range(_POINTS)]
     assert path.line is not None
-    cos, sin = math.cos(path.line.direction), math.sin(path.line.direction)
-    turn = rotation(*pose[3:])
-    ahead = [path.line.length * (turn[i][0] * cos + turn[i][1] * sin) for i in (0, 1)]
-    return [(x, y), (x + ahead[0], y + ahead[1])]
+    length, angle = path.line.length, path.line.direction
+    ahead, left, _ = apply(rotation(*pose[3:]), (math.cos(angle), math.sin(angle), 0.0))
+    return [(x, y), (x + length * ahead, y + length * left)]
 
 
 _Afloat = Only("static", (False,))
