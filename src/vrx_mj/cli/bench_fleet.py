@@ -47,7 +47,7 @@ def fleet_table(fleets: Sequence[int] = FLEETS, *, paced: float = _PACED, free: 
 
 
 def in_worlds_of(boats: int) -> tuple[int, int]:
-    """How many worlds of how many boats a fleet is."""
+    """Number of worlds that hold a fleet, and the boats of each."""
     return (1, boats) if boats <= IN_ONE_WORLD else (-(-boats // IN_ONE_WORLD), IN_ONE_WORLD)
 
 
@@ -61,7 +61,7 @@ def fleet_row(boats: int, *, paced: float = _PACED, free: float = _FREE) -> _Row
     """
     begun = time.perf_counter()
     worlds, each = in_worlds_of(boats)
-    advance = _afloat(worlds, each)
+    advance = _fleet_advance(worlds, each)
     loaded = time.perf_counter() - begun
     pace, memory = real_time_factor(advance, free), process_memory() / 1e6
     return {
@@ -74,8 +74,8 @@ def fleet_row(boats: int, *, paced: float = _PACED, free: float = _FREE) -> _Row
     }
 
 
-def _afloat(worlds: int, each: int) -> _Advance:
-    """What advances worlds of `each` boats under way by physics steps, on one thread."""
+def _fleet_advance(worlds: int, each: int) -> _Advance:
+    """The call that advances worlds of `each` boats under way, by physics steps, on one thread."""
     if worlds == 1:
         return sailing(each).advance
     batch = Batch(compile_world(SEA, fleet=fleet(each)), worlds, threads=1)

@@ -64,7 +64,7 @@ def _line(kind: str, name: str, file: Path, *, verbose: bool) -> str:
 
 
 def command_lines(robot: str) -> Iterator[str]:
-    """For the profiles lines about the commands of a robot with its first layout; none if it cannot be built."""
+    """Lines about the commands of a robot with its first layout, by profile; none if it cannot be built."""
     from vrx_mj.config.fleet import Order
     from vrx_mj.config.profiles import Profile
     from vrx_mj.mjcf.build import build_boat
@@ -83,7 +83,7 @@ def command_lines(robot: str) -> Iterator[str]:
 
 
 def _thrusts(boat: "Boat") -> Iterator[str]:
-    """Thrusters that are alike together."""
+    """What each thruster takes; those that are alike share one text."""
     pushing = [thruster for thruster in boat.thrusters if thruster.blade is None]
     for text, group in groupby(pushing, key=_thrust):
         yield f"{', '.join(thruster.name for thruster in group)} {text}"

@@ -113,7 +113,7 @@ def serve(
     Example: vrx-mj serve example_course --fleet usv_config --ros1
     """
     none = not (ros1 or ros2) and (rosbridge, foxglove, ardupilot, nmea) == (None,) * 4
-    _run(
+    _compile_and_serve(
         partial(compile_source, world, arguments, fleet=fleet, seed=seed, nudge=nudge), record, ardupilot, nmea,
         ros1=ros1 or none,
         rosbridge=int(DEFAULT_PORT) if none else rosbridge,
@@ -128,7 +128,7 @@ def serve(
     )  # fmt: skip
 
 
-def _run(
+def _compile_and_serve(
     compile_: Callable[[], "CompiledWorld"], record: Path | None, ardupilot: str | None, nmea: str | None, **wanted: Any
 ) -> None:
     """Compile and serve; imports wait until they are needed."""

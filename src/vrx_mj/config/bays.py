@@ -138,7 +138,7 @@ class HoleConfig(Config):
 
 @dataclass(frozen=True)
 class Bay:
-    """A rectangle of water with blocks on three sides."""
+    """A bay of a drawing: a rectangle of water with blocks on three sides."""
 
     first: Cell
     """Row and column of its corner with the least of both, from 0."""
@@ -182,13 +182,13 @@ class Bay:
         """Where on the bay's axis, as x and y [m], the point `out` [m] beyond its mouth is."""
         depth, _ = self._depth_and_width(block)
         x, y = (block * (a + b) / 2.0 for a, b in zip(self.first, self.last, strict=True))
-        way = depth / 2.0 + out
-        return x + way * self.opens[0], y + way * self.opens[1]
+        distance = depth / 2.0 + out
+        return x + distance * self.opens[0], y + distance * self.opens[1]
 
-    def _zone(self, block: float, out: float, deep: float, wide: float) -> Box:
-        """A box across the axis of the bay, its middle `out` [m] beyond the mouth."""
+    def _zone(self, block: float, out: float, depth: float, width: float) -> Box:
+        """A box of a depth and width [m] on the axis of the bay, its middle `out` [m] beyond the mouth."""
         x, y = self._on_axis(block, out)
-        size = (deep, wide, _ZONE_HEIGHT) if self.opens[0] else (wide, deep, _ZONE_HEIGHT)
+        size = (depth, width, _ZONE_HEIGHT) if self.opens[0] else (width, depth, _ZONE_HEIGHT)
         return Box(center=(x, y, _ZONE_CENTER), size=size)
 
 

@@ -20,14 +20,14 @@ from vrx_mj.errors import VrxError
 FORMAT = 1
 """Version of the file."""
 _MOST_BYTES, _MOST_POLES = 20_000_000, 40
-"""What a file may hold; a step takes time with each pole."""
+"""Bytes and poles of a file, at most; each pole takes time in every step."""
 _FEWEST_ANGLES = 8
 _LARGEST = 1e12
-"""Bound of its numbers."""
-_FASTEST = 1e6
-"""Bound of the poles [1/s]."""
-_ODD = 1e-3
-"""How far the added mass at infinite frequency may be from symmetric, of its largest."""
+"""Largest number that a file may hold."""
+_LARGEST_POLE = 1e6
+"""Largest part of a pole [1/s]."""
+_ASYMMETRY = 1e-3
+"""Asymmetry that the added mass at infinite frequency may have, as a share of its largest entry."""
 
 _Number = Annotated[float, Field(ge=-_LARGEST, le=_LARGEST)]
 _Complex = tuple[_Number, _Number]
@@ -46,6 +46,7 @@ class Hydro(BaseModel):
     format: Annotated[
         int, demand(FORMAT.__eq__, f"must be {FORMAT}, got {{}}; `vrx-mj robot hydro --bem` writes such files")
     ]
+    """Version of the file."""
     program: str = ""
     """Program that computed it."""
     density: Annotated[float, Field(ge=1.0, le=1e5)]
@@ -67,7 +68,7 @@ class Hydro(BaseModel):
     residues: tuple[_ComplexMatrix, ...] = ()
     """(k, 6, 6) their residues, force i per memory of motion j."""
     fit_error: Annotated[float, Field(ge=0.0, le=_LARGEST)]
-    """Misfit of the poles, as a share."""
+    """Error of the poles over all frequencies, as a share."""
     diffraction: tuple[tuple[_ComplexRow, ...], ...] = ()
     """(n, m, 6) force without that of the undisturbed wave's pressure, for waves that travel toward even angles from
     the bow on, counter-clockwise; none if it is not known."""
@@ -92,15 +93,15 @@ class Hydro(BaseModel):
         yield from column_faults("frequencies", self.frequencies, "a frequency", " rad/s")
         added = np.array(self.added_mass_infinite)
         odd = np.abs(added - added.T)
-        if odd.max() > _ODD * np.abs(added).max():
+        if odd.max() > _ASYMMETRY * np.abs(added).max():
             i, j = np.unravel_index(odd.argmax(), odd.shape)
             yield ("added_mass_infinite",), f"must be symmetric: [{i}][{j}] and [{j}][{i}] differ by {odd.max():.3g}"
         for index, (real, imaginary) in enumerate(self.poles):
             pole, size = f"{real:g}{imaginary:+g}i", max(abs(real), abs(imaginary))
             if real >= 0.0:
                 yield ("poles", index), f"its real part has to be below 0, or the memory would grow, got {pole}"
-            elif size > _FASTEST:
-                yield ("poles", index), f"its parts must be at most {_FASTEST:g} 1/s in size, got {pole}"
+            elif size > _LARGEST_POLE:
+                yield ("poles", index), f"its parts must be at most {_LARGEST_POLE:g} 1/s in size, got {pole}"
 
 
 def read_hydro(path: str, folder: Path | None) -> Hydro:

@@ -174,7 +174,7 @@ class _Partial(Config):
             field.default = None
 
     @property
-    def given(self) -> dict[str, Any]:
+    def given_fields(self) -> dict[str, Any]:
         """The fields that it gives."""
         return {key: getattr(self, key) for key in self.model_fields_set}
 

@@ -22,7 +22,7 @@ _STEP = 0.1
 _SPEED, _TURN, _ANGLE = 0.5, 1.0, 0.1
 """What VRX's keys start with: power, turn, and the step of the angle [rad]."""
 _TENTH = 1.1, 0.9
-"""VRX's factors of more and less."""
+"""VRX's factors of 10 % more and 10 % less."""
 
 _TWISTS = {
     "i": (1, 0), ",": (-1, 0), "j": (0, 1), "l": (0, -1),
@@ -223,7 +223,7 @@ def drive(
 
 def _share(value: float) -> float:
     """A share within [-1, 1], rounded after adding tenths."""
-    return round(min(max(value, -1.0), 1.0), 6) + 0.0
+    return round(_within(value, 1.0), 6)
 
 
 _ACROSS = 0.2

@@ -71,7 +71,7 @@ def _build(order: Order, config: RobotConfig) -> Boat:
     except ConfigError as error:
         raise with_places(error, robot_section(order.robot, order.folder)) from None
     hull = config.hull if order.profile == MARINE else None
-    boat, derived = _in_water(boat, {**config.hydrodynamics.given, **profile.hydrodynamics.given}, hull)
+    boat, derived = _in_water(boat, {**config.hydrodynamics.given_fields, **profile.hydrodynamics.given_fields}, hull)
     sensors = _select_sensors(_with_shooters(boat, profile), wanted, config)
     remarks = (*boat.warnings, *derived, _sensors_note(boat, order, config))
     boat = replace(boat, contact=profile.contact or config.contact, sensors=sensors, description=text)
@@ -123,7 +123,7 @@ def _names_for_ros(boat: Boat) -> list[str]:
 
 def _drive(order: Order, profile: ProfileEntry) -> dict[str, object]:
     """Fields of all thrusters that follow from the profile: VRX 3's take newtons, which hold until the next command."""
-    return {} if order.profile != NEWER else {"mapping": "newtons", "timeout": 0.0, **profile.thrusters.given}
+    return {} if order.profile != NEWER else {"mapping": "newtons", "timeout": 0.0, **profile.thrusters.given_fields}
 
 
 def _with_shooters(boat: Boat, profile: ProfileEntry) -> Boat:
