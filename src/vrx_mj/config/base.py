@@ -15,7 +15,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from vrx_mj.config.tree import Section
-from vrx_mj.config.wording import one_of, shown, unknown_key
+from vrx_mj.config.wording import literal, one_of, unknown_key
 
 Fault = tuple[tuple[str | int, ...], str | PydanticCustomError]
 """What is wrong with something inside the value at hand: its path from here, and the message or the error."""
@@ -59,7 +59,7 @@ def exclusive(thing: "Config", *keys: str, required: bool = False) -> Iterator[F
         yield (keys[0],), f"required, unless {one_of(keys[1:])} is given"
 
 
-def repeated(**groups: Iterable[Any]) -> list[Fault]:
+def duplicate_names(**groups: Iterable[Any]) -> list[Fault]:
     """Names that are given more than once, as faults at the later ones."""
     seen = Counter[str | None]()
     found: list[Fault] = []
@@ -90,7 +90,7 @@ class Only(NamedTuple):
         allowed = self.allows(selected)
         if allowed is (value is not None) or (allowed and not self.required):
             return None
-        chosen, *known = (shown(each).strip("'") for each in (selected, *self.values))
+        chosen, *known = (literal(each).strip("'") for each in (selected, *self.values))
         if allowed:
             return fault(f"required for `{self.selector}: {chosen}`")
         said = f"without `{self.selector}`" if selected is None else f"for `{self.selector}: {chosen}`"

@@ -10,7 +10,7 @@ from vrx_mj.config.hydro import read_hydro
 from vrx_mj.config.loading import loads
 from vrx_mj.config.shapes import Shape
 from vrx_mj.config.values import MAX_NUMBER, Coordinate, NonNegative, NotEmpty, Number, Positive, Switch, Vec3, numbers
-from vrx_mj.config.wording import shown
+from vrx_mj.config.wording import literal
 
 Six = Annotated[tuple[NonNegative, NonNegative, NonNegative, NonNegative, NonNegative, NonNegative],
                 numbers("surge sway heave roll pitch yaw")]  # fmt: skip
@@ -145,7 +145,7 @@ _OfMatrix = Only("hydrostatics", ("matrix",))
 def _six_rows(value: object) -> object:
     """Six numbers as the matrix that has them on its diagonal; six rows as they are."""
     if not isinstance(value, (list, tuple)) or len(value) != 6:
-        got = f"{len(value)}" if isinstance(value, (list, tuple)) else shown(value)
+        got = f"{len(value)}" if isinstance(value, (list, tuple)) else literal(value)
         raise fault(f"expected six rows of six numbers, or the six of the diagonal, got {got}")
     if any(isinstance(row, (list, tuple)) for row in value):
         return value
@@ -182,7 +182,7 @@ def _along(value: object) -> object:
     if isinstance(value, (list, tuple)):
         return value
     if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise fault(f"expected a number, or a list of those from stern to bow, got {shown(value)}")
+        raise fault(f"expected a number, or a list of those from stern to bow, got {literal(value)}")
     return (value,)
 
 

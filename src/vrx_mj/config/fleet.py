@@ -16,7 +16,7 @@ from vrx_mj.config.loading import joining, loads, problem_at
 from vrx_mj.config.profiles import CLASSIC
 from vrx_mj.config.readers import function_of
 from vrx_mj.config.robots import Arguments, load_robot
-from vrx_mj.config.search import contained, is_path
+from vrx_mj.config.search import contained_file, is_path
 from vrx_mj.config.tree import Loc
 from vrx_mj.config.values import MAX_COORDINATE, Cartesian, Color, Coordinate, Name, Number, Pose, by_type, demand
 from vrx_mj.config.world import Sensors, SpawnConfig, WorldConfig, check_thrusters
@@ -70,7 +70,7 @@ def _read_parts(kind: str, text: str, near: Path | None) -> None:
     if kind == "components" or is_path(text):  # else it is the name of a layout
         read = function_of("parts", text)
         assert read is not None, "any file may have parts"
-        read(contained(text, near), kind)
+        read(contained_file(text, near), kind)
 
 
 class _Built(InFolder):
@@ -128,8 +128,8 @@ class BoatConfig(BoatEntry):
     def order(self) -> Order:
         """How the boat is built; boats of equal orders are alike."""
         layout = self.thrusters if self.thrusters and not is_path(self.thrusters) else None
-        file = contained(self.thrusters, self.thrusters_folder) if self.thrusters and layout is None else None
-        parts = contained(self.components, self.components_folder) if self.components else None
+        file = contained_file(self.thrusters, self.thrusters_folder) if self.thrusters and layout is None else None
+        parts = contained_file(self.components, self.components_folder) if self.components else None
         return Order(self.robot, self.folder, layout, file, parts, self.sensors, tuple(sorted(self.arguments.items())))
 
     @property
@@ -186,13 +186,13 @@ class FleetConfig(Layout, _Built, FromFile):
         """Whether this has no boats of its own: then there is one, `wamv`, at the world's spawn pose."""
         return not (self.positions or self.boats or self.layout) and self.usv_count is None
 
-    def located(self, world: WorldConfig) -> list[tuple[BoatConfig, Slot]]:
+    def boats_in(self, world: WorldConfig) -> list[tuple[BoatConfig, Slot]]:
         """Every boat of the fleet in a world, posed in world coordinates."""
         if self.is_empty:
             found = [Slot("wamv", world.spawn.pose)]
         else:
             frame = self.frame(world)
-            found = [slot._replace(pose=_moved(slot.pose, frame)) for slot in _slots(self, world.seed)]
+            found = [slot._replace(pose=_pose_in_world(slot.pose, frame)) for slot in _slots(self, world.seed)]
         far = [problem_at(self.section, slot.where, text) for slot in found if (text := _too_far(slot))]
         if far:
             raise ConfigError(far)
@@ -206,7 +206,7 @@ class FleetConfig(Layout, _Built, FromFile):
         return (x, y, yaw) if self.origin == "spawn" else (0.0, 0.0, 0.0)
 
 
-def _moved(pose: Pose, frame: tuple[float, float, float]) -> Pose:
+def _pose_in_world(pose: Pose, frame: tuple[float, float, float]) -> Pose:
     """A pose in the world from one in the frame, which is level: roll and pitch stay."""
     x, y, z, roll, pitch, yaw = pose
     x0, y0, turn = frame
@@ -283,7 +283,7 @@ def _slots(fleet: FleetConfig, seed: int) -> list[Slot]:
     """Numbered boats with what `boats` changes about them, then the boats that it adds; `seed` is the world's."""
     found = [
         Slot(f"wamv{i + 1}", pose, where=("positions", i) if i < len(fleet.positions) else ())
-        for i, pose in enumerate(_numbered(fleet, seed))
+        for i, pose in enumerate(_numbered_poses(fleet, seed))
     ]
     count = len(found)
     for index, entry in enumerate(fleet.boats):
@@ -297,7 +297,7 @@ def _slots(fleet: FleetConfig, seed: int) -> list[Slot]:
     return found
 
 
-def _numbered(fleet: FleetConfig, seed: int) -> list[Pose]:
+def _numbered_poses(fleet: FleetConfig, seed: int) -> list[Pose]:
     """Poses of the numbered boats in the fleet's frame: their positions, and the layout's for those without one."""
     given = [position.pose_in(fleet.headings) for position in fleet.positions]
     count = _count(fleet)

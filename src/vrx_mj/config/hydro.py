@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from vrx_mj.config.base import Fault, column_faults, faults
 from vrx_mj.config.loading import fault_text
-from vrx_mj.config.search import ReadingError, contained, read_limited
+from vrx_mj.config.search import ReadingError, contained_file, read_limited
 from vrx_mj.config.values import demand
 from vrx_mj.errors import VrxError
 
@@ -111,7 +111,7 @@ def read_hydro(path: str, folder: Path | None) -> Hydro:
         VrxError: it cannot be read, lacks something, or would let a boat gain energy.
     """
     try:
-        return Hydro.model_validate_json(read_limited(contained(path, folder), _MOST_BYTES))
+        return Hydro.model_validate_json(read_limited(contained_file(path, folder), _MOST_BYTES))
     except (ReadingError, ValidationError) as error:
         reason = fault_text(error) if isinstance(error, ValidationError) else error
         raise VrxError(f"hydro '{path}': {reason}") from None

@@ -14,10 +14,10 @@ from pydantic import Field
 from vrx_mj.config.base import Config, Fault, InFolder, column_faults
 from vrx_mj.config.dynamics import Row
 from vrx_mj.config.kinds import wrong_kind
-from vrx_mj.config.loading import Loading, read_file, validated
+from vrx_mj.config.loading import Loading, read_file, validate
 from vrx_mj.config.search import ReadingError, display, read_limited
 from vrx_mj.config.values import NonNegative, Number, Pose, Positive, Seed
-from vrx_mj.config.wording import choice, shown
+from vrx_mj.config.wording import choice, literal
 from vrx_mj.errors import ConfigError, VrxError, shortened
 
 SIGNALS: dict[str, str] = {
@@ -90,7 +90,7 @@ def read_case(path: Path) -> MeasuredCaseConfig:
     """
     if other := wrong_kind(path, "a case"):
         raise ConfigError.of(display(path), other)
-    return validated(MeasuredCaseConfig, read_file("cases", path), Loading())
+    return validate(MeasuredCaseConfig, read_file("cases", path), Loading())
 
 
 class Measurements(NamedTuple):
@@ -156,4 +156,4 @@ def _value(place: str, column: str, word: str) -> float:
     with contextlib.suppress(ValueError):
         if abs(value := float(word)) < _LARGEST:
             return value
-    raise VrxError(f"{place}: {column} needs a number, got {shown(word.strip())}")
+    raise VrxError(f"{place}: {column} needs a number, got {literal(word.strip())}")

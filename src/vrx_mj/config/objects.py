@@ -11,11 +11,11 @@ from typing import Annotated, Literal
 from pydantic import Field, field_validator
 from pydantic_core.core_schema import ValidationInfo
 
-from vrx_mj.config.base import Config, Fault, InFolder, Only, exclusive, repeated
+from vrx_mj.config.base import Config, Fault, InFolder, Only, duplicate_names, exclusive
 from vrx_mj.config.bays import LightConfig, Symbol
 from vrx_mj.config.docks import DockPlacement, Placed, berths
 from vrx_mj.config.joints import MOST_LINKS, JointConfig, LinkConfig, tree_faults
-from vrx_mj.config.loading import Loading, document, loads, referenced, validated
+from vrx_mj.config.loading import Loading, document, loads, referenced_file, validate
 from vrx_mj.config.search import display, kind_name
 from vrx_mj.config.shapes import BuoyancyConfig, Shape, Visual
 from vrx_mj.config.values import Inertia, Name, NonNegative, NotEmpty, Number, Point, Pose, Positive, Seed, Switch, Vec3
@@ -133,7 +133,7 @@ class Placement(Placed):
         whole = info.context
         if isinstance(whole, Loading):
             folder = info.data.get("folder")
-            whole.check(lambda: _count(referenced("objects", value, folder), whole))
+            whole.check(lambda: _count(referenced_file("objects", value, folder), whole))
         return value
 
     def _faults(self) -> Iterator[Fault]:
@@ -191,10 +191,10 @@ class ObjectConfig(InFolder):
     def _faults(self) -> list[Fault]:
         found = {"composite": _composite, "static": lambda _: [], "floating": _floating}[self.kind](self) + _unlit(self)
         if self.kind != "composite":
-            found += repeated(links=self.links) + repeated(joints=self.joints)
+            found += duplicate_names(links=self.links) + duplicate_names(joints=self.joints)
             ends = [(joint.name, joint.parent, joint.child) for joint in self.joints]
             found += tree_faults(self.link, [link.name for link in self.links], ends)
-        return found or repeated(objects=self.objects, docks=self.docks)
+        return found or duplicate_names(objects=self.objects, docks=self.docks)
 
 
 def _composite(thing: ObjectConfig) -> list[Fault]:
@@ -218,9 +218,9 @@ def _unlit(thing: ObjectConfig) -> list[Fault]:
 
 def load_object(name: str, near: Path | None = None) -> ObjectConfig:
     """The object model of a name, or of a path relative to the folder `near`."""
-    file = referenced("objects", name, near)
+    file = referenced_file("objects", name, near)
     section, _ = document("objects", file)
-    return validated(ObjectConfig, section, Loading((file.resolve(),)))
+    return validate(ObjectConfig, section, Loading((file.resolve(),)))
 
 
 def _misfits(item: Placement, model: ObjectConfig) -> Iterator[Fault]:
@@ -253,7 +253,7 @@ def _count(file: Path, whole: Loading) -> None:
     if key not in whole.counts:
         whole.counts[key] = 1
         part = Loading((*whole.chain, key), whole.counts)
-        _warn_if_it_sinks(validated(ObjectConfig, document("objects", file)[0], part), file)
+        _warn_if_it_sinks(validate(ObjectConfig, document("objects", file)[0], part), file)
         whole.counts[key] = max(part.count, 1)
     before, whole.count = whole.count, whole.count + whole.counts[key]
     if before <= MOST_OBJECTS < whole.count:

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any, Literal
 
-from vrx_mj.config.tree import Section, merged, of_python
+from vrx_mj.config.tree import Section, merge, of_python
 from vrx_mj.constants import STANDARD_GRAVITY
 
 Profile = Literal["vrx", "vrx3", "marine"]
@@ -28,4 +28,4 @@ def on_its_profile(world: Section) -> Section:
     profile = physics.get("profile", DEFAULT) if isinstance(physics, Mapping) else DEFAULT
     own = _DEFAULTS.get(profile, {}) if isinstance(profile, str) else {}
     given = {key: value for key, value in world.items() if value is not None or key not in own}
-    return merged(of_python(own, world.place.file), world.holding(given))
+    return merge(of_python(own, world.place.file), world.holding(given))

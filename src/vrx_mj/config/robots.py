@@ -19,14 +19,14 @@ from vrx_mj.config.dynamics import (
     ServoConfig,
     ThrusterConfig,
 )
-from vrx_mj.config.loading import Loading, loads, read_source, referenced, validated
+from vrx_mj.config.loading import Loading, loads, read_source, referenced_file, validate
 from vrx_mj.config.profiles import NEWER
-from vrx_mj.config.search import WORLD_SUFFIXES, contained
+from vrx_mj.config.search import WORLD_SUFFIXES, contained_file
 from vrx_mj.config.sensors import SensorConfig
-from vrx_mj.config.tree import File, Section, merged, of_python
+from vrx_mj.config.tree import File, Section, merge, of_python
 from vrx_mj.config.values import MAX_NUMBER, Name, NonNegative, Number, Positive, Share, Switch, Vec3, demand, numbers
 from vrx_mj.config.wind import WindageConfig
-from vrx_mj.config.wording import shown
+from vrx_mj.config.wording import literal
 from vrx_mj.errors import UnknownNameError, VrxError
 
 _DESCRIPTIONS = (".urdf.xacro", *WORLD_SUFFIXES, ".xacro", ".urdf")
@@ -41,7 +41,7 @@ def _scalars(value: object) -> object:
         return value
     odd = [key for key, item in value.items() if not isinstance(item, str | int | float | bool)]
     if odd:
-        raise faults(((odd[0],), f"expected a number, text, true or false, got {shown(value[odd[0]])}"))
+        raise faults(((odd[0],), f"expected a number, text, true or false, got {literal(value[odd[0]])}"))
     return {key: str(item).lower() if isinstance(item, bool) else str(item) for key, item in value.items()}
 
 
@@ -222,7 +222,7 @@ def _file_part(path: str) -> str:
 _Description = Annotated[
     str,
     demand(lambda urdf: _file_part(urdf).lower().endswith(_DESCRIPTIONS), "expected a .urdf, .xacro or .sdf, got {}"),
-    loads(lambda urdf, near: contained(_file_part(urdf), near), "urdf_folder"),
+    loads(lambda urdf, near: contained_file(_file_part(urdf), near), "urdf_folder"),
 ]
 
 
@@ -308,7 +308,7 @@ class RobotConfig(InFolder):
         """The URDF, xacro or SDF, or `FILE#NAME`."""
         assert self.folder is not None, "a robot comes from a file"
         path, mark, name = self.urdf.partition("#")
-        return Path(f"{contained(path, self.urdf_folder or self.folder)}{mark}{name}")
+        return Path(f"{contained_file(path, self.urdf_folder or self.folder)}{mark}{name}")
 
     @property
     def is_sdf(self) -> bool:
@@ -318,17 +318,17 @@ class RobotConfig(InFolder):
 
 def load_robot(name: str, near: Path | None = None) -> RobotConfig:
     """The kind of boat of a name, or of a path relative to the folder `near`."""
-    return validated(RobotConfig, robot_section(name, near), Loading())
+    return validate(RobotConfig, robot_section(name, near), Loading())
 
 
 def robot_section(name: str, near: Path | None = None) -> Section:
     """The content of a robot's YAML, with places; of a URDF, xacro or SDF without one its name alone."""
-    file = referenced("robots", name, near).absolute()
+    file = referenced_file("robots", name, near).absolute()
     if not _file_part(file.name).lower().endswith(_DESCRIPTIONS):
         return read_source("robots", file)
     beside = _beside(file)
     own = of_python({"urdf": file.name}, File(f"{YAML_OF} {file.name}", file.parent))
-    return merged(own, read_source("robots", beside)) if beside else own
+    return merge(own, read_source("robots", beside)) if beside else own
 
 
 def _beside(file: Path) -> Path | None:

@@ -7,7 +7,7 @@ from pydantic import BeforeValidator, Field, Tag
 
 from vrx_mj.config.base import Config, Fault, Only
 from vrx_mj.config.shapes import Size
-from vrx_mj.config.values import Cartesian, Color, NonNegative, Number, Share, Switch, by_type, demand, switched
+from vrx_mj.config.values import Cartesian, Color, NonNegative, Number, Share, Switch, as_switch, by_type, demand
 
 
 class MarkersConfig(Config):
@@ -84,7 +84,7 @@ class FogConfig(Config):
 _Sky = Annotated[
     Annotated[bool, Tag("switch")] | Annotated[SkyConfig, Tag("sky")],
     by_type("true, false, or keys and values", switch=bool, sky=(Mapping, SkyConfig)),
-    BeforeValidator(switched),
+    BeforeValidator(as_switch),
 ]
 
 

@@ -240,7 +240,7 @@ def _listed_in(variable: str) -> tuple[Path, ...]:
 
 
 @lru_cache(maxsize=8)
-def _crawled(entries: tuple[Path, ...]) -> tuple[Path, ...]:
+def _package_folders(entries: tuple[Path, ...]) -> tuple[Path, ...]:
     """Each entry that is absolute, and each folder below it that holds packages."""
     found: dict[Path, None] = {}
     left = [_MOST_FOLDERS]
@@ -288,7 +288,7 @@ ALLOW = f"add its folder by --allow FOLDER or {OWN_PATH}"
 def package_paths() -> tuple[Path, ...]:
     """Folders in which a robot's files look for packages, besides their own: VRX_MJ_PACKAGE_PATH's, then ROS's."""
     shared = (path / "share" for path in _listed_in(_NEWER) if path.is_absolute())
-    return (*_listed_in(PACKAGE_PATH), *_crawled(_listed_in(_CLASSIC)), *filter(Path.is_dir, shared))
+    return (*_listed_in(PACKAGE_PATH), *_package_folders(_listed_in(_CLASSIC)), *filter(Path.is_dir, shared))
 
 
 def kind_name(model: str) -> str:
@@ -335,7 +335,7 @@ def catalogue(kind: str, near: Path | None = None) -> dict[str, Path]:
     found: dict[str, Path] = {}
     for folder in _folders(near):
         for place in (folder / kind, folder / "assets" / kind):
-            for name, file in _listed(kind, place):
+            for name, file in _names_and_files(kind, place):
                 found.setdefault(name, file)
     return dict(sorted(found.items()))
 
@@ -348,7 +348,7 @@ def find_terrain(name: str, near: Path | None = None) -> Path:
     return known[name]
 
 
-def contained(text: str, folder: Path | None) -> Path:
+def contained_file(text: str, folder: Path | None) -> Path:
     """The file at a path, which may not lead out of `folder` and the allowed ones, not even through a link.
 
     Without a folder it is what the caller wrote in Python: any path, from the current folder on.
@@ -412,7 +412,7 @@ def _suffixes(kind: str) -> tuple[str, ...]:
     return {"docks": (".txt",), _TERRAIN: (".*",)}.get(kind, (".yaml", ".yml"))
 
 
-def _listed(kind: str, place: Path) -> Iterator[tuple[str, Path]]:
+def _names_and_files(kind: str, place: Path) -> Iterator[tuple[str, Path]]:
     """Names and files below a folder; a robot's may be a folder with a `robot.yaml`."""
     for folder, _, names in os.walk(place):
         inside = Path(folder).relative_to(place).as_posix()

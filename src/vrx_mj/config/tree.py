@@ -112,7 +112,7 @@ def of_python(value: object, file: File, levels: int = DEEPEST) -> Any:
     return str(value) if isinstance(value, Path) else value
 
 
-def merged(base: Section, over: Section, appended: Sequence[str] = _APPENDED) -> Section:
+def merge(base: Section, over: Section, appended: Sequence[str] = _APPENDED) -> Section:
     """`over` on top of `base`: mappings key by key, `appended` lists added, anything else replaced.
 
     A task of another type replaces that of the base; keys of a base about its robot do not hold for another one.
@@ -125,7 +125,7 @@ def merged(base: Section, over: Section, appended: Sequence[str] = _APPENDED) ->
         old, new = base[key], over[key]
         if isinstance(old, Section) and isinstance(new, Section):
             other = key in _REPLACED and new.get("type", old.get("type")) != old.get("type")
-            values[key] = new if other else merged(old, new, ())
+            values[key] = new if other else merge(old, new, ())
         elif key in appended and new is None:
             values[key] = old
         elif key in appended and isinstance(old, Items) and isinstance(new, Items):

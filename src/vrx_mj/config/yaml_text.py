@@ -21,7 +21,7 @@ from yaml.nodes import MappingNode, Node, ScalarNode
 
 from vrx_mj.config.search import ReadingError, display, read_limited
 from vrx_mj.config.tree import DEEPEST, Entry, File, Items, Loc, Place, Section, key_path
-from vrx_mj.config.wording import PYYAML, shown
+from vrx_mj.config.wording import PYYAML, literal
 from vrx_mj.errors import ConfigError, Problem
 
 _PLAIN = {
@@ -159,28 +159,28 @@ class Repeat(NamedTuple):
 
 def parse(file: File) -> Section:
     """The one mapping that a YAML file holds."""
-    return _parsed(file, _Builder(file))
+    return _parse(file, _Builder(file))
 
 
 def parse_loosely(file: File) -> tuple[Section, list[Repeat]]:
     """As `parse`, but as Python programs read YAML: numbers may be keys, and of equal keys the last one counts."""
     builder = _Builder(file, loose=True)
-    return _parsed(file, builder), builder.repeats
+    return _parse(file, builder), builder.repeats
 
 
-def _parsed(file: File, builder: "_Builder") -> Section:
+def _parse(file: File, builder: "_Builder") -> Section:
     _refuse_odd(find_lookalikes(file.lines, file.name))
     if next(filter(str.strip, file.lines), "").lstrip().startswith("<"):
         raise ConfigError.of(file.name, "XML; expected YAML, keys and values", line=1, column=1)
     try:
-        node = _composed("\n".join(file.lines))
+        node = _compose("\n".join(file.lines))
     except yaml.MarkedYAMLError as error:
-        raise ConfigError([_worded(file, error)]) from None
+        raise ConfigError([_problem_of(file, error)]) from None
     if node is None:
         raise ConfigError.of(file.name, "empty; expected keys and values", line=1, column=1)
     tree = builder.value(node, ())
     if not isinstance(tree, Section):
-        builder.problem(node, (), f"expected keys and values, got {shown(tree)}")
+        builder.problem(node, (), f"expected keys and values, got {literal(tree)}")
     if builder.problems or not isinstance(tree, Section):
         raise ConfigError(builder.problems)
     return tree
@@ -217,7 +217,7 @@ class _Composer(Composer):
 
 
 class _PythonComposer(_Composer, yaml.SafeLoader):
-    """Composes what PyYAML's own parser reads, whose errors `_worded` knows."""
+    """Composes what PyYAML's own parser reads, whose errors `_problem_of` knows."""
 
 
 if yaml.__with_libyaml__:
@@ -240,7 +240,7 @@ _DISPUTED = re.compile(r"[?%\t\ufeff]|[|>][-+0-9]*#")
 """What libyaml accepts and PyYAML refuses: some '?', tabs, and comments and directives without a space."""
 
 
-def _composed(text: str) -> Node | None:
+def _compose(text: str) -> Node | None:
     """The nodes of a text, which are the same from both parsers wherever libyaml is asked and does not refuse it."""
     if yaml.__with_libyaml__ and not _DISPUTED.search(text):
         with contextlib.suppress(yaml.YAMLError):
@@ -335,7 +335,7 @@ def _scalar(node: ScalarNode) -> object:
     return int(text) if _INT.fullmatch(text) and len(text) <= 300 else float(text)  # a longer one is infinite
 
 
-def _worded(file: File, error: yaml.MarkedYAMLError) -> Problem:
+def _problem_of(file: File, error: yaml.MarkedYAMLError) -> Problem:
     """PyYAML's error in our words, placed where the cause is rather than where it gave up."""
     problem, mark = str(error.problem), error.problem_mark
     if problem.startswith(_AT_THE_START) and error.context_mark:
