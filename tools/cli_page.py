@@ -42,9 +42,9 @@ def page() -> str:
 def section(words: str, command: Any, level: str) -> Iterator[str]:
     """The section of a command, and those of its subcommands."""
     yield f"{level} {words}"
-    yield from map(cell, description(command))
-    if example(command) is not None:
-        yield f"```bash\n{example(command)}\n```"
+    yield from map(cell, description(command.help))
+    if example(command.help) is not None:
+        yield f"```bash\n{example(command.help)}\n```"
     rows = [row(parameter) for parameter in command.params if not getattr(parameter, "hidden", False)]
     if rows:
         yield table(("argument or option", "type", "default", "meaning"), rows)

@@ -6,7 +6,7 @@ Beside it are the figures that a published guide to fleets in VRX gives for Gaze
 import math
 import statistics
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from vrx_mj.cli.bench import DT, SEA, fleet, fresh_process, sailing
@@ -104,7 +104,7 @@ def processor_share(advance: _Advance, seconds: float) -> float:
     return (time.process_time() - spent) / (calls * _CALL)
 
 
-def print_fleet_table(rows: Sequence[Mapping[str, Any]]) -> None:
+def print_fleet_table(rows: Sequence[_Row]) -> None:
     """The rows as a table, and what is missing where a fleet is several worlds."""
     heads = ("boats", "CPU", "memory", "real time", "guide: CPU", "guide: memory")
     texts = [
@@ -118,7 +118,7 @@ def print_fleet_table(rows: Sequence[Mapping[str, Any]]) -> None:
         show(line, result=True)
 
 
-def remarks(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+def remarks(rows: Sequence[_Row]) -> list[str]:
     """What the figures do not show: which fleets are several worlds, and which are too many for one core, and why."""
     slow = [row for row in rows if row["real_time_factor"] < 1.0]
     return [MISSING] * any(row["worlds"] > 1 for row in rows) + [

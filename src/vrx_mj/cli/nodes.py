@@ -154,9 +154,11 @@ def _options(given: dict[str, str]) -> Words:
 
 def _own(words: Sequence[str]) -> Words:
     """What is for `vrx-mj serve` among words for the command line of gzserver; a line says what is left out."""
+    from typer.core import TyperOption
+
     from vrx_mj.cli.program import load_command
 
-    options = [one for one in load_command("serve").params if one.param_type_name == "option"]
+    options = [one for one in load_command("serve").params if isinstance(one, TyperOption)]
     taken = {name: 1 + (not one.is_flag) for one in options for name in one.opts}
     found: Words = []
     lost: Words = []

@@ -18,7 +18,7 @@ from functools import cache
 from itertools import groupby
 from pathlib import Path
 from pkgutil import resolve_name
-from typing import Annotated, Any, Literal, NamedTuple, get_args, get_origin
+from typing import Annotated, Any, Literal, NamedTuple, cast, get_args, get_origin
 
 import typer
 from typer.core import TyperCommand, TyperGroup
@@ -35,16 +35,16 @@ _EXAMPLE = "Example: "
 _HEADING = re.compile(r"^\S.*:$", re.MULTILINE)
 
 
-def description(command: Any) -> list[str]:
+def description(text: str | None) -> list[str]:
     """The paragraphs of a command's help, each in one line, without its example."""
-    text = inspect.cleandoc(command.help or "")
+    text = inspect.cleandoc(text or "")
     paragraphs = (" ".join(paragraph.split()) for paragraph in text.split("\n\n"))
     return [paragraph for paragraph in paragraphs if not paragraph.startswith(_EXAMPLE)]
 
 
-def example(command: Any) -> str | None:
+def example(text: str | None) -> str | None:
     """The example in a command's help; None without one."""
-    lines = (line.strip() for line in (command.help or "").splitlines())
+    lines = (line.strip() for line in (text or "").splitlines())
     return next((line.removeprefix(_EXAMPLE) for line in lines if line.startswith(_EXAMPLE)), None)
 
 
@@ -97,6 +97,8 @@ class Conversion:
 class _Light:
     """What a command and a group have in common."""
 
+    help: str | None
+
     def get_params(self, ctx: object) -> list[Any]:
         """The parameters, `--help` too, with our own conversion."""
         parameters: list[Any] = super().get_params(ctx)  # type: ignore[misc]
@@ -120,11 +122,11 @@ class _Light:
 
     def format_help_text(self, ctx: Any, formatter: Any) -> None:
         """Write what the command does, then its example, which is not wrapped: it can be copied."""
-        for paragraph in description(self):
+        for paragraph in description(self.help):
             formatter.write_paragraph()
             with formatter.indentation():
                 formatter.write_text(paragraph)
-        shown = example(self)
+        shown = example(self.help)
         if shown is not None:
             with formatter.section("Example"):
                 formatter.write(f"{'':{formatter.current_indent}}{shown}\n")
@@ -147,9 +149,7 @@ class Group(_Light, TyperGroup):
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write a line for each subcommand."""
         with formatter.section("Commands"):
-            formatter.write_dl(
-                [(name, description(self.get_command(ctx, name))[0]) for name in self.list_commands(ctx)]
-            )
+            formatter.write_dl([(name, description(one.help)[0]) for name, one in self.commands.items()])
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """The command that the arguments begin with.
@@ -247,7 +247,7 @@ _CTRL_C = 130
 
 
 @cache
-def load_command(name: str) -> Any:
+def load_command(name: str) -> Command | Group:
     """The click command of a name, from its module."""
     entry = COMMANDS[name]
     found = resolve_name(f"vrx_mj.cli.{entry.home}")
@@ -258,7 +258,7 @@ def load_command(name: str) -> Any:
         owner.add_typer(found, name=name, cls=Group, help=entry.summary, no_args_is_help=True)
     else:
         owner.command(name, cls=Command)(found)
-    return typer.main.get_group(owner).commands[name]
+    return cast(Command | Group, typer.main.get_group(owner).commands[name])
 
 
 class Program(Group):
@@ -268,7 +268,7 @@ class Program(Group):
         """The names, in the order of the help."""
         return list(COMMANDS)
 
-    def get_command(self, _ctx: object, cmd_name: str) -> Any:
+    def get_command(self, _ctx: object, cmd_name: str) -> Command | Group | None:
         """A command; None where the name is unknown."""
         return load_command(cmd_name) if cmd_name in COMMANDS else None
 
@@ -379,7 +379,7 @@ def usage_message(error: Any) -> str:
         known = [name for each in ctx.command.get_params(ctx) for name in each.opts if name.startswith("--")]
         return str(UnknownNameError(f"option of {path}", error.option_name, sorted(known)))
     if hasattr(error, "param_type") and error.param is not None:  # something is missing
-        shown = example(ctx.command)
+        shown = example(ctx.command.help)
         name = (
             error.param.opts[0]
             if error.param.param_type_name == "option"

@@ -152,7 +152,11 @@ def _compile_and_serve(
     logging.getLogger("vrx_mj").addHandler(_Log())
     sim = Simulation(compile_())
     with ExitStack() as closing:
-        autopilots = None if ardupilot is None else closing.enter_context(_ardupilot(sim, ardupilot, wanted))
+        autopilots = (
+            None
+            if ardupilot is None
+            else closing.enter_context(_ardupilot(sim, ardupilot, wanted["host"], wanted["rate"]))
+        )
         closing.enter_context(recording(sim, record, ()))
         if wires:
             if nmea is not None:
@@ -167,11 +171,11 @@ def _compile_and_serve(
                 )
 
 
-def _ardupilot(sim: "Simulation", ports: str, wanted: dict[str, Any]) -> "ArduPilot":
+def _ardupilot(sim: "Simulation", ports: str, host: str, rate: float | None) -> "ArduPilot":
     """What listens for autopilots; shows how to start them."""
     from vrx_mj.autopilot import ArduPilot, ports_of
 
-    autopilots = ArduPilot(sim, ports_of(sim, ports), host=wanted["host"], rate=wanted["rate"], report=_log_line)
+    autopilots = ArduPilot(sim, ports_of(sim, ports), host=host, rate=rate, report=_log_line)
     for line in autopilots.described():
         _log_line("INFO", line)
     return autopilots

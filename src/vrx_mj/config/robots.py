@@ -6,7 +6,7 @@ whose YAML, if it has one, is called as itself: `my_boat.yaml` goes with `my_boa
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field
 
@@ -174,7 +174,7 @@ class _Partial(Config):
             field.default = None
 
     @property
-    def given_fields(self) -> dict[str, Any]:
+    def given_fields(self) -> dict[str, object]:
         """The fields that it gives."""
         return {key: getattr(self, key) for key in self.model_fields_set}
 

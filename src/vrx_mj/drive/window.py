@@ -6,8 +6,8 @@ import contextlib
 import queue
 import threading
 import time
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
@@ -140,7 +140,7 @@ class Window:
         self._handle.opt.geomgroup[:] = self._groups
 
 
-def _flags_of_keys(names: Any, flags: Any) -> dict[int, int]:
+def _flags_of_keys(names: Sequence[tuple[str, str, str]], flags: Sequence[int]) -> dict[int, int]:
     """The flags that MuJoCo's viewer toggles with a key of ours, and their values now."""
     return {i: int(flags[i]) for i, (_, _, key) in enumerate(names) if key and key.lower() in OURS}
 

@@ -62,7 +62,7 @@ def test_every_command_is_in_one_group_of_the_help(cli):
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_the_summary_is_the_first_sentence_of_the_help(name):
-    assert description(load_command(name))[0].startswith(COMMANDS[name].summary)
+    assert description(load_command(name).help)[0].startswith(COMMANDS[name].summary)
 
 
 def test_the_versions_are_shown(cli):
