@@ -49,9 +49,9 @@ SEA: dict[str, Any] = {
 }
 """Open water with the sea of VRX's Sydney worlds and a gusty wind."""
 _OCEAN = {**SEA, "sea": {"model": "jonswap", "sea_state": 2, "spreading": 10}}
-"""The same with a sea of 60 waves."""
+"""Open water with a sea of 60 waves."""
 _MARINE = {**_OCEAN, "physics": {"profile": "marine"}, "current": {"speed": 0.3, "var_gain": 0.05}}
-"""The same in profile `marine`, with a current."""
+"""Open water in profile `marine`, with a sea of 60 waves and a current."""
 
 
 def fleet(count: int) -> Mapping[str, object]:
@@ -119,7 +119,7 @@ def _core_rows() -> Iterator[Row]:
 
 
 def batch_rows() -> list[Row]:
-    """Those about `vrx_mj.Batch`."""
+    """Rows about `vrx_mj.Batch`."""
     threads, processes = two_threads_and_two_processes()
     parts = {"boat steps/s, 2 threads": threads, "boat steps/s, 2 processes": processes}
     without = needs_extra("it", "Gymnasium", "rl")
@@ -212,7 +212,7 @@ def boats_in_real_time(count: int) -> float:
 
 
 def import_seconds() -> float:
-    """What `import vrx_mj` takes in a fresh interpreter."""
+    """Time of `import vrx_mj` in a fresh interpreter [s]."""
     code = "import time; t = time.perf_counter(); import vrx_mj; print(time.perf_counter() - t)"
     runs = [subprocess.run([sys.executable, "-c", code], capture_output=True, check=True) for _ in range(5)]
     return statistics.median(float(run.stdout) for run in runs)

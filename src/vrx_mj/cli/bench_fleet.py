@@ -1,4 +1,4 @@
-"""What fleets take of a machine: `vrx-mj bench --fleet-table`, each fleet in a fresh process, on one core.
+"""Cost of fleets: `vrx-mj bench --fleet-table`, each fleet in a fresh process, on one core.
 
 Beside it are the figures that a published guide to fleets in VRX gives for Gazebo and ROS.
 """
@@ -52,7 +52,7 @@ def in_worlds_of(boats: int) -> tuple[int, int]:
 
 
 def fleet_row(boats: int, *, paced: float = _PACED, free: float = _FREE) -> _Row:
-    """What a fleet takes: processor time at the pace of real time, memory, and how much faster it could go.
+    """Cost of a fleet: processor time at the pace of real time, memory, and how much faster it could go.
 
     Args:
         boats: how many; beyond 100 a multiple of 100.
@@ -119,7 +119,7 @@ def print_fleet_table(rows: Sequence[_Row]) -> None:
 
 
 def remarks(rows: Sequence[_Row]) -> list[str]:
-    """What the figures do not show: which fleets are several worlds, and which are too many for one core, and why."""
+    """Remarks on the figures: which fleets are several worlds, and which are too many for one core, and why."""
     slow = [row for row in rows if row["real_time_factor"] < 1.0]
     return [MISSING] * any(row["worlds"] > 1 for row in rows) + [
         f"{row['boats']:,} boats are too many for this core: a step of one takes "

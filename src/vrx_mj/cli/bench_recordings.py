@@ -1,4 +1,4 @@
-"""What recordings cost: `vrx-mj bench --recordings` runs the commands themselves, each in a fresh process.
+"""Cost of recordings: `vrx-mj bench --recordings` runs the commands themselves, each in a fresh process.
 
 Their order turns around from round to round. Beside each figure is its A/A row: by how much the figures of even and of
 odd rounds differ. Where that is wider than the margin to the budget there is no verdict.

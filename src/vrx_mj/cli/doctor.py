@@ -148,7 +148,7 @@ def package_row(
 
 
 def requirement(name: str) -> str:
-    """What we ask of a package, as in "mujoco>=4.0,<5"; its name alone where that is not known."""
+    """The requirement on a package, as in "mujoco>=4.0,<5"; its name alone where that is not known."""
     with contextlib.suppress(importlib.metadata.PackageNotFoundError):
         for line in importlib.metadata.requires("vrx-mj") or ():
             if re.match(rf"{re.escape(name)}(?![\w.-])", line):
@@ -168,7 +168,7 @@ def _numbers(version: str) -> tuple[int, ...]:
 
 
 def kernel_row(folder: Path | None, compiled: bool, refused: Sequence[str] = ()) -> Row:
-    """Where compiled physics is kept, and which folders are not safe enough for it."""
+    """The folder of compiled physics, and those that are not safe enough for it."""
     private = " ".join(f"{reason}: keep it to yourself (chmod go-w), or set VRX_MJ_CACHE." for reason in refused)
     found, advice = str(folder), ""
     if folder is None:
@@ -203,7 +203,7 @@ def display_row(environment: Mapping[str, str], system: str) -> Row:
 
 
 def drawing_rows(attempts: Mapping[str, "Attempt"], *, has_display: bool) -> Iterator[Row]:
-    """What drew a picture; cameras want one way of two."""
+    """The ways that drew a picture; cameras need one of two."""
     from vrx_mj.sensors.canvas import DEBIAN
 
     cameras = any(attempt.works for name, attempt in attempts.items() if name != "glfw")
@@ -269,7 +269,7 @@ def ardupilot_row(find: Callable[[str], str | None]) -> Row:
 
 
 def search_rows(environment: Mapping[str, str]) -> Iterator[Row]:
-    """Where files of the user's own are looked for."""
+    """Folders in which the user's own files are looked for."""
     for name in ("VRX_MJ_PATH", "VRX_MJ_PACKAGE_PATH"):
         text = environment.get(name, "")
         missing = [entry for entry in text.split(os.pathsep) if entry and not Path(entry).is_dir()]

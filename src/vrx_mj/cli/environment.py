@@ -13,7 +13,7 @@ PACKAGES = frozenset({
     "pydantic", "pynmea2", "ray", "rerun", "rerun_notebook", "rich", "rosbags", "scipy", "shapely", "trimesh", "typer",
     "websockets", "xacro", "yaml", "yourdfpy",
 })  # fmt: skip
-"""What we import, by the names of the modules."""
+"""Packages that the sources import, by the names of their modules."""
 EXTRAS = {
     "ros1": ("rosbags", "lz4"), "foxglove": ("rosbags", "foxglove"), "rosbridge": ("rosbags", "websockets", "cbor2"),
     "rl": ("gymnasium", "pettingzoo"), "ray": ("ray",), "notebook": ("ipykernel", "rerun_notebook"),

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from vrx_mj.mjcf.boats import AssembledThruster, Boat
 
 NEW_KINDS = {"world": "world.yaml", "fleet": "fleet.yaml", "dock": "dock.txt", "object": "object.yaml"}
-"""What `new` can make, and the start file it copies."""
+"""Kinds of files that `new` makes, and the start file of each."""
 NEW_ROBOT = ("robot.yaml", "thruster_config.yaml", "component_config.yaml")
 """The start files of a robot, which `new` puts in a folder."""
 
@@ -83,7 +83,7 @@ def command_lines(robot: str) -> Iterator[str]:
 
 
 def _thrusts(boat: "Boat") -> Iterator[str]:
-    """What each thruster takes; those that are alike share one text."""
+    """Commands of thrusters; those that are alike share one text."""
     pushing = [thruster for thruster in boat.thrusters if thruster.blade is None]
     for text, group in groupby(pushing, key=_thrust):
         yield f"{', '.join(thruster.name for thruster in group)} {text}"

@@ -28,7 +28,7 @@ _NAMES = (
 )
 """Names of engines by their number, from port to starboard."""
 _MOST_TRIANGLES = 1000
-"""To which a mesh is simplified: every step looks at all, and worlds divide long ones."""
+"""Triangles to which a mesh is simplified: every step looks at all, and worlds divide long ones."""
 _MOST_PIECES = 20
 """Parts of a mesh that have a file each, so that what is between hulls is free."""
 _AIR = 1.226
@@ -92,7 +92,7 @@ def _write(folder: Path, boat: HullEstimate) -> None:
 
 
 def _values(boat: HullEstimate) -> dict[str, Any]:
-    """What the templates write beside the names of files, with four digits."""
+    """Values of the templates beside the names of files, with four digits."""
     sheet, (x, _, area, aspect), side = boat.sheet, boat.stern, boat.windage[1]
     lift = 0.5 * DENSITY * area * normal_slope(aspect) * boat.speed  # which profiles without skegs have at full thrust
     found = vars(boat) | {
@@ -114,7 +114,7 @@ def _short(value: Any) -> Any:
 
 
 def _lines(folder: Path, boat: HullEstimate) -> Iterator[str]:
-    """What is made, whether it keeps its course, what would make it, and how to sail it."""
+    """Lines about the boat: its size, whether it keeps its course, what would help, and how to sail it."""
     sheet, arm = boat.sheet, abs(boat.engines[0][1] - boat.engines[-1][1]) / 2.0
     criterion, growth, feedback, skeg = boat.course
     yield f"{folder}: {boat.length:.3g} x {boat.beam:.3g} m, draft {sheet.draft:.3g} m, GM {sheet.gm[0]:.3g} m"

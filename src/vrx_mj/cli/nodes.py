@@ -153,7 +153,7 @@ def _options(given: dict[str, str]) -> Words:
 
 
 def _own(words: Sequence[str]) -> Words:
-    """What is for `vrx-mj serve` among words for the command line of gzserver; a line says what is left out."""
+    """The options of `vrx-mj serve` among words for the command line of gzserver; a line names what is left out."""
     from typer.core import TyperOption
 
     from vrx_mj.cli.program import load_command
@@ -350,7 +350,7 @@ NODES: Mapping[str, Callable[[Sequence[str], Path], list[Words]]] = {
     "xacro": _xacro,
     "xacro.py": _xacro,
 }
-"""What a node does with its arguments, by its type; what it returns are the command lines of `vrx-mj` to run then."""
+"""Functions of nodes by their type: each acts on its arguments, and returns the command lines of `vrx-mj` to run."""
 
 if __name__ == "__main__":
     main()

@@ -30,7 +30,7 @@ from vrx_mj.packages import MissingPackageError
 from vrx_mj.signals import ended_by_signals
 
 _UsageError: type[Exception] = typer.BadParameter.__mro__[1]
-"""What typer raises for a command line that no command takes; it exports the subclass alone."""
+"""Error of typer about a command line that no command takes; it exports the subclass alone."""
 _EXAMPLE = "Example: "
 _HEADING = re.compile(r"^\S.*:$", re.MULTILINE)
 
@@ -95,7 +95,7 @@ class Conversion:
 
 
 class _Light:
-    """What a command and a group have in common."""
+    """Common parts of a command and a group."""
 
     help: str | None
 
@@ -220,11 +220,11 @@ FIRST = {
     "view": "vrx-mj view example_course --fleet trio",
     "new": "vrx-mj new world my_bay",
 }
-"""What a new user needs first, with an example of each."""
+"""Commands that a new user needs first, with an example of each."""
 
 
 def overview() -> str:
-    """What `vrx-mj` without arguments prints: six commands, and where the rest is."""
+    """Output of `vrx-mj` without arguments: six commands, and where the rest is."""
     width = max(map(len, FIRST.values()))
     rows = [f"  {example:<{width}}  {COMMANDS[name].summary}" for name, example in FIRST.items()]
     return "\n".join(
@@ -360,7 +360,7 @@ def _code(command: Any, words: list[str]) -> int:
 
 
 def list_hint(error: Exception) -> str:
-    """Where all names of a kind are listed, if the message leaves some out."""
+    """The command that lists all names of a kind, if the message leaves some out."""
     if not isinstance(error, UnknownNameError) or not error.left_out:
         return ""
     if error.kind == "command":
@@ -372,7 +372,7 @@ def list_hint(error: Exception) -> str:
 
 
 def usage_message(error: Any) -> str:
-    """What is wrong with a command line, in one line, with an example or where to read on."""
+    """The message about a wrong command line: one line, with an example or where to read on."""
     ctx = error.ctx
     path = ctx.command_path
     if hasattr(error, "possibilities"):  # an unknown option

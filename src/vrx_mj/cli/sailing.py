@@ -50,7 +50,7 @@ def sail(
 def _bagging(
     sim: Simulation, path: Path | None, controller: Controller | None, topics: Sequence[str]
 ) -> Iterator[tuple[Callable[[int], None], Controller | None]]:
-    """What advances and steers the simulation, and writes a bag if there is one."""
+    """Functions that advance and steer the simulation, and write a bag if there is one."""
     if path is None:
         yield sim.advance, controller
         return

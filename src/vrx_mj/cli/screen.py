@@ -1,4 +1,4 @@
-"""What appears on the screen: errors, warnings, the summary table. Messages go to stderr, results to stdout."""
+"""Output on the screen: errors, warnings, tables. Messages go to stderr, results to stdout."""
 
 import math
 import shutil
@@ -34,7 +34,7 @@ def show_error(text: str) -> None:
 
 
 def warn_once() -> Callable[..., None]:
-    """What prints a warning as one line, without the place in our code, and the same words only once."""
+    """A function that prints a warning as one line, without the place in our code, and the same words only once."""
     shown: set[str] = set()
 
     def show_warning(
@@ -113,7 +113,7 @@ def print_table(title: str, left: Sequence[str], right: Sequence[str], rows: Ite
 
 
 def to_open(recording: Path) -> str:
-    """What opens a recording, to be pasted into a shell."""
+    """The command that opens a recording, to be pasted into a shell."""
     return f"to open it: {program()} replay {shell_word(str(recording))}"
 
 

@@ -172,7 +172,7 @@ def _compile_and_serve(
 
 
 def _ardupilot(sim: "Simulation", ports: str, host: str, rate: float | None) -> "ArduPilot":
-    """What listens for autopilots; shows how to start them."""
+    """Listen for autopilots, and show how to start them."""
     from vrx_mj.autopilot import ArduPilot, ports_of
 
     autopilots = ArduPilot(sim, ports_of(sim, ports), host=host, rate=rate, report=_log_line)
@@ -219,7 +219,7 @@ def _log_line(level: str, text: str) -> None:
 
 
 class _Log(logging.Handler):
-    """What the networks' thread warns of."""
+    """Shows the warnings of the networks' thread."""
 
     def emit(self, record: logging.LogRecord) -> None:
         """Show it."""

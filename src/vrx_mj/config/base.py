@@ -1,4 +1,4 @@
-"""What every model of a user's file is built on, and how a model says what is wrong."""
+"""Base of the models of users' files, and how a model reports what is wrong."""
 
 import ast
 import inspect
@@ -18,7 +18,7 @@ from vrx_mj.config.tree import Section
 from vrx_mj.config.wording import literal, one_of, unknown_key
 
 Fault = tuple[tuple[str | int, ...], str | PydanticCustomError]
-"""What is wrong with something inside the value at hand: its path from here, and the message or the error."""
+"""A mistake inside the value at hand: its path from here, and the message or the error."""
 
 
 def fault(message: str, **where: object) -> PydanticCustomError:
@@ -140,7 +140,7 @@ class Config(BaseModel):
         return self
 
     def _faults(self) -> Iterable[Fault]:
-        """What is wrong with its values beside each other, once each alone is right and counts."""
+        """Mistakes in its values beside each other, once each alone is right and counts."""
         return ()
 
 

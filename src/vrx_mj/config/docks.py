@@ -75,7 +75,7 @@ def load_dock(text_or_name: str, near: Path | None = None) -> tuple[Cell, ...]:
 
 
 def _dock_faults(lines: Sequence[str]) -> list[tuple[int, int, str]]:
-    """What is wrong with a drawing, each as (row, column, message); both count from 1."""
+    """Mistakes in a drawing, each as (row, column, message); both count from 1."""
     rows = [line.rstrip(" ") for line in "\n".join(lines).rstrip(" \n").split("\n")]
     if not any(map(str.strip, rows)):
         return [(1, 1, "a dock needs at least one X")]
@@ -154,7 +154,7 @@ class DockPlacement(Placed):
     mooring: Annotated[MooringConfig | None, Only("dynamic", (True,))] = None
     """Lines that hold a dynamic dock; without them it drifts."""
     bays: tuple[BayConfig, ...] | None = None
-    """What is said of the first bays, or of all. Without it a dock has all bays of its drawing, and no placards."""
+    """Keys of the first bays, or of all. Without it a dock has all bays of its drawing, and no placards."""
     placards: tuple[PlacardConfig, ...] | None = None
     """Placards of the bays in their order; by default one at the inner end of each bay of `bays`."""
     holes: tuple[HoleConfig, ...] | None = None
@@ -208,7 +208,7 @@ def berths(dock: DockPlacement) -> Berths:
 
 
 def _berth_faults(dock: DockPlacement) -> Iterator[Fault]:
-    """What is wrong with a dock, as (path from the dock, message)."""
+    """Mistakes in a dock, as (path from the dock, message)."""
     found = find_bays(dock.cells)
     yield from list(_bay_faults(dock, len(found))) or _placard_faults(dock, found)
     if dock.dynamic and len(dock.cells) > _MAX_BLOCKS:

@@ -1,4 +1,4 @@
-"""What water and engines do to a boat: VRX's parameters, and a hull and propellers as a naval architect gives them."""
+"""Hydrodynamics and engines of a boat: VRX's parameters, and a hull and propellers as a naval architect gives them."""
 
 from collections.abc import Iterator
 from typing import Annotated, ClassVar, Literal
@@ -17,7 +17,7 @@ Six = Annotated[tuple[NonNegative, NonNegative, NonNegative, NonNegative, NonNeg
 
 
 class ServoConfig(Config):
-    """What turns an engine."""
+    """The servo of an engine, a rudder or a boom."""
 
     kp: NonNegative
     """Stiffness [N m/rad]."""
@@ -33,7 +33,7 @@ class ThrusterConfig(Config):
     """VRX's usv_gazebo_thrust_plugin: from commands to forces."""
 
     mapping: Literal["linear", "glf", "newtons"]
-    """What a command is: a share of the largest force, that on VRX's curve, or the force, as in profile vrx3."""
+    """Meaning of a command: a share of the largest force, that on VRX's curve, or the force, as in profile vrx3."""
     max_command: Positive = 1.0
     """The command that gives the largest force."""
     max_force_forward: NonNegative = 250.0
@@ -85,7 +85,7 @@ class HydrodynamicsConfig(Config):
     length_n: Annotated[int, Field(ge=1, le=1000)] = 2
     """Stations along each hull."""
     hulls: tuple[HullConfig, ...] = ()
-    """Where any are listed they carry the boat, and not two hulls with stations spread evenly along them."""
+    """Floats that carry the boat in place of two hulls with stations spread evenly along them."""
     added_mass: Six
     """Added mass, the diagonal of the matrix [kg, kg m2]."""
     drag_linear: Six

@@ -34,7 +34,7 @@ class Order:
 
     robot: str
     folder: Path | None = None
-    """Where a relative path of `robot` starts."""
+    """Folder in which a relative path of `robot` starts."""
     layout: str | None = None
     """Layout of the thrusters, where the robot has layouts."""
     thrusters: Path | None = None
@@ -98,7 +98,7 @@ class _Built(InFolder):
 
 
 class BoatEntry(_Built):
-    """What is different about one boat, found by its name or by its place in the list."""
+    """Differences of one boat, found by its name or by its place in the list."""
 
     name: Name | None = None
     """Name of the boat."""
@@ -134,7 +134,7 @@ class BoatConfig(BoatEntry):
 
     @property
     def layout_fault(self) -> str:
-        """What is wrong with a layout of thrusters that the boat's kind does not have; empty for what it has."""
+        """The message about a layout of thrusters that the boat's kind does not have; empty otherwise."""
         try:
             if self.thrusters and not is_path(self.thrusters):
                 check_thrusters(self.robot, self.thrusters, self.folder)
@@ -149,7 +149,7 @@ class Slot(NamedTuple):
     name: str
     pose: Pose
     entry: BoatEntry | None = None
-    """What is different about it."""
+    """Its differences from the other boats."""
     where: Loc = ()
     """The key of its pose."""
     own: Loc = ()
@@ -168,15 +168,15 @@ class FleetConfig(Layout, _Built, FromFile):
     name: str = "fleet"
     """Name of the fleet; by default that of the file."""
     description: str = ""
-    """What `vrx-mj list fleets --verbose` shows."""
+    """Description in `vrx-mj list fleets --verbose`."""
     usv_count: Annotated[int, Field(ge=0, le=10_000)] | None = None
     """Number of boats; by default as many as `positions` and `boats` make."""
     positions: tuple[FleetPosition, ...] = ()
     """Places of the first boats, whatever the layout."""
     origin: Origin = "world"
-    """What positions and poses are relative to: the world, its spawn pose, or [x, y, yaw] [m, rad]."""
+    """Frame of positions and poses: the world, its spawn pose, or [x, y, yaw] [m, rad]."""
     boats: tuple[BoatEntry, ...] = ()
-    """What is different about single boats, and boats with names and poses of their own."""
+    """Differences of single boats, and boats with names and poses of their own."""
 
     def _faults(self) -> Iterable[Fault]:
         return list(_count_faults(self)) or _entry_faults(self)
@@ -319,7 +319,7 @@ def _count(fleet: FleetConfig) -> int:
 
 
 def _slot_of(entry: BoatEntry, index: int, count: int) -> int | None:
-    """Which numbered boat an entry is about: that of its name, or else of its place; None: a new one."""
+    """Index of the numbered boat that an entry is about, by its name or else by its place; None: a new one."""
     number = (entry.name or "").removeprefix("wamv")
     if entry.name and entry.name.startswith("wamv") and number.isdecimal() and 1 <= int(number) <= count:
         return int(number) - 1

@@ -1,4 +1,4 @@
-"""What a file is, by its name and how it begins, and which command takes it: for messages about wrong files."""
+"""Kinds of files, by name and beginning, and the commands that take them: for messages about wrong files."""
 
 import contextlib
 import json
@@ -22,9 +22,9 @@ class FileKind(NamedTuple):
 
 _TABLES = json.loads((Path(__file__).parent / "kinds.json").read_bytes())
 FORMATS = {end: FileKind(*words) for end, words in _TABLES["formats"].items()}
-"""What a file is, by the end of its name, the longest first."""
+"""Kinds of files by the end of their name, the longest first."""
 _ROOTS = {tag.encode(): FileKind(*words) for tag, words in _TABLES["roots"].items()}
-"""What an XML file is, by its first tag."""
+"""Kinds of XML files by their first tag."""
 _FOLDER = FileKind("a folder", "name a file in it")
 
 _OURS = _TABLES["ours"]
@@ -39,7 +39,7 @@ _AXIS = {"steps", "macros"}
 
 
 def kind_of(file: Path) -> FileKind | None:
-    """What a file is that is no YAML and no plain text; None where that is not known, or nothing is there."""
+    """The kind of a file that is no YAML and no plain text; None if it is not known, or nothing is there."""
     if os.path.isdir(file):  # noqa: PTH112 - Path.is_dir raises an OSError for a name that is too long
         return _FOLDER
     if not os.path.isfile(file):  # noqa: PTH113

@@ -1,4 +1,4 @@
-"""Where the boats of a layout are, in the fleet's frame: x ahead, y to the left; m, and headings in rad from x to y."""
+"""Places of a layout's boats in the fleet's frame: x ahead, y to the left [m], and headings from x to y [rad]."""
 
 import math
 import random

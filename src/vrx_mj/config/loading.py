@@ -57,7 +57,7 @@ def _problem_in(place: Place, path: tuple[str | int, ...], message: str) -> Prob
 
 
 def _loc(details: ErrorDetails) -> Loc:
-    """Where an error is; one about which member of a union is meant is at the key that says it."""
+    """Path of an error; one about the member of a union is at the key that names the member."""
     return (*details["loc"], *details.get("ctx", {}).get("discriminator", "").strip("'").split())
 
 

@@ -57,7 +57,7 @@ class MeasuredCaseConfig(InFolder):
     title: str = ""
     """Heading of the case; by default the name of the file."""
     source: str
-    """Where the measurements are from: tank or lake, boat, instruments, date."""
+    """Origin of the measurements: tank or lake, boat, instruments, date."""
     world: str
     """World: a name, or a path relative to this file."""
     fleet: str | None = None

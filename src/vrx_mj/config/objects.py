@@ -43,7 +43,7 @@ class LinePath(Config):
 
 
 class PathConfig(Config):
-    """What a floating thing follows: VRX's follow_plugin, or the TrajectoryFollower of the worlds of 2023."""
+    """The path of a floating object: VRX's follow_plugin, or the TrajectoryFollower of the worlds of 2023."""
 
     waypoints: Annotated[tuple[Point, ...], NotEmpty] | None = None
     """Places in the world [m]."""
@@ -146,7 +146,7 @@ class ObjectConfig(InFolder):
     """An object's file. One that floats has mass, inertia and buoyancy; a composite only has parts."""
 
     description: str = ""
-    """What `vrx-mj list objects --verbose` shows."""
+    """Description in `vrx-mj list objects --verbose`."""
     static: Switch = False
     """Whether it is fixed to the world instead of floating."""
     link: Name = "link"
@@ -162,7 +162,7 @@ class ObjectConfig(InFolder):
     visuals: tuple[Visual, ...] = ()
     """Shapes that are seen."""
     buoyancy: Annotated[BuoyancyConfig | None, _Afloat] = None
-    """What it displaces, and its drag; an object that floats needs it."""
+    """Displacement and drag; an object that floats needs them."""
     path: Annotated[PathConfig | None, _Afloat] = None
     """Path along which it swims, unless the world gives another."""
     light: LightConfig | None = None
@@ -287,11 +287,11 @@ class FieldKind(InFolder):
     count: Annotated[int, Field(ge=1, le=_MOST)]
     """Number of these objects."""
     name: Name | None = None
-    """What their names start with, before a number; by default the model's."""
+    """Beginning of their names, before a number; by default the model's."""
 
     @property
     def stem(self) -> str:
-        """What their names start with."""
+        """Beginning of their names."""
         return self.name or kind_name(self.model)
 
 

@@ -13,13 +13,13 @@ CLASSIC: Profile = "vrx"
 NEWER: Profile = "vrx3"
 MARINE: Profile = "marine"
 DEFAULT: Profile = MARINE
-"""Of a world that names none."""
+"""Profile of a world that names none."""
 
 _DEFAULTS: Mapping[str, Mapping[str, Any]] = {
     "vrx3": {"physics": {"timestep": 0.004, "at_base_link": ("pinger",)}, "sea": {"scale": 1.1}},
     "marine": {"physics": {"gravity": STANDARD_GRAVITY, "at_base_link": ()}},
 }
-"""What a world has where its file gives none; VRX 3's GPS and IMU are links of their own, its sea Wavefield.cc's."""
+"""Defaults of a world by profile; VRX 3's GPS and IMU are links of their own, its sea is Wavefield.cc's."""
 
 
 def on_its_profile(world: Section) -> Section:

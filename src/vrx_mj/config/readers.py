@@ -25,7 +25,7 @@ class Reader:
     """
 
     kind: str
-    """What is read: `sources`, `worlds`, `names`, `fleets`, `objects`, `robots`, `series`, `parts` or `meshes`."""
+    """Kind of file: `sources`, `worlds`, `names`, `fleets`, `objects`, `robots`, `series`, `parts` or `meshes`."""
     marks: tuple[str, ...]
     """How a path ends before a '#', or begins; '#' is any path with one, '/' any with one."""
     read: str = ""

@@ -64,7 +64,7 @@ class ThrusterEntry(ThrusterConfig):
     max_angle: Annotated[NonNegative, Only("joint")] = 1.5707963267948966
     """Largest steering angle either way [rad]."""
     servo: Annotated[ServoConfig, Only("joint")] = ServoConfig(kp=300.0, kd=20.0, effort=10.0, velocity=10.0)
-    """What steers the thruster."""
+    """Servo that steers the thruster."""
 
 
 class RudderEntry(Config):
@@ -87,7 +87,7 @@ class RudderEntry(Config):
     max_angle: NonNegative = 0.6109
     """Largest angle either way [rad]."""
     servo: ServoConfig = ServoConfig(kp=300.0, kd=20.0, effort=10.0, velocity=0.6)
-    """What turns the rudder."""
+    """Servo that turns the rudder."""
 
 
 class SailEntry(Config):
@@ -110,7 +110,7 @@ class SailEntry(Config):
     max_angle: NonNegative = 1.5707963267948966
     """Largest angle either way [rad]."""
     servo: ServoConfig = ServoConfig(kp=3000.0, kd=200.0, effort=1000.0, velocity=1.0)
-    """What holds the boom."""
+    """Servo that holds the boom."""
 
     def _faults(self) -> Iterator[Fault]:
         return column_faults("coefficients", [row[0] for row in self.coefficients], "an angle", ends=(0.0, 180.0))
@@ -125,7 +125,7 @@ _Spans = Annotated[
 
 
 class ChannelEntry(Config):
-    """What the pulses of an autopilot's channel command."""
+    """The command of an autopilot's channel."""
 
     thruster: str
     """Name of the command: a thruster, or what turns, with `_angle` after its name."""
@@ -151,7 +151,7 @@ _Channel = Annotated[
 
 
 class BatteryEntry(Config):
-    """What the propellers of a boat run on."""
+    """The battery of a boat's propellers."""
 
     capacity: Positive
     """Charge [A h]."""
@@ -180,11 +180,11 @@ class _Partial(Config):
 
 
 class HydrodynamicsEntry(_Partial, HydrodynamicsConfig):
-    """What is known of a hull; the rest comes from the URDF's dynamics plugin, or is derived from its shapes."""
+    """Known values of a hull; the rest comes from the URDF's dynamics plugin, or is derived from its shapes."""
 
 
 class DriveEntry(_Partial):
-    """What all thrusters of a robot can do."""
+    """Limits of all thrusters of a robot."""
 
     max_force_forward: NonNegative
     """Largest force [N]."""
@@ -195,12 +195,12 @@ class DriveEntry(_Partial):
 
 
 class ProfileEntry(Config):
-    """What is different about a robot in worlds of another profile than `vrx`."""
+    """Differences of a robot in worlds of another profile than `vrx`."""
 
     hydrodynamics: HydrodynamicsEntry = HydrodynamicsEntry.model_validate({})
-    """What is different about lift, drag and added mass."""
+    """Other lift, drag and added mass."""
     thrusters: DriveEntry = DriveEntry.model_validate({})
-    """What is different about the thrusters."""
+    """Other limits of the thrusters."""
     contact: ContactConfig | None = None
     """How its hull yields instead."""
     shot_impulse: NonNegative | None = None
@@ -211,11 +211,11 @@ class Profiles(Config):
     """Profiles of physics for which a robot's file may differ."""
 
     vrx3: ProfileEntry = ProfileEntry()
-    """What is different in worlds of profile vrx3."""
+    """Differences in worlds of profile vrx3."""
 
 
 def _file_part(path: str) -> str:
-    """What is before the name of a model."""
+    """The path before the name of a model."""
     return path.partition("#")[0]
 
 
@@ -232,7 +232,7 @@ class RobotConfig(InFolder):
     folder_keys: ClassVar = {"urdf_folder": "urdf"}
     urdf_folder: Folder = None
     description: str = ""
-    """What `vrx-mj list robots --verbose` shows."""
+    """Description in `vrx-mj list robots --verbose`."""
     urdf: _Description
     """The `.urdf`, `.xacro` or `.sdf`, relative to this file; `FILE#NAME` is the model of this name in a world."""
     arguments: Arguments = Field(default_factory=dict)
@@ -264,13 +264,13 @@ class RobotConfig(InFolder):
     hull: MarineHullConfig | None = None
     """Hull in worlds of profile `marine`; what it does not give is that of `hydrodynamics`."""
     autopilot: dict[_ChannelNumber, _Channel] = Field(default_factory=dict)
-    """What an autopilot's channels, 1 to 32, command; by default 1 and 3 are two engines, or rudder and engine."""
+    """Commands of an autopilot's channels, 1 to 32; by default 1 and 3 are two engines, or rudder and engine."""
     battery: BatteryEntry | None = None
     """Its battery, whose voltage and current autopilots receive."""
     sensors: tuple[SensorConfig, ...] = ()
     """Sensors besides those of the URDF; posed in their link's frame."""
     profiles: Profiles = Profiles()
-    """What is different in worlds of other profiles."""
+    """Differences in worlds of other profiles."""
 
     def _faults(self) -> Iterator[Fault]:
         for kind, blades in (("rudder", self.rudders), ("sail", self.sails)):
@@ -287,7 +287,7 @@ class RobotConfig(InFolder):
                 yield ("rudders", name, "propeller"), str(error)
 
     def in_profile(self, profile: str) -> ProfileEntry:
-        """What is different in worlds of a profile; in the classic one nothing is."""
+        """Differences in worlds of a profile; none in the classic one."""
         return self.profiles.vrx3 if profile == NEWER else ProfileEntry()
 
     def layout(self, name: str, robot: str) -> Mapping[str, str]:

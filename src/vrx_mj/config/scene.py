@@ -1,4 +1,4 @@
-"""What a world looks like, in SDF's vocabulary, and the markers of its goals and waypoints."""
+"""The look of a world, in SDF's vocabulary, and the markers of its goals and waypoints."""
 
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Literal

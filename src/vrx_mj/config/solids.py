@@ -29,7 +29,7 @@ class Solid:
     corners: FloatArray
     """(n, 3, 3): corners of the triangles [m]"""
     notes: tuple[str, ...] = ()
-    """What was mended."""
+    """Notes about repairs."""
 
     def at(self, pose: Pose) -> FloatArray:
         """Corners (n, 3, 3) at a pose [m, rad]."""

@@ -52,7 +52,7 @@ class Section(dict[str, Any]):
     """A mapping that knows its place, the places of its entries, and its file's folder."""
 
     model: Any = None
-    """What it was validated as; None: it was not yet."""
+    """The model that it was validated as; None before that."""
 
     def __init__(self, values: Mapping[str, object], place: Place, entries: Mapping[str, Entry] | None = None) -> None:
         """`entries` are by default all at the place of the mapping."""
@@ -134,7 +134,7 @@ def merge(base: Section, over: Section, appended: Sequence[str] = _APPENDED) -> 
 
 
 class Spot(NamedTuple):
-    """Where a value is: its place, its path in its own file, and, if that ends in a key, the section with this key."""
+    """Place of a value, its path in its own file, and, if that ends in a key, the section with this key."""
 
     place: Place
     path: Loc
@@ -142,7 +142,7 @@ class Spot(NamedTuple):
 
 
 def locate(root: Section, loc: Loc, *, tagged: bool = False) -> Spot:
-    """Where the value at `loc` is.
+    """The place of the value at `loc`.
 
     A step that the file does not have is skipped, unless it is the last and a key: that is one missing there. With
     `tagged` so is, once in a section, the value of its `type`, by which pydantic says which member of a union it took.

@@ -10,9 +10,9 @@ from vrx_mj.errors import shown as in_python
 
 _TABLES = json.loads((Path(__file__).parent / "wording.json").read_bytes())
 PYDANTIC: Mapping[str, str] = _TABLES["pydantic"]
-"""What pydantic's errors say, by their type; `got` is the value, other names in braces are of the error's context."""
+"""Messages of pydantic's errors by type; `got` is the value, other names in braces are of the error's context."""
 PYYAML: Mapping[str, str] = _TABLES["pyyaml"]
-"""What PyYAML's errors say, by how they begin in its words."""
+"""Messages of PyYAML's errors, by how they begin in its words."""
 _LONGEST = 60
 
 

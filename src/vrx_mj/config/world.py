@@ -61,7 +61,7 @@ class PhysicsConfig(Config):
 
 
 class Georeference(Geodetic, Config):
-    """Where on Earth (WGS84) the world's origin is."""
+    """The place of the world's origin on Earth (WGS84)."""
 
     latitude: Latitude
     """Latitude [degrees]."""
@@ -82,7 +82,7 @@ def _names(value: object) -> object:
 
 
 Sensors = Annotated[tuple[str, ...], BeforeValidator(_names)]
-"""Which sensors a boat carries: `vrx`, `none`, or a list of suites or of sensors by name."""
+"""Sensors of a boat: `vrx`, `none`, or a list of suites or of sensors by name."""
 
 
 class SpawnConfig(InFolder):
@@ -115,9 +115,9 @@ class WorldConfig(FromFile):
     name: str = "world"
     """Name of the world; by default that of the file."""
     description: str = ""
-    """What `vrx-mj list worlds --verbose` shows."""
+    """Description in `vrx-mj list worlds --verbose`."""
     georeference: Georeference | None = None
-    """Where the origin is on Earth; GPS and geodetic goals need it."""
+    """Place of the origin on Earth; GPS and geodetic goals need it."""
     physics: PhysicsConfig = PhysicsConfig()
     """Profile, step and gravity."""
     sea: SeaConfig = SeaConfig()
@@ -139,7 +139,7 @@ class WorldConfig(FromFile):
     fields: tuple[FieldConfig, ...] = ()
     """Objects at places drawn from a seed."""
     task: Task = None
-    """What is asked of a boat, and scored; by default nothing."""
+    """The task of a boat, which is scored; by default none."""
     markers: MarkersConfig = MarkersConfig()
     """Markers of the task's goals and of other places; only looked at."""
     camera: Pose | None = None

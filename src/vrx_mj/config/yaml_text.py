@@ -29,13 +29,13 @@ _PLAIN = {
     **dict(zip("、。︰【】〔〕「」“”„‘’‐‑–—−×", ',.:[][]"""""\'\'-----X', strict=True)),
     "…": "...",
 }
-"""What to type for full-width forms and punctuation."""
+"""Plain characters for full-width forms and punctuation."""
 _LATIN = dict(zip(
     "АВЕЅІЈКМНОРСТУХаеорсухѕіјΑΒΕΖΗΙΚΜΝΟΡΤΥΧο", "ABESIJKMHOPCTYXaeopcyxsijABEZHIKMNOPTYXo", strict=True
 ))  # fmt: skip
-"""What to type for Cyrillic and Greek letters that look Latin."""
+"""Latin letters for Cyrillic and Greek ones that look like them."""
 _UNSEEN = {"Zs": "type a space", "Cf": "delete it"}
-"""What to do about spaces and invisible characters, by their category in Unicode."""
+"""Advice about spaces and invisible characters, by their category in Unicode."""
 
 _ODD = re.compile(r"[^\x00-\x7f]|\t")
 _WORD = re.compile(r"\w+")
@@ -91,7 +91,7 @@ def _is_mixed(word: str) -> bool:
 
 
 def _advice(character: str) -> str | None:
-    """What to do about a character, by its name in Unicode; None: it may stay."""
+    """Advice about a character, by its name in Unicode; None: it may stay."""
     if character == "\t":
         return "tab; type spaces"
     plain = _PLAIN.get(character) or _LATIN.get(character)
@@ -163,7 +163,7 @@ def parse(file: File) -> Section:
 
 
 def parse_loosely(file: File) -> tuple[Section, list[Repeat]]:
-    """As `parse`, but as Python programs read YAML: numbers may be keys, and of equal keys the last one counts."""
+    """Parse YAML as Python programs read it: numbers may be keys, and of equal keys the last one counts."""
     builder = _Builder(file, loose=True)
     return _parse(file, builder), builder.repeats
 
@@ -237,7 +237,7 @@ if yaml.__with_libyaml__:
 
 
 _DISPUTED = re.compile(r"[?%\t\ufeff]|[|>][-+0-9]*#")
-"""What libyaml accepts and PyYAML refuses: some '?', tabs, and comments and directives without a space."""
+"""Texts that libyaml accepts and PyYAML may refuse: some '?', tabs, comments and directives without a space."""
 
 
 def _compose(text: str) -> Node | None:

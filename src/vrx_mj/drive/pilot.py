@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 _STEP = 0.1
 """Power and turn of one press of an arrow key."""
 _SPEED, _TURN, _ANGLE = 0.5, 1.0, 0.1
-"""What VRX's keys start with: power, turn, and the step of the angle [rad]."""
+"""Power, turn, and the step of the angle [rad] with which VRX's keys start."""
 _TENTH = 1.1, 0.9
 """VRX's factors of 10 % more and 10 % less."""
 
@@ -36,7 +36,7 @@ _SCALES = {
     "e": ("turn", "turn", _TENTH[0]), "c": ("turn", "turn", _TENTH[1]),
     "r": ("angle", "angle", _TENTH[0]), "v": ("angle", "angle", _TENTH[1]),
 }  # fmt: skip
-"""Which of VRX's sizes a key changes, and by what factor."""
+"""Sizes that a key changes, and the factor, as in VRX."""
 
 
 class Pilot:
@@ -47,7 +47,7 @@ class Pilot:
         self.boat = boat
         """The boat that the keys drive now."""
         self.sizes = {"speed": _SPEED, "turn": _TURN, "angle": _ANGLE}
-        """What the keys of VRX command."""
+        """Sizes of the commands of VRX's keys."""
         self.wheels: dict[str, Wheel] = {}
         """Power, turn and angle of the boats that keys have driven."""
 
@@ -188,7 +188,7 @@ _Driver_contra = TypeVar("_Driver_contra", bound=Driver, contravariant=True)
 
 
 class Console(Protocol[_Driver_contra]):
-    """Where keys come from, and where the result is shown."""
+    """A source of keys, and a place where the result is shown."""
 
     def pressed_keys(self) -> Iterable[str]:
         """The names of the keys pressed since the last call."""

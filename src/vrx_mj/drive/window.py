@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from mujoco.viewer import Handle
 
 _DISTANCE, _ELEVATION = 16.0, -18.0
-"""Where the camera starts: [m] from the boat, [deg] looking down."""
+"""Distance [m] and elevation [deg] of the camera at the start."""
 _CLOSING = 2.0
 """Wall time [s] that the window may take to close."""
 
@@ -267,7 +267,7 @@ def normals(points: FloatArray) -> FloatArray:
 _PERIOD = 1 / 60
 """Wall time between two pictures [s]."""
 _ROBOT_AZIMUTH, _ROBOT_ELEVATION = 140.0, -20.0
-"""Where the camera starts [deg]."""
+"""Azimuth and elevation of the camera at the start [deg]."""
 
 
 def show_joints(model: mujoco.MjModel) -> None:
