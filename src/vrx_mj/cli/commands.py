@@ -6,7 +6,7 @@ import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -31,6 +31,9 @@ from vrx_mj.cli.screen import pace_text, print_summary, program, score_line, sho
 from vrx_mj.errors import CommandError, RecordError, VrxError
 from vrx_mj.outputs import write_file, writing
 from vrx_mj.packages import shell_word
+
+if TYPE_CHECKING:
+    from vrx_mj.runtime.run import Summary
 
 _DEMO_WORLD, _DEMO_FLEET, _DEMO_THRUST = "example_course", "trio", "left=0.5,right=0.4"
 _DEMO_NAME = "vrx-mj-demo"
@@ -108,11 +111,15 @@ def run(
     sim = Simulation(compile_source(world, arguments, fleet=fleet, seed=seed, nudge=nudge))
     if seed is not None and not sim.world.parameters.has_random_loads:
         show("nothing that moves boats here is random: every --seed gives the same run, except for sensor noise")
-    controller = steer(sim)
     result = sail(
-        sim, controller, duration, record=record, sensors=sensors, follow=follow, bag=bag, topics=topic or (),
-        pandas=controller is not None and thrust is None,
+        sim, steer(sim), duration, record=record, sensors=sensors, follow=follow, bag=bag, topics=topic or (),
+        own_code=thrust is None,
     )  # fmt: skip
+    _report(result, summary, record, bag)
+
+
+def _report(result: "Summary", summary: Path | None, record: Path | None, bag: Path | None) -> None:
+    """Print and write the summary of a run, and name the files that were written; exit code 1 if it was cut short."""
     print_summary(result)
     if summary is not None:
         write_file(summary, json.dumps(result.as_dict(), indent=1) + "\n", "the summary")

@@ -33,13 +33,13 @@ def sail(
     follow: str | None = None,
     bag: Path | None = None,
     topics: Sequence[str] = (),
-    pandas: bool = False,
+    own_code: bool = False,
 ) -> Summary:
-    """Sail and record as asked; `pandas`: whether the controller is a user's code, which may want it."""
+    """Sail and record as asked; `own_code`: whether a controller is the user's code."""
     most = planned(sim) if duration is None else duration
     sim.steps_in(most)
     with (
-        recording(sim, record, sensors or (), follow=follow, pandas=pandas),
+        recording(sim, record, sensors or (), follow=follow, pandas=own_code and controller is not None),
         _bagging(sim, bag, controller, topics) as (advance, steer),
         terminal_bar(sim, most) as tick,
     ):

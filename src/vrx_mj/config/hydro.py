@@ -24,7 +24,7 @@ _MOST_BYTES, _MOST_POLES = 20_000_000, 40
 _FEWEST_ANGLES = 8
 _LARGEST = 1e12
 """Largest number that a file may hold."""
-_LARGEST_POLE = 1e6
+_FASTEST_POLE = 1e6
 """Largest part of a pole [1/s]."""
 _ASYMMETRY = 1e-3
 """Asymmetry that the added mass at infinite frequency may have, as a share of its largest entry."""
@@ -100,8 +100,8 @@ class Hydro(BaseModel):
             pole, size = f"{real:g}{imaginary:+g}i", max(abs(real), abs(imaginary))
             if real >= 0.0:
                 yield ("poles", index), f"its real part has to be below 0, or the memory would grow, got {pole}"
-            elif size > _LARGEST_POLE:
-                yield ("poles", index), f"its parts must be at most {_LARGEST_POLE:g} 1/s in size, got {pole}"
+            elif size > _FASTEST_POLE:
+                yield ("poles", index), f"its parts must be at most {_FASTEST_POLE:g} 1/s in size, got {pole}"
 
 
 def read_hydro(path: str, folder: Path | None) -> Hydro:
