@@ -1,13 +1,10 @@
 """Write docs/cli.md, the page of all commands, from the commands themselves: python tools/cli_page.py."""
 
 from collections.abc import Iterable, Iterator
-from enum import Enum
 from pathlib import Path
-from typing import Any, get_args, get_origin
+from typing import Any, Literal, get_args, get_origin
 
-from typer.main import get_command
-
-from vrx_mj.cli.program import COMMANDS, FIRST, PANELS, app, description, example
+from vrx_mj.cli.program import COMMANDS, FIRST, PANELS, description, example, load_command
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "cli.md"
 HEAD = """\
@@ -33,22 +30,21 @@ TYPES = {str: "text", int: "integer", float: "number", Path: "path"}
 
 def page() -> str:
     """The whole page."""
-    program = get_command(app)
     blocks = [HEAD, "## Start", table(("command", ""), [(f"`{FIRST[n]}`", cell(COMMANDS[n].summary)) for n in FIRST])]
     for panel, note in PANELS.items():
         blocks += [f"## {panel}: {note}"]
         for name, entry in COMMANDS.items():
             if entry.panel == panel:
-                blocks += section(f"vrx-mj {name}", program.commands[name], "###")
+                blocks += section(f"vrx-mj {name}", load_command(name), "###")
     return "\n\n".join(blocks) + "\n"
 
 
 def section(words: str, command: Any, level: str) -> Iterator[str]:
     """The section of a command, and those of its subcommands."""
     yield f"{level} {words}"
-    yield from map(cell, description(command))
-    if example(command) is not None:
-        yield f"```bash\n{example(command)}\n```"
+    yield from map(cell, description(command.help))
+    if example(command.help) is not None:
+        yield f"```bash\n{example(command.help)}\n```"
     rows = [row(parameter) for parameter in command.params if not getattr(parameter, "hidden", False)]
     if rows:
         yield table(("argument or option", "type", "default", "meaning"), rows)
@@ -78,8 +74,8 @@ def type_name(parameter: Any) -> str:
         return f"{TYPES[get_args(annotation)[0]]}, several"
     if annotation is bool:
         return "flag"
-    if issubclass(annotation, Enum):
-        return " or ".join(str(each.value) for each in annotation)
+    if get_origin(annotation) is Literal:
+        return " or ".join(get_args(annotation))
     return TYPES[annotation]
 
 
@@ -90,7 +86,6 @@ def default(parameter: Any) -> str:
     value = parameter.default
     if isinstance(value, bool) or value is None:
         return "on" if value else ""
-    value = value.value if isinstance(value, Enum) else value
     return f"`{value:g}`" if isinstance(value, float) else f"`{value}`"
 
 

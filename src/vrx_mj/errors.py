@@ -3,6 +3,7 @@
 import difflib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import Self
 
 LONGEST_NAME = 80
 """Characters of a name in a message."""
@@ -182,6 +183,19 @@ class ConfigError(VrxError):
         lines = [str(problem) for problem in self.problems[:_SHOWN_PROBLEMS]]
         rest = len(self.problems) - _SHOWN_PROBLEMS
         super().__init__("\n".join(lines + ([f"and {rest} more problems"] if rest > 0 else [])))
+
+    @classmethod
+    def of(cls, file: str, message: str, *, key: str = "", line: int | None = None, column: int | None = None) -> Self:
+        """The error about one mistake, of a whole file unless a key or a place is given.
+
+        Args:
+            file: path of the file, or a name in its place.
+            message: what is wrong, the value, and what is allowed.
+            key: path of the key.
+            line: line, from 1.
+            column: column, from 1.
+        """
+        return cls([Problem(file, line, column, key, message)])
 
     def __reduce__(self) -> tuple[type["ConfigError"], tuple[tuple[Problem, ...]]]:
         return type(self), (self.problems,)

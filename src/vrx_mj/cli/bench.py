@@ -4,6 +4,7 @@ Everything is warmed up first; ratios alternate their two sides and take medians
 """
 
 import importlib.util
+import itertools
 import math
 import socket
 import statistics
@@ -11,8 +12,10 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager, suppress
-from itertools import chain
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import ExitStack, suppress
+from functools import cache, partial
+from multiprocessing import get_context
 from typing import TYPE_CHECKING, Any
 
 import mujoco
@@ -23,6 +26,7 @@ import psutil
 from vrx_mj.autopilot import ArduPilot
 from vrx_mj.autopilot.packets import FORMATS
 from vrx_mj.bar import Bar
+from vrx_mj.cli.screen import print_table, show
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.packages import needs_extra
 from vrx_mj.runtime.batch import Batch
@@ -45,9 +49,9 @@ SEA: dict[str, Any] = {
 }
 """Open water with the sea of VRX's Sydney worlds and a gusty wind."""
 _OCEAN = {**SEA, "sea": {"model": "jonswap", "sea_state": 2, "spreading": 10}}
-"""The same with a sea of 60 waves."""
+"""Open water with a sea of 60 waves."""
 _MARINE = {**_OCEAN, "physics": {"profile": "marine"}, "current": {"speed": 0.3, "var_gain": 0.05}}
-"""The same in profile `marine`, with a current."""
+"""Open water in profile `marine`, with a sea of 60 waves and a current."""
 
 
 def fleet(count: int) -> Mapping[str, object]:
@@ -67,7 +71,7 @@ Row = dict[str, Any]
 _ROUNDS = 15
 _FIGURES = 17
 """Figures that `measure` takes: for the progress only."""
-_VERDICTS = {True: "yes", False: "[red]no[/]", None: ""}
+_VERDICTS = {True: "yes", False: "no", None: ""}
 
 _BARE_BOAT = """
 <body name="boat{i}" pos="{x} {y} 0"><freejoint/>
@@ -92,7 +96,7 @@ def measure() -> list[Row]:
     """
     rows: list[Row] = []
     with Bar("measuring", _FIGURES, "figures") as bar:
-        for found in chain(_core_rows(), batch_rows()):
+        for found in itertools.chain(_core_rows(), batch_rows()):
             rows.append(found)
             bar.update(len(rows), found["name"])
     return rows
@@ -115,7 +119,7 @@ def _core_rows() -> Iterator[Row]:
 
 
 def batch_rows() -> list[Row]:
-    """Those about `vrx_mj.Batch`."""
+    """Rows about `vrx_mj.Batch`."""
     threads, processes = two_threads_and_two_processes()
     parts = {"boat steps/s, 2 threads": threads, "boat steps/s, 2 processes": processes}
     without = needs_extra("it", "Gymnasium", "rl")
@@ -129,22 +133,18 @@ def batch_rows() -> list[Row]:
 
 def print_rows(rows: list[Row]) -> None:
     """Print the rows as a table."""
-    from rich.console import Console
-    from rich.table import Table
+    from rich.text import Text
 
-    table = Table(title="vrx-mj bench")
-    for name in ("name", "value", "unit", "budget", "ok"):
-        table.add_column(name, justify="left" if name in {"name", "unit"} else "right")
+    texts: list[tuple[str | Text, ...]] = []
     for row in rows:
         budget = "" if row["budget"] is None else f"{row['limit']} {row['budget']:g}"
-        table.add_row(row["name"], _figure(row["value"]), row["unit"], budget, _VERDICTS[row["ok"]])
-        for part, figure in row["parts"].items():
-            table.add_row("", _figure(figure), part)
-    out = Console()
-    out.print(table)
+        verdict = Text(_VERDICTS[row["ok"]], style="red" if row["ok"] is False else "")
+        texts.append((row["name"], row["unit"], _figure(row["value"]), budget, verdict))
+        texts += [("", part, _figure(figure), "", "") for part, figure in row["parts"].items()]
+    print_table("vrx-mj bench", ("name", "unit"), ("value", "budget", "ok"), texts)
     for row in rows:
         if row["missing"]:
-            out.print(f"{row['name']} is not measured: {row['missing']}", highlight=False, markup=False, soft_wrap=True)
+            show(f"{row['name']} is not measured: {row['missing']}", result=True)
 
 
 def _figure(value: float | None) -> str:
@@ -182,45 +182,37 @@ def bare(count: int) -> Callable[[int], None]:
     """`mj_step` of the same boats as free bodies with three geoms each."""
     boats = "".join(_BARE_BOAT.format(i=i, x=12 * (i % 25), y=12 * (i // 25)) for i in range(count))
     model = mujoco.MjModel.from_xml_string(_BARE_WORLD.format(boats=boats))
-    data = mujoco.MjData(model)
+    return partial(mujoco.mj_step, model, mujoco.MjData(model))
 
-    def step(steps: int) -> None:
-        mujoco.mj_step(model, data, nstep=steps)
 
-    return step
+def median_seconds(call: Callable[[], object], rounds: int, warm_up: int = 0) -> float:
+    """Median wall time of a call [s], after some that do not count."""
+    seconds = []
+    for _ in range(warm_up + rounds):
+        begun = time.perf_counter()
+        call()
+        seconds.append(time.perf_counter() - begun)
+    return statistics.median(seconds[warm_up:])
 
 
 def ratio(ours: Callable[[], object], theirs: Callable[[], object]) -> float:
     """Median of ours / theirs, alternating."""
-    seconds: dict[Any, list[float]] = {ours: [], theirs: []}
-    for number in range(_ROUNDS + 2):
-        for side in (theirs, ours):
-            begun = time.perf_counter()
-            side()
-            if number >= 2:
-                seconds[side].append(time.perf_counter() - begun)
-    return statistics.median(a / b for a, b in zip(seconds[ours], seconds[theirs], strict=True))
+    pairs = [[median_seconds(side, 1) for side in (theirs, ours)] for _ in range(_ROUNDS + 2)]
+    return statistics.median(own / other for other, own in pairs[2:])
 
 
 def step_ratio(count: int, steps: int, world: Mapping[str, object] = SEA) -> float:
     """Cost of our step, sea and wind and all, over that of a bare one."""
-    sim, step = sailing(count, world), bare(count)
-    return ratio(lambda: sim.advance(steps), lambda: step(steps))
+    return ratio(partial(sailing(count, world).advance, steps), partial(bare(count), steps))
 
 
 def boats_in_real_time(count: int) -> float:
     """How many boats one core carries at 10 ms, from the cost of `count` of them."""
-    sim = sailing(count)
-    seconds = []
-    for _ in range(_ROUNDS):
-        begun = time.perf_counter()
-        sim.advance(20)
-        seconds.append((time.perf_counter() - begun) / 20)
-    return count * DT / statistics.median(seconds)
+    return count * DT * 20 / median_seconds(partial(sailing(count).advance, 20), _ROUNDS)
 
 
 def import_seconds() -> float:
-    """What `import vrx_mj` takes in a fresh interpreter."""
+    """Time of `import vrx_mj` in a fresh interpreter [s]."""
     code = "import time; t = time.perf_counter(); import vrx_mj; print(time.perf_counter() - t)"
     runs = [subprocess.run([sys.executable, "-c", code], capture_output=True, check=True) for _ in range(5)]
     return statistics.median(float(run.stdout) for run in runs)
@@ -248,13 +240,12 @@ def child_cost(command: list[str], folder: str | None = None) -> tuple[float, fl
 
 def compile_seconds(count: int) -> float:
     """From a fleet to a model that MuJoCo has loaded."""
-    seconds = []
-    for _ in range(3):
-        begun = time.perf_counter()
+
+    def load() -> None:
         world = compile_world(SEA, fleet=fleet(count))
         mujoco.MjModel.from_xml_string(world.mjcf, dict(world.assets))
-        seconds.append(time.perf_counter() - begun)
-    return statistics.median(seconds)
+
+    return median_seconds(load, 3)
 
 
 def lidar_scans(buoys: int) -> float:
@@ -274,20 +265,14 @@ def lidar_scans(buoys: int) -> float:
     mujoco.mj_kinematics(model, data)
     body = model.body(f"{sim.boats[0]}/base_link").id
     lidar = Lidar(model, LidarConfig(name="lidar", link="lidar_link"), body, (0.7, 0.0, 1.8), np.eye(3))
-    seconds = []
-    for number in range(100 + 2):
-        begun = time.perf_counter()
-        lidar.scan(data, key=1, index=number)
-        seconds.append(time.perf_counter() - begun)
-    return 1.0 / statistics.median(seconds[2:])
+    indices = itertools.count()
+    return 1.0 / median_seconds(lambda: lidar.scan(data, key=1, index=next(indices)), 100, warm_up=2)
 
 
 def real_time_factor() -> float:
     """Simulated over wall time of one boat on the example course."""
     sim = Simulation(compile_world("example_course"))
-    begun = time.perf_counter()
-    sim.step({"wamv": {"left": 0.5, "right": 0.4}}, duration=60.0)
-    return 60.0 / (time.perf_counter() - begun)
+    return 60.0 / median_seconds(lambda: sim.step({"wamv": {"left": 0.5, "right": 0.4}}, duration=60.0), 1)
 
 
 BATCH_ROWS = 512
@@ -297,8 +282,6 @@ _WINDOW = 0.5
 """How long one side is timed [s]."""
 _BATCH_ROUNDS = 7
 _THROTTLE = 0.1
-_WORKER = "from vrx_mj.cli.bench import serve; serve()"
-WEIGHING = "from vrx_mj.cli.bench import weigh; weigh()"
 
 
 def ardupilot_factor(frames: int) -> float:
@@ -316,8 +299,14 @@ def ardupilot_factor(frames: int) -> float:
     return frames * DT / (time.perf_counter() - begun)
 
 
+def fresh_process() -> ProcessPoolExecutor:
+    """A process of its own, which loads all code itself."""
+    return ProcessPoolExecutor(1, get_context("spawn"))
+
+
+@cache
 def batch_of(rows: int, threads: int | None = None) -> Batch:
-    """Rows under way, warmed up; `threads` as `Batch` takes it."""
+    """Rows under way, warmed up, which this process keeps; `threads` as `Batch` takes it."""
     batch = Batch(compile_world(SEA, fleet=fleet(1)), rows, threads=threads)
     batch.step([[_THROTTLE] * len(batch.channels)] * rows, duration=2.0)
     return batch
@@ -335,15 +324,18 @@ def two_threads_and_two_processes(rounds: int = _BATCH_ROUNDS, window: float = _
     They alternate, so that what else the machine does hits both; medians of `rounds` windows [s] each.
     """
     ours, theirs = [], []
-    batch = batch_of(BATCH_ROWS, threads=2)
     with ExitStack() as stack:
-        workers = [stack.enter_context(_worker(BATCH_ROWS // 2)) for _ in range(2)]
-        for _ in range(rounds):
-            ours.append(rate(batch, window))
-            for worker in workers:
-                _send(worker, str(window))
-            theirs.append(sum(float(_hear(worker)) for worker in workers))
-    return statistics.median(ours), statistics.median(theirs)
+        workers = [stack.enter_context(fresh_process()) for _ in range(2)]
+        for _ in range(rounds + 1):  # the first makes the rows
+            ours.append(rate(batch_of(BATCH_ROWS, threads=2), window))
+            pair = [worker.submit(rate_on_one_thread, BATCH_ROWS // 2, window) for worker in workers]
+            theirs.append(sum(one.result() for one in pair))
+    return statistics.median(ours[1:]), statistics.median(theirs[1:])
+
+
+def rate_on_one_thread(rows: int, window: float) -> float:
+    """Boat steps per second of rows of this process in a window [s]."""
+    return rate(batch_of(rows, threads=1), window)
 
 
 def per_second(call: Callable[[], object], window: float) -> float:
@@ -380,47 +372,15 @@ def decisions(rows: "VectorEnv", actions: npt.NDArray[np.float32], window: float
     return per_second(lambda: rows.step(actions), window) * int(rows.num_envs)
 
 
-def serve() -> None:
-    """In a process of its own: rows on one thread; for every window [s] that is read, their rate is written."""
-    batch = batch_of(int(sys.argv[1]), threads=1)
-    sys.stdout.write("ready\n")
-    sys.stdout.flush()
-    for line in sys.stdin:
-        sys.stdout.write(f"{rate(batch, float(line))}\n")
-        sys.stdout.flush()
-
-
-@contextmanager
-def _worker(rows: int) -> Iterator["subprocess.Popen[str]"]:
-    """A process that serves; it ends when its input does."""
-    command = [sys.executable, "-c", _WORKER, str(rows)]
-    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, encoding="ascii") as worker:
-        _hear(worker)
-        yield worker
-
-
-def _send(worker: "subprocess.Popen[str]", line: str) -> None:
-    assert worker.stdin is not None
-    worker.stdin.write(f"{line}\n")
-    worker.stdin.flush()
-
-
-def _hear(worker: "subprocess.Popen[str]") -> str:
-    assert worker.stdout is not None
-    return worker.stdout.readline()
-
-
 def megabytes_per_row(rows: int = 1000) -> float:
     """Memory that each of so many rows takes [MB], in a fresh process."""
-    done = subprocess.run([sys.executable, "-c", WEIGHING, str(rows)], capture_output=True, check=True)
-    return float(done.stdout)
+    with fresh_process() as process:
+        return process.submit(megabytes, rows).result() / rows
 
 
-def weigh() -> None:
-    """In a process of its own: what so many rows more take [MB], after a few have brought in all the code."""
-    few, rows = batch_of(8), int(sys.argv[1])
+def megabytes(rows: int) -> float:
+    """Memory that rows take of this process [MB], after a few have brought in all the code."""
+    batch_of(8)
     before = process_memory()
-    many = batch_of(rows)
-    more = process_memory() - before
-    assert (few.n, many.n) == (8, rows)  # both are alive
-    sys.stdout.write(f"{more / 1e6 / rows}\n")
+    batch_of(rows)
+    return (process_memory() - before) / 1e6

@@ -1,21 +1,16 @@
-"""What fleets take of a machine: `vrx-mj bench --fleet-table`, each fleet in a fresh process, on one core.
+"""Cost of fleets: `vrx-mj bench --fleet-table`, each fleet in a fresh process, on one core.
 
 Beside it are the figures that a published guide to fleets in VRX gives for Gazebo and ROS.
 """
 
-import json
 import math
 import statistics
-import subprocess
-import sys
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
-from rich.console import Console
-
-from vrx_mj.cli.bench import DT, SEA, fleet, sailing
-from vrx_mj.cli.screen import text_table
+from vrx_mj.cli.bench import DT, SEA, fleet, fresh_process, sailing
+from vrx_mj.cli.screen import print_table, show
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.runtime.batch import Batch
 from vrx_mj.runtime.limits import process_memory
@@ -35,7 +30,6 @@ _FREE = 3.0
 """How long it sails as fast as it can [s]."""
 _CALL = 0.1
 """Simulated time of a call [s]: decisions at 10 Hz."""
-_WORKER = "from vrx_mj.cli.bench_fleet import weigh_fleet; weigh_fleet()"
 
 _Row = dict[str, Any]
 _Advance = Callable[[int], None]
@@ -45,26 +39,20 @@ def fleet_table(fleets: Sequence[int] = FLEETS, *, paced: float = _PACED, free: 
     """A row for each number of boats: `fleet_row`'s, with the guide's figures where it has some."""
     rows = []
     for boats in fleets:
-        command = [sys.executable, "-c", _WORKER, *map(str, (boats, paced, free))]
-        done = subprocess.run(command, stdout=subprocess.PIPE, encoding="ascii", check=True)
+        with fresh_process() as process:
+            row = process.submit(fleet_row, boats, paced=paced, free=free).result()
         cpu, memory = _GUIDE.get(boats, (None, None))
-        rows.append({**json.loads(done.stdout), "guide_cpu_share": cpu, "guide_memory_mb": memory})
+        rows.append(row | {"guide_cpu_share": cpu, "guide_memory_mb": memory})
     return rows
 
 
-def weigh_fleet() -> None:
-    """In a process of its own: the row of so many boats, as JSON."""
-    boats, paced, free = sys.argv[1:]
-    sys.stdout.write(json.dumps(fleet_row(int(boats), paced=float(paced), free=float(free))) + "\n")
-
-
 def in_worlds_of(boats: int) -> tuple[int, int]:
-    """How many worlds of how many boats a fleet is."""
+    """Number of worlds that hold a fleet, and the boats of each."""
     return (1, boats) if boats <= IN_ONE_WORLD else (-(-boats // IN_ONE_WORLD), IN_ONE_WORLD)
 
 
 def fleet_row(boats: int, *, paced: float = _PACED, free: float = _FREE) -> _Row:
-    """What a fleet takes: processor time at the pace of real time, memory, and how much faster it could go.
+    """Cost of a fleet: processor time at the pace of real time, memory, and how much faster it could go.
 
     Args:
         boats: how many; beyond 100 a multiple of 100.
@@ -73,7 +61,7 @@ def fleet_row(boats: int, *, paced: float = _PACED, free: float = _FREE) -> _Row
     """
     begun = time.perf_counter()
     worlds, each = in_worlds_of(boats)
-    advance = _afloat(worlds, each)
+    advance = _fleet_advance(worlds, each)
     loaded = time.perf_counter() - begun
     pace, memory = real_time_factor(advance, free), process_memory() / 1e6
     return {
@@ -86,8 +74,8 @@ def fleet_row(boats: int, *, paced: float = _PACED, free: float = _FREE) -> _Row
     }
 
 
-def _afloat(worlds: int, each: int) -> _Advance:
-    """What advances worlds of `each` boats under way by physics steps, on one thread."""
+def _fleet_advance(worlds: int, each: int) -> _Advance:
+    """The call that advances worlds of `each` boats under way, by physics steps, on one thread."""
     if worlds == 1:
         return sailing(each).advance
     batch = Batch(compile_world(SEA, fleet=fleet(each)), worlds, threads=1)
@@ -116,7 +104,7 @@ def processor_share(advance: _Advance, seconds: float) -> float:
     return (time.process_time() - spent) / (calls * _CALL)
 
 
-def print_fleet_table(rows: Sequence[Mapping[str, Any]]) -> None:
+def print_fleet_table(rows: Sequence[_Row]) -> None:
     """The rows as a table, and what is missing where a fleet is several worlds."""
     heads = ("boats", "CPU", "memory", "real time", "guide: CPU", "guide: memory")
     texts = [
@@ -125,14 +113,13 @@ def print_fleet_table(rows: Sequence[Mapping[str, Any]]) -> None:
          _megabytes(row["guide_memory_mb"]))
         for row in rows
     ]  # fmt: skip
-    out = Console()
-    out.print(text_table("vrx-mj bench --fleet-table: one core, steps of 10 ms, sea and wind", (), heads, texts))
+    print_table("vrx-mj bench --fleet-table: one core, steps of 10 ms, sea and wind", (), heads, texts)
     for line in remarks(rows):
-        out.print(line, highlight=False)
+        show(line, result=True)
 
 
-def remarks(rows: Sequence[Mapping[str, Any]]) -> list[str]:
-    """What the figures do not show: which fleets are several worlds, and which are too many for one core, and why."""
+def remarks(rows: Sequence[_Row]) -> list[str]:
+    """Remarks on the figures: which fleets are several worlds, and which are too many for one core, and why."""
     slow = [row for row in rows if row["real_time_factor"] < 1.0]
     return [MISSING] * any(row["worlds"] > 1 for row in rows) + [
         f"{row['boats']:,} boats are too many for this core: a step of one takes "

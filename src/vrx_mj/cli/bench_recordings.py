@@ -1,4 +1,4 @@
-"""What recordings cost: `vrx-mj bench --recordings` runs the commands themselves, each in a fresh process.
+"""Cost of recordings: `vrx-mj bench --recordings` runs the commands themselves, each in a fresh process.
 
 Their order turns around from round to round. Beside each figure is its A/A row: by how much the figures of even and of
 odd rounds differ. Where that is wider than the margin to the budget there is no verdict.
@@ -16,7 +16,7 @@ from pathlib import Path
 from vrx_mj.bar import Bar
 from vrx_mj.cli.bench import Row, bench_row, child_cost
 
-_ROUNDS = 4
+_RECORDING_ROUNDS = 4
 """An even number."""
 _THRUST = ("--seed", "7", "--thrust", "left=0.6,right=0.4")
 _README = ("run", "example_course", "--fleet", "trio", *_THRUST)
@@ -73,7 +73,7 @@ PARTS = {
 }
 
 
-def recording_rows(rounds: int = _ROUNDS) -> list[Row]:
+def recording_rows(rounds: int = _RECORDING_ROUNDS) -> list[Row]:
     """A row for each budget of recordings; it takes some minutes."""
     found: dict[str, list[float]] = {}
     with tempfile.TemporaryDirectory() as folder, Bar("measuring", rounds * len(SIDES), "commands") as bar:

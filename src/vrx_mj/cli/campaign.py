@@ -8,14 +8,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from vrx_mj.bar import Bar
-from vrx_mj.cli.options import Fleet, reads_files
-from vrx_mj.cli.screen import text_table
+from vrx_mj.cli.options import Fleet, above_zero, reads_files
+from vrx_mj.cli.screen import print_table, show
 from vrx_mj.errors import CommandError
 from vrx_mj.outputs import writing
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
     from vrx_mj.campaign.manifest import Campaign
     from vrx_mj.campaign.plan import Plan, Serving, Trial
     from vrx_mj.campaign.results import Result
@@ -40,10 +38,14 @@ _Programs = Annotated[
     ),
 ]
 _Duration = Annotated[
-    float | None, typer.Option(help="Simulated seconds of a trial; default: until the task is finished.")
+    float | None,
+    typer.Option(help="Simulated seconds of a trial; default: until the task is finished.", callback=above_zero()),
 ]
 _Timeout = Annotated[
-    float | None, typer.Option(help="Wall time that a trial may take [s]; default: its simulated time and 60 s.")
+    float | None,
+    typer.Option(
+        help="Wall time that a trial may take [s]; default: its simulated time and 60 s.", callback=above_zero()
+    ),
 ]
 _Waits = Annotated[
     str | None,
@@ -122,26 +124,19 @@ def _serving(
     if not all(map(str.strip, programs)):
         raise CommandError("invalid --exec '': the name of a program is needed")
     if not ardupilot:
-        check_installed(rosbridge=rosbridge)
+        check_installed(*("rosbridge",) * rosbridge, "ros1")
     elif rosbridge or lockstep is not None:
         raise CommandError("--ardupilot serves no ROS: --rosbridge and --lockstep cannot be given with it")
-    pace = parse_rate(rate or "1")
-    if pace is not None and not 0.0 < pace < float("inf"):
-        raise CommandError(f"invalid --rate '{rate}': a number above 0 is needed, 1 for real time, or max")
-    return Serving(pace, None if lockstep is None else parse_lockstep(lockstep), rosbridge, ardupilot)
+    return Serving(
+        parse_rate(rate or "1"), None if lockstep is None else parse_lockstep(lockstep), rosbridge, ardupilot
+    )
 
 
 def _plan(controllers: Sequence[str], worlds: Sequence[str], seeds: str, **options: Any) -> "Plan":
     from vrx_mj.campaign.plan import Plan, choose_worlds, parse_seeds
 
-    for name in controllers:
-        if controllers.count(name) > 1:
-            kind = "program" if options["serving"] is not None else "controller"
-            raise CommandError(f"the {kind} {name} is named twice")
-    for option in ("duration", "timeout"):
-        value = options[option]
-        if value is not None and not 0.0 < value < float("inf"):
-            raise CommandError(f"invalid --{option} '{value:g}': a number of seconds above 0 is needed")
+    if twice := next((name for name in controllers if controllers.count(name) > 1), None):
+        raise CommandError(f"the {'program' if options['serving'] else 'controller'} {twice} is named twice")
     return Plan(tuple(controllers), choose_worlds(worlds), parse_seeds(seeds), **options)
 
 
@@ -156,7 +151,7 @@ def _carry_out(begun: "Campaign", jobs: int | None, *, ray: bool) -> bool:
         sailed = _results_of(trials, begun.folder, jobs, progress, ray=ray)
         try:
             for result in sailed:
-                progress.finished(result)
+                progress.note_result(result)
         except KeyboardInterrupt:
             return True
         finally:
@@ -203,7 +198,7 @@ class CampaignProgress:
         self._running = count
         self._show()
 
-    def finished(self, result: "Result") -> None:
+    def note_result(self, result: "Result") -> None:
         """A trial has ended."""
         self._done += 1
         self._failed += result.has_failed
@@ -218,17 +213,14 @@ class CampaignProgress:
 
 def print_tables(campaign: "Campaign", comparison: "Comparison | None") -> None:
     """Scores by world, the leaderboard where there are several controllers, what changed, and failures."""
-    from rich.console import Console
-
     from vrx_mj.campaign.scores import seedless_worlds
 
-    out = Console()
-    out.print(_scores(campaign))
+    _print_scores(campaign)
     for world in seedless_worlds(campaign.results.values()):
         seeds = len(campaign.manifest.plan.seeds)
-        out.print(f"{world}: nothing in its runs is random: {seeds} seeds give one run", highlight=False, markup=False)
+        show(f"{world}: nothing in its runs is random: {seeds} seeds give one run", result=True)
     if len(campaign.manifest.plan.controllers) > 1:
-        out.print(_leaderboard(campaign))
+        _print_leaderboard(campaign)
     if comparison is not None:
         title = f"since {comparison.earlier}: {comparison.common} trials in both, {comparison.same} went the same way"
         rows = []
@@ -236,15 +228,15 @@ def print_tables(campaign: "Campaign", comparison: "Comparison | None") -> None:
             p = "-" if test.adjusted is None or math.isnan(test.adjusted) else f"{test.adjusted:.3g}"
             counts = (str(test.pairs), str(test.better), str(test.worse), f"{test.gain:+.3g} {test.unit}", p)
             rows.append((test.controller, test.task.replace("_", " "), *counts, test.verdict))
-        out.print(text_table(title, ("controller", "task"), ("pairs", "better", "worse", "gain", "p", "verdict"), rows))
+        print_table(title, ("controller", "task"), ("pairs", "better", "worse", "gain", "p", "verdict"), rows)
     failed = [result for result in campaign.results.values() if result.has_failed]
     for result in failed[:_SHOWN_FAILURES]:
-        out.print(f"{result.cell}: {result.error}", style="red", markup=False, highlight=False, soft_wrap=True)
+        show(f"{result.cell}: {result.error}", "red", result=True)
     if len(failed) > _SHOWN_FAILURES:
-        out.print(f"and {len(failed) - _SHOWN_FAILURES} more failures: the page has them all", style="red")
+        show(f"and {len(failed) - _SHOWN_FAILURES} more failures: the page has them all", "red", result=True)
 
 
-def _scores(campaign: "Campaign") -> "Table":
+def _print_scores(campaign: "Campaign") -> None:
     from vrx_mj.campaign.scores import mean_of, tasks_of_worlds
 
     plan, results = campaign.manifest.plan, list(campaign.results.values())
@@ -257,7 +249,7 @@ def _scores(campaign: "Campaign") -> "Table":
             cells.append(_mean(mean_of(own), len(own), has_task=task is not None))
         rows.append((world, f"{'↑' if task['better'] == 'higher' else '↓'} {task['unit']}" if task else "", *cells))
     title = "scores: mean ± standard deviation over the seeds; ↓ lower is better, ↑ higher"
-    return text_table(title, ("world", "unit"), plan.controllers, rows)
+    print_table(title, ("world", "unit"), plan.controllers, rows)
 
 
 def _mean(mean: "Mean", count: int, *, has_task: bool) -> str:
@@ -267,7 +259,7 @@ def _mean(mean: "Mean", count: int, *, has_task: bool) -> str:
     return "not sailed" if not count else ", ".join([text, *notes] if text not in kinds else notes)
 
 
-def _leaderboard(campaign: "Campaign") -> "Table":
+def _print_leaderboard(campaign: "Campaign") -> None:
     from vrx_mj.campaign.scores import leaderboard, task_types
 
     results = list(campaign.results.values())
@@ -277,7 +269,7 @@ def _leaderboard(campaign: "Campaign") -> "Table":
         for line in leaderboard(results, campaign.manifest.plan.controllers)
     ]
     names = ("sum", *(kind.replace("_", " ") for kind in kinds))
-    return text_table("leaderboard: rank in each task, and their sum", ("controller",), names, rows)
+    print_table("leaderboard: rank in each task, and their sum", ("controller",), names, rows)
 
 
 def _outcome(result: "Result") -> str:

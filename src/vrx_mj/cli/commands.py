@@ -6,7 +6,7 @@ import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -19,13 +19,15 @@ from vrx_mj.cli.options import (
     Output,
     Record,
     Recording,
+    Scale,
     Seed,
     Strict,
     World,
-    opened_by,
+    above_zero,
+    compile_source,
     reads_files,
 )
-from vrx_mj.cli.screen import pace_text, print_summary, program, score_line, to_open
+from vrx_mj.cli.screen import pace_text, print_summary, program, score_line, show, to_open
 from vrx_mj.errors import CommandError, RecordError, VrxError
 from vrx_mj.outputs import write_file, writing
 from vrx_mj.packages import shell_word
@@ -62,11 +64,7 @@ def compile_(
 
     Example: vrx-mj compile example_course --fleet trio -o course/scene.xml
     """
-    from vrx_mj.mjcf.compile import compile_world
-
-    source, given = opened_by(world, arguments)
-    compiled = compile_world(source, fleet=fleet, seed=seed, nudge=nudge, arguments=given)
-    scene = compiled.save(output)
+    scene = compile_source(world, arguments, fleet=fleet, seed=seed, nudge=nudge).save(output)
     typer.echo(f"{scene}: opens in MuJoCo; to sail it: vrx_mj.Simulation.load('{output}')")
     typer.echo("there the boats fall: water, wind and thrust come from vrx_mj's loop alone (vrx-mj run, vrx-mj view)")
 
@@ -103,43 +101,47 @@ def run(
 
     Example: vrx-mj run example_course --fleet trio --duration 60 --seed 7 --record run.rrd
     """
-    from vrx_mj.cli.sailing import sail
+    from vrx_mj.cli.sailing import sail, steering
+    from vrx_mj.runtime.simulation import Simulation
 
     _check_outputs(record, summary)
     _check_paired("--record FILE.rrd", record, {"--sensors": sensors, "--follow": follow})
     _check_paired("--bag FILE", bag, {"--topic": topic[0] if topic else None})
-    source, given = opened_by(world, arguments)
+    steer = steering(control, thrust)
+    sim = Simulation(compile_source(world, arguments, fleet=fleet, seed=seed, nudge=nudge))
+    if seed is not None and not sim.world.parameters.has_random_loads:
+        show("nothing that moves boats here is random: every --seed gives the same run, except for sensor noise")
     result = sail(
-        source, fleet, duration=duration, seed=seed, path=record, control=control, thrust=thrust, sensors=sensors,
-        follow=follow, nudge=nudge, bag=bag, topics=topic or (), arguments=given,
+        sim, steer(sim), duration, record=record, sensors=sensors, follow=follow, bag=bag, topics=topic or (),
+        own_code=thrust is None,
     )  # fmt: skip
+    _report(result, summary, record, bag)
+
+
+def _report(result: "Summary", summary: Path | None, record: Path | None, bag: Path | None) -> None:
+    """Print and write the summary of a run, and name the files that were written; exit code 1 if it was cut short."""
     print_summary(result)
-    _write_summary(summary, result)
-    _print_files(record, bag)
+    if summary is not None:
+        write_file(summary, json.dumps(result.as_dict(), indent=1) + "\n", "the summary")
+    if record is not None:
+        typer.echo(f"recording: {record}; {to_open(record)}")
+    if bag is not None:
+        files = [bag] if bag.is_file() else bag.glob("*")
+        typer.echo(f"bag: {bag} ({sum(file.stat().st_size for file in files) / 1e6:.3g} MB)")
     if result.interrupted:
         raise SystemExit(1)
 
 
 def _check_outputs(record: Path | None, summary: Path | None) -> None:
     """Check before the run that its files can be written: it must not fail after an hour of sailing."""
-    _check_recording(record)
-    if summary is None:
-        return
-    with writing("the summary", summary):
-        if summary.is_dir():
-            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
-        summary.absolute().parent.stat()
-
-
-def _write_summary(file: Path | None, result: "Summary") -> None:
-    if file is not None:
-        write_file(file, json.dumps(result.as_dict(), indent=1) + "\n", "the summary")
-
-
-def _check_recording(file: Path | None) -> None:
-    if file is not None and file.suffix.lower() not in {"", ".rrd"}:
-        advice = "; --bag FILE writes a bag" if file.suffix == ".bag" else ""
-        raise CommandError(f"invalid --record '{file}': a name that ends in .rrd is needed{advice}")
+    if record is not None and record.suffix.lower() not in {"", ".rrd"}:
+        advice = "; --bag FILE writes a bag" if record.suffix == ".bag" else ""
+        raise CommandError(f"invalid --record '{record}': a name that ends in .rrd is needed{advice}")
+    if summary is not None:
+        with writing("the summary", summary):
+            if summary.is_dir():
+                raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+            summary.absolute().parent.stat()
 
 
 def _check_paired(needs: str, file: Path | None, options: Mapping[str, str | None]) -> None:
@@ -147,14 +149,6 @@ def _check_paired(needs: str, file: Path | None, options: Mapping[str, str | Non
     for option, value in options.items():
         if value is not None and file is None:
             raise CommandError(f"{option} {value} needs {needs}")
-
-
-def _print_files(record: Path | None, bag: Path | None) -> None:
-    if record is not None:
-        typer.echo(f"recording: {record}; {to_open(record)}")
-    if bag is not None:
-        files = [bag] if bag.is_file() else bag.glob("*")
-        typer.echo(f"bag: {bag} ({sum(file.stat().st_size for file in files) / 1e6:.3g} MB)")
 
 
 @reads_files
@@ -182,12 +176,10 @@ def view(
     """
     from vrx_mj.cli.sailing import steering
     from vrx_mj.drive.view import view as open_view
-    from vrx_mj.mjcf.compile import compile_world
     from vrx_mj.runtime.simulation import Simulation
 
     steer = steering(control, thrust)
-    source, given = opened_by(world, arguments)
-    sim = Simulation(compile_world(source, fleet=fleet, seed=seed, nudge=nudge, arguments=given))
+    sim = Simulation(compile_source(world, arguments, fleet=fleet, seed=seed, nudge=nudge))
     open_view(sim, boat=boat, pace=pace, controller=steer(sim), browser=browser, write=typer.echo)
 
 
@@ -287,11 +279,8 @@ def map_(
     """
     from vrx_mj.draw.map import draw_map
     from vrx_mj.draw.map_scene import map_of
-    from vrx_mj.mjcf.compile import compile_world
 
-    source, given = opened_by(world, arguments)
-    drawn = map_of(compile_world(source, fleet=fleet, nudge=nudge, arguments=given))
-    draw_map(drawn, output)
+    draw_map(map_of(compile_source(world, arguments, fleet=fleet, nudge=nudge)), output)
     typer.echo(f"map: {output}")
 
 
@@ -299,10 +288,14 @@ def new(
     kind: Annotated[str, typer.Argument(help=f"What to make: {', '.join(NEW_KINDS)} or robot.")],
     name: Annotated[str, typer.Argument(help="Name of the new file, without suffix; for a robot, of its folder.")],
     hull: Annotated[Path | None, typer.Option(help="Closed mesh of a robot [m]: x forward, z up.")] = None,
-    mass: Annotated[float | None, typer.Option(help="Mass of the robot with --hull [kg].")] = None,
-    thrusters: Annotated[int, typer.Option(help="Thrusters of the robot with --hull: 1, which steers, to 4.")] = 2,
+    mass: Annotated[
+        float | None, typer.Option(help="Mass of the robot with --hull [kg].", callback=above_zero())
+    ] = None,
+    thrusters: Annotated[
+        int, typer.Option(min=1, max=4, help="Thrusters of the robot with --hull, 1 to 4; a single one steers.")
+    ] = 2,
     center: Annotated[str | None, typer.Option(help="Its centre of mass: x,y,z [m] of the mesh.")] = None,
-    scale: Annotated[float, typer.Option(help="Factor of the mesh's lengths.")] = 1.0,
+    scale: Scale = 1.0,
 ) -> None:
     """Copy a commented start file into the current folder. For a robot that is a folder, which sails as a fleet.
 
@@ -367,26 +360,18 @@ def bench(
 
     Example: vrx-mj bench --json bench.json
     """
-    rows = _fleets_measured() if fleet_table else _budgets_measured(recordings=recordings)
-    if json_ is not None:
-        write_file(json_, json.dumps(rows, indent=1) + "\n", "the rows")
-
-
-def _budgets_measured(*, recordings: bool) -> list[dict[str, Any]]:
+    from vrx_mj.cli import bench_fleet
     from vrx_mj.cli.bench import measure, print_rows
     from vrx_mj.cli.bench_recordings import recording_rows
 
-    rows = recording_rows() if recordings else measure()
-    print_rows(rows)
-    return rows
-
-
-def _fleets_measured() -> list[dict[str, Any]]:
-    from vrx_mj.cli.bench_fleet import fleet_table, print_fleet_table
-
-    rows = fleet_table()
-    print_fleet_table(rows)
-    return rows
+    if fleet_table:
+        rows = bench_fleet.fleet_table()
+        bench_fleet.print_fleet_table(rows)
+    else:
+        rows = recording_rows() if recordings else measure()
+        print_rows(rows)
+    if json_ is not None:
+        write_file(json_, json.dumps(rows, indent=1) + "\n", "the rows")
 
 
 def score(
@@ -422,7 +407,9 @@ def demo(
 
     Example: vrx-mj demo
     """
-    from vrx_mj.cli.sailing import sail
+    from vrx_mj.cli.sailing import sail, steering
+    from vrx_mj.mjcf.compile import compile_world
+    from vrx_mj.runtime.simulation import Simulation
 
     file = _free_name(output)
     typer.echo(
@@ -430,7 +417,8 @@ def demo(
         f"recording: {file.absolute()}",
         err=True,
     )
-    result = sail(_DEMO_WORLD, _DEMO_FLEET, duration=duration, seed=None, path=file, control=None, thrust=_DEMO_THRUST)
+    sim = Simulation(compile_world(_DEMO_WORLD, fleet=_DEMO_FLEET))
+    result = sail(sim, steering(None, _DEMO_THRUST)(sim), duration, record=file)
     typer.echo(f"sailed {result.sim_time:g} s in {result.wall_time:.1f} s: {pace_text(result.real_time_factor)}")
     typer.echo("the same by hand: " + by_hand(file, duration))
     if result.interrupted:

@@ -21,11 +21,10 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from rich.console import Console
 from rich.text import Text
 
-from vrx_mj.cli.environment import PACKAGES
-from vrx_mj.cli.screen import text_table
+from vrx_mj.cli.environment import EXTRAS, PACKAGES, missing_modules
+from vrx_mj.cli.screen import print_table, show
 from vrx_mj.errors import VrxError, first_names
 from vrx_mj.packages import install_command, install_extra
 from vrx_mj.runtime.limits import core_share, free_memory, processor
@@ -44,8 +43,6 @@ _MODULES = {
 _OLDEST_PYTHON = (3, 11)
 _DRAWS = {"egl": "cameras, by GPU or CPU (egl)", "osmesa": "cameras, by CPU (osmesa)", "glfw": "window (glfw)"}
 _GB = 1e9
-_LEAST_DISK, _LEAST_MEMORY = 0.5 * _GB, 1.0 * _GB
-"""What runs and recordings want to find free [bytes]."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +51,7 @@ class Row:
 
     what: str
     found: str
-    works: _Works
+    works: _Works = "yes"
     advice: str = ""
     core: bool = False
     """Whether nothing runs without it."""
@@ -68,28 +65,34 @@ def healthy(rows: list[Row]) -> bool:
 def examine() -> list[Row]:
     """Look at everything, in a few seconds."""
     with ThreadPoolExecutor() as pool:
-        attempts = pool.submit(_attempts)
+        drawn = pool.submit(_tried_drawing_rows)
         viewer = pool.submit(viewer_row)
         rows = [version_row(), python_row(sys.version_info[:3]), machine_row()]
         rows += [package_row(name, module) for name, module in _MODULES.items()]
         rows += [kernel_row(*_kernels())]
-        rows += [display_row(os.environ, sys.platform), *drawing_rows(attempts.result()), viewer.result()]
+        rows += [display_row(os.environ, sys.platform), *drawn.result(), viewer.result()]
     rows += [ros_row(os.environ), ardupilot_row(shutil.which), *search_rows(os.environ), pythonpath_row(os.environ)]
-    return [*rows, disk_row(shutil.disk_usage(Path.cwd()).free), memory_row(free_memory()), cores_row(core_share())]
+    disk, memory = shutil.disk_usage(Path.cwd()).free, free_memory()
+    return [
+        *rows,
+        room_row("free disk", disk, 0.5 * _GB, "recordings need at least 0.5 GB: make room, or record elsewhere"),
+        room_row("free memory", memory, _GB, "at least 1 GB is needed: end other programs, or raise the limit"),
+        cores_row(core_share()),
+    ]
 
 
 def print_rows(rows: list[Row]) -> None:
     """The rows as a table, then what to do."""
     styles = {"yes": "green", "no": "red", "not needed": "dim"}
     texts = [(row.what, row.found, Text(row.works, style=styles[row.works])) for row in rows]
-    out = Console()
-    out.print(text_table("vrx-mj doctor", ("what", "found", "works"), (), texts))
+    print_table("vrx-mj doctor", ("what", "found", "works"), (), texts)
     for row in rows:
         if row.advice:
-            out.print(f"{row.what}: {row.advice}", markup=False, highlight=False, soft_wrap=True)
-    out.print(
-        "What vrx_mj needs works." if healthy(rows) else "vrx_mj cannot run here: see the rows marked no.", style="bold"
-    )
+            show(f"{row.what}: {row.advice}", result=True)
+    if healthy(rows):
+        show("What vrx_mj needs works.", result=True)
+    else:
+        show("vrx_mj cannot run here: see the rows marked no.", "red", result=True)
 
 
 def as_json(rows: list[Row]) -> list[dict[str, object]]:
@@ -104,20 +107,20 @@ def version_row() -> Row:
     """Our own version, and where it is."""
     import vrx_mj
 
-    return Row("vrx_mj", f"{vrx_mj.__version__} in {Path(vrx_mj.__file__).parent}", "yes", core=True)
+    return Row("vrx_mj", f"{vrx_mj.__version__} in {Path(vrx_mj.__file__).parent}", core=True)
 
 
 def python_row(version: tuple[int, ...]) -> Row:
     """The interpreter."""
     shown = ".".join(map(str, version))
     if version >= _OLDEST_PYTHON and sys.maxsize > 2**32:
-        return Row("python", f"{shown} in {sys.prefix}", "yes", core=True)
+        return Row("python", f"{shown} in {sys.prefix}", core=True)
     return Row("python", shown, "no", "Python 3.11 or newer, 64 bit, is needed: see docs/install.md", core=True)
 
 
 def machine_row() -> Row:
     """Processor and system."""
-    return Row("machine", f"{processor() or platform.machine()}; {platform.platform()}", "yes")
+    return Row("machine", f"{processor() or platform.machine()}; {platform.platform()}")
 
 
 def package_row(
@@ -141,11 +144,11 @@ def package_row(
     except Exception as error:
         line = str(error).partition("\n")[0]
         return Row(name, f"{found}, import fails: {line}", "no", f"{repair} --force-reinstall", core=True)
-    return Row(name, found, "yes", core=True)
+    return Row(name, found, core=True)
 
 
 def requirement(name: str) -> str:
-    """What we ask of a package, as in "mujoco>=4.0,<5"; its name alone where that is not known."""
+    """The requirement on a package, as in "mujoco>=4.0,<5"; its name alone where that is not known."""
     with contextlib.suppress(importlib.metadata.PackageNotFoundError):
         for line in importlib.metadata.requires("vrx-mj") or ():
             if re.match(rf"{re.escape(name)}(?![\w.-])", line):
@@ -165,15 +168,15 @@ def _numbers(version: str) -> tuple[int, ...]:
 
 
 def kernel_row(folder: Path | None, compiled: bool, refused: Sequence[str] = ()) -> Row:
-    """Where compiled physics is kept, and which folders are not safe enough for it."""
+    """The folder of compiled physics, and those that are not safe enough for it."""
     private = " ".join(f"{reason}: keep it to yourself (chmod go-w), or set VRX_MJ_CACHE." for reason in refused)
+    found, advice = str(folder), ""
     if folder is None:
+        found = "no folder can be used"
         advice = "set VRX_MJ_CACHE to a folder of your own, or every run starts with 20 s of compiling"
-        return Row("compiled physics", "no folder can be used", "no", private or advice)
-    if not compiled:
-        first = "the first run compiles it, in about 20 s"
-        return Row("compiled physics", f"not yet in {folder}", "yes", private or first)
-    return Row("compiled physics", str(folder), "yes", private)
+    elif not compiled:
+        found, advice = f"not yet in {folder}", "the first run compiles it, in about 20 s"
+    return Row("compiled physics", found, "yes" if folder else "no", private or advice)
 
 
 def _kernels() -> tuple[Path | None, bool, tuple[str, ...]]:
@@ -192,44 +195,35 @@ def _kernels() -> tuple[Path | None, bool, tuple[str, ...]]:
 def display_row(environment: Mapping[str, str], system: str) -> Row:
     """Whether there is a screen to open a window on."""
     if not system.startswith("linux"):
-        return Row("display", "of the system", "yes")
+        return Row("display", "of the system")
     shown = [f"{name}={environment[name]}" for name in ("DISPLAY", "WAYLAND_DISPLAY") if environment.get(name)]
     if shown:
-        return Row("display", ", ".join(shown), "yes")
+        return Row("display", ", ".join(shown))
     return Row("display", "none", "not needed", "vrx-mj view opens in a browser instead")
 
 
-def drawing_rows(attempts: Mapping[str, "Attempt"]) -> Iterator[Row]:
-    """What drew a picture; cameras want one way of two."""
+def drawing_rows(attempts: Mapping[str, "Attempt"], *, has_display: bool) -> Iterator[Row]:
+    """The ways that drew a picture; cameras need one of two."""
     from vrx_mj.sensors.canvas import DEBIAN
 
-    cameras = any(attempts[name].works for name in ("egl", "osmesa") if name in attempts)
-    screen = attempts.get("display")
+    cameras = any(attempt.works for name, attempt in attempts.items() if name != "glfw")
     for name, attempt in attempts.items():
-        if name == "display":
-            continue
+        needed = has_display if name == "glfw" else not cameras
         if attempt.works:
-            yield Row(_DRAWS[name], attempt.detail, "yes")
-        elif name == "glfw" and screen is not None and not screen.works:
-            yield Row(_DRAWS[name], "no display", "not needed")
+            yield Row(_DRAWS[name], attempt.detail)
+        elif needed:
+            yield Row(_DRAWS[name], attempt.detail, "no", f"sudo apt-get install {DEBIAN[name]}")
         else:
-            needed = name == "glfw" or not cameras
-            yield Row(
-                _DRAWS[name],
-                attempt.detail,
-                "no" if needed else "not needed",
-                f"sudo apt-get install {DEBIAN[name]}" if needed else "",
-            )
+            yield Row(_DRAWS[name], "no display" if name == "glfw" else attempt.detail, "not needed")
 
 
-def _attempts() -> dict[str, "Attempt"]:
-    from vrx_mj.draw.display import BACKENDS, Attempt, has_display, try_backend
+def _tried_drawing_rows() -> list[Row]:
+    from vrx_mj.draw.display import BACKENDS, has_display, try_backend
 
-    linux = sys.platform.startswith("linux")
-    names = BACKENDS if linux else ("glfw",)
+    names = BACKENDS if sys.platform.startswith("linux") else ("glfw",)
     with ThreadPoolExecutor() as pool:
         tried = dict(zip(names, pool.map(try_backend, names), strict=True))
-    return {"display": Attempt(has_display(), ""), **tried}
+    return list(drawing_rows(tried, has_display=has_display()))
 
 
 def viewer_row(
@@ -250,7 +244,7 @@ def viewer_row(
     found = (re.findall(r"\d+\.\d+\.\d+\S*", output) or ["?"])[0]
     if found != wanted:
         return Row(what, f"{found}, but the package is {wanted}", "no", again)
-    return Row(what, f"{found}, {path}", "yes")
+    return Row(what, f"{found}, {path}")
 
 
 # Surroundings
@@ -271,11 +265,11 @@ def ardupilot_row(find: Callable[[str], str | None]) -> Row:
     found = [path for name in ("ardurover", "sim_vehicle.py") if (path := find(name))]
     if not found:
         return Row("ArduPilot", "not on PATH", "not needed", "docs/ardupilot.md says how to get it")
-    return Row("ArduPilot", ", ".join(found), "yes")
+    return Row("ArduPilot", ", ".join(found))
 
 
 def search_rows(environment: Mapping[str, str]) -> Iterator[Row]:
-    """Where files of the user's own are looked for."""
+    """Folders in which the user's own files are looked for."""
     for name in ("VRX_MJ_PATH", "VRX_MJ_PACKAGE_PATH"):
         text = environment.get(name, "")
         missing = [entry for entry in text.split(os.pathsep) if entry and not Path(entry).is_dir()]
@@ -288,45 +282,27 @@ def search_rows(environment: Mapping[str, str]) -> Iterator[Row]:
 def pythonpath_row(environment: Mapping[str, str]) -> Row:
     """PYTHONPATH, and packages of ours in it, which may be too old or for another Python."""
     entries = [entry for entry in environment.get("PYTHONPATH", "").split(os.pathsep) if entry]
-    there = [
-        f"{name} in {entry}"
-        for entry in entries
-        for name in sorted(PACKAGES)
-        if (Path(entry) / name).is_dir() or (Path(entry) / f"{name}.py").is_file()
-    ]
+    files = ((name, Path(entry) / name) for entry in entries for name in sorted(PACKAGES))
+    there = [f"{name} in {file.parent}" for name, file in files if file.is_dir() or file.with_suffix(".py").is_file()]
     if there:
         advice = "vrx-mj uses the installed packages first; for your own scripts, unset PYTHONPATH"
         return Row("PYTHONPATH", ", ".join(there), "yes", advice)
     return Row("PYTHONPATH", os.pathsep.join(entries) or "not set", "yes" if entries else "not needed")
 
 
-def disk_row(free: float) -> Row:
-    """Disk [bytes] that is free here."""
-    enough = free >= _LEAST_DISK
-    advice = "" if enough else f"recordings need at least {_LEAST_DISK / _GB:g} GB: make room, or record elsewhere"
-    return Row("free disk", f"{free / _GB:.1f} GB here", "yes" if enough else "no", advice)
-
-
-def memory_row(free: float) -> Row:
-    """Memory [bytes] that is free, the container's limit taken into account."""
-    enough = free >= _LEAST_MEMORY
-    advice = "" if enough else f"at least {_LEAST_MEMORY / _GB:g} GB is needed: end other programs, or raise the limit"
-    return Row("free memory", f"{free / _GB:.1f} GB", "yes" if enough else "no", advice)
+def room_row(what: str, free: float, least: float, advice: str) -> Row:
+    """Room [bytes] that is free, and how much should be."""
+    enough = free >= least
+    return Row(what, f"{free / _GB:.1f} GB", "yes" if enough else "no", "" if enough else advice)
 
 
 def cores_row(cores: tuple[int, float]) -> Row:
     """Cores that this process may run on, and the container's share of them."""
     count, share = cores
     limit = f", limited to {share:g} at a time" if share < count else ""
-    return Row("cores", f"{count}{limit}", "yes")
+    return Row("cores", f"{count}{limit}")
 
 
-EXTRAS = {
-    "ros1": ("rosbags", "lz4"), "foxglove": ("rosbags", "foxglove"), "rosbridge": ("rosbags", "websockets", "cbor2"),
-    "rl": ("gymnasium", "pettingzoo"), "ray": ("ray",), "notebook": ("ipykernel", "rerun_notebook"),
-    "video": ("av",), "hydro": ("capytaine",), "nmea": ("rosbags", "pynmea2", "pyais"),
-}  # fmt: skip
-"""Modules that each extra brings."""
 _MASTER, _MASTER_PORT, _ROSBRIDGE_PORT = "http://localhost:11311", 11311, 9090
 _LOOPBACK = "127.0.0.1"
 _MASTER_TIMEOUT = 3.0
@@ -344,16 +320,18 @@ def examine_world(world: str, fleet: str | None) -> list[Row]:
     """Look at a world and a fleet, at the ROS master that answers, and at the ports."""
     rows, sim = world_rows(world, fleet)
     environment = os.environ
-    rows += [extra_row(name, modules) for name, modules in EXTRAS.items()]
-    if all(map(importlib.util.find_spec, EXTRAS["ros1"])):
+    rows += map(extra_row, EXTRAS)
+    if not missing_modules("ros1"):
         uri = environment.get("ROS_MASTER_URI") or _MASTER
         master, publishers = master_row(uri)
         rows += [master, address_row(environment, uri)]
         if sim is not None:
             rows.append(command_row(sim, publishers))
+    answers = [row.found for row in rows if row.what == "ROS master" and row.works == "yes"]
+    is_master = bool(answers) and answers[0].rstrip("/").endswith(f":{_MASTER_PORT}")
     return [
         *rows,
-        port_row("ROS master", _MASTER_PORT, serves=_is_master(rows)),
+        port_row("ROS master", _MASTER_PORT, serves=is_master),
         port_row("rosbridge", _ROSBRIDGE_PORT),
     ]
 
@@ -379,8 +357,8 @@ def world_rows(world: str, fleet: str | None) -> "tuple[list[Row], Simulation | 
     except VrxError as error:
         return [Row(_WORLD, "does not compile", "no", str(error))], None
     boats = f"{len(sim.boats)} {'boat' if len(sim.boats) == 1 else 'boats'}: {first_names(sim.boats, _SHOWN)}"
-    rows = [Row(_WORLD, f"{sim.world.name}, {boats}", "yes")]
-    rows += [Row("warning", str(each.message), "yes") for each in caught]
+    rows = [Row(_WORLD, f"{sim.world.name}, {boats}")]
+    rows += [Row("warning", str(each.message)) for each in caught]
     rows += _problems(_LAND, _on_land(sim), "none")
     rows += _problems(_OVERLAPS, overlaps(sim), "none")
     rows += _problems(_FRAMES, shared_frames(sim), "each is of one boat")
@@ -393,7 +371,7 @@ def _problems(what: str, lines: Iterator[str], none: str) -> list[Row]:
     for line in lines:
         cut = max(line.rfind(": "), line.rfind("; "))
         rows.append(Row(what, line[:cut], "no", line[cut + 2 :]))
-    return rows or [Row(what, none, "yes")]
+    return rows or [Row(what, none)]
 
 
 def _on_land(sim: "Simulation") -> Iterator[str]:
@@ -417,13 +395,11 @@ def _on_land(sim: "Simulation") -> Iterator[str]:
 # ROS
 
 
-def extra_row(name: str, modules: Sequence[str], find: Callable[[str], object] = importlib.util.find_spec) -> Row:
+def extra_row(name: str) -> Row:
     """An extra of ours, by the modules that it brings."""
-    missing = [module for module in modules if find(module) is None]
-    what = f"extra {name}"
-    if not missing:
-        return Row(what, "installed", "yes")
-    return Row(what, f"without {', '.join(missing)}", "not needed", install_extra(name))
+    if missing := missing_modules(name):
+        return Row(f"extra {name}", f"without {', '.join(missing)}", "not needed", install_extra(name))
+    return Row(f"extra {name}", "installed")
 
 
 def master_row(uri: str, timeout: float = _MASTER_TIMEOUT) -> tuple[Row, Publishers]:
@@ -455,7 +431,7 @@ def master_row(uri: str, timeout: float = _MASTER_TIMEOUT) -> tuple[Row, Publish
     except (*BROKEN, Fault, TypeError, ValueError) as error:
         why = str(error) or "no answer"
         return Row(what, f"no ROS master at {uri}: {why}", "no", "correct ROS_MASTER_URI, or unset it"), ()
-    return Row(what, f"answers at {uri}", "yes"), publishers
+    return Row(what, f"answers at {uri}"), publishers
 
 
 def command_row(sim: "Simulation", publishers: Publishers) -> Row:
@@ -503,7 +479,7 @@ def address_row(environment: Mapping[str, str], uri: str) -> Row:
     if all(map(is_loopback, addresses(host_name))) and not is_local(host):
         advice = f"nodes on other machines cannot reach it: set {name} to this machine's address towards {host}"
         return Row(name, f"{shown}, but the master is on {host}", "no", advice)
-    return Row(name, shown, "yes")
+    return Row(name, shown)
 
 
 def port_row(what: str, port: int, *, serves: bool = False, who: Callable[[int], str | None] | None = None) -> Row:
@@ -519,15 +495,9 @@ def port_row(what: str, port: int, *, serves: bool = False, who: Callable[[int],
         except OSError:
             pass
         else:
-            return Row(name, "free", "yes")
+            return Row(name, "free")
     holder = (who or who_listens)(port) or "a process that cannot be found"
     if serves:
-        return Row(name, f"the master that answers: {holder}", "yes")
+        return Row(name, f"the master that answers: {holder}")
     other = "another ROS_MASTER_URI" if port == _MASTER_PORT else f"--{what} {port + 1}"
     return Row(name, f"held by {holder}", "no", f"stop it, or use {other}")
-
-
-def _is_master(rows: Sequence[Row]) -> bool:
-    """Whether the master that answers is at the usual port."""
-    found = [row.found for row in rows if row.what == "ROS master" and row.works == "yes"]
-    return bool(found) and found[0].rstrip("/").endswith(f":{_MASTER_PORT}")

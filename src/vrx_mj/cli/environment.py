@@ -1,5 +1,6 @@
 """PYTHONPATH: a sourced ROS puts packages of its own there, for another Python or too old for us."""
 
+import importlib.util
 import os
 import sys
 import traceback
@@ -12,7 +13,18 @@ PACKAGES = frozenset({
     "pydantic", "pynmea2", "ray", "rerun", "rerun_notebook", "rich", "rosbags", "scipy", "shapely", "trimesh", "typer",
     "websockets", "xacro", "yaml", "yourdfpy",
 })  # fmt: skip
-"""What we import, by the names of the modules."""
+"""Packages that the sources import, by the names of their modules."""
+EXTRAS = {
+    "ros1": ("rosbags", "lz4"), "foxglove": ("rosbags", "foxglove"), "rosbridge": ("rosbags", "websockets", "cbor2"),
+    "rl": ("gymnasium", "pettingzoo"), "ray": ("ray",), "notebook": ("ipykernel", "rerun_notebook"),
+    "video": ("av",), "hydro": ("capytaine",), "nmea": ("rosbags", "pynmea2", "pyais"),
+}  # fmt: skip
+"""Modules that each extra brings."""
+
+
+def missing_modules(extra: str) -> list[str]:
+    """The modules of an extra that are not installed."""
+    return [module for module in EXTRAS[extra] if importlib.util.find_spec(module) is None]
 
 
 def installed_first() -> None:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from vrx_mj.mjcf.boats import AssembledThruster, Boat
 
 NEW_KINDS = {"world": "world.yaml", "fleet": "fleet.yaml", "dock": "dock.txt", "object": "object.yaml"}
-"""What `new` can make, and the start file it copies."""
+"""Kinds of files that `new` makes, and the start file of each."""
 NEW_ROBOT = ("robot.yaml", "thruster_config.yaml", "component_config.yaml")
 """The start files of a robot, which `new` puts in a folder."""
 
@@ -64,7 +64,7 @@ def _line(kind: str, name: str, file: Path, *, verbose: bool) -> str:
 
 
 def command_lines(robot: str) -> Iterator[str]:
-    """For the profiles lines about the commands of a robot with its first layout; none if it cannot be built."""
+    """Lines about the commands of a robot with its first layout, by profile; none if it cannot be built."""
     from vrx_mj.config.fleet import Order
     from vrx_mj.config.profiles import Profile
     from vrx_mj.mjcf.build import build_boat
@@ -83,7 +83,7 @@ def command_lines(robot: str) -> Iterator[str]:
 
 
 def _thrusts(boat: "Boat") -> Iterator[str]:
-    """Thrusters that are alike together."""
+    """Commands of thrusters; those that are alike share one text."""
     pushing = [thruster for thruster in boat.thrusters if thruster.blade is None]
     for text, group in groupby(pushing, key=_thrust):
         yield f"{', '.join(thruster.name for thruster in group)} {text}"
@@ -154,11 +154,7 @@ def copy_start_file(kind: str, name: str) -> Path:
         raise UnknownNameError("start file", kind, (*NEW_KINDS, "robot"))
     source = root() / "assets" / "start" / NEW_KINDS[kind]
     stem = Path(name.removesuffix(source.suffix))
-    if not stem.name:
-        raise VrxError(f"the new {kind} needs a name, as in vrx-mj new {kind} my_{kind}")
-    target = stem.with_name(stem.name + source.suffix)
-    if os.path.lexists(target):
-        raise VrxError(f"{target} exists: choose another name, or remove it")
+    target = _new_path(kind, stem, source.suffix)
     write_file(target, source, "the start file")
     return target
 
@@ -180,11 +176,17 @@ def new_folder(name: str) -> Path:
     Raises:
         VrxError: it is there already, or cannot be made.
     """
-    folder = Path(name)
-    if not folder.name:
-        raise VrxError("the new robot needs a name, as in vrx-mj new robot my_robot")
-    if os.path.lexists(folder):
-        raise VrxError(f"{folder} exists: choose another name, or remove it")
+    folder = _new_path("robot", Path(name))
     with writing("the folder", folder):
         folder.mkdir()
     return folder
+
+
+def _new_path(kind: str, stem: Path, suffix: str = "") -> Path:
+    """The path of something new, with its suffix. VrxError: it has no name, or is there already."""
+    if not stem.name:
+        raise VrxError(f"the new {kind} needs a name, as in vrx-mj new {kind} my_{kind}")
+    path = stem.with_name(stem.name + suffix)
+    if os.path.lexists(path):
+        raise VrxError(f"{path} exists: choose another name, or remove it")
+    return path

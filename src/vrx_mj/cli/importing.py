@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vrx_mj.cli.options import Arguments, Strict, named_values, reads_files
+from vrx_mj.cli.options import Arguments, Folder, Strict, named_values, reads_files
 from vrx_mj.errors import CommandError
 from vrx_mj.outputs import Content, begins, write_files
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 @reads_files
 def import_(
     source: Annotated[Path, typer.Argument(help="A world, launch file, boat or model, or a folder of them.")],
-    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for our files.")],
+    output: Folder,
     arguments: Arguments = None,
     strict: Strict = False,
 ) -> None:
@@ -36,15 +36,11 @@ def import_(
     for message in made.failed:
         typer.echo(f"not read: {message}", err=True)
     for world, fleet in made.sails[:3]:
-        named, afloat = (_word(output / name if name in made.texts else name) for name in (world, fleet or ""))
-        typer.echo(f"to sail: vrx-mj run {named}{f' --fleet {afloat}' if afloat else ''}")
+        paths = [str(output / name if name in made.texts else name) for name in (world, fleet) if name]
+        words = [f'"{path}"' if " " in path else path for path in paths]  # in any shell
+        typer.echo(f"to sail: vrx-mj run {' --fleet '.join(words)}")
     if strict and (made.failed or made.count("not read")):
         raise CommandError("--strict: there are parts that are not read")
-
-
-def _word(path: Path | str) -> str:
-    """A path as one word of a command, in any shell."""
-    return f'"{path}"' if " " in str(path) else str(path)
 
 
 def _write(made: "Imported", folder: Path) -> None:

@@ -11,8 +11,8 @@ import typer
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.cli.files import new_folder
-from vrx_mj.cli.robot import LARGEST, coordinates, read_hull
-from vrx_mj.errors import CommandError, VrxWarning
+from vrx_mj.cli.robot import coordinates, read_hull
+from vrx_mj.errors import VrxWarning
 from vrx_mj.mjcf.flotation import flotation_at
 from vrx_mj.mjcf.hull_estimate import DENSITY, WIND, HullEstimate, estimated_hull
 from vrx_mj.mjcf.templates import render
@@ -28,7 +28,7 @@ _NAMES = (
 )
 """Names of engines by their number, from port to starboard."""
 _MOST_TRIANGLES = 1000
-"""To which a mesh is simplified: every step looks at all, and worlds divide long ones."""
+"""Triangles to which a mesh is simplified: every step looks at all, and worlds divide long ones."""
 _MOST_PIECES = 20
 """Parts of a mesh that have a file each, so that what is between hulls is free."""
 _AIR = 1.226
@@ -39,14 +39,9 @@ def make_robot(name: str, mesh: Path, mass: float, engines: int, center: str | N
     """Write the folder of a boat, and print how it floats and whether it keeps its course.
 
     Raises:
-        CommandError: a number is out of its range.
+        CommandError: the centre is not three numbers.
         VrxError: the folder is there already, the mesh cannot be read, or it does not float.
     """
-    for option, value in (("mass", mass), ("scale", scale)):
-        if not 0.0 < value < LARGEST:
-            raise CommandError(f"invalid --{option} {value:g}: a number above 0 is needed")
-    if not 1 <= engines < len(_NAMES):
-        raise CommandError(f"invalid --thrusters {engines}: 1 to {len(_NAMES) - 1} are needed")
     boat = estimated_hull(simplify(read_hull(mesh, scale)), mass, engines, coordinates(center) if center else None)
     for note in flotation_at(boat.corners, 0.0).remarks(np.array(boat.sheet.center_of_mass), "--center"):
         warnings.warn(note, VrxWarning, stacklevel=1)
@@ -97,7 +92,7 @@ def _write(folder: Path, boat: HullEstimate) -> None:
 
 
 def _values(boat: HullEstimate) -> dict[str, Any]:
-    """What the templates write beside the names of files, with four digits."""
+    """Values of the templates beside the names of files, with four digits."""
     sheet, (x, _, area, aspect), side = boat.sheet, boat.stern, boat.windage[1]
     lift = 0.5 * DENSITY * area * normal_slope(aspect) * boat.speed  # which profiles without skegs have at full thrust
     found = vars(boat) | {
@@ -119,7 +114,7 @@ def _short(value: Any) -> Any:
 
 
 def _lines(folder: Path, boat: HullEstimate) -> Iterator[str]:
-    """What is made, whether it keeps its course, what would make it, and how to sail it."""
+    """Lines about the boat: its size, whether it keeps its course, what would help, and how to sail it."""
     sheet, arm = boat.sheet, abs(boat.engines[0][1] - boat.engines[-1][1]) / 2.0
     criterion, growth, feedback, skeg = boat.course
     yield f"{folder}: {boat.length:.3g} x {boat.beam:.3g} m, draft {sheet.draft:.3g} m, GM {sheet.gm[0]:.3g} m"

@@ -16,7 +16,11 @@ from xml.sax.saxutils import escape
 
 from vrx_mj.cli.screen import show, show_error
 from vrx_mj.errors import CommandError, NetworkError, VrxError
-from vrx_mj.outputs import atomic_write
+from vrx_mj.outputs import write_file
+
+if TYPE_CHECKING:
+    from vrx_mj.ros.messages import Message
+    from vrx_mj.ros.ros1.client import Client
 
 _FOLDER = "VRX_MJ_FOLDER"
 """Environment variable with the folder in which roslaunch was started: nodes run in that of its logs."""
@@ -33,27 +37,20 @@ def main() -> None:
     with suppress(OSError):  # it may have gone since
         os.chdir(folder)
     try:
-        if node in PROGRAMS:
-            raise SystemExit(PROGRAMS[node](words, folder))
-        lines = COMMANDS[node](words, folder)
+        lines = NODES[node](words, folder)
     except VrxError as error:
         show_error(str(error))
         raise SystemExit(2) from None
     for line in lines:
-        _run(line)
+        from vrx_mj.cli.program import main as run_command
 
-
-def _run(line: Words) -> None:
-    """Run a command of ours. SystemExit: it has failed."""
-    from vrx_mj.cli.program import main as run
-
-    sys.argv[1:] = line
-    try:
-        run()
-    except SystemExit as end:
-        verdict = end.code == 1 and line[:2] == ["robot", "check"]  # VRX's generator ends cleanly, whatever it finds
-        if end.code and not verdict:
-            raise
+        sys.argv[1:] = line
+        try:
+            run_command()
+        except SystemExit as end:
+            verdict = end.code == 1 and line[:2] == ["robot", "check"]  # VRX's generator ends cleanly all the same
+            if end.code and not verdict:
+                raise
 
 
 def _serve(words: Sequence[str], folder: Path) -> list[Words]:
@@ -102,38 +99,28 @@ def _parameters(*names: str) -> dict[str, str]:
     return {name: str(client.parameter(name)) for name in names}
 
 
-def _keydrive(words: Sequence[str], _: Path) -> list[Words]:
-    """Keys."""
+def _teleop(words: Sequence[str], _: Path) -> list[Words]:
+    """Keys or, at a port, a page with a joystick, for the boat of the arguments or of the node's namespace."""
     given = _named_arguments(words)
-    return [["teleop", "--boat", given["namespace"], "--url", given["url"]]]
+    boat = given.get("namespace") or os.environ.get("ROS_NAMESPACE", "").strip("/")
+    options = {"--boat": boat, "--url": given.get("url"), "--web": given.get("port")}
+    return [["teleop", *(word for name, value in options.items() if value for word in (name, value))]]
 
 
-def _twist_keyboard(_: Sequence[str], __: Path) -> list[Words]:
-    """Keys for the boat of the node's namespace."""
-    boat = os.environ.get("ROS_NAMESPACE", "").strip("/")
-    return [["teleop", *(("--boat", boat) if boat else ())]]
-
-
-def _joydrive(words: Sequence[str], _: Path) -> list[Words]:
-    """A page with a joystick."""
-    given = _named_arguments(words)
-    return [["teleop", "--boat", given["namespace"], "--url", given["url"], "--web", given["port"]]]
-
-
-def _missing(words: Sequence[str], _: Path) -> int:
+def _missing(words: Sequence[str], _: Path) -> list[Words]:
     """A launch file of VRX that is not there; a line says what to do instead."""
     show_error(f"{words[0]} is not supported: {' '.join(words[1:])}")
-    return 1
+    raise SystemExit(1)
 
 
-def _idle(_: Sequence[str], __: Path) -> int:
+def _idle(_: Sequence[str], __: Path) -> list[Words]:
     """A node of VRX for what `vrx-mj serve` does itself."""
     show("nothing to do: vrx-mj serve shows the beacon, and vrx-mj teleop sets thrust and angles")
     await_end()
-    return 0
+    return []
 
 
-def _xacro(words: Sequence[str], folder: Path) -> int:
+def _xacro(words: Sequence[str], folder: Path) -> list[Words]:
     """The URDF or SDF of a xacro file, by arguments NAME:=VALUE, on the standard output or in the file of `-o`."""
     from vrx_mj.config.search import package_paths
     from vrx_mj.formats.gazebo.document import LIBRARIES
@@ -150,10 +137,9 @@ def _xacro(words: Sequence[str], folder: Path) -> int:
     text = expand(file, arguments=_named_arguments(words), package_paths=package_paths(), libraries=libraries)
     if output is None:
         sys.stdout.write(text)
-        return 0
-    with atomic_write(Path(_absolute(output, folder)), "the expanded file") as path:
-        path.write_text(text, encoding="utf-8")
-    return 0
+    else:
+        write_file(Path(_absolute(output, folder)), text, "the expanded file")
+    return []
 
 
 def _options(given: dict[str, str]) -> Words:
@@ -167,13 +153,13 @@ def _options(given: dict[str, str]) -> Words:
 
 
 def _own(words: Sequence[str]) -> Words:
-    """What is for `vrx-mj serve` among words for the command line of gzserver; a line says what is left out."""
-    import typer
+    """The options of `vrx-mj serve` among words for the command line of gzserver; a line names what is left out."""
+    from typer.core import TyperOption
 
-    from vrx_mj.cli.program import app
+    from vrx_mj.cli.program import load_command
 
-    known = typer.main.get_command(app).commands["serve"].params  # type: ignore[attr-defined]
-    taken = {name: 1 + (not one.is_flag) for one in known if one.param_type_name == "option" for name in one.opts}
+    options = [one for one in load_command("serve").params if isinstance(one, TyperOption)]
+    taken = {name: 1 + (not one.is_flag) for one in options for name in one.opts}
     found: Words = []
     lost: Words = []
     index = 0
@@ -209,23 +195,6 @@ def _is_true(text: str) -> bool:
     return text.lower() in {"true", "1"}
 
 
-COMMANDS: Mapping[str, Callable[[Sequence[str], Path], list[Words]]] = {
-    "vrx_mj_serve": _serve,
-    "gzserver": _gzserver,
-    "generate_wamv.py": _generate_wamv,
-    "generate_worlds.py": _generate_worlds,
-    "keydrive": _keydrive,
-    "teleop_twist_keyboard.py": _twist_keyboard,
-    "joydrive": _joydrive,
-    "playback": lambda words, folder: [["replay", _absolute(_named_arguments(words)["log_file"], folder)]],
-}
-"""What makes command lines of `vrx-mj` of the arguments of a node, by its type."""
-
-
-if TYPE_CHECKING:
-    from vrx_mj.ros.messages import Message
-    from vrx_mj.ros.ros1.client import Client
-
 _ENDS = (signal.SIGINT, signal.SIGTERM)
 
 _SOURCES = ("file", "param", "stdin", "database")
@@ -235,8 +204,8 @@ _MOST_CHARACTERS = 20_000_000
 """Characters of a description, at most."""
 
 
-def spawn_model(words: Sequence[str], folder: Path) -> int:
-    """Spawn a model by the options of gazebo_ros, and return the exit code.
+def spawn_model(words: Sequence[str], folder: Path) -> list[Words]:
+    """Spawn a model by the options of gazebo_ros; no command is left to run.
 
     Raises:
         CommandError: an option is wrong, or the world refuses the model.
@@ -264,7 +233,7 @@ def spawn_model(words: Sequence[str], folder: Path) -> int:
         await_end()
         request = new("gazebo_msgs/DeleteModelRequest", model_name=model)
         show(client.call(f"{gazebo}/delete_model", "gazebo_msgs/DeleteModel", request).status_message)
-    return 0
+    return []
 
 
 def _spawn_options(words: Sequence[str]) -> dict[str, str]:
@@ -364,7 +333,15 @@ def _wait_for(client: "Client", gazebo: str, model: str) -> None:
         time.sleep(0.2)
 
 
-PROGRAMS: Mapping[str, Callable[[Sequence[str], Path], int]] = {
+NODES: Mapping[str, Callable[[Sequence[str], Path], list[Words]]] = {
+    "vrx_mj_serve": _serve,
+    "gzserver": _gzserver,
+    "generate_wamv.py": _generate_wamv,
+    "generate_worlds.py": _generate_worlds,
+    "keydrive": _teleop,
+    "teleop_twist_keyboard.py": _teleop,
+    "joydrive": _teleop,
+    "playback": lambda words, folder: [["replay", _absolute(_named_arguments(words)["log_file"], folder)]],
     "missing": _missing,
     "spawn_wamv.bash": spawn_model,
     "pinger_visualization.py": _idle,
@@ -373,7 +350,7 @@ PROGRAMS: Mapping[str, Callable[[Sequence[str], Path], int]] = {
     "xacro": _xacro,
     "xacro.py": _xacro,
 }
-"""Nodes that are no command of `vrx-mj`, by their type; they return their exit code."""
+"""Functions of nodes by their type: each acts on its arguments, and returns the command lines of `vrx-mj` to run."""
 
 if __name__ == "__main__":
     main()

@@ -5,15 +5,17 @@ import os
 import re
 import warnings
 from collections.abc import Callable, Sequence
-from enum import Enum
 from functools import update_wrapper
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
 import typer
 
 from vrx_mj.config.search import MISSING, OWN_PATH, PACKAGE_PATH
 from vrx_mj.errors import CommandError, VrxError, VrxWarning
+
+if TYPE_CHECKING:
+    from vrx_mj.mjcf.world import World as CompiledWorld
 
 World = Annotated[
     str,
@@ -37,7 +39,6 @@ Nudge = Annotated[
     bool, typer.Option("--nudge", help="Move boats that start on land, docks or each other to free water.")
 ]
 Seed = Annotated[int | None, typer.Option(help="Seed of waves, gusts and noise; default: the world's.")]
-_Missing = Enum("_Missing", {"error": "error", "ignore": "ignore"})
 _Packages = Annotated[
     list[Path] | None,
     typer.Option(
@@ -52,11 +53,30 @@ _Allowed = Annotated[
     ),
 ]
 _Ignored = Annotated[
-    _Missing | None,
+    Literal["error", "ignore"] | None,
     typer.Option(
         help="Packages of a launch file or a xacro that are missing: ignore leaves out what is in them; default: error."
     ),
 ]
+
+
+LARGEST = 1e9
+"""Bound of numbers."""
+
+
+def above_zero(most: float = LARGEST) -> Callable[[typer.CallbackParam, float | None], float | None]:
+    """A check that an option's number, if given, is above 0 and at most `most`. CommandError: it is not."""
+
+    def check(param: typer.CallbackParam, value: float | None) -> float | None:
+        if value is not None and not 0.0 < value <= most:
+            limit = f", at most {most:g}," if value > 0.0 else ""
+            raise CommandError(f"invalid {param.opts[0]} '{value:g}': a number above 0{limit} is needed")
+        return value
+
+    return check
+
+
+Scale = Annotated[float, typer.Option(help="Factor of the mesh's lengths.", callback=above_zero())]
 
 
 def _be_strict(strict: bool) -> bool:
@@ -73,6 +93,7 @@ Strict = Annotated[
     typer.Option("--strict", help="Warnings, and parts that are not read, are errors.", callback=_be_strict),
 ]
 Output = Annotated[Path, typer.Option("--output", "-o", help="The file or folder to write.")]
+Folder = Annotated[Path, typer.Option("--output", "-o", help="The folder to write.")]
 Record = Annotated[Path | None, typer.Option(help="Write a recording for rerun (.rrd).")]
 Recording = Annotated[Path, typer.Argument(help="A recording (.rrd).")]
 Json = Annotated[Path | None, typer.Option("--json", help="Write the table as JSON.")]
@@ -123,7 +144,7 @@ def reads_files(command: Callable[..., _T]) -> Callable[..., _T]:
         put_first(package_path or (), PACKAGE_PATH, "--package-path")
         put_first(allow or (), OWN_PATH, "--allow")
         if missing:
-            os.environ[MISSING] = missing.value
+            os.environ[MISSING] = missing
         return command(*arguments, **options)
 
     added = [one for one in inspect.signature(reads).parameters.values() if one.kind is one.KEYWORD_ONLY]
@@ -132,19 +153,28 @@ def reads_files(command: Callable[..., _T]) -> Callable[..., _T]:
     return update_wrapper(reads, command)
 
 
-def opened_by(world: str, words: Sequence[str] | None) -> tuple[str, dict[str, str]]:
-    """The source of a world and its arguments, of a command line as roslaunch has it: `FOLDER FILE NAME:=VALUE`.
+def compile_source(
+    world: str,
+    words: Sequence[str] | None,
+    *,
+    fleet: str | None = None,
+    seed: int | None = None,
+    nudge: bool = False,
+) -> "CompiledWorld":
+    """Compile the world of a command line as roslaunch has it: `FOLDER FILE NAME:=VALUE`.
 
     Raises:
         CommandError: a word is not of this form.
         UnknownNameError: the folder has no such file.
     """
-    first = next(iter(words or ()), "")
-    if not first or ":=" in first or not first.lower().endswith(_ENDS):
-        return world, named_values(words)
-    from vrx_mj.formats.gazebo.opening import file_in
+    from vrx_mj.mjcf.compile import compile_world
 
-    return file_in(world, first), named_values((words or ())[1:])
+    first, *rest = words or ("",)
+    if ":=" not in first and first.lower().endswith(_ENDS):
+        from vrx_mj.formats.gazebo.opening import file_in
+
+        world, words = file_in(world, first), rest
+    return compile_world(world, fleet=fleet, seed=seed, nudge=nudge, arguments=named_values(words))
 
 
 def named_values(words: Sequence[str] | None) -> dict[str, str]:

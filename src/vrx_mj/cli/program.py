@@ -7,17 +7,18 @@ Exit codes: 0 done, 1 a run failed or was cut short, 2 wrong input, 130 Ctrl-C a
 
 import gc
 import inspect
+import math
 import os
 import re
 import sys
 import warnings
-from collections.abc import Iterator, MutableMapping
+from collections.abc import Sequence
 from contextvars import copy_context
-from enum import Enum
-from importlib import import_module
+from functools import cache
 from itertools import groupby
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple, get_args, get_origin
+from pkgutil import resolve_name
+from typing import Annotated, Any, Literal, NamedTuple, cast, get_args, get_origin
 
 import typer
 from typer.core import TyperCommand, TyperGroup
@@ -29,21 +30,21 @@ from vrx_mj.packages import MissingPackageError
 from vrx_mj.signals import ended_by_signals
 
 _UsageError: type[Exception] = typer.BadParameter.__mro__[1]
-"""What typer raises for a command line that no command takes; it exports the subclass alone."""
+"""Error of typer about a command line that no command takes; it exports the subclass alone."""
 _EXAMPLE = "Example: "
 _HEADING = re.compile(r"^\S.*:$", re.MULTILINE)
 
 
-def description(command: Any) -> list[str]:
+def description(text: str | None) -> list[str]:
     """The paragraphs of a command's help, each in one line, without its example."""
-    text = inspect.cleandoc(command.help or "")
+    text = inspect.cleandoc(text or "")
     paragraphs = (" ".join(paragraph.split()) for paragraph in text.split("\n\n"))
     return [paragraph for paragraph in paragraphs if not paragraph.startswith(_EXAMPLE)]
 
 
-def example(command: Any) -> str | None:
+def example(text: str | None) -> str | None:
     """The example in a command's help; None without one."""
-    lines = (line.strip() for line in (command.help or "").splitlines())
+    lines = (line.strip() for line in (text or "").splitlines())
     return next((line.removeprefix(_EXAMPLE) for line in lines if line.startswith(_EXAMPLE)), None)
 
 
@@ -52,46 +53,51 @@ def convert_lightly(parameter: Any) -> None:
     if getattr(parameter, "_runtime_param", False) is None:
         annotation = parameter.type_descriptor.annotation
         kind = get_args(annotation)[0] if get_origin(annotation) is list else annotation
-        if isinstance(kind, type) and issubclass(kind, (*_NUMBERS, str, bool, Path, Enum)):
-            parameter._runtime_param = Conversion(kind)
+        choices = get_args(kind) if get_origin(kind) is Literal else ()
+        if choices or (isinstance(kind, type) and issubclass(kind, (*_NUMBERS, str, bool, Path))):
+            parameter._runtime_param = Conversion(str if choices else kind, choices)
 
 
 _NUMBERS = {int: "a whole number", float: "a number"}
 
 
 class Conversion:
-    """Makes the words that were given to one parameter into values of a type."""
+    """Makes the words that were given to one parameter into values of a type, or checks that they are among choices."""
 
-    def __init__(self, kind: type) -> None:
-        self.kind = kind
+    def __init__(self, kind: type, choices: Sequence[str]) -> None:
+        self.kind, self._choices = kind, choices
 
     def coerce(self, value: Any, param: Any, ctx: Any) -> Any:
         """The value or values.
 
         Raises:
             CommandError: a word is not of this type, or outside of the parameter's range.
+            UnknownNameError: it is not among the choices.
         """
         if param.multiple or param.nargs == -1:
             return tuple(self._one(each, param) for each in value or ())
         return None if value is None else self._one(value, param)
 
     def _one(self, word: Any, param: Any) -> Any:
+        named = param.opts[0] if param.param_type_name == "option" else param.name.upper()
+        if self._choices and word not in self._choices:
+            raise UnknownNameError(f"value of {named}", word, self._choices)
         if isinstance(word, self.kind):
             return word
-        named = param.opts[0] if param.param_type_name == "option" else param.name.upper()
         try:
             value = self.kind(word)
         except ValueError:
-            if issubclass(self.kind, Enum):
-                raise UnknownNameError(f"value of {named}", word, [str(each.value) for each in self.kind]) from None
             raise CommandError(f"invalid {named} '{word}': {_NUMBERS[self.kind]} is needed") from None
-        if param.min is not None and value < param.min:
-            raise CommandError(f"invalid {named} '{word}': at least {param.min:g} is needed")
+        if param.min is not None and not param.min <= value <= (param.max or math.inf):
+            bounds = f"{param.min:g} to {param.max:g}" if param.max else f"at least {param.min:g}"
+            raise CommandError(f"invalid {named} '{word}': {bounds} is needed")
         return value
 
 
 class _Light:
-    """What a command and a group have in common."""
+    """Common parts of a command and a group."""
+
+    help: str | None
 
     def get_params(self, ctx: object) -> list[Any]:
         """The parameters, `--help` too, with our own conversion."""
@@ -116,11 +122,11 @@ class _Light:
 
     def format_help_text(self, ctx: Any, formatter: Any) -> None:
         """Write what the command does, then its example, which is not wrapped: it can be copied."""
-        for paragraph in description(self):
+        for paragraph in description(self.help):
             formatter.write_paragraph()
             with formatter.indentation():
                 formatter.write_text(paragraph)
-        shown = example(self)
+        shown = example(self.help)
         if shown is not None:
             with formatter.section("Example"):
                 formatter.write(f"{'':{formatter.current_indent}}{shown}\n")
@@ -143,9 +149,7 @@ class Group(_Light, TyperGroup):
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write a line for each subcommand."""
         with formatter.section("Commands"):
-            formatter.write_dl(
-                [(name, description(self.get_command(ctx, name))[0]) for name in self.list_commands(ctx)]
-            )
+            formatter.write_dl([(name, description(one.help)[0]) for name, one in self.commands.items()])
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """The command that the arguments begin with.
@@ -216,11 +220,11 @@ FIRST = {
     "view": "vrx-mj view example_course --fleet trio",
     "new": "vrx-mj new world my_bay",
 }
-"""What a new user needs first, with an example of each."""
+"""Commands that a new user needs first, with an example of each."""
 
 
 def overview() -> str:
-    """What `vrx-mj` without arguments prints: six commands, and where the rest is."""
+    """Output of `vrx-mj` without arguments: six commands, and where the rest is."""
     width = max(map(len, FIRST.values()))
     rows = [f"  {example:<{width}}  {COMMANDS[name].summary}" for name, example in FIRST.items()]
     return "\n".join(
@@ -242,61 +246,31 @@ _CTRL_C = 130
 """Exit code of what Ctrl-C ended before there was something to keep, as shells have it."""
 
 
-class Commands(MutableMapping[str, Any]):
-    """The commands by name, each loaded when it is asked for."""
-
-    def __init__(self) -> None:
-        self._loaded: dict[str, Any] = {}
-
-    def __getitem__(self, name: str) -> Any:
-        if name not in self._loaded:
-            self._loaded[name] = load_command(name)
-        return self._loaded[name]
-
-    def __setitem__(self, name: str, command: object) -> None:
-        self._loaded[name] = command
-
-    def __delitem__(self, name: str) -> None:
-        del self._loaded[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(COMMANDS)
-
-    def __len__(self) -> int:
-        return len(COMMANDS)
-
-    def __contains__(self, name: object) -> bool:
-        return name in COMMANDS
-
-
-def load_command(name: str) -> Any:
+@cache
+def load_command(name: str) -> Command | Group:
     """The click command of a name, from its module."""
-    module, _, attribute = COMMANDS[name].home.partition(":")
-    found = getattr(import_module(f"vrx_mj.cli.{module}"), attribute)
+    entry = COMMANDS[name]
+    found = resolve_name(f"vrx_mj.cli.{entry.home}")
+    owner = typer.Typer(rich_markup_mode=None)
     if isinstance(found, typer.Typer):
-        found.info.cls = Group
         for each in found.registered_commands:
             each.cls = Command
-        return typer.main.get_command(found)
-    alone = typer.Typer(add_completion=False, rich_markup_mode=None)
-    alone.command(name, cls=Command)(found)
-    return typer.main.get_command(alone)
+        owner.add_typer(found, name=name, cls=Group, help=entry.summary, no_args_is_help=True)
+    else:
+        owner.command(name, cls=Command)(found)
+    return cast(Command | Group, typer.main.get_group(owner).commands[name])
 
 
 class Program(Group):
     """`vrx-mj` itself: its commands are in `COMMANDS`, and none is loaded to list them."""
 
-    def __init__(self, **options: Any) -> None:
-        super().__init__(**{**options, "commands": {}})
-        self.commands: MutableMapping[str, Any] = Commands()
-
     def list_commands(self, _ctx: object) -> list[str]:
         """The names, in the order of the help."""
         return list(COMMANDS)
 
-    def get_command(self, _ctx: object, cmd_name: str) -> Any:
+    def get_command(self, _ctx: object, cmd_name: str) -> Command | Group | None:
         """A command; None where the name is unknown."""
-        return self.commands[cmd_name] if cmd_name in COMMANDS else None
+        return load_command(cmd_name) if cmd_name in COMMANDS else None
 
     def format_commands(self, _ctx: Any, formatter: Any) -> None:
         """Write the commands in their groups."""
@@ -310,21 +284,18 @@ def _print_version(wanted: bool) -> None:
     if not wanted:
         return
     import platform
+    from importlib.metadata import PackageNotFoundError, version
 
     from vrx_mj import __version__
 
-    parts = (f"{name} {_version_of(name)}" for name in ("mujoco", "numba"))
-    typer.echo(f"vrx-mj {__version__} ({', '.join(parts)}, Python {platform.python_version()})")
+    parts = [f"Python {platform.python_version()}"]
+    for name in ("numba", "mujoco"):
+        try:
+            parts.insert(0, f"{name} {version(name)}")
+        except PackageNotFoundError:
+            parts.insert(0, f"{name} not installed")
+    typer.echo(f"vrx-mj {__version__} ({', '.join(parts)})")
     raise typer.Exit
-
-
-def _version_of(package: str) -> str:
-    from importlib.metadata import PackageNotFoundError, version
-
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return "not installed"
 
 
 def _program(
@@ -389,7 +360,7 @@ def _code(command: Any, words: list[str]) -> int:
 
 
 def list_hint(error: Exception) -> str:
-    """Where all names of a kind are listed, if the message leaves some out."""
+    """The command that lists all names of a kind, if the message leaves some out."""
     if not isinstance(error, UnknownNameError) or not error.left_out:
         return ""
     if error.kind == "command":
@@ -401,14 +372,14 @@ def list_hint(error: Exception) -> str:
 
 
 def usage_message(error: Any) -> str:
-    """What is wrong with a command line, in one line, with an example or where to read on."""
+    """The message about a wrong command line: one line, with an example or where to read on."""
     ctx = error.ctx
     path = ctx.command_path
     if hasattr(error, "possibilities"):  # an unknown option
         known = [name for each in ctx.command.get_params(ctx) for name in each.opts if name.startswith("--")]
         return str(UnknownNameError(f"option of {path}", error.option_name, sorted(known)))
     if hasattr(error, "param_type") and error.param is not None:  # something is missing
-        shown = example(ctx.command)
+        shown = example(ctx.command.help)
         name = (
             error.param.opts[0]
             if error.param.param_type_name == "option"

@@ -10,38 +10,31 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vrx_mj.bar import Bar
-from vrx_mj.cli.options import named_values, reads_files
-from vrx_mj.cli.screen import text_table
+from vrx_mj.cli.options import LARGEST, Scale, above_zero, named_values, reads_files
+from vrx_mj.cli.screen import print_table
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError, VrxWarning, shown
 from vrx_mj.outputs import atomic_write, write_file, writing
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
     from vrx_mj.arrays import FloatArray
-    from vrx_mj.formats.parts.catalogue import Parameter, PartsFile, PartType
+    from vrx_mj.formats.parts.catalogue import Parameter, PartType
     from vrx_mj.formats.parts.compliance import PartVerdict, Point, Rules, Verdict
     from vrx_mj.mjcf.hull_sheet import HullSheet
 
-app = typer.Typer(
-    name="robot",
-    help="Build and check boats from VRX's thruster and component files.",
-    no_args_is_help=True,
-    add_completion=False,
-    rich_markup_mode=None,
-)
-LARGEST = 1e9
-"""Bound of numbers."""
-SensorYaml = Annotated[Path | None, typer.Option(help="The name of --components in VRX until 1.5.")]
+app = typer.Typer(rich_markup_mode=None)
+_Thrusters = Annotated[Path | None, typer.Option(help="Thruster file (YAML).")]
+_Components = Annotated[
+    Path | None,
+    typer.Option("--components", "--sensor-yaml", help="Component file (YAML), --sensor-yaml in VRX until 1.5."),
+]
 _RuleSet = Annotated[str, typer.Option(help="Rule set: classic, jazzy or 2019.")]
 
 
 @app.command()
 def build(
     output: Annotated[Path, typer.Option("--output", "-o", help="The URDF to write.")],
-    thrusters: Annotated[Path | None, typer.Option(help="Thruster file (YAML); default: VRX's example.")] = None,
-    components: Annotated[Path | None, typer.Option(help="Component file (YAML); default: VRX's example.")] = None,
-    sensor_yaml: SensorYaml = None,
+    thrusters: _Thrusters = None,
+    components: _Components = None,
     layout: Annotated[str | None, typer.Option(help="H, T or X, instead of a thruster file.")] = None,
     namespace: Annotated[str, typer.Option(help="Prefix of links, joints, frames and topics.")] = "wamv",
     locked: Annotated[
@@ -53,13 +46,19 @@ def build(
 ) -> None:
     """Build the URDF of a boat from thruster and component files, as VRX's generate_wamv.launch does.
 
-    An empty file gives a boat without thrusters or components. One that breaks the rules is built too, with a warning.
+    Without a file VRX's example is used; an empty file gives a boat without thrusters or components. One that breaks
+    the rules is built too, with a warning.
 
     Example: vrx-mj robot build --thrusters thruster_config.yaml --components component_config.yaml -o my_wamv.urdf
     """
-    from vrx_mj.formats.parts.generate import wamv_urdf
+    from vrx_mj.formats.parts.compliance import judge
+    from vrx_mj.formats.parts.generate import example_file, wamv_urdf
+    from vrx_mj.formats.parts.read import load_parts
 
-    engines, parts = _files(thrusters, components, sensor_yaml, layout)
+    if thrusters is not None and layout is not None:
+        raise CommandError("--thrusters and --layout both define the engines: give one of them")
+    parts = load_parts(components or example_file("components"), "components")
+    engines = None if layout else load_parts(thrusters or example_file("thrusters"), "thrusters")
     arguments = {} if layout is None else {"thruster_config": layout}
     urdf = wamv_urdf(thrusters=engines, components=parts, namespace=namespace, locked=locked, arguments=arguments)
     with atomic_write(output, "the URDF") as draft:
@@ -69,33 +68,10 @@ def build(
     typer.echo(f"{output}: {namespace}, built from {engines_of} and {parts.path}")
     if mjcf is not None:
         _write_mjcf(urdf, output, mjcf, namespace)
-    _judge(parts, engines)
-
-
-def _files(
-    thrusters: Path | None, components: Path | None, sensors: Path | None, layout: str | None
-) -> tuple["PartsFile | None", "PartsFile"]:
-    """The two files, read; no thruster file where there is a layout."""
-    from vrx_mj.formats.parts.generate import example_file
-    from vrx_mj.formats.parts.read import load_parts
-
-    if thrusters is not None and layout is not None:
-        raise CommandError("--thrusters and --layout both define the engines: give one of them")
-    parts = load_parts(one_of(components, sensors) or example_file("components"), "components")
-    if layout is not None:
-        return None, parts
-    return load_parts(thrusters or example_file("thrusters"), "thrusters"), parts
-
-
-def _judge(components: "PartsFile", thrusters: "PartsFile | None") -> None:
-    """Warn once if the boat is not legal in the competition."""
-    from vrx_mj.formats.parts.compliance import judge
-
-    reasons = judge(components, thrusters).reasons
-    if reasons:
+    if reasons := judge(parts, engines).reasons:
         more = f", and {len(reasons) - 1} more" if len(reasons) > 1 else ""
         message = f"not compliant with VRX's rules: {reasons[0]}{more}; vrx-mj robot check lists all"
-        warnings.warn(message, VrxWarning, stacklevel=2)
+        warnings.warn(message, VrxWarning, stacklevel=1)
 
 
 def _write_mjcf(urdf: str, file: Path, output: Path, namespace: str) -> None:
@@ -116,9 +92,8 @@ def _write_mjcf(urdf: str, file: Path, output: Path, namespace: str) -> None:
 
 @app.command()
 def check(
-    components: Annotated[Path | None, typer.Option(help="Component file (YAML).")] = None,
-    thrusters: Annotated[Path | None, typer.Option(help="Thruster file (YAML).")] = None,
-    sensor_yaml: SensorYaml = None,
+    components: _Components = None,
+    thrusters: _Thrusters = None,
     rules: _RuleSet = "classic",
     picture: Annotated[Path | None, typer.Option(help="Draw the boxes and parts (.png, .pdf or .svg).")] = None,
 ) -> None:
@@ -129,7 +104,6 @@ def check(
     from vrx_mj.formats.parts.compliance import judge
     from vrx_mj.formats.parts.read import load_parts
 
-    components = one_of(components, sensor_yaml)
     if components is None and thrusters is None:
         raise VrxError("nothing to check: give --components FILE, --thrusters FILE or both")
     verdict = judge(
@@ -148,13 +122,6 @@ def check(
         raise SystemExit(1)
 
 
-def one_of(components: Path | None, sensor_yaml: Path | None) -> Path | None:
-    """The component file, by whichever of its two names it is given."""
-    if components is not None and sensor_yaml is not None:
-        raise CommandError("--components and --sensor-yaml are two names of one option: give one of them")
-    return components or sensor_yaml
-
-
 @app.command()
 def parts(
     type_: Annotated[str | None, typer.Argument(metavar="TYPE", help="One type of part; default: all.")] = None,
@@ -164,20 +131,17 @@ def parts(
 
     Example: vrx-mj robot parts wamv_camera
     """
-    from rich.console import Console
-
     from vrx_mj.formats.parts.catalogue import part_types
     from vrx_mj.formats.parts.compliance import load_rules
 
     types = part_types()
     if type_ is not None and type_ not in types:
         raise UnknownNameError("type of part", type_, types)
-    book, out = load_rules(rules), Console()
+    book = load_rules(rules)
     for name in [type_] if type_ else types:
-        out.print(_type_table(types[name], book), "")
-        for line in _limits(types[name], book):
+        _print_type(types[name], book)
+        for line in ("", *_limits(types[name], book), ""):
             typer.echo(line)
-        out.print()
 
 
 @app.command()
@@ -223,10 +187,10 @@ def show(
 @app.command()
 def hydro(
     mesh: Annotated[Path, typer.Argument(help="Closed mesh of the hull [m]: x forward, y left, z up.")],
-    mass: Annotated[float, typer.Option(help="Mass of the boat [kg].")],
+    mass: Annotated[float, typer.Option(help="Mass of the boat [kg].", callback=above_zero())],
     center: Annotated[str, typer.Option(help="Centre of mass in the mesh's axes: x,y,z [m].")] = "0,0,0",
-    density: Annotated[float, typer.Option(help="Density of the water [kg/m3].")] = 1025.0,
-    scale: Annotated[float, typer.Option(help="Factor of the mesh's lengths.")] = 1.0,
+    density: Annotated[float, typer.Option(help="Density of the water [kg/m3].", callback=above_zero())] = 1025.0,
+    scale: Scale = 1.0,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the sheet as JSON too.")] = None,
     bem: Annotated[
         Path | None,
@@ -234,8 +198,8 @@ def hydro(
             metavar="FILE", help="Write added mass, radiation and diffraction by Capytaine, for `hull: {hydro: FILE}`."
         ),
     ] = None,
-    frequencies: Annotated[int, typer.Option(help="Frequencies of --bem.")] = 40,
-    panels: Annotated[int, typer.Option(help="Panels of --bem under water, at least.")] = 400,
+    frequencies: Annotated[int, typer.Option(min=10, max=500, help="Frequencies of --bem.")] = 40,
+    panels: Annotated[int, typer.Option(min=50, max=2000, help="Panels of --bem under water, at least.")] = 400,
 ) -> None:
     """Print the hydrostatics of a hull: displacement, centres, metacentric heights, righting arms to 180 degrees.
 
@@ -245,16 +209,9 @@ def hydro(
     """
     import numpy as np
 
-    from vrx_mj.adapters.hydro import FREQUENCIES
     from vrx_mj.mjcf.flotation import flotation_at
     from vrx_mj.mjcf.hull_sheet import hull_sheet
 
-    for name, value in (("mass", mass), ("density", density), ("scale", scale)):
-        if not 0.0 < value < LARGEST:
-            raise CommandError(f"invalid --{name} {value:g}: a number above 0 is needed")
-    for name, count, (least, most) in (("frequencies", frequencies, FREQUENCIES), ("panels", panels, (50, 2000))):
-        if not least <= count <= most:
-            raise CommandError(f"invalid --{name} {count}: {least} to {most} are needed")
     corners = read_hull(mesh, scale)
     sheet = hull_sheet(corners, mass, coordinates(center), density)
     for note in flotation_at(corners, sheet.waterline).remarks(np.array(sheet.center_of_mass), "--center"):
@@ -342,24 +299,17 @@ def _sheet_lines(sheet: "HullSheet") -> Iterator[str]:
 
 
 def print_verdict(verdict: "Verdict") -> None:
-    """The table of parts, what they come to, and the result of VRX's own generator."""
-    from rich.console import Console
-
-    out = Console()
-    if verdict.parts:
-        out.print(_verdict_table(verdict))
-    for line in _conclusion(verdict):
-        typer.echo(line)
-
-
-def _verdict_table(verdict: "Verdict") -> "Table":
+    """Print the table of parts, what they come to, and the result of VRX's own generator."""
     from rich.text import Text
 
     rows = []
     for part in verdict.parts:
         row = (part.instance.type, part.name, _point(part.point) if part.point else "", "\n".join(_verdict_lines(part)))
         rows.append([Text(cell, style="" if part.compliant else "red") for cell in row])
-    return text_table(f"rules of {verdict.rules.description}", ("part", "name", "x y z [m]", "verdict"), (), rows)
+    if rows:
+        print_table(f"rules of {verdict.rules.description}", ("part", "name", "x y z [m]", "verdict"), (), rows)
+    for line in _conclusion(verdict):
+        typer.echo(line)
 
 
 def _verdict_lines(part: "PartVerdict") -> Iterator[str]:
@@ -398,21 +348,16 @@ def _about_generator(verdict: "Verdict") -> Iterator[str]:
     yield f"VRX's own generator, which judges each file by its last part, would say {banner}; {logs}"
 
 
-def _type_table(part: "PartType", book: "Rules") -> "Table":
+def _print_type(part: "PartType", book: "Rules") -> None:
     rules = book.of(part.kind).types.get(part.name)
     permitted = {each.name: "yes" if rules and each.name in rules.parameters else "no" for each in part.parameters}
     rows = [
-        (
-            one.name,
-            _default(one),
-            one.unit,
-            permitted[one.name],
-            one.meaning + f" (VRX {one.release} only)" * bool(one.release),
-        )
+        (one.name, _default(one), one.unit, permitted[one.name],
+         one.meaning + f" (VRX {one.release} only)" * bool(one.release))
         for one in part.parameters
-    ]
+    ]  # fmt: skip
     heads = ("parameter", "default", "unit", "permitted", "meaning")
-    return text_table(f"{part.name}: {part.meaning}", heads, (), rows)
+    print_table(f"{part.name}: {part.meaning}", heads, (), rows)
 
 
 def _default(parameter: "Parameter") -> str:

@@ -7,27 +7,16 @@ from typing import Annotated
 import typer
 
 from vrx_mj.bar import Bar
-from vrx_mj.cli.options import Recording
+from vrx_mj.cli.options import Folder, Recording
 from vrx_mj.cli.screen import show
 from vrx_mj.errors import CommandError, NetworkError
 from vrx_mj.packages import importing, needs_extra
 
-app = typer.Typer(
-    name="ros",
-    help="Write the packages that ROS 1 programs and roslaunch need.",
-    no_args_is_help=True,
-    add_completion=False,
-    rich_markup_mode=None,
-)
-
-
-@app.callback()
-def ros() -> None:
-    """Write the packages that ROS 1 programs and roslaunch need."""
+app = typer.Typer(rich_markup_mode=None)
 
 
 @app.command()
-def messages(output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the packages.")]) -> None:
+def messages(output: Folder) -> None:
     """Write the ROS 1 message packages that Debian lacks, and print the lines that make programs find them.
 
     The packages are gazebo_msgs, geographic_msgs, uuid_msgs, usv_msgs, vrx_gazebo, usv_gazebo_plugins and
@@ -54,7 +43,7 @@ def messages(output: Annotated[Path, typer.Option("--output", "-o", help="Folder
 
 @app.command()
 def packages(
-    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the packages.")],
+    output: Folder,
     over: Annotated[
         Path | None,
         typer.Option(help="A workspace with VRX's packages: files of yours in them are there too, by links."),

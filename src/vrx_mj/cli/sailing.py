@@ -7,9 +7,7 @@ from importlib.abc import MetaPathFinder
 from pathlib import Path
 
 from vrx_mj.bar import waiting
-from vrx_mj.cli.screen import show
 from vrx_mj.errors import CommandError
-from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.packages import importing
 from vrx_mj.recording.notebook import terminal_bar
 from vrx_mj.runtime.run import (
@@ -26,43 +24,33 @@ from vrx_mj.runtime.simulation import Simulation
 
 
 def sail(
-    world: str,
-    fleet: str | Path | None,
-    *,
+    sim: Simulation,
+    controller: Controller | None,
     duration: float | None,
-    seed: int | None,
-    path: Path | None,
-    control: str | None,
-    thrust: str | None,
+    *,
+    record: Path | None = None,
     sensors: str | None = None,
     follow: str | None = None,
-    nudge: bool = False,
     bag: Path | None = None,
     topics: Sequence[str] = (),
-    arguments: Mapping[str, str] | None = None,
+    own_code: bool = False,
 ) -> Summary:
-    """Compile, sail and record as asked."""
-    steer = steering(control, thrust)
-    sim = Simulation(compile_world(world, fleet=fleet, seed=seed, nudge=nudge, arguments=arguments))
-    if seed is not None and not sim.world.parameters.has_random_loads:
-        show("nothing that moves boats here is random: every --seed gives the same run, except for sensor noise")
-    controller = steer(sim)
+    """Sail and record as asked; `own_code`: whether a controller is the user's code."""
     most = planned_duration(sim) if duration is None else duration
     sim.steps_in(most)
-    foreign = controller is not None and thrust is None
     with (
-        recording(sim, path, sensors or (), follow=follow, pandas=foreign),
-        _bagging(sim, bag, controller, topics) as (advance, controller),
+        recording(sim, record, sensors or (), follow=follow, pandas=own_code and controller is not None),
+        _bagging(sim, bag, controller, topics) as (advance, steer),
         terminal_bar(sim, most) as tick,
     ):
-        return run(sim, duration, controller=controller, progress=tick, advance=advance)
+        return run(sim, duration, controller=steer, progress=tick, advance=advance)
 
 
 @contextmanager
 def _bagging(
     sim: Simulation, path: Path | None, controller: Controller | None, topics: Sequence[str]
 ) -> Iterator[tuple[Callable[[int], None], Controller | None]]:
-    """What advances and steers the simulation, and writes a bag if there is one."""
+    """Functions that advance and steer the simulation, and write a bag if there is one."""
     if path is None:
         yield sim.advance, controller
         return

@@ -1,17 +1,17 @@
-"""What appears on the screen: errors, warnings, the summary table. Messages go to stderr, results to stdout."""
+"""Output on the screen: errors, warnings, tables. Messages go to stderr, results to stdout."""
 
 import math
 import shutil
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, TextIO
 
 from vrx_mj.bar import in_color
 from vrx_mj.packages import shell_word
 
 if TYPE_CHECKING:
-    from rich.table import Table
+    from rich.text import Text
 
     from vrx_mj.runtime.run import Summary
 
@@ -21,10 +21,11 @@ def is_watched() -> bool:
     return sys.stderr.isatty()
 
 
-def show(text: str, color: str | None = None) -> None:
-    """Print a message, in a color where that is a terminal."""
-    sys.stderr.write(f"{in_color(text, color) if is_watched() else text}\n")
-    sys.stderr.flush()
+def show(text: str, color: str | None = None, *, result: bool = False) -> None:
+    """Print a message, or a line of the result, in a color where that is a terminal."""
+    stream = sys.stdout if result else sys.stderr
+    stream.write(f"{in_color(text, color) if stream.isatty() else text}\n")
+    stream.flush()
 
 
 def show_error(text: str) -> None:
@@ -33,7 +34,7 @@ def show_error(text: str) -> None:
 
 
 def warn_once() -> Callable[..., None]:
-    """What prints a warning as one line, without the place in our code, and the same words only once."""
+    """A function that prints a warning as one line, without the place in our code, and the same words only once."""
     shown: set[str] = set()
 
     def show_warning(
@@ -71,8 +72,6 @@ _ANGLES = ("yaw from x [deg]", "compass heading [deg]", "compass course [deg]")
 
 def print_summary(summary: "Summary") -> None:
     """The table at the end of a run."""
-    from rich.console import Console
-
     from vrx_mj.model.boats import boat_label
 
     head = f"{summary.world}, fleet {summary.fleet}, seed {summary.seed}"
@@ -82,31 +81,26 @@ def print_summary(summary: "Summary") -> None:
         metres = [f"{value:z.2f}" for value in boat.position]
         turns = (f"{angle:z.1f}" for angle in angles)
         boats.append((boat_label(name, boat.robot), *metres, *turns, f"{boat.distance:.1f}"))
-    out = Console()
-    out.print(text_table(head + " (interrupted)" * summary.interrupted, ("boat",), columns, boats))
-    out.print(
-        f"{summary.sim_time:g} s in {summary.wall_time:.2f} s: {pace_text(summary.real_time_factor)}, "
-        f"{summary.steps} steps",
-        highlight=False,
-    )
-    if summary.task is not None:
-        task = summary.task
+    print_table(head + " (interrupted)" * summary.interrupted, ("boat",), columns, boats)
+    pace = pace_text(summary.real_time_factor)
+    show(f"{summary.sim_time:g} s in {summary.wall_time:.2f} s: {pace}, {summary.steps} steps", result=True)
+    if (task := summary.task) is not None:
         line = score_line(task.name, task.type, task.state, task.score, task.num_collisions, task.timed_out)
-        out.print(line, highlight=False, markup=False, soft_wrap=True)
+        show(line, result=True)
     if summary.touches:
         names = ("times", "force [N]", "lasting [s]", "first [s]")
         rows = [
             (one.boat, one.other, str(one.count), f"{one.force:.0f}", f"{one.duration:.1f}", f"{one.time:.1f}")
             for one in summary.touches
         ]
-        out.print(text_table("touches of the whole run, with the largest force", ("boat", "touches"), names, rows))
-    for line in summary.warnings:
-        out.print(line, highlight=False, markup=False, soft_wrap=True)
-    out.print(f"state_sha256 {summary.state_sha256}", highlight=False, soft_wrap=True)
+        print_table("touches of the whole run, with the largest force", ("boat", "touches"), names, rows)
+    for line in (*summary.warnings, f"state_sha256 {summary.state_sha256}"):
+        show(line, result=True)
 
 
-def text_table(title: str, left: Sequence[str], right: Sequence[str], rows: Iterable[Sequence[Any]]) -> "Table":
-    """A table of texts, plain or rich's own, whose first columns are aligned at the left, the others at the right."""
+def print_table(title: str, left: Sequence[str], right: Sequence[str], rows: Iterable[Sequence["str | Text"]]) -> None:
+    """Print a table of texts, whose first columns are aligned at the left, the others at the right."""
+    from rich.console import Console
     from rich.table import Table
     from rich.text import Text
 
@@ -115,11 +109,11 @@ def text_table(title: str, left: Sequence[str], right: Sequence[str], rows: Iter
         table.add_column(Text(name), justify="left" if number < len(left) else "right", overflow="fold")
     for row in rows:
         table.add_row(*(Text(cell) if isinstance(cell, str) else cell for cell in row))
-    return table
+    Console().print(table)
 
 
 def to_open(recording: Path) -> str:
-    """What opens a recording, to be pasted into a shell."""
+    """The command that opens a recording, to be pasted into a shell."""
     return f"to open it: {program()} replay {shell_word(str(recording))}"
 
 

@@ -5,15 +5,16 @@ import shutil
 import sys
 import threading
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import replace
-from enum import Enum
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from vrx_mj.cli.options import DEFAULT_PORT, Arguments, Fleet, Nudge, Record, Seed, World, opened_by, reads_files
+from vrx_mj.cli.environment import missing_modules
+from vrx_mj.cli.options import DEFAULT_PORT, Arguments, Fleet, Nudge, Record, Seed, World, compile_source, reads_files
 from vrx_mj.cli.screen import is_watched, show
 from vrx_mj.errors import CommandError, NetworkError
 from vrx_mj.packages import install_extra
@@ -21,6 +22,7 @@ from vrx_mj.signals import handle_signals
 
 if TYPE_CHECKING:
     from vrx_mj.autopilot import ArduPilot
+    from vrx_mj.mjcf.world import World as CompiledWorld
     from vrx_mj.runtime.simulation import Simulation
 
 _COLORS = {"WARN": "yellow", "ERROR": "red"}
@@ -65,10 +67,9 @@ _Origins = Annotated[
     ),
 ]
 _Truth = Annotated[bool, typer.Option("--truth", help="Publish the true poses of the boats in /tf, in the frame map.")]
-_CmdVel = Enum("_CmdVel", {"thrust": "thrust", "velocity": "velocity", "off": "off"})
-_Source = Enum("_Source", {"truth": "truth", "navigator": "navigator"})
+_CmdVel = Literal["thrust", "velocity", "off"]
 _Localized = Annotated[
-    _Source | None,
+    Literal["truth", "navigator"] | None,
     typer.Option(
         help="Publish where each boat is, as robot_localization: by its GPS and IMU, or as it really is; the value may "
         "be left out: navigator."
@@ -93,7 +94,7 @@ def serve(
     rate: Annotated[str, typer.Option(help="Simulated seconds per second, or max.")] = "1.0",
     lockstep: _Waits = None,
     clock: Annotated[float, typer.Option(help="Rate of /clock, per simulated second [Hz].")] = 100.0,
-    cmd_vel: Annotated[_CmdVel, typer.Option(help="What cmd_vel commands, in VRX thrust.")] = _CmdVel.thrust,
+    cmd_vel: Annotated[_CmdVel, typer.Option(help="What cmd_vel commands, in VRX thrust.")] = "thrust",
     truth: _Truth = False,
     localization: _Localized = None,
     paused: Annotated[bool, typer.Option("--paused", help="Start paused, as paused:=true of VRX.")] = False,
@@ -112,51 +113,54 @@ def serve(
     Example: vrx-mj serve example_course --fleet usv_config --ros1
     """
     none = not (ros1 or ros2) and (rosbridge, foxglove, ardupilot, nmea) == (None,) * 4
-    _run(
-        *(opened_by(world, arguments), fleet, {"seed": seed, "nudge": nudge}, record, ardupilot),
+    _compile_and_serve(
+        partial(compile_source, world, arguments, fleet=fleet, seed=seed, nudge=nudge), record, ardupilot, nmea,
         ros1=ros1 or none,
         rosbridge=int(DEFAULT_PORT) if none else rosbridge,
         foxglove=foxglove,
-        ros2=ros2, nmea=nmea, host=host,
+        ros2=ros2, host=host,
         origins=allow_origin or (),
         lockstep=None if lockstep is None else parse_lockstep(lockstep),
-        cmd_vel=cmd_vel.value,
-        truth=truth, localization=localization and localization.value,
+        cmd_vel=cmd_vel,
+        truth=truth, localization=localization,
         rate=parse_rate(rate), clock_rate=clock,
         duration=duration, paused=paused, exit_on_completion=exit_on_completion,
     )  # fmt: skip
 
 
-def _run(
-    opened: tuple[str, Any],
-    fleet: str | None,
-    options: dict[str, Any],
-    record: Path | None,
-    ardupilot: str | None,
-    **wanted: Any,
+def _compile_and_serve(
+    compile_: Callable[[], "CompiledWorld"], record: Path | None, ardupilot: str | None, nmea: str | None, **wanted: Any
 ) -> None:
     """Compile and serve; imports wait until they are needed."""
-    optional = {name: wanted[name] is not None for name in ("rosbridge", "foxglove", "nmea")}
-    wires = wanted["ros1"] or wanted["ros2"] or any(optional.values())
+    given = wanted | {"nmea": nmea}
+    extras = [extra for extra in ("rosbridge", "foxglove", "nmea") if given[extra] is not None]
+    wires = wanted["ros1"] or wanted["ros2"] or extras
     if wires:
-        check_installed(ros2=wanted["ros2"], **optional)
+        check_installed(*extras, "ros1")
+        if wanted["ros2"]:
+            from vrx_mj.ros.ros2 import load_rclpy
+
+            load_rclpy()
         from vrx_mj.ros.access import checked_origins
         from vrx_mj.ros.serve import Wanted
         from vrx_mj.ros.serve import serve as run
 
-        services = Wanted(**wanted | {"origins": checked_origins(wanted["origins"]), "nmea": None})
+        services = Wanted(**wanted | {"origins": checked_origins(wanted["origins"])})
     from vrx_mj.cli.sailing import recording
-    from vrx_mj.mjcf.compile import compile_world
     from vrx_mj.runtime.simulation import Simulation
 
     logging.getLogger("vrx_mj").addHandler(_Log())
-    sim = Simulation(compile_world(opened[0], fleet=fleet, arguments=opened[1], **options))
+    sim = Simulation(compile_())
     with ExitStack() as closing:
-        autopilots = None if ardupilot is None else closing.enter_context(_ardupilot(sim, ardupilot, wanted))
+        autopilots = (
+            None
+            if ardupilot is None
+            else closing.enter_context(_ardupilot(sim, ardupilot, wanted["host"], wanted["rate"]))
+        )
         closing.enter_context(recording(sim, record, ()))
         if wires:
-            if wanted["nmea"] is not None:
-                services = replace(services, nmea=parse_nmea(wanted["nmea"], sim.boats))
+            if nmea is not None:
+                services = replace(services, nmea=parse_nmea(nmea, sim.boats))
             run(sim, services, report=_log_line, status=_status(), autopilots=autopilots)
         elif autopilots:
             ending = threading.Event()
@@ -167,24 +171,24 @@ def _run(
                 )
 
 
-def _ardupilot(sim: "Simulation", ports: str, wanted: dict[str, Any]) -> "ArduPilot":
-    """What listens for autopilots; shows how to start them."""
+def _ardupilot(sim: "Simulation", ports: str, host: str, rate: float | None) -> "ArduPilot":
+    """Listen for autopilots, and show how to start them."""
     from vrx_mj.autopilot import ArduPilot, ports_of
 
-    autopilots = ArduPilot(sim, ports_of(sim, ports), host=wanted["host"], rate=wanted["rate"], report=_log_line)
+    autopilots = ArduPilot(sim, ports_of(sim, ports), host=host, rate=rate, report=_log_line)
     for line in autopilots.descriptions():
         _log_line("INFO", line)
     return autopilots
 
 
 def parse_rate(text: str) -> float | None:
-    """Simulated seconds per second; None for `max`. CommandError: it is neither."""
+    """Simulated seconds per second; None for `max`. CommandError: it is neither, or not above 0."""
     if text == "max":
         return None
-    try:
-        return float(text)
-    except ValueError:
-        raise CommandError(f"invalid --rate '{text}': a number above 0 is needed, 1 for real time, or max") from None
+    with suppress(ValueError):
+        if 0.0 < (rate := float(text)) < float("inf"):
+            return rate
+    raise CommandError(f"invalid --rate '{text}': a number above 0 is needed, 1 for real time, or max")
 
 
 def parse_lockstep(text: str) -> tuple[str, ...]:
@@ -200,21 +204,11 @@ def parse_nmea(text: str, boats: Sequence[str]) -> dict[str, int]:
     return {boat or boats[0]: int(port) for boat, _, port in pairs}
 
 
-def check_installed(*, rosbridge: bool, ros2: bool = False, foxglove: bool = False, nmea: bool = False) -> None:
+def check_installed(*extras: str) -> None:
     """Say what to install before the world is compiled."""
-    from importlib.util import find_spec
-
-    plotters = ("pynmea2", "pyais") * nmea
-    needed = ("rosbags",) + ("websockets", "cbor2") * rosbridge + ("foxglove",) * foxglove + plotters
-    missing = [name for name in needed if find_spec(name) is None]
-    if missing:
-        extra = "foxglove" if "foxglove" in missing else "rosbridge" if rosbridge else "ros1"
-        extra = "nmea" if set(plotters) & set(missing) else extra
-        raise NetworkError(f"not installed: {', '.join(missing)}; {install_extra(extra)}")
-    if ros2:
-        from vrx_mj.ros.ros2 import load_rclpy
-
-        load_rclpy()
+    for extra in extras:
+        if missing := missing_modules(extra):
+            raise NetworkError(f"not installed: {', '.join(missing)}; {install_extra(extra)}")
 
 
 def _log_line(level: str, text: str) -> None:
@@ -225,7 +219,7 @@ def _log_line(level: str, text: str) -> None:
 
 
 class _Log(logging.Handler):
-    """What the networks' thread warns of."""
+    """Shows the warnings of the networks' thread."""
 
     def emit(self, record: logging.LogRecord) -> None:
         """Show it."""

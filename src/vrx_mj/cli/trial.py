@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from vrx_mj.cli.options import Folder, above_zero
 from vrx_mj.errors import CommandError, UnknownNameError, VrxWarning
 from vrx_mj.outputs import write_files
 
@@ -26,19 +27,29 @@ _OPTIONS = {
 }
 """Options that each trial takes."""
 _Helm = Annotated[
-    float | None, typer.Option(help="Share of full helm, 35 degrees at most; default 1, of a zigzag 0.5.")
+    float | None,
+    typer.Option(help="Share of full helm, 35 degrees at most; default 1, of a zigzag 0.5.", callback=above_zero(1.0)),
 ]
-_Amount = Annotated[float | None, typer.Option(help="Displacement of a decay [m], [degrees]; default 0.1, 10, 5.")]
+_Amount = Annotated[
+    float | None,
+    typer.Option(help="Displacement of a decay [m], [degrees]; default 0.1, 10, 5.", callback=above_zero(180.0)),
+]
+_Power = Annotated[
+    float | None, typer.Option(help="Power of the approach, 0 to 1; default 1.", callback=above_zero(1.0))
+]
+_Angle = Annotated[
+    float | None, typer.Option(help="Heading of a zigzag [degrees]; default 20.", callback=above_zero(90.0))
+]
 
 
 def trial(
     name: Annotated[str, typer.Argument(metavar="TRIAL", help=f"One of {', '.join(_OPTIONS)}.")],
     boat: Annotated[str, typer.Argument(metavar="BOAT", help="A kind of robot: a name, or the path of its file.")],
-    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the JSON and the chart (SVG).")] = Path(),
+    output: Folder = Path(),
     world: Annotated[str | None, typer.Option(help="World; default: still water of profile marine.")] = None,
-    power: Annotated[float | None, typer.Option(help="Power of the approach, 0 to 1; default 1.")] = None,
+    power: _Power = None,
     helm: _Helm = None,
-    angle: Annotated[float | None, typer.Option(help="Heading of a zigzag [degrees]; default 20.")] = None,
+    angle: _Angle = None,
     mode: Annotated[str | None, typer.Option(help="Mode of a decay: heave, roll or pitch; default roll.")] = None,
     amount: _Amount = None,
 ) -> None:
@@ -51,7 +62,14 @@ def trial(
     if name not in _OPTIONS:
         raise UnknownNameError("trial", name, _OPTIONS)
     given = {"power": power, "helm": helm, "angle": angle, "mode": mode, "amount": amount}
-    done = _run_trial(name, boat, world, _arguments(name, given))
+    arguments = _arguments(name, given)
+    from vrx_mj.mjcf.compile import compile_world
+    from vrx_mj.runtime.simulation import Simulation
+    from vrx_mj.trials import TRIALS, SimulatedVessel
+
+    fleet = {"usv_count": 1, "robot": boat, "sensors": "none"}
+    sim = Simulation(compile_world(CALM if world is None else world, fleet=fleet))
+    done = TRIALS[name](SimulatedVessel(sim, sim.boats[0]), **arguments)
     files = [output / f"{name}.json", output / f"{name}.svg"]
     texts = (_json(done, boat, world), _svg(done, boat))
     write_files(output, {file.name: text for file, text in zip(files, texts, strict=True)}, "the trial")
@@ -64,33 +82,16 @@ def trial(
     typer.echo(f"{files[0]}, {files[1]}")
 
 
-_LIMITS = {"power": (0.0, 1.0), "helm": (0.0, 1.0), "angle": (0.0, 90.0), "amount": (0.0, 180.0)}
-"""Numbers of the options: above the first, up to the second."""
-
-
 def _arguments(name: str, given: dict[str, Any]) -> dict[str, Any]:
-    """Arguments of a trial's function; CommandError where one is not its own, or has no such value."""
+    """Arguments of a trial's function; CommandError where one is not its own."""
     arguments = {key: value for key, value in given.items() if value is not None}
-    for key, value in arguments.items():
+    for key in arguments:
         if key not in _OPTIONS[name]:
             trials = ", ".join(each for each, keys in _OPTIONS.items() if key in keys)
             raise CommandError(f"--{key} is not for {name}, but for {trials}")
-        if key in _LIMITS and not _LIMITS[key][0] < value <= _LIMITS[key][1]:
-            low, high = _LIMITS[key]
-            raise CommandError(f"invalid --{key} '{value:g}': a number above {low:g}, at most {high:g}, is needed")
     if "amount" in arguments and arguments.get("mode") != "heave":
         arguments["amount"] = math.radians(arguments["amount"])
     return arguments
-
-
-def _run_trial(name: str, boat: str, world: str | None, arguments: dict[str, Any]) -> "Trial":
-    from vrx_mj.mjcf.compile import compile_world
-    from vrx_mj.runtime.simulation import Simulation
-    from vrx_mj.trials import TRIALS, SimulatedVessel
-
-    fleet = {"usv_count": 1, "robot": boat, "sensors": "none"}
-    sim = Simulation(compile_world(CALM if world is None else world, fleet=fleet))
-    return TRIALS[name](SimulatedVessel(sim, sim.boats[0]), **arguments)
 
 
 def _json(done: "Trial", boat: str, world: str | None) -> str:

@@ -7,13 +7,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vrx_mj.bar import Bar
-from vrx_mj.cli.screen import text_table
+from vrx_mj.cli.options import Folder
+from vrx_mj.cli.screen import print_table, show
 from vrx_mj.errors import CommandError
 
 if TYPE_CHECKING:
     from vrx_mj.validation.report import Result
-
-_REPORT = Path("report")
 
 
 def validate(
@@ -23,7 +22,7 @@ def validate(
     case: Annotated[Path | None, typer.Option(help="Your own case (YAML), with --data.")] = None,
     data: Annotated[Path | None, typer.Option(help="Your measurements (CSV).")] = None,
     quick: Annotated[bool, typer.Option("--quick", help="Run only what takes a minute in all, once compiled.")] = False,
-    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the page and results.json.")] = _REPORT,
+    output: Folder = Path("report"),
 ) -> None:
     """Compare the physics with closed forms, other programs and tanks. Write a page with a plot and a table for each.
 
@@ -56,7 +55,6 @@ def validate(
 
 def _print(results: "Sequence[Result]") -> None:
     """A line for each case, and the rows that are outside."""
-    from rich.console import Console
     from rich.text import Text
 
     texts = []
@@ -65,15 +63,12 @@ def _print(results: "Sequence[Result]") -> None:
         count = "failed" if result.error else f"{sum(row.inside for row in rows)} of {len(rows)}"
         style = "red" if result.state in {"failed", "outside"} else ""
         texts.append((result.case.name, Text(count, style=style), f"{result.seconds:.1f} s"))
-    out = Console()
-    out.print(text_table("vrx-mj validate", ("case",), ("inside", "time"), texts))
+    print_table("vrx-mj validate", ("case",), ("inside", "time"), texts)
     seconds, compiling = (sum(getattr(result, name) for result in results) for name in ("seconds", "compiling"))
-    out.print(f"{seconds:.0f} s" + f", and {compiling:.0f} s to compile, once" * (compiling >= 1.0), highlight=False)
+    show(f"{seconds:.0f} s" + f", and {compiling:.0f} s to compile, once" * (compiling >= 1.0), result=True)
     for result in results:
         for line in _faults(result):
-            out.print(
-                line, style="" if line.startswith("known") else "red", markup=False, highlight=False, soft_wrap=True
-            )
+            show(line, None if line.startswith("known") else "red", result=True)
 
 
 def _faults(result: "Result") -> list[str]:

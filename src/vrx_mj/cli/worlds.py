@@ -7,32 +7,22 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vrx_mj.bar import Bar
+from vrx_mj.cli.options import Folder
 from vrx_mj.errors import VrxError, shortened
 from vrx_mj.outputs import begins, write_files
 
 if TYPE_CHECKING:
     from vrx_mj.formats.series.worlds import SeriesWorld
 
-app = typer.Typer(
-    name="worlds",
-    help="Generate series of worlds from an axes file, as VRX's generator does.",
-    no_args_is_help=True,
-    add_completion=False,
-    rich_markup_mode=None,
-)
+app = typer.Typer(rich_markup_mode=None)
 _SIDES = "config"
 """The folder inside of the output for the files beside worlds."""
-
-
-@app.callback()
-def worlds() -> None:
-    """Generate series of worlds from an axes file, as VRX's generator does."""
 
 
 @app.command()
 def generate(
     file: Annotated[str, typer.Argument(help="Path of an axes file (YAML).")],
-    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the worlds.")],
+    output: Folder,
 ) -> None:
     """Write the worlds of an axes file, and print the steps of each. If one is invalid, none is written.
 

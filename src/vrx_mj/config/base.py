@@ -1,4 +1,4 @@
-"""What every model of a user's file is built on, and how a model says what is wrong."""
+"""Base of the models of users' files, and how a model reports what is wrong."""
 
 import ast
 import inspect
@@ -8,17 +8,17 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, NamedTuple, Self
+from typing import Annotated, Any, ClassVar, NamedTuple, Self, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, ValidationError, model_validator
 from pydantic.fields import FieldInfo
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from vrx_mj.config.tree import Section
-from vrx_mj.config.wording import one_of, shown, unknown_key
+from vrx_mj.config.wording import literal, one_of, unknown_key
 
 Fault = tuple[tuple[str | int, ...], str | PydanticCustomError]
-"""What is wrong with something inside the value at hand: its path from here, and the message or the error."""
+"""A mistake inside the value at hand: its path from here, and the message or the error."""
 
 
 def fault(message: str, **where: object) -> PydanticCustomError:
@@ -59,7 +59,7 @@ def exclusive(thing: "Config", *keys: str, required: bool = False) -> Iterator[F
         yield (keys[0],), f"required, unless {one_of(keys[1:])} is given"
 
 
-def repeated(**groups: Iterable[Any]) -> list[Fault]:
+def duplicate_names(**groups: Iterable[Any]) -> list[Fault]:
     """Names that are given more than once, as faults at the later ones."""
     seen = Counter[str | None]()
     found: list[Fault] = []
@@ -90,7 +90,7 @@ class Only(NamedTuple):
         allowed = self.allows(selected)
         if allowed is (value is not None) or (allowed and not self.required):
             return None
-        chosen, *known = (shown(each).strip("'") for each in (selected, *self.values))
+        chosen, *known = (literal(each).strip("'") for each in (selected, *self.values))
         if allowed:
             return fault(f"required for `{self.selector}: {chosen}`")
         said = f"without `{self.selector}`" if selected is None else f"for `{self.selector}: {chosen}`"
@@ -140,7 +140,7 @@ class Config(BaseModel):
         return self
 
     def _faults(self) -> Iterable[Fault]:
-        """What is wrong with its values beside each other, once each alone is right and counts."""
+        """Mistakes in its values beside each other, once each alone is right and counts."""
         return ()
 
 
@@ -220,5 +220,6 @@ def without_ignored_keys(
 
 
 def _may_be_empty(field: FieldInfo) -> bool:
-    """Whether a file may leave a key empty: a section or a list that has a default."""
-    return bool(field.default_factory) or field.default == () or isinstance(field.default, Config)
+    """Whether a file may leave a key empty: a section or a list that has a default, or what need not be given."""
+    optional = field.default is None and type(None) not in get_args(field.annotation)
+    return optional or bool(field.default_factory) or field.default == () or isinstance(field.default, Config)

@@ -32,17 +32,14 @@ SYMBOLS = tuple(f"{color}_{shape}" for color, shape in product(("blue", "green",
 """The 16 symbols that shuffling goes through; a placard shows the first unless another is set."""
 
 
-def _off(value: object) -> object:
-    """A file's `off` reads as false."""
-    return OFF if value is False else value
-
-
 _OF_SYMBOLS = f"COLOUR_SHAPE of {', '.join(LIGHT_COLORS)} and {', '.join(SHAPES)}"
 Symbol = Annotated[str, demand(SYMBOLS.__contains__, f"expected a symbol {_OF_SYMBOLS}, got {{}}")]
-"""What a placard shows, as `red_circle`."""
-LightColor = Annotated[Literal["red", "green", "blue", "yellow", "off"], BeforeValidator(_off)]
+"""Symbol of a placard, such as `red_circle`."""
+LightColor = Annotated[
+    Literal["red", "green", "blue", "yellow", "off"], BeforeValidator(lambda value: OFF if value is False else value)
+]
 Colors = Annotated[tuple[_ColorName, _ColorName, _ColorName], several(f"three colours of {', '.join(LIGHT_COLORS)}", 3)]
-"""What a light buoy shows in turn, as a task has it."""
+"""Colours of a light buoy in their order, as a task has them."""
 Pattern = Annotated[tuple[LightColor, LightColor, LightColor], several("three of red, green, blue, yellow and off", 3)]
 
 
@@ -58,7 +55,7 @@ class LightConfig(Config):
 _Board = Literal["placard", "placard_2022"]
 """Objects that placards are made of."""
 _FIRST_SYMBOL = SYMBOLS[0]
-"""What a placard shows at the start."""
+"""Symbol of a placard at the start."""
 
 MOUTH_GAP = 2.5
 """Distance from a bay's mouth to the middle of the zone outside [m]; VRX: dock_2022."""
@@ -98,7 +95,7 @@ class BayConfig(Config):
     name: Name | None = None
     """Name of the bay; by default bay1, bay2 and so on."""
     symbol: Annotated[Symbol | None, Only("placard", ("placard", "placard_2022"))] = None
-    """What its placard shows at the start; by default a blue circle."""
+    """Symbol of its placard at the start; by default a blue circle."""
     placard: Literal["placard", "placard_2022", "none"] = "placard"
     """A board of 2 by 3 m, the one of 2022 with two holes, or none. Not used where the dock lists its `placards`."""
     internal: Box | None = None
@@ -119,11 +116,11 @@ class PlacardConfig(Config):
     symbol_pose: Pose
     """Pose of the symbol in the dock's frame [m, rad]."""
     symbol: Symbol = _FIRST_SYMBOL
-    """What it shows at the start."""
+    """Symbol at the start."""
     shapes: Annotated[tuple[_ShapeName, ...], NotEmpty] = SHAPES
     """Shapes that it can show; any other shows nothing."""
     block: Annotated[tuple[int, int], numbers("row column")] | None = None
-    """Which block of a dynamic dock carries it, counted from 0; by default the nearest."""
+    """Block of a dynamic dock that carries it, counted from 0; by default the nearest."""
 
 
 class HoleConfig(Config):
@@ -132,7 +129,7 @@ class HoleConfig(Config):
     bay: Annotated[int, Field(ge=1)]
     """Number of the bay, from 1."""
     size: Literal["big", "small"]
-    """Which of VRX's two sizes of hole it is; a task gives points by it."""
+    """Size of the hole, one of VRX's two; a task gives points by it."""
     center: Vec3
     """Centre of the hole in the dock's frame [m]."""
     box: Size
@@ -141,7 +138,7 @@ class HoleConfig(Config):
 
 @dataclass(frozen=True)
 class Bay:
-    """A rectangle of water with blocks on three sides."""
+    """A bay of a drawing: a rectangle of water with blocks on three sides."""
 
     first: Cell
     """Row and column of its corner with the least of both, from 0."""
@@ -182,16 +179,16 @@ class Bay:
         return depth * block, width * block
 
     def _on_axis(self, block: float, out: float) -> tuple[float, float]:
-        """Where on the bay's axis, as x and y [m], the point `out` [m] beyond its mouth is."""
+        """Point on the bay's axis, x and y [m], `out` [m] beyond its mouth."""
         depth, _ = self._depth_and_width(block)
         x, y = (block * (a + b) / 2.0 for a, b in zip(self.first, self.last, strict=True))
-        way = depth / 2.0 + out
-        return x + way * self.opens[0], y + way * self.opens[1]
+        distance = depth / 2.0 + out
+        return x + distance * self.opens[0], y + distance * self.opens[1]
 
-    def _zone(self, block: float, out: float, deep: float, wide: float) -> Box:
-        """A box across the axis of the bay, its middle `out` [m] beyond the mouth."""
+    def _zone(self, block: float, out: float, depth: float, width: float) -> Box:
+        """A box of a depth and width [m] on the axis of the bay, its middle `out` [m] beyond the mouth."""
         x, y = self._on_axis(block, out)
-        size = (deep, wide, _ZONE_HEIGHT) if self.opens[0] else (wide, deep, _ZONE_HEIGHT)
+        size = (depth, width, _ZONE_HEIGHT) if self.opens[0] else (width, depth, _ZONE_HEIGHT)
         return Box(center=(x, y, _ZONE_CENTER), size=size)
 
 

@@ -13,13 +13,13 @@ from typing import Annotated, NamedTuple
 
 from pydantic import AfterValidator, BeforeValidator
 
-from vrx_mj.config.base import Config, Fault, InFolder, Only, fault, faults, repeated
+from vrx_mj.config.base import Config, Fault, InFolder, Only, duplicate_names, fault, faults
 from vrx_mj.config.bays import Bay, BayConfig, Box, Cell, HoleConfig, PlacardConfig, Symbol, board_holes, find_bays
-from vrx_mj.config.loading import loads, referenced
+from vrx_mj.config.loading import loads, referenced_file
 from vrx_mj.config.search import display
 from vrx_mj.config.tree import Items
 from vrx_mj.config.values import Name, NonNegative, Number, Pose, Switch, demand
-from vrx_mj.config.wording import one_of, shown
+from vrx_mj.config.wording import literal, one_of
 from vrx_mj.config.yaml_text import find_lookalikes, read_lines
 from vrx_mj.errors import ConfigError, Problem, VrxError
 
@@ -64,7 +64,7 @@ def load_dock(text_or_name: str, near: Path | None = None) -> tuple[Cell, ...]:
     if _is_drawing(text_or_name):
         lines, name, above = text_or_name.split("\n"), "<dock>", 0
     else:
-        file = referenced("docks", text_or_name, near)
+        file = referenced_file("docks", text_or_name, near)
         text, name = read_lines(file), display(file)
         above = next((i for i, line in enumerate(text) if not line.startswith("#")), len(text))
         lines = list(text[above:])  # a file may start with lines of comment
@@ -75,7 +75,7 @@ def load_dock(text_or_name: str, near: Path | None = None) -> tuple[Cell, ...]:
 
 
 def _dock_faults(lines: Sequence[str]) -> list[tuple[int, int, str]]:
-    """What is wrong with a drawing, each as (row, column, message); both count from 1."""
+    """Mistakes in a drawing, each as (row, column, message); both count from 1."""
     rows = [line.rstrip(" ") for line in "\n".join(lines).rstrip(" \n").split("\n")]
     if not any(map(str.strip, rows)):
         return [(1, 1, "a dock needs at least one X")]
@@ -86,7 +86,7 @@ def _dock_faults(lines: Sequence[str]) -> list[tuple[int, int, str]]:
         hit = re.search("[^X ]", row)
         if hit and not any(line == i for line, _ in found):
             hint = _HINTS.get(hit[0], "only X and blank")
-            found[i, hit.start() + 1] = f"{shown(hit[0])} in a dock; {hint}"
+            found[i, hit.start() + 1] = f"{literal(hit[0])} in a dock; {hint}"
     return [(*place, f"row {place[0]}, column {place[1]}: {found[place]}") for place in sorted(found)][:_MAX_FAULTS]
 
 
@@ -107,7 +107,7 @@ def _drawing(value: object) -> object:
     """Turn a list of rows into the block of text that it means."""
     if isinstance(value, list | tuple):
         bare = _outside_quotes(value)
-        found: list[Fault] = [((i,), f"expected a row of X and blanks, in quotes, got {shown(row)}")
+        found: list[Fault] = [((i,), f"expected a row of X and blanks, in quotes, got {literal(row)}")
                               for i, row in enumerate(value) if not isinstance(row, str)]  # fmt: skip
         found += [((i,), f"{bare[i]} columns to the right of other rows; put a row that begins with a blank in quotes")
                   for i in sorted(bare)]  # fmt: skip
@@ -116,18 +116,18 @@ def _drawing(value: object) -> object:
         return "\n".join(value) + "\n"
     if not isinstance(value, str):
         raise fault(
-            f"expected a drawing (`|` and rows of X and blanks, or a list of rows), name or path, got {shown(value)}"
+            f"expected a drawing (`|` and rows of X and blanks, or a list of rows), name or path, got {literal(value)}"
         )
     return value
 
 
-def _drawn(value: str) -> str:
+def _check_drawing(value: str) -> str:
     if _is_drawing(value) and (found := _dock_faults(value.split("\n"))):
         raise faults(*(((), fault(message, row=row, column=column)) for row, column, message in found))
     return value
 
 
-_Drawing = Annotated[str, BeforeValidator(_drawing), AfterValidator(_drawn), loads(load_dock)]
+_Drawing = Annotated[str, BeforeValidator(_drawing), AfterValidator(_check_drawing), loads(load_dock)]
 """A dock's drawing, or what names one."""
 _EDGES = one_of([f"{edge:g}" for edge in _BLOCKS])
 _Block = Annotated[Number, demand(_BLOCKS.__contains__, f"a block is {_EDGES} m long, got {{}}")]
@@ -154,7 +154,7 @@ class DockPlacement(Placed):
     mooring: Annotated[MooringConfig | None, Only("dynamic", (True,))] = None
     """Lines that hold a dynamic dock; without them it drifts."""
     bays: tuple[BayConfig, ...] | None = None
-    """What is said of the first bays, or of all. Without it a dock has all bays of its drawing, and no placards."""
+    """Keys of the first bays, or of all. Without it a dock has all bays of its drawing, and no placards."""
     placards: tuple[PlacardConfig, ...] | None = None
     """Placards of the bays in their order; by default one at the inner end of each bay of `bays`."""
     holes: tuple[HoleConfig, ...] | None = None
@@ -208,7 +208,7 @@ def berths(dock: DockPlacement) -> Berths:
 
 
 def _berth_faults(dock: DockPlacement) -> Iterator[Fault]:
-    """What is wrong with a dock, as (path from the dock, message)."""
+    """Mistakes in a dock, as (path from the dock, message)."""
     found = find_bays(dock.cells)
     yield from list(_bay_faults(dock, len(found))) or _placard_faults(dock, found)
     if dock.dynamic and len(dock.cells) > _MAX_BLOCKS:
@@ -245,7 +245,7 @@ def _bay_faults(dock: DockPlacement, found: int) -> Iterator[Fault]:
             yield ("bays", index), f"{has}; a further bay needs `internal` and `external`"
         elif dock.placards is None and bay.placard != "none":
             yield ("bays", index), f"{has}; a further bay needs `placard: none`, or the dock `placards`"
-    yield from repeated(bays=(bay.model_copy(update={"name": bay.name or f"bay{i + 1}"}) for i, bay in bays))
+    yield from duplicate_names(bays=(bay.model_copy(update={"name": bay.name or f"bay{i + 1}"}) for i, bay in bays))
 
 
 def _placard_faults(dock: DockPlacement, found: Sequence[Bay]) -> Iterator[Fault]:
@@ -258,7 +258,7 @@ def _placard_faults(dock: DockPlacement, found: Sequence[Bay]) -> Iterator[Fault
         elif placard.block is not None and placard.block not in dock.cells:
             row, column = placard.block
             yield ("placards", index, "block"), f"no block in row {row}, column {column}, both counted from 0"
-    yield from repeated(placards=dock.placards or ())
+    yield from duplicate_names(placards=dock.placards or ())
     bays = len(found if dock.bays is None else dock.bays)
     for index, hole in enumerate(dock.holes or ()):
         if hole.bay > bays:

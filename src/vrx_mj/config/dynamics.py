@@ -1,4 +1,4 @@
-"""What water and engines do to a boat: VRX's parameters, and a hull and propellers as a naval architect gives them."""
+"""Hydrodynamics and engines of a boat: VRX's parameters, and a hull and propellers as a naval architect gives them."""
 
 from collections.abc import Iterator
 from typing import Annotated, ClassVar, Literal
@@ -10,14 +10,14 @@ from vrx_mj.config.hydro import read_hydro
 from vrx_mj.config.loading import loads
 from vrx_mj.config.shapes import Shape
 from vrx_mj.config.values import MAX_NUMBER, Coordinate, NonNegative, NotEmpty, Number, Positive, Switch, Vec3, numbers
-from vrx_mj.config.wording import shown
+from vrx_mj.config.wording import literal
 
 Six = Annotated[tuple[NonNegative, NonNegative, NonNegative, NonNegative, NonNegative, NonNegative],
                 numbers("surge sway heave roll pitch yaw")]  # fmt: skip
 
 
 class ServoConfig(Config):
-    """What turns an engine."""
+    """The servo of an engine, a rudder or a boom."""
 
     kp: NonNegative
     """Stiffness [N m/rad]."""
@@ -33,7 +33,7 @@ class ThrusterConfig(Config):
     """VRX's usv_gazebo_thrust_plugin: from commands to forces."""
 
     mapping: Literal["linear", "glf", "newtons"]
-    """What a command is: a share of the largest force, that on VRX's curve, or the force, as in profile vrx3."""
+    """Meaning of a command: a share of the largest force, that on VRX's curve, or the force, as in profile vrx3."""
     max_command: Positive = 1.0
     """The command that gives the largest force."""
     max_force_forward: NonNegative = 250.0
@@ -85,7 +85,7 @@ class HydrodynamicsConfig(Config):
     length_n: Annotated[int, Field(ge=1, le=1000)] = 2
     """Stations along each hull."""
     hulls: tuple[HullConfig, ...] = ()
-    """Where any are listed they carry the boat, and not two hulls with stations spread evenly along them."""
+    """Floats that carry the boat in place of two hulls with stations spread evenly along them."""
     added_mass: Six
     """Added mass, the diagonal of the matrix [kg, kg m2]."""
     drag_linear: Six
@@ -145,7 +145,7 @@ _OfMatrix = Only("hydrostatics", ("matrix",))
 def _six_rows(value: object) -> object:
     """Six numbers as the matrix that has them on its diagonal; six rows as they are."""
     if not isinstance(value, (list, tuple)) or len(value) != 6:
-        got = f"{len(value)}" if isinstance(value, (list, tuple)) else shown(value)
+        got = f"{len(value)}" if isinstance(value, (list, tuple)) else literal(value)
         raise fault(f"expected six rows of six numbers, or the six of the diagonal, got {got}")
     if any(isinstance(row, (list, tuple)) for row in value):
         return value
@@ -182,7 +182,7 @@ def _along(value: object) -> object:
     if isinstance(value, (list, tuple)):
         return value
     if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise fault(f"expected a number, or a list of those from stern to bow, got {shown(value)}")
+        raise fault(f"expected a number, or a list of those from stern to bow, got {literal(value)}")
     return (value,)
 
 

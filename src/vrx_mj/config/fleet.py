@@ -16,11 +16,11 @@ from vrx_mj.config.loading import joining, loads, problem_at
 from vrx_mj.config.profiles import CLASSIC
 from vrx_mj.config.readers import function_of
 from vrx_mj.config.robots import Arguments, load_robot
-from vrx_mj.config.search import contained, is_path
+from vrx_mj.config.search import contained_file, is_path
 from vrx_mj.config.tree import Loc
 from vrx_mj.config.values import MAX_COORDINATE, Cartesian, Color, Coordinate, Name, Number, Pose, by_type, demand
 from vrx_mj.config.world import Sensors, SpawnConfig, WorldConfig, check_thrusters
-from vrx_mj.errors import ConfigError, Problem, VrxError
+from vrx_mj.errors import ConfigError, VrxError
 
 _FUNCTION = re.compile(r"[A-Za-z_]\w*(\.\w+)*:[A-Za-z_]\w*")
 _Controller = Annotated[str, demand(_FUNCTION.fullmatch, "expected module:function, as in my_boat:controller, got {}")]
@@ -34,7 +34,7 @@ class Order:
 
     robot: str
     folder: Path | None = None
-    """Where a relative path of `robot` starts."""
+    """Folder in which a relative path of `robot` starts."""
     layout: str | None = None
     """Layout of the thrusters, where the robot has layouts."""
     thrusters: Path | None = None
@@ -70,7 +70,7 @@ def _read_parts(kind: str, text: str, near: Path | None) -> None:
     if kind == "components" or is_path(text):  # else it is the name of a layout
         read = function_of("parts", text)
         assert read is not None, "any file may have parts"
-        read(contained(text, near), kind)
+        read(contained_file(text, near), kind)
 
 
 class _Built(InFolder):
@@ -98,7 +98,7 @@ class _Built(InFolder):
 
 
 class BoatEntry(_Built):
-    """What is different about one boat, found by its name or by its place in the list."""
+    """Differences of one boat, found by its name or by its place in the list."""
 
     name: Name | None = None
     """Name of the boat."""
@@ -106,6 +106,13 @@ class BoatEntry(_Built):
     """Pose in the frame of the fleet's origin [m, rad]."""
     color: Color | None = None
     """Colour of the boat's skin."""
+
+
+class _JoiningBoat(BoatEntry):
+    """A boat that joins a world later."""
+
+    name: Name
+    pose: Pose
 
 
 class BoatConfig(BoatEntry):
@@ -121,13 +128,13 @@ class BoatConfig(BoatEntry):
     def order(self) -> Order:
         """How the boat is built; boats of equal orders are alike."""
         layout = self.thrusters if self.thrusters and not is_path(self.thrusters) else None
-        file = contained(self.thrusters, self.thrusters_folder) if self.thrusters and layout is None else None
-        parts = contained(self.components, self.components_folder) if self.components else None
+        file = contained_file(self.thrusters, self.thrusters_folder) if self.thrusters and layout is None else None
+        parts = contained_file(self.components, self.components_folder) if self.components else None
         return Order(self.robot, self.folder, layout, file, parts, self.sensors, tuple(sorted(self.arguments.items())))
 
     @property
     def layout_fault(self) -> str:
-        """What is wrong with a layout of thrusters that the boat's kind does not have; empty for what it has."""
+        """The message about a layout of thrusters that the boat's kind does not have; empty otherwise."""
         try:
             if self.thrusters and not is_path(self.thrusters):
                 check_thrusters(self.robot, self.thrusters, self.folder)
@@ -142,7 +149,7 @@ class Slot(NamedTuple):
     name: str
     pose: Pose
     entry: BoatEntry | None = None
-    """What is different about it."""
+    """Its differences from the other boats."""
     where: Loc = ()
     """The key of its pose."""
     own: Loc = ()
@@ -161,15 +168,15 @@ class FleetConfig(Layout, _Built, FromFile):
     name: str = "fleet"
     """Name of the fleet; by default that of the file."""
     description: str = ""
-    """What `vrx-mj list fleets --verbose` shows."""
+    """Description in `vrx-mj list fleets --verbose`."""
     usv_count: Annotated[int, Field(ge=0, le=10_000)] | None = None
     """Number of boats; by default as many as `positions` and `boats` make."""
     positions: tuple[FleetPosition, ...] = ()
     """Places of the first boats, whatever the layout."""
     origin: Origin = "world"
-    """What positions and poses are relative to: the world, its spawn pose, or [x, y, yaw] [m, rad]."""
+    """Frame of positions and poses: the world, its spawn pose, or [x, y, yaw] [m, rad]."""
     boats: tuple[BoatEntry, ...] = ()
-    """What is different about single boats, and boats with names and poses of their own."""
+    """Differences of single boats, and boats with names and poses of their own."""
 
     def _faults(self) -> Iterable[Fault]:
         return list(_count_faults(self)) or _entry_faults(self)
@@ -179,13 +186,13 @@ class FleetConfig(Layout, _Built, FromFile):
         """Whether this has no boats of its own: then there is one, `wamv`, at the world's spawn pose."""
         return not (self.positions or self.boats or self.layout) and self.usv_count is None
 
-    def located(self, world: WorldConfig) -> list[tuple[BoatConfig, Slot]]:
+    def boats_in(self, world: WorldConfig) -> list[tuple[BoatConfig, Slot]]:
         """Every boat of the fleet in a world, posed in world coordinates."""
         if self.is_empty:
             found = [Slot("wamv", world.spawn.pose)]
         else:
             frame = self.frame(world)
-            found = [slot._replace(pose=_moved(slot.pose, frame)) for slot in _slots(self, world.seed)]
+            found = [slot._replace(pose=_pose_in_world(slot.pose, frame)) for slot in _slots(self, world.seed)]
         far = [problem_at(self.section, slot.where, text) for slot in found if (text := _too_far(slot))]
         if far:
             raise ConfigError(far)
@@ -199,7 +206,7 @@ class FleetConfig(Layout, _Built, FromFile):
         return (x, y, yaw) if self.origin == "spawn" else (0.0, 0.0, 0.0)
 
 
-def _moved(pose: Pose, frame: tuple[float, float, float]) -> Pose:
+def _pose_in_world(pose: Pose, frame: tuple[float, float, float]) -> Pose:
     """A pose in the world from one in the frame, which is level: roll and pitch stay."""
     x, y, z, roll, pitch, yaw = pose
     x0, y0, turn = frame
@@ -222,13 +229,10 @@ def joining_boat(said: Mapping[str, object], spawn: SpawnConfig) -> BoatConfig:
     Raises:
         ConfigError: something that is said is wrong, or the name or the pose is missing.
     """
-    entry = joining(BoatEntry, "boat", said)
-    missing = [key for key in ("name", "pose") if getattr(entry, key) is None]
-    if missing or entry.name is None or entry.pose is None:
-        raise ConfigError(Problem("<boat>", None, None, key, "required") for key in missing)
+    entry = joining(_JoiningBoat, "boat", said)
     boat = _boat(FleetConfig(), spawn, Slot(entry.name, entry.pose, entry))
     if boat.layout_fault:
-        raise ConfigError([Problem("<boat>", None, None, "thrusters", boat.layout_fault)])
+        raise ConfigError.of("<boat>", boat.layout_fault, key="thrusters")
     return boat
 
 
@@ -279,7 +283,7 @@ def _slots(fleet: FleetConfig, seed: int) -> list[Slot]:
     """Numbered boats with what `boats` changes about them, then the boats that it adds; `seed` is the world's."""
     found = [
         Slot(f"wamv{i + 1}", pose, where=("positions", i) if i < len(fleet.positions) else ())
-        for i, pose in enumerate(_numbered(fleet, seed))
+        for i, pose in enumerate(_numbered_poses(fleet, seed))
     ]
     count = len(found)
     for index, entry in enumerate(fleet.boats):
@@ -293,7 +297,7 @@ def _slots(fleet: FleetConfig, seed: int) -> list[Slot]:
     return found
 
 
-def _numbered(fleet: FleetConfig, seed: int) -> list[Pose]:
+def _numbered_poses(fleet: FleetConfig, seed: int) -> list[Pose]:
     """Poses of the numbered boats in the fleet's frame: their positions, and the layout's for those without one."""
     given = [position.pose_in(fleet.headings) for position in fleet.positions]
     count = _count(fleet)
@@ -315,7 +319,7 @@ def _count(fleet: FleetConfig) -> int:
 
 
 def _slot_of(entry: BoatEntry, index: int, count: int) -> int | None:
-    """Which numbered boat an entry is about: that of its name, or else of its place; None: a new one."""
+    """Index of the numbered boat that an entry is about, by its name or else by its place; None: a new one."""
     number = (entry.name or "").removeprefix("wamv")
     if entry.name and entry.name.startswith("wamv") and number.isdecimal() and 1 <= int(number) <= count:
         return int(number) - 1

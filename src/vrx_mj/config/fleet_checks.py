@@ -8,7 +8,7 @@ from statistics import fmean
 from vrx_mj.config.base import Fault
 from vrx_mj.config.fleet import BoatConfig, FleetConfig, FleetPosition, Slot, room_faults
 from vrx_mj.config.layouts import Headings
-from vrx_mj.config.loading import Loading, Source, document, problem_at, validated
+from vrx_mj.config.loading import Loading, Source, document, problem_at, validate
 from vrx_mj.config.objects import Placement
 from vrx_mj.config.search import catalogue
 from vrx_mj.config.world import FULL_TURN, WorldConfig, warn_of_degrees
@@ -25,9 +25,9 @@ def load_fleet(source: Source | None, world: WorldConfig) -> FleetConfig:
     section, stem = document(
         "fleets", {} if source is None else source, "fleet" if isinstance(source, Mapping) and source else "single"
     )
-    fleet = validated(FleetConfig, section, Loading(), name=stem)
+    fleet = validate(FleetConfig, section, Loading(), name=stem)
     fleet._section = section
-    boats = fleet.located(world)
+    boats = fleet.boats_in(world)
     layouts = (((*slot.own, "thrusters"), text) for boat, slot in boats if (text := boat.layout_fault))
     found = [*_name_faults(boats, world), *layouts, *room_faults(fleet, world.seed)]
     problems = [*(problem_at(section, loc, str(message)) for loc, message in found), *_wind_problems(world, boats)]
@@ -42,7 +42,7 @@ def load_fleet(source: Source | None, world: WorldConfig) -> FleetConfig:
 
 
 def _name_faults(boats: Sequence[tuple[BoatConfig, Slot]], world: WorldConfig) -> Iterator[Fault]:
-    taken = {thing.name: f"an object of world {world.name}" for thing in world.placed}
+    taken = {thing.name: f"an object of world {world.name}" for thing in world.placements}
     for boat, slot in boats:
         if boat.name in taken:
             loc = (*slot.own, "name") if slot.own else slot.where
@@ -73,7 +73,7 @@ def far_from_all(fleet: FleetConfig, boats: Sequence[tuple[BoatConfig, Slot]], w
     """How far a fleet is from everything in a world, if that is suspicious; else empty."""
     if not boats or fleet.is_empty:
         return ""
-    places = [("the spawn pose", world.spawn.pose), *((f"'{thing.name}'", thing.pose) for thing in world.placed)]
+    places = [("the spawn pose", world.spawn.pose), *((f"'{thing.name}'", thing.pose) for thing in world.placements)]
     distance, nearest = min((math.dist(boat.pose[:2], pose[:2]), name) for boat, _ in boats for name, pose in places)
     if distance <= _FAR:
         return ""

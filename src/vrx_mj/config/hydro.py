@@ -13,27 +13,27 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from vrx_mj.config.base import Fault, column_faults, faults
 from vrx_mj.config.loading import fault_text
-from vrx_mj.config.search import ReadingError, contained, read_limited
+from vrx_mj.config.search import ReadingError, contained_file, read_limited
 from vrx_mj.config.values import demand
 from vrx_mj.errors import VrxError
 
 FORMAT = 1
 """Version of the file."""
 _MOST_BYTES, _MOST_POLES = 20_000_000, 40
-"""What a file may hold; a step takes time with each pole."""
+"""Bytes and poles of a file, at most; each pole takes time in every step."""
 _FEWEST_ANGLES = 8
 _LARGEST = 1e12
-"""Bound of its numbers."""
-_FASTEST = 1e6
-"""Bound of the poles [1/s]."""
-_ODD = 1e-3
-"""How far the added mass at infinite frequency may be from symmetric, of its largest."""
+"""Largest number that a file may hold."""
+_FASTEST_POLE = 1e6
+"""Largest part of a pole [1/s]."""
+_ASYMMETRY = 1e-3
+"""Asymmetry that the added mass at infinite frequency may have, as a share of its largest entry."""
 
 _Number = Annotated[float, Field(ge=-_LARGEST, le=_LARGEST)]
 _Complex = tuple[_Number, _Number]
 """Real and imaginary part."""
-_Row = tuple[_Number, _Number, _Number, _Number, _Number, _Number]
-_Matrix = tuple[_Row, _Row, _Row, _Row, _Row, _Row]
+_HydroRow = tuple[_Number, _Number, _Number, _Number, _Number, _Number]
+_HydroMatrix = tuple[_HydroRow, _HydroRow, _HydroRow, _HydroRow, _HydroRow, _HydroRow]
 _ComplexRow = tuple[_Complex, _Complex, _Complex, _Complex, _Complex, _Complex]
 _ComplexMatrix = tuple[_ComplexRow, _ComplexRow, _ComplexRow, _ComplexRow, _ComplexRow, _ComplexRow]
 
@@ -46,6 +46,7 @@ class Hydro(BaseModel):
     format: Annotated[
         int, demand(FORMAT.__eq__, f"must be {FORMAT}, got {{}}; `vrx-mj robot hydro --bem` writes such files")
     ]
+    """Version of the file."""
     program: str = ""
     """Program that computed it."""
     density: Annotated[float, Field(ge=1.0, le=1e5)]
@@ -56,18 +57,18 @@ class Hydro(BaseModel):
     """Point to which it belongs [m]."""
     frequencies: Annotated[tuple[Annotated[_Number, Field(gt=0.0)], ...], Field(min_length=2)]
     """n rising angular frequencies [rad/s]."""
-    added_mass: tuple[_Matrix, ...]
+    added_mass: tuple[_HydroMatrix, ...]
     """(n, 6, 6) [kg, kg m, kg m2]."""
-    damping: tuple[_Matrix, ...]
+    damping: tuple[_HydroMatrix, ...]
     """(n, 6, 6) [kg/s, kg m/s, kg m2/s]."""
-    added_mass_infinite: _Matrix
+    added_mass_infinite: _HydroMatrix
     """Added mass at infinite frequency."""
     poles: Annotated[tuple[_Complex, ...], Field(max_length=_MOST_POLES)] = ()
     """k poles of the memory [1/s]."""
     residues: tuple[_ComplexMatrix, ...] = ()
     """(k, 6, 6) their residues, force i per memory of motion j."""
     fit_error: Annotated[float, Field(ge=0.0, le=_LARGEST)]
-    """Misfit of the poles, as a share."""
+    """Error of the poles over all frequencies, as a share."""
     diffraction: tuple[tuple[_ComplexRow, ...], ...] = ()
     """(n, m, 6) force without that of the undisturbed wave's pressure, for waves that travel toward even angles from
     the bow on, counter-clockwise; none if it is not known."""
@@ -92,15 +93,15 @@ class Hydro(BaseModel):
         yield from column_faults("frequencies", self.frequencies, "a frequency", " rad/s")
         added = np.array(self.added_mass_infinite)
         odd = np.abs(added - added.T)
-        if odd.max() > _ODD * np.abs(added).max():
+        if odd.max() > _ASYMMETRY * np.abs(added).max():
             i, j = np.unravel_index(odd.argmax(), odd.shape)
             yield ("added_mass_infinite",), f"must be symmetric: [{i}][{j}] and [{j}][{i}] differ by {odd.max():.3g}"
         for index, (real, imaginary) in enumerate(self.poles):
             pole, size = f"{real:g}{imaginary:+g}i", max(abs(real), abs(imaginary))
             if real >= 0.0:
                 yield ("poles", index), f"its real part has to be below 0, or the memory would grow, got {pole}"
-            elif size > _FASTEST:
-                yield ("poles", index), f"its parts must be at most {_FASTEST:g} 1/s in size, got {pole}"
+            elif size > _FASTEST_POLE:
+                yield ("poles", index), f"its parts must be at most {_FASTEST_POLE:g} 1/s in size, got {pole}"
 
 
 def read_hydro(path: str, folder: Path | None) -> Hydro:
@@ -110,7 +111,7 @@ def read_hydro(path: str, folder: Path | None) -> Hydro:
         VrxError: it cannot be read, lacks something, or would let a boat gain energy.
     """
     try:
-        return Hydro.model_validate_json(read_limited(contained(path, folder), _MOST_BYTES))
+        return Hydro.model_validate_json(read_limited(contained_file(path, folder), _MOST_BYTES))
     except (ReadingError, ValidationError) as error:
         reason = fault_text(error) if isinstance(error, ValidationError) else error
         raise VrxError(f"hydro '{path}': {reason}") from None

@@ -97,11 +97,11 @@ class LinkConfig(InFolder):
     visuals: tuple[Visual, ...] = ()
     """Shapes that are seen."""
     buoyancy: BuoyancyConfig | None = None
-    """What the link displaces, and its drag; without it water does nothing to the link."""
+    """Displacement and drag of the link; without them water does nothing to it."""
 
 
 def tree_faults(root: str, links: Sequence[str], joints: Sequence[_Ends]) -> list[Fault]:
-    """What keeps `links` from being a tree on the one named `root`, at their indices and those of the joints."""
+    """Reasons why `links` are no tree on the one named `root`, at their indices and those of the joints."""
     return list(_end_faults(root, links, joints)) or list(_loose(root, links, joints))
 
 

@@ -1,4 +1,4 @@
-"""What a file is, by its name and how it begins, and which command takes it: for messages about wrong files."""
+"""Kinds of files, by name and beginning, and the commands that take them: for messages about wrong files."""
 
 import contextlib
 import json
@@ -22,18 +22,16 @@ class FileKind(NamedTuple):
 
 _TABLES = json.loads((Path(__file__).parent / "kinds.json").read_bytes())
 FORMATS = {end: FileKind(*words) for end, words in _TABLES["formats"].items()}
-"""What a file is, by the end of its name, the longest first."""
+"""Kinds of files by the end of their name, the longest first."""
 _ROOTS = {tag.encode(): FileKind(*words) for tag, words in _TABLES["roots"].items()}
-"""What an XML file is, by its first tag."""
+"""Kinds of XML files by their first tag."""
 _FOLDER = FileKind("a folder", "name a file in it")
 
 _OURS = _TABLES["ours"]
-KINDS: Mapping[str, str] = {kind: row["name"] for kind, row in _OURS.items() if "name" in row}
-"""Kinds of files that have names, and what a message calls one of them."""
-NEEDS: Mapping[str, str] = {kind: row["needs"] for kind, row in _OURS.items() if "needs" in row}
-"""What a file of a kind is, for who gives another one."""
-USES: Mapping[str, str] = {kind: row["use"] for kind, row in _OURS.items() if "use" in row}
-"""What a file is, and where it is named."""
+KINDS, NEEDS, USES = (
+    {kind: str(row[key]) for kind, row in _OURS.items() if key in row} for key in ("name", "needs", "use")
+)
+"""Kinds of files: what a message calls one, if it has a name; what it is, for who gives another; and its use."""
 MARKS: Mapping[str, set[str]] = {kind: set(row["marks"]) for kind, row in _OURS.items() if "marks" in row}
 """Keys of files of one kind alone."""
 _AXIS = {"steps", "macros"}
@@ -41,7 +39,7 @@ _AXIS = {"steps", "macros"}
 
 
 def kind_of(file: Path) -> FileKind | None:
-    """What a file is that is no YAML and no plain text; None where that is not known, or nothing is there."""
+    """The kind of a file that is no YAML and no plain text; None if it is not known, or nothing is there."""
     if os.path.isdir(file):  # noqa: PTH112 - Path.is_dir raises an OSError for a name that is too long
         return _FOLDER
     if not os.path.isfile(file):  # noqa: PTH113

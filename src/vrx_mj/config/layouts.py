@@ -1,4 +1,4 @@
-"""Where the boats of a layout are, in the fleet's frame: x ahead, y to the left; m, and headings in rad from x to y."""
+"""Places of a layout's boats in the fleet's frame: x ahead, y to the left [m], and headings from x to y [rad]."""
 
 import math
 import random
@@ -85,7 +85,7 @@ def _line(count: int, spacing: float) -> tuple[_Spot, ...]:
 
 def _column(count: int, spacing: float) -> tuple[_Spot, ...]:
     """One behind the other, the first ahead; the middle is the origin."""
-    return tuple((spacing * ((count - 1) / 2 - i), 0.0) for i in range(count))
+    return tuple((y, x) for x, y in _line(count, spacing))
 
 
 def _wedge(count: int, spacing: float) -> tuple[_Spot, ...]:

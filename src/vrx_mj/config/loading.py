@@ -15,9 +15,9 @@ from pydantic_core.core_schema import ValidationInfo
 from vrx_mj.config.base import Config, fault
 from vrx_mj.config.kinds import KINDS, other_kind
 from vrx_mj.config.readers import function_of
-from vrx_mj.config.search import catalogue, contained, display, find, in_vrx, is_path, near_names, of_format
-from vrx_mj.config.tree import File, Loc, Place, Section, key_path, locate, merged, of_python
-from vrx_mj.config.wording import PYDANTIC, choice, shown, unknown_key
+from vrx_mj.config.search import catalogue, contained_file, display, find, in_vrx, is_path, near_names, of_format
+from vrx_mj.config.tree import File, Loc, Place, Section, key_path, locate, merge, of_python
+from vrx_mj.config.wording import PYDANTIC, choice, literal, unknown_key
 from vrx_mj.config.yaml_text import parse, read_lines
 from vrx_mj.errors import ConfigError, Problem, VrxError
 
@@ -57,7 +57,7 @@ def _problem_in(place: Place, path: tuple[str | int, ...], message: str) -> Prob
 
 
 def _loc(details: ErrorDetails) -> Loc:
-    """Where an error is; one about which member of a union is meant is at the key that says it."""
+    """Path of an error; one about the member of a union is at the key that names the member."""
     return (*details["loc"], *details.get("ctx", {}).get("discriminator", "").strip("'").split())
 
 
@@ -105,10 +105,10 @@ def _message(details: ErrorDetails) -> str:
     if kind == "union_tag_not_found" and not isinstance(value, Mapping):
         kind = "dict_type"
     if kind not in PYDANTIC:
-        return f"{details['msg'][:1].lower()}{details['msg'][1:]}, got {shown(value)}"
+        return f"{details['msg'][:1].lower()}{details['msg'][1:]}, got {literal(value)}"
     limits = {key: format(limit, ".15g") if isinstance(limit, float) else limit for key, limit in context.items()}
     quotes = "; put it in quotes" if kind == "string_type" and isinstance(value, int | float) else ""
-    return PYDANTIC[kind].format(got=shown(value), **limits) + quotes
+    return PYDANTIC[kind].format(got=literal(value), **limits) + quotes
 
 
 Source = str | Path | Mapping[str, Any]
@@ -145,17 +145,17 @@ def check(info: ValidationInfo, load: Callable[[], object]) -> None:
 def loads(load: Callable[[Any, Path | None], object], folder: str = "folder") -> AfterValidator:
     """Has what a field names loaded by `load(name, near)`, where the field `folder` has the folder `near`."""
 
-    def loaded(value: object, info: ValidationInfo) -> object:
+    def load_named(value: object, info: ValidationInfo) -> object:
         check(info, lambda: load(value, info.data.get(folder)))
         return value
 
-    return AfterValidator(loaded)
+    return AfterValidator(load_named)
 
 
 def file_of(kind: str, source: object) -> Path:
     """The file of a name or path that the user gave: paths start in the current folder."""
     if not isinstance(source, str | Path):
-        said = f"expected a name, a path or a mapping, got {shown(source)}"
+        said = f"expected a name, a path or a mapping, got {literal(source)}"
         raise ConfigError([Problem(f"<{KINDS[kind]}>", None, None, "", said)])
     if not is_path(source):
         return find(kind, str(source))
@@ -170,10 +170,10 @@ def path_of(kind: str, source: str | Path) -> Path:
     if not os.path.isdir(source):  # noqa: PTH112
         ours = in_vrx(kind, str(source), catalogue(kind))
         reason = f"no such file; {ours}" if ours else f"no such file{near_names(Path(source))}"
-    raise ConfigError([Problem(str(source), None, None, "", reason)])
+    raise ConfigError.of(str(source), reason)
 
 
-def referenced(kind: str, text: str, folder: Path | None) -> Path:
+def referenced_file(kind: str, text: str, folder: Path | None) -> Path:
     """The file, of ours or of others, that another file calls by a name or by a path relative to its own folder."""
     of_others = function_of(kind, text, find=True)
     found: Path | None = of_others(text, folder) if of_others else None
@@ -183,7 +183,7 @@ def referenced(kind: str, text: str, folder: Path | None) -> Path:
 def _own_file(kind: str, text: str, folder: Path | None, skip: Path | None = None) -> Path:
     if not is_path(text):
         return find(kind, text, folder, skip)
-    return of_format(kind, text, contained(text, folder), folder or Path.cwd())
+    return of_format(kind, text, contained_file(text, folder), folder or Path.cwd())
 
 
 def document(kind: str, source: Source, name: str = "") -> tuple[Section, str]:
@@ -208,8 +208,8 @@ def read_source(kind: str, source: Path | Mapping[str, object]) -> Section:
     """The keys and values of a YAML file, of a dict or of a section, on top of those of the files that it extends."""
     if not isinstance(source, Path):
         section = source if isinstance(source, Section) else of_python(source, File(f"<{KINDS[kind]}>", None))
-        return _extended(kind, section, None, ())
-    return _extended(kind, read_file(kind, source), source, (source.resolve(),))
+        return _extend(kind, section, None, ())
+    return _extend(kind, read_file(kind, source), source, (source.resolve(),))
 
 
 def read_file(kind: str, file: Path) -> Section:
@@ -217,20 +217,20 @@ def read_file(kind: str, file: Path) -> Section:
     try:
         stat = file.stat()
     except OSError as error:
-        raise ConfigError([Problem(display(file), None, None, "", f"cannot be read: {error.strerror}")]) from None
-    section = _parsed(file.absolute(), display(file), stat.st_mtime_ns, stat.st_size)
+        raise ConfigError.of(display(file), f"cannot be read: {error.strerror}") from None
+    section = _parse_cached(file.absolute(), display(file), stat.st_mtime_ns, stat.st_size)
     if said := other_kind(kind, section):
-        raise ConfigError([Problem(display(file), None, None, "", said)])
+        raise ConfigError.of(display(file), said)
     return section
 
 
 @lru_cache(maxsize=512)
-def _parsed(file: Path, name: str, _changed: int, _size: int) -> Section:
+def _parse_cached(file: Path, name: str, _changed: int, _size: int) -> Section:
     """A file's content, until the file changes: a course names the same models many times."""
     return parse(File(name, file.parent, read_lines(file)))
 
 
-def _extended(kind: str, section: Section, file: Path | None, chain: tuple[Path, ...]) -> Section:
+def _extend(kind: str, section: Section, file: Path | None, chain: tuple[Path, ...]) -> Section:
     """The section on top of the one that it extends; that one's name and description are not inherited."""
     if "extends" not in section:
         return section
@@ -238,17 +238,17 @@ def _extended(kind: str, section: Section, file: Path | None, chain: tuple[Path,
         base = _base(kind, section, file, chain)
     except VrxError as error:
         raise ConfigError([problem_at(section, ("extends",), str(error))]) from None
-    below = _extended(kind, read_file(kind, base), base, (*chain, base.resolve()))
+    below = _extend(kind, read_file(kind, base), base, (*chain, base.resolve()))
     own = {key: value for key, value in below.items() if key not in {"name", "description"}}
     over = {key: value for key, value in section.items() if key != "extends"}
-    return merged(below.holding(own), section.holding(over))
+    return merge(below.holding(own), section.holding(over))
 
 
 def _base(kind: str, section: Section, file: Path | None, chain: tuple[Path, ...]) -> Path:
     """The file that a section extends. A file may extend another of its own name, as ours."""
     text = section["extends"]
     if not isinstance(text, str):
-        raise VrxError(f"expected a name or a path, got {shown(text)}")
+        raise VrxError(f"expected a name or a path, got {literal(text)}")
     base = _own_file(kind, text, section.folder, file)
     if base.resolve() in chain:
         names = " > ".join(step.stem for step in (*chain[chain.index(base.resolve()) :], base))
@@ -256,7 +256,7 @@ def _base(kind: str, section: Section, file: Path | None, chain: tuple[Path, ...
     return base
 
 
-def validated(model: type[_ConfigT], section: Section, loading: Loading, *, name: str | None = None) -> _ConfigT:
+def validate(model: type[_ConfigT], section: Section, loading: Loading, *, name: str | None = None) -> _ConfigT:
     """The model of a section; `name` is for a model that has one and whose file gives none."""
     if isinstance(section.model, model):
         return section.model
@@ -280,4 +280,4 @@ def joining(model: type[_ConfigT], what: str, entry: Mapping[str, object]) -> _C
         ConfigError: a value is wrong or missing.
     """
     given = {key: value for key, value in entry.items() if value is not None}
-    return validated(model, of_python(given, File(f"<{what}>", None)), Loading())
+    return validate(model, of_python(given, File(f"<{what}>", None)), Loading())

@@ -7,18 +7,18 @@ import itertools
 import math
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
 from pydantic import Field
 
 from vrx_mj.config.base import Config, Fault, InFolder, column_faults
 from vrx_mj.config.dynamics import Row
 from vrx_mj.config.kinds import wrong_kind
-from vrx_mj.config.loading import Loading, read_file, validated
+from vrx_mj.config.loading import Loading, read_file, validate
 from vrx_mj.config.search import ReadingError, display, read_limited
 from vrx_mj.config.values import NonNegative, Number, Pose, Positive, Seed
-from vrx_mj.config.wording import choice, shown
-from vrx_mj.errors import ConfigError, Problem, VrxError, shortened
+from vrx_mj.config.wording import choice, literal
+from vrx_mj.errors import ConfigError, VrxError, shortened
 
 SIGNALS: dict[str, str] = {
     "x": "m", "y": "m", "z": "m", "roll_deg": "deg", "pitch_deg": "deg", "heading_deg": "deg", "surge": "m/s",
@@ -57,7 +57,7 @@ class MeasuredCaseConfig(InFolder):
     title: str = ""
     """Heading of the case; by default the name of the file."""
     source: str
-    """Where the measurements are from: tank or lake, boat, instruments, date."""
+    """Origin of the measurements: tank or lake, boat, instruments, date."""
     world: str
     """World: a name, or a path relative to this file."""
     fleet: str | None = None
@@ -89,8 +89,8 @@ def read_case(path: Path) -> MeasuredCaseConfig:
         ConfigError: it is not one; the error lists every problem with its place.
     """
     if other := wrong_kind(path, "a case"):
-        raise ConfigError([Problem(display(path), None, None, "", other)])
-    return validated(MeasuredCaseConfig, read_file("cases", path), Loading())
+        raise ConfigError.of(display(path), other)
+    return validate(MeasuredCaseConfig, read_file("cases", path), Loading())
 
 
 class Measurements(NamedTuple):
@@ -111,9 +111,9 @@ def read_measurements(path: Path, wanted: tuple[str, ...]) -> Measurements:
     name = display(path)
     try:
         lines = io.TextIOWrapper(io.BytesIO(read_limited(path, MOST_BYTES)), encoding="utf-8-sig")  # any line ends
-        rows = csv.reader(lines)
-        columns = _columns(name, next(rows, []), wanted)
-        values = list(itertools.islice(_rows(name, rows, columns), MOST_ROWS + 1))
+        reader = csv.DictReader(lines, restval="")
+        columns = _columns(name, reader, ("time", *wanted))
+        values = list(itertools.islice(_rows(name, reader, columns), MOST_ROWS + 1))
     except (ReadingError, UnicodeDecodeError, csv.Error) as error:
         raise VrxError(f"{name}: {'not UTF-8' if isinstance(error, UnicodeDecodeError) else error}") from None
     if isinstance(lines.newlines, tuple) and "\r" in lines.newlines:
@@ -126,23 +126,23 @@ def read_measurements(path: Path, wanted: tuple[str, ...]) -> Measurements:
     return Measurements(times, dict(zip(wanted, signals, strict=True)))
 
 
-def _columns(name: str, head: list[str], wanted: tuple[str, ...]) -> list[tuple[str, int]]:
-    """The places of the columns `time` and those that are wanted."""
-    known = list(map(str.strip, head))
-    for column in ("time", *wanted):
-        if column not in known:
-            listed = shortened(", ".join(known[:100]) or "none", 1000)
+def _columns(name: str, reader: "csv.DictReader[str]", wanted: tuple[str, ...]) -> tuple[str, ...]:
+    """The columns that are wanted, by the names that the reader has now, without blanks around them."""
+    reader.fieldnames = [column.strip() for column in reader.fieldnames or ()]
+    for column in wanted:
+        if column not in reader.fieldnames:
+            listed = shortened(", ".join(reader.fieldnames[:100]) or "none", 1000)
             raise VrxError(f"{name}: no column '{column}' in its first line; it has {listed}")
-    return [(column, known.index(column)) for column in ("time", *wanted)]
+    return wanted
 
 
-def _rows(name: str, rows: Any, columns: list[tuple[str, int]]) -> Iterator[tuple[float, ...]]:
-    """The values of the wanted columns, the time first, of every row that is not blank."""
+def _rows(name: str, reader: "csv.DictReader[str]", columns: tuple[str, ...]) -> Iterator[tuple[float, ...]]:
+    """The values of the columns, the time first, of every row that is not blank."""
     before = -math.inf
-    for row in rows:
-        if any(map(str.strip, row)):
-            place = f"{name}, line {rows.line_num}"
-            values = tuple(_value(place, column, row[index] if index < len(row) else "") for column, index in columns)
+    for row in reader:
+        if any(str(word).strip() for word in row.values()):
+            place = f"{name}, line {reader.line_num}"
+            values = tuple(_value(place, column, row[column]) for column in columns)
             if not values[0] > before:
                 raise VrxError(f"{place}: a time above that of the row before, {before:g} s, is needed")
             before = values[0]
@@ -156,4 +156,4 @@ def _value(place: str, column: str, word: str) -> float:
     with contextlib.suppress(ValueError):
         if abs(value := float(word)) < _LARGEST:
             return value
-    raise VrxError(f"{place}: {column} needs a number, got {shown(word.strip())}")
+    raise VrxError(f"{place}: {column} needs a number, got {literal(word.strip())}")

@@ -11,16 +11,16 @@ from typing import Annotated, Literal
 from pydantic import Field, field_validator
 from pydantic_core.core_schema import ValidationInfo
 
-from vrx_mj.config.base import Config, Fault, InFolder, Only, exclusive, repeated
+from vrx_mj.config.base import Config, Fault, InFolder, Only, duplicate_names, exclusive
 from vrx_mj.config.bays import LightConfig, Symbol
 from vrx_mj.config.docks import DockPlacement, Placed, berths
 from vrx_mj.config.joints import MOST_LINKS, JointConfig, LinkConfig, tree_faults
-from vrx_mj.config.loading import Loading, document, loads, referenced, validated
+from vrx_mj.config.loading import Loading, document, loads, referenced_file, validate
 from vrx_mj.config.search import display, kind_name
 from vrx_mj.config.shapes import BuoyancyConfig, Shape, Visual
 from vrx_mj.config.values import Inertia, Name, NonNegative, NotEmpty, Number, Point, Pose, Positive, Seed, Switch, Vec3
 from vrx_mj.errors import UnknownNameError, VrxError, VrxWarning
-from vrx_mj.frames import rotation
+from vrx_mj.frames import apply, rotation
 
 _POINTS = 8
 """Waypoints of a circle: VRX's follow_plugin.cc."""
@@ -43,7 +43,7 @@ class LinePath(Config):
 
 
 class PathConfig(Config):
-    """What a floating thing follows: VRX's follow_plugin, or the TrajectoryFollower of the worlds of 2023."""
+    """The path of a floating object: VRX's follow_plugin, or the TrajectoryFollower of the worlds of 2023."""
 
     waypoints: Annotated[tuple[Point, ...], NotEmpty] | None = None
     """Places in the world [m]."""
@@ -87,10 +87,9 @@ def _points(path: PathConfig, pose: Pose) -> Sequence[tuple[float, float]]:
         r, step = path.circle.radius, math.tau / _POINTS
         return [(x + r * math.cos(step * i), y + r * math.sin(step * i)) for i in range(_POINTS)]
     assert path.line is not None
-    cos, sin = math.cos(path.line.direction), math.sin(path.line.direction)
-    turn = rotation(*pose[3:])
-    ahead = [path.line.length * (turn[i][0] * cos + turn[i][1] * sin) for i in (0, 1)]
-    return [(x, y), (x + ahead[0], y + ahead[1])]
+    length, angle = path.line.length, path.line.direction
+    ahead, left, _ = apply(rotation(*pose[3:]), (math.cos(angle), math.sin(angle), 0.0))
+    return [(x, y), (x + length * ahead, y + length * left)]
 
 
 _Afloat = Only("static", (False,))
@@ -134,7 +133,7 @@ class Placement(Placed):
         whole = info.context
         if isinstance(whole, Loading):
             folder = info.data.get("folder")
-            whole.check(lambda: _count(referenced("objects", value, folder), whole))
+            whole.check(lambda: _count(referenced_file("objects", value, folder), whole))
         return value
 
     def _faults(self) -> Iterator[Fault]:
@@ -147,7 +146,7 @@ class ObjectConfig(InFolder):
     """An object's file. One that floats has mass, inertia and buoyancy; a composite only has parts."""
 
     description: str = ""
-    """What `vrx-mj list objects --verbose` shows."""
+    """Description in `vrx-mj list objects --verbose`."""
     static: Switch = False
     """Whether it is fixed to the world instead of floating."""
     link: Name = "link"
@@ -163,7 +162,7 @@ class ObjectConfig(InFolder):
     visuals: tuple[Visual, ...] = ()
     """Shapes that are seen."""
     buoyancy: Annotated[BuoyancyConfig | None, _Afloat] = None
-    """What it displaces, and its drag; an object that floats needs it."""
+    """Displacement and drag; an object that floats needs them."""
     path: Annotated[PathConfig | None, _Afloat] = None
     """Path along which it swims, unless the world gives another."""
     light: LightConfig | None = None
@@ -192,10 +191,10 @@ class ObjectConfig(InFolder):
     def _faults(self) -> list[Fault]:
         found = {"composite": _composite, "static": lambda _: [], "floating": _floating}[self.kind](self) + _unlit(self)
         if self.kind != "composite":
-            found += repeated(links=self.links) + repeated(joints=self.joints)
+            found += duplicate_names(links=self.links) + duplicate_names(joints=self.joints)
             ends = [(joint.name, joint.parent, joint.child) for joint in self.joints]
             found += tree_faults(self.link, [link.name for link in self.links], ends)
-        return found or repeated(objects=self.objects, docks=self.docks)
+        return found or duplicate_names(objects=self.objects, docks=self.docks)
 
 
 def _composite(thing: ObjectConfig) -> list[Fault]:
@@ -219,9 +218,9 @@ def _unlit(thing: ObjectConfig) -> list[Fault]:
 
 def load_object(name: str, near: Path | None = None) -> ObjectConfig:
     """The object model of a name, or of a path relative to the folder `near`."""
-    file = referenced("objects", name, near)
+    file = referenced_file("objects", name, near)
     section, _ = document("objects", file)
-    return validated(ObjectConfig, section, Loading((file.resolve(),)))
+    return validate(ObjectConfig, section, Loading((file.resolve(),)))
 
 
 def _misfits(item: Placement, model: ObjectConfig) -> Iterator[Fault]:
@@ -254,7 +253,7 @@ def _count(file: Path, whole: Loading) -> None:
     if key not in whole.counts:
         whole.counts[key] = 1
         part = Loading((*whole.chain, key), whole.counts)
-        _warn_if_it_sinks(validated(ObjectConfig, document("objects", file)[0], part), file)
+        _warn_if_it_sinks(validate(ObjectConfig, document("objects", file)[0], part), file)
         whole.counts[key] = max(part.count, 1)
     before, whole.count = whole.count, whole.count + whole.counts[key]
     if before <= MOST_OBJECTS < whole.count:
@@ -288,11 +287,11 @@ class FieldKind(InFolder):
     count: Annotated[int, Field(ge=1, le=_MOST)]
     """Number of these objects."""
     name: Name | None = None
-    """What their names start with, before a number; by default the model's."""
+    """Beginning of their names, before a number; by default the model's."""
 
     @property
     def stem(self) -> str:
-        """What their names start with."""
+        """Beginning of their names."""
         return self.name or kind_name(self.model)
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any, Literal
 
-from vrx_mj.config.tree import Section, merged, of_python
+from vrx_mj.config.tree import Section, merge, of_python
 from vrx_mj.constants import STANDARD_GRAVITY
 
 Profile = Literal["vrx", "vrx3", "marine"]
@@ -13,13 +13,13 @@ CLASSIC: Profile = "vrx"
 NEWER: Profile = "vrx3"
 MARINE: Profile = "marine"
 DEFAULT: Profile = MARINE
-"""Of a world that names none."""
+"""Profile of a world that names none."""
 
 _DEFAULTS: Mapping[str, Mapping[str, Any]] = {
     "vrx3": {"physics": {"timestep": 0.004, "at_base_link": ("pinger",)}, "sea": {"scale": 1.1}},
     "marine": {"physics": {"gravity": STANDARD_GRAVITY, "at_base_link": ()}},
 }
-"""What a world has where its file gives none; VRX 3's GPS and IMU are links of their own, its sea Wavefield.cc's."""
+"""Defaults of a world by profile; VRX 3's GPS and IMU are links of their own, its sea is Wavefield.cc's."""
 
 
 def on_its_profile(world: Section) -> Section:
@@ -28,4 +28,4 @@ def on_its_profile(world: Section) -> Section:
     profile = physics.get("profile", DEFAULT) if isinstance(physics, Mapping) else DEFAULT
     own = _DEFAULTS.get(profile, {}) if isinstance(profile, str) else {}
     given = {key: value for key, value in world.items() if value is not None or key not in own}
-    return merged(of_python(own, world.place.file), world.holding(given))
+    return merge(of_python(own, world.place.file), world.holding(given))

@@ -14,7 +14,7 @@ from vrx_mj.config.kinds import KINDS
 
 _FORMATS = "vrx_mj.formats"
 """The package whose READERS are used."""
-_OURS = (".yaml", ".yml", ".txt")
+_OUR_ENDS = (".yaml", ".yml", ".txt")
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class Reader:
     """
 
     kind: str
-    """What is read: `sources`, `worlds`, `names`, `fleets`, `objects`, `robots`, `series`, `parts` or `meshes`."""
+    """Kind of file: `sources`, `worlds`, `names`, `fleets`, `objects`, `robots`, `series`, `parts` or `meshes`."""
     marks: tuple[str, ...]
     """How a path ends before a '#', or begins; '#' is any path with one, '/' any with one."""
     read: str = ""
@@ -62,4 +62,4 @@ def function_of(kind: str, source: object, *, find: bool = False) -> Callable[..
 def _is_ours(source: str | Path) -> bool:
     """Whether a source is a YAML file, a drawing, or a name."""
     text = str(source).lower()
-    return text.endswith(_OURS) or not any(mark in text for mark in "./#")
+    return text.endswith(_OUR_ENDS) or not any(mark in text for mark in "./#")

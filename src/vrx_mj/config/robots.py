@@ -6,28 +6,27 @@ whose YAML, if it has one, is called as itself: `my_boat.yaml` goes with `my_boa
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field
 
 from vrx_mj.config.base import Config, Fault, Folder, InFolder, Only, column_faults, faults
 from vrx_mj.config.dynamics import (
     ContactConfig,
-    HullConfig,
+    HydrodynamicsConfig,
     MarineHullConfig,
     PropellerConfig,
     ServoConfig,
-    Six,
     ThrusterConfig,
 )
-from vrx_mj.config.loading import Loading, loads, read_source, referenced, validated
+from vrx_mj.config.loading import Loading, loads, read_source, referenced_file, validate
 from vrx_mj.config.profiles import NEWER
-from vrx_mj.config.search import WORLD_SUFFIXES, contained
+from vrx_mj.config.search import WORLD_SUFFIXES, contained_file
 from vrx_mj.config.sensors import SensorConfig
-from vrx_mj.config.tree import File, Section, merged, of_python
+from vrx_mj.config.tree import File, Section, merge, of_python
 from vrx_mj.config.values import MAX_NUMBER, Name, NonNegative, Number, Positive, Share, Switch, Vec3, demand, numbers
 from vrx_mj.config.wind import WindageConfig
-from vrx_mj.config.wording import shown
+from vrx_mj.config.wording import literal
 from vrx_mj.errors import UnknownNameError, VrxError
 
 _DESCRIPTIONS = (".urdf.xacro", *WORLD_SUFFIXES, ".xacro", ".urdf")
@@ -42,7 +41,7 @@ def _scalars(value: object) -> object:
         return value
     odd = [key for key, item in value.items() if not isinstance(item, str | int | float | bool)]
     if odd:
-        raise faults(((odd[0],), f"expected a number, text, true or false, got {shown(value[odd[0]])}"))
+        raise faults(((odd[0],), f"expected a number, text, true or false, got {literal(value[odd[0]])}"))
     return {key: str(item).lower() if isinstance(item, bool) else str(item) for key, item in value.items()}
 
 
@@ -65,7 +64,7 @@ class ThrusterEntry(ThrusterConfig):
     max_angle: Annotated[NonNegative, Only("joint")] = 1.5707963267948966
     """Largest steering angle either way [rad]."""
     servo: Annotated[ServoConfig, Only("joint")] = ServoConfig(kp=300.0, kd=20.0, effort=10.0, velocity=10.0)
-    """What steers the thruster."""
+    """Servo that steers the thruster."""
 
 
 class RudderEntry(Config):
@@ -88,7 +87,7 @@ class RudderEntry(Config):
     max_angle: NonNegative = 0.6109
     """Largest angle either way [rad]."""
     servo: ServoConfig = ServoConfig(kp=300.0, kd=20.0, effort=10.0, velocity=0.6)
-    """What turns the rudder."""
+    """Servo that turns the rudder."""
 
 
 class SailEntry(Config):
@@ -111,7 +110,7 @@ class SailEntry(Config):
     max_angle: NonNegative = 1.5707963267948966
     """Largest angle either way [rad]."""
     servo: ServoConfig = ServoConfig(kp=3000.0, kd=200.0, effort=1000.0, velocity=1.0)
-    """What holds the boom."""
+    """Servo that holds the boom."""
 
     def _faults(self) -> Iterator[Fault]:
         return column_faults("coefficients", [row[0] for row in self.coefficients], "an angle", ends=(0.0, 180.0))
@@ -120,24 +119,19 @@ class SailEntry(Config):
 _Span = Annotated[Number, Field(ge=-2000, le=2000)]
 
 
-def _both_ways(value: object) -> object:
-    """One number as the pair of both."""
-    return (value, value) if isinstance(value, int | float) else value
-
-
-def _named_channel(value: object) -> object:
-    """A channel of which nothing but its command is given."""
-    return {"thruster": value} if isinstance(value, str) else value
+_Spans = Annotated[
+    tuple[_Span, _Span], BeforeValidator(lambda value: (value, value) if isinstance(value, int | float) else value)
+]
 
 
 class ChannelEntry(Config):
-    """What the pulses of an autopilot's channel command."""
+    """The command of an autopilot's channel."""
 
     thruster: str
     """Name of the command: a thruster, or what turns, with `_angle` after its name."""
     trim: Annotated[Number, Field(ge=500, le=2500)] | None = None
     """Pulse that commands nothing [us]; by default 1500, of a sail 1000."""
-    span: Annotated[tuple[_Span, _Span], BeforeValidator(_both_ways)] | None = None
+    span: _Spans | None = None
     """How much shorter and longer the pulses are that command all [us]; one number is for both.
 
     Below 0 for what turns the other way; by default 400, of a sail 1000."""
@@ -151,11 +145,13 @@ class ChannelEntry(Config):
             yield ("span",), f"{text}, got {short:g} and {long:g}"
 
 
-_Channel = Annotated[ChannelEntry, BeforeValidator(_named_channel)]
+_Channel = Annotated[
+    ChannelEntry, BeforeValidator(lambda value: {"thruster": value} if isinstance(value, str) else value)
+]
 
 
 class BatteryEntry(Config):
-    """What the propellers of a boat run on."""
+    """The battery of a boat's propellers."""
 
     capacity: Positive
     """Charge [A h]."""
@@ -169,57 +165,42 @@ class BatteryEntry(Config):
 
 
 class _Partial(Config):
-    """Fields that may be left out."""
+    """Fields any of which may be left out."""
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **_: object) -> None:
+        """No field has a default other than that it is not given."""
+        for field in cls.model_fields.values():
+            field.default = None
 
     @property
-    def said(self) -> dict[str, Any]:
+    def given_fields(self) -> dict[str, object]:
         """The fields that it gives."""
-        return {key: value for key, value in self if value is not None}
+        return {key: getattr(self, key) for key in self.model_fields_set}
 
 
-class HydrodynamicsEntry(_Partial):
-    """What is known of a hull; the rest comes from the URDF's dynamics plugin, or is derived from its shapes."""
-
-    water_level: Number | None = None
-    """Height of the water for this boat, above the sea's own mean level [m]: it floats that much higher."""
-    water_density: Positive | None = None
-    """Density of the water [kg/m3]."""
-    hull_radius: Positive | None = None
-    """Radius of each of the two half-cylinders that carry the boat [m]."""
-    boat_width: Positive | None = None
-    """Distance between the axes of the two hulls [m]."""
-    boat_length: Positive | None = None
-    """Length of the hulls [m]."""
-    length_n: Annotated[int, Field(ge=1, le=1000)] | None = None
-    """Stations along each hull."""
-    added_mass: Six | None = None
-    """Added mass in surge, sway, heave, roll, pitch, yaw [kg, kg m2]."""
-    drag_linear: Six | None = None
-    """Linear drag in the same order [N s/m, N m s]."""
-    drag_quadratic: Six | None = None
-    """Quadratic drag in the same order [N s2/m2, N m s2]."""
-    hulls: tuple[HullConfig, ...] | None = None
-    """Floats that are lifted at points, instead of two half-cylinders."""
+class HydrodynamicsEntry(_Partial, HydrodynamicsConfig):
+    """Known values of a hull; the rest comes from the URDF's dynamics plugin, or is derived from its shapes."""
 
 
 class DriveEntry(_Partial):
-    """What all thrusters of a robot can do."""
+    """Limits of all thrusters of a robot."""
 
-    max_force_forward: NonNegative | None = None
+    max_force_forward: NonNegative
     """Largest force [N]."""
-    max_force_reverse: Annotated[float, Field(ge=-MAX_NUMBER, le=0)] | None = None
+    max_force_reverse: Annotated[float, Field(ge=-MAX_NUMBER, le=0)]
     """Smallest force [N]."""
-    max_angle: NonNegative | None = None
+    max_angle: NonNegative
     """Largest steering angle either way [rad]."""
 
 
 class ProfileEntry(Config):
-    """What is different about a robot in worlds of another profile than `vrx`."""
+    """Differences of a robot in worlds of another profile than `vrx`."""
 
-    hydrodynamics: HydrodynamicsEntry = HydrodynamicsEntry()
-    """What is different about lift, drag and added mass."""
-    thrusters: DriveEntry = DriveEntry()
-    """What is different about the thrusters."""
+    hydrodynamics: HydrodynamicsEntry = HydrodynamicsEntry.model_validate({})
+    """Other lift, drag and added mass."""
+    thrusters: DriveEntry = DriveEntry.model_validate({})
+    """Other limits of the thrusters."""
     contact: ContactConfig | None = None
     """How its hull yields instead."""
     shot_impulse: NonNegative | None = None
@@ -230,18 +211,18 @@ class Profiles(Config):
     """Profiles of physics for which a robot's file may differ."""
 
     vrx3: ProfileEntry = ProfileEntry()
-    """What is different in worlds of profile vrx3."""
+    """Differences in worlds of profile vrx3."""
 
 
 def _file_part(path: str) -> str:
-    """What is before the name of a model."""
+    """The path before the name of a model."""
     return path.partition("#")[0]
 
 
 _Description = Annotated[
     str,
     demand(lambda urdf: _file_part(urdf).lower().endswith(_DESCRIPTIONS), "expected a .urdf, .xacro or .sdf, got {}"),
-    loads(lambda urdf, near: contained(_file_part(urdf), near), "urdf_folder"),
+    loads(lambda urdf, near: contained_file(_file_part(urdf), near), "urdf_folder"),
 ]
 
 
@@ -251,7 +232,7 @@ class RobotConfig(InFolder):
     folder_keys: ClassVar = {"urdf_folder": "urdf"}
     urdf_folder: Folder = None
     description: str = ""
-    """What `vrx-mj list robots --verbose` shows."""
+    """Description in `vrx-mj list robots --verbose`."""
     urdf: _Description
     """The `.urdf`, `.xacro` or `.sdf`, relative to this file; `FILE#NAME` is the model of this name in a world."""
     arguments: Arguments = Field(default_factory=dict)
@@ -262,7 +243,7 @@ class RobotConfig(InFolder):
     """Sets of sensors by name, as xacro arguments; `vrx` and `none` among them, if it has any."""
     vrx_parts: Switch = False
     """Whether VRX's thruster and component files can be given for it."""
-    hydrodynamics: HydrodynamicsEntry = HydrodynamicsEntry()
+    hydrodynamics: HydrodynamicsEntry = HydrodynamicsEntry.model_validate({})
     """Lift, drag and added mass."""
     contact: ContactConfig = ContactConfig()
     """How its hull yields to what it touches."""
@@ -283,13 +264,13 @@ class RobotConfig(InFolder):
     hull: MarineHullConfig | None = None
     """Hull in worlds of profile `marine`; what it does not give is that of `hydrodynamics`."""
     autopilot: dict[_ChannelNumber, _Channel] = Field(default_factory=dict)
-    """What an autopilot's channels, 1 to 32, command; by default 1 and 3 are two engines, or rudder and engine."""
+    """Commands of an autopilot's channels, 1 to 32; by default 1 and 3 are two engines, or rudder and engine."""
     battery: BatteryEntry | None = None
     """Its battery, whose voltage and current autopilots receive."""
     sensors: tuple[SensorConfig, ...] = ()
     """Sensors besides those of the URDF; posed in their link's frame."""
     profiles: Profiles = Profiles()
-    """What is different in worlds of other profiles."""
+    """Differences in worlds of other profiles."""
 
     def _faults(self) -> Iterator[Fault]:
         for kind, blades in (("rudder", self.rudders), ("sail", self.sails)):
@@ -306,7 +287,7 @@ class RobotConfig(InFolder):
                 yield ("rudders", name, "propeller"), str(error)
 
     def in_profile(self, profile: str) -> ProfileEntry:
-        """What is different in worlds of a profile; in the classic one nothing is."""
+        """Differences in worlds of a profile; none in the classic one."""
         return self.profiles.vrx3 if profile == NEWER else ProfileEntry()
 
     def layout(self, name: str, robot: str) -> Mapping[str, str]:
@@ -327,7 +308,7 @@ class RobotConfig(InFolder):
         """The URDF, xacro or SDF, or `FILE#NAME`."""
         assert self.folder is not None, "a robot comes from a file"
         path, mark, name = self.urdf.partition("#")
-        return Path(f"{contained(path, self.urdf_folder or self.folder)}{mark}{name}")
+        return Path(f"{contained_file(path, self.urdf_folder or self.folder)}{mark}{name}")
 
     @property
     def is_sdf(self) -> bool:
@@ -337,17 +318,17 @@ class RobotConfig(InFolder):
 
 def load_robot(name: str, near: Path | None = None) -> RobotConfig:
     """The kind of boat of a name, or of a path relative to the folder `near`."""
-    return validated(RobotConfig, robot_section(name, near), Loading())
+    return validate(RobotConfig, robot_section(name, near), Loading())
 
 
 def robot_section(name: str, near: Path | None = None) -> Section:
     """The content of a robot's YAML, with places; of a URDF, xacro or SDF without one its name alone."""
-    file = referenced("robots", name, near).absolute()
+    file = referenced_file("robots", name, near).absolute()
     if not _file_part(file.name).lower().endswith(_DESCRIPTIONS):
         return read_source("robots", file)
     beside = _beside(file)
     own = of_python({"urdf": file.name}, File(f"{YAML_OF} {file.name}", file.parent))
-    return merged(own, read_source("robots", beside)) if beside else own
+    return merge(own, read_source("robots", beside)) if beside else own
 
 
 def _beside(file: Path) -> Path | None:

@@ -1,4 +1,4 @@
-"""What a world looks like, in SDF's vocabulary, and the markers of its goals and waypoints."""
+"""The look of a world, in SDF's vocabulary, and the markers of its goals and waypoints."""
 
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Literal
@@ -7,7 +7,7 @@ from pydantic import BeforeValidator, Field, Tag
 
 from vrx_mj.config.base import Config, Fault, Only
 from vrx_mj.config.shapes import Size
-from vrx_mj.config.values import Cartesian, Color, NonNegative, Number, Share, Switch, by_type, demand, switched
+from vrx_mj.config.values import Cartesian, Color, NonNegative, Number, Share, Switch, as_switch, by_type, demand
 
 
 class MarkersConfig(Config):
@@ -84,7 +84,7 @@ class FogConfig(Config):
 _Sky = Annotated[
     Annotated[bool, Tag("switch")] | Annotated[SkyConfig, Tag("sky")],
     by_type("true, false, or keys and values", switch=bool, sky=(Mapping, SkyConfig)),
-    BeforeValidator(switched),
+    BeforeValidator(as_switch),
 ]
 
 

@@ -10,10 +10,10 @@ from pydantic import Field, model_validator
 
 from vrx_mj.config.base import Fault, InFolder, Only, exclusive
 from vrx_mj.config.loading import loads
-from vrx_mj.config.search import contained
+from vrx_mj.config.search import contained_file
 from vrx_mj.config.tree import Section
 from vrx_mj.config.values import MAX_NUMBER, NonNegative, Number, Positive, demand, numbers
-from vrx_mj.config.wording import shown
+from vrx_mj.config.wording import literal
 from vrx_mj.config.yaml_text import read_lines
 from vrx_mj.constants import SEA_WATER_DENSITY
 from vrx_mj.errors import VrxError
@@ -57,11 +57,11 @@ def read_spectrum(path: str, folder: Path | None) -> SpectrumTable:
         VrxError: it cannot be read, or is not a spectrum.
     """
     points: list[tuple[float, float]] = []
-    for number, line in enumerate(read_lines(contained(path, folder)), 1):
+    for number, line in enumerate(read_lines(contained_file(path, folder)), 1):
         words = line.partition("#")[0].replace(",", " ").replace(";", " ").split()
         is_point = words and (points or words[0][0] in "+-.0123456789")
         if is_point and (wrong := _add_point(points, words)):
-            raise VrxError(f"spectrum '{path}', line {number}: {wrong}, got {shown(line)}")
+            raise VrxError(f"spectrum '{path}', line {number}: {wrong}, got {literal(line)}")
     if len(points) < 2 or not any(density for _, density in points):
         needed = "at least 2 points, not all of density 0, are needed"
         raise VrxError(f"spectrum '{path}': {needed}, got {len(points)}")

@@ -1,4 +1,4 @@
-"""Where files are found: names along a search path, paths inside the folder of the file that names them, ROS packages.
+"""Search for files: names along a search path, paths inside the folder of the file that names them, ROS packages.
 
 Files are read up to a limit; those of Gazebo and ROS in the place of ours are recognised.
 """
@@ -18,7 +18,7 @@ from vrx_mj.errors import LONGEST_NAME, UnknownNameError, VrxError, nearest, sho
 from vrx_mj.resources import root
 
 _NO_FILES = {"d": "a folder", "p": "a pipe", "s": "a socket", "c": "a device", "b": "a device"}
-"""What is no file, by its letter in a long listing."""
+"""Kinds of paths that are no files, by their letter in a long listing."""
 _WAITS_FOR_NOBODY = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0) | getattr(os, "O_BINARY", 0)
 
 
@@ -85,7 +85,7 @@ def of_format(kind: str, text: str, file: Path, folder: Path) -> Path:
 
 
 def near_names(file: Path) -> str:
-    """What a path which leads nowhere may mean, as the end of a message: a file beside it; nothing without one."""
+    """A suggestion for a path that leads nowhere, as the end of a message: a file beside it; empty without one."""
     try:
         if file.is_symlink():
             return f"; it is a link to '{shortened(file.readlink())}'"
@@ -225,7 +225,7 @@ def packages_named(name: str, near: Path, known: Sequence[Mapping[str, Path]], p
 
 
 def package_name(folder: Path) -> str | None:
-    """What a folder's `package.xml` calls the package; None if it has none."""
+    """Name of the package in a folder's `package.xml`; None if it has none."""
     try:
         text = read_limited(folder / "package.xml", _BYTES).decode("utf-8", errors="replace")
     except ReadingError:
@@ -240,7 +240,7 @@ def _listed_in(variable: str) -> tuple[Path, ...]:
 
 
 @lru_cache(maxsize=8)
-def _crawled(entries: tuple[Path, ...]) -> tuple[Path, ...]:
+def _package_folders(entries: tuple[Path, ...]) -> tuple[Path, ...]:
     """Each entry that is absolute, and each folder below it that holds packages."""
     found: dict[Path, None] = {}
     left = [_MOST_FOLDERS]
@@ -267,7 +267,7 @@ XML_SUFFIXES = (".urdf", ".xacro")
 SCHEME = "model://"
 """How the name of a model of Gazebo begins."""
 TEMPLATE = "model.sdf.erb"
-"""What VRX makes the model of a dock from."""
+"""File from which VRX makes the model of a dock."""
 WORLD_SUFFIXES = (".world.xacro", ".sdf.xacro", ".world", ".sdf")
 """How worlds of Gazebo end, the longest first."""
 MODEL_SUFFIXES = (*WORLD_SUFFIXES, ".sdf.erb")
@@ -282,17 +282,17 @@ OWN_PATH = "VRX_MJ_PATH"
 MISSING = "VRX_MJ_MISSING"
 """Environment variable that says `ignore` where launch files and xacro may name packages that are missing."""
 ALLOW = f"add its folder by --allow FOLDER or {OWN_PATH}"
-"""What to do where a file lies in no folder that may be read."""
+"""Advice about a file in a folder that may not be read."""
 
 
 def package_paths() -> tuple[Path, ...]:
     """Folders in which a robot's files look for packages, besides their own: VRX_MJ_PACKAGE_PATH's, then ROS's."""
     shared = (path / "share" for path in _listed_in(_NEWER) if path.is_absolute())
-    return (*_listed_in(PACKAGE_PATH), *_crawled(_listed_in(_CLASSIC)), *filter(Path.is_dir, shared))
+    return (*_listed_in(PACKAGE_PATH), *_package_folders(_listed_in(_CLASSIC)), *filter(Path.is_dir, shared))
 
 
 def kind_name(model: str) -> str:
-    """What kind of thing a model is, by the name or path that a file gives: `my_buoy` for `./my_buoy/model.sdf`."""
+    """Kind of a model by the name or path that a file gives: `my_buoy` for `./my_buoy/model.sdf`."""
     path, mark, name = model.partition("#")
     file = PurePosixPath(path)
     return name if mark else file.parent.name if file.name in {"model.sdf", TEMPLATE} else file.stem
@@ -335,7 +335,7 @@ def catalogue(kind: str, near: Path | None = None) -> dict[str, Path]:
     found: dict[str, Path] = {}
     for folder in _folders(near):
         for place in (folder / kind, folder / "assets" / kind):
-            for name, file in _listed(kind, place):
+            for name, file in _names_and_files(kind, place):
                 found.setdefault(name, file)
     return dict(sorted(found.items()))
 
@@ -348,7 +348,7 @@ def find_terrain(name: str, near: Path | None = None) -> Path:
     return known[name]
 
 
-def contained(text: str, folder: Path | None) -> Path:
+def contained_file(text: str, folder: Path | None) -> Path:
     """The file at a path, which may not lead out of `folder` and the allowed ones, not even through a link.
 
     Without a folder it is what the caller wrote in Python: any path, from the current folder on.
@@ -412,7 +412,7 @@ def _suffixes(kind: str) -> tuple[str, ...]:
     return {"docks": (".txt",), _TERRAIN: (".*",)}.get(kind, (".yaml", ".yml"))
 
 
-def _listed(kind: str, place: Path) -> Iterator[tuple[str, Path]]:
+def _names_and_files(kind: str, place: Path) -> Iterator[tuple[str, Path]]:
     """Names and files below a folder; a robot's may be a folder with a `robot.yaml`."""
     for folder, _, names in os.walk(place):
         inside = Path(folder).relative_to(place).as_posix()

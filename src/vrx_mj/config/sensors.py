@@ -31,7 +31,7 @@ class ErrorModel(Config):
 
 
 class _Sensor(Config):
-    """What all sensors have."""
+    """Keys of all sensors."""
 
     name: Name
     """Name of the sensor on its boat."""
@@ -184,7 +184,7 @@ class BallShooterConfig(_Sensor):
     impulse: NonNegative = 0.3
     """Impulse of a shot [N s]; VRX: 300 N for 1 ms."""
     muzzle: Vec3 = (0.14, 0.0, 0.0)
-    """Where the ball starts, in the launcher's frame [m]."""
+    """Start of the ball in the launcher's frame [m]."""
 
 
 class AnemometerConfig(_Sensor):

@@ -7,7 +7,7 @@ from pydantic import BeforeValidator
 
 from vrx_mj.config.base import Config, InFolder, Only
 from vrx_mj.config.loading import loads
-from vrx_mj.config.search import contained
+from vrx_mj.config.search import contained_file
 from vrx_mj.config.values import Color, Name, NonNegative, NotEmpty, Number, Pose, Positive, demand, numbers
 from vrx_mj.config.wording import one_of
 from vrx_mj.constants import WATER_DENSITY
@@ -30,7 +30,7 @@ def _is_mesh(file: str) -> bool:
 
 
 _ENDS = one_of(MESH_SUFFIXES)
-_Mesh = Annotated[str, demand(_is_mesh, f"expected a mesh that ends in {_ENDS}, got {{}}"), loads(contained)]
+_Mesh = Annotated[str, demand(_is_mesh, f"expected a mesh that ends in {_ENDS}, got {{}}"), loads(contained_file)]
 
 
 class Shape(InFolder):

@@ -10,7 +10,7 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.config.readers import function_of
-from vrx_mj.config.search import contained
+from vrx_mj.config.search import contained_file
 from vrx_mj.config.shapes import Shape
 from vrx_mj.frames import Pose, rotation
 
@@ -29,7 +29,7 @@ class Solid:
     corners: FloatArray
     """(n, 3, 3): corners of the triangles [m]"""
     notes: tuple[str, ...] = ()
-    """What was mended."""
+    """Notes about repairs."""
 
     def at(self, pose: Pose) -> FloatArray:
         """Corners (n, 3, 3) at a pose [m, rad]."""
@@ -45,7 +45,7 @@ def solid(shape: Shape) -> Solid:
     """
     if shape.type != "mesh":
         return Solid(_hull(_outline(shape)))
-    file = contained(str(shape.file), shape.folder)
+    file = contained_file(str(shape.file), shape.folder)
     read = function_of("meshes", file)
     assert read is not None, "any file may be a mesh"
     mesh = read(file, shape.scale)
@@ -59,7 +59,7 @@ def solid_of_mesh(name: str, points: FloatArray, triangles: IntArray) -> Solid:
     gaps = sum(own for _, own in pieces)
     if gaps:
         notes.append(f"mesh {name} is open ({gaps} edges without a second triangle): its convex hull is used")
-    whole = _closed([corners for corners, own in pieces if own]) + [corners for corners, own in pieces if not own]
+    whole = _convex_hulls([corners for corners, own in pieces if own]) + [corners for corners, own in pieces if not own]
     volumes = [enclosed_volume(corners) for corners in whole]
     total = math.fsum(volumes)
     if total < 0.0:
@@ -108,7 +108,7 @@ def _is_cavity(piece: FloatArray, volume: float, others: Iterable[tuple[FloatArr
     return any((lower <= low).all() and (high <= upper).all() for lower, upper in larger)
 
 
-def _closed(pieces: Iterable[FloatArray]) -> list[FloatArray]:
+def _convex_hulls(pieces: Iterable[FloatArray]) -> list[FloatArray]:
     """The convex hulls of open pieces; those whose boxes touch are one."""
     groups: list[FloatArray] = []
     for piece in pieces:

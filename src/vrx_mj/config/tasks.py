@@ -56,7 +56,7 @@ class ChannelConfig(Config):
 
 
 class BaySign(Config):
-    """What the placard of a bay shows, and whether it is the right one."""
+    """The symbol of a bay's placard, and whether the bay is the correct one."""
 
     name: str | None = None
     """Name of the dock's bay; bays come in the dock's order."""
@@ -72,7 +72,7 @@ class TargetConfig(Config):
     bay: Annotated[int, Field(ge=1)]
     """Number of the bay, from 1."""
     size: Literal["big", "small"]
-    """Which hole of the bay's placard."""
+    """Size of the hole in the bay's placard."""
     points: NonNegative
     """Points for each ball [points]."""
 
@@ -88,12 +88,12 @@ class AnimalConfig(Config):
 
 
 class TaskConfig(Config):
-    """What all tasks have."""
+    """Keys of all tasks."""
 
     held: ClassVar[bool] = False
     """Whether the boat is held throughout."""
     type: str
-    """Which task this is."""
+    """Type of the task."""
     name: str = ""
     """VRX's task_name; by default the type."""
     boat: str | None = None
@@ -121,7 +121,7 @@ class GoalConfig(Config):
     goal: Geodetic | None = None
     """Latitude, longitude [degrees] and yaw [rad, from east] to hold."""
     goal_cart: Cartesian | None = None
-    """The same pose as x, y [m] and yaw [rad, from x] in the world frame."""
+    """Pose to hold as x, y [m] and yaw [rad, from x] in the world frame."""
 
     def _faults(self) -> Iterator[Fault]:
         return exclusive(self, "goal", "goal_cart", required=True)
@@ -142,7 +142,7 @@ class WayfindingTask(TaskConfig):
     waypoints: Annotated[tuple[Geodetic, ...], NotEmpty] | None = None
     """Latitude, longitude [degrees] and yaw [rad, from east] of each."""
     waypoints_cart: Annotated[tuple[Cartesian, ...], NotEmpty] | None = None
-    """The same poses as x, y [m] and yaw [rad, from x] in the world frame."""
+    """Poses to visit as x, y [m] and yaw [rad, from x] in the world frame."""
 
     def _faults(self) -> Iterator[Fault]:
         return exclusive(self, "waypoints", "waypoints_cart", required=True)
@@ -154,7 +154,7 @@ class PerceptionTask(TaskConfig):
     held: ClassVar[bool] = True
     type: Literal["perception"]
     objects: Annotated[tuple[ShownObject, ...], NotEmpty]
-    """What shows up: time, duration, type, name and pose of each."""
+    """Objects that show up: time, duration, type, name and pose of each."""
     loop_forever: Switch = False
     """Whether the sequence starts anew when all objects are gone."""
 
@@ -188,7 +188,7 @@ class DockTask(TaskConfig):
     light_buoy: str | None = None
     """Name of the light buoy."""
     color_sequence: Colors = ("red", "green", "blue")
-    """What the light buoy shows, and what is to be reported."""
+    """Colours of the light buoy, which are to be reported."""
     color_bonus_points: NonNegative = 10.0
     """Points for the right report of the colours [points]."""
     dock_bonus_points: NonNegative = 10.0

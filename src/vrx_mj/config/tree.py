@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from vrx_mj.errors import ConfigError, Problem
+from vrx_mj.errors import ConfigError
 
 Loc = tuple[str | int, ...]
 
@@ -52,7 +52,7 @@ class Section(dict[str, Any]):
     """A mapping that knows its place, the places of its entries, and its file's folder."""
 
     model: Any = None
-    """What it was validated as; None: it was not yet."""
+    """The model that it was validated as; None before that."""
 
     def __init__(self, values: Mapping[str, object], place: Place, entries: Mapping[str, Entry] | None = None) -> None:
         """`entries` are by default all at the place of the mapping."""
@@ -102,7 +102,7 @@ def of_python(value: object, file: File, levels: int = DEEPEST) -> Any:
         ConfigError: it has more levels of nesting.
     """
     if levels < 0:
-        raise ConfigError([Problem(file.name, None, None, "", "nested too deeply, or inside itself")])
+        raise ConfigError.of(file.name, "nested too deeply, or inside itself")
     if isinstance(value, Mapping):
         return Section({str(key): of_python(item, file, levels - 1) for key, item in value.items()}, Place(file))
     if hasattr(value, "tolist"):
@@ -112,7 +112,7 @@ def of_python(value: object, file: File, levels: int = DEEPEST) -> Any:
     return str(value) if isinstance(value, Path) else value
 
 
-def merged(base: Section, over: Section, appended: Sequence[str] = _APPENDED) -> Section:
+def merge(base: Section, over: Section, appended: Sequence[str] = _APPENDED) -> Section:
     """`over` on top of `base`: mappings key by key, `appended` lists added, anything else replaced.
 
     A task of another type replaces that of the base; keys of a base about its robot do not hold for another one.
@@ -125,7 +125,7 @@ def merged(base: Section, over: Section, appended: Sequence[str] = _APPENDED) ->
         old, new = base[key], over[key]
         if isinstance(old, Section) and isinstance(new, Section):
             other = key in _REPLACED and new.get("type", old.get("type")) != old.get("type")
-            values[key] = new if other else merged(old, new, ())
+            values[key] = new if other else merge(old, new, ())
         elif key in appended and new is None:
             values[key] = old
         elif key in appended and isinstance(old, Items) and isinstance(new, Items):
@@ -134,7 +134,7 @@ def merged(base: Section, over: Section, appended: Sequence[str] = _APPENDED) ->
 
 
 class Spot(NamedTuple):
-    """Where a value is: its place, its path in its own file, and, if that ends in a key, the section with this key."""
+    """Place of a value, its path in its own file, and, if that ends in a key, the section with this key."""
 
     place: Place
     path: Loc
@@ -142,7 +142,7 @@ class Spot(NamedTuple):
 
 
 def locate(root: Section, loc: Loc, *, tagged: bool = False) -> Spot:
-    """Where the value at `loc` is.
+    """The place of the value at `loc`.
 
     A step that the file does not have is skipped, unless it is the last and a key: that is one missing there. With
     `tagged` so is, once in a section, the value of its `type`, by which pydantic says which member of a union it took.

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field
 
 from vrx_mj.config.base import fault
-from vrx_mj.config.wording import shown
+from vrx_mj.config.wording import literal
 from vrx_mj.errors import UnknownNameError
 
 MAX_NUMBER = 1e9
@@ -42,7 +42,7 @@ def several(form: str, *counts: int, rest: float = 0.0) -> BeforeValidator:
 
     def check(value: object) -> object:
         if isinstance(value, str) or not isinstance(value, Sequence) or len(value) not in counts:
-            raise fault(f"expected {form}, got {shown(value)}{_in_brackets(value, *counts)}")
+            raise fault(f"expected {form}, got {literal(value)}{_in_brackets(value, *counts)}")
         return (*value, *[rest] * (counts[-1] - len(value)))
 
     return BeforeValidator(check)
@@ -79,7 +79,7 @@ def demand(holds: Callable[[Any], object], message: str) -> AfterValidator:
 
     def check(value: object) -> object:
         if not holds(value):
-            raise fault(message.format(shown(value)))
+            raise fault(message.format(literal(value)))
         return value
 
     return AfterValidator(check)
@@ -112,7 +112,7 @@ def _of_name(value: object) -> object:
     return COLORS[value]
 
 
-def switched(value: object) -> object:
+def as_switch(value: object) -> object:
     """Yes, no, on and off as true and false; anything else as it is."""
     return _SWITCHES.get(value.lower(), value) if isinstance(value, str) else value
 
@@ -162,5 +162,5 @@ Name = Annotated[
 ]
 """A name that MJCF, recordings and files can all carry."""
 
-Switch = Annotated[bool, BeforeValidator(switched)]
+Switch = Annotated[bool, BeforeValidator(as_switch)]
 """True or false; a file may also say yes, no, on or off."""

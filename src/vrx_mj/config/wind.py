@@ -52,7 +52,7 @@ class WindConfig(Config):
     var_direction_time: Positive = 60.0
     """Time constant of the direction [s]."""
     objects: tuple[WindObject, ...] | None = None
-    """What the wind pushes besides boats whose robot has coefficients of its own; by default these boats alone.
+    """Objects that the wind pushes besides boats whose robot has coefficients of its own; by default these boats alone.
 
     `[]`: nothing at all."""
 
@@ -72,7 +72,7 @@ _Three = Annotated[tuple[NonNegative, NonNegative, Number], numbers("cx cy cn")]
 
 
 class IsherwoodConfig(Config):
-    """What Isherwood's formulas for merchant ships (1972) ask besides the areas. The link's origin is amidships."""
+    """Inputs of Isherwood's formulas for merchant ships (1972) besides the areas. The link's origin is amidships."""
 
     breadth: Positive
     """Breadth [m]."""

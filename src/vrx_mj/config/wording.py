@@ -10,13 +10,13 @@ from vrx_mj.errors import shown as in_python
 
 _TABLES = json.loads((Path(__file__).parent / "wording.json").read_bytes())
 PYDANTIC: Mapping[str, str] = _TABLES["pydantic"]
-"""What pydantic's errors say, by their type; `got` is the value, other names in braces are of the error's context."""
+"""Messages of pydantic's errors by type; `got` is the value, other names in braces are of the error's context."""
 PYYAML: Mapping[str, str] = _TABLES["pyyaml"]
-"""What PyYAML's errors say, by how they begin in its words."""
+"""Messages of PyYAML's errors, by how they begin in its words."""
 _LONGEST = 60
 
 
-def shown(value: object) -> str:
+def literal(value: object) -> str:
     """A value as its file would write it, shortened."""
     if value is None:
         return "nothing"
@@ -27,7 +27,7 @@ def shown(value: object) -> str:
     if isinstance(value, str):
         return f"'{_short(value)}'"
     if isinstance(value, list | tuple):
-        return _short(f"[{', '.join(map(shown, value[:_LONGEST]))}]")
+        return _short(f"[{', '.join(map(literal, value[:_LONGEST]))}]")
     huge = isinstance(value, int) and abs(value) >= 10**_LONGEST
     return f"a number of more than {_LONGEST} digits" if huge else in_python(value).removesuffix(".0")
 
@@ -36,7 +36,7 @@ def choice(value: object, allowed: Sequence[str]) -> str:
     """The message about a value that is not among the allowed ones."""
     close = nearest(value, allowed) if isinstance(value, str) else None
     hint = f"; did you mean '{close}'?" if close else ""
-    return f"expected {one_of(allowed)}, got {shown(value)}{hint}"
+    return f"expected {one_of(allowed)}, got {literal(value)}{hint}"
 
 
 def one_of(allowed: Sequence[str]) -> str:
@@ -73,4 +73,6 @@ def ros_names_note(kind: str, names: Iterable[str]) -> list[str]:
     odd = [name for name in dict.fromkeys(names) if not is_ros_name(name)]
     if not odd:
         return []
-    return [f"ROS refuses topics with the name of {kind} {first_names(map(shown, odd), _SHOWN)}: {ALLOWED} are allowed"]
+    return [
+        f"ROS refuses topics with the name of {kind} {first_names(map(literal, odd), _SHOWN)}: {ALLOWED} are allowed"
+    ]

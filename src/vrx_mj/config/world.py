@@ -9,10 +9,10 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import BeforeValidator, Field, field_validator, model_validator
 from pydantic_core.core_schema import ValidationInfo
 
-from vrx_mj.config.base import Config, Fault, FromFile, InFolder, fault, repeated
+from vrx_mj.config.base import Config, Fault, FromFile, InFolder, duplicate_names, fault
 from vrx_mj.config.current import CurrentConfig
 from vrx_mj.config.docks import DockPlacement, Placed
-from vrx_mj.config.loading import Loading, Source, check, document, loads, validated
+from vrx_mj.config.loading import Loading, Source, check, document, loads, validate
 from vrx_mj.config.objects import FieldConfig, Placement
 from vrx_mj.config.profiles import CLASSIC, DEFAULT, MARINE, Profile, on_its_profile
 from vrx_mj.config.robots import Arguments, load_robot
@@ -23,7 +23,7 @@ from vrx_mj.config.tasks import Task
 from vrx_mj.config.tree import Loc, Section
 from vrx_mj.config.values import Latitude, Longitude, NonNegative, Number, Pose, Seed
 from vrx_mj.config.wind import WindConfig
-from vrx_mj.config.wording import shown
+from vrx_mj.config.wording import literal
 from vrx_mj.constants import GRAVITY, LONGEST_STEP, SHORTEST_STEP
 from vrx_mj.errors import VrxWarning
 from vrx_mj.frames import Geodetic
@@ -61,7 +61,7 @@ class PhysicsConfig(Config):
 
 
 class Georeference(Geodetic, Config):
-    """Where on Earth (WGS84) the world's origin is."""
+    """The place of the world's origin on Earth (WGS84)."""
 
     latitude: Latitude
     """Latitude [degrees]."""
@@ -77,12 +77,12 @@ def _names(value: object) -> object:
     if isinstance(value, str):
         return (value,)
     if not isinstance(value, Sequence) or not all(isinstance(name, str) for name in value):
-        raise fault(f"expected vrx, none, or a list of names, got {shown(value)}")
+        raise fault(f"expected vrx, none, or a list of names, got {literal(value)}")
     return tuple(value)
 
 
 Sensors = Annotated[tuple[str, ...], BeforeValidator(_names)]
-"""Which sensors a boat carries: `vrx`, `none`, or a list of suites or of sensors by name."""
+"""Sensors of a boat: `vrx`, `none`, or a list of suites or of sensors by name."""
 
 
 class SpawnConfig(InFolder):
@@ -115,9 +115,9 @@ class WorldConfig(FromFile):
     name: str = "world"
     """Name of the world; by default that of the file."""
     description: str = ""
-    """What `vrx-mj list worlds --verbose` shows."""
+    """Description in `vrx-mj list worlds --verbose`."""
     georeference: Georeference | None = None
-    """Where the origin is on Earth; GPS and geodetic goals need it."""
+    """Place of the origin on Earth; GPS and geodetic goals need it."""
     physics: PhysicsConfig = PhysicsConfig()
     """Profile, step and gravity."""
     sea: SeaConfig = SeaConfig()
@@ -139,7 +139,7 @@ class WorldConfig(FromFile):
     fields: tuple[FieldConfig, ...] = ()
     """Objects at places drawn from a seed."""
     task: Task = None
-    """What is asked of a boat, and scored; by default nothing."""
+    """The task of a boat, which is scored; by default none."""
     markers: MarkersConfig = MarkersConfig()
     """Markers of the task's goals and of other places; only looked at."""
     camera: Pose | None = None
@@ -153,7 +153,7 @@ class WorldConfig(FromFile):
         return on_its_profile(data) if isinstance(data, Section) else data
 
     def _faults(self) -> list[Fault]:
-        found = repeated(objects=self.objects, docks=self.docks, fields=self.fields)
+        found = duplicate_names(objects=self.objects, docks=self.docks, fields=self.fields)
         if self.task and self.task.geodetic and not self.georeference:
             text = "latitude and longitude need a `georeference`, which this world does not have"
             found += [(("task", key), text) for key in self.task.geodetic]
@@ -175,7 +175,7 @@ class WorldConfig(FromFile):
             yield ("current",), "a current"
 
     @property
-    def placed(self) -> tuple[Placed, ...]:
+    def placements(self) -> tuple[Placed, ...]:
         """Its objects and docks."""
         return (*self.objects, *self.docks)
 
@@ -188,9 +188,9 @@ def check_thrusters(robot: str, layout: str, folder: Path | None) -> None:
 def load_world(source: Source) -> WorldConfig:
     """The world of a name, a path, `FILE#k` (the k-th of an axes file) or a dict, with everything it names checked."""
     section, name = document("worlds", source, "world")
-    world = validated(WorldConfig, section, Loading(), name=name)
+    world = validate(WorldConfig, section, Loading(), name=name)
     world._section = section
-    things = [(thing.name, thing.pose[3:]) for thing in world.placed]
+    things = [(thing.name, thing.pose[3:]) for thing in world.placements]
     warn_of_degrees(f"world {world.name}", [("spawn", world.spawn.pose[3:]), *things])
     for text in (*_of_its_sea(world), *_of_default_profile(world)):
         warnings.warn(f"world {world.name}: {text}", VrxWarning, stacklevel=3)

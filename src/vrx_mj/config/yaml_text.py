@@ -21,7 +21,7 @@ from yaml.nodes import MappingNode, Node, ScalarNode
 
 from vrx_mj.config.search import ReadingError, display, read_limited
 from vrx_mj.config.tree import DEEPEST, Entry, File, Items, Loc, Place, Section, key_path
-from vrx_mj.config.wording import PYYAML, shown
+from vrx_mj.config.wording import PYYAML, literal
 from vrx_mj.errors import ConfigError, Problem
 
 _PLAIN = {
@@ -29,13 +29,13 @@ _PLAIN = {
     **dict(zip("、。︰【】〔〕「」“”„‘’‐‑–—−×", ',.:[][]"""""\'\'-----X', strict=True)),
     "…": "...",
 }
-"""What to type for full-width forms and punctuation."""
+"""Plain characters for full-width forms and punctuation."""
 _LATIN = dict(zip(
     "АВЕЅІЈКМНОРСТУХаеорсухѕіјΑΒΕΖΗΙΚΜΝΟΡΤΥΧο", "ABESIJKMHOPCTYXaeopcyxsijABEZHIKMNOPTYXo", strict=True
 ))  # fmt: skip
-"""What to type for Cyrillic and Greek letters that look Latin."""
+"""Latin letters for Cyrillic and Greek ones that look like them."""
 _UNSEEN = {"Zs": "type a space", "Cf": "delete it"}
-"""What to do about spaces and invisible characters, by their category in Unicode."""
+"""Advice about spaces and invisible characters, by their category in Unicode."""
 
 _ODD = re.compile(r"[^\x00-\x7f]|\t")
 _WORD = re.compile(r"\w+")
@@ -43,13 +43,6 @@ _CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff\uff
 _QUOTE_OR_COMMENT = re.compile(r"""(?:(?<=[\s\[{,:(])|^)["']|(?:(?<=\s)|^)#""")
 _DESCRIPTION = re.compile(r"""^(\s*(?:- +)*)(["']?)description\2\s*:(?=\s|$)""")
 _DESCRIPTION_INSIDE = re.compile(r"""(?<=[{,])\s*description\s*:\s*("[^"]*"|'[^']*'|[^,}]*)""")
-
-
-def _find_controls(name: str, lines: Sequence[str]) -> Iterator[Problem]:
-    """Control characters and odd line separators, which no text file needs anywhere."""
-    for row, line in enumerate(lines, 1):
-        for hit in _CONTROL.finditer(line):
-            yield Problem(name, row, hit.start() + 1, "", f"control character U+{ord(hit[0]):04X}; delete it")
 
 
 def find_lookalikes(lines: Sequence[str], name: str = "", *, free_text: bool = True) -> Iterator[Problem]:
@@ -62,12 +55,11 @@ def find_lookalikes(lines: Sequence[str], name: str = "", *, free_text: bool = T
         code = _without_comment(line)
         start = _DESCRIPTION.match(code) if free_text else None
         indent = len(start[1]) if start else None
-        code = code[: start.end()] if start else _DESCRIPTION_INSIDE.sub(_blank, code) if free_text else code
+        if start:
+            code = code[: start.end()]
+        elif free_text:
+            code = _DESCRIPTION_INSIDE.sub(lambda match: " " * len(match[0]), code)
         yield from (Problem(name, row, column + 1, "", message) for column, message in _in_code(code))
-
-
-def _blank(match: re.Match[str]) -> str:
-    return " " * len(match[0])
 
 
 def _without_comment(line: str) -> str:
@@ -86,20 +78,20 @@ def _without_comment(line: str) -> str:
 def _in_code(code: str) -> Iterator[tuple[int, str]]:
     if code.isascii() and "\t" not in code:
         return
-    mixed = {index for word in _WORD.finditer(code) if _mixed(word[0]) for index in range(*word.span())}
+    mixed = {index for word in _WORD.finditer(code) if _is_mixed(word[0]) for index in range(*word.span())}
     for hit in _ODD.finditer(code):
         if (hit[0] not in _LATIN or hit.start() in mixed) and (advice := _advice(hit[0])):
             yield hit.start(), advice
 
 
-def _mixed(word: str) -> bool:
+def _is_mixed(word: str) -> bool:
     """Foreign letters are fine in foreign words, not next to Latin ones nor where all look Latin."""
     letters = [letter for letter in word if letter.isalpha()]
     return any(letter.isascii() for letter in letters) or all(letter in _LATIN for letter in letters)
 
 
 def _advice(character: str) -> str | None:
-    """What to do about a character, by its name in Unicode; None: it may stay."""
+    """Advice about a character, by its name in Unicode; None: it may stay."""
     if character == "\t":
         return "tab; type spaces"
     plain = _PLAIN.get(character) or _LATIN.get(character)
@@ -138,18 +130,22 @@ def read_lines(path: Path) -> tuple[str, ...]:
     try:
         data = read_limited(path, _MAX_BYTES)
     except ReadingError as error:
-        raise ConfigError([Problem(name, None, None, "", str(error))]) from None
+        raise ConfigError.of(name, str(error)) from None
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         start = data.rfind(b"\n", 0, error.start) + 1
         line, column = data.count(b"\n", 0, error.start) + 1, error.start - start + 1
         message = f"byte 0x{data[error.start]:02X} is not UTF-8; save the file as UTF-8"
-        raise ConfigError([Problem(name, line, column, "", message)]) from None
+        raise ConfigError.of(name, message, line=line, column=column) from None
     lines = tuple(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"))
     if len(lines) > _MAX_LINES:
-        raise ConfigError([Problem(name, None, None, "", f"more than {_MAX_LINES} lines")])
-    _refuse_odd(_find_controls(name, lines))
+        raise ConfigError.of(name, f"more than {_MAX_LINES} lines")
+    _refuse_odd(
+        Problem(name, row, hit.start() + 1, "", f"control character U+{ord(hit[0]):04X}; delete it")
+        for row, line in enumerate(lines, 1)
+        for hit in _CONTROL.finditer(line)
+    )
     return lines
 
 
@@ -163,28 +159,28 @@ class Repeat(NamedTuple):
 
 def parse(file: File) -> Section:
     """The one mapping that a YAML file holds."""
-    return _parsed(file, _Builder(file))
+    return _parse(file, _Builder(file))
 
 
 def parse_loosely(file: File) -> tuple[Section, list[Repeat]]:
-    """As `parse`, but as Python programs read YAML: numbers may be keys, and of equal keys the last one counts."""
+    """Parse YAML as Python programs read it: numbers may be keys, and of equal keys the last one counts."""
     builder = _Builder(file, loose=True)
-    return _parsed(file, builder), builder.repeats
+    return _parse(file, builder), builder.repeats
 
 
-def _parsed(file: File, builder: "_Builder") -> Section:
+def _parse(file: File, builder: "_Builder") -> Section:
     _refuse_odd(find_lookalikes(file.lines, file.name))
     if next(filter(str.strip, file.lines), "").lstrip().startswith("<"):
-        raise ConfigError([Problem(file.name, 1, 1, "", "XML; expected YAML, keys and values")])
+        raise ConfigError.of(file.name, "XML; expected YAML, keys and values", line=1, column=1)
     try:
-        node = _composed("\n".join(file.lines))
+        node = _compose("\n".join(file.lines))
     except yaml.MarkedYAMLError as error:
-        raise ConfigError([_worded(file, error)]) from None
+        raise ConfigError([_problem_of(file, error)]) from None
     if node is None:
-        raise ConfigError([Problem(file.name, 1, 1, "", "empty; expected keys and values")])
+        raise ConfigError.of(file.name, "empty; expected keys and values", line=1, column=1)
     tree = builder.value(node, ())
     if not isinstance(tree, Section):
-        builder.problem(node, (), f"expected keys and values, got {shown(tree)}")
+        builder.problem(node, (), f"expected keys and values, got {literal(tree)}")
     if builder.problems or not isinstance(tree, Section):
         raise ConfigError(builder.problems)
     return tree
@@ -221,7 +217,7 @@ class _Composer(Composer):
 
 
 class _PythonComposer(_Composer, yaml.SafeLoader):
-    """Composes what PyYAML's own parser reads, whose errors `_worded` knows."""
+    """Composes what PyYAML's own parser reads, whose errors `_problem_of` knows."""
 
 
 if yaml.__with_libyaml__:
@@ -241,10 +237,10 @@ if yaml.__with_libyaml__:
 
 
 _DISPUTED = re.compile(r"[?%\t\ufeff]|[|>][-+0-9]*#")
-"""What libyaml accepts and PyYAML refuses: some '?', tabs, and comments and directives without a space."""
+"""Texts that libyaml accepts and PyYAML may refuse: some '?', tabs, comments and directives without a space."""
 
 
-def _composed(text: str) -> Node | None:
+def _compose(text: str) -> Node | None:
     """The nodes of a text, which are the same from both parsers wherever libyaml is asked and does not refuse it."""
     if yaml.__with_libyaml__ and not _DISPUTED.search(text):
         with contextlib.suppress(yaml.YAMLError):
@@ -339,7 +335,7 @@ def _scalar(node: ScalarNode) -> object:
     return int(text) if _INT.fullmatch(text) and len(text) <= 300 else float(text)  # a longer one is infinite
 
 
-def _worded(file: File, error: yaml.MarkedYAMLError) -> Problem:
+def _problem_of(file: File, error: yaml.MarkedYAMLError) -> Problem:
     """PyYAML's error in our words, placed where the cause is rather than where it gave up."""
     problem, mark = str(error.problem), error.problem_mark
     if problem.startswith(_AT_THE_START) and error.context_mark:

@@ -33,7 +33,7 @@ class Browser:
         self._clock, self._keys = clock, keys
         self._scene: RecordScene = scene_of(sim)
         self.server = Server()
-        """What serves the page."""
+        """Server of the page."""
         self._stream: rr.RecordingStream | None = None
         self._shown, self._fleet_pause, self._others_pause = -1.0, Pause(), Pause()
         self._boat, self._resets = "", 0

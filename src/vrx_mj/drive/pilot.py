@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 _STEP = 0.1
 """Power and turn of one press of an arrow key."""
 _SPEED, _TURN, _ANGLE = 0.5, 1.0, 0.1
-"""What VRX's keys start with: power, turn, and the step of the angle [rad]."""
+"""Power, turn, and the step of the angle [rad] with which VRX's keys start."""
 _TENTH = 1.1, 0.9
-"""VRX's factors of more and less."""
+"""VRX's factors of 10 % more and 10 % less."""
 
 _TWISTS = {
     "i": (1, 0), ",": (-1, 0), "j": (0, 1), "l": (0, -1),
@@ -36,7 +36,7 @@ _SCALES = {
     "e": ("turn", "turn", _TENTH[0]), "c": ("turn", "turn", _TENTH[1]),
     "r": ("angle", "angle", _TENTH[0]), "v": ("angle", "angle", _TENTH[1]),
 }  # fmt: skip
-"""Which of VRX's sizes a key changes, and by what factor."""
+"""Sizes that a key changes, and the factor, as in VRX."""
 
 
 class Pilot:
@@ -44,47 +44,42 @@ class Pilot:
 
     def __init__(self, engines: Mapping[str, Sequence[Engine]], boat: str) -> None:
         self._engines = engines
-        self._boats = tuple(engines)
         self.boat = boat
         """The boat that the keys drive now."""
         self.sizes = {"speed": _SPEED, "turn": _TURN, "angle": _ANGLE}
-        """What the keys of VRX command."""
-        self._wheels: dict[str, Wheel] = {}
+        """Sizes of the commands of VRX's keys."""
+        self.wheels: dict[str, Wheel] = {}
+        """Power, turn and angle of the boats that keys have driven."""
 
     @property
     def wheel(self) -> Wheel:
         """Power, turn and angle of the chosen boat."""
-        return self._wheels.get(self.boat, Wheel())
-
-    @property
-    def wheels(self) -> Mapping[str, Wheel]:
-        """Power, turn and angle of the boats that keys have driven."""
-        return self._wheels
+        return self.wheels.get(self.boat, Wheel())
 
     def change_boats(self, engines: Mapping[str, Sequence[Engine]]) -> None:
         """Boats came or went: keys go on with the one that they drove, or with the first; `boat` is "" without any."""
-        self._engines, self._boats = engines, tuple(engines)
-        self._wheels = {boat: wheel for boat, wheel in self._wheels.items() if boat in engines}
+        self._engines = engines
+        self.wheels = {boat: wheel for boat, wheel in self.wheels.items() if boat in engines}
         if self.boat not in engines:
             self.boat = next(iter(engines), "")
 
     def press(self, key: str) -> bool:
         """Take a key; False if it means nothing here."""
-        if not self._boats:
+        if not self._engines:
             return False
         wheel = self._wheel_after(key)
         if wheel is not None:
-            self._wheels[self.boat] = wheel
+            self.wheels[self.boat] = wheel
             return True
         return self._resize(key) or self._choose_boat(key)
 
     def commands(self) -> dict[str, dict[str, float]]:
         """Commands of all boats that keys have driven; the others are left alone."""
-        return {boat: engine_commands(self._engines[boat], wheel) for boat, wheel in self._wheels.items()}
+        return {boat: engine_commands(self._engines[boat], wheel) for boat, wheel in self.wheels.items()}
 
     def reset(self) -> None:
         """Let go of all boats."""
-        self._wheels.clear()
+        self.wheels.clear()
 
     def _wheel_after(self, key: str) -> Wheel | None:
         """The wheel after a key that turns it."""
@@ -110,14 +105,14 @@ class Pilot:
         return True
 
     def _choose_boat(self, key: str) -> bool:
-        count, here = len(self._boats), self._boats.index(self.boat)
+        boats = list(self._engines)
         if key in {"tab", "n"}:
-            self.boat = self._boats[(here + 1) % count]
-            return True
-        if key.isdecimal() and 1 <= int(key) <= count:
-            self.boat = self._boats[int(key) - 1]
-            return True
-        return False
+            self.boat = boats[(boats.index(self.boat) + 1) % len(boats)]
+        elif key.isdecimal() and 1 <= int(key) <= len(boats):
+            self.boat = boats[int(key) - 1]
+        else:
+            return False
+        return True
 
 
 class Motion(NamedTuple):
@@ -193,7 +188,7 @@ _Driver_contra = TypeVar("_Driver_contra", bound=Driver, contravariant=True)
 
 
 class Console(Protocol[_Driver_contra]):
-    """Where keys come from, and where the result is shown."""
+    """A source of keys, and a place where the result is shown."""
 
     def pressed_keys(self) -> Iterable[str]:
         """The names of the keys pressed since the last call."""
@@ -228,7 +223,7 @@ def drive(
 
 def _share(value: float) -> float:
     """A share within [-1, 1], rounded after adding tenths."""
-    return round(min(max(value, -1.0), 1.0), 6) + 0.0
+    return round(_within(value, 1.0), 6)
 
 
 _ACROSS = 0.2

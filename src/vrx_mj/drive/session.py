@@ -123,7 +123,7 @@ class Session(Driver):
 
     def conditions(self) -> Iterable[tuple[str, str]]:
         """Time and pace."""
-        kept = "paused" if self.pacer.paused else f"{self.pacer.kept:.2f}"
+        kept = "paused" if self.pacer.paused else f"{self.pacer.real_pace:.2f}"
         return ("time", f"{self.sim.time:.1f} s"), ("pace", f"{kept} of {self.pacer.pace:g}")
 
 
@@ -169,7 +169,7 @@ class Pacer:
             self._marks.popleft()
 
     @property
-    def kept(self) -> float:
+    def real_pace(self) -> float:
         """The pace of about the last second."""
         (begun, before), (now, done) = self._marks[0], self._marks[-1]
         return (done - before) * self._timestep / (now - begun) if now > begun else 0.0

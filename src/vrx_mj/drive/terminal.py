@@ -132,7 +132,7 @@ HELP = (
     ("boat", "1 ... 9: that boat, n (in a terminal also Tab): the next boat"),
     ("time", "p: pause, + -: twice or half the pace, backspace: reset"),
 )
-"""What the keys do, for people."""
+"""Help about the keys."""
 
 OURS = frozenset("ijl,uom.kh;qzwxecrvnp+=-0123456789") | {"up", "down", "left", "right", "space", "backspace", "tab"}
 """Keys that do something here."""
@@ -149,7 +149,7 @@ _TERMINAL = {
     "\x1bOA": "up", "\x1bOB": "down", "\x1bOC": "right", "\x1bOD": "left",
     " ": "space", "\t": "tab", "\x7f": "backspace", "\b": "backspace",
 }  # fmt: skip
-"""What terminals send (ECMA-48, and VT100's application mode)."""
+"""Names of keys by the characters that terminals send (ECMA-48, and VT100's application mode)."""
 _SENT = re.compile(r"\x1b\[[0-?]*[ -/]*[@-~]|\x1bO.|.", re.DOTALL)
 
 

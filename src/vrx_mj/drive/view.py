@@ -17,11 +17,11 @@ from vrx_mj.signals import ended_by_signals
 
 
 class Screen(Console[Session], Protocol):
-    """Where the simulation is watched."""
+    """A screen on which the simulation is watched."""
 
     @property
     def server(self) -> Server | None:
-        """What serves it to a browser; None for a window."""
+        """Server for a browser; None for a window."""
 
     def is_open(self) -> bool:
         """Whether it is still there."""

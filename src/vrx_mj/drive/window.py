@@ -6,8 +6,8 @@ import contextlib
 import queue
 import threading
 import time
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from mujoco.viewer import Handle
 
 _DISTANCE, _ELEVATION = 16.0, -18.0
-"""Where the camera starts: [m] from the boat, [deg] looking down."""
+"""Distance [m] and elevation [deg] of the camera at the start."""
 _CLOSING = 2.0
 """Wall time [s] that the window may take to close."""
 
@@ -140,7 +140,7 @@ class Window:
         self._handle.opt.geomgroup[:] = self._groups
 
 
-def _flags_of_keys(names: Any, flags: Any) -> dict[int, int]:
+def _flags_of_keys(names: Sequence[tuple[str, str, str]], flags: Sequence[int]) -> dict[int, int]:
     """The flags that MuJoCo's viewer toggles with a key of ours, and their values now."""
     return {i: int(flags[i]) for i, (_, _, key) in enumerate(names) if key and key.lower() in OURS}
 
@@ -229,21 +229,11 @@ def sea_of(model: mujoco.MjModel, height: SeaHeight) -> SeaMesh | None:
 
 
 def sea_lines() -> FloatArray:
-    """Coordinates of the grid's lines from its middle [m]: cells grow with distance, as sinh does."""
+    """Coordinates of the grid's lines from its middle [m]: cells grow with distance."""
     half = (SIDE - 1) // 2
-    growth = _growth(HORIZON / CELL, half)
     index = np.arange(-half, half + 1)
-    lines: FloatArray = CELL * np.sinh(growth * index) / np.sinh(growth)
+    lines: FloatArray = CELL * index * (1.0 + (HORIZON / (CELL * half) - 1.0) * (index / half) ** 4)
     return lines
-
-
-def _growth(reach: float, half: int) -> float:
-    """The rate g for which sinh(g half) / sinh(g) = reach, by bisection; it grows with g."""
-    low, high = 1e-6, 1.0
-    for _ in range(60):
-        middle = (low + high) / 2.0
-        low, high = (middle, high) if np.sinh(middle * half) < reach * np.sinh(middle) else (low, middle)
-    return low
 
 
 def _sea_points(height: SeaHeight, centre: tuple[float, float], time: float) -> FloatArray:
@@ -277,7 +267,7 @@ def normals(points: FloatArray) -> FloatArray:
 _PERIOD = 1 / 60
 """Wall time between two pictures [s]."""
 _ROBOT_AZIMUTH, _ROBOT_ELEVATION = 140.0, -20.0
-"""Where the camera starts [deg]."""
+"""Azimuth and elevation of the camera at the start [deg]."""
 
 
 def show_joints(model: mujoco.MjModel) -> None:

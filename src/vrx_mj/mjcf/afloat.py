@@ -156,7 +156,7 @@ def boats_afloat(
     Raises:
         ConfigError: some are, and `nudge` is not asked for or finds no place; with the place in the file of each.
     """
-    located = fleet.located(config)
+    located = fleet.boats_in(config)
     boats = [boat for boat, _ in located]
     areas = _areas(boats, built)
     things = _things(config, docks)

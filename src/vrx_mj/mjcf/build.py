@@ -67,13 +67,13 @@ def _build(order: Order, config: RobotConfig) -> Boat:
     _, wanted = _equipment(order, config)
     urdf, text = _description(order, config)
     # VRX 3's thrusters take newtons, which hold until the next command
-    drive = {"mapping": "newtons", "timeout": 0.0, **profile.thrusters.said} if order.profile == NEWER else {}
+    drive = {"mapping": "newtons", "timeout": 0.0, **profile.thrusters.given_fields} if order.profile == NEWER else {}
     try:
         boat = replace(assemble_boat(urdf, config, drive), name=order.robot)
     except ConfigError as error:
         raise with_places(error, robot_section(order.robot, order.folder)) from None
     hull = config.hull if order.profile == MARINE else None
-    boat, derived = _with_hydrodynamics(boat, {**config.hydrodynamics.said, **profile.hydrodynamics.said}, hull)
+    boat, derived = _with_hydrodynamics(boat, {**config.hydrodynamics.given_fields, **profile.hydrodynamics.given_fields}, hull)
     sensors = _select_sensors(_with_shooters(boat, profile), wanted, config)
     remarks = (*boat.warnings, *derived, _sensors_note(boat, order, config))
     boat = replace(boat, contact=profile.contact or config.contact, sensors=sensors, description=text)

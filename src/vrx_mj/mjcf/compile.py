@@ -237,7 +237,7 @@ class _Compilation(Assembly):
         """A fault of a boat, at the place that orders it: in the fleet's file, or the world's without one."""
         if self._fleet.is_empty and not self._fleet.section:
             return problem_at(self.config.section, ("spawn", "sensors"), str(error))
-        own = next((slot.own for other, slot in self._fleet.located(self.config) if other.name == boat.name), ())
+        own = next((slot.own for other, slot in self._fleet.boats_in(self.config) if other.name == boat.name), ())
         return problem_at(self._fleet.section, own, f"boat {boat.name}: {error}")
 
     def _parameters(self, seed: int) -> Parameters:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.config.search import contained
+from vrx_mj.config.search import contained_file
 from vrx_mj.config.shapes import Shape
 from vrx_mj.config.solids import enclosed_volume, solid
 from vrx_mj.errors import VrxError
@@ -197,7 +197,7 @@ def _corners(part: Part, shape: Shape) -> list[_Corner]:
 def _extent(shape: Shape) -> tuple[_Corner, _Corner]:
     """Least and greatest corner of a shape in its own frame [m]."""
     if shape.type == "mesh":
-        points = read_mesh(contained(str(shape.file), shape.folder), shape.scale).points
+        points = read_mesh(contained_file(str(shape.file), shape.folder), shape.scale).points
         (a, b, c), (d, e, f) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
         return (a, b, c), (d, e, f)
     if shape.size is not None:

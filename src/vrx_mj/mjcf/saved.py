@@ -18,7 +18,7 @@ from pydantic import FailFast, Field, StringConstraints, TypeAdapter, Validation
 
 from vrx_mj.config.bays import LIGHT_COLORS, OFF, SHAPES, SYMBOLS
 from vrx_mj.config.loading import fault_text
-from vrx_mj.config.wording import shown
+from vrx_mj.config.wording import literal
 from vrx_mj.constants import LONGEST_STEP, SHORTEST_STEP
 from vrx_mj.errors import StateError
 from vrx_mj.formats.urdf.meshes import is_binary_stl
@@ -325,7 +325,7 @@ def _decode(content: bytes, source: str) -> str:
 def _read_parameters(text: bytes, source: str) -> Parameters:
     try:
         if (version := format_of(text)) not in (FORMER, FORMAT):
-            raise StateError(f"{source} has format {shown(version)}; this version reads {FORMER} and {FORMAT}")
+            raise StateError(f"{source} has format {literal(version)}; this version reads {FORMER} and {FORMAT}")
         return parameters_of(text)
     except ValidationError as error:
         raise StateError(f"{source} is damaged: {fault_text(error)}") from None

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from vrx_mj.config.search import contained, display
+from vrx_mj.config.search import contained_file, display
 from vrx_mj.config.shapes import Shape, Visual
 from vrx_mj.errors import CompileError
 from vrx_mj.formats.urdf.meshes import is_binary_stl, mesh_bytes, obj_text, read_mesh
@@ -81,7 +81,7 @@ def meshes(shapes: Iterable[Shape]) -> list[Mesh]:
 
 def mesh(shape: Shape) -> Mesh:
     """The mesh of a shape of type `mesh`, read from its file; what MuJoCo cannot read becomes OBJ."""
-    path = contained(str(shape.file), shape.folder)
+    path = contained_file(str(shape.file), shape.folder)
     if not path.resolve().is_relative_to(root() / "assets"):
         stat = path.stat()
         _check(path, shape.scale, not isinstance(shape, Visual), stat.st_mtime_ns, stat.st_size)

@@ -21,7 +21,7 @@ from pydantic import Field, TypeAdapter, ValidationError
 from vrx_mj.arguments import as_path, check_kind
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.config.loading import fault_text
-from vrx_mj.config.wording import shown
+from vrx_mj.config.wording import literal
 from vrx_mj.errors import StateError, VrxError, first_names, shortened
 from vrx_mj.outputs import atomic_write
 
@@ -151,7 +151,7 @@ class State:
         except ValidationError as error:
             raise StateError(f"these {len(block)} bytes are not a saved state: {fault_text(error)}") from None
         except (ValueError, OverflowError):
-            text = f"these {len(block)} bytes are not a saved state: invalid time {shown(header.time)}"
+            text = f"these {len(block)} bytes are not a saved state: invalid time {literal(header.time)}"
             raise StateError(text) from None
         _check_time(time)
         size = 8 * header.mujoco

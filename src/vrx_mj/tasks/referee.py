@@ -15,7 +15,7 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from vrx_mj.config.loading import fault_text
-from vrx_mj.config.wording import shown
+from vrx_mj.config.wording import literal
 from vrx_mj.constants import EARLY
 from vrx_mj.errors import CommandError, StateError
 from vrx_mj.model.tasks import TaskBase, followed_things
@@ -229,7 +229,7 @@ class Referee:
             StateError: it is of another task.
         """
         if state.get("type") != self.type:
-            raise StateError(f"the state is of the task {shown(state.get('type'))}, not '{self.type}'")
+            raise StateError(f"the state is of the task {literal(state.get('type'))}, not '{self.type}'")
         self._fitting(_STATUS, "sheet", asdict(self._start), state)
         self._rules.check(self._fitting(self._rules_kind, "rules", self._first, state))
 
@@ -245,7 +245,7 @@ class Referee:
         """A part of a state as what it is a dump of; lists that are not empty at `first` keep their lengths."""
         given, trouble = state.get(name), f"the state does not fit the task '{self.type}': {name}"
         if not isinstance(given, Mapping):
-            raise StateError(f"{trouble}: expected keys and values, got {shown(given)}")
+            raise StateError(f"{trouble}: expected keys and values, got {literal(given)}")
         if wrong := sorted(first.keys() ^ given.keys()):
             raise StateError(f"{trouble}: unknown or missing: {', '.join(wrong)}")
         try:

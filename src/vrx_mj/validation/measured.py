@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vrx_mj.config.loading import referenced
+from vrx_mj.config.loading import referenced_file
 from vrx_mj.config.measured import SIGNALS, MeasuredCaseConfig, Measurements, read_case, read_measurements
 from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.errors import UnknownNameError, VrxError
@@ -43,8 +43,8 @@ def measured_case(case: Path, data: Path) -> Case:
     """
     config = read_case(case)
     measured = read_measurements(data, tuple(config.signals))
-    fleet = None if config.fleet is None else referenced("fleets", config.fleet, config.folder)
-    world = compile_world(referenced("worlds", config.world, config.folder), fleet=fleet)
+    fleet = None if config.fleet is None else referenced_file("fleets", config.fleet, config.folder)
+    world = compile_world(referenced_file("worlds", config.world, config.folder), fleet=fleet)
     sim = Simulation(world)
     boat = _boat_of(sim, config)
     _check_commands(sim, boat, config)

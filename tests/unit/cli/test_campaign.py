@@ -14,7 +14,7 @@ def steady(obs, t):
         (("crew:steady", "crew:steady"), "the controller crew:steady is named twice"),
         (("nobody:f",), "no module named 'nobody' for the controller 'nobody:f'"),
         (("crew:steady", "--worlds", "none/*"), "--worlds 'none/*' matches none of "),
-        (("crew:steady", "--timeout", "0"), "invalid --timeout '0': a number of seconds above 0 is needed"),
+        (("crew:steady", "--timeout", "0"), "invalid --timeout '0': a number above 0 is needed"),
         (("crew:steady", "--against", "nowhere"), "no campaign in 'nowhere': it has no campaign.json"),
         ((), "a campaign needs either controllers (CONTROLLER...) or programs (--exec)"),
         (("a:b", "--exec", "c"), "a campaign needs either controllers (CONTROLLER...) or programs (--exec)"),

@@ -2,21 +2,21 @@ import re
 import shlex
 
 import pytest
-from typer.main import get_command
 
-from vrx_mj.cli.program import app
+from vrx_mj.cli.program import COMMANDS as PROGRAM
+from vrx_mj.cli.program import load_command
 
 
-def commands(group, before=""):
+def commands(members, before=""):
     """Every command by its words, those of groups too."""
-    for name, command in group.commands.items():
+    for name, command in members.items():
         if hasattr(command, "commands"):
-            yield from commands(command, f"{before}{name} ")
+            yield from commands(command.commands, f"{before}{name} ")
         else:
             yield f"{before}{name}", command
 
 
-COMMANDS = dict(commands(get_command(app)))
+COMMANDS = dict(commands({name: load_command(name) for name in PROGRAM}))
 
 
 def example(name):

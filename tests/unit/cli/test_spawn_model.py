@@ -9,7 +9,7 @@ from xmlrpc.client import ServerProxy
 import pytest
 
 from ros1_served import Served, free_port, small_table
-from vrx_mj.cli.nodes import PROGRAMS, spawn_model
+from vrx_mj.cli.nodes import NODES, spawn_model
 from vrx_mj.errors import CommandError, NetworkError, UnknownNameError, VrxError
 from vrx_mj.ros.interface import Service
 from vrx_mj.ros.messages import new
@@ -52,7 +52,7 @@ def served(asked, monkeypatch):
 def test_a_parameter_of_the_namespace_joins_where_the_options_say(served, asked, monkeypatch, capsys):
     monkeypatch.setenv("ROS_NAMESPACE", "/fleet")
     words = "-urdf -param robot_description -model cat -x -532 -y 1.62e2 -z .1 -R 0 -P 0 -Y 1.5707963267948966"
-    assert spawn_model([*words.split(), "-reference_frame", "dock", "-wait", "dock", "-unpause"], HERE) == 0
+    assert spawn_model([*words.split(), "-reference_frame", "dock", "-wait", "dock", "-unpause"], HERE) == []
     assert [name for name, _ in asked] == ["get_model_state", "spawn_urdf_model", "unpause_physics"]
     request = asked[1][1]
     assert (request.model_name, request.model_xml, request.robot_namespace) == ("cat", URDF, "")
@@ -66,20 +66,20 @@ def test_a_parameter_of_the_namespace_joins_where_the_options_say(served, asked,
 
 def test_a_file_of_sdf_goes_to_its_service(served, asked, tmp_path):
     (tmp_path / "model.sdf").write_text("<sdf><model name='buoy'/></sdf>", encoding="utf-8")
-    assert spawn_model(["-sdf", "-file", "model.sdf", "-model", "buoy_1", "-x", "3"], tmp_path) == 0
+    assert spawn_model(["-sdf", "-file", "model.sdf", "-model", "buoy_1", "-x", "3"], tmp_path) == []
     ((name, request),) = asked
     assert (name, request.model_name, request.initial_pose.position.x) == ("spawn_sdf_model", "buoy_1", 3.0)
 
 
 def test_a_model_of_the_database_is_included_by_its_name(served, asked):
-    assert spawn_model(["-sdf", "-database", "red&buoy", "-model", "buoy_2"], HERE) == 0
+    assert spawn_model(["-sdf", "-database", "red&buoy", "-model", "buoy_2"], HERE) == []
     ((name, request),) = asked
     assert name == "spawn_sdf_model"
     assert request.model_xml == "<sdf><world><include><uri>model://red&amp;buoy</uri></include></world></sdf>"
 
 
 def test_the_namespace_of_the_links_is_the_name(served, asked, capsys):
-    assert spawn_model(["-urdf", "-param", "/fleet/robot_description", "-model", "wamv", "-J", "a", "1"], HERE) == 0
+    assert spawn_model(["-urdf", "-param", "/fleet/robot_description", "-model", "wamv", "-J", "a", "1"], HERE) == []
     assert asked[0][1].model_name == "cat"
     assert capsys.readouterr().err == (
         "-J a 1 is ignored: joints begin at 0\n"
@@ -90,14 +90,14 @@ def test_the_namespace_of_the_links_is_the_name(served, asked, capsys):
 
 def test_the_namespace_of_the_options_is_the_name(served, asked):
     words = "-urdf -param /fleet/robot_description -model wamv -robot_namespace /defender_a"
-    assert spawn_model(words.split(), HERE) == 0
+    assert spawn_model(words.split(), HERE) == []
     assert (asked[0][1].model_name, asked[0][1].robot_namespace) == ("defender_a", "/defender_a")
 
 
 def test_a_boat_of_a_xacro_joins_as_vrx_spawns_it_without_services(served, asked, tmp_path):
     (tmp_path / "cat.urdf.xacro").write_text(URDF, encoding="utf-8")
     words = "-x 1 -y 2 -z 0.1 -R 0 -P 0 -Y 3 --urdf cat.urdf.xacro --model wamv"
-    assert PROGRAMS["spawn_wamv.bash"](words.split(), tmp_path) == 0
+    assert NODES["spawn_wamv.bash"](words.split(), tmp_path) == []
     assert asked[0][1].model_name == "cat"
     assert '<link name="cat/base_link"/>' in asked[0][1].model_xml
 

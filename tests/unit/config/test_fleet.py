@@ -28,7 +28,7 @@ def world(here):
 def boats(source, world):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        return [boat for boat, _ in load_fleet(source, world).located(world)]
+        return [boat for boat, _ in load_fleet(source, world).boats_in(world)]
 
 
 def test_no_fleet_is_one_boat_at_the_spawn_pose(world):
@@ -45,7 +45,7 @@ def guide(here):
 
 def test_the_published_file_places_three_boats_and_says_once_what_its_headings_look_like(world, guide):
     with pytest.warns(VrxWarning) as caught:
-        fleet = [boat for boat, _ in load_fleet(guide, world).located(world)]
+        fleet = [boat for boat, _ in load_fleet(guide, world).boats_in(world)]
     (text,) = (str(item.message) for item in caught)
     assert text == (
         "fleet usv_config: its headings point outward only as compass bearings, and are read as degrees "
@@ -124,7 +124,7 @@ def test_positions_can_be_relative_to_a_frame(world):
 )
 def test_a_boat_that_its_frame_or_layout_puts_too_far_away_is_refused(fleet, message, world):
     with pytest.raises(ConfigError) as caught:
-        load_fleet(fleet, world).located(world)
+        load_fleet(fleet, world).boats_in(world)
     assert str(caught.value) == message
 
 
@@ -229,13 +229,13 @@ def shipped_worlds():
 @pytest.mark.filterwarnings("ignore::vrx_mj.errors.VrxWarning")
 def test_every_shipped_fleet_fits_every_shipped_world(name, shipped_worlds):
     for world in shipped_worlds:
-        assert bool([boat for boat, _ in load_fleet(name, world).located(world)]) == (name != "none"), world.name
+        assert bool([boat for boat, _ in load_fleet(name, world).boats_in(world)]) == (name != "none"), world.name
 
 
 def test_single_is_what_a_world_without_a_fleet_sails():
     world = load_world({"extends": "ocean", "spawn": {"robot": "skiff", "pose": [3, 4, 0.2, 0, 0, 1.0]}})
     alone, single = load_fleet(None, world), load_fleet("single", world)
-    assert (alone.name, alone.located(world)) == (single.name, single.located(world))
+    assert (alone.name, alone.boats_in(world)) == (single.name, single.boats_in(world))
 
 
 def test_trio_is_the_ring_of_the_guide_ahead_of_the_spawn_pose():

@@ -291,6 +291,7 @@ FREE = {
     "CameraConfig.antialiasing", "FleetConfig.ais", "FleetConfig.engines",
     "FleetConfig.headings", "FleetConfig.heading", "FleetConfig.origin", "HoleConfig.size", "Layout.headings",
     "Layout.heading", "Rules.release",
+    "_JoiningBoat.ais", "_JoiningBoat.engines",
     "StationkeepingTask.type", "TargetConfig.size", "ThrusterConfig.mapping", "ThrusterEntry.mapping", "_Built.ais",
     "_Built.engines",
     "WindageConfig.vessel", "PhysicsConfig.profile",

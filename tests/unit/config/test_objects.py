@@ -8,7 +8,7 @@ import pytest
 from vrx_mj.config.docks import load_dock
 from vrx_mj.config.objects import load_object
 from vrx_mj.config.robots import load_robot
-from vrx_mj.config.search import ALLOW, catalogue, contained, find
+from vrx_mj.config.search import ALLOW, catalogue, contained_file, find
 from vrx_mj.config.shapes import Shape
 from vrx_mj.config.world import load_world
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, VrxWarning
@@ -74,7 +74,7 @@ def test_meshes_stay_inside_through_links(here):
     except OSError:
         pytest.skip("no symbolic links here")
     with pytest.raises(VrxError) as caught:
-        contained("link.obj", here)
+        contained_file("link.obj", here)
     assert str(caught.value) == f"path 'link.obj' leaves the folder of the file that names it; {ALLOW}"
 
 

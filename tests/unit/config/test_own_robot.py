@@ -50,7 +50,7 @@ def quiet(make):
 @pytest.mark.parametrize("base", [name for name in catalogue("worlds") if "/" not in name])
 def test_every_world_takes_another_robot(base):
     world = load_world(write("w.yaml", f"extends: {base}\nspawn: {{robot: ./mine.urdf}}\n"))
-    ((boat, _),) = load_fleet(None, world).located(world)
+    ((boat, _),) = load_fleet(None, world).boats_in(world)
     assert (boat.robot, boat.thrusters, boat.sensors) == ("./mine.urdf", None, None)
 
 
@@ -66,16 +66,18 @@ def test_a_path_starts_in_the_folder_of_the_file_that_says_it(here):
     write("below/base.yaml", "extends: ocean\nspawn: {robot: ./mine.urdf}\n")
     world = load_world(write("w.yaml", "extends: ./below/base.yaml\nspawn: {pose: [1, 2, 0, 0, 0, 0]}\n"))
     assert (world.spawn.pose[0], world.spawn.folder) == (1.0, here / "below")
-    assert next(boat for boat, _ in load_fleet(None, world).located(world)).order.folder == here / "below"
+    assert next(boat for boat, _ in load_fleet(None, world).boats_in(world)).order.folder == here / "below"
 
 
 def test_so_do_the_paths_of_a_fleet(here):
     write("below/thrusters.yaml", "engine: [{prefix: left, position: '-2 1 0'}]\n")
     write("below/base.yaml", "usv_count: 2\nlayout: line\nrobot: wamv\nthrusters: ./thrusters.yaml\n")
     fleet = load_fleet(write("f.yaml", "extends: ./below/base.yaml\nspacing: 30\n"), load_world("ocean"))
-    assert {boat.order.thrusters for boat, _ in fleet.located(load_world("ocean"))} == {here / "below/./thrusters.yaml"}
+    assert {boat.order.thrusters for boat, _ in fleet.boats_in(load_world("ocean"))} == {
+        here / "below/./thrusters.yaml"
+    }
     fleet = load_fleet(write("f.yaml", "extends: ./below/base.yaml\nrobot: ./mine.urdf\n"), load_world("ocean"))
-    boats = [boat for boat, _ in fleet.located(load_world("ocean"))]
+    boats = [boat for boat, _ in fleet.boats_in(load_world("ocean"))]
     assert {(boat.order.folder, boat.order.thrusters, boat.thrusters) for boat in boats} == {(here, None, None)}
 
 
@@ -87,7 +89,7 @@ def test_a_dict_of_python_names_files_anywhere_which_a_file_may_not(here, monkey
     place = f"{here}/" if place == "/" else place
     world = load_world({"extends": f"{place}ocean.yaml", "spawn": {"robot": f"{place}mine.urdf"}})
     given = {"usv_count": 1, "layout": "line", "robot": f"{place}below/mine.urdf"}
-    assert [boat.robot for boat, _ in load_fleet(given, world).located(world)] == [given["robot"]]
+    assert [boat.robot for boat, _ in load_fleet(given, world).boats_in(world)] == [given["robot"]]
     sim = Simulation(quiet(lambda: compile_world({"extends": str(base)}, fleet=given)))
     quiet(lambda: sim.spawn("late", robot=f"{place}mine.urdf", pose=(30.0, 0.0, 0.0, 0.0, 0.0, 0.0)))
     assert [sim.model.body(f"{name}/base_link").mass[0] for name in sim.boats] == [200.0, 100.0]

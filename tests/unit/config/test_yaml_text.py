@@ -91,7 +91,7 @@ def test_files_have_the_same_nodes_and_places_from_both_parsers(folder):
     texts = [file.read_text(encoding="utf-8", errors="replace") for file in (ROOT / folder).rglob("*.yaml")]
     assert texts
     for text in texts:
-        assert nodes(yaml_text._composed, text) == nodes(by_pyyaml, text)
+        assert nodes(yaml_text._compose, text) == nodes(by_pyyaml, text)
 
 
 @given(text=st.lists(st.sampled_from(FRAGMENTS), max_size=12).map("".join))
@@ -102,7 +102,7 @@ def test_files_have_the_same_nodes_and_places_from_both_parsers(folder):
 @example(text="a: b\t")
 @example(text="%YAML 1.2#\n---\na: b")
 def test_any_text_has_the_same_nodes_places_and_errors_from_both_parsers(text):
-    assert nodes(yaml_text._composed, text) == nodes(by_pyyaml, text)
+    assert nodes(yaml_text._compose, text) == nodes(by_pyyaml, text)
 
 
 def test_where_libyaml_is_missing_files_read_the_same(monkeypatch):

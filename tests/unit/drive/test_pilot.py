@@ -171,12 +171,12 @@ def test_nothing_is_due_or_owed_while_paused():
 
 def test_the_pace_that_is_kept_is_measured_over_the_last_second():
     pacer = Pacer(0.01, 1.0, 0.0)
-    assert pacer.kept == 0.0
+    assert pacer.real_pace == 0.0
     for frame in range(1, 41):
         pacer.did(5 if frame <= 20 else 10, frame / 10.0)
-    assert pacer.kept == pytest.approx(1.0)
+    assert pacer.real_pace == pytest.approx(1.0)
     pacer.restart(4.0)
-    assert pacer.kept == 0.0
+    assert pacer.real_pace == 0.0
 
 
 def test_the_pace_doubles_and_halves_within_bounds():

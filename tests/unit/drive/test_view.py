@@ -67,7 +67,7 @@ def test_simulated_time_follows_the_clock(trio):
     session, screen = watched(trio, 91)
     assert session.sim.time == pytest.approx(3.0, abs=0.011)  # 90 frames of 1/30 s, to a step
     assert np.diff(screen.times).max() == pytest.approx(0.04)
-    assert session.pacer.kept == pytest.approx(1.0, abs=0.02)
+    assert session.pacer.real_pace == pytest.approx(1.0, abs=0.02)
 
 
 def test_pace_and_pause_act_at_once(trio):

@@ -169,7 +169,7 @@ def test_boats_of_a_layout_do_not_overlap_by_default(name):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         boats = boats_afloat(config, fleet, (), (), lambda boat: build_boat(boat.order), nudge=False)
-    assert [boat.pose for boat in boats] == [boat.pose for boat, _ in fleet.located(config)]
+    assert [boat.pose for boat in boats] == [boat.pose for boat, _ in fleet.boats_in(config)]
 
 
 @pytest.mark.parametrize("name", sorted(catalogue("fleets")))
@@ -177,7 +177,7 @@ def test_boats_of_a_layout_do_not_overlap_by_default(name):
 def test_boats_of_a_shipped_fleet_start_afloat(name):
     config = load_world("example_course")
     docks = tuple(place_docks(config.docks, config.objects))
-    built = {boat.order: build_boat(boat.order) for boat, _ in load_fleet(name, config).located(config)}
+    built = {boat.order: build_boat(boat.order) for boat, _ in load_fleet(name, config).boats_in(config)}
     boats = boats_afloat(config, load_fleet(name, config), docks, (), lambda boat: built[boat.order], nudge=False)
     assert bool(boats) == (name != "none")
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from vrx_mj.cli.nodes import COMMANDS, PROGRAMS
+from vrx_mj.cli import nodes as programs
 from vrx_mj.config.search import package_name
 from vrx_mj.errors import VrxError
 from vrx_mj.formats.gazebo.launch import launch_of
@@ -48,7 +48,7 @@ def test_a_package_has_its_name_and_its_programs_can_be_run(written, name):
 
 
 def test_nodes_of_packages_are_those_that_there_are():
-    assert {node for nodes in NODES.values() for node in nodes} == {*COMMANDS, *PROGRAMS}
+    assert {node for names in NODES.values() for node in names} == set(programs.NODES)
 
 
 def test_nodes_of_launch_files_are_in_their_packages(written):

@@ -232,4 +232,4 @@ def test_unknown_boats_are_named_and_a_port_is_of_one_boat(bay):
 def test_a_missing_extra_is_named(monkeypatch):
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None if name == "pyais" else True)
     with pytest.raises(NetworkError, match=r"not installed: pyais; run in the clone of vrx_mj: .*\.\[nmea\]"):
-        check_installed(rosbridge=False, nmea=True)
+        check_installed("nmea", "ros1")

@@ -12,7 +12,7 @@ from typing import Any, Literal
 
 from vrx_mj.config.search import display, package_paths
 from vrx_mj.config.tree import File, Place
-from vrx_mj.config.wording import shown
+from vrx_mj.config.wording import literal
 from vrx_mj.errors import ConfigError, Problem, VrxError
 from vrx_mj.foreign import ReaderError, ask, ask_ahead, spend
 from vrx_mj.formats.series.pieces import At
@@ -157,14 +157,14 @@ class Element:
         with faults_at(self):
             numbers = numbers_of(self.own_text, labels)
         if form == "whole" and not numbers[0].is_integer():
-            raise self.fault(f"expected a whole number, got {shown(self.own_text)}")
+            raise self.fault(f"expected a whole number, got {literal(self.own_text)}")
         return int(numbers[0]) if form == "whole" else numbers[0] if form == "number" else list(numbers)
 
     def truth(self, text: str, key: str) -> bool:
         """Whether a text of this element is true. Raises ConfigError: it is neither true nor false."""
         found = truth(text)
         if found is None:
-            raise self.fault(f"expected true or false, got {shown(text)}", key)
+            raise self.fault(f"expected true or false, got {literal(text)}", key)
         return found
 
 
@@ -241,7 +241,7 @@ def as_node(element: Element) -> Node:
 def label(part: Element | Node) -> str:
     """An element as messages call it: `<include> 'buoy'`."""
     name = part.attribute("name") or part.text("name") or part.text("uri")
-    return f"<{part.tag}>{f' {shown(name)}' if name else ''}"
+    return f"<{part.tag}>{f' {literal(name)}' if name else ''}"
 
 
 @contextlib.contextmanager

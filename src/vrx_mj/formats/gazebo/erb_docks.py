@@ -6,7 +6,7 @@ from typing import Any
 
 from vrx_mj.config.search import display
 from vrx_mj.config.tree import File, Place
-from vrx_mj.config.wording import shown
+from vrx_mj.config.wording import literal
 from vrx_mj.errors import ConfigError, Problem
 from vrx_mj.formats.gazebo.document import Note, Report
 from vrx_mj.formats.urdf.xml_document import read_bytes
@@ -55,7 +55,7 @@ def template_content(file: Path, report: Report) -> tuple[dict[str, Any], Place]
 def _rows(text: str, place: Place) -> tuple[list[str], bool]:
     items, rest = _ITEM.findall(text), _ITEM.sub("", text).strip(" \t\r\n,")
     if rest or len(items) > _MOST_ROWS:
-        message = f"expected rows in quotes, and true or false at last, got {shown(rest or text)}"
+        message = f"expected rows in quotes, and true or false at last, got {literal(rest or text)}"
         raise ConfigError([Problem(place.file.name, place.line, None, "layout", message)])
     rows = [single + double for single, double, switch, comment, _ in items if not (switch or comment)]
     static = [item[2] for item in items if item[2]][-1:] != ["false"]

@@ -14,7 +14,7 @@ from typing import Any
 from xml.sax.saxutils import quoteattr
 
 from vrx_mj.config.kinds import wrong_kind
-from vrx_mj.config.loading import Loading, read_source, validated
+from vrx_mj.config.loading import Loading, read_source, validate
 from vrx_mj.config.objects import ObjectConfig
 from vrx_mj.config.robots import load_robot, robot_section
 from vrx_mj.config.search import SCHEME, XML_SUFFIXES, display, kind_name, package_paths
@@ -119,7 +119,7 @@ class Imported:
         """Write a world with the objects, the boats and the fleet that it brings, and return its path."""
         world = gazebo_world(file, arguments)
         with warnings.catch_warnings(action="ignore", category=VrxWarning):  # `vrx-mj run` says them again
-            validated(WorldConfig, read_source("worlds", world.section), Loading(), name=world.name)
+            validate(WorldConfig, read_source("worlds", world.section), Loading(), name=world.name)
         path = self.path_of("", _stem(file), str(file.resolve()))
         if path in self.texts:
             return path
@@ -230,7 +230,7 @@ class Imported:
         report = Report()
         section = model_section(file, report)
         with warnings.catch_warnings(action="ignore", category=VrxWarning):
-            validated(ObjectConfig, section, Loading((file.resolve(),)))
+            validate(ObjectConfig, section, Loading((file.resolve(),)))
         self.notes += report.notes
         self.texts[path] = ""
         folder = Path(str(file).partition("#")[0]).parent
@@ -259,7 +259,7 @@ class Imported:
             assert launch.world is not None, "a launch file that opens a world"
             with warnings.catch_warnings(action="ignore", category=VrxWarning):
                 section, _ = joined(launch.world, launch, None)
-                validated(WorldConfig, read_source("worlds", section), Loading())
+                validate(WorldConfig, read_source("worlds", section), Loading())
             items = objects_of(launch)
             base = f"./{world}" if world in self.texts else world
             own = Section({"extends": base, "objects": items}, items.places[0])

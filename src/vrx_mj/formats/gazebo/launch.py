@@ -10,7 +10,7 @@ from typing import Any, TypeGuard
 
 from vrx_mj.config.search import SCHEME, catalogue, display, package_paths
 from vrx_mj.config.tree import File, Place
-from vrx_mj.config.wording import shown
+from vrx_mj.config.wording import literal
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, shortened
 from vrx_mj.foreign import budget, spend
 from vrx_mj.formats.gazebo.document import Element, Fate, Note, faults_at, home_path, is_file, read_document
@@ -231,7 +231,7 @@ class _Run:
             self.report.note(element, "ignored", "it names no world")
             return
         self.launch.world = self.world_of(element, path)
-        self.report.note(element, "taken over", f"the world: {shown(PurePosixPath(path).name)}")
+        self.report.note(element, "taken over", f"the world: {literal(PurePosixPath(path).name)}")
 
     def world_of(self, element: Element, path: str) -> Path | str:
         """A world's file; one of VRX's that is not at hand by its name here."""
@@ -296,7 +296,7 @@ class _Run:
         """File and arguments of a command of xacro; nothing is run."""
         words = [word for word in self.words(element, command, "command") if not word.startswith("-")]
         if len(words) < 2 or PurePosixPath(words[0]).name not in {"xacro", "xacro.py", "cat"}:
-            raise element.fault(f"expected a command of xacro, got {shown(command)}; others are not run", "command")
+            raise element.fault(f"expected a command of xacro, got {literal(command)}; others are not run", "command")
         arguments = dict(word.split(":=", 1) for word in words[2:] if ":=" in word)
         return self.robot_file(element, words[1]), arguments
 
@@ -423,7 +423,7 @@ class _Run:
 
     def words(self, element: Element, text: str, key: str = "args") -> list[str]:
         """The words of a command line, which an attribute gives."""
-        with faults_at(element, key, f"{shown(text)}: "):
+        with faults_at(element, key, f"{literal(text)}: "):
             return shlex.split(text)
 
     def namespace(self, element: Element, scope: _Scope) -> str:
@@ -436,7 +436,7 @@ class _Run:
         if text is None:
             raise element.fault("required, but missing", key)
         folder = self.open[-1].parent if self.open else Path.cwd()
-        with faults_at(element, before=f"{shown(text)}: "):
+        with faults_at(element, before=f"{literal(text)}: "):
             return self.substitutions.substituted(text, scope.arguments, folder)
 
     def allowed(self, element: Element, path: str) -> Path:

@@ -7,9 +7,9 @@ from typing import Any
 
 from vrx_mj.config.fleet import FleetConfig
 from vrx_mj.config.kinds import MARKS
-from vrx_mj.config.loading import Loading, read_source, validated
-from vrx_mj.config.tree import File, Items, Place, Section, merged
-from vrx_mj.config.wording import shown
+from vrx_mj.config.loading import Loading, read_source, validate
+from vrx_mj.config.tree import File, Items, Place, Section, merge
+from vrx_mj.config.wording import literal
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError
 from vrx_mj.formats.gazebo.document import Report
 from vrx_mj.formats.gazebo.sdf_frames import safe_name
@@ -107,13 +107,13 @@ def fleet_of(launch: Launch) -> Section | None:
     place = Place(launch.boats[0].place.file, 1)
     name = PurePosixPath(place.file.name).name.removesuffix(ENDING)
     spawned: Section = located({"name": name, "boats": [*map(_boat, launch.boats)]}, place)
-    return spawned if loaded is None else merged(loaded, spawned, ("boats",))
+    return spawned if loaded is None else merge(loaded, spawned, ("boats",))
 
 
 def checked_fleet(file: Path) -> Path:
     """The file, if it is a fleet's. Raises VrxError: it is another."""
     section = read_source("fleets", file)
-    if MARKS["fleets"].isdisjoint(validated(FleetConfig, section, Loading()).model_fields_set):
+    if MARKS["fleets"].isdisjoint(validate(FleetConfig, section, Loading()).model_fields_set):
         raise VrxError(f"{file} is not a fleet")
     return file
 
@@ -143,7 +143,7 @@ def _wamv(boat: Spawned) -> dict[str, Any]:
     switches = {key: value for key, value in boat.arguments.items() if key.endswith("_enabled")}
     for key, value in switches.items():
         if truth(value) is None:
-            text, place = f"expected true or false, got {shown(value)}", boat.place
+            text, place = f"expected true or false, got {literal(value)}", boat.place
             raise ConfigError([Problem(place.file.name, place.line, place.column, f"'{boat.name}' / {key}:=", text)])
     on = (key.removesuffix("_enabled") for key, value in switches.items() if truth(value))
     suites = [key.replace("vrx_sensors", "vrx") for key in on]
@@ -154,7 +154,7 @@ def with_objects(world: Section, launch: Launch) -> Section:
     """A world with a launch file's lock and the objects that it spawns. Raises ConfigError for names that are taken."""
     if launch.unlocked and isinstance(world.get("task"), Section):
         place = world.entries["task"].value
-        world = merged(world, Section({"task": Section({"locked": False}, place)}, place))
+        world = merge(world, Section({"task": Section({"locked": False}, place)}, place))
     items = objects_of(launch)
     if not items:
         return world
@@ -167,7 +167,7 @@ def with_objects(world: Section, launch: Launch) -> Section:
         problems.append(Problem(place.file.name, place.line, place.column, f"<node> '{name}' / args", text))
     if problems:
         raise ConfigError(problems)
-    return merged(world, Section({"objects": items}, items.places[0]))
+    return merge(world, Section({"objects": items}, items.places[0]))
 
 
 def objects_of(launch: Launch) -> Items:

@@ -12,14 +12,14 @@ from vrx_mj.config.search import (
     SCHEME,
     TEMPLATE,
     allowed_folders,
-    contained,
+    contained_file,
     display,
     is_inside,
     leaves_folder,
     package_paths,
     workspace_packages,
 )
-from vrx_mj.config.wording import shown
+from vrx_mj.config.wording import literal
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError
 from vrx_mj.formats.gazebo.document import NEEDED, Element, faults_at, is_file, parse_ahead, read_document
 
@@ -62,7 +62,7 @@ def uri_name(uri: str) -> str:
     scheme, mark, rest = uri.partition("://")
     name = PurePosixPath(rest if mark else uri).name
     if scheme.lower() == "file" or ".." in PurePosixPath(uri).parts or uri.startswith("/") or not name:
-        raise VrxError(f"expected the name of a model, as model://NAME, got {shown(uri)}")
+        raise VrxError(f"expected the name of a model, as model://NAME, got {literal(uri)}")
     return name
 
 
@@ -84,7 +84,7 @@ def model_file(text: str, near: Path | None) -> Path:
             raise VrxError(f"no model '{name}' beside the file, nor on {PATHS[0]} or {PATHS[1]}")
         return folder / _main_file(folder)
     path, mark, name = text.partition("#")
-    return Path(f"{contained(path, near)}{mark}{name}")
+    return Path(f"{contained_file(path, near)}{mark}{name}")
 
 
 def file_in_folder(text: object, near: Path | None = None) -> Path | None:
@@ -232,9 +232,9 @@ def _main_file(folder: Path) -> str:
     found = max(named, key=version_of, default=None)
     text = found.own_text if found else "model.sdf"
     if found and PurePosixPath(text).name != text:
-        raise found.fault(f"expected the name of a file in this folder, got {shown(text)}")
+        raise found.fault(f"expected the name of a file in this folder, got {literal(text)}")
     if found and not is_file(folder / text):
-        raise found.fault(f"no file {shown(text)} in this folder")
+        raise found.fault(f"no file {literal(text)} in this folder")
     return _within(folder, text)
 
 

@@ -16,7 +16,7 @@ from vrx_mj.config.search import (
     packages_named,
 )
 from vrx_mj.config.tree import Section
-from vrx_mj.config.wording import shown
+from vrx_mj.config.wording import literal
 from vrx_mj.errors import (
     ChoiceError,
     ConfigError,
@@ -145,7 +145,7 @@ def file_of_folder(folder: Path, arguments: Mapping[str, str] | None = None) -> 
     kind = "launch files that open a world" if meant else "worlds"
     meant = meant or {file: "" for file in files_below(folder, WORLD_SUFFIXES) if has_world(file)}
     if not meant:
-        raise VrxError("\n".join(failed) or f"{shown(display(folder))}: {next(_reasons(folder, launches))}")
+        raise VrxError("\n".join(failed) or f"{literal(display(folder))}: {next(_reasons(folder, launches))}")
     if len(meant) > 1:
         raise _choice(folder, kind, meant)
     if failed:
@@ -232,5 +232,5 @@ def _reasons(folder: Path, launches: Mapping[Path, Launch]) -> Iterator[str]:
             yield text.format(", ".join(list(dict.fromkeys(names))[:_LISTED]))
     links = links_below(folder)
     if links:
-        yield f"no world; links are not followed: name the folder that {shown(display(links[0]))} leads to"
+        yield f"no world; links are not followed: name the folder that {literal(display(links[0]))} leads to"
     yield "no launch file and no world of Gazebo in this folder"

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vrx_mj.config.wording import shown
+from vrx_mj.config.wording import literal
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.gazebo.document import Element, as_node
 from vrx_mj.formats.series.pieces import At
@@ -88,8 +88,8 @@ def pose_of(element: Element) -> At:
     if found is None or not found.own_text:
         return At(list(ZERO), element.place)
     given = given_pose(as_node(replace(element, children=(found,))), math.inf)
-    if (frame := given.relative_to) not in {"", WORLD, MODEL}:
-        raise found.fault(f"a pose relative to {shown(frame)} cannot be taken over: give it in the frame of the model")
+    if (base := given.relative_to) not in {"", WORLD, MODEL}:
+        raise found.fault(f"a pose relative to {literal(base)} cannot be taken over: give it in the frame of the model")
     for problem in given.node.findings.problems:
         raise found.fault(problem.message, problem.key.rpartition("pose")[2].strip(" /"))
     return At(list(given.pose), found.place)

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from vrx_mj.config.search import SCHEME, catalogue, kind_name
 from vrx_mj.config.shapes import MESH_SUFFIXES, BuoyancyConfig, BuoyancyElement, Shape
 from vrx_mj.config.tree import Section
-from vrx_mj.config.wording import shown
+from vrx_mj.config.wording import literal
 from vrx_mj.constants import WATER_DENSITY
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, shortened
 from vrx_mj.formats.gazebo.document import Element, Fate, Note, Report, as_node, is_file, plugin_name, spot
@@ -270,7 +270,7 @@ class _Object:
         inside = name.rpartition("://")[2].removeprefix(f"{self.folder.name}/")
         linked = self.folder / inside
         if not name.lower().endswith(MESH_SUFFIXES):
-            raise VrxError(f"no such mesh: {shown(name)}")
+            raise VrxError(f"no such mesh: {literal(name)}")
         if ".." not in Path(inside).parts and is_file(linked) and linked.is_symlink() and is_installed(linked):
             return self.folder, inside
         return self.model.files.find(name)

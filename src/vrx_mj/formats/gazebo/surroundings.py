@@ -7,7 +7,7 @@ from typing import Any
 from vrx_mj.config.base import without_ignored_keys
 from vrx_mj.config.scene import FogConfig
 from vrx_mj.config.sea import GRAVITY, SeaConfig
-from vrx_mj.config.wording import shown
+from vrx_mj.config.wording import literal
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.gazebo.document import POSE, Element, plugin_name
 
@@ -100,7 +100,7 @@ def published_sea(plugin: Element) -> _Content | None:
 def _model(element: Element, name: str) -> str:
     """The model of VRX's waves that has a name."""
     if name.lower() not in _MODELS:
-        raise element.fault(f"expected PMS, CWR or none, got {shown(name)}", "model")
+        raise element.fault(f"expected PMS, CWR or none, got {literal(name)}", "model")
     return name.lower()
 
 

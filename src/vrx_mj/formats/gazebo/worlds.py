@@ -11,12 +11,12 @@ from operator import itemgetter
 from pathlib import Path
 from typing import Any, TypeGuard
 
-from vrx_mj.config.loading import Loading, path_of, read_source, validated
+from vrx_mj.config.loading import Loading, path_of, read_source, validate
 from vrx_mj.config.objects import ObjectConfig
 from vrx_mj.config.profiles import CLASSIC, NEWER
 from vrx_mj.config.search import SCHEME, WORLD_SUFFIXES, catalogue
 from vrx_mj.config.tree import File, Place, Section
-from vrx_mj.config.wording import shown
+from vrx_mj.config.wording import literal
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import ConfigError, Problem, VrxError, VrxWarning, first_lines, nearest, shortened
 from vrx_mj.formats.gazebo import surroundings
@@ -128,7 +128,7 @@ def _validated(found: GazeboWorld) -> GazeboWorld:
     """A world, validated; what it warns of is said if nothing is wrong with it. Raises ConfigError."""
     whole = read_source("worlds", found.whole)
     with warnings.catch_warnings(record=True, action="always") as said:
-        whole.model = validated(WorldConfig, whole, Loading())
+        whole.model = validate(WorldConfig, whole, Loading())
     for message in {str(one.message): one.message for one in said}.values():
         warnings.warn(message, stacklevel=3)
     return replace(found, whole=whole)
@@ -351,7 +351,7 @@ class _Reader:
             return
         self.told.add(str(file))
         section = model_section(file, self.report)
-        validated(ObjectConfig, section, Loading((file.resolve(),)))
+        validate(ObjectConfig, section, Loading((file.resolve(),)))
         for one in section.get("objects", ()):
             if str(one["model"]).startswith(SCHEME):
                 self.tell(str(one["model"]), Path(str(file).partition("#")[0]).parent)
@@ -448,7 +448,7 @@ class _Reader:
         """Take over gravity."""
         x, y, z = element.value("x y z")
         if z > 0 or math.hypot(x, y) > _STEEP * -z:
-            raise element.fault(f"gravity must point down, got {shown(element.own_text)}")
+            raise element.fault(f"gravity must point down, got {literal(element.own_text)}")
         if x or y:
             self.report.note(element, "approximated", "it points straight down")
         self.add_piece("gravity", element, {"physics": {"gravity": -z}}, "`physics: gravity`")

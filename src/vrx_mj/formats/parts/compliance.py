@@ -17,11 +17,11 @@ from typing import Annotated, Literal, NamedTuple
 from pydantic import Field
 
 from vrx_mj.config.base import Config
-from vrx_mj.config.loading import Loading, validated
+from vrx_mj.config.loading import Loading, validate
 from vrx_mj.config.search import display
 from vrx_mj.config.tree import File
 from vrx_mj.config.values import Name, Positive, Vec3, numbers
-from vrx_mj.config.wording import ALLOWED, is_ros_name, shown
+from vrx_mj.config.wording import ALLOWED, is_ros_name, literal
 from vrx_mj.config.yaml_text import parse, read_lines
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.parts.catalogue import Instance, Kind, PartsFile, Release, part_types
@@ -168,7 +168,7 @@ def load_rules(name: str) -> Rules:
     if name not in known:
         raise UnknownNameError("set of rules", name, known)
     file = known[name]
-    return validated(Rules, parse(File(display(file), file.parent, read_lines(file))), Loading())
+    return validate(Rules, parse(File(display(file), file.parent, read_lines(file))), Loading())
 
 
 @dataclass(frozen=True)
@@ -253,7 +253,7 @@ class PartVerdict:
     def warning(self) -> str:
         """What ROS makes of a name that no rule of VRX forbids; empty if it takes it."""
         refused = self.name and not is_ros_name(self.name)
-        return f"ROS refuses the name {shown(self.name)}: {ALLOWED} are allowed" if refused else ""
+        return f"ROS refuses the name {literal(self.name)}: {ALLOWED} are allowed" if refused else ""
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from xml.sax.saxutils import quoteattr
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from vrx_mj.config.wording import choice, shown
+from vrx_mj.config.wording import choice, literal
 from vrx_mj.errors import UnknownNameError, VrxError
 from vrx_mj.formats.parts.catalogue import Kind, PartsFile
 from vrx_mj.formats.urdf.expand import expand
@@ -109,4 +109,4 @@ def _check(arguments: Mapping[str, str], namespace: str) -> None:
         raise UnknownNameError("thruster layout", layout, LAYOUTS)
     if not _NAMESPACE.fullmatch(namespace):
         allowed = "up to 64 letters A-Z, digits, '_', '-' or '.'"
-        raise VrxError(f"namespace {shown(namespace)}: expected {allowed}")
+        raise VrxError(f"namespace {literal(namespace)}: expected {allowed}")

@@ -11,8 +11,8 @@ from typing import Any
 from vrx_mj.config.kinds import MARKS, other_kind, wrong_kind
 from vrx_mj.config.search import display
 from vrx_mj.config.tree import File, Items, Loc, Place, Section, key_path
-from vrx_mj.config.values import MAX_COORDINATE, switched
-from vrx_mj.config.wording import shown, unknown_key
+from vrx_mj.config.values import MAX_COORDINATE, as_switch
+from vrx_mj.config.wording import literal, unknown_key
 from vrx_mj.config.yaml_text import parse, read_lines
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxWarning, shortened
 from vrx_mj.formats.parts.catalogue import Instance, Kind, Parameter, PartsFile, PartType, catalogue, part_types
@@ -50,7 +50,7 @@ def _meant(parameter: Parameter, value: object) -> str | float | bool:
 def _number(value: Any, unit: str = "") -> float:
     """A finite number, as YAML has it, in quotes, or as an expression."""
     if isinstance(value, bool) or not isinstance(value, int | float | str):
-        raise ValueError(f"expected a number, got {shown(value)}")  # noqa: TRY004
+        raise ValueError(f"expected a number, got {literal(value)}")  # noqa: TRY004
     text = _substituted(value) if isinstance(value, str) else repr(value)
     limits = {"above": 0.0, "high": _MOST_HZ} if unit == "Hz" else {"largest": MAX_COORDINATE}
     try:
@@ -62,9 +62,9 @@ def _number(value: Any, unit: str = "") -> float:
 def _switch(value: object) -> bool:
     """True or false, as YAML has it, as a word, or as an expression."""
     text = _substituted(value) if isinstance(value, str) else repr(value)
-    found = truth(str(switched(text.strip())))
+    found = truth(str(as_switch(text.strip())))
     if found is None:
-        raise ValueError(f"expected true or false, got {shown(text)}{_result(value)}")
+        raise ValueError(f"expected true or false, got {literal(text)}{_result(value)}")
     return found
 
 
@@ -77,7 +77,7 @@ def triple(value: object) -> str:
         return " ".join(repr(_number(word)).removesuffix(".0") for word in words)
     except ValueError as error:
         why = f": {error}" if error.args else ""
-        raise ValueError(f"expected three numbers as in '1.0 0 -1.0', got {shown(value)}{why}") from None
+        raise ValueError(f"expected three numbers as in '1.0 0 -1.0', got {literal(value)}{why}") from None
 
 
 def triple_of(text: str) -> tuple[float, float, float]:
@@ -96,11 +96,11 @@ def has_expression(value: object) -> bool:
 def _text(value: object, *, named: bool) -> str:
     if not isinstance(value, str):
         hint = "; put it in quotes" if isinstance(value, int | float) and not isinstance(value, bool) else ""
-        raise ValueError(f"expected text, got {shown(value)}{hint}")  # noqa: TRY004
+        raise ValueError(f"expected text, got {literal(value)}{hint}")  # noqa: TRY004
     if named and not _NAME.fullmatch(value):
-        raise ValueError(f"expected a name of up to 64 letters A-Z, digits, '_' or '-', got {shown(value)}")
+        raise ValueError(f"expected a name of up to 64 letters A-Z, digits, '_' or '-', got {literal(value)}")
     if not named and not _WORD.fullmatch(value):
-        raise ValueError(f"expected up to 64 letters A-Z, digits, '_', '-', '.' or '/', got {shown(value)}")
+        raise ValueError(f"expected up to 64 letters A-Z, digits, '_', '-', '.' or '/', got {literal(value)}")
     return value
 
 
@@ -115,7 +115,7 @@ class Expression(str):
 def _substituted(text: str) -> str:
     """The text with its expressions worked out."""
     if len(text) > _LONGEST:
-        raise ValueError(f"expected at most {_LONGEST} characters, got {shown(text)}")
+        raise ValueError(f"expected at most {_LONGEST} characters, got {literal(text)}")
     if not isinstance(text, Expression):
         return text
     if text.result.problem:
@@ -125,7 +125,7 @@ def _substituted(text: str) -> str:
 
 def _result(value: object) -> str:
     """The expression that a value in a message is of, if there is one."""
-    return f", of {shown(value)}" if has_expression(value) else ""
+    return f", of {literal(value)}" if has_expression(value) else ""
 
 
 def _name_key(instance: Instance) -> str:
@@ -171,7 +171,7 @@ def _suspicious_values(instance: Instance) -> Iterator[tuple[str, str]]:
     yield from _post(instance)
     kind = instance.parameters.get("type", _LIDAR_TYPES[0])
     if instance.type == "lidar" and kind not in _LIDAR_TYPES:
-        yield "type", f"VRX makes no lidar of type {shown(kind)}; known: {', '.join(_LIDAR_TYPES)}"
+        yield "type", f"VRX makes no lidar of type {literal(kind)}; known: {', '.join(_LIDAR_TYPES)}"
     if _JAZZY_NAMES & instance.parameters.keys() and "position" in instance.parameters:
         message = "VRX jazzy takes it for the beacon's place in the world; the receiver is at base_link's origin"
         yield "position", message
@@ -285,7 +285,7 @@ def _read_type(reading: _Reading, section: Section, key: str) -> None:
             _read_instance(reading, part, value, loc)
         else:
             hint = "; {} takes every default" if value is None else ""
-            reading.wrong(where, loc, f"expected parameters, got {shown(value)}{hint}")
+            reading.wrong(where, loc, f"expected parameters, got {literal(value)}{hint}")
 
 
 def _instances(reading: _Reading, section: Section, key: str) -> Iterator[tuple[Loc, Any, Place]]:
@@ -299,7 +299,7 @@ def _instances(reading: _Reading, section: Section, key: str) -> Iterator[tuple[
     elif value is None:
         reading.stop(section.entries[key].key, (key,), "a type without instances")
     else:
-        reading.wrong(place, (key,), f"expected a list of instances, each with its parameters, got {shown(value)}")
+        reading.wrong(place, (key,), f"expected a list of instances, each with its parameters, got {literal(value)}")
 
 
 def _unknown_type(name: str, kind: Kind) -> str:

@@ -15,7 +15,7 @@ from typing import Any
 from vrx_mj.config.loading import problem_at
 from vrx_mj.config.search import catalogue, display
 from vrx_mj.config.tree import File, Items, Loc, Section
-from vrx_mj.config.wording import shown, unknown_key
+from vrx_mj.config.wording import literal, unknown_key
 from vrx_mj.config.yaml_text import Repeat, parse_loosely, read_lines
 from vrx_mj.errors import ConfigError, Problem, VrxWarning
 
@@ -94,8 +94,8 @@ def read_series(path: Path) -> Series:
         raise ConfigError(problems)
     series = Series(file, path.stem, root, tuple(_axis(name, content) for name, content in root.items()))
     if series.count > MOST_WORLDS:
-        counts = " x ".join(shown(axis.steps) for axis in series.axes)
-        message = f"{counts} steps make {shown(series.count)} worlds; a file may have {MOST_WORLDS}"
+        counts = " x ".join(literal(axis.steps) for axis in series.axes)
+        message = f"{counts} steps make {literal(series.count)} worlds; a file may have {MOST_WORLDS}"
         raise ConfigError([Problem(file.name, 1, None, "", message)])
     remarks = [*_repeated(repeats), *_never_reached(series)]
     if remarks:
@@ -122,7 +122,7 @@ def _odd_shapes(root: Section) -> Iterator[Problem]:
         if name.startswith("+"):
             yield problem_at(root, (name,), _PATCHED)
         elif not isinstance(axis, Section):
-            yield problem_at(root, (name,), f"an axis has `steps` and `macros`, got {shown(axis)}")
+            yield problem_at(root, (name,), f"an axis has `steps` and `macros`, got {literal(axis)}")
         elif "steps" not in axis:
             yield problem_at(root, (name, "steps"), "required, but missing; an axes file has nothing but axes")
         else:
@@ -135,7 +135,7 @@ def _odd_axis(root: Section, name: str, axis: Section) -> Iterator[Problem]:
         yield problem_at(root, (name, key), message)
     steps = axis["steps"]
     if isinstance(steps, bool) or not isinstance(steps, int) or steps < 1:
-        yield problem_at(root, (name, "steps"), f"expected a whole number of at least 1, got {shown(steps)}")
+        yield problem_at(root, (name, "steps"), f"expected a whole number of at least 1, got {literal(steps)}")
     for key, levels in (("macros", _CALLS), ("sequence", (_STEPS, *_CALLS)), ("yamls", (_STEPS,))):
         yield from _odd_levels(root, (name, key), axis.get(key), levels)
         steps = axis.get(key) if _STEPS in levels else None
@@ -152,7 +152,7 @@ def _odd_levels(root: Section, loc: Loc, content: Any, levels: Sequence[_Level])
         for key, value in (content.items() if isinstance(content, Section) else enumerate(content)) if below else ():
             yield from _odd_levels(root, (*loc, key), value, below)
     elif content is not None or kind is Items:
-        yield problem_at(root, loc, f"expected {words}, got {shown(content)}")
+        yield problem_at(root, loc, f"expected {words}, got {literal(content)}")
 
 
 def _repeated(repeats: Sequence[Repeat]) -> Iterator[str]:

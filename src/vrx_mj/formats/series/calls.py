@@ -7,7 +7,7 @@ from typing import Any
 
 from vrx_mj.config.loading import problem_at
 from vrx_mj.config.tree import Items, Place, Section, key_path
-from vrx_mj.config.wording import shown
+from vrx_mj.config.wording import literal
 from vrx_mj.errors import ConfigError, Problem
 from vrx_mj.formats.series.axes import Axis, Series
 from vrx_mj.formats.urdf.expand import Result, evaluated
@@ -99,7 +99,7 @@ def _worked_out(series: Series, loc: tuple[str | int, ...], given: Section, step
             continue
         result = results[value, step]
         if result.problem:
-            message = f"{shown(value)}: {result.problem}; a text needs single quotes inside the double ones"
+            message = f"{literal(value)}: {result.problem}; a text needs single quotes inside the double ones"
             raise ConfigError([problem_at(series.root, (*loc, key), message)])
         values[key] = result.value
     return given.holding(values)

@@ -11,8 +11,8 @@ from xml.sax.saxutils import quoteattr
 
 from vrx_mj.config.search import SCHEME
 from vrx_mj.config.tree import File, Place
-from vrx_mj.config.values import switched
-from vrx_mj.config.wording import shown
+from vrx_mj.config.values import as_switch
+from vrx_mj.config.wording import literal
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxWarning
 from vrx_mj.formats.gazebo.document import Element, parsed
 from vrx_mj.formats.series.calls import BLOCK, Call
@@ -91,17 +91,17 @@ def _text(call: Call, key: str, default: object) -> str:
     """The argument of a parameter: of the kind of its default."""
     value = call.parameters[key]
     if isinstance(default, bool):
-        switch = truth(str(switched(str(value).strip())))
+        switch = truth(str(as_switch(str(value).strip())))
         if switch is None:
-            raise call.fault(key, f"expected true or false, got {shown(value)}")
+            raise call.fault(key, f"expected true or false, got {literal(value)}")
         return str(switch).lower()
     if isinstance(default, float) or default == "":
         number = 0.0 if default == "" and value in ("", None) else _number(value)
         if number is None or (default == "" and number % 1):
-            raise call.fault(key, f"expected a {'whole ' * (default == '')}number, got {shown(value)}")
+            raise call.fault(key, f"expected a {'whole ' * (default == '')}number, got {literal(value)}")
         return str(number)
     if isinstance(value, bool) or not isinstance(value, str | int | float):
-        raise call.fault(key, f"expected text, got {shown(value)}")
+        raise call.fault(key, f"expected text, got {literal(value)}")
     text = str(value).strip()
     return f"'{text.removeprefix(SCHEME) if key.endswith('uri') else text}'"
 
@@ -122,7 +122,7 @@ def _block(call: Call, name: str) -> str:
     key = BLOCK + name
     value = call.parameters.get(key)
     if value is not None and not isinstance(value, str | int | float):
-        raise call.fault(key, f"expected XML in quotes, got {shown(value)}")
+        raise call.fault(key, f"expected XML in quotes, got {literal(value)}")
     text = _literal("" if value is None else str(value))
     try:
         element = _parsed(f"<{name}>{text}</{name}>", call.place.file.name)
@@ -131,7 +131,7 @@ def _block(call: Call, name: str) -> str:
     for fault in _odd_elements(name, element):
         raise call.fault(key, fault)
     if element.children and element.own_text:
-        stray = shown(" ".join(element.own_text.split()))
+        stray = literal(" ".join(element.own_text.split()))
         problem = f"{call.place.file.name}:{call.place_of(key).line}: {stray} between the elements of {key}"
         warnings.warn(f"{problem} is ignored", VrxWarning, stacklevel=2)
     return f"<{name}>{' '.join(text.split())}</{name}>"
@@ -147,7 +147,7 @@ def _odd_elements(block: str, element: Element) -> Iterator[str]:
     """What is wrong with the elements of a block."""
     name, known = _BLOCKS[block]["element"], _BLOCKS[block]["inside"]
     if name and element.own_text and not element.children:
-        yield f"expected elements <{name}>, got {shown(element.own_text)}"
+        yield f"expected elements <{name}>, got {literal(element.own_text)}"
     whole = block == name and element.child(name) is None  # of a fog the block may have what is in it
     for child in [element] if whole else element.children:
         if name and child.tag != name:

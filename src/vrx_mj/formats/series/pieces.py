@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from vrx_mj.config.loading import read_source
 from vrx_mj.config.search import SCHEME
-from vrx_mj.config.tree import Entry, Items, Place, Section, key_path, merged
+from vrx_mj.config.tree import Entry, Items, Place, Section, key_path, merge
 from vrx_mj.errors import ConfigError, Problem, VrxWarning
 
 _SINGLE = ("base", "task")
@@ -93,9 +93,9 @@ def assembled(head: dict[str, Any], place: Place, pieces: Sequence[Piece]) -> Se
     section: Section = located(head, place)
     kept = counted(pieces)
     for piece in kept:
-        section = merged(section, located(piece.content, piece.place))
+        section = merge(section, located(piece.content, piece.place))
     if not any(piece.part == "sea" for piece in kept):
-        section = merged(section, located({"sea": {"model": "none"}}, place))
+        section = merge(section, located({"sea": {"model": "none"}}, place))
     named = _all_named(section)
     return named.holding({key: named[key] for key in _ORDER if key in named})
 

@@ -16,7 +16,7 @@ from pydantic import ValidationError
 from vrx_mj.config.base import Config
 from vrx_mj.config.loading import problems_of
 from vrx_mj.config.tree import File, of_python
-from vrx_mj.config.wording import choice, shown
+from vrx_mj.config.wording import choice, literal
 from vrx_mj.errors import ConfigError, Problem
 from vrx_mj.formats.urdf.model import Place
 
@@ -44,7 +44,7 @@ def numbers_of(
     words, names = text.split(), labels.split()
     if len(words) != len(names):
         form = "a number" if len(names) == 1 else f"{len(names)} numbers {labels}"
-        raise ValueError(f"expected {form}, got {shown(text)}")
+        raise ValueError(f"expected {form}, got {literal(text)}")
     for word in words:
         if message := _fault(word, above, low, high, largest):
             raise ValueError(message)
@@ -269,7 +269,7 @@ class Node:
 def _fault(word: str, above: float, low: float, high: float, largest: float) -> str:
     """What is wrong with the text of a number; empty if nothing is."""
     if not (_NUMBER.fullmatch(word) or (largest == math.inf and _ENDLESS.fullmatch(word))):
-        return f"{'must be finite' if _NOT_FINITE.fullmatch(word) else 'expected a number'}, got {shown(word)}"
+        return f"{'must be finite' if _NOT_FINITE.fullmatch(word) else 'expected a number'}, got {literal(word)}"
     value = float(word)
     if value <= above > -math.inf:
         return f"must be above {above:g}, got {word}"

@@ -15,7 +15,7 @@ import numpy as np
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.config.search import ALLOW, ReadingError, display, is_inside, read_limited
 from vrx_mj.config.shapes import MESH_SUFFIXES
-from vrx_mj.config.wording import one_of, shown
+from vrx_mj.config.wording import literal, one_of
 from vrx_mj.errors import VrxError, first_names, shortened
 from vrx_mj.foreign import ask
 from vrx_mj.formats.urdf.xacro_files import Files
@@ -48,7 +48,7 @@ class MeshFiles(Files):
         """The folder and the path inside it of a mesh, from a `filename`."""
         text = unquote(name)
         if "\\" in text or "\0" in text or PureWindowsPath(text).drive:
-            raise VrxError(f"expected a path with '/' in it, got {shown(name)}")
+            raise VrxError(f"expected a path with '/' in it, got {literal(name)}")
         package, outside = _PACKAGE.fullmatch(text), False
         bases = [*(self.near(package[2]) if package else ()), *self.bases]
         for file in self._candidates(text, package):
@@ -58,12 +58,12 @@ class MeshFiles(Files):
             outside = outside or base is None
         if outside:
             where = f"outside the folders that may be read: {self._shown_bases()}"
-            raise MissingMeshError(f"{shown(name)} is {where}; {ALLOW}")
+            raise MissingMeshError(f"{literal(name)} is {where}; {ALLOW}")
         if package and not any(folder.is_dir() for folder in self.named(package[2])):
-            where = f"no package named {shown(package[2])}: give the folder that contains it as package path"
+            where = f"no package named {literal(package[2])}: give the folder that contains it as package path"
         else:
             where = f"looked in {self._shown_bases()}"
-        raise MissingMeshError(f"no file {shown(name)}; {where}")
+        raise MissingMeshError(f"no file {literal(name)}; {where}")
 
     def _candidates(self, text: str, package: re.Match[str] | None) -> Iterator[Path]:
         scheme = _SCHEME.match(text)
@@ -71,7 +71,7 @@ class MeshFiles(Files):
             for folder in self.named(package[2]):
                 yield folder / package[3].lstrip("/")
         elif scheme and scheme[1] != "file":
-            raise VrxError(f"no downloads: expected a path, package://, model:// or file://, got {shown(text)}")
+            raise VrxError(f"no downloads: expected a path, package://, model:// or file://, got {literal(text)}")
         else:
             path = text.removeprefix("file://")
             for base in [self.folder] if PurePosixPath(path).is_absolute() else [self.folder, *self.paths]:

@@ -331,7 +331,7 @@ def own_fleet(file):
 
 def test_boats_that_are_spawned_too_join_it():
     fleet = fleet_of(with_parameters(GUIDE, boat("extra", x=50.0)))
-    boats = [boat for boat, _ in load_fleet(fleet, load_world("ocean")).located(load_world("ocean"))]
+    boats = [boat for boat, _ in load_fleet(fleet, load_world("ocean")).boats_in(load_world("ocean"))]
     assert [one.name for one in boats] == ["wamv1", "wamv2", "wamv3", "extra"]
 
 
@@ -413,7 +413,7 @@ def test_a_boats_arguments_come_on_top_of_its_fleets_and_not_on_another_robot():
         {"name": "c", "pose": pose},
     ]
     fleet = {"robot": "./boat.xacro", "arguments": {"length": 3, "namespace": True}, "boats": entries}
-    boats = [boat for boat, _ in load_fleet(fleet, load_world("ocean")).located(load_world("ocean"))]
+    boats = [boat for boat, _ in load_fleet(fleet, load_world("ocean")).boats_in(load_world("ocean"))]
     assert [boat.arguments for boat in boats] == [
         {"length": "3", "namespace": "a"}, {}, {"length": "3", "namespace": "true"},
     ]  # fmt: skip

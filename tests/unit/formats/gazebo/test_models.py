@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrx_mj.config.loading import Loading, validated
+from vrx_mj.config.loading import Loading, validate
 from vrx_mj.config.objects import ObjectConfig
 from vrx_mj.config.search import kind_name
 from vrx_mj.errors import ConfigError
@@ -110,13 +110,13 @@ def test_products_of_inertia_are_kept():
 def test_a_negative_moment_of_rounding_is_the_least_there_is():
     found, _ = read(link(5.0, (1.0, 1.0, -3.5e-8, 0.0, 0.0, 0.0), name="l0") + FLOAT)
     assert list(found["inertia"]) == pytest.approx([1.0, 1.0, 1e-9])
-    validated(ObjectConfig, found, Loading())
+    validate(ObjectConfig, found, Loading())
 
 
 def test_a_negative_moment_of_rounding_refuses_no_light_model():
     found, _ = read(link(0.01, (-3.5e-8, 2e-6, 2e-6, 0.0, 0.0, 0.0), name="l0") + FLOAT)
     assert min(found["inertia"]) == pytest.approx(1e-9)
-    validated(ObjectConfig, found, Loading())
+    validate(ObjectConfig, found, Loading())
 
 
 def test_a_link_without_inertial_has_one_kilogram():

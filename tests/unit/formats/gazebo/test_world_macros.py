@@ -7,7 +7,7 @@ import pytest
 import yaml
 
 from macro_blocks import BLOCKS
-from vrx_mj.cli.nodes import PROGRAMS
+from vrx_mj.cli.nodes import NODES
 from vrx_mj.config.world import load_world
 from vrx_mj.errors import VrxWarning
 from vrx_mj.formats.series.macros import macros
@@ -29,7 +29,7 @@ def test_a_macro_makes_the_same_in_a_series_and_when_xacro_expands_it(name, tmp_
     body = f"{base and f'<xacro:{base}/>'}<xacro:{name}{words}>{blocks}</xacro:{name}>"
     monkeypatch.chdir(tmp_path)
     Path("bay.world.xacro").write_text(f"{HEAD}{body}\n</world>\n</sdf>\n", encoding="utf-8")
-    assert PROGRAMS["xacro"](["bay.world.xacro", "-o", "made.world"], Path()) == 0
+    assert NODES["xacro"](["bay.world.xacro", "-o", "made.world"], Path()) == []
     values = {key: f"'{value}'" for key, value in {**given, **lit}.items()}
     call = values | {f"/**{key}": BLOCKS[key] if "<" in BLOCKS[key] else f"'{BLOCKS[key]}'" for key in called.blocks}
     calls = {**({base: [None]} if base else {}), name: [call or None]}

@@ -176,7 +176,7 @@ def test_without_waves_the_water_is_flat(axes):
 def test_objects_are_looked_for_once_in_a_series(axes, monkeypatch):
     series = axes("a:\n  steps: 3\n  macros: {sydneyregatta: [], ocean_waves: [{gain: '0.1 * n'}]}\n")
     asked = []
-    monkeypatch.setattr(search, "_listed", lambda kind, place: asked.append((kind, place)) or [])
+    monkeypatch.setattr(search, "_names_and_files", lambda kind, place: asked.append((kind, place)) or [])
     for number in range(series.count):
         world(series, number)
     assert len(asked) == len(set(asked))
