@@ -17,8 +17,8 @@ from typing import Any, TypeVar
 
 from vrx_mj.cache_folder import chosen_folder
 from vrx_mj.errors import ConfigError, Problem, VrxError, VrxWarning
-from vrx_mj.foreign.cache import is_valid, keep, kept
-from vrx_mj.foreign.plain import checked, packed, unpacked
+from vrx_mj.foreign.cache import cached_answer, is_valid, keep
+from vrx_mj.foreign.plain import pack, unpack, validate
 from vrx_mj.foreign.reader import NOTES, READER, TEXT, TIME, ReaderError
 
 PACKAGE = "vrx_mj"
@@ -97,7 +97,7 @@ def ask_ahead(job: str, calls: Iterable[Sequence[object]], about: str) -> None:
         with contextlib.suppress(ReaderError):
             _, found = _new(together, about)
             for key, answer in zip(waiting, found["value"], strict=True):
-                _keep(key, packed({**answer, "files": {}}))
+                _keep(key, pack({**answer, "files": {}}))
 
 
 def spend(about: str, notes: int = 1) -> None:
@@ -152,10 +152,10 @@ def _folder() -> Path | None:
 def _given_before(key: str) -> dict[str, Any] | None:
     """The answer of a key, if all that it came from is as it was."""
     folder = _folder()
-    block = _answers.get(key) or (kept(folder, key) if folder else None)
+    block = _answers.get(key) or (cached_answer(folder, key) if folder else None)
     if block is None:
         return None
-    found: dict[str, Any] = unpacked(block)
+    found: dict[str, Any] = unpack(block)
     if not is_valid(found["files"]):
         return None
     READER.spent[TEXT] += len(block) / (1 << 20)
@@ -180,7 +180,7 @@ def _new(request: dict[str, Any], about: str) -> tuple[bytes, dict[str, Any]]:
     """The answer of the process, packed and unpacked."""
     block = READER.answer(request, about)
     try:
-        found: dict[str, Any] = unpacked(block)
+        found: dict[str, Any] = unpack(block)
     except ValueError as error:
         raise ReaderError(about, f"the answer of its reader is {error}") from None
     if "fault" in found:
@@ -196,7 +196,7 @@ def _outcome(found: dict[str, Any], returns: type[_T], about: str) -> _T:
             warnings.warn(VrxWarning(text), stacklevel=3)
         if "error" in found:
             raise _error(*found["error"])
-        return checked(found["value"], returns)
+        return validate(found["value"], returns)
     except (ValueError, KeyError, TypeError) as error:
         raise ReaderError(about, f"the answer of its reader is damaged: {str(error).splitlines()[0]}") from None
 
@@ -209,5 +209,5 @@ def _error(name: str, arguments: Sequence[Any]) -> VrxError:
         kinds |= {kind.__name__: kind for kind in below}
         waiting += below
     if name == ConfigError.__name__:
-        return ConfigError(checked(arguments[0], tuple[Problem, ...]))
+        return ConfigError(validate(arguments[0], tuple[Problem, ...]))
     return kinds.get(name, VrxError)(*arguments)

@@ -47,16 +47,16 @@ def _main() -> None:
     warnings.simplefilter("ignore")
     if places["forks"]:
         while select.select([jobs], [], [], _IDLE)[0] and (job := block_from(jobs)):
-            _relay(*_started(job, (jobs, answers), places["libraries"]), answers)
+            _relay(*_start_job(job, (jobs, answers), places["libraries"]), answers)
     else:
         _prepare(job := json.loads(block_from(jobs)))
-        answer = _done(job, places["libraries"])
+        answer = _job_answer(job, places["libraries"])
         answers.write(LENGTH.pack(len(answer)) + answer + LENGTH.pack(0) + STATUS.pack(0, time.process_time()))
         answers.flush()
         os._exit(0)  # no thread of a library is waited for
 
 
-def _started(text: bytes, streams: Sequence[BinaryIO], libraries: list[str]) -> tuple[int, int]:
+def _start_job(text: bytes, streams: Sequence[BinaryIO], libraries: list[str]) -> tuple[int, int]:
     """Have a copy of this process do a job: its number, and the pipe that its answer comes from."""
     job = json.loads(text)
     _prepare(job)
@@ -69,7 +69,7 @@ def _started(text: bytes, streams: Sequence[BinaryIO], libraries: list[str]) -> 
             os.close(stream.fileno())
         os.close(source)
         with os.fdopen(target, "wb") as output:
-            output.write(_done(job, libraries))
+            output.write(_job_answer(job, libraries))
     finally:
         os._exit(0)
 
@@ -93,7 +93,7 @@ def _relay(pid: int, source: int, answers: BinaryIO) -> None:
     answers.flush()
 
 
-def _done(job: dict[str, Any], libraries: list[str]) -> bytes:
+def _job_answer(job: dict[str, Any], libraries: list[str]) -> bytes:
     """The answer to a job."""
     from vrx_mj.foreign.work import answer
 

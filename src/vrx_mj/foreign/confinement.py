@@ -51,7 +51,7 @@ class Notes:
             return found.st_mtime_ns, found.st_size
         return None
 
-    def unchanged(self) -> bool:
+    def is_unchanged(self) -> bool:
         """Whether what was read and listed has not changed since."""
         return all(self._stamp(path) == stamp for path, (use, stamp) in self.paths.items() if use != _SEEN)
 
@@ -59,12 +59,12 @@ class Notes:
         """Note what Python asks the system about; it has no event for that."""
 
         def noting(ask: Callable[..., Any]) -> Callable[..., Any]:
-            def asked(path: Any, *arguments: Any, **options: Any) -> Any:
+            def note_and_ask(path: Any, *arguments: Any, **options: Any) -> Any:
                 if not self._busy and isinstance(path, str | os.PathLike):
                     self.add(_SEEN, os.path.join(os.getcwd(), path))  # noqa: PTH109, PTH118 - pathlib would ask again
                 return ask(path, *arguments, **options)
 
-            return asked
+            return note_and_ask
 
         os.stat, os.lstat = noting(os.stat), noting(os.lstat)
 

@@ -70,8 +70,8 @@ class Reader:
             try:
                 block = json.dumps(job, default=os.fspath).encode()
                 process = self._with_job(LENGTH.pack(len(block)) + block)
-                with self._watched(process, job["limits"]) as reasons:
-                    pieces, status, seconds = _received(process, job["limits"]["answer"], reasons)
+                with self._watcher(process, job["limits"]) as reasons:
+                    pieces, status, seconds = _receive(process, job["limits"]["answer"], reasons)
                 self.spent[TIME] += job["limits"]["seconds"] if status is None else seconds
                 self.spent[TEXT] += (len(block) + sum(map(len, pieces))) / (1 << 20)
             except BaseException:
@@ -97,7 +97,7 @@ class Reader:
         raise ReaderError("a file", "the process that reads it ends at once")
 
     @contextlib.contextmanager
-    def _watched(self, process: subprocess.Popen[bytes], limits: Mapping[str, int]) -> Iterator[list[str]]:
+    def _watcher(self, process: subprocess.Popen[bytes], limits: Mapping[str, int]) -> Iterator[list[str]]:
         """End the process if it takes too long or too much memory; yields why, at the end."""
         reasons: list[str] = []
         ready = threading.Event()
@@ -156,7 +156,7 @@ def start() -> subprocess.Popen[bytes]:
     return process
 
 
-def _received(process: subprocess.Popen[bytes], most: int, reasons: list[str]) -> tuple[list[bytes], int | None, float]:
+def _receive(process: subprocess.Popen[bytes], most: int, reasons: list[str]) -> tuple[list[bytes], int | None, float]:
     """Pieces of an answer, the status at its end and the processor time [s].
 
     Without an end, or if the answer is too long, which `reasons` then says, the status is None.

@@ -10,7 +10,7 @@ from typing import Any
 from vrx_mj.errors import VrxError, VrxWarning
 from vrx_mj.foreign.cache import state
 from vrx_mj.foreign.confinement import confine, lock_calls, lock_files
-from vrx_mj.foreign.plain import packed
+from vrx_mj.foreign.plain import pack
 
 _SYSTEM = ("/lib", "/lib64", "/usr/lib", "/usr/lib64", "/etc/ld.so.cache", "/proc/self/status")
 """Where native libraries are that an import may load, and what says how much memory this process has."""
@@ -30,10 +30,10 @@ def answer(job: dict[str, Any], libraries: list[str]) -> bytes:
             found = _outcome(function, job["arguments"])
         with notes.silent():
             seen = {path: (use, state(use, path)) for path, (use, _) in notes.paths.items()}
-            found["files"] = seen if notes.unchanged() else None
-        return packed(found)
+            found["files"] = seen if notes.is_unchanged() else None
+        return pack(found)
     except BaseException as error:  # whatever a file makes of a reader
-        return packed({"fault": _fault(error, job["limits"]["memory"])})
+        return pack({"fault": _fault(error, job["limits"]["memory"])})
 
 
 def _outcome(function: Any, arguments: list[Any]) -> dict[str, Any]:

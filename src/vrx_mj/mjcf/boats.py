@@ -323,7 +323,7 @@ def _loose(urdf: Urdf, thrusters: Mapping[str, UrdfThruster], hinges: Hinges) ->
         if name not in hinges.by_name:  # VRX too holds an engine at zero that does not steer
             used |= {joint.name for joint in way if joint.type == "revolute"}
     for joint in urdf.joints.values():
-        if not (joint.type == "fixed" or joint.locked or joint.name in used):
+        if not (joint.type == "fixed" or joint.is_locked or joint.name in used):
             place = f"{joint.rest:g}" if joint.rest else "zero"
             yield f"joint '{joint.name}' ({joint.type}) is not simulated: it stays at {place}"
 

@@ -32,7 +32,7 @@ _ODD_TAG = re.compile(r"[^\w.-]")
 Fate = Literal["taken over", "approximated", "ignored", "not read"]
 """What became of a part of a file."""
 _FIELDS: Mapping[str, Mapping[str, Sequence[Any]]] = json.loads((Path(__file__).parent / "fields.json").read_bytes())
-"""Of plugins and other elements of worlds the rows that fill keys of ours: the arguments of `Element.read`."""
+"""Of plugins and other elements of worlds the rows that fill keys of ours: the arguments of `Element.value_of`."""
 NEEDED = "needed"
 """The default of an element that must be there."""
 POSE = "x y z roll pitch yaw"
@@ -113,14 +113,14 @@ class Element:
 
     def text(self, path: str) -> str:
         """The text of the first element down a path that has one; empty without one."""
-        return str(self.read(path, "text", ""))
+        return str(self.value_of(path, "text", ""))
 
     def fault(self, message: str, key: str = "") -> ConfigError:
         """An error at this element."""
         path = " / ".join(filter(None, (label(self), key)))
         return ConfigError([Problem(self.place.file.name, self.place.line, self.place.column, path, message)])
 
-    def read(self, path: str, form: str = "number", default: Any = None) -> Any:
+    def value_of(self, path: str, form: str = "number", default: Any = None) -> Any:
         """What the text of an element in this one says.
 
         Args:
@@ -144,7 +144,7 @@ class Element:
 
     def fields(self, of: str) -> dict[str, Any]:
         """What the rows of a table in `_FIELDS` say, without those whose elements are missing. Raises ConfigError."""
-        found = {key: self.read(*row) for key, row in _FIELDS[of].items()}
+        found = {key: self.value_of(*row) for key, row in _FIELDS[of].items()}
         return {key: value for key, value in found.items() if value is not None}
 
     def value(self, form: str) -> Any:
@@ -187,7 +187,7 @@ def read_document(file: Path, arguments: Mapping[str, str] | None = None) -> Ele
         ConfigError: it cannot be read or expanded.
     """
     if not file.name.lower().endswith(".xacro"):
-        return parsed(read_text(file), File(display(file), file.parent))
+        return parse(read_text(file), File(display(file), file.parent))
     if not is_file(file):
         read_bytes(file)  # raises the reason
     made = expand(file, arguments=arguments, package_paths=package_paths(), libraries=LIBRARIES).made
@@ -214,7 +214,7 @@ def parse_ahead(files: Iterable[Path]) -> None:
     ask_ahead(_TABLE, calls, "the models of a world")
 
 
-def parsed(text: str, file: File) -> Element:
+def parse(text: str, file: File) -> Element:
     """The root element of a text in a file. Raises ConfigError."""
     try:
         table = ask(_TABLE, text, file.name, returns=Table, about=file.name)

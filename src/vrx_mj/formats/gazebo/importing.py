@@ -27,13 +27,13 @@ from vrx_mj.formats.gazebo.folders import files_below, has_world, is_folder
 from vrx_mj.formats.gazebo.launch import launch_of
 from vrx_mj.formats.gazebo.launched import Launch, Spawned, fleet_of, objects_of
 from vrx_mj.formats.gazebo.models import is_gazebo_model, model_element, model_file
-from vrx_mj.formats.gazebo.opening import joined
+from vrx_mj.formats.gazebo.opening import joined_world
 from vrx_mj.formats.gazebo.sdf_boats import is_boat, read_boat
 from vrx_mj.formats.gazebo.sdf_frames import safe_name
 from vrx_mj.formats.gazebo.sdf_objects import model_section
 from vrx_mj.formats.gazebo.worlds import gazebo_world, is_gazebo_world
 from vrx_mj.formats.series.worlds import section_text
-from vrx_mj.formats.urdf.expand import ExpandedText, check_library, declared, expand
+from vrx_mj.formats.urdf.expand import ExpandedText, check_library, declared_names, expand
 from vrx_mj.formats.urdf.expand import arguments as declared_arguments
 from vrx_mj.formats.urdf.meshes import MeshFiles, with_mesh_names
 from vrx_mj.formats.urdf.xacro_files import own_packages
@@ -159,7 +159,7 @@ class Imported:
         for shape in (shape for link in boat.links.values() for shape in (*link.collisions, *link.visuals)):
             if shape.folder is not None:
                 source_file = shape.folder / str(shape.file)
-                own = self.copied("robots", stem, source_file, str(shape.file))
+                own = self.add_copy("robots", stem, source_file, str(shape.file))
                 text = text.replace(quoteattr(source_file.resolve().as_uri()), quoteattr(own))
         self.texts[path] = text
         return path
@@ -195,9 +195,9 @@ class Imported:
         """Copy a mesh of a boat, and return its path beside the URDF; None: it is one of ours, which are everywhere."""
         source = (folder / name).resolve()
         ours = source.is_relative_to((root() / "assets").resolve())
-        return None if ours else self.copied("robots", robot, source, name)
+        return None if ours else self.add_copy("robots", robot, source, name)
 
-    def copied(self, area: str, owner: str, source: Path, name: str) -> str:
+    def add_copy(self, area: str, owner: str, source: Path, name: str) -> str:
         """Copy a mesh, and return its path beside the file of what it belongs to: others of its name are numbered."""
         names = (f"meshes/{owner}/{number}{name}" for number in ("", *(f"{count}/" for count in range(2, 1000))))
         own = next(own for own in names if self.copies.get(f"{area}/{own}", source) == source)
@@ -245,7 +245,7 @@ class Imported:
             inside = {key: self.with_meshes(item, folder, name) for key, item in value.items()}
             if value.get("type") == "mesh" and "file" in value:
                 source = ((value.folder or folder) / value["file"]).resolve()
-                inside["file"] = self.copied("objects", name, source, value["file"])
+                inside["file"] = self.add_copy("objects", name, source, value["file"])
             return value.holding(inside)
         if isinstance(value, Items):
             return Items.of((self.with_meshes(item, folder, name) for item in value), value.places)
@@ -258,7 +258,7 @@ class Imported:
         if launch.objects and world is not None:
             assert launch.world is not None, "a launch file that opens a world"
             with warnings.catch_warnings(action="ignore", category=VrxWarning):
-                section, _ = joined(launch.world, launch, None)
+                section, _ = joined_world(launch.world, launch, None)
                 validated(WorldConfig, read_source("worlds", section), Loading())
             items = objects_of(launch)
             base = f"./{world}" if world in self.texts else world
@@ -336,7 +336,7 @@ def _check_arguments(file: Path, arguments: Mapping[str, str]) -> None:
         return
     known: Collection[str] = ()
     if file.name.lower().endswith(".xacro") and is_file(file):
-        known = declared_arguments(file) if is_gazebo_world(file) else declared(file, arguments, package_paths())
+        known = declared_arguments(file) if is_gazebo_world(file) else declared_names(file, arguments, package_paths())
     name = next((name for name in arguments if name not in known), None)
     if name is not None:
         message = str(UnknownNameError("argument", name, known))

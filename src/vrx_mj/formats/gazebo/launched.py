@@ -13,7 +13,7 @@ from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError
 from vrx_mj.formats.gazebo.document import Report
 from vrx_mj.formats.gazebo.sdf_frames import safe_name
-from vrx_mj.formats.series.pieces import At, located
+from vrx_mj.formats.series.pieces import At, with_places
 from vrx_mj.formats.urdf.elements import numbers_of, truth
 from vrx_mj.frames import Pose
 
@@ -106,7 +106,7 @@ def fleet_of(launch: Launch) -> Section | None:
         return loaded
     place = Place(launch.boats[0].place.file, 1)
     name = PurePosixPath(place.file.name).name.removesuffix(ENDING)
-    spawned: Section = located({"name": name, "boats": [*map(_boat, launch.boats)]}, place)
+    spawned: Section = with_places({"name": name, "boats": [*map(_boat, launch.boats)]}, place)
     return spawned if loaded is None else merged(loaded, spawned, ("boats",))
 
 
@@ -172,7 +172,7 @@ def with_objects(world: Section, launch: Launch) -> Section:
 
 def objects_of(launch: Launch) -> Items:
     """The objects of a launch file as a world's file says them."""
-    found: Items = located([*map(_object, launch.objects)], Place(File("", None)))
+    found: Items = with_places([*map(_object, launch.objects)], Place(File("", None)))
     return found
 
 

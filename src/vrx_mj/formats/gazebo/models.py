@@ -52,7 +52,7 @@ def is_gazebo_model(text: str) -> bool:
 
 def model_name(include: Element) -> str:
     """The name in the `<uri>` of an `<include>`: that of a folder of models, or of one on Gazebo's server."""
-    uri = include.read("uri", "text", NEEDED)
+    uri = include.value_of("uri", "text", NEEDED)
     with faults_at(include, "uri"):
         return uri_name(uri)
 
@@ -117,7 +117,7 @@ def model_element(file: Path) -> Source:
     """
     path, mark, name = str(file).partition("#")
     if mark:
-        return _named(Path(path), name)
+        return _named_model(Path(path), name)
     root = read_document(Path(path))
     return Source(_only(root), version_of(root), Path(path))
 
@@ -164,7 +164,7 @@ def included_name(include: Element) -> str:
     return include.text("name") or include.text("uri").rstrip("/").rpartition("/")[2]
 
 
-def _named(file: Path, name: str) -> Source:
+def _named_model(file: Path, name: str) -> Source:
     """The model of a name in the file of a world."""
     status = file.stat() if is_file(file) else None
     held = _held.get(file.absolute())
@@ -175,10 +175,10 @@ def _named(file: Path, name: str) -> Source:
         known = [name for name in held[2] if name]
         raise ConfigError([Problem(display(file), 1, None, "", str(UnknownNameError("model", name, known)))])
     found = held[2][name]
-    return _included(found, file.parent) if found.tag == "include" else Source(found, held[3], file)
+    return _included_model(found, file.parent) if found.tag == "include" else Source(found, held[3], file)
 
 
-def _included(include: Element, folder: Path) -> Source:
+def _included_model(include: Element, folder: Path) -> Source:
     """The model of an `<include>`, with what this says instead of the model's own file."""
     found = model_element(model_file(f"{SCHEME}{model_name(include)}", folder))
     instead = include.all("static")

@@ -47,7 +47,7 @@ _LISTED = 3
 """Names of boats that a line lists."""
 
 
-def opened(world: Source, fleet: Source | None, arguments: Mapping[str, str]) -> tuple[Source, Source | None]:
+def open_source(world: Source, fleet: Source | None, arguments: Mapping[str, str]) -> tuple[Source, Source | None]:
     """World and fleet that a source opens: a launch file, a folder, or a world of Gazebo with arguments or boats.
 
     Other sources stay as they are. Of a fleet that is a xacro those arguments are the robot's which the world has not.
@@ -69,10 +69,10 @@ def opened(world: Source, fleet: Source | None, arguments: Mapping[str, str]) ->
             warnings.warn(f"{shortened(world)}: {text}", VrxWarning, stacklevel=4)
         fleet = fleet_of(launch) or launch.fleet_of_world if fleet is None else fleet
         if launch.objects or launch.unlocked:
-            return joined(launch.world, launch, fleet)
+            return joined_world(launch.world, launch, fleet)
         world, arguments = launch.world, {}
     if arguments and is_robot_xacro(fleet):
-        arguments, own = _shared(world, arguments)
+        arguments, own = _split_arguments(world, arguments)
         fleet = robot_fleet(fleet, own)
     if not arguments and (fleet is not None or not is_gazebo_world(world)):
         return world, fleet
@@ -95,7 +95,7 @@ def _no_world(source: str | Path, launch: Launch, arguments: Mapping[str, str]) 
     return ConfigError([Problem(str(source), None, None, "", text)])
 
 
-def joined(world: Path | str, launch: Launch, fleet: Source | None) -> tuple[Section, Source | None]:
+def joined_world(world: Path | str, launch: Launch, fleet: Source | None) -> tuple[Section, Source | None]:
     """The world of a launch file with the objects that it spawns, and the fleet, by default that in the world.
 
     Raises:
@@ -120,7 +120,7 @@ def _fleet_in(found: GazeboWorld, world: str | Path) -> Source | None:
     return found.fleet
 
 
-def _shared(world: Source, arguments: Mapping[str, str]) -> tuple[dict[str, str], dict[str, str]]:
+def _split_arguments(world: Source, arguments: Mapping[str, str]) -> tuple[dict[str, str], dict[str, str]]:
     """The arguments that a world of Gazebo declares, and the others."""
     known = {}
     if is_gazebo_world(world) and str(world).lower().endswith(".xacro"):

@@ -61,7 +61,7 @@ def robot_fleet(source: str | Path, arguments: Mapping[str, str] | None = None, 
     if is_gazebo_model(str(source)):
         path, mark, model = str(source).partition("#")
         file = model_file(path, None) if path.startswith(SCHEME) else path_of("robots", path)
-        file = Path(f"{file}{mark}{model}" if mark else f"{file}{_taken(file)}")
+        file = Path(f"{file}{mark}{model}" if mark else f"{file}{_boat_fragment(file)}")
     else:
         file = file_of("robots", source)
     place = Place(File(file.name, file.absolute().parent))
@@ -73,7 +73,7 @@ def robot_fleet(source: str | Path, arguments: Mapping[str, str] | None = None, 
     return Section(values, place)
 
 
-def _taken(file: Path) -> str:
+def _boat_fragment(file: Path) -> str:
     """`#NAME` of the model that is the boat in a file of several, with a warning: the first boat, else the first."""
     root = read_document(file)
     names = [one.attributes.get("name", "") for one in (root.child("world") or root).all("model")]

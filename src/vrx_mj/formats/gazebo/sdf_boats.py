@@ -27,7 +27,7 @@ def is_boat(model: Element) -> bool:
     plugins = [one for one in model.walk() if one.tag == "plugin"]
     pushes = any(is_thruster(one.attributes.get("filename", "")) or one.text("thruster/linkName") for one in plugins)
     held = (WORLD in {one.text("parent"), one.text("child")} for one in model.all("joint"))
-    return pushes and not model.read("static", "switch") and not any(held)
+    return pushes and not model.value_of("static", "switch") and not any(held)
 
 
 def read_boat(file: Path) -> Urdf:

@@ -42,7 +42,7 @@ def _inertial(
         return Inertial(_UNIT, model.in_table(ZERO, name), (_UNIT, _UNIT, _UNIT, 0.0, 0.0, 0.0))
     if node.attribute_flag("auto"):
         rows = ((part, shape) for part, row in felt for shape in solid_mesh(row, model.files, findings))
-        return _filled(node, list(rows))
+        return _solid_inertial(node, list(rows))
     mass = node.value("mass", _UNIT, low=0)
     tensor = node.child("inertia")
     usual = {"ixx": _UNIT, "iyy": _UNIT, "izz": _UNIT, "ixy": 0.0, "ixz": 0.0, "iyz": 0.0}
@@ -56,7 +56,7 @@ def _inertial(
     return Inertial(mass, model.inside(node, name, scope), (xx, yy, zz, xy, xz, yz))
 
 
-def _filled(node: Node, felt: Sequence[tuple[Node, Shape]]) -> Inertial | None:
+def _solid_inertial(node: Node, felt: Sequence[tuple[Node, Shape]]) -> Inertial | None:
     """Mass properties of shapes that are full of something, whose density is that of each, or of the link."""
     usual = node.value("density", _WATER, above=0)
     full = (posed(_full(shape, part.value("density", usual, above=0)), shape.pose) for part, shape in felt)
@@ -96,7 +96,7 @@ def _full(shape: Shape, density: float) -> MassProperties:
 
 
 def _collision(node: Node, link: str, scope: Scope, model: Model) -> Shape | MeshRow | None:
-    geometry = node.needed("geometry")
+    geometry = node.required_child("geometry")
     values = _shape(node, geometry, link, scope, model) if geometry else None
     return shape_of(node, geometry, values, Shape) if geometry and values else None
 
@@ -147,7 +147,7 @@ def shape_tag(geometry: Node) -> str:
 
 def sizes_of(geometry: Node, tag: str) -> dict[str, Any]:
     """The sizes of a shape of a known kind."""
-    kind = geometry.needed(tag)
+    kind = geometry.required_child(tag)
     assert kind is not None, "it is the element's own kind"
     if tag == "mesh":
         return _mesh(kind)
@@ -156,7 +156,7 @@ def sizes_of(geometry: Node, tag: str) -> dict[str, Any]:
 
 
 def _mesh(kind: Node) -> dict[str, Any]:
-    uri = kind.needed("uri")
+    uri = kind.required_child("uri")
     text = kind.text("uri")
     if uri and not text:
         uri.fault("must not be empty")

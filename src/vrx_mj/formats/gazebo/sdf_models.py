@@ -110,7 +110,7 @@ class Model:
         if canonical:
             self.attached[scope.model] = scope.name(canonical)
         for node in model.children("link"):
-            name = scope.name(node.required("name"))
+            name = scope.name(node.required_attribute("name"))
             if name in self.links:
                 node.fault(f"duplicate name: line {self.links[name][0].place.line} has a link of this name")
                 continue
@@ -120,7 +120,7 @@ class Model:
         self.joints += [(node, scope) for node in model.children("joint")]
         for node in (*model.children("frame"), *model.children("joint")):
             to = node.text("child") if node.tag == "joint" else node.attribute("attached_to") or MODEL
-            name, around = scope.name(node.required("name")), scope.name(MODEL if to == WORLD else to)
+            name, around = scope.name(node.required_attribute("name")), scope.name(MODEL if to == WORLD else to)
             self.frames.add(name, given_pose(node), scope, around)
             self.attached.setdefault(name, around)
         self.plugins += [(node, scope) for node in model.children("plugin")]
@@ -133,7 +133,7 @@ class Model:
         if depth >= _DEEPEST:
             node.fault(f"models are in each other deeper than {_DEEPEST} levels")
             return
-        included = self._included(node, folder) if node.tag == "include" else (node, folder)
+        included = self._included_model(node, folder) if node.tag == "include" else (node, folder)
         model, place = included or (node, folder)
         own = scope.name(node.text("name") or model.attribute("name") or node.text("uri").rpartition("/")[2])
         inner = Scope(scope.prefix if node.attribute_flag("merge") else f"{own}{NESTED}", f"{own}{NESTED}{MODEL}")
@@ -150,7 +150,7 @@ class Model:
         if outer is self.root:
             self.given.append((node, self.frames.given[inner.model][1] if by else given))
 
-    def _included(self, include: Node, folder: Path) -> tuple[Node, Path] | None:
+    def _included_model(self, include: Node, folder: Path) -> tuple[Node, Path] | None:
         """The model that an `<include>` names, and its folder."""
         self._includes += 1
         if self._includes > _MOST_INCLUDES:
@@ -195,8 +195,8 @@ def in_world_frame(world: Element, file: Path) -> list[Element | ConfigError]:
     for number, node in enumerate(model.root.element):
         if node in given:
             problems.clear()  # of models: they are said where these are read
-            pose = model.frames.placed(given[node], Scope(), MODEL)
-            found[number] = ConfigError(problems[:]) if problems else _posed(world.children[number], pose)
+            pose = model.frames.placement(given[node], Scope(), MODEL)
+            found[number] = ConfigError(problems[:]) if problems else _with_pose(world.children[number], pose)
     return found
 
 
@@ -207,7 +207,7 @@ def pose_of_included(include: Element, folder: Path) -> At:
     return pose_of(model_element(model_file(f"{SCHEME}{model_name(include)}", folder)).model)
 
 
-def _posed(element: Element, pose: Pose) -> Element:
+def _with_pose(element: Element, pose: Pose) -> Element:
     """The element with another pose."""
     old = element.child("pose")
     made = Element("pose", (old or element).place, {}, " ".join(map(repr, pose)), ())

@@ -22,7 +22,7 @@ from vrx_mj.formats.gazebo.sdf_frames import WORLD, given_pose, pose_of, safe_na
 from vrx_mj.formats.gazebo.sdf_joints import Axis, SdfJoint, read_sdf_joint
 from vrx_mj.formats.gazebo.sdf_links import SHAPES, read_sdf_link, shape_tag, sizes_of
 from vrx_mj.formats.gazebo.sdf_models import Model, in_world_frame, pose_of_included
-from vrx_mj.formats.series.pieces import At, located
+from vrx_mj.formats.series.pieces import At, with_places
 from vrx_mj.formats.urdf.elements import Node
 from vrx_mj.formats.urdf.links import ENDLESS, ONE
 from vrx_mj.formats.urdf.model import ZERO, MeshRow, relative
@@ -66,12 +66,12 @@ def model_section(file: Path, report: Report | None = None) -> Section:
     kept = report or Report()
     if is_template(file):
         dock, place = template_content(file, kept)
-        template: Section = located(dock, place)
+        template: Section = with_places(dock, place)
         return template
     source = model_element(file)
     content = {"description": f"{source.model.attributes.get('name', 'model')}, a model of Gazebo"}
     content |= _composite(source, kept) if _is_composite(source.model) else _Object(source, file, kept).content()
-    section: Section = located(content, source.model.place)
+    section: Section = with_places(content, source.model.place)
     return section
 
 
@@ -83,7 +83,7 @@ def _is_composite(model: Element) -> bool:
     if not includes or parts or merged:
         return False
     known = catalogue("objects")
-    return not model.read("static", "switch") or any(model_name(one) in known for one in includes)
+    return not model.value_of("static", "switch") or any(model_name(one) in known for one in includes)
 
 
 def _composite(source: Source, report: Report) -> _Content:
@@ -119,9 +119,9 @@ class _Object:
         self.folder = Path(str(file).partition("#")[0]).absolute().parent
         self.report = report
         self.is_static = self.model.root.flag("static", False)
-        self.tree = self.read()
+        self.tree = self.bodies()
 
-    def read(self) -> Tree:
+    def bodies(self) -> Tree:
         """The bodies of the model."""
         from vrx_mj.formats.urdf.rows import check_masses
 
@@ -323,9 +323,9 @@ def follow_path(element: Element, report: Report) -> _Content | None:
 def _loops(plugin: Element, report: Report) -> bool:
     """Whether the path begins again at its end; VRX's plugin goes by the presence of a tag alone."""
     forever = plugin.child("loop_forever")
-    if forever is not None and not plugin.read("loop_forever", "switch", True):
+    if forever is not None and not plugin.value_of("loop_forever", "switch", True):
         report.note(forever, "ignored", "VRX's plugin loops where this tag is there, whatever it says: remove it")
-    return forever is not None or plugin.read("loop", "switch", False)
+    return forever is not None or plugin.value_of("loop", "switch", False)
 
 
 def _primitive(part: Node, link: Pose, report: Report) -> _Content | None:

@@ -49,7 +49,7 @@ class StockLaunch:
         """Arguments that its boats' descriptions take, with their defaults."""
         return self.boats[0].arguments if self.boats else {}
 
-    def started(self, given: Mapping[str, str], place: Place) -> Iterator[Spawned]:
+    def boats_with(self, given: Mapping[str, str], place: Place) -> Iterator[Spawned]:
         """Its boats, started with arguments; several have names and places of their own. Raises ConfigError."""
         fixed = {*POSE, "namespace", "thrust_config"} if len(self.boats) > 1 else set()
         given = {key: value for key, value in given.items() if key not in fixed}
@@ -64,7 +64,7 @@ class StockLaunch:
             yield Spawned(given.get("namespace", boat.name), pose, place, boat.model, arguments)
 
 
-def _read(file: Path) -> StockLaunch:
+def _stock_launch(file: Path) -> StockLaunch:
     """The launch file of VRX that a file of ours is."""
     package, text = file.parent.name, file.read_text(encoding="utf-8")
     given = dict(re.findall(r'<arg name="(\w+)" default="(.*?)"/>', text))
@@ -82,7 +82,7 @@ def _read(file: Path) -> StockLaunch:
     return StockLaunch(file.name, f"vrx2019/{world}" if package == _OLDER else world, boats, given, package, file)
 
 
-_ALL = tuple(_read(file) for package in PACKAGES for file in sorted((_FOLDER / package).glob("*.launch")))
+_ALL = tuple(_stock_launch(file) for package in PACKAGES for file in sorted((_FOLDER / package).glob("*.launch")))
 _BY_PACKAGE: Mapping[tuple[str, str], StockLaunch] = {(launch.package, launch.name): launch for launch in _ALL}
 STOCK_LAUNCHES: Mapping[str, StockLaunch] = {launch.name: launch for launch in reversed(_ALL)}
 """VRX's launch files by their names."""
@@ -127,7 +127,7 @@ def stock_launches(package: str) -> Sequence[StockLaunch]:
     return [*own, *moved]
 
 
-def unused(launch: StockLaunch, name: str, value: str) -> str:
+def advice(launch: StockLaunch, name: str, value: str) -> str:
     """What to do instead of an argument that has no effect here; empty if nothing is lost."""
     if name in _LOCKS:
         if truth(value) is None:

@@ -54,9 +54,9 @@ def _fft(wave: Element) -> _Content:
 
     From 10 m up to there a wind grows by 2.6 %.
     """
-    u, v = wave.read("wind_velocity", "x y", (5.0, 0.0))
-    speed = wave.read("wind_speed", default=math.hypot(u, v))
-    angle = wave.read("wind_angle_deg", default=math.degrees(math.atan2(v, u)))
+    u, v = wave.value_of("wind_velocity", "x y", (5.0, 0.0))
+    speed = wave.value_of("wind_speed", default=math.hypot(u, v))
+    angle = wave.value_of("wind_angle_deg", default=math.degrees(math.atan2(v, u)))
     height = 2.0 * (1.026 * speed) ** 2 * math.sqrt(0.0081 / 0.74) / GRAVITY
     towards = [math.cos(math.radians(angle)), math.sin(math.radians(angle))]
     return {"model": "pm", "significant_height": height, "direction": towards}
@@ -70,7 +70,7 @@ def _waves_of_algorithm(wave: Element) -> _Content:
     name = wave.text("algorithm") or "fft"
     if name not in _ALGORITHMS:
         raise wave.fault(str(UnknownNameError("algorithm", name, _ALGORITHMS)), "algorithm")
-    direction = wave.read("direction", "x y", [1.0, 0.0])
+    direction = wave.value_of("direction", "x y", [1.0, 0.0])
     return without_ignored_keys(SeaConfig, {"direction": direction, **_ALGORITHMS[name](wave)})
 
 
@@ -106,7 +106,7 @@ def _model(element: Element, name: str) -> str:
 
 def mean_wind(element: Element) -> _Content | None:
     """The wind of gz-sim's `<wind>`, level and without gusts; None: it is calm."""
-    x, y, _ = element.read("linear_velocity", "x y z", (0.0, 0.0, 0.0))
+    x, y, _ = element.value_of("linear_velocity", "x y z", (0.0, 0.0, 0.0))
     return {"direction": math.degrees(math.atan2(y, x)), "mean_velocity": math.hypot(x, y)} if x or y else None
 
 
@@ -122,5 +122,5 @@ def scene(element: Element) -> _Content:
 
 def view(gui: Element) -> list[float] | None:
     """The pose that the view opens with, of either Gazebo."""
-    poses = (one.read("camera/pose|camera_pose", POSE) for one in (gui, *gui.all("plugin")))
+    poses = (one.value_of("camera/pose|camera_pose", POSE) for one in (gui, *gui.all("plugin")))
     return next(filter(None, poses), None)

@@ -50,7 +50,7 @@ def unread(plugin: Element) -> Iterator[tuple[Element, str]]:
             yield child, "no such element is read of this plugin"
 
 
-def marked(plugin: Element) -> _Content | None:
+def markers_of(plugin: Element) -> _Content | None:
     """How a plugin marks the places of its task."""
     markers = plugin.child("markers")
     if markers is None:
@@ -81,7 +81,7 @@ def _stationkeeping(plugin: Element, *_: object) -> _Content:
 
 
 def _wayfinding(plugin: Element, *_: object) -> _Content:
-    poses = [point.read("pose", "latitude longitude yaw") for point in plugin.all("waypoints/waypoint")]
+    poses = [point.value_of("pose", "latitude longitude yaw") for point in plugin.all("waypoints/waypoint")]
     if not poses or None in poses:
         raise plugin.fault("each <waypoint> of <waypoints> needs a <pose>", "waypoints")
     return {"type": "wayfinding", "waypoints": poses}
@@ -104,7 +104,7 @@ def _gymkhana(plugin: Element, plugins: Sequence[Element], _: object) -> _Conten
     if channel is None:
         raise plugin.fault("a gymkhana needs a navigation scoring plugin")
     course = _channel(channel) | channel.fields("gymkhana channel")
-    pinger = plugin.read("pinger_position", "x y z", NEEDED)
+    pinger = plugin.value_of("pinger_position", "x y z", NEEDED)
     return {"type": "gymkhana", "channel": course, "pinger": pinger, **plugin.fields("gymkhana")}
 
 
@@ -138,7 +138,7 @@ def _targets(targets: Sequence[Element], bays: int) -> _Content:
     for target in targets:
         if (hole := _HOLE.search(target.text("topic"))) is None:
             raise target.fault("expected the topic of a hole, as vrx/dock_2022_placard1_big_hole/contain", "topic")
-        points = target.read("bonus_points", default=0.0)
+        points = target.value_of("bonus_points", default=0.0)
         found.append({"bay": int(hole[1]), "size": hole[2], "points": points})
     usual = [{"bay": bay, "size": size, "points": points} for bay in range(1, bays + 1) for size, points in _HOLES]
     return {"targets": found} if sorted(found, key=str) != sorted(usual, key=str) and found else {}

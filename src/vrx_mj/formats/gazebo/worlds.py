@@ -36,8 +36,8 @@ from vrx_mj.formats.gazebo.sdf_boats import boat_pose, is_boat, read_boat
 from vrx_mj.formats.gazebo.sdf_frames import pose_of, safe_name
 from vrx_mj.formats.gazebo.sdf_models import INSIDE, in_world_frame, pose_of_included
 from vrx_mj.formats.gazebo.sdf_objects import buoyancy_of, follow_path, model_section, same_buoyancy
-from vrx_mj.formats.gazebo.task_plugins import kind_of, marked, task_of, unread
-from vrx_mj.formats.series.pieces import SYMBOLS, At, Piece, assembled, base_objects, located, named_as, thing
+from vrx_mj.formats.gazebo.task_plugins import kind_of, markers_of, task_of, unread
+from vrx_mj.formats.series.pieces import SYMBOLS, At, Piece, assemble, base_objects, named_as, thing, with_places
 from vrx_mj.formats.urdf.tags import losses
 
 _TABLE: Mapping[str, Any] = json.loads(Path(__file__).with_suffix(".json").read_bytes())
@@ -108,7 +108,7 @@ def gazebo_world(file: Path, arguments: Mapping[str, str] | None = None) -> Gaze
     for turn in itertools.count():
         reader = _Reader(file, root, world, known, unread)
         try:
-            return reader.world() if STRICT.get() else _validated(reader.world())
+            return reader.world() if STRICT.get() else _validate(reader.world())
         except ConfigError as error:
             parts = {problem: part for problem in error.problems if (part := reader.part_of(problem))}
             if STRICT.get() or len(parts) < len(error.problems):
@@ -124,7 +124,7 @@ def gazebo_world(file: Path, arguments: Mapping[str, str] | None = None) -> Gaze
     raise AssertionError("a world without parts can be read")
 
 
-def _validated(found: GazeboWorld) -> GazeboWorld:
+def _validate(found: GazeboWorld) -> GazeboWorld:
     """A world, validated; what it warns of is said if nothing is wrong with it. Raises ConfigError."""
     whole = read_source("worlds", found.whole)
     with warnings.catch_warnings(record=True, action="always") as said:
@@ -201,7 +201,7 @@ class _Reader:
         """All of it."""
         self.lose(replace(self.root, children=()))
         for part, child in zip(self.root.children, in_world_frame(self.root, self.file), strict=True):
-            self.checked(part, child)
+            self.take_part(part, child)
         for other in self.others:
             self.report.note(other, "ignored", "a file has one world: the first")
         try:
@@ -211,11 +211,11 @@ class _Reader:
         self.report.settle()
         place = self.root.place
         name = safe_name(self.root.attributes.get("name") or self.file.name.partition(".")[0])
-        section = assembled({"description": f"{shortened(self.file.name)}, a world of Gazebo"}, place, self.pieces)
+        section = assemble({"description": f"{shortened(self.file.name)}, a world of Gazebo"}, place, self.pieces)
         whole = section.holding({"name": name, **section})
         fleet: Section | str | None = NO_BOATS if self.terrain is None else None
         if self.boats:
-            fleet = located({"name": name, "boats": self.boats}, place)
+            fleet = with_places({"name": name, "boats": self.boats}, place)
         return GazeboWorld(name, section, whole, tuple(self.report.notes), fleet)
 
     def add_boat(self, element: Element, name: str, robot: str) -> None:
@@ -229,7 +229,7 @@ class _Reader:
         self.boats.append({"name": safe_name(name), "pose": whole, "robot": At(robot, element.place)})
         self.report.note(element, "taken over", "a boat, unless a fleet is given")
 
-    def checked(self, part: Element, child: Element | ConfigError) -> None:
+    def take_part(self, part: Element, child: Element | ConfigError) -> None:
         """Take over a part of the world, in its frame; what is wrong is kept for the end."""
         try:
             if isinstance(child, ConfigError):
@@ -296,7 +296,7 @@ class _Reader:
 
     def place(self, element: Element, name: str) -> None:
         """Place an object."""
-        ours = self.catalogued(name, element)
+        ours = self.catalogue_model(name, element)
         if ours is None and not has_model(name, self.file.parent):
             self.report.note(element, "ignored", f"no model named '{name}'; {self.hint(name)}")
             return
@@ -328,7 +328,7 @@ class _Reader:
         if not any(one.tag in {"link", *INSIDE} for one in model.children):
             self.report.note(element, "ignored", "a model without links has no body")
             return False
-        if element.read("static", "switch") or not is_boat(model):
+        if element.value_of("static", "switch") or not is_boat(model):
             return True
         self.add_boat(element, element.text("name") or name, source)
         return False
@@ -363,7 +363,7 @@ class _Reader:
             self.hints[name] = f"did you mean '{close}'?" if close else NO_MODEL
         return self.hints.get(name, NO_MODEL)
 
-    def catalogued(self, name: str, include: Element) -> str | None:
+    def catalogue_model(self, name: str, include: Element) -> str | None:
         """The model of our catalogue that an include of VRX means; None: it has none.
 
         VRX 3 says in the include what a model displaces: of ours, the one that displaces the same.
@@ -416,7 +416,7 @@ class _Reader:
         if plugin is not None:
             self.report.note(element, "ignored", f"the wind is that of the plugin on line {plugin.place.line}")
             return
-        if element.read("linear_velocity", "x y z", (0.0,))[-1]:
+        if element.value_of("linear_velocity", "x y z", (0.0,))[-1]:
             self.report.note(element, "approximated", "it blows level, without its third number")
         self.add("wind", element, surroundings.mean_wind(element), "it is calm")
 
@@ -437,7 +437,7 @@ class _Reader:
         """Take over the physics, as far as it is not ours; older files have gravity in it."""
         for gravity in element.all("gravity")[:1]:
             self.take_gravity(gravity)
-        step = element.read("max_step_size")
+        step = element.value_of("max_step_size")
         usual = 0.004 if self.newer else 0.01
         if step is None or step == usual:
             self.report.note(element, "taken over", f"`physics`: a step of {usual:g} s")
@@ -512,7 +512,7 @@ class _Reader:
         earth = next((one.content["georeference"] for one in self.pieces if one.part == "georeference"), None)
         for place in [*task.get("waypoints", ()), *([task["goal"]] if "goal" in task else ())]:
             place[2] += math.radians(earth["heading"] if earth else 0.0)  # of a plugin it is from x, of ours from east
-        markers = marked(plugin)
+        markers = markers_of(plugin)
         self.add_piece("task", plugin, {"task": task, **({"markers": markers} if markers else {})}, "`task`")
         for element, reason in unread(plugin):
             self.report.note(element, "ignored", reason)

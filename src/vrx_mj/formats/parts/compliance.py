@@ -83,7 +83,7 @@ class Spot(NamedTuple):
     """Distance from the part's present place [m]."""
 
 
-def assigned(points: Sequence[Point], boxes: Sequence[Box]) -> list[Box | None]:
+def assign_boxes(points: Sequence[Point], boxes: Sequence[Box]) -> list[Box | None]:
     """The box of each point in turn: the first that contains it and has room. VRX's algorithm."""
     room = [math.inf if box.capacity is None else box.capacity for box in boxes]
     found: list[Box | None] = []
@@ -106,11 +106,11 @@ def nearest_place(points: Sequence[Point], index: int, boxes: Sequence[Box]) -> 
 
     None if no box has room. Exact but for places on a face that two boxes share: there it may be `INSET` off.
     """
-    point, had = points[index], assigned(points, boxes)
+    point, had = points[index], assign_boxes(points, boxes)
     near = [box.nearest(point, inset) for box in boxes for inset in (0.0, INSET)]
     for spot in sorted(near, key=attrgetter("distance")):
         moved = [*points[:index], spot.point, *points[index + 1 :]]
-        gets = assigned(moved, boxes)
+        gets = assign_boxes(moved, boxes)
         box = gets[index]
         if box is not None and all(gets[i] or not had[i] for i in range(len(points)) if i != index):
             return spot._replace(box=box)
@@ -199,11 +199,11 @@ def _generator_result(
 def _end(parts: Sequence["PartVerdict"], book: Rules) -> tuple[bool, bool]:
     """The result of a file, which is that of its last part, and whether an error is logged on the way."""
     inside = [part.point is None or part.box is not None for part in parts]
-    logged = any(part.breaks("count") or not _permitted(part.instance, book) for part in parts)
+    logged = any(part.breaks("count") or not _is_permitted(part.instance, book) for part in parts)
     return inside[-1] if parts else book.empty_passes, logged or not all(inside)
 
 
-def _permitted(instance: Instance, book: Rules) -> bool:
+def _is_permitted(instance: Instance, book: Rules) -> bool:
     """Whether each parameter is a piece of the list of permitted ones, which is one text there."""
     rules = book.of(part_types()[instance.type].kind).types.get(instance.type)
     return rules is None or all(key in " ".join(rules.parameters) for key in instance.parameters)
@@ -281,17 +281,17 @@ def judge(components: PartsFile | None, thrusters: PartsFile | None, rules: str 
     """
     book = load_rules(rules)
     files = [file for file in (components, thrusters) if file is not None]
-    judged = {file.kind: tuple(_judged(file, book)) for file in files}
+    judged = {file.kind: tuple(_verdicts(file, book)) for file in files}
     reasons = dict.fromkeys(reason for kind, parts in judged.items() for reason in _reasons(parts, book.of(kind)))
     parts = tuple(part for each in judged.values() for part in each)
     return Verdict(book, parts, tuple(reasons), _generator_result(files, judged, book))
 
 
-def _judged(file: PartsFile, book: Rules) -> Iterator[PartVerdict]:
+def _verdicts(file: PartsFile, book: Rules) -> Iterator[PartVerdict]:
     """The verdict on each part of a file."""
     rules = book.of(file.kind)
     points = {i: point for i, part in enumerate(file.instances) if (point := place_of(part)) is not None}
-    boxes = dict(zip(points, assigned([*points.values()], rules.boxes), strict=True))
+    boxes = dict(zip(points, assign_boxes([*points.values()], rules.boxes), strict=True))
     moved = dict(points)  # a part outside every box may go where those before it leave room, which have moved too
     for i, instance in enumerate(file.instances):
         breaches, spot = [*_against_type(instance, book)], None

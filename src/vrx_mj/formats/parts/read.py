@@ -17,7 +17,7 @@ from vrx_mj.config.yaml_text import parse, read_lines
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxWarning, shortened
 from vrx_mj.formats.parts.catalogue import Instance, Kind, Parameter, PartsFile, PartType, catalogue, part_types
 from vrx_mj.formats.urdf.elements import numbers_of, truth
-from vrx_mj.formats.urdf.expand import Result, evaluated
+from vrx_mj.formats.urdf.expand import Result, evaluate
 
 _JAZZY_NAMES = frozenset({"sensor_name", "pinger_name"})
 """Parameters that only a pinger of VRX jazzy has."""
@@ -51,7 +51,7 @@ def _number(value: Any, unit: str = "") -> float:
     """A finite number, as YAML has it, in quotes, or as an expression."""
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         raise ValueError(f"expected a number, got {shown(value)}")  # noqa: TRY004
-    text = _substituted(value) if isinstance(value, str) else repr(value)
+    text = _substitute(value) if isinstance(value, str) else repr(value)
     limits = {"above": 0.0, "high": _MOST_HZ} if unit == "Hz" else {"largest": MAX_COORDINATE}
     try:
         return numbers_of(text, unit or "value", **limits)[0]
@@ -61,7 +61,7 @@ def _number(value: Any, unit: str = "") -> float:
 
 def _switch(value: object) -> bool:
     """True or false, as YAML has it, as a word, or as an expression."""
-    text = _substituted(value) if isinstance(value, str) else repr(value)
+    text = _substitute(value) if isinstance(value, str) else repr(value)
     found = truth(str(switched(text.strip())))
     if found is None:
         raise ValueError(f"expected true or false, got {shown(text)}{_result(value)}")
@@ -70,7 +70,7 @@ def _switch(value: object) -> bool:
 
 def triple(value: object) -> str:
     """Three numbers with blanks between, from such a text or from a list."""
-    words = _substituted(value).split() if isinstance(value, str) else value
+    words = _substitute(value).split() if isinstance(value, str) else value
     try:
         if not isinstance(words, list | tuple) or len(words) != 3:
             raise ValueError
@@ -112,7 +112,7 @@ class Expression(str):
     result: Result
 
 
-def _substituted(text: str) -> str:
+def _substitute(text: str) -> str:
     """The text with its expressions worked out."""
     if len(text) > _LONGEST:
         raise ValueError(f"expected at most {_LONGEST} characters, got {shown(text)}")
@@ -248,22 +248,22 @@ def _problem(place: Place, loc: Loc, message: str) -> Problem:
 def _content(path: Path) -> Section | None:
     """What a file holds; None where it is empty."""
     lines = read_lines(path)
-    return None if all(map(_NOTHING.fullmatch, lines)) else _evaluated(parse(File(display(path), path.parent, lines)))
+    return None if all(map(_NOTHING.fullmatch, lines)) else _evaluate(parse(File(display(path), path.parent, lines)))
 
 
-def _evaluated(section: Section) -> Section:
+def _evaluate(section: Section) -> Section:
     """The content with all its expressions worked out, at once."""
     found: dict[str, Expression] = {}
 
-    def prepared(value: Any) -> Any:
+    def prepare(value: Any) -> Any:
         if isinstance(value, Section):
-            return value.holding({key: prepared(item) for key, item in value.items()})
+            return value.holding({key: prepare(item) for key, item in value.items()})
         if isinstance(value, Items):
-            return Items.of(map(prepared, value), value.places)
+            return Items.of(map(prepare, value), value.places)
         return found.setdefault(value, Expression(value)) if isinstance(value, str) and has_expression(value) else value
 
-    whole: Section = prepared(section)
-    results = evaluated(section.place.file.name, [(text, {}) for text in found])
+    whole: Section = prepare(section)
+    results = evaluate(section.place.file.name, [(text, {}) for text in found])
     for text, result in zip(found.values(), results, strict=True):
         text.result = result
     return whole

@@ -97,7 +97,7 @@ def read_series(path: Path) -> Series:
         counts = " x ".join(shown(axis.steps) for axis in series.axes)
         message = f"{counts} steps make {shown(series.count)} worlds; a file may have {MOST_WORLDS}"
         raise ConfigError([Problem(file.name, 1, None, "", message)])
-    remarks = [*_repeated(repeats), *_never_reached(series)]
+    remarks = [*_repeat_notes(repeats), *_never_reached(series)]
     if remarks:
         warnings.warn(f"{file.name}: {'; '.join(remarks)}", VrxWarning, stacklevel=2)
     return series
@@ -155,7 +155,7 @@ def _odd_levels(root: Section, loc: Loc, content: Any, levels: Sequence[_Level])
         yield problem_at(root, loc, f"expected {words}, got {shown(content)}")
 
 
-def _repeated(repeats: Sequence[Repeat]) -> Iterator[str]:
+def _repeat_notes(repeats: Sequence[Repeat]) -> Iterator[str]:
     if repeats:
         keys = ", ".join(f"{key} (lines {first} and {last})" for key, first, last in repeats)
         yield f"given twice; the later one counts, as in VRX: {keys}"

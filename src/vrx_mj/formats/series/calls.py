@@ -10,7 +10,7 @@ from vrx_mj.config.tree import Items, Place, Section, key_path
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, Problem
 from vrx_mj.formats.series.axes import Axis, Series
-from vrx_mj.formats.urdf.expand import Result, evaluated
+from vrx_mj.formats.urdf.expand import Result, evaluate
 
 BLOCK = "/**"
 """What the name of a parameter that holds XML begins with."""
@@ -129,7 +129,7 @@ def _results(series: Series, steps: Mapping[str, int]) -> _Results:
             for text in dict.fromkeys(_expressions(axis))
             for step in _block(axis, steps[axis.name])
         ]
-        found = evaluated(series.file.name, [(f"${{{text}}}", {"n": step}) for text, step in texts])
+        found = evaluate(series.file.name, [(f"${{{text}}}", {"n": step}) for text, step in texts])
         series.results[key] = dict(zip(texts, found, strict=True))
     return series.results[key]
 

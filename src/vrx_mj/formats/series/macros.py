@@ -14,7 +14,7 @@ from vrx_mj.config.tree import File, Place
 from vrx_mj.config.values import switched
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxWarning
-from vrx_mj.formats.gazebo.document import Element, parsed
+from vrx_mj.formats.gazebo.document import Element, parse
 from vrx_mj.formats.series.calls import BLOCK, Call
 from vrx_mj.formats.series.pieces import TABLE
 from vrx_mj.formats.urdf.elements import numbers_of, truth
@@ -49,7 +49,7 @@ class Macro:
 def macros() -> Mapping[str, Macro]:
     """All macros by name, as our xacro file has them."""
     found = {}
-    for element in parsed(read_text(MACROS), File(MACROS.name, MACROS.parent)).walk():
+    for element in parse(read_text(MACROS), File(MACROS.name, MACROS.parent)).walk():
         name = element.attributes.get("name", "")
         if element.tag == "xacro:macro" and not name.startswith(("vrx_mj_", "include_all")):
             said = _PARAMETER.findall(element.attributes.get("params", ""))
@@ -125,7 +125,7 @@ def _block(call: Call, name: str) -> str:
         raise call.fault(key, f"expected XML in quotes, got {shown(value)}")
     text = _literal("" if value is None else str(value))
     try:
-        element = _parsed(f"<{name}>{text}</{name}>", call.place.file.name)
+        element = _block_element(f"<{name}>{text}</{name}>", call.place.file.name)
     except ConfigError as error:
         raise call.fault(key, re.sub(r" of line \d+", "", error.problems[0].message)) from None
     for fault in _odd_elements(name, element):
@@ -138,9 +138,9 @@ def _block(call: Call, name: str) -> str:
 
 
 @functools.lru_cache(maxsize=1000)
-def _parsed(text: str, name: str) -> Element:
+def _block_element(text: str, name: str) -> Element:
     """The block of a text: worlds of a series have the same ones."""
-    return parsed(text, File(name, None))
+    return parse(text, File(name, None))
 
 
 def _odd_elements(block: str, element: Element) -> Iterator[str]:

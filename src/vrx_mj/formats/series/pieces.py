@@ -42,15 +42,15 @@ class At(NamedTuple):
     place: Place
 
 
-def located(value: object, place: Place) -> Any:
+def with_places(value: object, place: Place) -> Any:
     """Dicts and lists as sections and items at `place`, but for what an `At` puts elsewhere."""
     if isinstance(value, At):
-        return located(value.value, value.place)
+        return with_places(value.value, value.place)
     if isinstance(value, dict):
         entries = {key: Entry(_place(item, place), _place(item, place)) for key, item in value.items()}
-        return Section({key: located(item, place) for key, item in value.items()}, place, entries)
+        return Section({key: with_places(item, place) for key, item in value.items()}, place, entries)
     if isinstance(value, list):
-        return Items.of((located(item, place) for item in value), (_place(item, place) for item in value))
+        return Items.of((with_places(item, place) for item in value), (_place(item, place) for item in value))
     return value
 
 
@@ -84,23 +84,23 @@ def named_as(model: str) -> str:
     return model
 
 
-def assembled(head: dict[str, Any], place: Place, pieces: Sequence[Piece]) -> Section:
+def assemble(head: dict[str, Any], place: Place, pieces: Sequence[Piece]) -> Section:
     """A world of pieces on top of what is in `head`; without a sea among them the water is flat.
 
     Raises:
         ConfigError: there are two bases or two tasks.
     """
-    section: Section = located(head, place)
-    kept = counted(pieces)
+    section: Section = with_places(head, place)
+    kept = pieces_in_force(pieces)
     for piece in kept:
-        section = merged(section, located(piece.content, piece.place))
+        section = merged(section, with_places(piece.content, piece.place))
     if not any(piece.part == "sea" for piece in kept):
-        section = merged(section, located({"sea": {"model": "none"}}, place))
+        section = merged(section, with_places({"sea": {"model": "none"}}, place))
     named = _all_named(section)
     return named.holding({key: named[key] for key in _ORDER if key in named})
 
 
-def counted(pieces: Sequence[Piece]) -> list[Piece]:
+def pieces_in_force(pieces: Sequence[Piece]) -> list[Piece]:
     """The pieces that count: a second base or task is an error, a second sea, wind or scene replaces the first.
 
     Raises:

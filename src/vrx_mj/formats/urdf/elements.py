@@ -160,7 +160,7 @@ class Node:
                 return node
         return None
 
-    def needed(self, tag: str) -> "Node | None":
+    def required_child(self, tag: str) -> "Node | None":
         """A child that must be there."""
         node = self.child(tag)
         if node is None:
@@ -172,7 +172,7 @@ class Node:
         value = self.element.get(name)
         return None if value is None else str(value).strip()
 
-    def required(self, attribute: str) -> str:
+    def required_attribute(self, attribute: str) -> str:
         """An attribute that must be there and not be empty; empty if it is not."""
         value = self.attribute(attribute)
         if not value:
@@ -200,25 +200,25 @@ class Node:
             if default is None:
                 self.fault("required, but missing", attribute)
             return instead
-        return self._parsed(value, attribute, labels, **limits) or instead
+        return self._parse(value, attribute, labels, **limits) or instead
 
     def text(self, path: str, default: str = "") -> str:
         """The text of a child, without blanks around it."""
-        return str(self.read(Tag(path, default)))
+        return str(self.value_of(Tag(path, default)))
 
     def value(self, path: str, default: float, **limits: Any) -> float:
         """A child whose text is a number; VRX leaves some empty, which means the default."""
-        return float(self.read(Tag(path, float(default), **limits)))
+        return float(self.value_of(Tag(path, float(default), **limits)))
 
     def values(self, path: str, labels: str, default: Sequence[float], **limits: Any) -> tuple[float, ...]:
         """A child whose text is one number for each of the labels."""
-        return tuple(self.read(Tag(path, tuple(default), labels=labels, **limits)))
+        return tuple(self.value_of(Tag(path, tuple(default), labels=labels, **limits)))
 
     def flag(self, path: str, default: bool) -> bool:
         """A child that is true or false."""
-        return bool(self.read(Tag(path, default)))
+        return bool(self.value_of(Tag(path, default)))
 
-    def read(self, tag: Tag) -> Any:
+    def value_of(self, tag: Tag) -> Any:
         """What a tag below this element says."""
         node, default = self.child(tag.path), tag.default
         text = "" if node is None else " ".join("".join(node.element.itertext()).split())
@@ -228,7 +228,7 @@ class Node:
             return node._switch(text, "", default)
         several = isinstance(default, tuple)
         labels = tag.labels or (_LABELS[len(default)] if several else node.tag)
-        found = node._parsed(text, "", labels, above=tag.above, low=tag.low, high=tag.high, largest=tag.largest)
+        found = node._parse(text, "", labels, above=tag.above, low=tag.low, high=tag.high, largest=tag.largest)
         if found is None or several:
             return found or default
         return round(found[0]) if isinstance(default, int) else found[0]
@@ -246,9 +246,9 @@ class Node:
 
     def fields(self, rows: Mapping[str, Tag]) -> dict[str, Any]:
         """What rows say: a value for each name."""
-        return {name: self.read(tag) for name, tag in rows.items()}
+        return {name: self.value_of(tag) for name, tag in rows.items()}
 
-    def configured(self, model: type[_ConfigT], values: Mapping[str, object]) -> _ConfigT | None:
+    def config_of(self, model: type[_ConfigT], values: Mapping[str, object]) -> _ConfigT | None:
         """A model of these values; what is wrong with them is a problem of this element."""
         try:
             return model.model_validate(values)
@@ -258,7 +258,7 @@ class Node:
                 self.fault(problem.message, problem.key)
         return None
 
-    def _parsed(self, text: str, key: str, labels: str, **limits: float) -> tuple[float, ...] | None:
+    def _parse(self, text: str, key: str, labels: str, **limits: float) -> tuple[float, ...] | None:
         try:
             return numbers_of(text, labels, **limits)
         except ValueError as error:

@@ -86,7 +86,7 @@ def expand(
     own macros of worlds stand for those of `libraries`, packages of VRX. Warnings of xacro come as one VrxWarning.
     Raises ConfigError, or UnknownNameError for an argument.
     """
-    made = _expanded(Path(file), arguments or {}, packages, package_paths, libraries)
+    made = _expand(Path(file), arguments or {}, packages, package_paths, libraries)
     _warn(Path(file), made)
     if unknown := next((name for name in needed if name not in made.declared), None):
         raise UnknownNameError("xacro argument", unknown, sorted(made.declared))
@@ -95,9 +95,9 @@ def expand(
     return text
 
 
-def declared(file: Path, arguments: Mapping[str, str], package_paths: Sequence[Path] = ()) -> tuple[str, ...]:
+def declared_names(file: Path, arguments: Mapping[str, str], package_paths: Sequence[Path] = ()) -> tuple[str, ...]:
     """Names of the arguments that a `.xacro` and the files in it declare, given some of them. Raises ConfigError."""
-    return _expanded(Path(file), arguments, None, package_paths).declared
+    return _expand(Path(file), arguments, None, package_paths).declared
 
 
 def expanded_lines(lines: Sequence[tuple[str, Place]]) -> Table:
@@ -109,7 +109,7 @@ def expanded_lines(lines: Sequence[tuple[str, Place]]) -> Table:
     source = lines[0][1].file
     file, text = (source.folder or Path()) / Path(source.name).name, "\n".join(line for line, _ in lines)
     try:
-        return _made([], file, {}, {}, {}, [], MACROS, text, reads=[MACROS]).table
+        return _ask([], file, {}, {}, {}, [], MACROS, text, reads=[MACROS]).table
     except ConfigError as error:
         places = ((problem, lines[(problem.line or 1) - 1][1]) for problem in error.problems)
         moved = [Problem(place.file.name, *place[1:], found.key, found.message) for found, place in places]
@@ -137,7 +137,7 @@ def arguments(file: Path) -> dict[str, str]:
     return found
 
 
-def _expanded(
+def _expand(
     file: Path,
     arguments: Mapping[str, str],
     packages: Mapping[str, Path] | None,
@@ -161,7 +161,7 @@ def _expanded(
 
     def made_with(known: Sequence[str] | None) -> Expanded:
         arguments = (given, found, own, sorted(libraries), *macros)
-        return _made(known, file.absolute(), *arguments, reads=[*files.bases, *macros])
+        return _ask(known, file.absolute(), *arguments, reads=[*files.bases, *macros])
 
     for _ in range(_MOST_PACKAGES):
         made = made_with(None)
@@ -172,11 +172,11 @@ def _expanded(
         if folder is None and os.environ.get(MISSING) != "ignore":
             break
         found[name] = str(folder or f"{LEFT_OUT}{name}")
-    return made_with(files.known())
+    return made_with(files.known_packages())
 
 
-def _made(known: Sequence[str] | None, file: Path, *arguments: object, reads: Sequence[Path]) -> Expanded:
-    job, about = "formats.urdf.expansion:expanded", f"xacro {display(file)}"
+def _ask(known: Sequence[str] | None, file: Path, *arguments: object, reads: Sequence[Path]) -> Expanded:
+    job, about = "formats.urdf.expansion:expand", f"xacro {display(file)}"
     try:
         return ask(
             job, known, file, *arguments, returns=Expanded, about=about, reads=reads, seconds=_SECONDS, answer=_ANSWER
@@ -193,13 +193,13 @@ def _warn(file: Path, made: Expanded) -> None:
             warnings.warn(text, VrxWarning, stacklevel=3)
 
 
-def evaluated(file: str, texts: Sequence[tuple[str, Mapping[str, float]]]) -> tuple[Result, ...]:
+def evaluate(file: str, texts: Sequence[tuple[str, Mapping[str, float]]]) -> tuple[Result, ...]:
     """What the texts with `${...}` of a file come to, each with names of its own.
 
     Expressions are Python's, with the functions of `math`, `radians` among them. Those of one file are worked out at
     once; if that takes too much, one by one up to the first that does, which is the problem of all that follow.
     """
-    job, found = "formats.urdf.expansion:evaluated", list[Result]()
+    job, found = "formats.urdf.expansion:evaluate", list[Result]()
     try:
         return ask(job, texts, returns=tuple[Result, ...], about=file, seconds=_SECONDS) if texts else ()
     except ReaderError as error:
@@ -207,7 +207,7 @@ def evaluated(file: str, texts: Sequence[tuple[str, Mapping[str, float]]]) -> tu
             return (Result(problem=error.reason),)
         failed = Result(problem=error.reason)
     while len(found) < len(texts) and failed not in found:
-        found += evaluated(file, [texts[len(found)]])
+        found += evaluate(file, [texts[len(found)]])
     return (*found, *[failed] * (len(texts) - len(found)))
 
 

@@ -25,7 +25,7 @@ from vrx_mj.config.tree import File, Place
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, nearest
 from vrx_mj.formats.urdf.expand import LEFT_OUT, Expanded, Result
 from vrx_mj.formats.urdf.xacro_files import OUTSIDE
-from vrx_mj.formats.urdf.xml_document import MAX_BYTES, Table, decoded, markup, parse_xml, table_of
+from vrx_mj.formats.urdf.xml_document import MAX_BYTES, Table, decode, markup, parse_xml, table_of
 
 _NAME = re.compile(r"[A-Za-z_\u00c0-\ufffd][-.\w\u00b7]*(:[A-Za-z_\u00c0-\ufffd][-.\w\u00b7]*)?")
 _IN_PACKAGE = re.compile(r"\s*\$\(find (\w{1,200})\)/")
@@ -109,7 +109,7 @@ class UnknownPackageError(Exception):
     """A package whose folder was not given."""
 
 
-def expanded(known: Sequence[str] | None, *given: Any) -> Expanded:
+def expand(known: Sequence[str] | None, *given: Any) -> Expanded:
     """Expand a xacro file as `Expansion` has it, which `given` makes.
 
     Without `known`, names of all packages that there are, one that is not found is no error yet. It changes the
@@ -121,7 +121,7 @@ def expanded(known: Sequence[str] | None, *given: Any) -> Expanded:
     return Expansion(*given).result(known)
 
 
-def evaluated(texts: Sequence[tuple[str, Mapping[str, float]]]) -> tuple[Result, ...]:
+def evaluate(texts: Sequence[tuple[str, Mapping[str, float]]]) -> tuple[Result, ...]:
     """What texts with `${...}` come to, each with some names; others are those of `math` and functions of Python."""
     package: Any = xacro
     package.warning = package.error = package.message = package.print_location = _nothing
@@ -142,14 +142,14 @@ def _result(text: str, names: Mapping[str, object]) -> Result:
 def evaluated_argument(expression: str, arguments: Mapping[str, str], packages: Mapping[str, str], folder: str) -> str:
     """What `$(eval ...)` of a launch file comes to, in a folder. Raises VrxError."""
     inner: Any = substitution_args
-    inner._eval_dict["find"] = lambda name: _found(name, packages)
+    inner._eval_dict["find"] = lambda name: _package_folder(name, packages)
     try:
         return str(inner._eval(expression, {"arg": _Arguments(arguments), "filename": f"{folder}/"}))
     except Exception as error:
         raise VrxError(_message(error, _Trail(error))) from None
 
 
-def _found(name: str, packages: Mapping[str, str]) -> str:
+def _package_folder(name: str, packages: Mapping[str, str]) -> str:
     if name not in packages:
         raise UnknownNameError("package", name, packages)
     return packages[name]
@@ -253,7 +253,7 @@ class Expansion:
             xacro.filestack.pop()
             raise xacro.XacroException(exc=FileNotFoundError(_unread(filename, error))) from None
         name = display(Path(filename))
-        text = decoded(data, name)
+        text = decode(data, name)
         file = File(name, Path(filename).parent, tuple(text.split("\n")))
         copied = self if self._is_ours(filename) else Copied()
         return parse_xml(text, name, partial(_Dom, file, copied), strict=True).document
@@ -383,7 +383,7 @@ def _problem(error: Exception, cause: BaseException, made: Expansion, known: Seq
         message = f"{trail.expression[:_LONGEST]}: {message}"
     if trail.place is None:
         return Problem(display(Path(made.file)), None, None, "", message)
-    place = _pointed(trail.place, trail.expression)
+    place = _expression_place(trail.place, trail.expression)
     return Problem(place.file.name, place.line, place.column, f"<{trail.tag}>", message + trail.callers())
 
 
@@ -508,7 +508,7 @@ def _element(frame: FrameType) -> Any:
     return None
 
 
-def _pointed(place: Place, expression: str) -> Place:
+def _expression_place(place: Place, expression: str) -> Place:
     """The place of an expression, looked for from the element it is in."""
     start = (place.line or 1) - 1
     for number, line in enumerate(place.file.lines[start : start + 40], start + 1):

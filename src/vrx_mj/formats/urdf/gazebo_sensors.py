@@ -12,7 +12,7 @@ from vrx_mj.config.base import Config
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.urdf.elements import FIELDS, Findings, Node, Rows, Tag, own_name
-from vrx_mj.formats.urdf.model import ZERO, Gazebo, Urdf, chained
+from vrx_mj.formats.urdf.model import ZERO, Gazebo, Urdf, chain
 from vrx_mj.frames import Pose
 
 _HARD_CODED = ("wamv/", "cora/")
@@ -53,7 +53,7 @@ class Scope(Gazebo):
         """Notes what is not done, once for each message of tags that are not as by default; `{}` is the tag's name."""
         if node:
             for message in dict.fromkeys(
-                words.format(tag.path) for tag, words in rows if node.read(tag) != tag.default
+                words.format(tag.path) for tag, words in rows if node.value_of(tag) != tag.default
             ):
                 self.warn(node, message)
 
@@ -61,20 +61,20 @@ class Scope(Gazebo):
         """The link that a child names, as the file calls it; empty if it names none, or one that is not there."""
         if not node.text(tag):
             node.fault("required, but missing", tag.partition("|")[0])
-        return self._known(node, tag, "link", self.urdf.links)
+        return self._reference(node, tag, "link", self.urdf.links)
 
     def joint(self, node: Node, tag: str) -> str | None:
         """The joint that a child names; None if it names none."""
-        return self._known(node, tag, "joint", self.urdf.joints) or None
+        return self._reference(node, tag, "joint", self.urdf.joints) or None
 
-    def _known(self, node: Node, tag: str, kind: str, known: Collection[str]) -> str:
+    def _reference(self, node: Node, tag: str, kind: str, known: Collection[str]) -> str:
         name, child = node.text(tag), node.child(tag)
-        found = self.found(name, known)
+        found = self.find(name, known)
         if child and name and not found:
             child.fault(str(UnknownNameError(kind, name, known)))
         return found
 
-    def found(self, name: str, known: Collection[str]) -> str:
+    def find(self, name: str, known: Collection[str]) -> str:
         """The link or joint of this name; empty without one.
 
         It may be in the robot's namespace, where VRX hard-codes another, or the only one in a model in the model.
@@ -86,7 +86,7 @@ class Scope(Gazebo):
 
     def pose(self, link: str, node: Node | None = None) -> Pose:
         """Of a link, or of a sensor with a `<pose>` in it, in the root link's frame [m, rad]."""
-        return chained(self.urdf.places.get(link, ZERO), node.read(Tag("pose", ZERO, "m, rad")) if node else ZERO)
+        return chain(self.urdf.places.get(link, ZERO), node.value_of(Tag("pose", ZERO, "m, rad")) if node else ZERO)
 
     def local(self, name: str, *, hard_coded: bool = False) -> str:
         """A frame's or link's name without slash in front and namespace, nor one that VRX hard-codes."""
@@ -116,7 +116,7 @@ class Scope(Gazebo):
     def rate(self, node: Node, tag: Tag) -> float:
         """Readings per second; without a rate, or with 0, Gazebo would read at every step."""
         child = node.child(tag.path)
-        rate: float = node.read(tag)
+        rate: float = node.value_of(tag)
         if rate == 0:
             name = child.tag if child else tag.path.rpartition("|")[2]
             self.warn(node, f"has no {name}; it is read at {_USUAL_RATE:g} Hz, not at every step")
@@ -199,14 +199,14 @@ def _hector(node: Node, *_: object) -> _Values:
         for name, tag in FIELDS["hector"].items():
             path = f"{prefix}{tag.path}" if prefix else f"{tag.path[0].lower()}{tag.path[1:]}"
             several = len(node.text(path).split()) > 1
-            value = node.read(Tag(path, (tag.default,) * 3 if several else tag.default))
+            value = node.value_of(Tag(path, (tag.default,) * 3 if several else tag.default))
             found[key][name] = value if several else (value,) * 3
     return found
 
 
 def _plain_imu(node: Node, *_: object) -> _Values:
     """Gazebo's own ROS plugin has one noise for everything."""
-    noise = {"noise": (node.read(FIELDS["noise"]["noise"]),) * 3}
+    noise = {"noise": (node.value_of(FIELDS["noise"]["noise"]),) * 3}
     return {"acceleration": noise, "angular_velocity": noise}
 
 
@@ -227,7 +227,7 @@ def read_instrument(node: Node, scope: Scope) -> None:
     frame = scope.local(node.text(FRAME, kind.frame), hard_coded=bool(kind.links))
     if kind.links and not node.text(LINK):
         names = [name.format(own=own, frame=frame, root=scope.urdf.root) for name in kind.links]
-        link = next(filter(None, (scope.found(name, scope.urdf.links) for name in names)), "")
+        link = next(filter(None, (scope.find(name, scope.urdf.links) for name in names)), "")
         if not link and kind.rate is None:
             scope.warn(node, f"no link named '{names[0]}' to launch from; the root link is used")
         link = link or scope.urdf.root
@@ -253,7 +253,7 @@ def _add(
         **({"rate": scope.rate(node, rate)} if own or kind.rate else {}),
         **(read(node, plugin, scope, link) if read else node.fields(FIELDS[kind.fields])),
     }
-    sensor: Any = None if node.findings.problems else node.configured(_CONFIGS[kind.type], values)
+    sensor: Any = None if node.findings.problems else node.config_of(_CONFIGS[kind.type], values)
     if sensor is not None:
         scope.sensors.append(sensor)
 

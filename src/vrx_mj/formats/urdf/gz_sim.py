@@ -105,14 +105,14 @@ def read_controls(node: Node, scope: Scope) -> list[Control]:
     return found
 
 
-def controlled(
+def with_channels(
     thrusters: Sequence[UrdfThruster], controls: Sequence[Control], scope: Scope, turned: Mapping[str | None, str]
 ) -> tuple[list[UrdfThruster], dict[str, ChannelEntry]]:
     """Thrusters that push and steer no farther than the channels of ArduPilot let them, and these channels.
 
     `turned` are names of what turns on other joints.
     """
-    found = [_narrowed(item, {one.joint: one for one in controls}) for item in thrusters]
+    found = [_with_limits(item, {one.joint: one for one in controls}) for item in thrusters]
     commands = {joint: f"{name}_angle" for joint, name in turned.items()}
     commands |= {item.engine_joint: f"{item.name}_angle" for item in thrusters}
     commands |= {item.propeller_joint: item.name for item in thrusters}
@@ -128,7 +128,7 @@ def controlled(
     return found, channels
 
 
-def _narrowed(item: UrdfThruster, controls: Mapping[str, Control]) -> UrdfThruster:
+def _with_limits(item: UrdfThruster, controls: Mapping[str, Control]) -> UrdfThruster:
     drive = item.drive
     push, turn = controls.get(item.propeller_joint or ""), controls.get(item.engine_joint or "")
     if push and push.type in {"COMMAND", "EFFORT"}:

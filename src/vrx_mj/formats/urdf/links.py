@@ -53,7 +53,7 @@ class Surroundings:
 
 def read_link(node: Node, around: Surroundings) -> LinkRow:
     """A `<link>`. Problems and suspicious values are noted, not raised."""
-    name = node.required("name")
+    name = node.required_attribute("name")
     short = _is_short_post(node, name)
     if short:
         around.findings.note("post", name)
@@ -116,7 +116,7 @@ def _inertial(node: Node, name: str, around: Surroundings) -> Inertial | None:
     inertial = node.child("inertial")
     if inertial is None:
         return None
-    mass_node, inertia = inertial.needed("mass"), inertial.needed("inertia")
+    mass_node, inertia = inertial.required_child("mass"), inertial.required_child("inertia")
     mass = mass_node.number("value", low=0) if mass_node else math.nan
     diagonal = [inertia.number(key) if inertia else math.nan for key in ("ixx", "iyy", "izz")]
     products = [inertia.number(key, 0.0) if inertia else math.nan for key in ("ixy", "ixz", "iyz")]
@@ -147,7 +147,7 @@ def check_inertia(node: Node, name: str, values: tuple[float, ...], around: Surr
 
 
 def _collision(node: Node) -> Shape | MeshRow | None:
-    geometry = node.needed("geometry")
+    geometry = node.required_child("geometry")
     values = _shape(node, geometry) if geometry else None
     return shape_of(node, geometry, values, Shape) if geometry and values else None
 
@@ -166,8 +166,8 @@ def _visual(node: Node, link: str, around: Surroundings) -> Visual | MeshRow | N
 
 def shape_of(node: Node, geometry: Node, values: dict[str, Any], kind: type[ShapeT]) -> ShapeT | MeshRow | None:
     """A shape of these values; of a mesh the row."""
-    if values["type"] != "mesh" or node.configured(kind, {**values, "file": _ANY_MESH}) is None:
-        return node.configured(kind, values)
+    if values["type"] != "mesh" or node.config_of(kind, {**values, "file": _ANY_MESH}) is None:
+        return node.config_of(kind, values)
     mesh = geometry.child("mesh") or geometry
     key = "uri" if mesh.child("uri") else "filename"
     given: dict[str, Any] = {"scale": ONE, "name": None, "color": None} | values
@@ -196,7 +196,7 @@ def _shape(node: Node, geometry: Node) -> dict[str, Any] | None:
         return None
     values: dict[str, Any] = {"type": shape.tag, "pose": _read_pose(node)}
     if shape.tag == "mesh":
-        values["file"] = shape.required("filename")
+        values["file"] = shape.required_attribute("filename")
         if shape.attribute("scale") is not None:
             values["scale"] = _scale(shape)
     else:
@@ -227,7 +227,7 @@ ENDLESS = 1e10
 
 def read_joint(node: Node, links: Collection[str]) -> Joint:
     """A `<joint>` between two of these links. Problems and suspicious values are noted, not raised."""
-    name, kind = node.required("name"), node.attribute("type") or ""
+    name, kind = node.required_attribute("name"), node.attribute("type") or ""
     if kind not in TYPES:
         node.fault(choice(kind, TYPES) if kind else f"required, but missing; one of {', '.join(TYPES)}", "type")
     parent, child = (_end(node, tag, links) for tag in ("parent", "child"))
@@ -254,8 +254,8 @@ def root_of(links: Mapping[str, Link], joints: Mapping[str, Joint], findings: Fi
 
 
 def _end(node: Node, tag: str, links: Collection[str]) -> str:
-    end = node.needed(tag)
-    name = end.required("link") if end else ""
+    end = node.required_child(tag)
+    name = end.required_attribute("link") if end else ""
     if end and name and name not in links:
         end.fault(str(UnknownNameError("link", name, links)), "link")
     return name

@@ -62,7 +62,7 @@ def mesh(path: str, name: str) -> MeshData:
     if count > _MOST_TRIANGLES:
         raise VrxError(f"mesh {name} has {count:,} triangles; at most {_MOST_TRIANGLES:,} are allowed: simplify it, "
                        "for example with Blender's Decimate")  # fmt: skip
-    return _checked(name, _merged(parts, unit))
+    return _check(name, _merge(parts, unit))
 
 
 def glb(path: str, name: str) -> bytes:
@@ -108,7 +108,7 @@ def _color(geometry: Any) -> Color | None:
     return (red, green, blue, alpha or 1.0)
 
 
-def _merged(parts: Sequence[Any], unit: float) -> MeshData:
+def _merge(parts: Sequence[Any], unit: float) -> MeshData:
     """One mesh of several [m], in the colour of most of its area."""
     areas = dict[Color, float]()
     with np.errstate(all="ignore"):
@@ -120,7 +120,7 @@ def _merged(parts: Sequence[Any], unit: float) -> MeshData:
     return MeshData(points, triangles.astype(np.int64), max(areas, key=lambda color: areas[color], default=None))
 
 
-def _checked(name: str, found: MeshData) -> MeshData:
+def _check(name: str, found: MeshData) -> MeshData:
     """The mesh without points that no triangle uses, if it is one that MuJoCo can take."""
     used, places = np.unique(found.triangles, return_inverse=True)
     points = found.points[used]

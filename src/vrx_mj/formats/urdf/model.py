@@ -109,7 +109,7 @@ class Joint:
     """Angle [rad] or distance [m] at rest: 0, or the limit that is nearest to it."""
 
     @property
-    def locked(self) -> bool:
+    def is_locked(self) -> bool:
         """A revolute or prismatic joint whose limits leave no room: VRX's way to keep a link of its own."""
         return self.type in {"revolute", "prismatic"} and self.limits is not None and (
             self.limits.lower == self.limits.upper
@@ -222,6 +222,6 @@ def relative(outer: Pose, inner: Pose) -> Pose:
     return inner if outer == ZERO else ZERO if inner == outer else compose(inverse(outer), inner)
 
 
-def chained(*poses: Pose) -> Pose:
+def chain(*poses: Pose) -> Pose:
     """The pose of the last frame in the first one's parent; each pose is in the frame before it [m, rad]."""
     return reduce(compose, poses, ZERO)

@@ -40,16 +40,16 @@ def robot_of(
     check_masses(links, around, root)
     if root.findings.problems:
         return Urdf(file, root.findings.file, "", top, links, joints, {})
-    robot = jointed(root, file, links, joints, top, turns or _asked)
+    robot = resting_robot(root, file, links, joints, top, turns or _ask_turns)
     return replace(robot, gazebo=read_gazebo(robot, tags, root.findings))
 
 
-def _asked(links: Sequence[str], joints: Sequence[Row]) -> dict[str, FloatArray]:
+def _ask_turns(links: Sequence[str], joints: Sequence[Row]) -> dict[str, FloatArray]:
     job, about = "formats.urdf.kinematics:turns", "the joints of a robot"
     return ask(job, list(links), list(joints), returns=dict[str, FloatArray], about=about)
 
 
-def jointed(
+def resting_robot(
     root: Node, file: Path, links: Mapping[str, Link], joints: Mapping[str, Joint], top: str, turns_of: _Turns
 ) -> Urdf:
     """A robot without plugins and sensors, its joints at rest."""
@@ -72,7 +72,7 @@ def _pose(turn: FloatArray) -> Pose:
     return x + 0.0, y + 0.0, z + 0.0, roll + 0.0, pitch + 0.0, yaw + 0.0
 
 
-def named(root: Node, tag: str) -> list[Node]:
+def named_children(root: Node, tag: str) -> list[Node]:
     """Elements of this name, with names of their own that none shares."""
     nodes = root.children(tag)
     root.findings.check_names(tag, ((node.attribute("name") or "", node.place, node.path) for node in nodes))

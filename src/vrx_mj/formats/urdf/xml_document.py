@@ -70,10 +70,10 @@ def read_bytes(file: Path) -> bytes:
 
 def read_text(file: Path) -> str:
     """A file's text, up to the limit, likewise. Raises ConfigError."""
-    return decoded(read_bytes(file), display(file))
+    return decode(read_bytes(file), display(file))
 
 
-def decoded(data: bytes, name: str) -> str:
+def decode(data: bytes, name: str) -> str:
     """The text of a file, in the encoding that it says; what is wrong in it is U+FFFD. Raises ConfigError."""
     marked = "utf-16" if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) else None
     said = _ENCODING.match(data)
@@ -146,10 +146,10 @@ def parse_xml(text: str, name: str, target: Callable[[Callable[[], Place]], Any]
     odd = _Oddities()
     parser = _Parser(name, None if strict else odd, target)
     try:
-        parser.expat.Parse((text if strict else _repaired(text, name, odd)).encode("utf-8", "replace"), True)
+        parser.expat.Parse((text if strict else _repair(text, name, odd)).encode("utf-8", "replace"), True)
     except expat.ExpatError as error:
         place = Place(name, max(error.lineno, 1), error.offset + 1)
-        raise _fault(place, "", parser.worded(expat.ErrorString(error.code))) from None
+        raise _fault(place, "", parser.message(expat.ErrorString(error.code))) from None
     odd.warn()
     return parser.target
 
@@ -169,7 +169,7 @@ class _Oddities(dict[str, tuple[str, Place, int]]):
             warnings.warn(VrxWarning(f"{place}:{place.column}: {words}{more}"), stacklevel=3)
 
 
-def _repaired(text: str, name: str, odd: _Oddities) -> str:
+def _repair(text: str, name: str, odd: _Oddities) -> str:
     """A text as XML allows it; lines stay where they are, and columns but behind an '&'."""
 
     def place(start: int) -> Place:
@@ -250,7 +250,7 @@ class _Parser:
         self.open.pop()
         self.target.end(tag)
 
-    def worded(self, said: str) -> str:
+    def message(self, said: str) -> str:
         """What the parser complains of, in our words."""
         tag, line = self.open[-1] if self.open else ("", 0)
         if said == "mismatched tag":

@@ -148,7 +148,7 @@ def test_limits_of_joints():
             f"<axis><limit>{limit}</limit></axis></joint>"
         )
         found = boat(HULL, link("screw", 1, (1, 1, 1)), joint).joints["j"]
-        kinds[name] = found.type, found.locked, found.limits.lower, found.limits.upper, found.limits.effort
+        kinds[name] = found.type, found.is_locked, found.limits.lower, found.limits.upper, found.limits.effort
     assert kinds == {
         "free": ("continuous", False, -1e12, 1e12, 50),
         "held": ("revolute", True, 0, 0, 0),
