@@ -38,6 +38,10 @@ class Place(NamedTuple):
     line: int | None = None
     column: int | None = None
 
+    def problem(self, key: str, message: str) -> Problem:
+        """What is wrong with a key there."""
+        return Problem(self.file.name, self.line, self.column, key, message)
+
 
 class Entry(NamedTuple):
     """Places of a key and of its value."""

@@ -30,16 +30,16 @@ are warnings and rows of the table of an import."""
 _REMEMBERED = 64 << 20
 """Bytes of answers that this process keeps."""
 PACKAGES = ("numpy", "pycollada", "pyyaml", "rerun_sdk", "scipy", "trimesh", "xacro", "yourdfpy")
-"""Whose versions an answer depends on."""
+"""Packages whose versions an answer depends on."""
 _T = TypeVar("_T")
 _answers: OrderedDict[str, bytes] = OrderedDict()
 _begun: ContextVar[Mapping[str, float] | None] = ContextVar("begun", default=None)
-"""What all files before the command came to."""
+"""Totals of `READER.spent` at the start of the budget."""
 
 
 @contextlib.contextmanager
 def budget() -> Iterator[None]:
-    """Around a command: its files together have limits. One inside another has its budget."""
+    """Limit what all files read inside of it take together; an inner budget is the outer one."""
     if _begun.get() is not None:
         yield
         return
@@ -54,7 +54,7 @@ def ask(
     job: str, *arguments: object, returns: type[_T], about: str, reads: Iterable[Path | str] = (),
     memory: int = _MEMORY, seconds: int = _SECONDS, answer: int = ANSWER, threads: bool = False, cached: bool = True,
 ) -> _T:  # fmt: skip
-    """What a function of ours gives in the process without rights; its warnings and errors are those of this call.
+    """Return what a function of ours returns in the process without rights, with its warnings and errors.
 
     Args:
         job: the function, as "formats.urdf.mesh_file:mesh". Its module is imported there alone.
@@ -123,7 +123,7 @@ def _request(job: str, arguments: Sequence[object], reads: Iterable[Path | str] 
 
 
 def _key(request: dict[str, Any]) -> str:
-    """Of all that an answer depends on but files; the current folder counts where paths are shown relative to it."""
+    """Hash of all that an answer depends on but files; of the current folder where paths are shown relative to it."""
     here = request["folder"]
     near = any(os.path.commonpath([here, each]) in {here, each} for each in request["reads"])
     text = json.dumps(
@@ -134,7 +134,7 @@ def _key(request: dict[str, Any]) -> str:
 
 @cache
 def _versions() -> str:
-    """Of Python, of this package's sources and of what reads files."""
+    """Hash of the versions of Python, of this package's sources and of the packages that read files."""
     package = Path(__file__).parents[1]
     sources = (entry for folder in (package, *package.rglob("*/")) for entry in os.scandir(folder))
     stamps = sorted((entry.path, entry.stat().st_mtime_ns, entry.stat().st_size)
@@ -189,7 +189,7 @@ def _new(request: dict[str, Any], about: str) -> tuple[bytes, dict[str, Any]]:
 
 
 def _outcome(found: dict[str, Any], returns: type[_T], about: str) -> _T:
-    """What was returned, after the warnings; or what was raised."""
+    """Give the warnings of an answer, then return its value or raise its error."""
     spend(about, notes=len(found["warnings"]))
     try:
         for text in found["warnings"]:

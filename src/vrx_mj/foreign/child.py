@@ -29,7 +29,7 @@ def block_from(stream: IO[bytes]) -> bytes:
 
 
 def _whole(stream: IO[bytes], size: int) -> bytes:
-    """So many bytes, of which a pipe gives a part at a time."""
+    """Read `size` bytes, of which a pipe gives a part at a time; fewer at the end of the stream."""
     found = bytearray()
     while len(found) < size and (piece := stream.read(size - len(found))):
         found += piece

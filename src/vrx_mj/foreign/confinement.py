@@ -26,11 +26,11 @@ _QUIET = {
 }  # fmt: skip
 """Events of Python that are allowed; `open`, `os.listdir` and `os.scandir` are where they lead."""
 _CODE = (".py", ".pyc", ".so", ".pyd")
-"""What may be read of Python's own folders: a late import."""
+"""Endings of files in Python's own folders that may be read: late imports."""
 _FILES = 64
 """Files that may be open."""
 READ, LISTED, _SEEN = "read", "listed", "seen"
-"""What was made of a path: its content, the names in it, or whether it is there."""
+"""Uses of a path: its content, the names in it, or whether it is there."""
 
 
 class Notes:
@@ -116,7 +116,7 @@ def _limit(memory: int, seconds: int, *, threads: bool = True) -> None:
 
 
 def _hook(folders: Sequence[str], libraries: Sequence[str], notes: Notes) -> Callable[[str, tuple[Any, ...]], None]:
-    """What is called with each event of Python's; it raises PermissionError where the event is not allowed."""
+    """Audit hook that raises PermissionError for events of Python that are not allowed."""
     writes = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
 
     def watch(event: str, arguments: tuple[Any, ...]) -> None:

@@ -22,13 +22,13 @@ from vrx_mj.foreign.child import LENGTH, STATUS, block_from
 
 FORKS = hasattr(os, "fork") and sys.platform != "darwin"  # whose own libraries do not bear it
 TIME, TEXT, NOTES = "s of processor time", "MiB of text", "notes and elements"
-"""What reading files comes to."""
+"""Units of what reading files takes."""
 _TICK = 0.05
 """Wall time between two looks at the memory of the process [s]."""
 CLOCK_PER_PROCESSOR_TIME = 12
 """Seconds of the clock for each of processor time, on a machine that has other work."""
 _OWN_MEMORY = 256 << 20
-"""What a process takes before it has read anything, where it cannot fork [bytes]."""
+"""Memory of a process that has read nothing yet, where it cannot fork [bytes]."""
 ENVIRONMENT = {
     "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "RAYON_NUM_THREADS": "2", "TOKIO_WORKER_THREADS": "2",
     "RUST_BACKTRACE": "0", "LC_ALL": "C.UTF-8",
@@ -47,7 +47,7 @@ class ReaderError(VrxError):
         super().__init__(f"{about} cannot be read: {reason}")
 
     def __reduce__(self) -> tuple[type, tuple[str, str]]:
-        """As it was made."""
+        """Pickle by the arguments of the constructor."""
         return type(self), (self.about, self.reason)
 
 
@@ -58,7 +58,7 @@ class Reader:
         self._lock = threading.Lock()
         self._process: subprocess.Popen[bytes] | None = None
         self.spent = {TIME: 0.0, TEXT: 0.0, NOTES: 0.0}
-        """What all jobs so far came to; those that were ended count with the time that they might take."""
+        """Totals of all jobs so far; those that were ended count with the time that they might take."""
 
     def answer(self, job: Mapping[str, Any], about: str) -> bytes:
         """The answer to a job.
@@ -187,7 +187,7 @@ def _watch(pid: int, limits: Mapping[str, int], ready: threading.Event, reasons:
 
 
 def memory(pid: int) -> int:
-    """What a process took for a job [bytes]."""
+    """Memory that a process takes for a job [bytes]."""
     import psutil
 
     with contextlib.suppress(psutil.Error):
@@ -208,7 +208,7 @@ def kill(pid: int) -> None:
 
 
 def _ending(code: int, job: Mapping[str, Any]) -> str:
-    """Why there is no answer, by the code with which a process ended."""
+    """Reason for a missing answer, from the exit code of the process."""
     limits = job["limits"]
     if code == -getattr(signal, "SIGXCPU", 24):
         return f"it takes more than {limits['seconds']} s of processor time"

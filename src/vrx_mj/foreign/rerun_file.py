@@ -1,4 +1,4 @@
-"""What rerun's own reader finds in a recording, in the process without rights: it is native code."""
+"""Jobs of the process without rights that read recordings by rerun's own reader, which is native code."""
 
 import importlib.util
 import json

@@ -37,7 +37,7 @@ def answer(job: dict[str, Any], libraries: list[str]) -> bytes:
 
 
 def _outcome(function: Any, arguments: list[Any]) -> dict[str, Any]:
-    """What a function returns or raises, and its warnings."""
+    """Call a function: what it returns or raises, and its warnings."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("ignore")
         warnings.simplefilter("always", VrxWarning)
@@ -49,7 +49,7 @@ def _outcome(function: Any, arguments: list[Any]) -> dict[str, Any]:
 
 
 def _fault(error: BaseException, memory: int) -> str:
-    """What went wrong, in one line."""
+    """One line about an exception."""
     if isinstance(error, MemoryError):
         return f"it takes more than {memory >> 20} MiB of memory"
     if isinstance(error, RecursionError):

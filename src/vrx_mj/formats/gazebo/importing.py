@@ -20,12 +20,12 @@ from vrx_mj.config.robots import load_robot, robot_section
 from vrx_mj.config.search import SCHEME, XML_SUFFIXES, display, kind_name, package_paths
 from vrx_mj.config.tree import File, Items, Place, Section
 from vrx_mj.config.world import WorldConfig
-from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, VrxWarning, shortened
+from vrx_mj.errors import UnknownNameError, VrxError, VrxWarning, shortened
 from vrx_mj.foreign import budget
 from vrx_mj.formats.gazebo.document import Fate, Note, Report, is_file, label
 from vrx_mj.formats.gazebo.folders import files_below, has_world, is_folder
 from vrx_mj.formats.gazebo.launch import launch_of
-from vrx_mj.formats.gazebo.launched import Launch, Spawned, fleet_of, objects_of
+from vrx_mj.formats.gazebo.launched import Launch, fleet_of, objects_of
 from vrx_mj.formats.gazebo.models import is_gazebo_model, model_element, model_file
 from vrx_mj.formats.gazebo.opening import joined_world
 from vrx_mj.formats.gazebo.sdf_boats import is_boat, read_boat
@@ -37,7 +37,7 @@ from vrx_mj.formats.urdf.expand import ExpandedText, check_library, declared_nam
 from vrx_mj.formats.urdf.expand import arguments as declared_arguments
 from vrx_mj.formats.urdf.meshes import MeshFiles, with_mesh_names
 from vrx_mj.formats.urdf.xacro_files import own_packages
-from vrx_mj.formats.urdf.xml_document import read_bytes
+from vrx_mj.formats.urdf.xml_document import file_error, read_bytes
 from vrx_mj.resources import root
 
 TABLE = "import.md"
@@ -59,13 +59,13 @@ FATES: tuple[Fate, ...] = ("taken over", "approximated", "ignored", "not read")
 
 @dataclass
 class Imported:
-    """What an import writes: texts and copies of files by their paths in the folder, and the notes for the table."""
+    """Files that an import writes, as texts and copies by their paths in the folder, and the notes for the table."""
 
     texts: dict[str, str] = field(default_factory=dict)
     copies: dict[str, Path] = field(default_factory=dict)
     notes: list[Note] = field(default_factory=list)
     sails: list[tuple[str, str | None]] = field(default_factory=list)
-    """What can be sailed: each a world, by its path in the folder or its name, and the path of a fleet or None."""
+    """Simulations: each a world, by its path in the folder or its name, and the path of a fleet or None."""
     failed: list[str] = field(default_factory=list)
     """Messages of files that could not be read."""
     paths: dict[tuple[str, str], str] = field(default_factory=dict)
@@ -81,8 +81,11 @@ class Imported:
         """The table, as Markdown."""
         notes = sorted(dict.fromkeys(self.notes), key=lambda note: (note.place.file.name, note.place.line or 0))
         places = (f"{shortened(note.place.file.name)}:{note.place.line or 1}" for note in notes)
-        cells = ((place, note.what, note.fate, note.ours) for place, note in zip(places, notes, strict=True))
-        rows = [f"| {' | '.join(map(_cell, row))} |" for row in cells]
+        table = ((place, note.what, note.fate, note.ours) for place, note in zip(places, notes, strict=True))
+        cells = (
+            (html.escape(" ".join(text.split()), quote=False).replace("|", "\\|") for text in row) for row in table
+        )
+        rows = [f"| {' | '.join(row)} |" for row in cells]
         head = [TITLE, "| file | part | | here |", "|---|---|---|---|"]
         failed = ["", "# Files that were not read", "", *(f"- {message}" for message in self.failed)]
         return "\n".join([*head, *rows, *(failed if self.failed else ()), ""])
@@ -269,19 +272,17 @@ class Imported:
             known = {name for name, _ in self.sails}
             self.sails += [(world, launch.fleet_of_world)] if world is not None and world not in known else []
             return
-        loaded = len(fleet.get("boats", ())) - len(launch.boats)
-        robots = [*[None] * loaded, *map(self.add_spawned, launch.boats)]
+        robots: list[str | None] = [None] * (len(fleet.get("boats", ())) - len(launch.boats))
+        for boat in launch.boats:
+            if not isinstance(boat.model, Path):
+                robots.append(None)
+            elif is_gazebo_model(boat.model.name):
+                robots.append(self.add_boat(str(boat.model.absolute()), boat.model))
+            else:
+                robots.append(self.add_robot(safe_name(boat.name), boat.model, boat.arguments))
         path = self.write("fleet", file, _with_robots(fleet, robots))
         if world is not None:
             self.sails.append((world, path))
-
-    def add_spawned(self, boat: Spawned) -> str | None:
-        """Write a boat of a launch file, and return its path; None: it is one of ours."""
-        if not isinstance(boat.model, Path):
-            return None
-        if is_gazebo_model(boat.model.name):
-            return self.add_boat(str(boat.model.absolute()), boat.model)
-        return self.add_robot(safe_name(boat.name), boat.model, boat.arguments)
 
     def write(self, kind: str, file: Path, section: Section, stem: str = "") -> str:
         """Write the fleet or the world of a file, and return its path."""
@@ -296,7 +297,7 @@ class Imported:
 
 @budget()
 def import_files(source: Path, arguments: Mapping[str, str] | None = None) -> Imported:
-    """What a file of Gazebo or ROS, or all such files of a folder, become here.
+    """Import a file of Gazebo or ROS, or all such files of a folder.
 
     Args:
         source: a world (`.world`, `.world.xacro`, `.sdf`), a launch file, a boat (`.urdf`, `.xacro`), a model or its
@@ -340,11 +341,7 @@ def _check_arguments(file: Path, arguments: Mapping[str, str]) -> None:
     name = next((name for name in arguments if name not in known), None)
     if name is not None:
         message = str(UnknownNameError("argument", name, known))
-        raise ConfigError([Problem(display(file), None, None, f"{name}:=", message)])
-
-
-def _cell(text: str) -> str:
-    return html.escape(" ".join(text.split()), quote=False).replace("|", "\\|")
+        raise file_error(file, message, f"{name}:=")
 
 
 def _urdf(file: Path, arguments: Mapping[str, str]) -> str:

@@ -11,7 +11,7 @@ from typing import Any, TypeGuard
 from vrx_mj.config.search import SCHEME, catalogue, display, package_paths
 from vrx_mj.config.tree import File, Place
 from vrx_mj.config.wording import shown
-from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, shortened
+from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, shortened
 from vrx_mj.foreign import budget, spend
 from vrx_mj.formats.gazebo.document import Element, Fate, Note, faults_at, home_path, is_file, read_document
 from vrx_mj.formats.gazebo.erb_docks import is_template
@@ -25,12 +25,13 @@ from vrx_mj.formats.gazebo.substitutions import Substitutions
 from vrx_mj.formats.urdf.elements import truth
 from vrx_mj.formats.urdf.expand import LEFT_OUT, declared_names
 from vrx_mj.formats.urdf.xacro_files import Files
-from vrx_mj.frames import Pose, compose
+from vrx_mj.formats.urdf.xml_document import file_error
+from vrx_mj.frames import compose
 
 _DEEPEST = 20
 """Launch files that may include each other."""
 _FILE = 100
-"""Notes and elements, which are counted, that reading a file counts as."""
+"""Weight of reading a file, counted as notes and elements."""
 _OWN_ARGUMENTS = {"namespace", "locked"}
 """Arguments of a boat's xacro that are the name of the boat and the lock of the task here."""
 SERVING = "vrx_mj_serve"
@@ -52,11 +53,11 @@ def launch_of(source: str, arguments: Mapping[str, str]) -> Launch:
     if is_file(file):
         return read_launch(file, arguments)
     if os.path.lexists(file):
-        raise ConfigError([Problem(display(file), None, None, "", "not a file")])
+        raise file_error(file, "not a file")
     stock = stock_launch(file.name, file.parent.name)
     if stock is None:
         if is_tool(file.name):
-            raise ConfigError([Problem(file.name, None, None, "", instead_of(file.name, arguments))])
+            raise file_error(file.name, instead_of(file.name, arguments))
         raise UnknownNameError("launch file", source, sorted(STOCK_LAUNCHES))
     run = _Run(file)
     run.open_stock(stock, dict(arguments), None)
@@ -76,7 +77,7 @@ def read_launch(file: Path, arguments: Mapping[str, str], *, strict: bool = True
     unknown = sorted(set(arguments) - declared)
     if unknown and strict:
         message = str(UnknownNameError("argument", unknown[0], sorted(declared)))
-        raise ConfigError([Problem(display(file), None, None, f"{unknown[0]}:=", message)])
+        raise file_error(file, message, f"{unknown[0]}:=")
     return run.result()
 
 
@@ -123,8 +124,11 @@ class _Run:
     def read_file(self, file: Path, scope: _Scope) -> set[str]:
         """Go through a file, and return the names of the arguments that it declares."""
         spend(display(file), _FILE)
-        if said := self.too_many(file):
-            raise ConfigError([Problem(display(file), None, None, "", said)])
+        if file.resolve() in {other.resolve() for other in self.open}:
+            names = " > ".join(path.name for path in (*self.open, file))
+            raise file_error(file, f"launch files include each other: {names}")
+        if len(self.open) >= _DEEPEST:
+            raise file_error(file, f"launch files include each other deeper than {_DEEPEST} levels")
         if file not in self.documents:
             self.documents[file] = None
             self.documents[file] = read_document(file)
@@ -138,13 +142,6 @@ class _Run:
         self.open.pop()
         return {arg.attributes.get("name", "") for arg in _declarations(root)}
 
-    def too_many(self, file: Path) -> str:
-        """What is wrong with the files that lead to this one, or nothing."""
-        if file.resolve() in {other.resolve() for other in self.open}:
-            return f"launch files include each other: {' > '.join(path.name for path in (*self.open, file))}"
-        deep = f"launch files include each other deeper than {_DEEPEST} levels"
-        return deep if len(self.open) >= _DEEPEST else ""
-
     def take(self, element: Element, scope: _Scope) -> None:
         """Do what an element says, unless its `if` or `unless` says not to. Elements count as notes."""
         spend(element.place.file.name)
@@ -157,8 +154,8 @@ class _Run:
     def ignore(self, element: Element, _: _Scope) -> None:
         """Note an element that is not of the simulation."""
         beside = "not part of the simulation; start it beside `vrx-mj serve`"
-        variable = "a variable of the environment; set it in the shell"
-        self.report.note(element, "ignored", variable if element.tag == "env" else beside)
+        variable = element.tag == "env"
+        self.report.note(element, "ignored", "an environment variable; set it in the shell" if variable else beside)
 
     def holds(self, element: Element, scope: _Scope) -> bool:
         """Whether an element's conditions hold."""
@@ -168,23 +165,19 @@ class _Run:
         return True
 
     def argument(self, element: Element, scope: _Scope) -> None:
-        """Declare an argument."""
+        """Declare an argument, whose value is its own, the one from outside, or its default."""
         name = self.value(element, "name", scope)
+        key = "value" if "value" in element.attributes else "default"
         try:
-            scope.arguments[name] = self.argument_value(element, name, scope)
+            if key == "default" and name in scope.given:
+                scope.arguments[name] = scope.given[name]
+            elif key in element.attributes:
+                scope.arguments[name] = self.value(element, key, scope)
+            else:
+                raise element.fault(f"has no value: add {name}:=VALUE")
         except ConfigError:
             scope.arguments.setdefault(name, "")  # what needs it says no second time that it is wrong
             raise
-
-    def argument_value(self, element: Element, name: str, scope: _Scope) -> str:
-        """The value of an argument: its own, the one from outside, or its default."""
-        if "value" in element.attributes:
-            return self.value(element, "value", scope)
-        if name in scope.given:
-            return scope.given[name]
-        if "default" in element.attributes:
-            return self.value(element, "default", scope)
-        raise element.fault(f"has no value: add {name}:=VALUE")
 
     def group(self, element: Element, scope: _Scope) -> None:
         """Go through a group; its arguments are its own."""
@@ -214,8 +207,11 @@ class _Run:
             return
         path = PurePosixPath(name)
         stock = stock_launch(path.name, path.parts[1])
-        if path.name in _LAUNCHES_WORLDS:
-            self.open_world(element, passed.get("world_name", ""))
+        if path.name in _LAUNCHES_WORLDS and not passed.get("world_name"):
+            self.report.note(element, "ignored", "it names no world")
+        elif path.name in _LAUNCHES_WORLDS:
+            self.launch.world = self.world_of(element, passed["world_name"])
+            self.report.note(element, "taken over", f"the world: {shown(PurePosixPath(passed['world_name']).name)}")
         elif stock is not None:
             self.open_stock(stock, passed, element)
         else:
@@ -224,14 +220,6 @@ class _Run:
     def leave_out(self, element: Element, path: str, what: str) -> None:
         """Note what is not there, as its package is missing."""
         self.report.note(element, "not read", f"no package named '{package_left_out(path)}'", what)
-
-    def open_world(self, element: Element, path: str) -> None:
-        """Take the world that Gazebo is started with."""
-        if not path:
-            self.report.note(element, "ignored", "it names no world")
-            return
-        self.launch.world = self.world_of(element, path)
-        self.report.note(element, "taken over", f"the world: {shown(PurePosixPath(path).name)}")
 
     def world_of(self, element: Element, path: str) -> Path | str:
         """A world's file; one of VRX's that is not at hand by its name here."""
@@ -252,7 +240,7 @@ class _Run:
         unknown = set(given) - set(stock.arguments)
         if unknown:
             message = str(UnknownNameError(f"argument of {stock.name}", sorted(unknown)[0], stock.arguments))
-            raise element.fault(message) if element else ConfigError([Problem(stock.name, None, None, "", message)])
+            raise element.fault(message) if element else file_error(stock.name, message)
         world, urdf = given.get("world"), given.get("urdf")
         self.launch.world = (
             stock.world if world is None else self.world_of(element, world) if element else named_world(world)
@@ -340,7 +328,9 @@ class _Run:
             self.leave_out(element, robot, f"<node> '{name}'")
             return
         if isinstance(robot, Path) and is_gazebo_model(robot.name) and not is_template(robot):
-            pose = _with_own(pose, robot)
+            own = pose_of(model_element(robot).model).value  # in the frame of what is spawned
+            pose = compose(pose, own) if any(own) else pose
+            pose = pose if _is_object(robot) else boat_pose(pose, robot)
         if robot in self.known_objects or (isinstance(robot, Path) and _is_object(robot)):
             self.spawn(element, Spawned(name, pose, element.place, robot), self.launch.objects)
             return
@@ -451,14 +441,7 @@ class _Run:
 
 def _is_object(file: Path) -> bool:
     """Whether a file is a model of SDF without thrusters, or the template of a dock."""
-    return is_gazebo_model(file.name) and (is_template(file) or not is_boat(model_element(file)[0]))
-
-
-def _with_own(pose: Pose, model: Path) -> Pose:
-    """The pose of a spawned model of SDF: one in its own file is in the frame of the spawned one."""
-    x, y, z, roll, pitch, yaw = own = pose_of(model_element(model).model).value
-    placed = compose(pose, (x, y, z, roll, pitch, yaw)) if any(own) else pose
-    return placed if _is_object(model) else boat_pose(placed, model)
+    return is_gazebo_model(file.name) and (is_template(file) or not is_boat(model_element(file).model))
 
 
 def _declarations(element: Element) -> Iterator[Element]:

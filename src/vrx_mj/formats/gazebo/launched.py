@@ -1,4 +1,4 @@
-"""What a launch file starts, as a world's and a fleet's file of ours say it."""
+"""Worlds and boats of launch files as documents of ours: a world and a fleet."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -10,7 +10,7 @@ from vrx_mj.config.kinds import MARKS
 from vrx_mj.config.loading import Loading, read_source, validated
 from vrx_mj.config.tree import File, Items, Place, Section, merged
 from vrx_mj.config.wording import shown
-from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError
+from vrx_mj.errors import ConfigError, UnknownNameError, VrxError
 from vrx_mj.formats.gazebo.document import Report
 from vrx_mj.formats.gazebo.sdf_frames import safe_name
 from vrx_mj.formats.series.pieces import At, with_places
@@ -35,11 +35,11 @@ class Spawned:
     """A boat, or an object of SDF, that a launch file spawns."""
 
     name: str
-    """Its name in Gazebo."""
+    """Name in Gazebo."""
     pose: Pose
     """Pose in the world [m, rad]."""
     place: Place
-    """What spawns it."""
+    """Place of the element that spawns it."""
     model: Path | str = "wamv"
     """File of its description, or the name of a robot or an object of ours."""
     arguments: Mapping[str, str] = field(default_factory=dict)
@@ -48,7 +48,7 @@ class Spawned:
 
 @dataclass
 class Launch:
-    """What a launch file starts, as far as it is a simulation."""
+    """The simulation that a launch file starts."""
 
     world: Path | str | None = None
     """File of the world, or the name of one of ours; None: it opens none."""
@@ -143,8 +143,8 @@ def _wamv(boat: Spawned) -> dict[str, Any]:
     switches = {key: value for key, value in boat.arguments.items() if key.endswith("_enabled")}
     for key, value in switches.items():
         if truth(value) is None:
-            text, place = f"expected true or false, got {shown(value)}", boat.place
-            raise ConfigError([Problem(place.file.name, place.line, place.column, f"'{boat.name}' / {key}:=", text)])
+            text = f"expected true or false, got {shown(value)}"
+            raise ConfigError([boat.place.problem(f"'{boat.name}' / {key}:=", text)])
     on = (key.removesuffix("_enabled") for key, value in switches.items() if truth(value))
     suites = [key.replace("vrx_sensors", "vrx") for key in on]
     return {**({"thrusters": layout} if layout else {}), "sensors": suites or "none"}
@@ -164,7 +164,7 @@ def with_objects(world: Section, launch: Launch) -> Section:
     for name, place in ((thing["name"], thing.place) for thing in items if thing["name"] in first):
         where = f"{first[name].file.name}:{first[name].line}"
         text = f"a model named '{name}' is in the world already ({where}): each needs -model NAME of its own"
-        problems.append(Problem(place.file.name, place.line, place.column, f"<node> '{name}' / args", text))
+        problems.append(place.problem(f"<node> '{name}' / args", text))
     if problems:
         raise ConfigError(problems)
     return merged(world, Section({"objects": items}, items.places[0]))

@@ -24,15 +24,15 @@ from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError
 from vrx_mj.formats.gazebo.document import NEEDED, Element, faults_at, is_file, parse_ahead, read_document
 
 _CONFIG = "model.config"
-"""What a folder of a model has beside its SDF."""
+"""Name of the file beside the SDF in the folder of a model."""
 _MOST_AHEAD = 500
 """Models that are parsed ahead."""
 ROBOT = "robot.yaml"
-"""What a folder that is a robot has."""
+"""Name of the file that makes a folder a robot."""
 PATHS = ("GAZEBO_MODEL_PATH", "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "SDF_PATH")
 """Environment variables with folders in which models are."""
 NO_MODEL = "is its folder on GAZEBO_MODEL_PATH?"
-"""What to do where a model is not found."""
+"""Advice where a model is not found."""
 
 
 class Source(NamedTuple):

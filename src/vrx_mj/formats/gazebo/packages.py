@@ -9,7 +9,7 @@ from vrx_mj.formats.gazebo.document import LIBRARIES, home_path, is_file
 from vrx_mj.formats.gazebo.stock import PLACES, TABLE
 from vrx_mj.formats.urdf.expand import LEFT_OUT
 
-PACKAGES = LIBRARIES | {*TABLE["packages"]}
+NAMED_PACKAGES = LIBRARIES | {*TABLE["packages"]}
 """Packages of ROS and VRX that need not be there: what they hold is known here, or not needed."""
 NOWHERE = "/package:/"
 """Beginning of a path in such a package that is missing."""

@@ -8,14 +8,15 @@ from typing import Any, TypeGuard
 from vrx_mj.config.loading import file_of, path_of
 from vrx_mj.config.search import SCHEME, XML_SUFFIXES, display, kind_name
 from vrx_mj.config.tree import File, Place, Section
-from vrx_mj.errors import ConfigError, Problem, VrxWarning, first_names, shortened
+from vrx_mj.errors import VrxWarning, first_names, shortened
 from vrx_mj.formats.gazebo.document import read_document
 from vrx_mj.formats.gazebo.launch import is_launch, launch_of
 from vrx_mj.formats.gazebo.launched import fleet_of
 from vrx_mj.formats.gazebo.models import ROBOT, file_in_folder, is_gazebo_model, model_element, model_file
 from vrx_mj.formats.gazebo.sdf_boats import is_boat
+from vrx_mj.formats.urdf.xml_document import file_error
 
-_LISTED = 6
+_MODELS_SHOWN = 6
 """Names of models that a warning lists."""
 _BESIDE = {"thrusters": "thruster_config.yaml", "components": "component_config.yaml"}
 """Keys of a fleet, and the files of VRX that a robot's folder may have for them."""
@@ -34,7 +35,7 @@ def launch_document(source: str | Path) -> tuple[Section, str] | None:
     launch = launch_of(str(source), {})
     found = fleet_of(launch)
     if found is None:
-        raise ConfigError([Problem(str(source), None, None, "", "spawns no boats")])
+        raise file_error(str(source), "spawns no boats")
     if launch.objects:
         names = shortened(", ".join(thing.name for thing in launch.objects))
         text = f"{source}: a fleet has its boats alone; it spawns other models too: {names}"
@@ -80,7 +81,7 @@ def _boat_fragment(file: Path) -> str:
     if len(names) < 2 or not all(names):
         return ""
     name = next((name for name in names if is_boat(model_element(Path(f"{file}#{name}")).model)), names[0])
-    others = first_names((each for each in names if each != name), _LISTED)
+    others = first_names((each for each in names if each != name), _MODELS_SHOWN)
     text = f"{display(file)}: the boat is its model '{name}'; for another one: --fleet FILE#NAME, NAME one of {others}"
     warnings.warn(text, VrxWarning, stacklevel=5)
     return f"#{name}"

@@ -11,7 +11,8 @@ from vrx_mj.formats.gazebo.sdf_joints import SdfJoint, read_sdf_joint
 from vrx_mj.formats.gazebo.sdf_links import read_sdf_link
 from vrx_mj.formats.gazebo.sdf_models import Model
 from vrx_mj.formats.urdf.elements import LARGEST, Node
-from vrx_mj.formats.urdf.gazebo import is_thruster
+from vrx_mj.formats.urdf.gazebo import THRUSTERS
+from vrx_mj.formats.urdf.gazebo_sensors import library
 from vrx_mj.formats.urdf.link_meshes import with_shapes
 from vrx_mj.formats.urdf.links import BOUNDED, ENDLESS, freed
 from vrx_mj.formats.urdf.model import ZERO, Joint, Limits, Urdf, relative
@@ -25,7 +26,7 @@ from vrx_mj.frames import Pose, compose, inverse
 def is_boat(model: Element) -> bool:
     """Whether a model pushes itself through the water: by a plugin for a thruster, and nothing that holds it."""
     plugins = [one for one in model.walk() if one.tag == "plugin"]
-    pushes = any(is_thruster(one.attributes.get("filename", "")) or one.text("thruster/linkName") for one in plugins)
+    pushes = any(library(one.attribute("filename")) in THRUSTERS or one.text("thruster/linkName") for one in plugins)
     held = (WORLD in {one.text("parent"), one.text("child")} for one in model.all("joint"))
     return pushes and not model.value_of("static", "switch") and not any(held)
 

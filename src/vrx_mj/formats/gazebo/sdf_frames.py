@@ -22,7 +22,7 @@ WORLD = "world"
 _FARTHEST = 1e6
 """Largest coordinate of a pose [m]."""
 NESTED = "::"
-"""What separates the name of a model in a model from a name in it."""
+"""Separator of the name of a nested model and a name in it."""
 
 
 def safe_name(name: str) -> str:
@@ -35,7 +35,7 @@ class Scope:
     """A model whose elements name each other."""
 
     prefix: str = ""
-    """What the whole names of its elements begin with."""
+    """Beginning of the whole names of its elements."""
     model: str = MODEL
     """Whole name of its own frame."""
 
@@ -52,7 +52,7 @@ class Given(NamedTuple):
     relative_to: str
     """Name of the frame that it is in; empty: the usual one."""
     node: Node
-    """What a fault of it is at."""
+    """Element at which its faults are."""
 
 
 def given_pose(node: Node, farthest: float = _FARTHEST) -> Given:

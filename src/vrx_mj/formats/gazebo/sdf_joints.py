@@ -33,7 +33,7 @@ class Axis:
     """An axis of a joint, about which its child turns or along which it slides."""
 
     xyz: _Vector
-    """Its direction in the joint's frame, of length 1."""
+    """Direction in the joint's frame, of length 1."""
     limits: Limits
     dynamics: dict[str, float]
     """Damping, friction, stiffness and spring_reference as an object has them, without those that are 0."""
@@ -51,7 +51,7 @@ class SdfJoint:
     place: Pose
     """Pose of its frame in the model [m, rad]."""
     shift: Pose
-    """The same in the frame of its child [m, rad]."""
+    """Pose of the joint's frame in that of its child [m, rad]."""
     axes: tuple[Axis, ...]
     node: Node
 

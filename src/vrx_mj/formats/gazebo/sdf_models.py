@@ -49,11 +49,11 @@ class Model:
         self.joints: list[tuple[Node, Scope]] = []
         self.plugins: list[tuple[Node, Scope]] = []
         self.attached: dict[str, str] = {}
-        """What frames, joints and models are attached to, by their whole names."""
+        """Names to which frames, joints and models are attached, by their whole names."""
         self.moved: dict[str, Pose] = {}
         """Pose in its own frame of the frame that a link has in the table, where that is another one."""
         self.lost: list[tuple[Node, str]] = []
-        """What is not taken over, and why."""
+        """Elements that are not taken over, each with the reason."""
         self.given: list[tuple[Node, Given]] = []
         """The models and includes in this one, and their poses."""
         self._includes = self._elements = 0

@@ -8,7 +8,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from vrx_mj.config.tree import File, Place
-from vrx_mj.errors import ConfigError, Problem
+from vrx_mj.errors import ConfigError
 from vrx_mj.formats.gazebo.launched import POSE, Spawned, pose_of_words
 from vrx_mj.formats.urdf.elements import truth
 from vrx_mj.packages import shell_word
@@ -20,7 +20,7 @@ _CLASSIC, _OLDER, _WAVES, _MARITIME = PACKAGES = ("vrx_gazebo", "vrx_2019", "wav
 _FOLDER = root() / "assets" / "launch"
 """Launch files of ours by VRX's names, in folders of their packages: arguments with VRX's defaults, and our node."""
 TABLE: Mapping[str, Any] = json.loads(Path(__file__).with_suffix(".json").read_bytes())
-"""Of VRX's launch files: the boats of those that have several, what to do instead of arguments that have no effect here
+"""VRX's launch files: the boats of those that have several, what to do instead of arguments that have no effect here
 (nothing is lost where the value is the default), and those that open no world. Packages of ROS and VRX that need not be
 there, and what a folder may hold instead of worlds, by what to do with it and the ends of the files' names."""
 _USUAL = {"paused": "false"}
@@ -38,7 +38,7 @@ class StockLaunch:
     """Name of the world, here."""
     boats: tuple[Spawned, ...]
     arguments: Mapping[str, str]
-    """What it can be given, with the defaults."""
+    """Arguments that it takes, with their defaults."""
     package: str
     """Package that it is in."""
     file: Path
@@ -50,7 +50,7 @@ class StockLaunch:
         return self.boats[0].arguments if self.boats else {}
 
     def boats_with(self, given: Mapping[str, str], place: Place) -> Iterator[Spawned]:
-        """Its boats, started with arguments; several have names and places of their own. Raises ConfigError."""
+        """Boats that it spawns with arguments; several have names and places of their own. Raises ConfigError."""
         fixed = {*POSE, "namespace", "thrust_config"} if len(self.boats) > 1 else set()
         given = {key: value for key, value in given.items() if key not in fixed}
         for boat in self.boats:
@@ -58,8 +58,7 @@ class StockLaunch:
             try:
                 pose = pose_of_words(texts)
             except ValueError as error:
-                problem = Problem(place.file.name, place.line, None, "x:= y:= z:= R:= P:= Y:=", str(error))
-                raise ConfigError([problem]) from None
+                raise ConfigError([place.problem("x:= y:= z:= R:= P:= Y:=", str(error))]) from None
             arguments = {key: given.get(key, value) for key, value in boat.arguments.items()}
             yield Spawned(given.get("namespace", boat.name), pose, place, boat.model, arguments)
 
@@ -128,7 +127,7 @@ def stock_launches(package: str) -> Sequence[StockLaunch]:
 
 
 def advice(launch: StockLaunch, name: str, value: str) -> str:
-    """What to do instead of an argument that has no effect here; empty if nothing is lost."""
+    """Advice on an argument that has no effect here; empty if nothing is lost."""
     if name in _LOCKS:
         if truth(value) is None:
             return "true or false is expected"

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from vrx_mj.config.search import MISSING
 from vrx_mj.errors import UnknownNameError, VrxError, nearest
-from vrx_mj.formats.gazebo.packages import NOWHERE, PACKAGES
-from vrx_mj.formats.urdf.expand import LEFT_OUT, evaluated_argument, packages_in
+from vrx_mj.formats.gazebo.packages import NAMED_PACKAGES, NOWHERE
+from vrx_mj.formats.urdf.expand import LEFT_OUT, evaluate_argument
 from vrx_mj.formats.urdf.xacro_files import Files
 
 _LONGEST = 20_000
@@ -30,7 +30,7 @@ class Substitutions:
         """A text with each `$(...)` in it replaced, in a file in a folder. Raises VrxError."""
         whole = text.strip()
         if whole.startswith("$(eval ") and whole.endswith(")"):
-            found = self._evaluate(whole[len("$(eval ") : -1], arguments, folder)
+            found = evaluate_argument(whole[len("$(eval ") : -1], arguments, self.find, folder)
         elif "$(eval" in text:
             raise VrxError("$(eval ...) must be the whole value, as in roslaunch; give it an <arg> of its own")
         else:
@@ -64,16 +64,12 @@ class Substitutions:
     def find(self, name: str) -> str:
         """The folder of a package."""
         found = self.files.package(name)
-        if found is None and (name in PACKAGES or os.environ.get(MISSING) == "ignore"):
-            return f"{NOWHERE if name in PACKAGES else LEFT_OUT}{name}"
+        if found is None and (name in NAMED_PACKAGES or os.environ.get(MISSING) == "ignore"):
+            return f"{NOWHERE if name in NAMED_PACKAGES else LEFT_OUT}{name}"
         if found is None:
             words = str(UnknownNameError("package", name, self.files.known_packages()))
             raise VrxError(f"{words} (or add its folder to the package paths, or --missing ignore)")
         return str(found)
-
-    def _evaluate(self, expression: str, arguments: Mapping[str, str], folder: Path) -> str:
-        packages = {name: self.find(name) for name in packages_in(expression)}
-        return evaluated_argument(expression, arguments, packages, folder, "the expression")
 
 
 def _refuse_environment(name: str) -> str:

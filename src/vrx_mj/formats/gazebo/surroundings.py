@@ -2,7 +2,6 @@
 
 import math
 import re
-from typing import Any
 
 from vrx_mj.config.base import without_ignored_keys
 from vrx_mj.config.scene import FogConfig
@@ -10,14 +9,13 @@ from vrx_mj.config.sea import GRAVITY, SeaConfig
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.gazebo.document import POSE, Element, plugin_name
-
-_Content = dict[str, Any]
+from vrx_mj.formats.series.pieces import Content
 
 _LONGEST_MESSAGE = 20_000
 """Characters of a message that VRX 3's worlds publish; theirs have 2,000."""
 _WAVES_MODEL = "wavesmodelsystem"
 _WAVE_PLUGINS = ("wavefieldmodelplugin", _WAVES_MODEL)
-"""In the names of plugins that make waves."""
+"""Parts of the names of plugins that make waves."""
 _MODELS = ("pms", "cwr", "none")
 """VRX's models of waves."""
 _KEY = re.compile(r'key:\s{0,80}"(\w{1,40})"')
@@ -30,7 +28,7 @@ def wave_plugin(model: Element) -> Element | None:
     return next((one for one, name in plugins if any(wave in name for wave in _WAVE_PLUGINS)), None)
 
 
-def wave_field(plugin: Element) -> _Content:
+def wave_field(plugin: Element) -> Content:
     """The sea of VRX's WavefieldModelPlugin, or of asv_wave_sim's WavesModel, whose tags are in `<wave>`."""
     wave = plugin.child("wave") or plugin
     if _WAVES_MODEL in plugin_name(plugin):
@@ -39,17 +37,17 @@ def wave_field(plugin: Element) -> _Content:
     return without_ignored_keys(SeaConfig, {"model": model, **wave.fields("wave")})
 
 
-def _sinusoid(wave: Element) -> _Content:
+def _sinusoid(wave: Element) -> Content:
     given = wave.fields("sinusoid")
     return {"model": "regular", "height": 2.0 * given["amplitude"], "period": given["period"]}
 
 
-def _trochoid(wave: Element) -> _Content:
+def _trochoid(wave: Element) -> Content:
     """The waves that VRX's model `CWR` has, too, which are there from the start."""
     return {"model": "cwr", **wave.fields("trochoid"), "tau": 0.0}
 
 
-def _fft(wave: Element) -> _Content:
+def _fft(wave: Element) -> Content:
     """A sea that the wind has fully raised: Pierson and Moskowitz (1964), Hs = 2 U^2 sqrt(alpha / beta) / g at 19.5 m.
 
     From 10 m up to there a wind grows by 2.6 %.
@@ -66,7 +64,7 @@ _ALGORITHMS = {"fft": _fft, "sinusoid": _sinusoid, "trochoid": _trochoid}
 """Kinds of waves of asv_wave_sim, of which it makes the first by default."""
 
 
-def _waves_of_algorithm(wave: Element) -> _Content:
+def _waves_of_algorithm(wave: Element) -> Content:
     name = wave.text("algorithm") or "fft"
     if name not in _ALGORITHMS:
         raise wave.fault(str(UnknownNameError("algorithm", name, _ALGORITHMS)), "algorithm")
@@ -74,7 +72,7 @@ def _waves_of_algorithm(wave: Element) -> _Content:
     return without_ignored_keys(SeaConfig, {"direction": direction, **_ALGORITHMS[name](wave)})
 
 
-def published_sea(plugin: Element) -> _Content | None:
+def published_sea(plugin: Element) -> Content | None:
     """The sea in the message that VRX 3's PublisherPlugin sends again and again; None: it sends another message."""
     message = next((one for one in plugin.all("message") if "wavefield" in one.attributes.get("topic", "")), None)
     if message is None:
@@ -104,13 +102,13 @@ def _model(element: Element, name: str) -> str:
     return name.lower()
 
 
-def mean_wind(element: Element) -> _Content | None:
+def mean_wind(element: Element) -> Content | None:
     """The wind of gz-sim's `<wind>`, level and without gusts; None: it is calm."""
     x, y, _ = element.value_of("linear_velocity", "x y z", (0.0, 0.0, 0.0))
     return {"direction": math.degrees(math.atan2(y, x)), "mean_velocity": math.hypot(x, y)} if x or y else None
 
 
-def scene(element: Element) -> _Content:
+def scene(element: Element) -> Content:
     """Light, background, sky and fog; clouds are not drawn, nor taken over."""
     sky = element.child("sky")
     found = {"sky": sky is not None and (sky.fields("sky") or True), **element.fields("scene")}

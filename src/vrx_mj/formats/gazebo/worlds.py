@@ -19,7 +19,6 @@ from vrx_mj.config.tree import File, Place, Section
 from vrx_mj.config.wording import shown
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import ConfigError, Problem, VrxError, VrxWarning, first_lines, nearest, shortened
-from vrx_mj.formats.gazebo import surroundings
 from vrx_mj.formats.gazebo.document import STRICT, Element, Note, Report, as_node, label, plugin_name, read_document
 from vrx_mj.formats.gazebo.erb_docks import is_template
 from vrx_mj.formats.gazebo.models import (
@@ -36,8 +35,19 @@ from vrx_mj.formats.gazebo.sdf_boats import boat_pose, is_boat, read_boat
 from vrx_mj.formats.gazebo.sdf_frames import pose_of, safe_name
 from vrx_mj.formats.gazebo.sdf_models import INSIDE, in_world_frame, pose_of_included
 from vrx_mj.formats.gazebo.sdf_objects import buoyancy_of, follow_path, model_section, same_buoyancy
+from vrx_mj.formats.gazebo.surroundings import mean_wind, published_sea, scene, view, wave_field, wave_plugin
 from vrx_mj.formats.gazebo.task_plugins import kind_of, markers_of, task_of, unread
-from vrx_mj.formats.series.pieces import SYMBOLS, At, Piece, assemble, base_objects, named_as, thing, with_places
+from vrx_mj.formats.series.pieces import (
+    SYMBOLS,
+    At,
+    Content,
+    Piece,
+    assemble,
+    base_objects,
+    named_as,
+    thing,
+    with_places,
+)
 from vrx_mj.formats.urdf.tags import losses
 
 _TABLE: Mapping[str, Any] = json.loads(Path(__file__).with_suffix(".json").read_bytes())
@@ -61,7 +71,7 @@ _STEEP = 1e-3
 _GZ_SIM = (1, 7)
 """Version of SDF from which a world is one of gz-sim."""
 _STALE_LINK = "base_link"
-"""What VRX's files of 2019 call the boat's link, which has another name since: their wind acts on nothing."""
+"""Name of the boat's link in VRX's files of 2019, which has another name since: their wind acts on nothing."""
 _MOST_HINTS = 100
 """Unknown names of models for which a known one is guessed."""
 _CANDIDATES = 20
@@ -69,17 +79,15 @@ _CANDIDATES = 20
 _SHOWN = 6
 """Notes that a warning lists."""
 
-_Content = dict[str, Any]
-
 
 @dataclass(frozen=True)
 class GazeboWorld:
-    """What the file of a world says, in our keys, and what became of each part."""
+    """A world's file in our keys, with the fate of each part."""
 
     name: str
     section: Section
     whole: Section
-    """The same with a name; unless `STRICT` says otherwise on top of the world that it extends, and validated."""
+    """`section` with a name; unless `STRICT` is set, on top of the world that it extends, and validated."""
     notes: tuple[Note, ...]
     fleet: Section | str | None = None
     """The boats that are in the world, as a fleet's file says them; without any "none", or None for that of a world of
@@ -147,7 +155,7 @@ def world_of(file: Path, root: Element, world: Element, known: Mapping[str, Path
 
 
 def world_document(source: str | Path) -> tuple[Section, str]:
-    """What the file of a world of Gazebo says, and the world's name."""
+    """Content of a world's file of Gazebo in our keys, and the world's name."""
     found = gazebo_world(path_of("worlds", source))
     warn_of_losses(found.notes, str(source), stacklevel=5)
     return read_source("worlds", found.whole), found.name
@@ -182,12 +190,12 @@ class _Reader:
         self.others = [one for one in root.children if one is not first] if first is not root else []
         self.report = Report([*notes])
         self.parts: dict[Problem, Element] = {}
-        """What each problem is in."""
+        """Part of the world in which each problem is."""
         self.pieces: list[Piece] = []
-        self.placed: list[tuple[Element, _Content]] = []
+        self.placed: list[tuple[Element, Content]] = []
         self.scoring: list[Element] = []
         self.terrain: Element | None = None
-        self.boats: list[_Content] = []
+        self.boats: list[Content] = []
         self.afloat: list[tuple[Element, str]] = []
         self.models: dict[str, Element | None] = {}
         self.known = known
@@ -277,7 +285,7 @@ class _Reader:
         else:
             self.add_piece(part, element, {part: content}, f"`{part}`")
 
-    def add_piece(self, part: str, element: Element, content: _Content, ours: str) -> None:
+    def add_piece(self, part: str, element: Element, content: Content, ours: str) -> None:
         """Add a piece of the world, in which may be keys of other parts."""
         self.pieces.append(Piece(part, label(element), element.place, (label(element),), content))
         self.report.note(element, "taken over", ours)
@@ -335,9 +343,9 @@ class _Reader:
 
     def take_water(self, element: Element, model: Element, name: str) -> bool:
         """Take over a model that is the water, with its waves; False: it is another."""
-        waves = surroundings.wave_plugin(model)
+        waves = wave_plugin(model)
         if waves is not None:
-            sea = surroundings.wave_field(waves)
+            sea = wave_field(waves)
             ours = f"`sea`{', fully raised by that wind' * (sea['model'] == 'pm')}"
             self.add_piece("sea", waves if model is element else element, {"sea": sea}, ours)
         elif name in _WATER:
@@ -357,7 +365,7 @@ class _Reader:
                 self.tell(str(one["model"]), Path(str(file).partition("#")[0]).parent)
 
     def hint(self, name: str) -> str:
-        """What may be meant by the name of a model that is not there; guesses are slow, and are made of the first."""
+        """Hint at the model that an unknown name may mean; guesses are slow, and are made for the first names alone."""
         if name not in self.hints and len(self.hints) < _MOST_HINTS:
             close = nearest(name, self.known)
             self.hints[name] = f"did you mean '{close}'?" if close else NO_MODEL
@@ -380,7 +388,7 @@ class _Reader:
         return found or known[0]
 
     def buoyancy(self, model: str) -> Mapping[str, Any]:
-        """What a model of the catalogue displaces."""
+        """Buoyancy of a model of the catalogue, as its file has it."""
         file = self.known.get(model)
         return (read_source("objects", file).get("buoyancy") if file else None) or {"elements": ()}
 
@@ -388,7 +396,7 @@ class _Reader:
         """Take over a model that is written into the world."""
         name = element.attributes.get("name", "")
         source = f"{self.file.name}#{name}"
-        if not name and surroundings.wave_plugin(element) is None:
+        if not name and wave_plugin(element) is None:
             raise element.fault("required, but missing", "name")
         if not self.is_object(element, element, name, source):
             return
@@ -403,9 +411,13 @@ class _Reader:
             self.scoring.append(element)
         elif name in _WINDS:
             self.add("wind", element, element.fields("wind"))
-            self.note_wind(element)
+            if any(thing.text("link_name") == _STALE_LINK for thing in element.all("wind_obj")):
+                self.report.note(element, "approximated", "its link `base_link` is the boat's here", "<wind_obj>")
+            for tag, topic in _TABLE["topics"].items():
+                if element.text(tag) not in {"", topic}:
+                    self.report.note(element, "ignored", f"here it is `{topic}`", f"<{tag}>")
         elif "publisherplugin" in name:
-            self.add("sea", element, surroundings.published_sea(element), "it publishes what nothing here listens to")
+            self.add("sea", element, published_sea(element), "it publishes what nothing here listens to")
         else:
             known = "contain" if element.child("performer") else name
             self.report.note(element, *next(said for pattern, *said in _TABLE["plugins"] if re.search(pattern, known)))
@@ -418,15 +430,7 @@ class _Reader:
             return
         if element.value_of("linear_velocity", "x y z", (0.0,))[-1]:
             self.report.note(element, "approximated", "it blows level, without its third number")
-        self.add("wind", element, surroundings.mean_wind(element), "it is calm")
-
-    def note_wind(self, element: Element) -> None:
-        """Note links that boats have no more, and topics of other names."""
-        if any(thing.text("link_name") == _STALE_LINK for thing in element.all("wind_obj")):
-            self.report.note(element, "approximated", "its link `base_link` is the boat's here", "<wind_obj>")
-        for tag, topic in _TABLE["topics"].items():
-            if element.text(tag) not in {"", topic}:
-                self.report.note(element, "ignored", f"here it is `{topic}`", f"<{tag}>")
+        self.add("wind", element, mean_wind(element), "it is calm")
 
     def take_surroundings(self, element: Element) -> None:
         """Take over light, sky and fog; the pose of the view; or where the world is on Earth."""
@@ -460,7 +464,7 @@ class _Reader:
         if not extended:
             profile = NEWER if self.newer else CLASSIC
             self.pieces.insert(0, Piece("physics", profile, self.root.place, (), {"physics": {"profile": profile}}))
-        others: list[tuple[Element, _Content]] = []
+        others: list[tuple[Element, Content]] = []
         for element, content in self.placed:
             if any(_same(content, one) for one in base):
                 self.report.note(element, "taken over", "part of the world that this one extends")
@@ -474,7 +478,7 @@ class _Reader:
         if self.scoring:
             self.add_task(objects)
 
-    def check_names(self, placed: Iterable[tuple[Element, _Content]], base: Sequence[Section]) -> None:
+    def check_names(self, placed: Iterable[tuple[Element, Content]], base: Sequence[Section]) -> None:
         """Keep the problem of each model whose name another one has already, in the world or in its base."""
         first: dict[str, str] = {}
         if self.terrain is not None:
@@ -505,7 +509,7 @@ class _Reader:
         self.pieces.insert(0, Piece("base", label(element), element.place, (label(element),), {"extends": world}))
         return list(found)
 
-    def add_task(self, objects: list[_Content]) -> None:
+    def add_task(self, objects: list[Content]) -> None:
         """Add the task of the scoring plugins."""
         named = [{"name": _plain(one.get("name", one["model"])), "model": str(_plain(one["model"]))} for one in objects]
         plugin, task = task_of(self.scoring, named)
@@ -536,7 +540,7 @@ def _plain(value: Any) -> Any:
 
 
 _SURROUNDINGS: Mapping[str, tuple[str, Callable[[Element], object]]] = {
-    "scene": ("scene", surroundings.scene), "gui": ("camera", surroundings.view),
+    "scene": ("scene", scene), "gui": ("camera", view),
     "spherical_coordinates": ("georeference", lambda element: element.fields("spherical_coordinates")),
 }  # fmt: skip
 _TAKE: Mapping[str, Callable[[_Reader, Element], None]] = {

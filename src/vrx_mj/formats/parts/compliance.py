@@ -1,4 +1,4 @@
-"""What a boat may carry, and where: sets of rules (`assets/robots/wamv/compliance/*.yaml`), checked for a boat's files.
+"""Sets of rules on what a boat may carry, and where (`assets/robots/wamv/compliance/*.yaml`), and checks of its files.
 
 Beside our own result there is that of VRX's generator, `generate_wamv.launch`. It goes through a file part by part and
 keeps only the result of the last one; a count that is too high is logged and forgotten at the next part; a parameter
@@ -32,9 +32,9 @@ Point = tuple[float, float, float]
 """x, y, z in base_link [m]."""
 
 _FACE = 1e-9
-"""How far beyond a face still counts as on it [m]: 0.8 - 0.5 is not 0.3 to the last bit."""
+"""Distance beyond a face that still counts as on it [m]: 0.8 - 0.5 is not 0.3 to the last bit."""
 INSET = 1e-3
-"""Beside a face that two boxes share, a place this far inside one of them is in that one alone [m]."""
+"""Distance from a face that two boxes share at which a place is in one of them alone [m]."""
 
 
 class Box(Config):
@@ -123,7 +123,7 @@ class TypeRules(Config):
     most: Annotated[int, Field(ge=0)]
     """Most parts of this type."""
     parameters: tuple[str, ...]
-    """Those that a file may give."""
+    """Parameters that a file may give."""
 
 
 class KindRules(Config):
@@ -139,9 +139,9 @@ class Rules(Config):
     """A set of rules."""
 
     description: str
-    """Whose rules they are."""
+    """Competition whose rules they are."""
     release: Release
-    """Whose macros they go with."""
+    """Release of VRX whose macros they go with."""
     empty_passes: bool
     """Whether VRX's own generator lets an empty file pass."""
     components: KindRules
@@ -173,20 +173,20 @@ def load_rules(name: str) -> Rules:
 
 @dataclass(frozen=True)
 class GeneratorResult:
-    """How VRX's generator would end."""
+    """Verdict of VRX's own generator."""
 
     passes: bool | None
     """Whether it would end without calling the boat not compliant; None where it stops before that."""
     errors: bool
     """Whether it would log any error: by that a VRX competition decides."""
     stops: tuple[str, ...]
-    """What it would stop at."""
+    """Problems at which it would stop."""
 
 
 def _generator_result(
     files: Sequence[PartsFile], judged: Mapping[Kind, Sequence["PartVerdict"]], book: Rules
 ) -> GeneratorResult:
-    """How VRX's generator would end for these files, whose parts are judged by a set of rules."""
+    """Verdict of VRX's generator on files whose parts are judged by a set of rules."""
     unknown = {
         kind: [f"type {one.instance.type}" for one in parts if one.breaks("type")] for kind, parts in judged.items()
     }
@@ -210,7 +210,7 @@ def _is_permitted(instance: Instance, book: Rules) -> bool:
 
 
 _WAYS = (("too far aft", "too far forward"), ("too far to starboard", "too far to port"), ("too low", "too high"))
-"""Which way a part misses a box along x, y and z: below its least, above its greatest."""
+"""Words for missing a box along x, y and z: below its least, above its greatest."""
 
 
 @dataclass(frozen=True)
@@ -228,7 +228,7 @@ class PartVerdict:
     instance: Instance
     kind: Kind
     point: Point | None
-    """Its place in base_link [m]; None for a part without one that rules speak of."""
+    """Place in base_link [m]; None for a part without one that rules speak of."""
     box: Box | None
     """The box that took it."""
     breaches: tuple[Breach, ...]
@@ -237,7 +237,7 @@ class PartVerdict:
 
     @property
     def name(self) -> str:
-        """What the part is called."""
+        """Name of the part."""
         return name_of(self.instance)
 
     @property
@@ -251,7 +251,7 @@ class PartVerdict:
 
     @property
     def warning(self) -> str:
-        """What ROS makes of a name that no rule of VRX forbids; empty if it takes it."""
+        """Warning about a name that ROS refuses and no rule of VRX forbids; empty if ROS takes it."""
         refused = self.name and not is_ros_name(self.name)
         return f"ROS refuses the name {shown(self.name)}: {ALLOWED} are allowed" if refused else ""
 
@@ -264,7 +264,7 @@ class Verdict:
     parts: tuple[PartVerdict, ...]
     """Verdicts in the order of the files, components first."""
     reasons: tuple[str, ...]
-    """Why it is not legal, each once; empty if it is."""
+    """Reasons why the boat is not legal; empty if it is."""
     generator: GeneratorResult
 
     @property
@@ -304,7 +304,7 @@ def _verdicts(file: PartsFile, book: Rules) -> Iterator[PartVerdict]:
 
 
 def _against_type(instance: Instance, book: Rules) -> Iterator[Breach]:
-    """What a part breaks whatever its place."""
+    """Rules that a part breaks wherever it is."""
     part = part_types()[instance.type]
     rules = book.of(part.kind).types.get(instance.type)
     if rules is None:
@@ -320,7 +320,7 @@ def _against_type(instance: Instance, book: Rules) -> Iterator[Breach]:
 
 
 def _outside(point: Point, boxes: Sequence[Box]) -> str:
-    """Why a point got no box, and by how much it misses the nearest."""
+    """Reason why a point got no box, with its distance from the nearest."""
     full = [box.name for box in boxes if box.contains(point)]
     if full:
         return f"inside {' and '.join(full)}, which {'is' if len(full) == 1 else 'are'} full"
@@ -333,7 +333,7 @@ def _outside(point: Point, boxes: Sequence[Box]) -> str:
 
 
 def _reasons(parts: Sequence[PartVerdict], rules: KindRules) -> Iterator[str]:
-    """Why the parts of a file are not legal: counts by type, all else by part."""
+    """Reasons why the parts of a file are not legal: counts by type, all else by part."""
     counts = Counter(part.instance.type for part in parts)
     for part in parts:
         name = part.instance.type

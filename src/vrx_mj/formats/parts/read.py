@@ -18,6 +18,7 @@ from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxWarning, sh
 from vrx_mj.formats.parts.catalogue import Instance, Kind, Parameter, PartsFile, PartType, catalogue, part_types
 from vrx_mj.formats.urdf.elements import numbers_of, truth
 from vrx_mj.formats.urdf.expand import Result, evaluate
+from vrx_mj.formats.urdf.xml_document import file_error
 
 _JAZZY_NAMES = frozenset({"sensor_name", "pinger_name"})
 """Parameters that only a pinger of VRX jazzy has."""
@@ -33,7 +34,7 @@ _MOST_HZ = 10_000.0
 
 
 def _meant(parameter: Parameter, value: object) -> str | float | bool:
-    """What a parameter's value means.
+    """Value of a parameter in its own form.
 
     Raises:
         ValueError: it is nothing that the parameter can be, and why.
@@ -136,13 +137,13 @@ def _name_key(instance: Instance) -> str:
 
 
 def name_of(instance: Instance) -> str:
-    """What a part is called; empty where its file owes it a name."""
+    """Name of a part; empty where its file lacks one."""
     key = _name_key(instance)
     return str(instance.parameters.get(key) or part_types()[instance.type].default(key) or "")
 
 
 def place_of(instance: Instance) -> tuple[float, float, float] | None:
-    """Where a part is in base_link [m]; None for a type without coordinates, which no box limits."""
+    """Place of a part in base_link [m]; None for a type without coordinates, which no box limits."""
     part, given = part_types()[instance.type], instance.parameters
     if part.kind == "thrusters":
         return triple_of(str(given["position"]))
@@ -209,7 +210,7 @@ def load_parts(path: Path | str, kind: Kind) -> PartsFile:
     parts = MARKS["thrusters"] | MARKS["components"]  # of the other file of parts each key has its own message
     said = said or (None if parts & set(section or {}) else other_kind(kind, section or {}))
     if said:
-        raise ConfigError([Problem(display(file), None, None, "", said)])
+        raise file_error(file, said)
     if section is not None:
         for key in section:
             _read_type(reading, section, key)
@@ -219,7 +220,7 @@ def load_parts(path: Path | str, kind: Kind) -> PartsFile:
     for loc, instance in reading.parts:
         for key, message in _suspicious_values(instance):
             place = reading.places.get((*loc, key), instance.place)
-            warnings.warn(str(_problem(place, (*loc, key), message)), VrxWarning, stacklevel=2)
+            warnings.warn(str(place.problem(key_path((*loc, key)), message)), VrxWarning, stacklevel=2)
     return PartsFile(file, kind, tuple(part for _, part in reading.parts), tuple(map(str, reading.stops)))
 
 
@@ -235,18 +236,14 @@ class _Reading:
     stops: list[Problem] = field(default_factory=list)
 
     def wrong(self, place: Place, loc: Loc, message: str) -> None:
-        self.problems.append(_problem(place, loc, message))
+        self.problems.append(place.problem(key_path(loc), message))
 
     def stop(self, place: Place, loc: Loc, message: str) -> None:
-        self.stops.append(_problem(place, loc, message))
-
-
-def _problem(place: Place, loc: Loc, message: str) -> Problem:
-    return Problem(place.file.name, place.line, place.column, key_path(loc), message)
+        self.stops.append(place.problem(key_path(loc), message))
 
 
 def _content(path: Path) -> Section | None:
-    """What a file holds; None where it is empty."""
+    """Content of a file; None where it is empty."""
     lines = read_lines(path)
     return None if all(map(_NOTHING.fullmatch, lines)) else _evaluate(parse(File(display(path), path.parent, lines)))
 

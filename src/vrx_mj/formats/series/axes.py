@@ -57,7 +57,7 @@ class Axis:
     sequence: Mapping[int, Section]
     """Macros and their calls at single steps, instead of `macros`; their values are meant literally."""
     sides: Mapping[int, Any]
-    """What is written to a file beside the world at single steps."""
+    """Content of a file beside the world at single steps."""
 
     @classmethod
     def of(cls, name: str, content: Section) -> "Axis":
@@ -73,14 +73,14 @@ class Series:
 
     file: File
     stem: str
-    """What the names of its worlds begin with, before their number."""
+    """Beginning of the names of its worlds, before their number."""
     root: Section
     """The content of the file, with places."""
     axes: tuple[Axis, ...]
     results: dict[Any, dict[tuple[str, int], Any]] = field(default_factory=dict, compare=False, repr=False)
-    """What its expressions come to, as far as they were worked out."""
+    """Results of its expressions, as far as they were evaluated."""
     made: dict[Any, Any] = field(default_factory=dict, compare=False, repr=False)
-    """What its calls make, as far as they were expanded."""
+    """Elements that its calls make, as far as they were expanded."""
 
     @cached_property
     def objects(self) -> Mapping[str, Path]:

@@ -37,7 +37,7 @@ _DOLLARS = re.compile(r"\$+(?=[{(])")
 
 @dataclass(frozen=True)
 class Macro:
-    """What a macro takes, and makes."""
+    """Parameters of a macro, and the part of a world that it makes."""
 
     part: str
     """Part of the world that the macro makes; there is one of each, but any number of objects."""
@@ -144,7 +144,7 @@ def _block_element(text: str, name: str) -> Element:
 
 
 def _odd_elements(block: str, element: Element) -> Iterator[str]:
-    """What is wrong with the elements of a block."""
+    """Messages about elements of a block."""
     name, known = _BLOCKS[block]["element"], _BLOCKS[block]["inside"]
     if name and element.own_text and not element.children:
         yield f"expected elements <{name}>, got {shown(element.own_text)}"

@@ -23,7 +23,7 @@ from vrx_mj.formats.series.macros import PLACES, Line, lines_of, macros
 from vrx_mj.formats.series.pieces import Piece, pieces_in_force
 
 _MARK = "#"
-"""Between the name of an axes file and the number of a world."""
+"""Mark between the name of an axes file and the number of a world."""
 _HEAD_OF_XACRO = '<sdf xmlns:xacro="http://ros.org/wiki/xacro">'
 _Made = tuple[tuple[str | int, ...], int]
 """A call: its path in the file, and the step of its axis."""
@@ -40,7 +40,7 @@ class SeriesWorld:
     section: Section
     """The content of its file."""
     side: Any
-    """What is written to a file beside it; None: nothing."""
+    """Content of a file beside it; None without one."""
     stale: bool
     """Whether VRX's own world names a link for the wind that boats have no more."""
 
@@ -88,7 +88,7 @@ def series_world(series: Series, number: int) -> SeriesWorld:
     try:
         found = _gazebo_world(series, number, calls, lines)
     except ConfigError as error:
-        raise ConfigError([_in_axes(calls, problem) for problem in error.problems]) from None
+        raise ConfigError(_in_axes(calls, problem) for problem in error.problems) from None
     steps = ", ".join(f"{name} {step}" for name, step in coordinate.items())
     description = f"world {number} of {Path(series.file.name).name}: {steps}"
     section = _said_by(calls, found.section.holding({**found.section, "description": description}))
@@ -97,7 +97,7 @@ def series_world(series: Series, number: int) -> SeriesWorld:
 
 
 def _gazebo_world(series: Series, number: int, calls: Sequence[Call], lines: Mapping[_Made, list[Line]]) -> GazeboWorld:
-    """What calls make, read as a world of Gazebo. Raises ConfigError."""
+    """World of Gazebo that calls make. Raises ConfigError."""
     if not lines.keys() <= series.made.keys():
         series.made.update(_expanded_around(series, number, lines))
     made = [(call.macro in PLACES, part) for call in calls for part in series.made[call.loc, call.step]]
@@ -109,7 +109,7 @@ def _gazebo_world(series: Series, number: int, calls: Sequence[Call], lines: Map
     lost = [(note.place, note.ours) for note in included if note.fate == "ignored"]
     lost += [(note.place, "a boat: name it in a fleet") for note in included if note.ours.startswith("a boat")]
     if lost:
-        raise ConfigError([Problem(place.file.name, *place[1:], "", message) for place, message in lost])
+        raise ConfigError(place.problem("", message) for place, message in lost)
     return found
 
 
@@ -181,7 +181,7 @@ def _side(series: Series, coordinate: dict[str, int]) -> object:
 
 
 HEAD = "# World "
-"""How the text of a world of a series begins."""
+"""Beginning of the text of a world of a series."""
 _WIDTH = 120
 _STALE = """# VRX's wind acts on the link base_link, which boats no longer have; here it acts on the boat
 # (`physics: {quirks: [wind_stale_link]}` for VRX's).

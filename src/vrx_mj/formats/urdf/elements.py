@@ -68,7 +68,7 @@ class Tag:
     path: str
     """Names of elements with '/' between, each in the one before; of such with '|' between, the first that is there."""
     default: Any = 0.0
-    """What a missing or empty element means, and by its type the form: a number, an int for a count, a switch, a text,
+    """Value of a missing or empty element, whose type is the form: a number, an int for a count, a switch, a text,
     or several numbers."""
     unit: str = ""
     above: float = -math.inf
@@ -77,7 +77,7 @@ class Tag:
     largest: float = LARGEST
     """Largest amount; where any is allowed, the number may be infinite as well."""
     labels: str = ""
-    """What the numbers are called in messages, where that is not `x y z` or the element's own name."""
+    """Names of the numbers in messages, where they are not `x y z` or the element's own name."""
 
 
 _LABELS = {3: "x y z", 6: "x y z roll pitch yaw"}
@@ -94,12 +94,12 @@ FIELDS: Mapping[str, Rows] = {
     of: {name: _tag(name, row) for name, row in table["rows"].items()}
     for of, table in json.loads((Path(__file__).parent / "fields.json").read_bytes()).items()
 }
-"""Of plugins, sensors and shapes the tags that fill fields of ours, by what these belong to."""
+"""Tags that fill fields of ours from plugins, sensors and shapes, by what these belong to."""
 
 
 @dataclass
 class Findings:
-    """What is wrong with a file, and what is odd in it."""
+    """Problems of a file, and what is suspicious in it."""
 
     file: str
     """Name of the file in messages."""
@@ -108,11 +108,11 @@ class Findings:
     """Things that are legal but suspicious, by their kind."""
 
     def note(self, kind: str, thing: str) -> None:
-        """Remembers a suspicious thing, once."""
+        """Note a suspicious thing, once."""
         self.odd.setdefault(kind, {})[thing] = None
 
     def check_names(self, kind: str, things: Iterable[tuple[str, Place, str]]) -> None:
-        """Notes things of a kind, each with its name, place and path, whose name one before has."""
+        """Note a problem for each thing of a kind, given by name, place and path, whose name an earlier one has."""
         first: dict[str, Place] = {}
         for name, place, path in things:
             if name and first.setdefault(name, place) is not place:
@@ -120,7 +120,7 @@ class Findings:
                 self.problems.append(place.problem(path, message))
 
     def settle(self) -> None:
-        """Raises all problems, in the order of the file."""
+        """Raise all problems, in the order of the file."""
         if self.problems:
             raise ConfigError(sorted(dict.fromkeys(self.problems), key=lambda problem: problem.line or 0))
 
@@ -138,7 +138,7 @@ class Node:
         self.place: Place = element.place
 
     def fault(self, message: str, key: str = "") -> None:
-        """Notes a problem with the element, or with its attribute or child `key`."""
+        """Note a problem with the element, or with its attribute or child `key`."""
         path = " / ".join(filter(None, (self.path, key)))
         self.findings.problems.append(self.place.problem(path, message))
 
@@ -219,7 +219,7 @@ class Node:
         return bool(self.value_of(Tag(path, default)))
 
     def value_of(self, tag: Tag) -> Any:
-        """What a tag below this element says."""
+        """Value of a tag below this element."""
         node, default = self.child(tag.path), tag.default
         text = "" if node is None else " ".join("".join(node.element.itertext()).split())
         if node is None or not text or isinstance(default, str):
@@ -245,7 +245,7 @@ class Node:
         return default if found is None else found
 
     def fields(self, rows: Mapping[str, Tag]) -> dict[str, Any]:
-        """What rows say: a value for each name."""
+        """Values of rows by name."""
         return {name: self.value_of(tag) for name, tag in rows.items()}
 
     def config_of(self, model: type[_ConfigT], values: Mapping[str, object]) -> _ConfigT | None:
@@ -267,7 +267,7 @@ class Node:
 
 
 def _fault(word: str, above: float, low: float, high: float, largest: float) -> str:
-    """What is wrong with the text of a number; empty if nothing is."""
+    """Message about the text of a number; empty if nothing is wrong."""
     if not (_NUMBER.fullmatch(word) or (largest == math.inf and _ENDLESS.fullmatch(word))):
         return f"{'must be finite' if _NOT_FINITE.fullmatch(word) else 'expected a number'}, got {shown(word)}"
     value = float(word)

@@ -25,11 +25,11 @@ from vrx_mj.config.tree import File, Place
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, nearest
 from vrx_mj.formats.urdf.expand import LEFT_OUT, Expanded, Result
 from vrx_mj.formats.urdf.xacro_files import OUTSIDE
-from vrx_mj.formats.urdf.xml_document import MAX_BYTES, Table, decode, markup, parse_xml, table_of
+from vrx_mj.formats.urdf.xml_document import MAX_BYTES, decode, markup, parse_xml, table_of
 
 _NAME = re.compile(r"[A-Za-z_\u00c0-\ufffd][-.\w\u00b7]*(:[A-Za-z_\u00c0-\ufffd][-.\w\u00b7]*)?")
 _IN_PACKAGE = re.compile(r"\s*\$\(find (\w{1,200})\)/")
-"""How the name of a file in a package begins."""
+"""Beginning of the name of a file in a package."""
 _UNDEFINED = re.compile("name '(.*)' is not defined")
 _SHOWN_CALLERS = 3
 _LONGEST = 300
@@ -59,7 +59,7 @@ def _place_of(element: Any) -> Place:
 
 
 class Copied:
-    """Gives a copied element its original's place."""
+    """Handler of minidom that gives a copied element its original's place."""
 
     def handle(self, operation: int, key: str, data: Place, source: Any, copy: Any) -> None:
         """Called by minidom."""
@@ -139,7 +139,7 @@ def _result(text: str, names: Mapping[str, object]) -> Result:
     return Result(problem=f"comes to a {type(value).__name__}, not to a number or text")
 
 
-def evaluated_argument(expression: str, arguments: Mapping[str, str], packages: Mapping[str, str], folder: str) -> str:
+def evaluate_argument(expression: str, arguments: Mapping[str, str], packages: Mapping[str, str], folder: str) -> str:
     """What `$(eval ...)` of a launch file comes to, in a folder. Raises VrxError."""
     inner: Any = substitution_args
     inner._eval_dict["find"] = lambda name: _package_folder(name, packages)
@@ -225,7 +225,7 @@ class Expansion:
             for element in document.getElementsByTagName("*"):
                 _check_names(element)
             text = document.toprettyxml(indent="  ")
-            rows = table_of(markup(text, self.file)).rows if self.macros else ()
+            rows = table_of(markup(text, self.file)) if self.macros else ()
         except Exception as error:
             cause = _cause(error)
             if known is None and isinstance(cause, UnknownPackageError):
@@ -235,7 +235,7 @@ class Expansion:
         files = {file: number for number, file in enumerate(dict.fromkeys(place.file for place in places))}
         spots = tuple((files[place.file], place.line or 1, place.column or 1) for place in places)
         paths = tuple(str((file.folder or Path()) / Path(file.name).name) for file in files)
-        table = Table(tuple((row[0], *spot, *row[4:]) for row, spot in zip(rows, spots, strict=True)) if rows else ())
+        table = tuple((row[0], *spot, *row[4:]) for row, spot in zip(rows, spots, strict=True)) if rows else ()
         return Expanded(
             text, paths, spots, table, tuple(self.arguments.declared), tuple(self.warnings), tuple(self.left_out)
         )
@@ -343,7 +343,7 @@ def _nothing(*_: object, **__: object) -> None:
 
 
 def _unread(filename: str, error: ReadingError) -> str:
-    """Why a file cannot be read, with the name that may be meant."""
+    """Reason why a file cannot be read, with the name that may be meant."""
     path = Path(filename)
     try:
         os.scandir(path.parent).close()
@@ -359,9 +359,8 @@ def _check_names(element: Any) -> None:
     """Refuse names that are not those of XML, which expressions may give, and write numbers as texts."""
     for name in (element.tagName, *element.attributes.keys()):
         if not isinstance(name, str) or not _NAME.fullmatch(name):
-            file, line, column = _place_of(element)
             message = f"'{name}' is not a valid name for an element or attribute"
-            raise ConfigError([Problem(file.name, line, column, f"<{element.tagName}>", message)])
+            raise ConfigError([_place_of(element).problem(f"<{element.tagName}>", message)])
     for attribute in element.attributes.values():
         attribute.value = str(attribute.value)
 
@@ -384,7 +383,7 @@ def _problem(error: Exception, cause: BaseException, made: Expansion, known: Seq
     if trail.place is None:
         return Problem(display(Path(made.file)), None, None, "", message)
     place = _expression_place(trail.place, trail.expression)
-    return Problem(place.file.name, place.line, place.column, f"<{trail.tag}>", message + trail.callers())
+    return place.problem(f"<{trail.tag}>", message + trail.callers())
 
 
 def _cause(error: BaseException) -> BaseException:
@@ -465,7 +464,7 @@ class _Trail:
             self.expression = f"${{{local['s']}}}" if function == "handle_expr" else f"$({local['s']})"
 
     def callers(self) -> str:
-        """Which macros led here, the innermost first."""
+        """Macros that led here, the innermost first."""
         calls = [(name, place) for name, place in reversed(self.calls) if place != self.place]
         said = dict.fromkeys(f"in macro '{name}' called at {place.file.name}:{place.line}" for name, place in calls)
         return f" ({', '.join(list(said)[:_SHOWN_CALLERS])})" if said else ""

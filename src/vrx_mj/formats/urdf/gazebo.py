@@ -13,7 +13,6 @@ from vrx_mj.formats.urdf.gazebo_sensors import (
     INSTRUMENTS,
     TABLES,
     Scope,
-    library,
     plugin_kind,
     read_instrument,
     read_sensor,
@@ -49,7 +48,7 @@ class Robot(Scope):
         self, node: Node, link: str, drive: Mapping[str, Any], *, name: str = "", propeller: str | None = None,
         engine: str | None = None, axis: tuple[float, float, float] = _FORWARD,
     ) -> None:  # fmt: skip
-        """Keeps a thruster, if its values are such as there are."""
+        """Keep a thruster, if its values are valid."""
         astern = {"max_force_reverse": -abs(drive["max_force_reverse"])}
         config = node.config_of(ThrusterConfig, {"mapping": "linear", **drive, **astern})
         if config is not None and link:
@@ -274,8 +273,8 @@ def _fossen(node: Node, robot: Robot) -> None:
 
 
 _TRIANGLES = "its damping and drag of each triangle are not simulated; all drag is derived from the hull"
-"""Of the water of asv_wave_sim, which acts on the triangles of the hull."""
-_THRUSTERS: Mapping[str, Callable[[Node, Robot], None]] = {
+"""Warning about the water of asv_wave_sim, which acts on the triangles of the hull."""
+THRUSTERS: Mapping[str, Callable[[Node, Robot], None]] = {
     "usv_gazebo_thrust_plugin": _thrusters,
     "gz-sim-thruster-system": _newer_thruster,
     "uuv_thruster_plugin": _uuv_thruster,
@@ -283,8 +282,9 @@ _THRUSTERS: Mapping[str, Callable[[Node, Robot], None]] = {
     "freefloating_gazebo_control": _freefloating,
     **dict.fromkeys(("foil_dynamics_plugin", *_ASV_FOILS), _foil),
 }
+"""Readers of thrusters and foils, by the library of their plugins."""
 _PLUGINS: Mapping[str, Callable[[Node, Robot], None]] = {
-    **_THRUSTERS,
+    **THRUSTERS,
     **dict.fromkeys(INSTRUMENTS, read_instrument),
     "usv_gazebo_dynamics_plugin": _hydrodynamics,
     "usv_gazebo_wind_plugin": _wind,
@@ -296,14 +296,9 @@ _PLUGINS: Mapping[str, Callable[[Node, Robot], None]] = {
     "gz-waves1-hydrodynamics-system": lambda node, robot: robot.warn(node, _TRIANGLES),
     "HydrodynamicsPlugin": lambda node, robot: robot.warn(node, _TRIANGLES),
 }
-"""What reads a plugin, by its kind."""
+"""Readers of plugins, by their library."""
 QUIET_PLUGINS: frozenset[str] = frozenset(TABLES["quiet_plugins"])
 """Plugins that only publish what ROS has anyway, or that steer what thrusters steer here."""
-
-
-def is_thruster(filename: str) -> bool:
-    """Whether a plugin of this `filename` is a thruster."""
-    return library(filename) in _THRUSTERS
 
 
 def read_gazebo(urdf: Urdf, tags: Sequence[Node], findings: Findings) -> Gazebo:

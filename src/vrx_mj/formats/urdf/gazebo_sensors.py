@@ -42,15 +42,15 @@ class Scope(Gazebo):
     findings: Findings
 
     def warn(self, node: Node, message: str) -> None:
-        """Notes that something the file asks for is not done."""
+        """Warn that something in the file is not simulated."""
         self.warnings.append(f"{node.place}: {node.path}: {message}")
 
     def warn_plugin(self, plugin: Node) -> None:
-        """Notes that a plugin does nothing here."""
+        """Warn that a plugin is not simulated."""
         self.warn(plugin, f"the plugin {plugin.attribute('filename') or 'without a filename'} is not simulated")
 
     def check(self, node: Node | None, rows: Iterable[tuple[Tag, str]]) -> None:
-        """Notes what is not done, once for each message of tags that are not as by default; `{}` is the tag's name."""
+        """Warn once for each message of tags that do not have their defaults; `{}` is the tag's name."""
         if node:
             for message in dict.fromkeys(
                 words.format(tag.path) for tag, words in rows if node.value_of(tag) != tag.default
@@ -85,7 +85,7 @@ class Scope(Gazebo):
         return next((one for one in names if one in known), "")
 
     def pose(self, link: str, node: Node | None = None) -> Pose:
-        """Of a link, or of a sensor with a `<pose>` in it, in the root link's frame [m, rad]."""
+        """Pose of a link, or of a sensor with a `<pose>` in it, in the root link's frame [m, rad]."""
         return chain(self.urdf.places.get(link, ZERO), node.value_of(Tag("pose", ZERO, "m, rad")) if node else ZERO)
 
     def local(self, name: str, *, hard_coded: bool = False) -> str:
@@ -102,7 +102,7 @@ class Scope(Gazebo):
         return (topic.removesuffix(f"/{last}") if last else topic) or instead
 
     def name(self, node: Node, link: str, own: str) -> str:
-        """What a sensor is called: as its link, or by its own name without one and on the root link."""
+        """Name of a sensor: that of its link, or its own name without one and on the root link."""
         wanted = self.local(link).removesuffix("_link") if link and link != self.urdf.root else own
         taken = {sensor.name for sensor in self.sensors}
         wanted = next((name for name in (wanted, own) if name and name not in taken), own or wanted or "sensor")
@@ -157,7 +157,7 @@ class Kind:
     topic: str
     """Topic where the file gives none; `{}` is the sensor's own name."""
     fields: str = ""
-    """What is read besides, where that is no more than a table of `FIELDS`."""
+    """Table of `FIELDS` with what else is read."""
     ends: Sequence[str] = ()
     """Last parts of topics that are left out."""
     own: str = ""
@@ -165,19 +165,19 @@ class Kind:
     frame: str = ""
     """Frame of its readings where the file gives none; empty: the link."""
     rate: Mapping[str, Any] | None = field(default_factory=lambda: PLUGIN_RATE)
-    """How the tag of the rate differs from that of a `<sensor>`; None for what is not read."""
+    """Differences of the tag of the rate from that of a `<sensor>`; None without a rate."""
     links: Sequence[str] = ()
     """Links that it is on where the file names none, by its own name and its frame; without any it has to name one."""
     by_link: bool = True
     """Whether it is called as its link is."""
     ignored: Sequence[str] = ()
-    """Those of `OFFSETS` that it has."""
+    """Tags of `OFFSETS` that it has."""
     prefixes: Mapping[str, str] = field(default_factory=dict)
-    """What Hector's tags begin with, by the sensor's field."""
+    """Beginnings of Hector's tags, by the sensor's field."""
     plugins: Sequence[str] = ()
-    """Those in a `<sensor>` that publish its readings."""
+    """Plugins in a `<sensor>` that publish its readings."""
     scans: Sequence[str] = ()
-    """Those of them that publish a planar scan."""
+    """Plugins that publish a planar scan."""
 
 
 TABLES: Mapping[str, Any] = json.loads((Path(__file__).parent / "plugins.json").read_bytes())
@@ -239,7 +239,7 @@ def read_instrument(node: Node, scope: Scope) -> None:
 def _add(
     node: Node, plugin: Node | None, kind: Kind, scope: Scope, link: str, frame: str, topic: str, name: str
 ) -> None:  # fmt: skip
-    """Keeps a sensor, if its values are such as there are."""
+    """Keep a sensor, if its values are valid."""
     own = node.tag == "sensor"
     rate = SENSOR_RATE if own or kind.rate is None else replace(SENSOR_RATE, **kind.rate)
     read = _READERS.get(kind.name)
@@ -344,7 +344,7 @@ _READERS: Mapping[str, Callable[[Node, Node | None, Scope, str], _Values]] = {
     "gps": _gps,
     "imu": _imu,
 }
-"""What reads of a sensor what others have not, from its element, the plugin in it, and the link that it is on."""
+"""Readers of what single kinds have, from a sensor's element, the plugin in it, and the link that it is on."""
 
 
 def read_sensor(node: Node, link: str, scope: Scope, *, alone: bool = True) -> None:

@@ -67,10 +67,10 @@ def read_buoyancy(node: Node) -> _Known:
 
 @dataclass(frozen=True)
 class Control:
-    """What a channel of ArduPilot does with a joint."""
+    """A channel of ArduPilot that commands a joint."""
 
     channel: str
-    """Its number, from 1."""
+    """Number of the channel, from 1."""
     joint: str
     type: str
     low: float
@@ -80,7 +80,7 @@ class Control:
     trim: float
     """Pulse that commands 0 [us]."""
     span: tuple[float, float]
-    """How much shorter and longer those of the limits are [us]; below 0 where the longer one commands less."""
+    """Differences of the shortest and longest pulse from `trim` [us]; negative where the longer one commands less."""
     node: Node
 
 

@@ -8,7 +8,6 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from vrx_mj.config.joints import tree_faults
 from vrx_mj.config.shapes import Shape, Visual
 from vrx_mj.config.values import COLORS
 from vrx_mj.config.wording import choice
@@ -19,11 +18,11 @@ from vrx_mj.frames import Pose
 
 _GEOMETRIES = ("box", "sphere", "cylinder", "capsule", "mesh")
 _POST = "_post_link"
-"""How VRX's generator ends the name of a sensor's post; it may have a negative length, and so a negative mass."""
+"""End of the name of a sensor's post in VRX; it may have a negative length, and so a negative mass."""
 _VRX_IMU = (0.1, 0.000083, 0.000083, 0.0125)
 """Mass and moments that VRX gives its IMU. No body has them, but so light a part does not matter."""
 _SLIGHT = 1.1
-"""How far a moment may exceed the sum of the others before the inertia of a heavy link is an error."""
+"""Ratio of a moment to the sum of the others from which the inertia of a heavy link is an error."""
 _THIN, _ROUNDED = 1e-6, 1e-12
 """Squares [m2] of radii of gyration, 1 mm and 1 um: moments off by less come of rounding, and are no error; or are
 not worth a word."""
@@ -40,7 +39,7 @@ _GAZEBO_NAME = re.compile(r"(?<=[a-z])(?=[A-Z])")
 
 @dataclass
 class Surroundings:
-    """What a link's elements refer to, and what is noticed about the links."""
+    """Colours to which elements of links refer, and problems of the links."""
 
     findings: Findings
     materials: Mapping[str, Color] = field(default_factory=dict)
@@ -153,14 +152,17 @@ def _collision(node: Node) -> Shape | MeshRow | None:
 
 
 def _visual(node: Node, link: str, around: Surroundings) -> Visual | MeshRow | None:
-    """What a `<visual>` shows; one without a shape, which VRX has too, shows nothing."""
+    """Shape of a `<visual>`; None without one, as VRX has it too."""
     geometry = node.child("geometry")
     values = _shape(node, geometry) if geometry else None
     if geometry is None:
         around.findings.note("shapeless", link)
     if geometry is None or values is None:
         return None
-    color = around.gazebo.get(link) or _visual_color(node, around)
+    material = node.child("material")
+    own = material.child("color") if material else None
+    named = around.materials.get(material.attribute("name") or "") if material else None
+    color = around.gazebo.get(link) or (_rgba(own) if own else named)
     return shape_of(node, geometry, values | ({"color": color} if color else {}), Visual)
 
 
@@ -173,14 +175,6 @@ def shape_of(node: Node, geometry: Node, values: dict[str, Any], kind: type[Shap
     given: dict[str, Any] = {"scale": ONE, "name": None, "color": None} | values
     del given["type"]
     return MeshRow(place=mesh.place, key=f"{mesh.path} / {key}", **given)
-
-
-def _visual_color(node: Node, around: Surroundings) -> Color | None:
-    material = node.child("material")
-    if material is None:
-        return None
-    color = material.child("color")
-    return _rgba(color) if color else around.materials.get(material.attribute("name") or "")
 
 
 def _shape(node: Node, geometry: Node) -> dict[str, Any] | None:
@@ -211,7 +205,7 @@ def shape_name(node: Node) -> dict[str, str]:
 
 
 def _scale(mesh: Node) -> tuple[float, ...]:
-    """Of a mesh, along x, y and z; negative ones mirror it."""
+    """Scale of a mesh along x, y and z; negative ones mirror it."""
     words = (mesh.attribute("scale") or "").split()
     scale = mesh.numbers("scale", "factor") * 3 if len(words) == 1 else mesh.numbers("scale", "x y z")
     if 0.0 in scale:
@@ -238,19 +232,6 @@ def read_joint(node: Node, links: Collection[str]) -> Joint:
     rest = min(max(0.0, limits.lower), limits.upper) if limits and kind in BOUNDED else 0.0
     pose, place = _read_pose(node), node.place
     return Joint(name, kind, parent, child, pose, axis=axis, limits=limits, place=place, rest=rest)
-
-
-def root_of(links: Mapping[str, Link], joints: Mapping[str, Joint], findings: Findings) -> str:
-    """The one link that is no joint's child, if the links hang together as a tree under it."""
-    children = {joint.child for joint in joints.values()}
-    top = next((name for name in links if name not in children), "")
-    rows: dict[str | int, list[Any]] = {"links": [link for link in links.values() if link.name != top]}
-    rows["joints"] = list(joints.values())
-    ends = [(joint.name, joint.parent, joint.child) for joint in joints.values()]
-    for (kind, index, *_), message in tree_faults(top, [link.name for link in rows["links"]], ends):
-        row = rows[kind][int(index)]
-        findings.problems.append(row.place.problem(f"{str(kind)[:-1]} '{row.name}'", str(message)))
-    return top
 
 
 def _end(node: Node, tag: str, links: Collection[str]) -> str:

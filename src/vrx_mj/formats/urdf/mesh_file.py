@@ -3,11 +3,10 @@
 Pictures that a mesh names are not opened.
 """
 
-import contextlib
 import io
 import logging
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -35,16 +34,9 @@ def _no_picture(*_arguments: object, **_options: object) -> None:
     raise OSError("pictures are not opened")
 
 
-@contextlib.contextmanager
-def _without_pictures() -> Iterator[None]:
-    opened, PIL.Image.open = PIL.Image.open, _no_picture  # type: ignore[assignment]
-    try:
-        yield
-    finally:
-        PIL.Image.open = opened
+PIL.Image.open = _no_picture  # type: ignore[assignment]
 
 
-@_without_pictures()
 def mesh(path: str, name: str) -> MeshData:
     """The mesh of a file, which messages call `name`.
 

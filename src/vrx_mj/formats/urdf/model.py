@@ -19,10 +19,10 @@ ZERO: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 @dataclass(frozen=True)
 class Place:
-    """Where an element is."""
+    """Place of an element."""
 
     file: str = ""
-    """As messages call it."""
+    """Name of the file in messages."""
     line: int | None = None
     column: int | None = None
 
@@ -30,7 +30,7 @@ class Place:
         return self.file if self.line is None else f"{self.file}:{self.line}"
 
     def problem(self, key: str, message: str) -> Problem:
-        """What is wrong with the element, or with a part of it."""
+        """A problem with the element, or with a part of it."""
         return Problem(self.file, self.line, None, key, message)
 
 
@@ -51,7 +51,7 @@ class MeshRow:
     """A shape that is a mesh, whose file is still to be found."""
 
     file: str
-    """As the robot's file names it."""
+    """Name of the mesh in the robot's file."""
     pose: Pose
     scale: Scale
     name: str | None
@@ -84,7 +84,7 @@ class LinkRow:
 
 @dataclass(frozen=True)
 class Limits:
-    """What a joint can do."""
+    """Limits of a joint."""
 
     lower: float = 0.0
     upper: float = 0.0
@@ -126,7 +126,7 @@ class UrdfThruster:
     """Thrust acts at its origin, along `axis`."""
     propeller_joint: str | None
     engine_joint: str | None
-    """What steers; None if nothing does."""
+    """Joint that steers; None if nothing does."""
     drive: ThrusterConfig
     kp: float = 300.0
     kd: float = 20.0
@@ -140,7 +140,7 @@ _Water = dict[str, float | tuple[float | None, ...] | tuple[HullConfig, ...]]
 
 @dataclass
 class Gazebo:
-    """What Gazebo's tags of a URDF mean to us, as far as they are read."""
+    """Plugins and sensors in Gazebo's tags of a URDF."""
 
     thrusters: list[UrdfThruster] = field(default_factory=list)
     hydrodynamics: HydrodynamicsConfig | None = None
@@ -152,11 +152,11 @@ class Gazebo:
     """Rudders and keels."""
     sails: dict[str, SailEntry] = field(default_factory=dict)
     autopilot: dict[str, ChannelEntry] = field(default_factory=dict)
-    """What channels of ArduPilot command, by number."""
+    """Channels of ArduPilot by number."""
     sensors: list[SensorConfig] = field(default_factory=list)
     """Posed in the root link's frame, names without the namespace."""
     warnings: list[str] = field(default_factory=list)
-    """What the file asks for and is not done, each with its line."""
+    """Parts of the file that are not simulated, each with its line."""
 
 
 @dataclass(frozen=True)
@@ -165,7 +165,7 @@ class Urdf:
 
     file: Path
     label: str
-    """What messages call the file, or the text that was made of it."""
+    """Name in messages of the file, or of the text that was made of it."""
     name: str
     root: str
     links: Mapping[str, Link]
@@ -176,9 +176,9 @@ class Urdf:
     namespace: str = ""
     """Namespace of the links' names: `wamv` of `wamv/base_link`; empty if they have none."""
     gazebo: Gazebo = field(default_factory=Gazebo)
-    """What plugins and sensors mean."""
+    """Plugins and sensors."""
     remarks: tuple[str, ...] = ()
-    """What the file asks for and is not done, besides its plugins and sensors, each with its line."""
+    """Parts of the file that are ignored, besides its plugins and sensors, each with its line."""
     text: str = ""
     """A URDF of it, where the file is none."""
 

@@ -23,11 +23,11 @@ _SIDES = get_args(_Side)
 
 
 class Entry(NamedTuple):
-    """What an element or attribute is."""
+    """Fate of an element or attribute."""
 
     fate: Literal["read", "lost", "harmless"]
     words: str
-    """As what it is read, or why it is lost."""
+    """Its name here, or the reason why it is lost."""
     usual: str | None = None
     """Value of which nothing is lost; None: something is of every value."""
 
@@ -98,7 +98,7 @@ def _losses_in(element: Any, section: str, base: str, side: _Side) -> Iterator[t
 
 
 def _why(rows: Mapping[str, Mapping[str, Entry]], path: str, value: str, side: _Side) -> str:
-    """Why something is lost; empty if nothing is."""
+    """Reason why something is lost; empty if nothing is."""
     row = rows.get(path)
     if row is None:
         base, _, name = path.rpartition("/")

@@ -22,7 +22,7 @@ from vrx_mj.errors import VrxError, shortened
 from vrx_mj.resources import root
 
 OUTSIDE = f"it is neither in the folder of the first file nor in a package; {ALLOW}"
-"""Why a file may not be read."""
+"""Reason why a file may not be read."""
 
 
 def own_packages() -> dict[str, Path]:

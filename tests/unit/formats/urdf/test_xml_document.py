@@ -114,7 +114,7 @@ def test_a_table_is_what_lxml_reads(tree, broken):
     )
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", VrxWarning)
-        rows = table(given_text, "a.sdf").rows
+        rows = table(given_text, "a.sdf")
     read = etree.fromstring(text)
     order = list(read.iter())
     assert [(row[0], row[4], row[5], row[6]) for row in rows] == [
