@@ -13,12 +13,13 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextvars import ContextVar
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from vrx_mj.cache_folder import chosen_folder
 from vrx_mj.errors import ConfigError, Problem, VrxError, VrxWarning
 from vrx_mj.foreign.cache import cached_answer, is_valid, keep
-from vrx_mj.foreign.plain import pack, unpack, validate
+from vrx_mj.foreign.child import Job
+from vrx_mj.foreign.plain import Answer, pack, unpack, validate
 from vrx_mj.foreign.reader import NOTES, READER, TEXT, TIME, ReaderError
 
 PACKAGE = "vrx_mj"
@@ -73,13 +74,13 @@ def ask(
         VrxError: what it raises, of the same class if that is loaded here.
     """
     request = _request(job, arguments, reads)
-    request["limits"] = {"memory": memory, "seconds": seconds, "answer": answer, "threads": int(threads)}
+    request["limits"] = {"memory": memory, "seconds": seconds, "answer": answer, "threads": threads}
     key = _key(request) if cached else ""
     spend(about, notes=0)
     found = _given_before(key) if cached else None
     if found is None:
         block, found = _new(request, about)
-        if key and found["files"] is not None:
+        if key and found.get("files") is not None:
             _keep(key, block)
     return _outcome(found, returns, about)
 
@@ -93,10 +94,11 @@ def ask_ahead(job: str, calls: Iterable[Sequence[object]], about: str) -> None:
     waiting = {key: request for key, request in waiting.items() if _given_before(key) is None}
     if len(waiting) > 1:
         spend(about, notes=0)
-        together = {**_request(job, ()), "each": [request["arguments"] for request in waiting.values()]}
+        together = _request(job, ())
+        together["each"] = [request["arguments"] for request in waiting.values()]
         with contextlib.suppress(ReaderError):
             _, found = _new(together, about)
-            for key, answer in zip(waiting, found["value"], strict=True):
+            for key, answer in zip(waiting, validate(found["value"], list[dict[str, object]]), strict=True):
                 _keep(key, pack({**answer, "files": {}}))
 
 
@@ -113,16 +115,16 @@ def spend(about: str, notes: int = 1) -> None:
             raise ReaderError(about, f"the files of this command come to more than {most:,} {name}")
 
 
-def _request(job: str, arguments: Sequence[object], reads: Iterable[Path | str] = ()) -> dict[str, Any]:
+def _request(job: str, arguments: Sequence[object], reads: Iterable[Path | str] = ()) -> Job:
     module, _, function = job.partition(":")
     return {
-        "module": f"{PACKAGE}.{module}", "function": function, "arguments": arguments,
+        "module": f"{PACKAGE}.{module}", "function": function, "arguments": arguments, "each": None,
         "reads": sorted({str(Path(each).absolute()) for each in reads}), "folder": str(Path.cwd()),
-        "limits": {"memory": _MEMORY, "seconds": _SECONDS, "answer": ANSWER, "threads": 0},
+        "limits": {"memory": _MEMORY, "seconds": _SECONDS, "answer": ANSWER, "threads": False},
     }  # fmt: skip
 
 
-def _key(request: dict[str, Any]) -> str:
+def _key(request: Job) -> str:
     """Hash of all that an answer depends on but files; of the current folder where paths are shown relative to it."""
     here = request["folder"]
     near = any(os.path.commonpath([here, each]) in {here, each} for each in request["reads"])
@@ -149,14 +151,14 @@ def _folder() -> Path | None:
     return chosen_folder("answers").folder
 
 
-def _given_before(key: str) -> dict[str, Any] | None:
+def _given_before(key: str) -> Answer | None:
     """The answer of a key, if all that it came from is as it was."""
     folder = _folder()
     block = _answers.get(key) or (cached_answer(folder, key) if folder else None)
     if block is None:
         return None
-    found: dict[str, Any] = unpack(block)
-    if not is_valid(found["files"]):
+    found: Answer = unpack(block)
+    if not is_valid(found["files"] or {}):
         return None
     READER.spent[TEXT] += len(block) / (1 << 20)
     _remember(key, block)
@@ -176,11 +178,11 @@ def _remember(key: str, block: bytes) -> None:
         _answers.popitem(last=False)
 
 
-def _new(request: dict[str, Any], about: str) -> tuple[bytes, dict[str, Any]]:
+def _new(request: Job, about: str) -> tuple[bytes, Answer]:
     """The answer of the process, packed and unpacked."""
     block = READER.answer(request, about)
     try:
-        found: dict[str, Any] = unpack(block)
+        found: Answer = unpack(block)
     except ValueError as error:
         raise ReaderError(about, f"the answer of its reader is {error}") from None
     if "fault" in found:
@@ -188,7 +190,7 @@ def _new(request: dict[str, Any], about: str) -> tuple[bytes, dict[str, Any]]:
     return block, found
 
 
-def _outcome(found: dict[str, Any], returns: type[_T], about: str) -> _T:
+def _outcome(found: Answer, returns: type[_T], about: str) -> _T:
     """Give the warnings of an answer, then return its value or raise its error."""
     spend(about, notes=len(found["warnings"]))
     try:
@@ -201,7 +203,7 @@ def _outcome(found: dict[str, Any], returns: type[_T], about: str) -> _T:
         raise ReaderError(about, f"the answer of its reader is damaged: {str(error).splitlines()[0]}") from None
 
 
-def _error(name: str, arguments: Sequence[Any]) -> VrxError:
+def _error(name: str, arguments: object) -> VrxError:
     """An error of a class by its name, or its message alone where that is not loaded."""
     kinds, waiting = {VrxError.__name__: VrxError}, [VrxError]
     while waiting:
@@ -209,5 +211,5 @@ def _error(name: str, arguments: Sequence[Any]) -> VrxError:
         kinds |= {kind.__name__: kind for kind in below}
         waiting += below
     if name == ConfigError.__name__:
-        return ConfigError(validate(arguments[0], tuple[Problem, ...]))
-    return kinds.get(name, VrxError)(*arguments)
+        return ConfigError(*validate(arguments, tuple[tuple[Problem, ...]]))
+    return kinds.get(name, VrxError)(*validate(arguments, list[object]))

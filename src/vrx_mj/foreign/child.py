@@ -13,9 +13,31 @@ import struct
 import sys
 import time
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from importlib import import_module
-from typing import IO, Any, BinaryIO
+from typing import IO, BinaryIO, TypedDict
+
+
+class Limits(TypedDict):
+    """Limits on a job: memory [bytes], processor time [s], bytes of the answer, and whether it may start threads."""
+
+    memory: int
+    seconds: int
+    answer: int
+    threads: bool
+
+
+class Job(TypedDict):
+    """A job: a function of a module, its arguments, or those of `each` of several calls, and its rights."""
+
+    module: str
+    function: str
+    arguments: Sequence[object]
+    each: Sequence[Sequence[object]] | None
+    reads: Sequence[str]
+    folder: str
+    limits: Limits
+
 
 LENGTH, STATUS = struct.Struct("<Q"), struct.Struct("<qd")
 _IDLE = 60.0
@@ -74,7 +96,7 @@ def _start_job(text: bytes, streams: Sequence[BinaryIO], libraries: list[str]) -
         os._exit(0)
 
 
-def _prepare(job: Mapping[str, Any]) -> None:
+def _prepare(job: Job) -> None:
     """Import what a job needs, if that starts no threads, which a copy has not; where it fails the job says so."""
     with contextlib.suppress(Exception):
         import_module("vrx_mj.foreign.work")
@@ -93,7 +115,7 @@ def _relay(pid: int, source: int, answers: BinaryIO) -> None:
     answers.flush()
 
 
-def _job_answer(job: dict[str, Any], libraries: list[str]) -> bytes:
+def _job_answer(job: Job, libraries: list[str]) -> bytes:
     """The answer to a job."""
     from vrx_mj.foreign.work import answer
 

@@ -12,10 +12,11 @@ import os
 import stat
 import struct
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from vrx_mj.foreign.child import Limits
 from vrx_mj.unix import resource
 
 _QUIET = {
@@ -58,8 +59,8 @@ class Notes:
     def watch(self) -> None:
         """Note what Python asks the system about; it has no event for that."""
 
-        def noting(ask: Callable[..., Any]) -> Callable[..., Any]:
-            def note_and_ask(path: Any, *arguments: Any, **options: Any) -> Any:
+        def noting(ask: Callable[..., os.stat_result]) -> Callable[..., os.stat_result]:
+            def note_and_ask(path: object, *arguments: object, **options: object) -> os.stat_result:
                 if not self._busy and isinstance(path, str | os.PathLike):
                     self.add(_SEEN, os.path.join(os.getcwd(), path))  # noqa: PTH109, PTH118 - pathlib would ask again
                 return ask(path, *arguments, **options)
@@ -69,7 +70,7 @@ class Notes:
         os.stat, os.lstat = noting(os.stat), noting(os.lstat)
 
     @contextlib.contextmanager
-    def silent(self) -> Any:
+    def silent(self) -> Iterator[None]:
         """Note nothing."""
         before, self._busy = self._busy, True
         try:
@@ -78,7 +79,7 @@ class Notes:
             self._busy = before
 
 
-def confine(folders: Sequence[str], libraries: Sequence[str], limits: Mapping[str, int]) -> Notes:
+def confine(folders: Sequence[str], libraries: Sequence[str], limits: Limits) -> Notes:
     """Take Python's rights from this process but to read below some folders; returns what it looks at.
 
     Args:
@@ -87,7 +88,7 @@ def confine(folders: Sequence[str], libraries: Sequence[str], limits: Mapping[st
         limits: `memory` more than now [bytes], `seconds` of processor time from now on, `threads` if any may start.
     """
     notes = Notes()
-    _limit(limits["memory"], limits["seconds"], threads=bool(limits["threads"]))
+    _limit(limits["memory"], limits["seconds"], threads=limits["threads"])
     notes.watch()
     sys.addaudithook(_hook([os.path.realpath(each) for each in folders], libraries, notes))
     return notes

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from collections.abc import Set as AbstractSet
 from functools import lru_cache
 from pathlib import PurePath
-from typing import Any, TypeVar
+from typing import Any, TypedDict, TypeVar
 
 LENGTH = struct.Struct("<Q")
 """Length of the JSON [bytes], before it."""
@@ -19,6 +19,18 @@ _ARRAY, _BYTES = "\0array", "\0bytes"
 """Keys of what stands for an array, by its type, shape and place, and for bytes."""
 _NUMBERS = re.compile(r"[<|][fiub][0-9]{1,2}")
 _T = TypeVar("_T")
+
+
+class Answer(TypedDict, total=False):
+    """What a job comes to: a value, an error or a fault of its reader; warnings; and the files that it depends on."""
+
+    value: object
+    error: tuple[str, object]
+    """Class and arguments."""
+    fault: str
+    warnings: list[str]
+    files: Mapping[str, tuple[str, str]] | None
+    """States of files by their use; None: they changed meanwhile."""
 
 
 def pack(value: object) -> bytes:

@@ -12,13 +12,12 @@ import sys
 import sysconfig
 import threading
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 from vrx_mj.errors import VrxError
 from vrx_mj.foreign import child
-from vrx_mj.foreign.child import LENGTH, STATUS, block_from
+from vrx_mj.foreign.child import LENGTH, STATUS, Job, Limits, block_from
 
 FORKS = hasattr(os, "fork") and sys.platform != "darwin"  # whose own libraries do not bear it
 TIME, TEXT, NOTES = "s of processor time", "MiB of text", "notes and elements"
@@ -60,7 +59,7 @@ class Reader:
         self.spent = {TIME: 0.0, TEXT: 0.0, NOTES: 0.0}
         """Totals of all jobs so far; those that were ended count with the time that they might take."""
 
-    def answer(self, job: Mapping[str, Any], about: str) -> bytes:
+    def answer(self, job: Job, about: str) -> bytes:
         """The answer to a job.
 
         Raises:
@@ -97,7 +96,7 @@ class Reader:
         raise ReaderError("a file", "the process that reads it ends at once")
 
     @contextlib.contextmanager
-    def _watcher(self, process: subprocess.Popen[bytes], limits: Mapping[str, int]) -> Iterator[list[str]]:
+    def _watcher(self, process: subprocess.Popen[bytes], limits: Limits) -> Iterator[list[str]]:
         """End the process if it takes too long or too much memory; yields why, at the end."""
         reasons: list[str] = []
         ready = threading.Event()
@@ -173,7 +172,7 @@ def _receive(process: subprocess.Popen[bytes], most: int, reasons: list[str]) ->
     return (pieces, *(STATUS.unpack(status) if len(status) == STATUS.size else (None, 0.0)))
 
 
-def _watch(pid: int, limits: Mapping[str, int], ready: threading.Event, reasons: list[str]) -> None:
+def _watch(pid: int, limits: Limits, ready: threading.Event, reasons: list[str]) -> None:
     """End the process `pid`, with the reason, if it takes too long or too much memory before it is ready."""
     late = time.monotonic() + CLOCK_PER_PROCESSOR_TIME * limits["seconds"]
     while not ready.wait(_TICK):
@@ -207,7 +206,7 @@ def kill(pid: int) -> None:
             os.killpg(pid, signal.SIGKILL)
 
 
-def _ending(code: int, job: Mapping[str, Any]) -> str:
+def _ending(code: int, job: Job) -> str:
     """Reason for a missing answer, from the exit code of the process."""
     limits = job["limits"]
     if code == -getattr(signal, "SIGXCPU", 24):

@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import os
 import warnings
+from collections.abc import Callable, Sequence
 from importlib import import_module
-from typing import Any
 
 from vrx_mj.errors import VrxError, VrxWarning
 from vrx_mj.foreign.cache import state
+from vrx_mj.foreign.child import Job
 from vrx_mj.foreign.confinement import confine, lock_calls, lock_files
-from vrx_mj.foreign.plain import pack
+from vrx_mj.foreign.plain import Answer, pack
 
 _SYSTEM = ("/lib", "/lib64", "/usr/lib", "/usr/lib64", "/etc/ld.so.cache", "/proc/self/status")
 """Where native libraries are that an import may load, and what says how much memory this process has."""
 
 
-def answer(job: dict[str, Any], libraries: list[str]) -> bytes:
+def answer(job: Job, libraries: list[str]) -> bytes:
     """The block with what a job comes to: `value`, `error` or `_fault`, `warnings` and `files`."""
     try:
         os.chdir(job["folder"])
@@ -24,10 +25,10 @@ def answer(job: dict[str, Any], libraries: list[str]) -> bytes:
         lock_calls()
         function = getattr(import_module(job["module"]), job["function"])
         notes = confine(job["reads"], libraries, job["limits"])
-        if "each" in job:
-            found: dict[str, Any] = {"value": [_outcome(function, each) for each in job["each"]], "warnings": []}
-        else:
+        if job["each"] is None:
             found = _outcome(function, job["arguments"])
+        else:
+            found = {"value": [_outcome(function, each) for each in job["each"]], "warnings": []}
         with notes.silent():
             seen = {path: (use, state(use, path)) for path, (use, _) in notes.paths.items()}
             found["files"] = seen if notes.is_unchanged() else None
@@ -36,16 +37,17 @@ def answer(job: dict[str, Any], libraries: list[str]) -> bytes:
         return pack({"fault": _fault(error, job["limits"]["memory"])})
 
 
-def _outcome(function: Any, arguments: list[Any]) -> dict[str, Any]:
+def _outcome(function: Callable[..., object], arguments: Sequence[object]) -> Answer:
     """Call a function: what it returns or raises, and its warnings."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("ignore")
         warnings.simplefilter("always", VrxWarning)
         try:
-            found: dict[str, Any] = {"value": function(*arguments)}
+            found: Answer = {"value": function(*arguments), "warnings": []}
         except VrxError as error:
-            found = {"error": [type(error).__name__, error.__reduce__()[1]]}
-    return {**found, "warnings": [str(one.message) for one in caught]}
+            found = {"error": (type(error).__name__, error.__reduce__()[1]), "warnings": []}
+    found["warnings"] = [str(one.message) for one in caught]
+    return found
 
 
 def _fault(error: BaseException, memory: int) -> str:

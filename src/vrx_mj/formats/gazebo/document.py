@@ -15,7 +15,7 @@ from vrx_mj.config.tree import File, Place
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, Problem, VrxError
 from vrx_mj.foreign import ReaderError, ask, ask_ahead, spend
-from vrx_mj.formats.series.pieces import At
+from vrx_mj.formats.series.pieces import At, Content
 from vrx_mj.formats.urdf.elements import Findings, Node, numbers_of, truth
 from vrx_mj.formats.urdf.expand import expand, expanded_lines
 from vrx_mj.formats.urdf.gazebo_sensors import library
@@ -142,7 +142,7 @@ class Element:
             raise self.fault(f"<{path.partition('|')[0]}> is required, but missing")
         return default if first is None else first.value(form)
 
-    def fields(self, of: str) -> dict[str, Any]:
+    def fields(self, of: str) -> Content:
         """Values of the rows of a table in `_FIELDS`, without those whose elements are missing. Raises ConfigError."""
         found = {key: self.value_of(*row) for key, row in _FIELDS[of].items()}
         return {key: value for key, value in found.items() if value is not None}

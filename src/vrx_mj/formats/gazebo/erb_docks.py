@@ -2,13 +2,13 @@
 
 import re
 from pathlib import Path
-from typing import Any
 
 from vrx_mj.config.search import display
 from vrx_mj.config.tree import File, Place
 from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError
 from vrx_mj.formats.gazebo.document import Note, Report
+from vrx_mj.formats.series.pieces import Content
 from vrx_mj.formats.urdf.xml_document import read_bytes
 
 _ENDING = ".sdf.erb"
@@ -28,7 +28,7 @@ def is_template(file: Path) -> bool:
     return file.name.lower().endswith(_ENDING)
 
 
-def template_content(file: Path, report: Report) -> tuple[dict[str, Any], Place]:
+def template_content(file: Path, report: Report) -> tuple[Content, Place]:
     """The dock of a template in the keys of an object's file, and where its layout begins.
 
     A layout is a list of rows, with `true` for a dock that is fixed, or `false` for one that floats, as its last entry.

@@ -3,7 +3,6 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
-from typing import Any
 
 from vrx_mj.config.fleet import FleetConfig
 from vrx_mj.config.kinds import MARKS
@@ -13,7 +12,7 @@ from vrx_mj.config.wording import shown
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxError
 from vrx_mj.formats.gazebo.document import Report
 from vrx_mj.formats.gazebo.sdf_frames import safe_name
-from vrx_mj.formats.series.pieces import At, with_places
+from vrx_mj.formats.series.pieces import At, Content, with_places
 from vrx_mj.formats.urdf.elements import numbers_of, truth
 from vrx_mj.frames import Pose
 
@@ -120,7 +119,7 @@ def checked_fleet(file: Path) -> Path:
 
 def _boat(boat: Spawned) -> At:
     """One boat of a fleet's file; the path of a robot begins where its file is."""
-    values: dict[str, Any] = {"name": safe_name(boat.name), "pose": list(boat.pose)}
+    values: Content = {"name": safe_name(boat.name), "pose": list(boat.pose)}
     if isinstance(boat.model, str):
         values |= {"robot": boat.model, **_wamv(boat)}
     else:
@@ -134,7 +133,7 @@ def _in_folder(place: Place, folder: Path) -> Place:
     return place._replace(file=replace(place.file, folder=folder))
 
 
-def _wamv(boat: Spawned) -> dict[str, Any]:
+def _wamv(boat: Spawned) -> Content:
     """Thrusters and sensors of VRX's WAM-V, by the arguments of its description or of a launch file.
 
     Raises ConfigError for what switches sensors and is neither true nor false.

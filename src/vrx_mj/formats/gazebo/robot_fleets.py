@@ -3,7 +3,7 @@
 import warnings
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, TypeGuard
+from typing import TypeGuard
 
 from vrx_mj.config.loading import file_of, path_of
 from vrx_mj.config.search import SCHEME, XML_SUFFIXES, display, kind_name
@@ -14,6 +14,7 @@ from vrx_mj.formats.gazebo.launch import is_launch, launch_of
 from vrx_mj.formats.gazebo.launched import fleet_of
 from vrx_mj.formats.gazebo.models import ROBOT, file_in_folder, is_gazebo_model, model_element, model_file
 from vrx_mj.formats.gazebo.sdf_boats import is_boat
+from vrx_mj.formats.series.pieces import Content
 from vrx_mj.formats.urdf.xml_document import file_error
 
 _MODELS_SHOWN = 6
@@ -66,7 +67,7 @@ def robot_fleet(source: str | Path, arguments: Mapping[str, str] | None = None, 
     else:
         file = file_of("robots", source)
     place = Place(File(file.name, file.absolute().parent))
-    values: dict[str, Any] = {"name": name or kind_name(str(source)).partition(".")[0], "robot": file.name}
+    values: Content = {"name": name or kind_name(str(source)).partition(".")[0], "robot": file.name}
     if file.name == ROBOT:
         values |= {key: name for key, name in _BESIDE.items() if (file.parent / name).is_file()}
     if arguments:

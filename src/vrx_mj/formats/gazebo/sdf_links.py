@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
@@ -10,7 +9,7 @@ from vrx_mj.config.shapes import Shape, Visual
 from vrx_mj.config.solids import solid
 from vrx_mj.formats.gazebo.sdf_frames import Scope
 from vrx_mj.formats.gazebo.sdf_models import Model
-from vrx_mj.formats.urdf.elements import FIELDS, Node
+from vrx_mj.formats.urdf.elements import FIELDS, Node, Values
 from vrx_mj.formats.urdf.link_meshes import solid_mesh
 from vrx_mj.formats.urdf.links import check_inertia, gazebo_color, shape_name, shape_of
 from vrx_mj.formats.urdf.model import ZERO, Inertial, Link, LinkRow, MeshRow
@@ -129,7 +128,7 @@ def _color(visual: Node) -> _Color | None:
     return gazebo_color(script.text("name")) if script else None
 
 
-def _shape(node: Node, geometry: Node, link: str, scope: Scope, model: Model) -> dict[str, Any] | None:
+def _shape(node: Node, geometry: Node, link: str, scope: Scope, model: Model) -> Values | None:
     """Type, sizes, pose and name of a shape; a mesh's file as it is written. None: ours has none like it."""
     tag, known = shape_tag(geometry), len(geometry.findings.problems)
     if not tag:
@@ -145,7 +144,7 @@ def shape_tag(geometry: Node) -> str:
     return next((str(child.tag) for child in geometry.element), "")
 
 
-def sizes_of(geometry: Node, tag: str) -> dict[str, Any]:
+def sizes_of(geometry: Node, tag: str) -> Values:
     """The sizes of a shape of a known kind."""
     kind = geometry.required_child(tag)
     assert kind is not None, "it is the element's own kind"
@@ -155,7 +154,7 @@ def sizes_of(geometry: Node, tag: str) -> dict[str, Any]:
     return {"size": tuple(2.0 * radius for radius in found["radii"])} if tag == "ellipsoid" else found
 
 
-def _mesh(kind: Node) -> dict[str, Any]:
+def _mesh(kind: Node) -> Values:
     uri = kind.required_child("uri")
     text = kind.text("uri")
     if uri and not text:

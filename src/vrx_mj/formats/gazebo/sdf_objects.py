@@ -4,7 +4,6 @@ import itertools
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 from pydantic import ValidationError
 
@@ -285,7 +284,7 @@ def buoyancy_of(include: Element, report: Report) -> Content | None:
     return found
 
 
-def same_buoyancy(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
+def same_buoyancy(one: Content, other: Content) -> bool:
     """Whether two objects displace the same water and have the same drag; not where the keys of one are wrong."""
     try:
         first, second = (

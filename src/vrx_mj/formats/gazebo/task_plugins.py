@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any
 
 from vrx_mj.config.tasks import TASKS, TaskConfig
 from vrx_mj.config.values import COLORS
@@ -23,7 +22,7 @@ def kind_of(plugin: Element) -> str | None:
     return found[1] if found and found[1] in _TASKS else None
 
 
-def task_of(plugins: Sequence[Element], objects: Sequence[Mapping[str, Any]]) -> tuple[Element, Content]:
+def task_of(plugins: Sequence[Element], objects: Sequence[Content]) -> tuple[Element, Content]:
     """The task of a world's scoring plugins, and the plugin that says most of it.
 
     A gymkhana has three plugins; otherwise the first one counts. `objects` are those of the world.
@@ -113,7 +112,7 @@ _HOLES = (("big", 5.0), ("small", 10.0))
 _HOLE = re.compile(r"placard_?(\d)\w{0,40}?_(big|small)_hole")
 
 
-def _scan_dock(plugin: Element, _: object, objects: Sequence[Mapping[str, Any]]) -> Content:
+def _scan_dock(plugin: Element, _: object, objects: Sequence[Content]) -> Content:
     targets, rows = plugin.all("targets/target"), plugin.fields("scandock")
     light = next((one for one in objects if one["model"] == _LIGHT), None)
     dock = next((one for one in objects if re.match(r"(vrx_)?dock_(?!block)", one["model"])), None)
@@ -142,7 +141,7 @@ def _targets(targets: Sequence[Element], bays: int) -> Content:
     return {"targets": found} if sorted(found, key=str) != sorted(usual, key=str) and found else {}
 
 
-_TASKS: Mapping[str, Callable[[Element, Sequence[Element], Sequence[Mapping[str, Any]]], Content]] = {
+_TASKS: Mapping[str, Callable[[Element, Sequence[Element], Sequence[Content]], Content]] = {
     "acousticperception": _by_rows, "acoustictracking": _by_rows, "gymkhana": _gymkhana,
     "navigation": _navigation, "perception": _by_rows, "scandock": _scan_dock,
     "stationkeeping": _stationkeeping, "wayfinding": _wayfinding, "wildlife": _by_rows,

@@ -387,7 +387,7 @@ class _Reader:
             self.report.note(include, "approximated", f"`{known[0]}`, which displaces another shape or has other drag")
         return found or known[0]
 
-    def buoyancy(self, model: str) -> Mapping[str, Any]:
+    def buoyancy(self, model: str) -> Content:
         """Buoyancy of a model of the catalogue, as its file has it."""
         file = self.known.get(model)
         return (read_source("objects", file).get("buoyancy") if file else None) or {"elements": ()}
@@ -527,7 +527,7 @@ class _Reader:
                 self.report.note(other, "ignored", "a world has one task: that of the first scoring plugin")
 
 
-def _same(content: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
+def _same(content: Content, other: Content) -> bool:
     """Whether an object is that of the base: of its model, at its pose."""
     if _plain(content["model"]) != other["model"]:
         return False

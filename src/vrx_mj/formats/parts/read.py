@@ -6,7 +6,6 @@ import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from vrx_mj.config.kinds import MARKS, other_kind, wrong_kind
 from vrx_mj.config.search import display
@@ -48,7 +47,7 @@ def _meant(parameter: Parameter, value: object) -> str | float | bool:
     return _text(value, named=parameter.form == "name")
 
 
-def _number(value: Any, unit: str = "") -> float:
+def _number(value: object, unit: str = "") -> float:
     """A finite number, as YAML has it, in quotes, or as an expression."""
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         raise ValueError(f"expected a number, got {shown(value)}")  # noqa: TRY004
@@ -252,14 +251,15 @@ def _evaluate(section: Section) -> Section:
     """The content with all its expressions worked out, at once."""
     found: dict[str, Expression] = {}
 
-    def prepare(value: Any) -> Any:
+    def prepare(value: object) -> object:
         if isinstance(value, Section):
             return value.holding({key: prepare(item) for key, item in value.items()})
         if isinstance(value, Items):
             return Items.of(map(prepare, value), value.places)
         return found.setdefault(value, Expression(value)) if isinstance(value, str) and has_expression(value) else value
 
-    whole: Section = prepare(section)
+    whole = prepare(section)
+    assert isinstance(whole, Section), "it was one"
     results = evaluate(section.place.file.name, [(text, {}) for text in found])
     for text, result in zip(found.values(), results, strict=True):
         text.result = result
@@ -285,7 +285,7 @@ def _read_type(reading: _Reading, section: Section, key: str) -> None:
             reading.wrong(where, loc, f"expected parameters, got {shown(value)}{hint}")
 
 
-def _instances(reading: _Reading, section: Section, key: str) -> Iterator[tuple[Loc, Any, Place]]:
+def _instances(reading: _Reading, section: Section, key: str) -> Iterator[tuple[Loc, object, Place]]:
     """Path, value and place of each entry of a type's list; a mapping counts as a list of one."""
     value, place = section[key], section.entries[key].value
     if isinstance(value, Items):

@@ -59,7 +59,7 @@ def macros() -> Mapping[str, Macro]:
     return found
 
 
-def _default(text: str) -> Any:
+def _default(text: str) -> object:
     number, switch = _number(text), truth(text)
     return REQUIRED if not text else number if number is not None else text.strip("'") if switch is None else switch
 

@@ -81,6 +81,8 @@ class Tag:
 
 
 _LABELS = {3: "x y z", 6: "x y z roll pitch yaw"}
+Values = dict[str, Any]
+"""Fields of a model of `config` by name, as a file gives them."""
 Rows = Mapping[str, Tag]
 """Tags by the fields that they fill, or by what these are made of."""
 
@@ -244,7 +246,7 @@ class Node:
             self.fault(choice(text, ["true", "false"]), key)
         return default if found is None else found
 
-    def fields(self, rows: Mapping[str, Tag]) -> dict[str, Any]:
+    def fields(self, rows: Rows) -> Values:
         """Values of rows by name."""
         return {name: self.value_of(tag) for name, tag in rows.items()}
 

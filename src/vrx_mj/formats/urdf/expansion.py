@@ -24,6 +24,7 @@ from vrx_mj.config.search import ReadingError, display, near_names, read_limited
 from vrx_mj.config.tree import File, Place
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, nearest
 from vrx_mj.formats.urdf.expand import LEFT_OUT, Expanded, Result
+from vrx_mj.formats.urdf.model import Place as Spot
 from vrx_mj.formats.urdf.xacro_files import OUTSIDE
 from vrx_mj.formats.urdf.xml_document import MAX_BYTES, decode, markup, parse_xml, table_of
 
@@ -45,31 +46,32 @@ class Located(str):
     tag: str
 
     @classmethod
-    def at(cls, text: str, element: Any) -> "Located":
+    def at(cls, text: str, element: minidom.Element) -> "Located":
         """The text of an element's attribute, or in the element."""
         located = cls(text)
         located.place, located.tag = _place_of(element), element.tagName
         return located
 
 
-def _place_of(element: Any) -> Place:
+def _place_of(element: minidom.Element) -> Place:
     """The place of an element, or of what it was copied from."""
-    place: Place = element.getUserData("place")
+    place = element.getUserData("place")
+    assert isinstance(place, Place), "elements without one are made by no file"
     return place
 
 
 class Copied:
     """Handler of minidom that gives a copied element its original's place."""
 
-    def handle(self, operation: int, key: str, data: Place, source: Any, copy: Any) -> None:
+    def handle(self, operation: int, key: str, data: Place, src: minidom.Node, dst: minidom.Node) -> None:
         """Called by minidom."""
-        copy.setUserData(key, data, self)
+        dst.setUserData(key, data, self)
 
 
 class _Dom:
     """A document being built, whose elements know their places, and whose texts with a '$' are `Located`."""
 
-    def __init__(self, file: File, copied: Any, here: Callable[[], Any]) -> None:
+    def __init__(self, file: File, copied: object, here: Callable[[], Spot]) -> None:
         self.file, self.copied, self.here = file, copied, here
         self.document: Any = minidom.Document()
         self.node: Any = self.document
@@ -99,7 +101,7 @@ class _Dom:
     def end_literal(self) -> None:
         self.make_text = self.document.createTextNode
 
-    def add(self, make: Callable[[str], Any], text: str) -> None:
+    def add(self, make: Callable[[str], minidom.Text | minidom.Comment], text: str) -> None:
         self.node.appendChild(
             make(Located.at(text, self.node) if "$" in text and self.node is not self.document else text)
         )
@@ -273,9 +275,9 @@ class Expansion:
         include.setUserData("place", _place_of(root), None)
         root.insertBefore(include, root.firstChild)
 
-    def handle(self, operation: int, key: str, data: Place, source: Any, copy: Any) -> None:
+    def handle(self, operation: int, key: str, data: Place, src: minidom.Node, dst: minidom.Node) -> None:
         """Give what a macro of ours makes the place of its call; called by minidom."""
-        copy.setUserData(key, self.calls[-1] if self.calls else data, Copied())
+        dst.setUserData(key, self.calls[-1] if self.calls else data, Copied())
 
     def _open(self, filename: str) -> io.StringIO:
         try:
@@ -293,20 +295,20 @@ class Expansion:
             raise UnknownPackageError(name)
         return self.packages[name]
 
-    def _include(self, node: Any, macros: Any, symbols: Any, work: Any) -> None:
+    def _include(self, node: minidom.Element, *rest: object) -> None:
         found = _IN_PACKAGE.match(node.getAttribute("filename"))
         if found and found[1] in self.libraries:
-            rest = node.getAttribute("filename")[found.end() :].strip()
+            name = node.getAttribute("filename")[found.end() :].strip()
             folder = self.packages.get(found[1])
-            if folder is None or ("$" not in rest and not (Path(folder) / rest).is_file()):
+            if folder is None or ("$" not in name and not (Path(folder) / name).is_file()):
                 xacro.replace_node(node, by=None)
                 return
-        self.include(node, macros, symbols, work)
+        self.include(node, *rest)
 
-    def _call(self, node: Any, macros: Any, symbols: Any) -> bool:
+    def _call(self, node: minidom.Element, *rest: object) -> bool:
         self.calls.append(_place_of(node))
         try:
-            return bool(self.call(node, macros, symbols))
+            return bool(self.call(node, *rest))
         except xacro.XacroException as error:
             if not self.left_out or str(error) != f"unknown macro name: {node.tagName}":
                 raise
@@ -323,10 +325,11 @@ class Expansion:
 def _where() -> str:
     """File and line of the element that the package is at."""
     frame: FrameType | None = sys._getframe(1)
-    while frame is not None and _element(frame) is None:
+    while frame is not None:
+        if (element := _element(frame)) is not None:
+            return f"{_place_of(element).file.name}:{_place_of(element).line}: "
         frame = frame.f_back
-    place = _place_of(_element(frame)) if frame is not None else None
-    return f"{place.file.name}:{place.line}: " if place else ""
+    return ""
 
 
 def _symbols() -> Any:
@@ -355,9 +358,10 @@ def _unread(filename: str, error: ReadingError) -> str:
     return f"'{display(path)}' {error}" if there else f"no file '{display(path)}'{near_names(path)}"
 
 
-def _check_names(element: Any) -> None:
+def _check_names(element: minidom.Element) -> None:
     """Refuse names that are not those of XML, which expressions may give, and write numbers as texts."""
-    for name in (element.tagName, *element.attributes.keys()):
+    names: tuple[object, ...] = (element.tagName, *element.attributes.keys())
+    for name in names:
         if not isinstance(name, str) or not _NAME.fullmatch(name):
             message = f"'{name}' is not a valid name for an element or attribute"
             raise ConfigError([_place_of(element).problem(f"<{element.tagName}>", message)])
@@ -446,7 +450,7 @@ class _Trail:
         for frame in _frames(error):
             self._follow(frame.f_code.co_name, frame.f_locals, _element(frame))
 
-    def _follow(self, function: str, local: Mapping[str, Any], element: Any) -> None:
+    def _follow(self, function: str, local: Mapping[str, Any], element: minidom.Element | None) -> None:
         if element is not None:
             self._at(element)
             self.expression = ""
@@ -469,14 +473,14 @@ class _Trail:
         said = dict.fromkeys(f"in macro '{name}' called at {place.file.name}:{place.line}" for name, place in calls)
         return f" ({', '.join(list(said)[:_SHOWN_CALLERS])})" if said else ""
 
-    def _at(self, element: Any) -> None:
+    def _at(self, element: minidom.Element) -> None:
         if _place_of(element).file.name != self.library:
             self.place, self.tag = _place_of(element), element.tagName
 
 
-def _names(table: Any) -> list[Any]:
+def _names(table: object) -> list[object]:
     """The names of a scope and of those around it."""
-    found: list[Any] = []
+    found: list[object] = []
     while isinstance(table, dict) and len(found) < 1000:
         found += dict.keys(table)
         table = getattr(table, "parent", None)
@@ -494,7 +498,7 @@ def _frames(error: BaseException | None) -> Iterator[FrameType]:
         error = error.__context__
 
 
-def _element(frame: FrameType) -> Any:
+def _element(frame: FrameType) -> minidom.Element | None:
     """The element that a function of the package works on."""
     if frame.f_globals is not vars(xacro):
         return None
@@ -502,7 +506,7 @@ def _element(frame: FrameType) -> Any:
         node = frame.f_locals.get(name)
         if isinstance(node, minidom.Text | minidom.Comment):
             node = node.parentNode
-        if isinstance(node, minidom.Element) and _place_of(node) is not None:
+        if isinstance(node, minidom.Element) and node.getUserData("place") is not None:
             return node
     return None
 

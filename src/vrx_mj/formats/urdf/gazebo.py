@@ -3,12 +3,11 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from typing import Any
 
 from vrx_mj.config.dynamics import HullConfig, HydrodynamicsConfig, ThrusterConfig
 from vrx_mj.config.robots import RudderEntry, SailEntry
 from vrx_mj.errors import UnknownNameError
-from vrx_mj.formats.urdf.elements import FIELDS, Findings, Node, Tag, numbers_of
+from vrx_mj.formats.urdf.elements import FIELDS, Findings, Node, Tag, Values, numbers_of
 from vrx_mj.formats.urdf.gazebo_sensors import (
     INSTRUMENTS,
     TABLES,
@@ -45,7 +44,7 @@ class Robot(Scope):
     controls: list[Control] = field(default_factory=list)
 
     def thrust(
-        self, node: Node, link: str, drive: Mapping[str, Any], *, name: str = "", propeller: str | None = None,
+        self, node: Node, link: str, drive: Values, *, name: str = "", propeller: str | None = None,
         engine: str | None = None, axis: tuple[float, float, float] = _FORWARD,
     ) -> None:  # fmt: skip
         """Keep a thruster, if its values are valid."""
@@ -214,7 +213,7 @@ def _hydrodynamics(node: Node, robot: Robot) -> None:
     )
 
 
-def _coefficients(node: Node) -> dict[str, Any]:
+def _coefficients(node: Node) -> Values:
     return {key: tuple(node.fields(FIELDS[key]).values()) for key in ("added_mass", "drag_linear", "drag_quadratic")}
 
 
@@ -235,7 +234,7 @@ def _newer_water(robot: Robot) -> None:
         robot.water |= _coefficients(drag)
 
 
-def _floats(surfaces: list[Node], robot: Robot) -> dict[str, Any]:
+def _floats(surfaces: list[Node], robot: Robot) -> Values:
     """Newer VRX's hulls, one Surface plugin each, in water of one level and density; nothing without any."""
     hulls = [hull for node in surfaces if (hull := _hull(node, robot)) is not None]
     if not hulls:

@@ -11,7 +11,7 @@ from typing import Any, get_args
 from vrx_mj.config.base import Config
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.errors import UnknownNameError
-from vrx_mj.formats.urdf.elements import FIELDS, Findings, Node, Rows, Tag, own_name
+from vrx_mj.formats.urdf.elements import FIELDS, Findings, Node, Rows, Tag, Values, own_name
 from vrx_mj.formats.urdf.model import ZERO, Gazebo, Urdf, chain
 from vrx_mj.frames import Pose
 
@@ -123,7 +123,6 @@ class Scope(Gazebo):
         return rate or _USUAL_RATE
 
 
-_Values = dict[str, Any]
 _STEPS = {"ball_shooter_plugin": 0.001, "BallShooterPlugin": 0.004}
 """Duration [s] of a physics step, for which VRX's launchers push a ball, by plugin."""
 _Ignored = tuple[tuple[Tag, str], ...]
@@ -188,12 +187,12 @@ INSTRUMENTS, SENSORS = (
 """Plugins that are sensors, and Gazebo's own sensors by their type."""
 
 
-def _fields(node: Node | None, rows: Rows) -> _Values:
+def _fields(node: Node | None, rows: Rows) -> Values:
     return node.fields(rows) if node else {name: tag.default for name, tag in rows.items()}
 
 
-def _hector(node: Node, *_: object) -> _Values:
-    found: _Values = {}
+def _hector(node: Node, *_: object) -> Values:
+    found: Values = {}
     for key, prefix in INSTRUMENTS[plugin_kind(node)].prefixes.items():
         found[key] = {}
         for name, tag in FIELDS["hector"].items():
@@ -204,13 +203,13 @@ def _hector(node: Node, *_: object) -> _Values:
     return found
 
 
-def _plain_imu(node: Node, *_: object) -> _Values:
+def _plain_imu(node: Node, *_: object) -> Values:
     """Gazebo's own ROS plugin has one noise for everything."""
     noise = {"noise": (node.value_of(FIELDS["noise"]["noise"]),) * 3}
     return {"acceleration": noise, "angular_velocity": noise}
 
 
-def _shooter(node: Node, _: Node | None, scope: Scope, link: str) -> _Values:
+def _shooter(node: Node, _: Node | None, scope: Scope, link: str) -> Values:
     found = node.fields(FIELDS["shooter"])
     if any(found["muzzle"][3:]):
         scope.warn(node, "the angles of the projectile's pose are ignored")
@@ -258,7 +257,7 @@ def _add(
         scope.sensors.append(sensor)
 
 
-def _camera(node: Node, plugin: Node | None, scope: Scope, link: str) -> _Values:
+def _camera(node: Node, plugin: Node | None, scope: Scope, link: str) -> Values:
     camera = node.child("camera")
     if camera is None:
         node.fault("required, but missing", "camera")
@@ -271,7 +270,7 @@ def _camera(node: Node, plugin: Node | None, scope: Scope, link: str) -> _Values
     return found | {"noise": _noise(camera.child("noise"), scope), "frame": scope.local(frame), "labels": labels}
 
 
-def _lidar(node: Node, plugin: Node | None, scope: Scope, _: str) -> _Values:
+def _lidar(node: Node, plugin: Node | None, scope: Scope, _: str) -> Values:
     ray = node.child("ray|lidar")
     if ray is None or ray.child("scan/horizontal") is None:
         node.fault("required, but missing", "ray / scan / horizontal")
@@ -297,9 +296,9 @@ def _lidar(node: Node, plugin: Node | None, scope: Scope, _: str) -> _Values:
     }
 
 
-def _gps(node: Node, _: Node | None, scope: Scope, __: str) -> _Values:
+def _gps(node: Node, _: Node | None, scope: Scope, __: str) -> Values:
     """SDF gives its receiver, `navsat` or `gps`, horizontal and vertical noise."""
-    found: _Values = {}
+    found: Values = {}
     for key in ("position", "velocity"):
         body = node.child(f"navsat/{key}_sensing|gps/{key}_sensing")
         across, up = (_noise(body and body.child(way, "noise"), scope) for way in ("horizontal", "vertical"))
@@ -307,12 +306,12 @@ def _gps(node: Node, _: Node | None, scope: Scope, __: str) -> _Values:
     return found
 
 
-def _imu(node: Node, _: Node | None, scope: Scope, __: str) -> _Values:
+def _imu(node: Node, _: Node | None, scope: Scope, __: str) -> Values:
     tags = {"acceleration": "linear_acceleration", "angular_velocity": "angular_velocity"}
     return {key: _errors(node, tag, scope) for key, tag in tags.items()}
 
 
-def _errors(node: Node, tag: str, scope: Scope) -> _Values:
+def _errors(node: Node, tag: str, scope: Scope) -> Values:
     """SDF's noise of three axes; its dynamic bias wanders with a stationary deviation of s sqrt(tau / 2).
 
     Reference: gz-sensors, GaussianNoiseModel.cc: b' = -b / tau + s w.
@@ -334,7 +333,7 @@ def _noise(node: Node | None, scope: Scope) -> float:
     return node.value("stddev", 0.0, low=0)
 
 
-_READERS: Mapping[str, Callable[[Node, Node | None, Scope, str], _Values]] = {
+_READERS: Mapping[str, Callable[[Node, Node | None, Scope, str], Values]] = {
     "hector_gps": _hector,
     "hector_imu": _hector,
     "plain_imu": _plain_imu,

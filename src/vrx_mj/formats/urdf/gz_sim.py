@@ -4,13 +4,12 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 from pydantic import ValidationError
 
 from vrx_mj.config.robots import ChannelEntry
 from vrx_mj.config.wording import choice
-from vrx_mj.formats.urdf.elements import Node, Tag
+from vrx_mj.formats.urdf.elements import Node, Tag, Values
 from vrx_mj.formats.urdf.gazebo_sensors import Scope
 from vrx_mj.formats.urdf.model import UrdfThruster
 
@@ -23,11 +22,8 @@ _TYPES = ("COMMAND", "EFFORT", "POSITION", "VELOCITY")
 
 _COEFFICIENT = re.compile(r"[xyzkmn](Dot)?[UVWPQR][UVWPQR]?|[xyzkmn][UVWPQR]abs[UVWPQR]")
 
-_Known = dict[str, Any]
-"""Fields of `HydrodynamicsConfig` that a file gives; in a six None is what it does not."""
 
-
-def read_fossen(node: Node, scope: Scope) -> _Known:
+def read_fossen(node: Node, scope: Scope) -> Values:
     """Added mass and drag of gz-sim's Hydrodynamics along each axis; a drag that it does not give is not known.
 
     Fossen's derivatives are negative where they resist; the plugin takes its water for still.
@@ -44,7 +40,7 @@ def read_fossen(node: Node, scope: Scope) -> _Known:
     scope.check(node, [CURRENT])
     paths = [(mass, drag, f"{newer}|{older}") for mass, drag, newer, older in _FOSSEN.values()]
     found = [[abs(node.value(path, 0.0)) if node.child(path) else None for path in along] for along in paths]
-    known: _Known = {
+    known: Values = {
         "added_mass": (0.0,) * 6 if node.flag("disable_added_mass", False) else tuple(mass for mass, *_ in found),
         "drag_linear": tuple(_drag(linear, quadratic) for _, linear, quadratic in found),
         "drag_quadratic": tuple(_drag(quadratic, linear) for _, linear, quadratic in found),
@@ -58,7 +54,7 @@ def _drag(own: float | None, other: float | None) -> float | None:
     return 0.0 if own is None and other is not None else own
 
 
-def read_buoyancy(node: Node) -> _Known:
+def read_buoyancy(node: Node) -> Values:
     """The density of the water; what lifts are the shapes, which gz-sim too takes."""
     if node.child("uniform_fluid_density|graded_buoyancy") is None:
         return {}

@@ -4,7 +4,7 @@ import math
 import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from vrx_mj.config.shapes import Shape, Visual
 from vrx_mj.config.values import COLORS
 from vrx_mj.config.wording import choice
 from vrx_mj.errors import UnknownNameError
-from vrx_mj.formats.urdf.elements import FIELDS, LARGEST, Findings, Node, own_name
+from vrx_mj.formats.urdf.elements import FIELDS, LARGEST, Findings, Node, Values, own_name
 from vrx_mj.formats.urdf.model import Color, Inertial, Joint, Limits, Link, LinkRow, MeshRow
 from vrx_mj.frames import Pose
 
@@ -166,18 +166,18 @@ def _visual(node: Node, link: str, around: Surroundings) -> Visual | MeshRow | N
     return shape_of(node, geometry, values | ({"color": color} if color else {}), Visual)
 
 
-def shape_of(node: Node, geometry: Node, values: dict[str, Any], kind: type[ShapeT]) -> ShapeT | MeshRow | None:
+def shape_of(node: Node, geometry: Node, values: Values, kind: type[ShapeT]) -> ShapeT | MeshRow | None:
     """A shape of these values; of a mesh the row."""
     if values["type"] != "mesh" or node.config_of(kind, {**values, "file": _ANY_MESH}) is None:
         return node.config_of(kind, values)
     mesh = geometry.child("mesh") or geometry
     key = "uri" if mesh.child("uri") else "filename"
-    given: dict[str, Any] = {"scale": ONE, "name": None, "color": None} | values
+    given: Values = {"scale": ONE, "name": None, "color": None} | values
     del given["type"]
     return MeshRow(place=mesh.place, key=f"{mesh.path} / {key}", **given)
 
 
-def _shape(node: Node, geometry: Node) -> dict[str, Any] | None:
+def _shape(node: Node, geometry: Node) -> Values | None:
     """Type, sizes, pose and name of a shape; a mesh's file as it is written."""
     shapes = [Node(child, f"{geometry.path} / {child.tag}", geometry.findings) for child in geometry.element]
     if len(shapes) != 1:
@@ -188,7 +188,7 @@ def _shape(node: Node, geometry: Node) -> dict[str, Any] | None:
     if shape.tag not in _GEOMETRIES:
         geometry.fault(choice(shape.tag, _GEOMETRIES))
         return None
-    values: dict[str, Any] = {"type": shape.tag, "pose": _read_pose(node)}
+    values: Values = {"type": shape.tag, "pose": _read_pose(node)}
     if shape.tag == "mesh":
         values["file"] = shape.required_attribute("filename")
         if shape.attribute("scale") is not None:

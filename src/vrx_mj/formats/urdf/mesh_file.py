@@ -8,7 +8,6 @@ import logging
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import collada  # noqa: F401 - trimesh imports it with the first Collada file, when nothing else may be read
 import numpy as np
@@ -68,7 +67,7 @@ def glb(path: str, name: str) -> bytes:
     return bytes(trimesh.Trimesh(upright, found.triangles).export(file_type="glb"))
 
 
-def _parts(name: str, content: bytes, suffix: str) -> list[Any]:
+def _parts(name: str, content: bytes, suffix: str) -> list[trimesh.Trimesh]:
     """Every mesh of the file that has triangles, once for each place, in the file's unit."""
     if suffix == "ply":
         content = content.replace(b"element edge ", b"element unread ", 1)
@@ -86,11 +85,11 @@ def _parts(name: str, content: bytes, suffix: str) -> list[Any]:
         raise VrxError(f"mesh {name} cannot be read: it is not a {suffix.upper()} file, or is damaged") from None
 
 
-def _has_triangles(part: Any) -> bool:
+def _has_triangles(part: object) -> bool:
     return len(getattr(part, "faces", ())) > 0
 
 
-def _color(geometry: Any) -> Color | None:
+def _color(geometry: trimesh.Trimesh) -> Color | None:
     """The colour of a part: of its material, or the mean of its faces or points; None if it has none."""
     visual = geometry.visual
     if not getattr(visual, "defined", False):
@@ -100,7 +99,7 @@ def _color(geometry: Any) -> Color | None:
     return (red, green, blue, alpha or 1.0)
 
 
-def _merge(parts: Sequence[Any], unit: float) -> MeshData:
+def _merge(parts: Sequence[trimesh.Trimesh], unit: float) -> MeshData:
     """One mesh of several [m], in the colour of most of its area."""
     areas = dict[Color, float]()
     with np.errstate(all="ignore"):
