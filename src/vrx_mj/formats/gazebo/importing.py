@@ -33,6 +33,7 @@ from vrx_mj.formats.gazebo.sdf_frames import safe_name
 from vrx_mj.formats.gazebo.sdf_objects import model_section
 from vrx_mj.formats.gazebo.worlds import gazebo_world, is_gazebo_world
 from vrx_mj.formats.series.worlds import section_text
+from vrx_mj.formats.urdf.elements import unused_name
 from vrx_mj.formats.urdf.expand import ExpandedText, check_library, declared_names, expand
 from vrx_mj.formats.urdf.expand import arguments as declared_arguments
 from vrx_mj.formats.urdf.meshes import MeshFiles, with_mesh_names
@@ -93,10 +94,8 @@ class Imported:
     def path_of(self, folder: str, name: str, source: str, ending: str = ".yaml") -> str:
         """The path in the folder of what is made from a source: two of one name are numbered."""
         if (folder, source) not in self.paths:
-            taken = set(self.paths.values())
-            names = (name, *(f"{name}_{number}" for number in range(2, len(taken) + 3)))
-            paths = (f"{folder}{name}{ending}" for name in names)
-            self.paths[folder, source] = next(path for path in paths if path not in taken)
+            taken = {path.removesuffix(ending) for path in self.paths.values() if path.endswith(ending)}
+            self.paths[folder, source] = f"{unused_name(f'{folder}{name}', taken)}{ending}"
         return self.paths[folder, source]
 
     def add(self, file: Path, arguments: dict[str, str]) -> None:

@@ -138,19 +138,14 @@ _held: dict[Path, tuple[int, int, dict[str, Element], tuple[int, ...]]] = {}
 
 
 def hold_models(file: Path, root: Element) -> None:
-    """Hold the models of a world for those who name them, who would read its file again for each; read these ahead."""
+    """Hold the models of a world for those who name them, and have those that it includes parsed by two questions."""
     _held.clear()
     found = [(one.attributes.get("name", ""), one) for one in root.walk() if one.tag == "model"]
     found += [(included_name(one), one) for one in root.walk() if one.tag == "include"]
     status = file.stat()
     _held[file.absolute()] = (status.st_mtime_ns, status.st_size, dict(reversed(found)), version_of(root))
-    _read_ahead(root, file.parent)
-
-
-def _read_ahead(root: Element, near: Path) -> None:
-    """Have the models that a file includes parsed by two questions, not two for each."""
     uris = dict.fromkeys(one.text("uri").rstrip("/") for one in root.walk() if one.tag == "include")
-    near_by = (folder_in_reach(uri.rpartition("/")[2], near) for uri in list(uris)[:_MOST_AHEAD])
+    near_by = (folder_in_reach(uri.rpartition("/")[2], file.parent) for uri in list(uris)[:_MOST_AHEAD])
     folders, files = [*filter(None, near_by)], []
     parse_ahead(folder / _CONFIG for folder in folders if is_file(folder / _CONFIG))
     for folder in folders:

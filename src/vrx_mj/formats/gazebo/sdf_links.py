@@ -11,7 +11,7 @@ from vrx_mj.formats.gazebo.sdf_frames import Scope
 from vrx_mj.formats.gazebo.sdf_models import Model
 from vrx_mj.formats.urdf.elements import FIELDS, Node, Values
 from vrx_mj.formats.urdf.link_meshes import solid_mesh
-from vrx_mj.formats.urdf.links import check_inertia, gazebo_color, shape_name, shape_of
+from vrx_mj.formats.urdf.links import gazebo_color, inertial_of, shape_name, shape_of
 from vrx_mj.formats.urdf.model import ZERO, Inertial, Link, LinkRow, MeshRow
 from vrx_mj.rigid_bodies import MassProperties, joined, posed
 
@@ -46,13 +46,7 @@ def _inertial(
     tensor = node.child("inertia")
     usual = {"ixx": _UNIT, "iyy": _UNIT, "izz": _UNIT, "ixy": 0.0, "ixz": 0.0, "iyz": 0.0}
     values = tuple(tensor.value(key, default) if tensor else default for key, default in usual.items())
-    if mass == 0.0:
-        findings.note("massless", name)
-        return None
-    if tensor:
-        check_inertia(tensor, name, (mass, *values), model.around)
-    xx, yy, zz, xy, xz, yz = values
-    return Inertial(mass, model.inside(node, name, scope), (xx, yy, zz, xy, xz, yz))
+    return inertial_of(tensor, name, (mass, *values), model.inside(node, name, scope), model.around)
 
 
 def _solid_inertial(node: Node, felt: Sequence[tuple[Node, Shape]]) -> Inertial | None:

@@ -1,6 +1,5 @@
 """Models of Gazebo (SDF) as objects of ours: bodies on joints with their shapes, or a composite of models."""
 
-import itertools
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -22,7 +21,7 @@ from vrx_mj.formats.gazebo.sdf_joints import Axis, SdfJoint, read_sdf_joint
 from vrx_mj.formats.gazebo.sdf_links import SHAPES, read_sdf_link, shape_tag, sizes_of
 from vrx_mj.formats.gazebo.sdf_models import Model, in_world_frame, pose_of_included
 from vrx_mj.formats.series.pieces import At, Content, with_places
-from vrx_mj.formats.urdf.elements import Node
+from vrx_mj.formats.urdf.elements import Node, unused_name
 from vrx_mj.formats.urdf.links import ENDLESS, ONE
 from vrx_mj.formats.urdf.model import ZERO, MeshRow, relative
 from vrx_mj.formats.urdf.reader import ODD
@@ -340,8 +339,7 @@ def _distinct(names: Sequence[str], first: int = 2) -> list[str]:
     """Names as ours may be, none of which is another's: those that are taken are numbered."""
     found: list[str] = []
     for own in map(safe_name, names):
-        numbered = (f"{own[:56]}_{count}" for count in itertools.count(first))
-        found.append(next(name for name in itertools.chain([own], numbered) if name not in found))
+        found.append(unused_name(own if own not in found else own[:56], found, first))
     return found
 
 

@@ -18,6 +18,8 @@ _WAVE_PLUGINS = ("wavefieldmodelplugin", _WAVES_MODEL)
 """Parts of the names of plugins that make waves."""
 _MODELS = ("pms", "cwr", "none")
 """VRX's models of waves."""
+_ALGORITHMS = ("fft", "sinusoid", "trochoid")
+"""Kinds of waves of asv_wave_sim, the first by default."""
 _KEY = re.compile(r'key:\s{0,80}"(\w{1,40})"')
 _VALUE = re.compile(r'(?:(?:double|int)_value|[xyz]):\s{0,80}([-+.\deE]{1,40})|string_value:\s{0,80}"(\w{1,20})"')
 
@@ -37,16 +39,6 @@ def wave_field(plugin: Element) -> Content:
     return without_ignored_keys(SeaConfig, {"model": model, **wave.fields("wave")})
 
 
-def _sinusoid(wave: Element) -> Content:
-    given = wave.fields("sinusoid")
-    return {"model": "regular", "height": 2.0 * given["amplitude"], "period": given["period"]}
-
-
-def _trochoid(wave: Element) -> Content:
-    """The waves that VRX's model `CWR` has, too, which are there from the start."""
-    return {"model": "cwr", **wave.fields("trochoid"), "tau": 0.0}
-
-
 def _fft(wave: Element) -> Content:
     """A sea that the wind has fully raised: Pierson and Moskowitz (1964), Hs = 2 U^2 sqrt(alpha / beta) / g at 19.5 m.
 
@@ -60,16 +52,20 @@ def _fft(wave: Element) -> Content:
     return {"model": "pm", "significant_height": height, "direction": towards}
 
 
-_ALGORITHMS = {"fft": _fft, "sinusoid": _sinusoid, "trochoid": _trochoid}
-"""Kinds of waves of asv_wave_sim, of which it makes the first by default."""
-
-
 def _waves_of_algorithm(wave: Element) -> Content:
+    """The sea of an algorithm of asv_wave_sim; a trochoid is that of VRX's model `CWR`, there from the start."""
     name = wave.text("algorithm") or "fft"
     if name not in _ALGORITHMS:
         raise wave.fault(str(UnknownNameError("algorithm", name, _ALGORITHMS)), "algorithm")
-    direction = wave.value_of("direction", "x y", [1.0, 0.0])
-    return without_ignored_keys(SeaConfig, {"direction": direction, **_ALGORITHMS[name](wave)})
+    sea: Content = {"direction": wave.value_of("direction", "x y", [1.0, 0.0])}
+    if name == "fft":
+        sea |= _fft(wave)
+    elif name == "sinusoid":
+        given = wave.fields("sinusoid")
+        sea |= {"model": "regular", "height": 2.0 * given["amplitude"], "period": given["period"]}
+    else:
+        sea |= {"model": "cwr", **wave.fields("trochoid"), "tau": 0.0}
+    return without_ignored_keys(SeaConfig, sea)
 
 
 def published_sea(plugin: Element) -> Content | None:

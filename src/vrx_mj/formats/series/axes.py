@@ -121,19 +121,16 @@ def read_series(path: Path) -> Series:
         counts = " x ".join(shown(axis.steps) for axis in series.axes)
         message = f"{counts} steps make {shown(series.count)} worlds; a file may have {MOST_WORLDS}"
         raise ConfigError([Problem(file.name, 1, None, "", message)])
-    remarks = [*_repeat_notes(repeats), *_never_reached(series)]
-    if remarks:
+    if remarks := [*_remarks(series, repeats)]:
         warnings.warn(f"{file.name}: {'; '.join(remarks)}", VrxWarning, stacklevel=2)
     return series
 
 
-def _repeat_notes(repeats: Sequence[Repeat]) -> Iterator[str]:
+def _remarks(series: Series, repeats: Sequence[Repeat]) -> Iterator[str]:
+    """Suspicious parts of a file: keys that are given twice, and steps that are never reached."""
     if repeats:
         keys = ", ".join(f"{key} (lines {first} and {last})" for key, first, last in repeats)
         yield f"given twice; the later one counts, as in VRX: {keys}"
-
-
-def _never_reached(series: Series) -> Iterator[str]:
     for axis in series.axes:
         beyond = sorted({step for step in (*axis.sequence, *axis.sides) if step >= axis.steps})
         if beyond:

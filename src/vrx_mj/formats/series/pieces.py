@@ -1,6 +1,5 @@
 """The pieces of a world that macros and plugins make, put together to one world."""
 
-import itertools
 import json
 import re
 import warnings
@@ -13,6 +12,7 @@ from vrx_mj.config.loading import read_source
 from vrx_mj.config.search import SCHEME
 from vrx_mj.config.tree import Entry, Items, Place, Section, key_path, merged
 from vrx_mj.errors import ConfigError, VrxWarning
+from vrx_mj.formats.urdf.elements import unused_name
 
 _SINGLE = ("base", "task")
 """Parts that a world has once; of others, such as the sea, the later one counts."""
@@ -134,8 +134,7 @@ def _all_named(section: Section) -> Section:
     things = []
     for thing in objects:
         own = thing.get("name") or named_as(str(thing["model"]).removeprefix(SCHEME))
-        names = itertools.chain([own], (f"{own}_{number}" for number in itertools.count(1)))
-        name = own if "name" in thing else next(name for name in names if name not in taken)
+        name = own if "name" in thing else unused_name(own, taken, first=1)
         taken.add(name)
         entry = Entry(thing.place, thing.place)
         things.append(Section({"name": name, **thing}, thing.place, {"name": entry, **thing.entries}))

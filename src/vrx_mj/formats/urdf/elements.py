@@ -3,10 +3,11 @@
 A value that cannot be read is noted as a problem and its default is handed on, so that reading continues.
 """
 
+import itertools
 import json
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
@@ -54,6 +55,12 @@ def numbers_of(
 def own_name(text: str, most: int = 64) -> str:
     """A name as ours may be, of at most so many characters."""
     return _ODD_CHARACTER.sub("_", text)[:most]
+
+
+def unused_name(name: str, taken: Container[str], first: int = 2) -> str:
+    """A name that is not taken: itself, or numbered from `first` on."""
+    numbered = (f"{name}_{number}" for number in itertools.count(first))
+    return next(one for one in itertools.chain([name], numbered) if one not in taken)
 
 
 def truth(text: str) -> bool | None:

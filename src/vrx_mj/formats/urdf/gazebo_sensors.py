@@ -11,7 +11,7 @@ from typing import Any, get_args
 from vrx_mj.config.base import Config
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.errors import UnknownNameError
-from vrx_mj.formats.urdf.elements import FIELDS, Findings, Node, Rows, Tag, Values, own_name
+from vrx_mj.formats.urdf.elements import FIELDS, Findings, Node, Rows, Tag, Values, own_name, unused_name
 from vrx_mj.formats.urdf.model import ZERO, Gazebo, Urdf, chain
 from vrx_mj.frames import Pose
 
@@ -106,12 +106,10 @@ class Scope(Gazebo):
         wanted = self.local(link).removesuffix("_link") if link and link != self.urdf.root else own
         taken = {sensor.name for sensor in self.sensors}
         wanted = next((name for name in (wanted, own) if name and name not in taken), own or wanted or "sensor")
-        wanted = own_name(wanted, 60)
-        if wanted not in taken:
-            return wanted
-        number = next(number for number in range(2, 10_000) if f"{wanted}_{number}" not in taken)
-        self.warn(node, f"duplicate name '{wanted}'; this sensor is renamed to '{wanted}_{number}'")
-        return f"{wanted}_{number}"
+        found = unused_name(wanted := own_name(wanted, 60), taken)
+        if found != wanted:
+            self.warn(node, f"duplicate name '{wanted}'; this sensor is renamed to '{found}'")
+        return found
 
     def rate(self, node: Node, tag: Tag) -> float:
         """Readings per second; without a rate, or with 0, Gazebo would read at every step."""

@@ -120,29 +120,33 @@ def _inertial(node: Node, name: str, around: Surroundings) -> Inertial | None:
     diagonal = [inertia.number(key) if inertia else math.nan for key in ("ixx", "iyy", "izz")]
     products = [inertia.number(key, 0.0) if inertia else math.nan for key in ("ixy", "ixz", "iyz")]
     pose = _read_pose(inertial)
-    if not all(map(math.isfinite, (mass, *diagonal, *products))):
-        return None
-    if mass == 0:
+    values = mass, *diagonal, *products
+    return inertial_of(inertia, name, values, pose, around) if all(map(math.isfinite, values)) else None
+
+
+def inertial_of(
+    node: Node | None, name: str, values: tuple[float, ...], pose: Pose, around: Surroundings
+) -> Inertial | None:
+    """Mass properties of a link by mass and tensor, if it has a mass; what no body has is noted.
+
+    No principal moment is negative, and none exceeds the sum of the others, in any body that exists.
+    """
+    mass, xx, yy, zz, xy, xz, yz = values
+    if mass == 0.0:
         around.findings.note("massless", name)
         return None
-    if inertia:
-        check_inertia(inertia, name, (mass, *diagonal, *products), around)
-    xx, yy, zz, xy, xz, yz = *diagonal, *products
-    return Inertial(mass, pose, (xx, yy, zz, xy, xz, yz))
-
-
-def check_inertia(node: Node, name: str, values: tuple[float, ...], around: Surroundings) -> None:
-    """No principal moment is negative, and none exceeds the sum of the others, in any body that exists."""
-    mass, *tensor = values
-    xx, yy, zz, xy, xz, yz = tensor
+    found = Inertial(mass, pose, (xx, yy, zz, xy, xz, yz))
+    if node is None:
+        return found
     low, middle, high = moments = np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]).tolist()
     words = ", ".join(f"{moment:.6g}" for moment in moments)
     if low < -_ROUNDED * mass:
         around.impossible.append((node, name, low < -max(1e-9 * high, _THIN * mass, _LAST_DIGITS), f"{words} kg m2"))
-    elif high - low - middle > max(1e-6 * (low + middle), _ROUNDED * mass) and (mass, *tensor[:3]) != _VRX_IMU:
+    elif high - low - middle > max(1e-6 * (low + middle), _ROUNDED * mass) and (mass, xx, yy, zz) != _VRX_IMU:
         far = high - low - middle > max((_SLIGHT - 1.0) * (low + middle), _THIN * mass, _LAST_DIGITS)
         more = "and the largest is more than the sum of the other two"
         around.impossible.append((node, name, far, f"{words} kg m2, {more}"))
+    return found
 
 
 def _collision(node: Node) -> Shape | MeshRow | None:
