@@ -17,7 +17,7 @@ from typing import TypeVar
 
 from vrx_mj.cache_folder import chosen_folder
 from vrx_mj.errors import ConfigError, Problem, VrxError, VrxWarning
-from vrx_mj.foreign.cache import cached_answer, is_valid, keep
+from vrx_mj.foreign.cache import is_valid, keep, stored_answer
 from vrx_mj.foreign.child import Job
 from vrx_mj.foreign.plain import Answer, pack, unpack, validate
 from vrx_mj.foreign.reader import NOTES, READER, TEXT, TIME, ReaderError
@@ -73,13 +73,13 @@ def ask(
         ReaderError: it took too much, or ended.
         VrxError: what it raises, of the same class if that is loaded here.
     """
-    request = _request(job, arguments, reads)
+    request = _job(job, arguments, reads)
     request["limits"] = {"memory": memory, "seconds": seconds, "answer": answer, "threads": threads}
     key = _key(request) if cached else ""
     spend(about, notes=0)
-    found = _given_before(key) if cached else None
+    found = _cached_answer(key) if cached else None
     if found is None:
-        block, found = _new(request, about)
+        block, found = _fresh_answer(request, about)
         if key and found.get("files") is not None:
             _keep(key, block)
     return _outcome(found, returns, about)
@@ -90,14 +90,14 @@ def ask_ahead(job: str, calls: Iterable[Sequence[object]], about: str) -> None:
 
     If they take too much together there are none, and each is asked for by itself.
     """
-    waiting = {_key(request): request for request in (_request(job, arguments) for arguments in calls)}
-    waiting = {key: request for key, request in waiting.items() if _given_before(key) is None}
+    waiting = {_key(request): request for request in (_job(job, arguments) for arguments in calls)}
+    waiting = {key: request for key, request in waiting.items() if _cached_answer(key) is None}
     if len(waiting) > 1:
         spend(about, notes=0)
-        together = _request(job, ())
+        together = _job(job, ())
         together["each"] = [request["arguments"] for request in waiting.values()]
         with contextlib.suppress(ReaderError):
-            _, found = _new(together, about)
+            _, found = _fresh_answer(together, about)
             for key, answer in zip(waiting, validate(found["value"], list[dict[str, object]]), strict=True):
                 _keep(key, pack({**answer, "files": {}}))
 
@@ -115,7 +115,7 @@ def spend(about: str, notes: int = 1) -> None:
             raise ReaderError(about, f"the files of this command come to more than {most:,} {name}")
 
 
-def _request(job: str, arguments: Sequence[object], reads: Iterable[Path | str] = ()) -> Job:
+def _job(job: str, arguments: Sequence[object], reads: Iterable[Path | str] = ()) -> Job:
     module, _, function = job.partition(":")
     return {
         "module": f"{PACKAGE}.{module}", "function": function, "arguments": arguments, "each": None,
@@ -151,10 +151,10 @@ def _folder() -> Path | None:
     return chosen_folder("answers").folder
 
 
-def _given_before(key: str) -> Answer | None:
+def _cached_answer(key: str) -> Answer | None:
     """The answer of a key, if all that it came from is as it was."""
     folder = _folder()
-    block = _answers.get(key) or (cached_answer(folder, key) if folder else None)
+    block = _answers.get(key) or (stored_answer(folder, key) if folder else None)
     if block is None:
         return None
     found: Answer = unpack(block)
@@ -178,7 +178,7 @@ def _remember(key: str, block: bytes) -> None:
         _answers.popitem(last=False)
 
 
-def _new(request: Job, about: str) -> tuple[bytes, Answer]:
+def _fresh_answer(request: Job, about: str) -> tuple[bytes, Answer]:
     """The answer of the process, packed and unpacked."""
     block = READER.answer(request, about)
     try:

@@ -24,14 +24,14 @@ def answer(job: Job, libraries: list[str]) -> bytes:
         lock_files([*job["reads"], *libraries, *_SYSTEM])  # of threads too, which imports may start
         lock_calls()
         function = getattr(import_module(job["module"]), job["function"])
-        notes = confine(job["reads"], libraries, job["limits"])
+        log = confine(job["reads"], libraries, job["limits"])
         if job["each"] is None:
             found = _outcome(function, job["arguments"])
         else:
             found = {"value": [_outcome(function, each) for each in job["each"]], "warnings": []}
-        with notes.silent():
-            seen = {path: (use, state(use, path)) for path, (use, _) in notes.paths.items()}
-            found["files"] = seen if notes.is_unchanged() else None
+        with log.silent():
+            seen = {path: (use, state(use, path)) for path, (use, _) in log.paths.items()}
+            found["files"] = seen if log.is_unchanged() else None
         return pack(found)
     except BaseException as error:  # whatever a file makes of a reader
         return pack({"fault": _fault(error, job["limits"]["memory"])})

@@ -91,12 +91,12 @@ def _move_frames(model: Model, joints: Sequence[SdfJoint]) -> None:
     """Put the frame of each link to that of the joint above it, as URDF has them, and turn the root's to the model."""
     for joint in joints:
         if joint.type != "fixed" and joint.child != WORLD and any(joint.shift):
-            model.moved.setdefault(joint.child, joint.shift)
+            model.urdf_frames.setdefault(joint.child, joint.shift)
     if model.links:
         top = _root(model, joints)
         turn = model.frames.pose(top)[3:]
         if any(turn):
-            model.moved[top] = inverse((0.0, 0.0, 0.0, *turn))
+            model.urdf_frames[top] = inverse((0.0, 0.0, 0.0, *turn))
 
 
 def _joint(model: Model, joint: SdfJoint) -> Joint:
@@ -114,9 +114,9 @@ def _joint(model: Model, joint: SdfJoint) -> Joint:
 def _between(model: Model, parent: str, child: str) -> Pose:
     """Pose of a link in another's frame: as the file has it where it is given there."""
     around, given = model.frames.given[child]
-    if around == parent and parent not in model.moved and child not in model.moved:
+    if around == parent and parent not in model.urdf_frames and child not in model.urdf_frames:
         return given.pose
-    return relative(model.place(parent), model.place(child))
+    return relative(model.urdf_pose(parent), model.urdf_pose(child))
 
 
 def _offset(model: Model, robot: Urdf) -> Iterator[str]:

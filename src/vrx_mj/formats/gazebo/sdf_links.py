@@ -38,7 +38,7 @@ def _inertial(
     node, findings = link.child("inertial"), model.findings
     if node is None:
         findings.note("unit", name)
-        return Inertial(_UNIT, model.in_table(ZERO, name), (_UNIT, _UNIT, _UNIT, 0.0, 0.0, 0.0))
+        return Inertial(_UNIT, model.to_urdf_frame(ZERO, name), (_UNIT, _UNIT, _UNIT, 0.0, 0.0, 0.0))
     if node.attribute_flag("auto"):
         rows = ((part, shape) for part, row in felt for shape in solid_mesh(row, model.files, findings))
         return _solid_inertial(node, list(rows))
