@@ -2,16 +2,17 @@
 
 import math
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
-from vrx_mj.config.shapes import Shape, Visual
+from vrx_mj.config.shapes import Shape
 from vrx_mj.config.solids import solid
 from vrx_mj.formats.gazebo.sdf_frames import Scope
 from vrx_mj.formats.gazebo.sdf_models import Model
 from vrx_mj.formats.urdf.elements import FIELDS, Node, Values
 from vrx_mj.formats.urdf.link_meshes import solid_mesh
-from vrx_mj.formats.urdf.links import gazebo_color, inertial_of, shape_name, shape_of
+from vrx_mj.formats.urdf.links import gazebo_color, inertial_of, read_shapes, shape_name
 from vrx_mj.formats.urdf.model import ZERO, Inertial, Link, LinkRow, MeshRow
 from vrx_mj.rigid_bodies import MassProperties, joined, posed
 
@@ -26,10 +27,9 @@ _Color = tuple[float, float, float, float]
 def read_sdf_link(model: Model, name: str) -> LinkRow:
     """A `<link>`, whose meshes are still to be found. Problems and suspicious values are noted, not raised."""
     node, scope = model.links[name]
-    felt = [(part, row) for part in node.children("collision") if (row := _collision(part, name, scope, model))]
-    seen = [row for part in node.children("visual") if (row := _visual(part, name, scope, model))]
+    felt, seen = read_shapes(node, name, model.findings, partial(_shape, name, scope, model), _color)
     inertial = _inertial(node, name, scope, model, felt)
-    return LinkRow(Link(name, inertial, place=node.place), tuple(row for _, row in felt), tuple(seen))
+    return LinkRow(Link(name, inertial, place=node.place), tuple(row for _, row in felt), seen)
 
 
 def _inertial(
@@ -88,25 +88,6 @@ def _full(shape: Shape, density: float) -> MassProperties:
     return MassProperties(density * volume, center, density * (np.trace(spread) * np.eye(3) - spread))
 
 
-def _collision(node: Node, link: str, scope: Scope, model: Model) -> Shape | MeshRow | None:
-    geometry = node.required_child("geometry")
-    values = _shape(node, geometry, link, scope, model) if geometry else None
-    return shape_of(node, geometry, values, Shape) if geometry and values else None
-
-
-def _visual(node: Node, link: str, scope: Scope, model: Model) -> Visual | MeshRow | None:
-    geometry = node.child("geometry")
-    if geometry is None:
-        model.findings.note("shapeless", link)
-        return None
-    if shape_tag(geometry) == "mesh" and not geometry.text("mesh"):
-        model.findings.note("mesh", f"one without <uri> of '{link}'")
-        model.lost.append((node, "its mesh has no <uri>"))
-        return None
-    values, color = _shape(node, geometry, link, scope, model), _color(node)
-    return shape_of(node, geometry, values | ({"color": color} if color else {}), Visual) if values else None
-
-
 def _color(visual: Node) -> _Color | None:
     """The colour of a material: its diffuse or ambient one, or that of a stock material, as Gazebo/Red."""
     material = visual.child("material")
@@ -122,9 +103,13 @@ def _color(visual: Node) -> _Color | None:
     return gazebo_color(script.text("name")) if script else None
 
 
-def _shape(node: Node, geometry: Node, link: str, scope: Scope, model: Model) -> Values | None:
+def _shape(link: str, scope: Scope, model: Model, node: Node, geometry: Node) -> Values | None:
     """Type, sizes, pose and name of a shape; a mesh's file as it is written. None: ours has none like it."""
     tag, known = shape_tag(geometry), len(geometry.findings.problems)
+    if node.tag == "visual" and tag == "mesh" and not geometry.text("mesh"):
+        model.findings.note("mesh", f"one without <uri> of '{link}'")
+        model.lost.append((node, "its mesh has no <uri>"))
+        return None
     if not tag:
         model.lost.append((node, "it has no geometry"))
     if tag not in SHAPES:

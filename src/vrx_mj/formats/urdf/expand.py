@@ -73,20 +73,19 @@ def expand(
     *,
     arguments: Mapping[str, str] | None = None,
     needed: Collection[str] = (),
-    packages: Mapping[str, Path] | None = None,
     package_paths: Sequence[Path] = (),
     libraries: Collection[str] = (),
 ) -> ExpandedText:
     """The URDF that a `.xacro` file (or a `.urdf`, which has little to expand) makes, as XML text.
 
     `arguments` are the file's `$(arg NAME)`, of which it or the files in it must declare those that are `needed`.
-    `$(find NAME)` looks in `packages`, in `package_paths` and beside the file; without `packages`, our own come last,
-    and in our own files, whoever includes them, first. Where missing packages are ignored, what files include from one
+    `$(find NAME)` looks in `package_paths` and beside the file; our own packages come last, and in our own files,
+    whoever includes them, first. Where missing packages are ignored, what files include from one
     and the macros that are unknown then are left out. A file may read only what lies there or in its own folder. Our
     own macros of worlds stand for those of `libraries`, packages of VRX. Warnings of xacro come as one VrxWarning.
     Raises ConfigError, or UnknownNameError for an argument.
     """
-    made = _expand(Path(file), arguments or {}, packages, package_paths, libraries)
+    made = _expand(Path(file), arguments or {}, package_paths, libraries)
     _warn(Path(file), made)
     if unknown := next((name for name in needed if name not in made.declared), None):
         raise UnknownNameError("xacro argument", unknown, sorted(made.declared))
@@ -97,7 +96,7 @@ def expand(
 
 def declared_names(file: Path, arguments: Mapping[str, str], package_paths: Sequence[Path] = ()) -> tuple[str, ...]:
     """Names of the arguments that a `.xacro` and the files in it declare, given some of them. Raises ConfigError."""
-    return _expand(Path(file), arguments, None, package_paths).declared
+    return _expand(Path(file), arguments, package_paths).declared
 
 
 def expanded_lines(lines: Sequence[tuple[str, Place]]) -> Table:
@@ -138,23 +137,17 @@ def arguments(file: Path) -> dict[str, str]:
 
 
 def _expand(
-    file: Path,
-    arguments: Mapping[str, str],
-    packages: Mapping[str, Path] | None,
-    paths: Sequence[Path],
-    libraries: Collection[str] = (),
+    file: Path, arguments: Mapping[str, str], paths: Sequence[Path], libraries: Collection[str] = ()
 ) -> Expanded:
     """What a file expands to; a package that it names in another file, or by an expression, takes one more attempt."""
     if not file.is_file():
         raise file_error(file, "no such file")
     given = {str(name): str(value) for name, value in arguments.items()}
-    ours = own_packages() if packages is None else {}
+    ours = own_packages()
     of_ours = file.resolve().is_relative_to((root() / "assets").resolve()) or any(
         map(is_built_in, file.resolve().parents)
     )
-    first = ours if of_ours else packages or {}
-    given_folders = {name: Path(folder).absolute() for name, folder in first.items()}
-    files = Files(file, given_folders, paths, spare=ours)
+    files = Files(file, dict(ours) if of_ours else {}, paths, spare=ours)
     names = _FOUND.findall(read_bytes(file).decode("utf-8", errors="replace"))
     found = {name: str(folder) for name in names[:_MOST_PACKAGES] if (folder := files.package(name)) is not None}
     macros, own = [MACROS] if libraries else [], {name: str(folder) for name, folder in files.spare.items()}

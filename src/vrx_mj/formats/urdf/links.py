@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from typing import TypeVar
 
@@ -53,15 +53,18 @@ class Surroundings:
 def read_link(node: Node, around: Surroundings) -> LinkRow:
     """A `<link>`. Problems and suspicious values are noted, not raised."""
     name = node.required_attribute("name")
-    short = _is_short_post(node, name)
-    if short:
+    if _is_short_post(node, name):
         around.findings.note("post", name)
-    inertial = None if short else _inertial(node, name, around)
-    return LinkRow(
-        Link(name, inertial, place=node.place),
-        collisions=() if short else tuple(filter(None, map(_collision, node.children("collision")))),
-        visuals=() if short else tuple(filter(None, (_visual(c, name, around) for c in node.children("visual")))),
-    )
+        return LinkRow(Link(name, None, place=node.place), (), ())
+
+    def color(visual: Node) -> Color | None:
+        material = visual.child("material")
+        own = material.child("color") if material else None
+        named = around.materials.get(material.attribute("name") or "") if material else None
+        return around.gazebo.get(name) or (_rgba(own) if own else named)
+
+    felt, seen = read_shapes(node, name, around.findings, _shape, color)
+    return LinkRow(Link(name, _inertial(node, name, around), place=node.place), tuple(row for _, row in felt), seen)
 
 
 def _read_pose(node: Node | None) -> Pose:
@@ -149,25 +152,37 @@ def inertial_of(
     return found
 
 
-def _collision(node: Node) -> Shape | MeshRow | None:
-    geometry = node.required_child("geometry")
-    values = _shape(node, geometry) if geometry else None
-    return shape_of(node, geometry, values, Shape) if geometry and values else None
+def read_shapes(
+    link: Node,
+    name: str,
+    findings: Findings,
+    values_of: Callable[[Node, Node], Values | None],
+    color_of: Callable[[Node], Color | None],
+) -> tuple[list[tuple[Node, Shape | MeshRow]], tuple[Visual | MeshRow, ...]]:
+    """Collisions of a link with their elements, and its visuals; one without a shape, as VRX has it, shows nothing.
 
-
-def _visual(node: Node, link: str, around: Surroundings) -> Visual | MeshRow | None:
-    """Shape of a `<visual>`; None without one, as VRX has it too."""
-    geometry = node.child("geometry")
-    values = _shape(node, geometry) if geometry else None
-    if geometry is None:
-        around.findings.note("shapeless", link)
-    if geometry is None or values is None:
-        return None
-    material = node.child("material")
-    own = material.child("color") if material else None
-    named = around.materials.get(material.attribute("name") or "") if material else None
-    color = around.gazebo.get(link) or (_rgba(own) if own else named)
-    return shape_of(node, geometry, values | ({"color": color} if color else {}), Visual)
+    Args:
+        link: the `<link>`.
+        name: its name.
+        findings: takes problems and suspicious values.
+        values_of: reads the values of a shape from its element and the `<geometry>` in it.
+        color_of: reads the colour of a `<visual>`.
+    """
+    felt, seen = list[tuple[Node, Shape | MeshRow]](), list[Visual | MeshRow]()
+    for node in link.children("collision"):
+        geometry = node.required_child("geometry")
+        values = values_of(node, geometry) if geometry else None
+        if geometry and values and (shape := shape_of(node, geometry, values, Shape)):
+            felt.append((node, shape))
+    for node in link.children("visual"):
+        geometry = node.child("geometry")
+        if geometry is None:
+            findings.note("shapeless", name)
+        elif values := values_of(node, geometry):
+            color = color_of(node)
+            visual = shape_of(node, geometry, values | ({"color": color} if color else {}), Visual)
+            seen += [visual] if visual else []
+    return felt, tuple(seen)
 
 
 def shape_of(node: Node, geometry: Node, values: Values, kind: type[ShapeT]) -> ShapeT | MeshRow | None:

@@ -251,6 +251,7 @@ def boat(tmp_path, monkeypatch):
     (folder / "good.xacro").write_text(f'{HEAD}<xacro:property name="x" value="1"/></robot>', encoding="utf-8")
     for name, text in YAML.items():
         (folder / name).write_text(text.replace("CANARY", str(tmp_path / "canary")), encoding="utf-8")
+    (folder / "package.xml").write_text("<package><name>boat</name></package>", encoding="utf-8")
     os.mkfifo(folder / "pipe")
     monkeypatch.setenv("HARBOUR", SECRET)
     monkeypatch.chdir(folder)
@@ -261,7 +262,7 @@ def outcome(folder, text):
     """What a file expands to, or says; nothing of the secrets, and nothing was done."""
     (folder / "boat.xacro").write_text(text.replace("CANARY", str(folder.parent / "canary")), encoding="utf-8")
     try:
-        said = expand(Path("boat.xacro"), packages={"boat": folder})
+        said = expand(Path("boat.xacro"))
     except ConfigError as error:
         said = str(error)
         assert "\n" not in said
