@@ -155,8 +155,7 @@ def assemble_boat(urdf: Urdf, config: RobotConfig, drive: Mapping[str, object] =
         battery=config.battery,
         sensors=sensors,
         warnings=(
-            *urdf.remarks,
-            *gazebo.warnings,
+            *map(str, (*urdf.remarks, *gazebo.warnings)),
             *hinges.notes,
             *_loose(urdf, thrusters, hinges),
             *_swinging(urdf, sensors, hinges),

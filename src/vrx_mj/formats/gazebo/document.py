@@ -19,8 +19,8 @@ from vrx_mj.formats.series.pieces import At, Content
 from vrx_mj.formats.urdf.elements import Findings, Node, numbers_of, truth
 from vrx_mj.formats.urdf.expand import expand, expanded_lines
 from vrx_mj.formats.urdf.gazebo_sensors import library
+from vrx_mj.formats.urdf.model import Loss
 from vrx_mj.formats.urdf.model import Place as Spot
-from vrx_mj.formats.urdf.tags import Loss
 from vrx_mj.formats.urdf.xml_document import Markup, Table, file_error, read_bytes, read_text
 
 LIBRARIES = frozenset({"robotx_gazebo", "vmrc_gazebo", "vorc_gazebo", "vrx_2019", "vrx_gazebo", "wave_gazebo"})
@@ -68,9 +68,9 @@ class Report:
         place = part.place if isinstance(part, Element) else spot(part.place)
         self.notes.append(Note(place, what or label(part), fate, ours))
 
-    def lose(self, losses: Iterable[Loss]) -> None:
-        """Note what is lost."""
-        self.notes += [Note(spot(place), what, "ignored", why) for place, what, why in losses]
+    def lose(self, losses: Iterable[Loss], fate: Fate = "ignored") -> None:
+        """Note what is lost, or differs here."""
+        self.notes += [Note(spot(place), what, fate, why) for place, what, why in losses]
 
     def settle(self) -> None:
         """Raise all problems as one ConfigError."""

@@ -151,12 +151,9 @@ class Imported:
             boat = read_boat(file)
         model = model_element(file)[0]
         self.notes.append(Note(model.place, label(model), "taken over", f"`{path}`, a boat"))
-        for remark in (*boat.remarks, *boat.gazebo.warnings):
-            what, _, text = remark.partition(": ")[2].rpartition(": ")
-            line = remark.partition(": ")[0].rpartition(":")[2]
-            place = model.place._replace(line=int(line)) if line.isdigit() else model.place
-            self.notes.append(Note(place, what, "approximated", text))
-
+        report = Report()
+        report.lose((*boat.remarks, *boat.gazebo.warnings), "approximated")
+        self.notes += report.notes
         text = boat.text
         for shape in (shape for link in boat.links.values() for shape in (*link.collisions, *link.visuals)):
             if shape.folder is not None:

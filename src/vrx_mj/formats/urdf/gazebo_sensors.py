@@ -12,7 +12,7 @@ from vrx_mj.config.base import Config
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.urdf.elements import FIELDS, Findings, Node, Rows, Tag, Values, own_name, unused_name
-from vrx_mj.formats.urdf.model import ZERO, Gazebo, Urdf, chain
+from vrx_mj.formats.urdf.model import ZERO, Gazebo, Loss, Urdf, chain
 from vrx_mj.frames import Pose
 
 _HARD_CODED = ("wamv/", "cora/")
@@ -43,7 +43,7 @@ class Scope(Gazebo):
 
     def warn(self, node: Node, message: str) -> None:
         """Warn that something in the file is not simulated."""
-        self.warnings.append(f"{node.place}: {node.path}: {message}")
+        self.warnings.append(Loss(node.place, node.path, message))
 
     def warn_plugin(self, plugin: Node) -> None:
         """Warn that a plugin is not simulated."""

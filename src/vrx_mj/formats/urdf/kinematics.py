@@ -41,8 +41,7 @@ def reading(
     joints = {joint.name: joint for joint in (read_joint(node, links) for node in rows.named_children(root, "joint"))}
     tags = [Node(tag, "gazebo", findings) for tag in markup.findall("gazebo")]
     robot = rows.robot_of(root, Path(file), links, joints, around, tags, turns)
-    lost = losses(markup, "robot", "boat")
-    robot = replace(robot, remarks=tuple(f"{place}: {what}: {why}" for place, what, why in lost))
+    robot = replace(robot, remarks=tuple(losses(markup, "robot", "boat")))
     return robot, tuple(shapes.values()), findings
 
 

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, reduce
 from pathlib import Path
+from typing import NamedTuple
 
 from vrx_mj.config.dynamics import HullConfig, HydrodynamicsConfig, ThrusterConfig
 from vrx_mj.config.robots import ChannelEntry, RudderEntry, SailEntry
@@ -32,6 +33,19 @@ class Place:
     def problem(self, key: str, message: str) -> Problem:
         """A problem with the element, or with a part of it."""
         return Problem(self.file, self.line, None, key, message)
+
+
+class Loss(NamedTuple):
+    """A part of a file that is not simulated, or differently."""
+
+    place: Place
+    what: str
+    """The part, as the file calls it."""
+    why: str
+    """Reason, or what is done instead."""
+
+    def __str__(self) -> str:
+        return f"{self.place}: {self.what}: {self.why}"
 
 
 @dataclass(frozen=True)
@@ -155,8 +169,8 @@ class Gazebo:
     """Channels of ArduPilot by number."""
     sensors: list[SensorConfig] = field(default_factory=list)
     """Posed in the root link's frame, names without the namespace."""
-    warnings: list[str] = field(default_factory=list)
-    """Parts of the file that are not simulated, each with its line."""
+    warnings: list[Loss] = field(default_factory=list)
+    """Plugins and sensors that are not simulated, or differently."""
 
 
 @dataclass(frozen=True)
@@ -177,8 +191,8 @@ class Urdf:
     """Namespace of the links' names: `wamv` of `wamv/base_link`; empty if they have none."""
     gazebo: Gazebo = field(default_factory=Gazebo)
     """Plugins and sensors."""
-    remarks: tuple[str, ...] = ()
-    """Parts of the file that are ignored, besides its plugins and sensors, each with its line."""
+    remarks: tuple[Loss, ...] = ()
+    """Other parts of the file that are ignored, or differ here."""
     text: str = ""
     """A URDF of it, where the file is none."""
 

@@ -14,7 +14,7 @@ from typing import Any, Literal, NamedTuple, get_args
 
 from vrx_mj.errors import nearest, shown
 from vrx_mj.formats.urdf.elements import truth
-from vrx_mj.formats.urdf.model import Place
+from vrx_mj.formats.urdf.model import Loss
 from vrx_mj.formats.urdf.xml_document import Markup
 
 _TEXT = (Path(__file__).parent / "tags.json").read_bytes()  # the process without rights may read no file later
@@ -30,14 +30,6 @@ class Entry(NamedTuple):
     """Its name here, or the reason why it is lost."""
     usual: str | None = None
     """Value of which nothing is lost; None: something is of every value."""
-
-
-class Loss(NamedTuple):
-    """An element or attribute that is lost, with others of its kind."""
-
-    place: Place
-    what: str
-    why: str
 
 
 @cache

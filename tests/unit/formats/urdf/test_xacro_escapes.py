@@ -284,13 +284,17 @@ def test_python_is_out_of_reach(expression, boat):
 
 
 @pytest.mark.parametrize("expression", PYTHON)
-def test_python_is_out_of_reach_of_substitutions_and_texts(expression, boat):
+def test_python_is_out_of_reach_of_substitutions(expression, boat):
     escaped = expression.replace("&", "&amp;").replace("<", "&lt;")
     outcome(boat, f"{HEAD}<a>$(eval {escaped})</a></robot>")
-    outcome(
-        boat,
-        f'{HEAD}<xacro:macro name="m" params="x:=1"><a/></xacro:macro><xacro:m>${{{escaped}}}</xacro:m></robot>',
-    )
+
+
+@pytest.mark.parametrize("expression", PYTHON[::6])
+def test_python_is_out_of_reach_of_texts(expression, boat):
+    """Texts are evaluated as attributes are: a share of the expressions shows it."""
+    escaped = expression.replace("&", "&amp;").replace("<", "&lt;")
+    macro = '<xacro:macro name="m" params="x:=1"><a/></xacro:macro>'
+    outcome(boat, f"{HEAD}{macro}<xacro:m>${{{escaped}}}</xacro:m></robot>")
 
 
 @pytest.mark.parametrize("expression", READING)
