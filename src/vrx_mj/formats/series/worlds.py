@@ -225,12 +225,10 @@ def _text(dumper: yaml.SafeDumper, value: str) -> yaml.ScalarNode:
     return dumper.represent_scalar("tag:yaml.org,2002:str", value, style=None if plain else '"')
 
 
-def _inline(dumper: yaml.SafeDumper, value: _Inline) -> yaml.MappingNode:
-    return dumper.represent_mapping("tag:yaml.org,2002:map", value.items(), flow_style=True)
-
-
 _Dumper.add_representer(str, _text)
-_Dumper.add_representer(_Inline, _inline)
+_Dumper.add_representer(
+    _Inline, lambda dumper, value: dumper.represent_mapping("tag:yaml.org,2002:map", value.items(), flow_style=True)
+)
 
 
 def _dump(tree: object, *, flow: bool | None = None, width: int = _WIDTH) -> str:
