@@ -13,15 +13,13 @@ from vrx_mj.formats.gazebo.sdf_models import Model
 from vrx_mj.formats.urdf.elements import FIELDS, Node, Values
 from vrx_mj.formats.urdf.link_meshes import solid_mesh
 from vrx_mj.formats.urdf.links import gazebo_color, inertial_of, read_shapes, shape_name
-from vrx_mj.formats.urdf.model import ZERO, Inertial, Link, LinkRow, MeshRow
+from vrx_mj.formats.urdf.model import ZERO, Color, Inertial, Link, LinkRow, MeshRow
 from vrx_mj.rigid_bodies import MassProperties, joined, posed
 
 _UNIT = 1.0
 """Mass [kg] and moments of inertia [kg m2] of a link that gives none, by SDF."""
 _WATER = 1000.0
 """Density [kg/m3] of what a shape is full of whose file gives none, by SDF."""
-
-_Color = tuple[float, float, float, float]
 
 
 def read_sdf_link(model: Model, name: str) -> LinkRow:
@@ -88,7 +86,7 @@ def _full(shape: Shape, density: float) -> MassProperties:
     return MassProperties(density * volume, center, density * (np.trace(spread) * np.eye(3) - spread))
 
 
-def _color(visual: Node) -> _Color | None:
+def _color(visual: Node) -> Color | None:
     """The colour of a material: its diffuse or ambient one, or that of a stock material, as Gazebo/Red."""
     material = visual.child("material")
     if material is None:

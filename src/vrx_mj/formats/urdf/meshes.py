@@ -18,6 +18,7 @@ from vrx_mj.config.shapes import MESH_SUFFIXES
 from vrx_mj.config.wording import one_of, shown
 from vrx_mj.errors import VrxError, first_names, shortened
 from vrx_mj.foreign import ask
+from vrx_mj.formats.urdf.model import Color
 from vrx_mj.formats.urdf.xacro_files import Files
 
 _PACKAGE = re.compile(r"(package|model)://([^/]*)/(.*)", re.DOTALL)
@@ -121,7 +122,6 @@ _SECONDS, _BYTES_PER_SECOND = 4, 2_000_000
 """Processor time of reading a mesh: this [s], and a second for so many bytes."""
 
 _Found = TypeVar("_Found")
-Color = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True)

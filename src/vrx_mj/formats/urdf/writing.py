@@ -5,7 +5,7 @@ from copy import deepcopy
 from xml.etree import ElementTree as ET
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
-from markupsafe import Markup
+from markupsafe import Markup as Escaped
 
 from vrx_mj.formats.urdf.elements import Node
 from vrx_mj.formats.urdf.links import TYPES
@@ -27,8 +27,8 @@ def urdf_text(robot: Urdf, tags: Iterable[Node]) -> str:
     return template.render(robot=robot, types=TYPES, tags=[_text(tag) for tag in tags]) + "\n"
 
 
-def _text(tag: Node) -> Markup:
+def _text(tag: Node) -> Escaped:
     element = deepcopy(tag.element)
     ET.indent(element, level=1)
     element.tail = None
-    return Markup(ET.tostring(element, encoding="unicode"))
+    return Escaped(ET.tostring(element, encoding="unicode"))
