@@ -162,9 +162,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     print(plain(table(logs)), calls, f"{time.perf_counter() - begun:.0f} s", sep="\n")
     if options.write:
         command = f"python tests/fuzz/soak.py --boat-steps {options.boat_steps:g} --jobs {options.jobs}"
-        write_part(
-            options.write, "soak", f"`{command}`: {made_with()}.\n\n{markdown(table(logs))}\n\nCalls: {calls}."
-        )
+        write_part(options.write, "soak", f"`{command}`: {made_with()}.\n\n{markdown(table(logs))}\n\nCalls: {calls}.")
     return 1 if any(log.wrong for log in logs) else 0
 
 

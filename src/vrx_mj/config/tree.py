@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from vrx_mj.errors import ConfigError
+from vrx_mj.errors import ConfigError, Problem
 
 Loc = tuple[str | int, ...]
 
@@ -37,6 +37,10 @@ class Place(NamedTuple):
     file: File
     line: int | None = None
     column: int | None = None
+
+    def problem(self, key: str, message: str) -> Problem:
+        """What is wrong with a key there."""
+        return Problem(self.file.name, self.line, self.column, key, message)
 
 
 class Entry(NamedTuple):

@@ -13,12 +13,13 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextvars import ContextVar
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from vrx_mj.cache_folder import chosen_folder
 from vrx_mj.errors import ConfigError, Problem, VrxError, VrxWarning
-from vrx_mj.foreign.cache import is_valid, keep, kept
-from vrx_mj.foreign.plain import checked, packed, unpacked
+from vrx_mj.foreign.cache import is_valid, keep, stored_answer
+from vrx_mj.foreign.child import Job
+from vrx_mj.foreign.plain import Answer, pack, unpack, validate
 from vrx_mj.foreign.reader import NOTES, READER, TEXT, TIME, ReaderError
 
 PACKAGE = "vrx_mj"
@@ -30,16 +31,16 @@ are warnings and rows of the table of an import."""
 _REMEMBERED = 64 << 20
 """Bytes of answers that this process keeps."""
 PACKAGES = ("numpy", "pycollada", "pyyaml", "rerun_sdk", "scipy", "trimesh", "xacro", "yourdfpy")
-"""Whose versions an answer depends on."""
+"""Packages whose versions an answer depends on."""
 _T = TypeVar("_T")
 _answers: OrderedDict[str, bytes] = OrderedDict()
 _begun: ContextVar[Mapping[str, float] | None] = ContextVar("begun", default=None)
-"""What all files before the command came to."""
+"""Totals of `READER.spent` at the start of the budget."""
 
 
 @contextlib.contextmanager
 def budget() -> Iterator[None]:
-    """Around a command: its files together have limits. One inside another has its budget."""
+    """Limit what all files read inside of it take together; an inner budget is the outer one."""
     if _begun.get() is not None:
         yield
         return
@@ -54,7 +55,7 @@ def ask(
     job: str, *arguments: object, returns: type[_T], about: str, reads: Iterable[Path | str] = (),
     memory: int = _MEMORY, seconds: int = _SECONDS, answer: int = ANSWER, threads: bool = False, cached: bool = True,
 ) -> _T:  # fmt: skip
-    """What a function of ours gives in the process without rights; its warnings and errors are those of this call.
+    """Return what a function of ours returns in the process without rights, with its warnings and errors.
 
     Args:
         job: the function, as "formats.urdf.mesh_file:mesh". Its module is imported there alone.
@@ -72,14 +73,14 @@ def ask(
         ReaderError: it took too much, or ended.
         VrxError: what it raises, of the same class if that is loaded here.
     """
-    request = _request(job, arguments, reads)
-    request["limits"] = {"memory": memory, "seconds": seconds, "answer": answer, "threads": int(threads)}
+    request = _job(job, arguments, reads)
+    request["limits"] = {"memory": memory, "seconds": seconds, "answer": answer, "threads": threads}
     key = _key(request) if cached else ""
     spend(about, notes=0)
-    found = _given_before(key) if cached else None
+    found = _cached_answer(key) if cached else None
     if found is None:
-        block, found = _new(request, about)
-        if key and found["files"] is not None:
+        block, found = _fresh_answer(request, about)
+        if key and found.get("files") is not None:
             _keep(key, block)
     return _outcome(found, returns, about)
 
@@ -89,15 +90,16 @@ def ask_ahead(job: str, calls: Iterable[Sequence[object]], about: str) -> None:
 
     If they take too much together there are none, and each is asked for by itself.
     """
-    waiting = {_key(request): request for request in (_request(job, arguments) for arguments in calls)}
-    waiting = {key: request for key, request in waiting.items() if _given_before(key) is None}
+    waiting = {_key(request): request for request in (_job(job, arguments) for arguments in calls)}
+    waiting = {key: request for key, request in waiting.items() if _cached_answer(key) is None}
     if len(waiting) > 1:
         spend(about, notes=0)
-        together = {**_request(job, ()), "each": [request["arguments"] for request in waiting.values()]}
+        together = _job(job, ())
+        together["each"] = [request["arguments"] for request in waiting.values()]
         with contextlib.suppress(ReaderError):
-            _, found = _new(together, about)
-            for key, answer in zip(waiting, found["value"], strict=True):
-                _keep(key, packed({**answer, "files": {}}))
+            _, found = _fresh_answer(together, about)
+            for key, answer in zip(waiting, validate(found["value"], list[dict[str, object]]), strict=True):
+                _keep(key, pack({**answer, "files": {}}))
 
 
 def spend(about: str, notes: int = 1) -> None:
@@ -113,17 +115,17 @@ def spend(about: str, notes: int = 1) -> None:
             raise ReaderError(about, f"the files of this command come to more than {most:,} {name}")
 
 
-def _request(job: str, arguments: Sequence[object], reads: Iterable[Path | str] = ()) -> dict[str, Any]:
+def _job(job: str, arguments: Sequence[object], reads: Iterable[Path | str] = ()) -> Job:
     module, _, function = job.partition(":")
     return {
-        "module": f"{PACKAGE}.{module}", "function": function, "arguments": arguments,
+        "module": f"{PACKAGE}.{module}", "function": function, "arguments": arguments, "each": None,
         "reads": sorted({str(Path(each).absolute()) for each in reads}), "folder": str(Path.cwd()),
-        "limits": {"memory": _MEMORY, "seconds": _SECONDS, "answer": ANSWER, "threads": 0},
+        "limits": {"memory": _MEMORY, "seconds": _SECONDS, "answer": ANSWER, "threads": False},
     }  # fmt: skip
 
 
-def _key(request: dict[str, Any]) -> str:
-    """Of all that an answer depends on but files; the current folder counts where paths are shown relative to it."""
+def _key(request: Job) -> str:
+    """Hash of all that an answer depends on but files; of the current folder where paths are shown relative to it."""
     here = request["folder"]
     near = any(os.path.commonpath([here, each]) in {here, each} for each in request["reads"])
     text = json.dumps(
@@ -134,7 +136,7 @@ def _key(request: dict[str, Any]) -> str:
 
 @cache
 def _versions() -> str:
-    """Of Python, of this package's sources and of what reads files."""
+    """Hash of the versions of Python, of this package's sources and of the packages that read files."""
     package = Path(__file__).parents[1]
     sources = (entry for folder in (package, *package.rglob("*/")) for entry in os.scandir(folder))
     stamps = sorted((entry.path, entry.stat().st_mtime_ns, entry.stat().st_size)
@@ -149,14 +151,14 @@ def _folder() -> Path | None:
     return chosen_folder("answers").folder
 
 
-def _given_before(key: str) -> dict[str, Any] | None:
+def _cached_answer(key: str) -> Answer | None:
     """The answer of a key, if all that it came from is as it was."""
     folder = _folder()
-    block = _answers.get(key) or (kept(folder, key) if folder else None)
+    block = _answers.get(key) or (stored_answer(folder, key) if folder else None)
     if block is None:
         return None
-    found: dict[str, Any] = unpacked(block)
-    if not is_valid(found["files"]):
+    found: Answer = unpack(block)
+    if not is_valid(found["files"] or {}):
         return None
     READER.spent[TEXT] += len(block) / (1 << 20)
     _remember(key, block)
@@ -176,11 +178,11 @@ def _remember(key: str, block: bytes) -> None:
         _answers.popitem(last=False)
 
 
-def _new(request: dict[str, Any], about: str) -> tuple[bytes, dict[str, Any]]:
+def _fresh_answer(request: Job, about: str) -> tuple[bytes, Answer]:
     """The answer of the process, packed and unpacked."""
     block = READER.answer(request, about)
     try:
-        found: dict[str, Any] = unpacked(block)
+        found: Answer = unpack(block)
     except ValueError as error:
         raise ReaderError(about, f"the answer of its reader is {error}") from None
     if "fault" in found:
@@ -188,20 +190,20 @@ def _new(request: dict[str, Any], about: str) -> tuple[bytes, dict[str, Any]]:
     return block, found
 
 
-def _outcome(found: dict[str, Any], returns: type[_T], about: str) -> _T:
-    """What was returned, after the warnings; or what was raised."""
+def _outcome(found: Answer, returns: type[_T], about: str) -> _T:
+    """Give the warnings of an answer, then return its value or raise its error."""
     spend(about, notes=len(found["warnings"]))
     try:
         for text in found["warnings"]:
             warnings.warn(VrxWarning(text), stacklevel=3)
         if "error" in found:
             raise _error(*found["error"])
-        return checked(found["value"], returns)
+        return validate(found["value"], returns)
     except (ValueError, KeyError, TypeError) as error:
         raise ReaderError(about, f"the answer of its reader is damaged: {str(error).splitlines()[0]}") from None
 
 
-def _error(name: str, arguments: Sequence[Any]) -> VrxError:
+def _error(name: str, arguments: object) -> VrxError:
     """An error of a class by its name, or its message alone where that is not loaded."""
     kinds, waiting = {VrxError.__name__: VrxError}, [VrxError]
     while waiting:
@@ -209,5 +211,5 @@ def _error(name: str, arguments: Sequence[Any]) -> VrxError:
         kinds |= {kind.__name__: kind for kind in below}
         waiting += below
     if name == ConfigError.__name__:
-        return ConfigError(checked(arguments[0], tuple[Problem, ...]))
-    return kinds.get(name, VrxError)(*arguments)
+        return ConfigError(*validate(arguments, tuple[tuple[Problem, ...]]))
+    return kinds.get(name, VrxError)(*validate(arguments, list[object]))

@@ -45,7 +45,7 @@ def is_valid(files: Mapping[str, tuple[str, str]]) -> bool:
     return all(state(use, path) == before for path, (use, before) in files.items())
 
 
-def kept(folder: Path, key: str) -> bytes | None:
+def stored_answer(folder: Path, key: str) -> bytes | None:
     """The answer of a key; None without a whole one."""
     with contextlib.suppress(OSError):
         content = (folder / key).read_bytes()

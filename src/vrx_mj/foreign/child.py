@@ -13,9 +13,31 @@ import struct
 import sys
 import time
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from importlib import import_module
-from typing import IO, Any, BinaryIO
+from typing import IO, BinaryIO, TypedDict
+
+
+class Limits(TypedDict):
+    """Limits on a job: memory [bytes], processor time [s], bytes of the answer, and whether it may start threads."""
+
+    memory: int
+    seconds: int
+    answer: int
+    threads: bool
+
+
+class Job(TypedDict):
+    """A job: a function of a module, its arguments, or those of `each` of several calls, and its rights."""
+
+    module: str
+    function: str
+    arguments: Sequence[object]
+    each: Sequence[Sequence[object]] | None
+    reads: Sequence[str]
+    folder: str
+    limits: Limits
+
 
 LENGTH, STATUS = struct.Struct("<Q"), struct.Struct("<qd")
 _IDLE = 60.0
@@ -29,7 +51,7 @@ def block_from(stream: IO[bytes]) -> bytes:
 
 
 def _whole(stream: IO[bytes], size: int) -> bytes:
-    """So many bytes, of which a pipe gives a part at a time."""
+    """Read `size` bytes, of which a pipe gives a part at a time; fewer at the end of the stream."""
     found = bytearray()
     while len(found) < size and (piece := stream.read(size - len(found))):
         found += piece
@@ -47,16 +69,16 @@ def _main() -> None:
     warnings.simplefilter("ignore")
     if places["forks"]:
         while select.select([jobs], [], [], _IDLE)[0] and (job := block_from(jobs)):
-            _relay(*_started(job, (jobs, answers), places["libraries"]), answers)
+            _relay(*_start_job(job, (jobs, answers), places["libraries"]), answers)
     else:
         _prepare(job := json.loads(block_from(jobs)))
-        answer = _done(job, places["libraries"])
+        answer = _job_answer(job, places["libraries"])
         answers.write(LENGTH.pack(len(answer)) + answer + LENGTH.pack(0) + STATUS.pack(0, time.process_time()))
         answers.flush()
         os._exit(0)  # no thread of a library is waited for
 
 
-def _started(text: bytes, streams: Sequence[BinaryIO], libraries: list[str]) -> tuple[int, int]:
+def _start_job(text: bytes, streams: Sequence[BinaryIO], libraries: list[str]) -> tuple[int, int]:
     """Have a copy of this process do a job: its number, and the pipe that its answer comes from."""
     job = json.loads(text)
     _prepare(job)
@@ -69,12 +91,12 @@ def _started(text: bytes, streams: Sequence[BinaryIO], libraries: list[str]) -> 
             os.close(stream.fileno())
         os.close(source)
         with os.fdopen(target, "wb") as output:
-            output.write(_done(job, libraries))
+            output.write(_job_answer(job, libraries))
     finally:
         os._exit(0)
 
 
-def _prepare(job: Mapping[str, Any]) -> None:
+def _prepare(job: Job) -> None:
     """Import what a job needs, if that starts no threads, which a copy has not; where it fails the job says so."""
     with contextlib.suppress(Exception):
         import_module("vrx_mj.foreign.work")
@@ -93,7 +115,7 @@ def _relay(pid: int, source: int, answers: BinaryIO) -> None:
     answers.flush()
 
 
-def _done(job: dict[str, Any], libraries: list[str]) -> bytes:
+def _job_answer(job: Job, libraries: list[str]) -> bytes:
     """The answer to a job."""
     from vrx_mj.foreign.work import answer
 

@@ -12,13 +12,14 @@ import os
 import stat
 import struct
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from vrx_mj.foreign.child import Limits
 from vrx_mj.unix import resource
 
-_QUIET = {
+_ALLOWED_EVENTS = {
     "_thread.start_joinable_thread", "_thread.start_new_thread", "array.__new__", "builtins.id", "code.__new__",
     "compile", "exec", "gc.get_objects", "glob.glob", "glob.glob/2", "import", "marshal.loads", "object.__getattr__",
     "object.__setattr__", "object.__delattr__", "re.compile", "sys._current_frames", "sys._getframe",
@@ -26,22 +27,22 @@ _QUIET = {
 }  # fmt: skip
 """Events of Python that are allowed; `open`, `os.listdir` and `os.scandir` are where they lead."""
 _CODE = (".py", ".pyc", ".so", ".pyd")
-"""What may be read of Python's own folders: a late import."""
+"""Endings of files in Python's own folders that may be read: late imports."""
 _FILES = 64
 """Files that may be open."""
 READ, LISTED, _SEEN = "read", "listed", "seen"
-"""What was made of a path: its content, the names in it, or whether it is there."""
+"""Uses of a path: its content, the names in it, or whether it is there."""
 
 
-class Notes:
-    """Paths that were looked at, each with what was made of it and how it then was."""
+class AccessLog:
+    """Paths that the process accessed, each with its use and its state at that time."""
 
     def __init__(self) -> None:
         self.paths: dict[str, tuple[str, object]] = {}
         self._stat, self._busy = os.stat, False
 
     def add(self, use: str, path: str) -> None:
-        """Note a path; reading counts for more than looking whether it is there."""
+        """Log a path; reading outweighs looking whether it exists."""
         if use != _SEEN or path not in self.paths:
             self.paths[path] = (use, self._stamp(path))
 
@@ -51,26 +52,26 @@ class Notes:
             return found.st_mtime_ns, found.st_size
         return None
 
-    def unchanged(self) -> bool:
+    def is_unchanged(self) -> bool:
         """Whether what was read and listed has not changed since."""
         return all(self._stamp(path) == stamp for path, (use, stamp) in self.paths.items() if use != _SEEN)
 
     def watch(self) -> None:
-        """Note what Python asks the system about; it has no event for that."""
+        """Log calls of `os.stat` and `os.lstat`, for which Python has no audit event."""
 
-        def noting(ask: Callable[..., Any]) -> Callable[..., Any]:
-            def asked(path: Any, *arguments: Any, **options: Any) -> Any:
+        def noting(ask: Callable[..., os.stat_result]) -> Callable[..., os.stat_result]:
+            def note_and_ask(path: object, *arguments: object, **options: object) -> os.stat_result:
                 if not self._busy and isinstance(path, str | os.PathLike):
                     self.add(_SEEN, os.path.join(os.getcwd(), path))  # noqa: PTH109, PTH118 - pathlib would ask again
                 return ask(path, *arguments, **options)
 
-            return asked
+            return note_and_ask
 
         os.stat, os.lstat = noting(os.stat), noting(os.lstat)
 
     @contextlib.contextmanager
-    def silent(self) -> Any:
-        """Note nothing."""
+    def silent(self) -> Iterator[None]:
+        """Log nothing inside."""
         before, self._busy = self._busy, True
         try:
             yield
@@ -78,7 +79,7 @@ class Notes:
             self._busy = before
 
 
-def confine(folders: Sequence[str], libraries: Sequence[str], limits: Mapping[str, int]) -> Notes:
+def confine(folders: Sequence[str], libraries: Sequence[str], limits: Limits) -> AccessLog:
     """Take Python's rights from this process but to read below some folders; returns what it looks at.
 
     Args:
@@ -86,11 +87,11 @@ def confine(folders: Sequence[str], libraries: Sequence[str], limits: Mapping[st
         libraries: folders of Python's own, and of its packages.
         limits: `memory` more than now [bytes], `seconds` of processor time from now on, `threads` if any may start.
     """
-    notes = Notes()
-    _limit(limits["memory"], limits["seconds"], threads=bool(limits["threads"]))
-    notes.watch()
-    sys.addaudithook(_hook([os.path.realpath(each) for each in folders], libraries, notes))
-    return notes
+    log = AccessLog()
+    _limit(limits["memory"], limits["seconds"], threads=limits["threads"])
+    log.watch()
+    sys.addaudithook(_hook([os.path.realpath(each) for each in folders], libraries, log))
+    return log
 
 
 def _limit(memory: int, seconds: int, *, threads: bool = True) -> None:
@@ -115,12 +116,12 @@ def _limit(memory: int, seconds: int, *, threads: bool = True) -> None:
         resource.setrlimit(kind, (least, least + 1 if kind == resource.RLIMIT_CPU and least == most else least))
 
 
-def _hook(folders: Sequence[str], libraries: Sequence[str], notes: Notes) -> Callable[[str, tuple[Any, ...]], None]:
-    """What is called with each event of Python's; it raises PermissionError where the event is not allowed."""
+def _hook(folders: Sequence[str], libraries: Sequence[str], log: AccessLog) -> Callable[[str, tuple[Any, ...]], None]:
+    """Audit hook that raises PermissionError for events of Python that are not allowed."""
     writes = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
 
     def watch(event: str, arguments: tuple[Any, ...]) -> None:
-        if event in _QUIET:
+        if event in _ALLOWED_EVENTS:
             return
         if event not in {"open", "os.listdir", "os.scandir"}:
             raise PermissionError(f"not allowed: {event}")
@@ -128,9 +129,9 @@ def _hook(folders: Sequence[str], libraries: Sequence[str], notes: Notes) -> Cal
         if event == "open" and isinstance(arguments[2], int) and arguments[2] & writes:
             raise PermissionError(13, "not allowed to write", str(path))
         if not isinstance(path, int):
-            with notes.silent():
+            with log.silent():
                 _check(event, os.path.abspath(os.fsdecode(path or ".")), folders, libraries)  # noqa: PTH100 - of any path
-                notes.add(READ if event == "open" else LISTED, os.path.abspath(os.fsdecode(path or ".")))  # noqa: PTH100
+                log.add(READ if event == "open" else LISTED, os.path.abspath(os.fsdecode(path or ".")))  # noqa: PTH100
 
     return watch
 

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from collections.abc import Set as AbstractSet
 from functools import lru_cache
 from pathlib import PurePath
-from typing import Any, TypeVar
+from typing import Any, TypedDict, TypeVar
 
 LENGTH = struct.Struct("<Q")
 """Length of the JSON [bytes], before it."""
@@ -21,7 +21,19 @@ _NUMBERS = re.compile(r"[<|][fiub][0-9]{1,2}")
 _T = TypeVar("_T")
 
 
-def packed(value: object) -> bytes:
+class Answer(TypedDict, total=False):
+    """What a job comes to: a value, an error or a fault of its reader; warnings; and the files that it depends on."""
+
+    value: object
+    error: tuple[str, object]
+    """Class and arguments."""
+    fault: str
+    warnings: list[str]
+    files: Mapping[str, tuple[str, str]] | None
+    """States of files by their use; None: they changed meanwhile."""
+
+
+def pack(value: object) -> bytes:
     """A block of dataclasses, models, mappings, sequences, texts, numbers, paths, bytes and arrays.
 
     Raises:
@@ -65,7 +77,7 @@ def _place(blob: bytes, blobs: list[bytes]) -> int:
     return len(blobs) // 2 - 1
 
 
-def unpacked(block: bytes) -> Any:
+def unpack(block: bytes) -> Any:
     """What `packed` was given, with dictionaries for dataclasses and lists for all sequences.
 
     Raises:
@@ -79,12 +91,12 @@ def unpacked(block: bytes) -> Any:
             place += LENGTH.size + size
             blobs.append(view[place - size : place])
         text = bytes(view[LENGTH.size : LENGTH.size + length])
-        return json.loads(text, object_hook=lambda found: _restored(found, blobs))
+        return json.loads(text, object_hook=lambda found: _restore(found, blobs))
     except (struct.error, IndexError, TypeError, RecursionError) as error:
         raise ValueError(f"damaged: {error}") from None
 
 
-def _restored(found: dict[str, Any], blobs: list[memoryview]) -> Any:
+def _restore(found: dict[str, Any], blobs: list[memoryview]) -> Any:
     if _BYTES in found:
         return bytes(blobs[found[_BYTES]])
     if _ARRAY in found:
@@ -97,7 +109,7 @@ def _restored(found: dict[str, Any], blobs: list[memoryview]) -> Any:
     return found
 
 
-def checked(value: object, kind: type[_T]) -> _T:
+def validate(value: object, kind: type[_T]) -> _T:
     """Unpacked data as the type that it must be of.
 
     Raises:

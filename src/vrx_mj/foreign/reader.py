@@ -12,23 +12,22 @@ import sys
 import sysconfig
 import threading
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 from vrx_mj.errors import VrxError
 from vrx_mj.foreign import child
-from vrx_mj.foreign.child import LENGTH, STATUS, block_from
+from vrx_mj.foreign.child import LENGTH, STATUS, Job, Limits, block_from
 
 FORKS = hasattr(os, "fork") and sys.platform != "darwin"  # whose own libraries do not bear it
 TIME, TEXT, NOTES = "s of processor time", "MiB of text", "notes and elements"
-"""What reading files comes to."""
+"""Units of what reading files takes."""
 _TICK = 0.05
 """Wall time between two looks at the memory of the process [s]."""
 CLOCK_PER_PROCESSOR_TIME = 12
 """Seconds of the clock for each of processor time, on a machine that has other work."""
 _OWN_MEMORY = 256 << 20
-"""What a process takes before it has read anything, where it cannot fork [bytes]."""
+"""Memory of a process that has read nothing yet, where it cannot fork [bytes]."""
 ENVIRONMENT = {
     "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "RAYON_NUM_THREADS": "2", "TOKIO_WORKER_THREADS": "2",
     "RUST_BACKTRACE": "0", "LC_ALL": "C.UTF-8",
@@ -47,7 +46,7 @@ class ReaderError(VrxError):
         super().__init__(f"{about} cannot be read: {reason}")
 
     def __reduce__(self) -> tuple[type, tuple[str, str]]:
-        """As it was made."""
+        """Pickle by the arguments of the constructor."""
         return type(self), (self.about, self.reason)
 
 
@@ -58,9 +57,9 @@ class Reader:
         self._lock = threading.Lock()
         self._process: subprocess.Popen[bytes] | None = None
         self.spent = {TIME: 0.0, TEXT: 0.0, NOTES: 0.0}
-        """What all jobs so far came to; those that were ended count with the time that they might take."""
+        """Totals of all jobs so far; those that were ended count with the time that they might take."""
 
-    def answer(self, job: Mapping[str, Any], about: str) -> bytes:
+    def answer(self, job: Job, about: str) -> bytes:
         """The answer to a job.
 
         Raises:
@@ -70,8 +69,8 @@ class Reader:
             try:
                 block = json.dumps(job, default=os.fspath).encode()
                 process = self._with_job(LENGTH.pack(len(block)) + block)
-                with self._watched(process, job["limits"]) as reasons:
-                    pieces, status, seconds = _received(process, job["limits"]["answer"], reasons)
+                with self._watcher(process, job["limits"]) as reasons:
+                    pieces, status, seconds = _receive(process, job["limits"]["answer"], reasons)
                 self.spent[TIME] += job["limits"]["seconds"] if status is None else seconds
                 self.spent[TEXT] += (len(block) + sum(map(len, pieces))) / (1 << 20)
             except BaseException:
@@ -97,7 +96,7 @@ class Reader:
         raise ReaderError("a file", "the process that reads it ends at once")
 
     @contextlib.contextmanager
-    def _watched(self, process: subprocess.Popen[bytes], limits: Mapping[str, int]) -> Iterator[list[str]]:
+    def _watcher(self, process: subprocess.Popen[bytes], limits: Limits) -> Iterator[list[str]]:
         """End the process if it takes too long or too much memory; yields why, at the end."""
         reasons: list[str] = []
         ready = threading.Event()
@@ -156,7 +155,7 @@ def start() -> subprocess.Popen[bytes]:
     return process
 
 
-def _received(process: subprocess.Popen[bytes], most: int, reasons: list[str]) -> tuple[list[bytes], int | None, float]:
+def _receive(process: subprocess.Popen[bytes], most: int, reasons: list[str]) -> tuple[list[bytes], int | None, float]:
     """Pieces of an answer, the status at its end and the processor time [s].
 
     Without an end, or if the answer is too long, which `reasons` then says, the status is None.
@@ -173,7 +172,7 @@ def _received(process: subprocess.Popen[bytes], most: int, reasons: list[str]) -
     return (pieces, *(STATUS.unpack(status) if len(status) == STATUS.size else (None, 0.0)))
 
 
-def _watch(pid: int, limits: Mapping[str, int], ready: threading.Event, reasons: list[str]) -> None:
+def _watch(pid: int, limits: Limits, ready: threading.Event, reasons: list[str]) -> None:
     """End the process `pid`, with the reason, if it takes too long or too much memory before it is ready."""
     late = time.monotonic() + CLOCK_PER_PROCESSOR_TIME * limits["seconds"]
     while not ready.wait(_TICK):
@@ -187,7 +186,7 @@ def _watch(pid: int, limits: Mapping[str, int], ready: threading.Event, reasons:
 
 
 def memory(pid: int) -> int:
-    """What a process took for a job [bytes]."""
+    """Memory that a process takes for a job [bytes]."""
     import psutil
 
     with contextlib.suppress(psutil.Error):
@@ -207,8 +206,8 @@ def kill(pid: int) -> None:
             os.killpg(pid, signal.SIGKILL)
 
 
-def _ending(code: int, job: Mapping[str, Any]) -> str:
-    """Why there is no answer, by the code with which a process ended."""
+def _ending(code: int, job: Job) -> str:
+    """Reason for a missing answer, from the exit code of the process."""
     limits = job["limits"]
     if code == -getattr(signal, "SIGXCPU", 24):
         return f"it takes more than {limits['seconds']} s of processor time"

@@ -1,4 +1,4 @@
-"""What rerun's own reader finds in a recording, in the process without rights: it is native code."""
+"""Jobs of the process without rights that read recordings by rerun's own reader, which is native code."""
 
 import importlib.util
 import json
@@ -54,7 +54,7 @@ def chunks(file: str, entities: Collection[str], columns: Collection[str], whole
         raise RecordError(str(error)) from None
 
 
-def copied(file: str, target: str, application: str, recording: str) -> bytes:
+def copy(file: str, target: str, application: str, recording: str) -> bytes:
     """A file with the chunks of another, without its views, as a recording of another name.
 
     Where there are no paths for pipes, nor limits on what native code writes, it is written to `target`.

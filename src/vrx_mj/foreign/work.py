@@ -4,52 +4,54 @@ from __future__ import annotations
 
 import os
 import warnings
+from collections.abc import Callable, Sequence
 from importlib import import_module
-from typing import Any
 
 from vrx_mj.errors import VrxError, VrxWarning
 from vrx_mj.foreign.cache import state
+from vrx_mj.foreign.child import Job
 from vrx_mj.foreign.confinement import confine, lock_calls, lock_files
-from vrx_mj.foreign.plain import packed
+from vrx_mj.foreign.plain import Answer, pack
 
 _SYSTEM = ("/lib", "/lib64", "/usr/lib", "/usr/lib64", "/etc/ld.so.cache", "/proc/self/status")
 """Where native libraries are that an import may load, and what says how much memory this process has."""
 
 
-def answer(job: dict[str, Any], libraries: list[str]) -> bytes:
+def answer(job: Job, libraries: list[str]) -> bytes:
     """The block with what a job comes to: `value`, `error` or `_fault`, `warnings` and `files`."""
     try:
         os.chdir(job["folder"])
         lock_files([*job["reads"], *libraries, *_SYSTEM])  # of threads too, which imports may start
         lock_calls()
         function = getattr(import_module(job["module"]), job["function"])
-        notes = confine(job["reads"], libraries, job["limits"])
-        if "each" in job:
-            found: dict[str, Any] = {"value": [_outcome(function, each) for each in job["each"]], "warnings": []}
-        else:
+        log = confine(job["reads"], libraries, job["limits"])
+        if job["each"] is None:
             found = _outcome(function, job["arguments"])
-        with notes.silent():
-            seen = {path: (use, state(use, path)) for path, (use, _) in notes.paths.items()}
-            found["files"] = seen if notes.unchanged() else None
-        return packed(found)
+        else:
+            found = {"value": [_outcome(function, each) for each in job["each"]], "warnings": []}
+        with log.silent():
+            seen = {path: (use, state(use, path)) for path, (use, _) in log.paths.items()}
+            found["files"] = seen if log.is_unchanged() else None
+        return pack(found)
     except BaseException as error:  # whatever a file makes of a reader
-        return packed({"fault": _fault(error, job["limits"]["memory"])})
+        return pack({"fault": _fault(error, job["limits"]["memory"])})
 
 
-def _outcome(function: Any, arguments: list[Any]) -> dict[str, Any]:
-    """What a function returns or raises, and its warnings."""
+def _outcome(function: Callable[..., object], arguments: Sequence[object]) -> Answer:
+    """Call a function: what it returns or raises, and its warnings."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("ignore")
         warnings.simplefilter("always", VrxWarning)
         try:
-            found: dict[str, Any] = {"value": function(*arguments)}
+            found: Answer = {"value": function(*arguments), "warnings": []}
         except VrxError as error:
-            found = {"error": [type(error).__name__, error.__reduce__()[1]]}
-    return {**found, "warnings": [str(one.message) for one in caught]}
+            found = {"error": (type(error).__name__, error.__reduce__()[1]), "warnings": []}
+    found["warnings"] = [str(one.message) for one in caught]
+    return found
 
 
 def _fault(error: BaseException, memory: int) -> str:
-    """What went wrong, in one line."""
+    """One line about an exception."""
     if isinstance(error, MemoryError):
         return f"it takes more than {memory >> 20} MiB of memory"
     if isinstance(error, RecursionError):

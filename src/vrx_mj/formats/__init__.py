@@ -7,7 +7,7 @@ __all__ = ["READERS"]
 
 MODELS = (*MODEL_SUFFIXES, SCHEME)
 READERS = (
-    Reader("sources", ("",), "gazebo.opening:opened"),
+    Reader("sources", ("",), "gazebo.opening:open_source"),
     Reader("worlds", WORLD_SUFFIXES, "gazebo.worlds:world_document"),
     Reader("worlds", ("#",), "series.worlds:world_document"),
     Reader("names", ("",), "gazebo.stock:world_message"),

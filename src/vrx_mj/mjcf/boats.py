@@ -141,8 +141,7 @@ def assemble_boat(urdf: Urdf, config: RobotConfig, drive: Mapping[str, object] =
         battery=config.battery,
         sensors=sensors,
         warnings=(
-            *urdf.remarks,
-            *gazebo.warnings,
+            *map(str, (*urdf.remarks, *gazebo.warnings)),
             *hinges.notes,
             *_loose(urdf, thrusters, hinges),
             *_swinging(urdf, sensors, hinges),
@@ -281,7 +280,7 @@ def _loose(urdf: Urdf, thrusters: Mapping[str, UrdfThruster], hinges: Hinges) ->
         if name not in hinges.by_name:  # VRX too holds an engine at zero that does not steer
             used |= {joint.name for joint in way if joint.type == "revolute"}
     for joint in urdf.joints.values():
-        if not (joint.type == "fixed" or joint.locked or joint.name in used):
+        if not (joint.type == "fixed" or joint.is_locked or joint.name in used):
             place = f"{joint.rest:g}" if joint.rest else "zero"
             yield f"joint '{joint.name}' ({joint.type}) is not simulated: it stays at {place}"
 

@@ -73,7 +73,9 @@ def _build(order: Order, config: RobotConfig) -> Boat:
     except ConfigError as error:
         raise with_places(error, robot_section(order.robot, order.folder)) from None
     hull = config.hull if order.profile == MARINE else None
-    boat, derived = _with_hydrodynamics(boat, {**config.hydrodynamics.given_fields, **profile.hydrodynamics.given_fields}, hull)
+    boat, derived = _with_hydrodynamics(
+        boat, {**config.hydrodynamics.given_fields, **profile.hydrodynamics.given_fields}, hull
+    )
     sensors = _select_sensors(_with_shooters(boat, profile), wanted, config)
     remarks = (*boat.warnings, *derived, _sensors_note(boat, order, config))
     boat = replace(boat, contact=profile.contact or config.contact, sensors=sensors, description=text)

@@ -39,7 +39,7 @@ def jointed_model(robot: Urdf) -> mujoco.MjModel:
         body = outer.add_body(name=link, pos=pose[:3], quat=quaternion(*pose[3:]), mass=1.0, inertia=(1.0, 1.0, 1.0))
         body.explicitinertial = True
         bodies[link] = body
-        if joint and joint.type in _MOVING and not joint.locked:
+        if joint and joint.type in _MOVING and not joint.is_locked:
             own = robot.local(joint.name)
             _add_joint(spec, body, joint, joint.name if own in robot.joints else own)
         for geom in geoms(shapes[link]):

@@ -39,7 +39,7 @@ def read_hinges(urdf: Urdf, thrusters: Mapping[str, UrdfThruster], config: Robot
     hinges: dict[str, Joint] = {}
     notes: list[str] = []
     for name, joint in ((name, urdf.joints[joint]) for name, joint in wanted.items() if joint is not None):
-        if joint.type != "fixed" and not joint.locked:
+        if joint.type != "fixed" and not joint.is_locked:
             _check_hinge(urdf, name, joint, hinges)
             notes += _limit_notes(name, joint)
             if room(joint) > 0:

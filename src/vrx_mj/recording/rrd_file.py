@@ -82,7 +82,7 @@ def copy_without_views(file: Path, target: Path, application: str, recording: st
     Raises:
         RecordError: it cannot be parsed, or the copy cannot be written.
     """
-    copy = _found_in(file, file, "copied", target.absolute(), application, recording, returns=bytes)
+    copy = _found_in(file, file, "copy", target.absolute(), application, recording, returns=bytes)
     if copy:
         with writing("the recording", target, RecordError):
             target.write_bytes(copy)

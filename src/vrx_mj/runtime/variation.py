@@ -54,11 +54,9 @@ class Variation:
 
     @cached_property
     def _numbers(self) -> dict[str, Number]:
-        """Numbers that only the loop's tables have: those that MuJoCo's model has too, such as masses, cannot differ by row."""
+        """Numbers that only the loop's tables have: what MuJoCo's model has too, as masses, rows share."""
         known = numbers_of(self._world.parameters)
-        return {
-            name: number for name, number in known.items() if number.path[0] in _ROOTS and not number.in_mjcf
-        }
+        return {name: number for name, number in known.items() if number.path[0] in _ROOTS and not number.in_mjcf}
 
     def change(
         self,

@@ -67,7 +67,7 @@ def test_at_rest_links_are_where_the_robots_table_has_them(name):
     bodies = placed(model, model.qpos0)
     for link_name, place in found.places.items():
         assert bodies[link_name].xpos == pytest.approx(place[:3], abs=1e-9)
-    assert model.nu == model.njnt == sum(one.type != "fixed" and not one.locked for one in found.joints.values())
+    assert model.nu == model.njnt == sum(one.type != "fixed" and not one.is_locked for one in found.joints.values())
 
 
 @pytest.fixture

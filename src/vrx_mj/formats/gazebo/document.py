@@ -15,24 +15,24 @@ from vrx_mj.config.tree import File, Place
 from vrx_mj.config.wording import literal
 from vrx_mj.errors import ConfigError, Problem, VrxError
 from vrx_mj.foreign import ReaderError, ask, ask_ahead, spend
-from vrx_mj.formats.series.pieces import At
+from vrx_mj.formats.series.pieces import At, Content
 from vrx_mj.formats.urdf.elements import Findings, Node, numbers_of, truth
 from vrx_mj.formats.urdf.expand import expand, expanded_lines
 from vrx_mj.formats.urdf.gazebo_sensors import library
+from vrx_mj.formats.urdf.model import Loss
 from vrx_mj.formats.urdf.model import Place as Spot
-from vrx_mj.formats.urdf.tags import Loss
-from vrx_mj.formats.urdf.xml_document import Markup, Table, read_bytes, read_text
+from vrx_mj.formats.urdf.xml_document import Markup, Table, file_error, read_bytes, read_text
 
 LIBRARIES = frozenset({"robotx_gazebo", "vmrc_gazebo", "vorc_gazebo", "vrx_2019", "vrx_gazebo", "wave_gazebo"})
 """Packages of VRX, whose files may be missing: macros of ours stand for theirs."""
 
 _TABLE = "formats.urdf.xml_document:table"
-"""What parses a text."""
+"""Job that parses a text."""
 _ODD_TAG = re.compile(r"[^\w.-]")
 Fate = Literal["taken over", "approximated", "ignored", "not read"]
-"""What became of a part of a file."""
+"""Fates of a part of a file."""
 _FIELDS: Mapping[str, Mapping[str, Sequence[Any]]] = json.loads((Path(__file__).parent / "fields.json").read_bytes())
-"""Of plugins and other elements of worlds the rows that fill keys of ours: the arguments of `Element.read`."""
+"""Rows that fill keys of ours from plugins and other elements of worlds: arguments of `Element.value_of`."""
 NEEDED = "needed"
 """The default of an element that must be there."""
 POSE = "x y z roll pitch yaw"
@@ -43,14 +43,14 @@ STRICT = ContextVar("STRICT", default=False)
 
 @dataclass(frozen=True)
 class Note:
-    """What became of one part of a file. Those of a command are counted: after too many it raises ReaderError."""
+    """Fate of one part of a file. Those of a command are counted: after too many it raises ReaderError."""
 
     place: Place
     what: str
     """The part, as the file calls it."""
     fate: Fate
     ours: str
-    """What it is here, or why it is nothing."""
+    """The part's name here, or the reason why it is not taken over."""
 
     def __post_init__(self) -> None:
         spend(self.place.file.name)
@@ -68,9 +68,9 @@ class Report:
         place = part.place if isinstance(part, Element) else spot(part.place)
         self.notes.append(Note(place, what or label(part), fate, ours))
 
-    def lose(self, losses: Iterable[Loss]) -> None:
-        """Note what is lost."""
-        self.notes += [Note(spot(place), what, "ignored", why) for place, what, why in losses]
+    def lose(self, losses: Iterable[Loss], fate: Fate = "ignored") -> None:
+        """Note what is lost, or differs here."""
+        self.notes += [Note(spot(place), what, fate, why) for place, what, why in losses]
 
     def settle(self) -> None:
         """Raise all problems as one ConfigError."""
@@ -113,15 +113,15 @@ class Element:
 
     def text(self, path: str) -> str:
         """The text of the first element down a path that has one; empty without one."""
-        return str(self.read(path, "text", ""))
+        return str(self.value_of(path, "text", ""))
 
     def fault(self, message: str, key: str = "") -> ConfigError:
         """An error at this element."""
         path = " / ".join(filter(None, (label(self), key)))
-        return ConfigError([Problem(self.place.file.name, self.place.line, self.place.column, path, message)])
+        return ConfigError([self.place.problem(path, message)])
 
-    def read(self, path: str, form: str = "number", default: Any = None) -> Any:
-        """What the text of an element in this one says.
+    def value_of(self, path: str, form: str = "number", default: Any = None) -> Any:
+        """Value of the text of an element in this one.
 
         Args:
             path: names of elements with '/' between, each in the one before; of such with '|' between, the first that
@@ -142,13 +142,13 @@ class Element:
             raise self.fault(f"<{path.partition('|')[0]}> is required, but missing")
         return default if first is None else first.value(form)
 
-    def fields(self, of: str) -> dict[str, Any]:
-        """What the rows of a table in `_FIELDS` say, without those whose elements are missing. Raises ConfigError."""
-        found = {key: self.read(*row) for key, row in _FIELDS[of].items()}
+    def fields(self, of: str) -> Content:
+        """Values of the rows of a table in `_FIELDS`, without those whose elements are missing. Raises ConfigError."""
+        found = {key: self.value_of(*row) for key, row in _FIELDS[of].items()}
         return {key: value for key, value in found.items() if value is not None}
 
     def value(self, form: str) -> Any:
-        """What the text of this element says: a list where the form is of several numbers. Raises ConfigError."""
+        """Value of this element's text: a list where the form is of several numbers. Raises ConfigError."""
         if form in {"text", "model"}:
             return self.own_text.partition("::")[0] if form == "model" else self.own_text
         if form in {"switch", "flag"}:
@@ -187,7 +187,7 @@ def read_document(file: Path, arguments: Mapping[str, str] | None = None) -> Ele
         ConfigError: it cannot be read or expanded.
     """
     if not file.name.lower().endswith(".xacro"):
-        return parsed(read_text(file), File(display(file), file.parent))
+        return parse(read_text(file), File(display(file), file.parent))
     if not is_file(file):
         read_bytes(file)  # raises the reason
     made = expand(file, arguments=arguments, package_paths=package_paths(), libraries=LIBRARIES).made
@@ -214,20 +214,20 @@ def parse_ahead(files: Iterable[Path]) -> None:
     ask_ahead(_TABLE, calls, "the models of a world")
 
 
-def parsed(text: str, file: File) -> Element:
+def parse(text: str, file: File) -> Element:
     """The root element of a text in a file. Raises ConfigError."""
     try:
         table = ask(_TABLE, text, file.name, returns=Table, about=file.name)
     except ReaderError as error:
-        raise ConfigError([Problem(file.name, None, None, "", error.reason)]) from None
+        raise file_error(file.name, error.reason) from None
     whole = File(file.name, file.folder or Path(), tuple(text.split("\n")))
     return _element(table, lambda _, line, column: Place(whole, line, column))
 
 
 def _element(table: Table, place: Callable[[int, int, int], Place]) -> Element:
     """The root element of a table, with places by the number of a file, line and column."""
-    inside: list[list[Element]] = [[] for _ in (*table.rows, "what is around all")]
-    for number, (around, file, line, column, tag, attributes, text) in reversed([*enumerate(table.rows)]):
+    inside: list[list[Element]] = [[] for _ in (*table, "what is around all")]
+    for number, (around, file, line, column, tag, attributes, text) in reversed([*enumerate(table)]):
         children = tuple(reversed(inside[number]))
         inside[around].append(Element(tag, place(file, line, column), attributes, text, children))
     return inside[-1][0]
@@ -246,7 +246,7 @@ def label(part: Element | Node) -> str:
 
 @contextlib.contextmanager
 def faults_at(element: Element, key: str = "", before: str = "") -> Iterator[None]:
-    """Around what may raise a VrxError or ValueError, which becomes an error at an element."""
+    """Turn a VrxError or ValueError raised inside into an error at an element."""
     try:
         yield
     except (VrxError, ValueError) as error:

@@ -2,13 +2,13 @@
 
 import re
 from pathlib import Path
-from typing import Any
 
 from vrx_mj.config.search import display
 from vrx_mj.config.tree import File, Place
 from vrx_mj.config.wording import literal
-from vrx_mj.errors import ConfigError, Problem
+from vrx_mj.errors import ConfigError
 from vrx_mj.formats.gazebo.document import Note, Report
+from vrx_mj.formats.series.pieces import Content
 from vrx_mj.formats.urdf.xml_document import read_bytes
 
 _ENDING = ".sdf.erb"
@@ -28,7 +28,7 @@ def is_template(file: Path) -> bool:
     return file.name.lower().endswith(_ENDING)
 
 
-def template_content(file: Path, report: Report) -> tuple[dict[str, Any], Place]:
+def template_content(file: Path, report: Report) -> tuple[Content, Place]:
     """The dock of a template in the keys of an object's file, and where its layout begins.
 
     A layout is a list of rows, with `true` for a dock that is fixed, or `false` for one that floats, as its last entry.
@@ -43,7 +43,7 @@ def template_content(file: Path, report: Report) -> tuple[dict[str, Any], Place]
     end = text.find("]", found.end(), found.end() + _LONGEST) if found else -1
     if found is None or end < 0 or not _END.match(text, end + 1):
         message = "expected `layout = ['X  X', ...]`: a template is Ruby, of which only this list is read"
-        raise ConfigError([Problem(source.name, place.line, None, "layout", message)])
+        raise ConfigError([place.problem("layout", message)])
     rows, static = _rows(text[found.end() : end], place)
     name = _NAME.search(text)
     kind = "fixed" if static else "floating"
@@ -56,9 +56,9 @@ def _rows(text: str, place: Place) -> tuple[list[str], bool]:
     items, rest = _ITEM.findall(text), _ITEM.sub("", text).strip(" \t\r\n,")
     if rest or len(items) > _MOST_ROWS:
         message = f"expected rows in quotes, and true or false at last, got {literal(rest or text)}"
-        raise ConfigError([Problem(place.file.name, place.line, None, "layout", message)])
+        raise ConfigError([place.problem("layout", message)])
     rows = [single + double for single, double, switch, comment, _ in items if not (switch or comment)]
     static = [item[2] for item in items if item[2]][-1:] != ["false"]
     if not any("X" in row for row in rows):
-        raise ConfigError([Problem(place.file.name, place.line, None, "layout", "no X in it: a block is a capital X")])
+        raise ConfigError([place.problem("layout", "no X in it: a block is a capital X")])
     return ["".join(letter if letter == "X" else " " for letter in row) for row in rows], static

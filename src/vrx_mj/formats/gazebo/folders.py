@@ -14,9 +14,13 @@ from vrx_mj.formats.urdf.xml_document import MAX_BYTES, read_bytes
 _BUILT = {"build", "devel", "install", "log"}
 """Folders of a workspace that are made from the others."""
 MOST_FILES = 2000
+"""Files of these kinds below a folder."""
 MOST_FOLDERS = 20_000
+"""Folders below a folder."""
 _MOST_MEGABYTES = 32
+"""Size of the files together."""
 DEEPEST = 50
+"""Levels of folders below a folder."""
 
 
 def is_folder(path: str | Path) -> bool:
@@ -27,7 +31,7 @@ def is_folder(path: str | Path) -> bool:
 
 
 def files_below(folder: Path, kinds: tuple[str, ...]) -> Iterator[Path]:
-    """The files below a folder whose names end so; not those that catkin makes from a xacro or a template beside them.
+    """The files below a folder with one of these endings, but for those that catkin makes from others beside them.
 
     Links to folders are not followed, links to files not where they lead out or nowhere.
 
@@ -68,7 +72,7 @@ def _places(folder: Path) -> Iterator[tuple[str, list[str]]]:
 
 
 def has_world(file: Path) -> bool:
-    """Whether there is a world in a file, not only a model; of what cannot be read its name says it."""
+    """Whether a file has a world, not only models; for one that cannot be read by its name."""
     if not file.name.lower().endswith((".sdf", ".sdf.xacro")):
         return True
     with contextlib.suppress(VrxError):

@@ -20,24 +20,25 @@ from vrx_mj.config.robots import load_robot, robot_section
 from vrx_mj.config.search import SCHEME, XML_SUFFIXES, display, kind_name, package_paths
 from vrx_mj.config.tree import File, Items, Place, Section
 from vrx_mj.config.world import WorldConfig
-from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, VrxWarning, shortened
+from vrx_mj.errors import UnknownNameError, VrxError, VrxWarning, shortened
 from vrx_mj.foreign import budget
 from vrx_mj.formats.gazebo.document import Fate, Note, Report, is_file, label
 from vrx_mj.formats.gazebo.folders import files_below, has_world, is_folder
 from vrx_mj.formats.gazebo.launch import launch_of
-from vrx_mj.formats.gazebo.launched import Launch, Spawned, fleet_of, objects_of
+from vrx_mj.formats.gazebo.launched import Launch, fleet_of, objects_of
 from vrx_mj.formats.gazebo.models import is_gazebo_model, model_element, model_file
-from vrx_mj.formats.gazebo.opening import joined
+from vrx_mj.formats.gazebo.opening import joined_world
 from vrx_mj.formats.gazebo.sdf_boats import is_boat, read_boat
 from vrx_mj.formats.gazebo.sdf_frames import safe_name
 from vrx_mj.formats.gazebo.sdf_objects import model_section
 from vrx_mj.formats.gazebo.worlds import gazebo_world, is_gazebo_world
 from vrx_mj.formats.series.worlds import section_text
-from vrx_mj.formats.urdf.expand import ExpandedText, check_library, declared, expand
+from vrx_mj.formats.urdf.elements import unused_name
+from vrx_mj.formats.urdf.expand import ExpandedText, check_library, declared_names, expand
 from vrx_mj.formats.urdf.expand import arguments as declared_arguments
 from vrx_mj.formats.urdf.meshes import MeshFiles, with_mesh_names
 from vrx_mj.formats.urdf.xacro_files import own_packages
-from vrx_mj.formats.urdf.xml_document import read_bytes
+from vrx_mj.formats.urdf.xml_document import file_error, read_bytes
 from vrx_mj.resources import root
 
 TABLE = "import.md"
@@ -59,13 +60,13 @@ FATES: tuple[Fate, ...] = ("taken over", "approximated", "ignored", "not read")
 
 @dataclass
 class Imported:
-    """What an import writes: texts and copies of files by their paths in the folder, and the notes for the table."""
+    """Files that an import writes, as texts and copies by their paths in the folder, and the notes for the table."""
 
     texts: dict[str, str] = field(default_factory=dict)
     copies: dict[str, Path] = field(default_factory=dict)
     notes: list[Note] = field(default_factory=list)
     sails: list[tuple[str, str | None]] = field(default_factory=list)
-    """What can be sailed: each a world, by its path in the folder or its name, and the path of a fleet or None."""
+    """Simulations: each a world, by its path in the folder or its name, and the path of a fleet or None."""
     failed: list[str] = field(default_factory=list)
     """Messages of files that could not be read."""
     paths: dict[tuple[str, str], str] = field(default_factory=dict)
@@ -81,8 +82,11 @@ class Imported:
         """The table, as Markdown."""
         notes = sorted(dict.fromkeys(self.notes), key=lambda note: (note.place.file.name, note.place.line or 0))
         places = (f"{shortened(note.place.file.name)}:{note.place.line or 1}" for note in notes)
-        cells = ((place, note.what, note.fate, note.ours) for place, note in zip(places, notes, strict=True))
-        rows = [f"| {' | '.join(map(_cell, row))} |" for row in cells]
+        table = ((place, note.what, note.fate, note.ours) for place, note in zip(places, notes, strict=True))
+        cells = (
+            (html.escape(" ".join(text.split()), quote=False).replace("|", "\\|") for text in row) for row in table
+        )
+        rows = [f"| {' | '.join(row)} |" for row in cells]
         head = [TITLE, "| file | part | | here |", "|---|---|---|---|"]
         failed = ["", "# Files that were not read", "", *(f"- {message}" for message in self.failed)]
         return "\n".join([*head, *rows, *(failed if self.failed else ()), ""])
@@ -90,10 +94,8 @@ class Imported:
     def path_of(self, folder: str, name: str, source: str, ending: str = ".yaml") -> str:
         """The path in the folder of what is made from a source: two of one name are numbered."""
         if (folder, source) not in self.paths:
-            taken = set(self.paths.values())
-            names = (name, *(f"{name}_{number}" for number in range(2, len(taken) + 3)))
-            paths = (f"{folder}{name}{ending}" for name in names)
-            self.paths[folder, source] = next(path for path in paths if path not in taken)
+            taken = {path.removesuffix(ending) for path in self.paths.values() if path.endswith(ending)}
+            self.paths[folder, source] = f"{unused_name(f'{folder}{name}', taken)}{ending}"
         return self.paths[folder, source]
 
     def add(self, file: Path, arguments: dict[str, str]) -> None:
@@ -149,17 +151,14 @@ class Imported:
             boat = read_boat(file)
         model = model_element(file)[0]
         self.notes.append(Note(model.place, label(model), "taken over", f"`{path}`, a boat"))
-        for remark in (*boat.remarks, *boat.gazebo.warnings):
-            what, _, text = remark.partition(": ")[2].rpartition(": ")
-            line = remark.partition(": ")[0].rpartition(":")[2]
-            place = model.place._replace(line=int(line)) if line.isdigit() else model.place
-            self.notes.append(Note(place, what, "approximated", text))
-
+        report = Report()
+        report.lose((*boat.remarks, *boat.gazebo.warnings), "approximated")
+        self.notes += report.notes
         text = boat.text
         for shape in (shape for link in boat.links.values() for shape in (*link.collisions, *link.visuals)):
             if shape.folder is not None:
                 source_file = shape.folder / str(shape.file)
-                own = self.copied("robots", stem, source_file, str(shape.file))
+                own = self.add_copy("robots", stem, source_file, str(shape.file))
                 text = text.replace(quoteattr(source_file.resolve().as_uri()), quoteattr(own))
         self.texts[path] = text
         return path
@@ -195,9 +194,9 @@ class Imported:
         """Copy a mesh of a boat, and return its path beside the URDF; None: it is one of ours, which are everywhere."""
         source = (folder / name).resolve()
         ours = source.is_relative_to((root() / "assets").resolve())
-        return None if ours else self.copied("robots", robot, source, name)
+        return None if ours else self.add_copy("robots", robot, source, name)
 
-    def copied(self, area: str, owner: str, source: Path, name: str) -> str:
+    def add_copy(self, area: str, owner: str, source: Path, name: str) -> str:
         """Copy a mesh, and return its path beside the file of what it belongs to: others of its name are numbered."""
         names = (f"meshes/{owner}/{number}{name}" for number in ("", *(f"{count}/" for count in range(2, 1000))))
         own = next(own for own in names if self.copies.get(f"{area}/{own}", source) == source)
@@ -245,7 +244,7 @@ class Imported:
             inside = {key: self.with_meshes(item, folder, name) for key, item in value.items()}
             if value.get("type") == "mesh" and "file" in value:
                 source = ((value.folder or folder) / value["file"]).resolve()
-                inside["file"] = self.copied("objects", name, source, value["file"])
+                inside["file"] = self.add_copy("objects", name, source, value["file"])
             return value.holding(inside)
         if isinstance(value, Items):
             return Items.of((self.with_meshes(item, folder, name) for item in value), value.places)
@@ -258,7 +257,7 @@ class Imported:
         if launch.objects and world is not None:
             assert launch.world is not None, "a launch file that opens a world"
             with warnings.catch_warnings(action="ignore", category=VrxWarning):
-                section, _ = joined(launch.world, launch, None)
+                section, _ = joined_world(launch.world, launch, None)
                 validate(WorldConfig, read_source("worlds", section), Loading())
             items = objects_of(launch)
             base = f"./{world}" if world in self.texts else world
@@ -269,19 +268,17 @@ class Imported:
             known = {name for name, _ in self.sails}
             self.sails += [(world, launch.fleet_of_world)] if world is not None and world not in known else []
             return
-        loaded = len(fleet.get("boats", ())) - len(launch.boats)
-        robots = [*[None] * loaded, *map(self.add_spawned, launch.boats)]
+        robots: list[str | None] = [None] * (len(fleet.get("boats", ())) - len(launch.boats))
+        for boat in launch.boats:
+            if not isinstance(boat.model, Path):
+                robots.append(None)
+            elif is_gazebo_model(boat.model.name):
+                robots.append(self.add_boat(str(boat.model.absolute()), boat.model))
+            else:
+                robots.append(self.add_robot(safe_name(boat.name), boat.model, boat.arguments))
         path = self.write("fleet", file, _with_robots(fleet, robots))
         if world is not None:
             self.sails.append((world, path))
-
-    def add_spawned(self, boat: Spawned) -> str | None:
-        """Write a boat of a launch file, and return its path; None: it is one of ours."""
-        if not isinstance(boat.model, Path):
-            return None
-        if is_gazebo_model(boat.model.name):
-            return self.add_boat(str(boat.model.absolute()), boat.model)
-        return self.add_robot(safe_name(boat.name), boat.model, boat.arguments)
 
     def write(self, kind: str, file: Path, section: Section, stem: str = "") -> str:
         """Write the fleet or the world of a file, and return its path."""
@@ -296,7 +293,7 @@ class Imported:
 
 @budget()
 def import_files(source: Path, arguments: Mapping[str, str] | None = None) -> Imported:
-    """What a file of Gazebo or ROS, or all such files of a folder, become here.
+    """Import a file of Gazebo or ROS, or all such files of a folder.
 
     Args:
         source: a world (`.world`, `.world.xacro`, `.sdf`), a launch file, a boat (`.urdf`, `.xacro`), a model or its
@@ -336,15 +333,11 @@ def _check_arguments(file: Path, arguments: Mapping[str, str]) -> None:
         return
     known: Collection[str] = ()
     if file.name.lower().endswith(".xacro") and is_file(file):
-        known = declared_arguments(file) if is_gazebo_world(file) else declared(file, arguments, package_paths())
+        known = declared_arguments(file) if is_gazebo_world(file) else declared_names(file, arguments, package_paths())
     name = next((name for name in arguments if name not in known), None)
     if name is not None:
         message = str(UnknownNameError("argument", name, known))
-        raise ConfigError([Problem(display(file), None, None, f"{name}:=", message)])
-
-
-def _cell(text: str) -> str:
-    return html.escape(" ".join(text.split()), quote=False).replace("|", "\\|")
+        raise file_error(file, message, f"{name}:=")
 
 
 def _urdf(file: Path, arguments: Mapping[str, str]) -> str:

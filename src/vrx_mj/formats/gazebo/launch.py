@@ -11,7 +11,7 @@ from typing import Any, TypeGuard
 from vrx_mj.config.search import SCHEME, catalogue, display, package_paths
 from vrx_mj.config.tree import File, Place
 from vrx_mj.config.wording import literal
-from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, shortened
+from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, shortened
 from vrx_mj.foreign import budget, spend
 from vrx_mj.formats.gazebo.document import Element, Fate, Note, faults_at, home_path, is_file, read_document
 from vrx_mj.formats.gazebo.erb_docks import is_template
@@ -20,17 +20,18 @@ from vrx_mj.formats.gazebo.models import NO_MODEL, has_model, is_gazebo_model, m
 from vrx_mj.formats.gazebo.packages import NOWHERE, named_world, object_named, package_left_out, robot_named
 from vrx_mj.formats.gazebo.sdf_boats import boat_pose, is_boat
 from vrx_mj.formats.gazebo.sdf_frames import pose_of, safe_name
-from vrx_mj.formats.gazebo.stock import STOCK_LAUNCHES, StockLaunch, instead_of, is_tool, stock_launch, unlocks, unused
+from vrx_mj.formats.gazebo.stock import STOCK_LAUNCHES, StockLaunch, advice, instead_of, is_tool, stock_launch, unlocks
 from vrx_mj.formats.gazebo.substitutions import Substitutions
 from vrx_mj.formats.urdf.elements import truth
-from vrx_mj.formats.urdf.expand import LEFT_OUT, declared
+from vrx_mj.formats.urdf.expand import LEFT_OUT, declared_names
 from vrx_mj.formats.urdf.xacro_files import Files
-from vrx_mj.frames import Pose, compose
+from vrx_mj.formats.urdf.xml_document import file_error
+from vrx_mj.frames import compose
 
 _DEEPEST = 20
 """Launch files that may include each other."""
 _FILE = 100
-"""Notes and elements, which are counted, that reading a file counts as."""
+"""Weight of reading a file, counted as notes and elements."""
 _OWN_ARGUMENTS = {"namespace", "locked"}
 """Arguments of a boat's xacro that are the name of the boat and the lock of the task here."""
 SERVING = "vrx_mj_serve"
@@ -52,11 +53,11 @@ def launch_of(source: str, arguments: Mapping[str, str]) -> Launch:
     if is_file(file):
         return read_launch(file, arguments)
     if os.path.lexists(file):
-        raise ConfigError([Problem(display(file), None, None, "", "not a file")])
+        raise file_error(file, "not a file")
     stock = stock_launch(file.name, file.parent.name)
     if stock is None:
         if is_tool(file.name):
-            raise ConfigError([Problem(file.name, None, None, "", instead_of(file.name, arguments))])
+            raise file_error(file.name, instead_of(file.name, arguments))
         raise UnknownNameError("launch file", source, sorted(STOCK_LAUNCHES))
     run = _Run(file)
     run.open_stock(stock, dict(arguments), None)
@@ -72,11 +73,11 @@ def is_launch(source: object) -> TypeGuard[str | Path]:
 def read_launch(file: Path, arguments: Mapping[str, str], *, strict: bool = True) -> Launch:
     """The simulation that a launch file starts. Raises ConfigError, if `strict` also for arguments that it has not."""
     run = _Run(file)
-    declared = run.read(file.absolute(), _Scope("", {}, arguments))
+    declared = run.read_file(file.absolute(), _Scope("", {}, arguments))
     unknown = sorted(set(arguments) - declared)
     if unknown and strict:
         message = str(UnknownNameError("argument", unknown[0], sorted(declared)))
-        raise ConfigError([Problem(display(file), None, None, f"{unknown[0]}:=", message)])
+        raise file_error(file, message, f"{unknown[0]}:=")
     return run.result()
 
 
@@ -120,11 +121,14 @@ class _Run:
             self.report.notes.append(Note(thing.place, f"<node> '{thing.name}'", fate, ours))
         return self.launch
 
-    def read(self, file: Path, scope: _Scope) -> set[str]:
+    def read_file(self, file: Path, scope: _Scope) -> set[str]:
         """Go through a file, and return the names of the arguments that it declares."""
         spend(display(file), _FILE)
-        if said := self.too_many(file):
-            raise ConfigError([Problem(display(file), None, None, "", said)])
+        if file.resolve() in {other.resolve() for other in self.open}:
+            names = " > ".join(path.name for path in (*self.open, file))
+            raise file_error(file, f"launch files include each other: {names}")
+        if len(self.open) >= _DEEPEST:
+            raise file_error(file, f"launch files include each other deeper than {_DEEPEST} levels")
         if file not in self.documents:
             self.documents[file] = None
             self.documents[file] = read_document(file)
@@ -138,13 +142,6 @@ class _Run:
         self.open.pop()
         return {arg.attributes.get("name", "") for arg in _declarations(root)}
 
-    def too_many(self, file: Path) -> str:
-        """What is wrong with the files that lead to this one, or nothing."""
-        if file.resolve() in {other.resolve() for other in self.open}:
-            return f"launch files include each other: {' > '.join(path.name for path in (*self.open, file))}"
-        deep = f"launch files include each other deeper than {_DEEPEST} levels"
-        return deep if len(self.open) >= _DEEPEST else ""
-
     def take(self, element: Element, scope: _Scope) -> None:
         """Do what an element says, unless its `if` or `unless` says not to. Elements count as notes."""
         spend(element.place.file.name)
@@ -157,8 +154,8 @@ class _Run:
     def ignore(self, element: Element, _: _Scope) -> None:
         """Note an element that is not of the simulation."""
         beside = "not part of the simulation; start it beside `vrx-mj serve`"
-        variable = "a variable of the environment; set it in the shell"
-        self.report.note(element, "ignored", variable if element.tag == "env" else beside)
+        variable = element.tag == "env"
+        self.report.note(element, "ignored", "an environment variable; set it in the shell" if variable else beside)
 
     def holds(self, element: Element, scope: _Scope) -> bool:
         """Whether an element's conditions hold."""
@@ -168,23 +165,19 @@ class _Run:
         return True
 
     def argument(self, element: Element, scope: _Scope) -> None:
-        """Declare an argument."""
+        """Declare an argument, whose value is its own, the one from outside, or its default."""
         name = self.value(element, "name", scope)
+        key = "value" if "value" in element.attributes else "default"
         try:
-            scope.arguments[name] = self.argument_value(element, name, scope)
+            if key == "default" and name in scope.given:
+                scope.arguments[name] = scope.given[name]
+            elif key in element.attributes:
+                scope.arguments[name] = self.value(element, key, scope)
+            else:
+                raise element.fault(f"has no value: add {name}:=VALUE")
         except ConfigError:
             scope.arguments.setdefault(name, "")  # what needs it says no second time that it is wrong
             raise
-
-    def argument_value(self, element: Element, name: str, scope: _Scope) -> str:
-        """The value of an argument: its own, the one from outside, or its default."""
-        if "value" in element.attributes:
-            return self.value(element, "value", scope)
-        if name in scope.given:
-            return scope.given[name]
-        if "default" in element.attributes:
-            return self.value(element, "default", scope)
-        raise element.fault(f"has no value: add {name}:=VALUE")
 
     def group(self, element: Element, scope: _Scope) -> None:
         """Go through a group; its arguments are its own."""
@@ -206,16 +199,19 @@ class _Run:
             self.leave_out(element, name, f"<include> {PurePosixPath(name).name}")
             return
         if not name.startswith(NOWHERE):
-            self.launch.included.append(self.allowed(element, name))
-            declared = self.read(self.launch.included[-1], inner)
+            self.launch.included.append(self.readable_file(element, name))
+            declared = self.read_file(self.launch.included[-1], inner)
             unknown = sorted(set(passed) - set(scope.arguments if passes_all else ()) - declared)
             if unknown:
                 raise element.fault(str(UnknownNameError("argument", unknown[0], sorted(declared))))
             return
         path = PurePosixPath(name)
         stock = stock_launch(path.name, path.parts[1])
-        if path.name in _LAUNCHES_WORLDS:
-            self.open_world(element, passed.get("world_name", ""))
+        if path.name in _LAUNCHES_WORLDS and not passed.get("world_name"):
+            self.report.note(element, "ignored", "it names no world")
+        elif path.name in _LAUNCHES_WORLDS:
+            self.launch.world = self.world_of(element, passed["world_name"])
+            self.report.note(element, "taken over", f"the world: {literal(PurePosixPath(passed['world_name']).name)}")
         elif stock is not None:
             self.open_stock(stock, passed, element)
         else:
@@ -225,21 +221,13 @@ class _Run:
         """Note what is not there, as its package is missing."""
         self.report.note(element, "not read", f"no package named '{package_left_out(path)}'", what)
 
-    def open_world(self, element: Element, path: str) -> None:
-        """Take the world that Gazebo is started with."""
-        if not path:
-            self.report.note(element, "ignored", "it names no world")
-            return
-        self.launch.world = self.world_of(element, path)
-        self.report.note(element, "taken over", f"the world: {literal(PurePosixPath(path).name)}")
-
     def world_of(self, element: Element, path: str) -> Path | str:
         """A world's file; one of VRX's that is not at hand by its name here."""
         try:
             found = named_world(path)
         except UnknownNameError as error:
             raise element.fault(f"{error} (or add its package's folder to VRX_MJ_PACKAGE_PATH)") from None
-        return found if isinstance(found, str) else self.allowed(element, self.made_from(str(found), ".xacro"))
+        return found if isinstance(found, str) else self.readable_file(element, self.made_from(str(found), ".xacro"))
 
     def made_from(self, path: str, *endings: str) -> str:
         """A path; where there is no such file, that of the one with another ending that catkin makes it from."""
@@ -252,7 +240,7 @@ class _Run:
         unknown = set(given) - set(stock.arguments)
         if unknown:
             message = str(UnknownNameError(f"argument of {stock.name}", sorted(unknown)[0], stock.arguments))
-            raise element.fault(message) if element else ConfigError([Problem(stock.name, None, None, "", message)])
+            raise element.fault(message) if element else file_error(stock.name, message)
         world, urdf = given.get("world"), given.get("urdf")
         self.launch.world = (
             stock.world if world is None else self.world_of(element, world) if element else named_world(world)
@@ -264,16 +252,16 @@ class _Run:
         place = element.place if element else Place(File(stock.name, None))
         self.launch.unlocked = self.launch.unlocked or unlocks(stock, given)
         for name, value in given.items():
-            if instead := unused(stock, name, value):
+            if instead := advice(stock, name, value):
                 self.report.notes.append(Note(place, f"{name}:={shortened(value)}", "ignored", instead))
-        for boat in stock.started(given, place):
+        for boat in stock.boats_with(given, place):
             self.spawn(element, replace(boat, **own), self.launch.boats)
         if element is not None:
             self.report.note(element, "taken over", f"VRX's {stock.name}")
 
     def parameter(self, element: Element, scope: _Scope) -> None:
         """Keep the description of a robot, which `<param>` gives as a command of xacro or as a file."""
-        name = _joined(scope.namespace, self.value(element, "name", scope))
+        name = _in_namespace(scope.namespace, self.value(element, "name", scope))
         if "command" in element.attributes:
             self.descriptions[name] = self.description(element, self.value(element, "command", scope))
         elif "textfile" in element.attributes:
@@ -287,7 +275,7 @@ class _Run:
         """Take over a fleet's file that `<rosparam>` loads; other parameters are those of nodes."""
         path = self.value(element, "file", scope, "")
         try:
-            self.launch.fleet = checked_fleet(self.allowed(element, path))
+            self.launch.fleet = checked_fleet(self.readable_file(element, path))
             self.report.note(element, "taken over", f"the fleet: `{self.launch.fleet.name}`")
         except VrxError:
             self.ignore(element, scope)
@@ -308,7 +296,7 @@ class _Run:
         ends = (".xacro", ".erb") if path.lower().endswith(".sdf") else ()
         if path.startswith(LEFT_OUT):
             return path
-        return named or self.allowed(element, self.made_from(path, *ends))
+        return named or self.readable_file(element, self.made_from(path, *ends))
 
     def node(self, element: Element, scope: _Scope) -> None:
         """Spawn a boat; other nodes are not of the simulation."""
@@ -332,7 +320,7 @@ class _Run:
         name = options.get("model") or options.get("entity")
         if not name:
             raise element.fault("a spawned model needs -model NAME", "args")
-        found = self.spawned(element, name, options, scope)
+        found = self.model_description(element, name, options, scope)
         if found is None:
             return
         robot, arguments = found
@@ -340,18 +328,20 @@ class _Run:
             self.leave_out(element, robot, f"<node> '{name}'")
             return
         if isinstance(robot, Path) and is_gazebo_model(robot.name) and not is_template(robot):
-            pose = _with_own(pose, robot)
+            own = pose_of(model_element(robot).model).value  # in the frame of what is spawned
+            pose = compose(pose, own) if any(own) else pose
+            pose = pose if _is_object(robot) else boat_pose(pose, robot)
         if robot in self.known_objects or (isinstance(robot, Path) and _is_object(robot)):
             self.spawn(element, Spawned(name, pose, element.place, robot), self.launch.objects)
             return
-        boat = Spawned(name, pose, element.place, robot, self.known(element, name, robot, arguments))
+        boat = Spawned(name, pose, element.place, robot, self.known_arguments(element, name, robot, arguments))
         self.spawn(element, boat, self.launch.boats)
         self.report.note(element, "taken over", "a boat of the fleet", f"<node> '{name}'")
 
     def claim_node(self, element: Element, scope: _Scope) -> _Scope:
         """Keep the name of a node that spawns, for roslaunch starts no two of one name; returns its own scope."""
         own, namespace = self.value(element, "name", scope, ""), self.namespace(element, scope)
-        name = f"/{_joined(namespace, own).lstrip('/')}"
+        name = f"/{_in_namespace(namespace, own).lstrip('/')}"
         first = self.nodes.setdefault(name, element.place)
         if own and first != element.place:
             here = _seen_from(element.place, first)
@@ -359,7 +349,9 @@ class _Run:
             self.report.problems += element.fault(text, "name").problems
         return replace(scope, namespace=namespace)
 
-    def spawned(self, element: Element, name: str, options: Mapping[str, str], scope: _Scope) -> _Description | None:
+    def model_description(
+        self, element: Element, name: str, options: Mapping[str, str], scope: _Scope
+    ) -> _Description | None:
         """File and arguments of what a node spawns; None, with a note: there is no such model of SDF."""
         what = f"<node> '{name}'"
         if "database" in options:
@@ -371,7 +363,7 @@ class _Run:
             self.report.note(element, "ignored", f"no model named '{shortened(model)}'; {NO_MODEL}", what)
             return None
         try:
-            robot, arguments = self.described(element, options, scope)
+            robot, arguments = self.robot_description(element, options, scope)
         except ConfigError as error:
             if not {"file", "sdf"} <= options.keys():
                 raise
@@ -381,11 +373,11 @@ class _Run:
             self.report.note(element, "ignored", f"arguments of the xacro of an SDF: {' '.join(arguments)}", what)
         return robot, {} if "sdf" in options else arguments
 
-    def known(self, element: Element, name: str, robot: Path | str, given: dict[str, str]) -> dict[str, str]:
+    def known_arguments(self, element: Element, name: str, robot: Path | str, given: dict[str, str]) -> dict[str, str]:
         """The arguments that the xacro of a boat declares; xacro ignores others."""
         if not given or not isinstance(robot, Path):
             return given
-        declares = declared(robot, given, package_paths()) if robot.name.lower().endswith(".xacro") else ()
+        declares = declared_names(robot, given, package_paths()) if robot.name.lower().endswith(".xacro") else ()
         unknown = [key for key in given if key not in declares and key not in _OWN_ARGUMENTS]
         if unknown:
             listed = ", ".join(f"{key}:=" for key in unknown)
@@ -411,12 +403,12 @@ class _Run:
             self.places[safe_name(thing.name)] = element.place
         things.append(thing)
 
-    def described(self, element: Element, options: Mapping[str, str], scope: _Scope) -> _Description:
+    def robot_description(self, element: Element, options: Mapping[str, str], scope: _Scope) -> _Description:
         """File and arguments of the description that a node spawns."""
         if "file" in options:
             return self.robot_file(element, options["file"]), {}
         given = options.get("param", "robot_description")
-        name = given if given.startswith("/") else _joined(scope.namespace, given)
+        name = given if given.startswith("/") else _in_namespace(scope.namespace, given)
         if name not in self.descriptions:
             raise element.fault(f"-param: {UnknownNameError('parameter', name, sorted(self.descriptions))}", "args")
         return self.descriptions[name]
@@ -428,7 +420,7 @@ class _Run:
 
     def namespace(self, element: Element, scope: _Scope) -> str:
         """The namespace that an element makes for what is in it."""
-        return _joined(scope.namespace, self.value(element, "ns", scope, ""))
+        return _in_namespace(scope.namespace, self.value(element, "ns", scope, ""))
 
     def value(self, element: Element, key: str, scope: _Scope, default: str | None = None) -> str:
         """An attribute, which must be there unless it has a default, with its substitutions worked out."""
@@ -437,26 +429,19 @@ class _Run:
             raise element.fault("required, but missing", key)
         folder = self.open[-1].parent if self.open else Path.cwd()
         with faults_at(element, before=f"{literal(text)}: "):
-            return self.substitutions.substituted(text, scope.arguments, folder)
+            return self.substitutions.substitute(text, scope.arguments, folder)
 
-    def allowed(self, element: Element, path: str) -> Path:
+    def readable_file(self, element: Element, path: str) -> Path:
         """A file that may be read: beside the first file, or in a package."""
         with faults_at(element):
             if path.startswith(LEFT_OUT):
                 raise VrxError(f"no package named '{package_left_out(path)}', in which it would be")
-            return self.files.allowed(str(self.open[0].parent / path) if self.open else path)
+            return self.files.readable_file(str(self.open[0].parent / path) if self.open else path)
 
 
 def _is_object(file: Path) -> bool:
     """Whether a file is a model of SDF without thrusters, or the template of a dock."""
-    return is_gazebo_model(file.name) and (is_template(file) or not is_boat(model_element(file)[0]))
-
-
-def _with_own(pose: Pose, model: Path) -> Pose:
-    """The pose of a spawned model of SDF: one in its own file is in the frame of the spawned one."""
-    x, y, z, roll, pitch, yaw = own = pose_of(model_element(model).model).value
-    placed = compose(pose, (x, y, z, roll, pitch, yaw)) if any(own) else pose
-    return placed if _is_object(model) else boat_pose(placed, model)
+    return is_gazebo_model(file.name) and (is_template(file) or not is_boat(model_element(file).model))
 
 
 def _declarations(element: Element) -> Iterator[Element]:
@@ -471,7 +456,7 @@ def _seen_from(here: Place, other: Place) -> str:
     return f"line {other.line}" if other.file.name == here.file.name else f"{other.file.name}:{other.line}"
 
 
-def _joined(namespace: str, name: str) -> str:
+def _in_namespace(namespace: str, name: str) -> str:
     """A name in a namespace, as ROS has them."""
     return name if name.startswith("/") else f"{namespace.rstrip('/')}/{name}" if name else namespace
 

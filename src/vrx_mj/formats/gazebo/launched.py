@@ -1,19 +1,18 @@
-"""What a launch file starts, as a world's and a fleet's file of ours say it."""
+"""Worlds and boats of launch files as documents of ours: a world and a fleet."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
-from typing import Any
 
 from vrx_mj.config.fleet import FleetConfig
 from vrx_mj.config.kinds import MARKS
 from vrx_mj.config.loading import Loading, read_source, validate
 from vrx_mj.config.tree import File, Items, Place, Section, merge
 from vrx_mj.config.wording import literal
-from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError
+from vrx_mj.errors import ConfigError, UnknownNameError, VrxError
 from vrx_mj.formats.gazebo.document import Report
 from vrx_mj.formats.gazebo.sdf_frames import safe_name
-from vrx_mj.formats.series.pieces import At, located
+from vrx_mj.formats.series.pieces import At, Content, with_places
 from vrx_mj.formats.urdf.elements import numbers_of, truth
 from vrx_mj.frames import Pose
 
@@ -35,11 +34,11 @@ class Spawned:
     """A boat, or an object of SDF, that a launch file spawns."""
 
     name: str
-    """Its name in Gazebo."""
+    """Name in Gazebo."""
     pose: Pose
     """Pose in the world [m, rad]."""
     place: Place
-    """What spawns it."""
+    """Place of the element that spawns it."""
     model: Path | str = "wamv"
     """File of its description, or the name of a robot or an object of ours."""
     arguments: Mapping[str, str] = field(default_factory=dict)
@@ -48,7 +47,7 @@ class Spawned:
 
 @dataclass
 class Launch:
-    """What a launch file starts, as far as it is a simulation."""
+    """The simulation that a launch file starts."""
 
     world: Path | str | None = None
     """File of the world, or the name of one of ours; None: it opens none."""
@@ -106,7 +105,7 @@ def fleet_of(launch: Launch) -> Section | None:
         return loaded
     place = Place(launch.boats[0].place.file, 1)
     name = PurePosixPath(place.file.name).name.removesuffix(ENDING)
-    spawned: Section = located({"name": name, "boats": [*map(_boat, launch.boats)]}, place)
+    spawned: Section = with_places({"name": name, "boats": [*map(_boat, launch.boats)]}, place)
     return spawned if loaded is None else merge(loaded, spawned, ("boats",))
 
 
@@ -120,7 +119,7 @@ def checked_fleet(file: Path) -> Path:
 
 def _boat(boat: Spawned) -> At:
     """One boat of a fleet's file; the path of a robot begins where its file is."""
-    values: dict[str, Any] = {"name": safe_name(boat.name), "pose": list(boat.pose)}
+    values: Content = {"name": safe_name(boat.name), "pose": list(boat.pose)}
     if isinstance(boat.model, str):
         values |= {"robot": boat.model, **_wamv(boat)}
     else:
@@ -134,7 +133,7 @@ def _in_folder(place: Place, folder: Path) -> Place:
     return place._replace(file=replace(place.file, folder=folder))
 
 
-def _wamv(boat: Spawned) -> dict[str, Any]:
+def _wamv(boat: Spawned) -> Content:
     """Thrusters and sensors of VRX's WAM-V, by the arguments of its description or of a launch file.
 
     Raises ConfigError for what switches sensors and is neither true nor false.
@@ -143,8 +142,8 @@ def _wamv(boat: Spawned) -> dict[str, Any]:
     switches = {key: value for key, value in boat.arguments.items() if key.endswith("_enabled")}
     for key, value in switches.items():
         if truth(value) is None:
-            text, place = f"expected true or false, got {literal(value)}", boat.place
-            raise ConfigError([Problem(place.file.name, place.line, place.column, f"'{boat.name}' / {key}:=", text)])
+            text = f"expected true or false, got {literal(value)}"
+            raise ConfigError([boat.place.problem(f"'{boat.name}' / {key}:=", text)])
     on = (key.removesuffix("_enabled") for key, value in switches.items() if truth(value))
     suites = [key.replace("vrx_sensors", "vrx") for key in on]
     return {**({"thrusters": layout} if layout else {}), "sensors": suites or "none"}
@@ -164,7 +163,7 @@ def with_objects(world: Section, launch: Launch) -> Section:
     for name, place in ((thing["name"], thing.place) for thing in items if thing["name"] in first):
         where = f"{first[name].file.name}:{first[name].line}"
         text = f"a model named '{name}' is in the world already ({where}): each needs -model NAME of its own"
-        problems.append(Problem(place.file.name, place.line, place.column, f"<node> '{name}' / args", text))
+        problems.append(place.problem(f"<node> '{name}' / args", text))
     if problems:
         raise ConfigError(problems)
     return merge(world, Section({"objects": items}, items.places[0]))
@@ -172,7 +171,7 @@ def with_objects(world: Section, launch: Launch) -> Section:
 
 def objects_of(launch: Launch) -> Items:
     """The objects of a launch file as a world's file says them."""
-    found: Items = located([*map(_object, launch.objects)], Place(File("", None)))
+    found: Items = with_places([*map(_object, launch.objects)], Place(File("", None)))
     return found
 
 

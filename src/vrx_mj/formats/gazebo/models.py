@@ -24,15 +24,15 @@ from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError
 from vrx_mj.formats.gazebo.document import NEEDED, Element, faults_at, is_file, parse_ahead, read_document
 
 _CONFIG = "model.config"
-"""What a folder of a model has beside its SDF."""
+"""Name of the file beside the SDF in the folder of a model."""
 _MOST_AHEAD = 500
 """Models that are parsed ahead."""
 ROBOT = "robot.yaml"
-"""What a folder that is a robot has."""
+"""Name of the file that makes a folder a robot."""
 PATHS = ("GAZEBO_MODEL_PATH", "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "SDF_PATH")
 """Environment variables with folders in which models are."""
 NO_MODEL = "is its folder on GAZEBO_MODEL_PATH?"
-"""What to do where a model is not found."""
+"""Advice where a model is not found."""
 
 
 class Source(NamedTuple):
@@ -52,7 +52,7 @@ def is_gazebo_model(text: str) -> bool:
 
 def model_name(include: Element) -> str:
     """The name in the `<uri>` of an `<include>`: that of a folder of models, or of one on Gazebo's server."""
-    uri = include.read("uri", "text", NEEDED)
+    uri = include.value_of("uri", "text", NEEDED)
     with faults_at(include, "uri"):
         return uri_name(uri)
 
@@ -117,7 +117,7 @@ def model_element(file: Path) -> Source:
     """
     path, mark, name = str(file).partition("#")
     if mark:
-        return _named(Path(path), name)
+        return _named_model(Path(path), name)
     root = read_document(Path(path))
     return Source(_only(root), version_of(root), Path(path))
 
@@ -138,19 +138,14 @@ _held: dict[Path, tuple[int, int, dict[str, Element], tuple[int, ...]]] = {}
 
 
 def hold_models(file: Path, root: Element) -> None:
-    """Hold the models of a world for those who name them, who would read its file again for each; read these ahead."""
+    """Hold the models of a world for those who name them, and have those that it includes parsed by two questions."""
     _held.clear()
     found = [(one.attributes.get("name", ""), one) for one in root.walk() if one.tag == "model"]
     found += [(included_name(one), one) for one in root.walk() if one.tag == "include"]
     status = file.stat()
     _held[file.absolute()] = (status.st_mtime_ns, status.st_size, dict(reversed(found)), version_of(root))
-    _read_ahead(root, file.parent)
-
-
-def _read_ahead(root: Element, near: Path) -> None:
-    """Have the models that a file includes parsed by two questions, not two for each."""
     uris = dict.fromkeys(one.text("uri").rstrip("/") for one in root.walk() if one.tag == "include")
-    near_by = (folder_in_reach(uri.rpartition("/")[2], near) for uri in list(uris)[:_MOST_AHEAD])
+    near_by = (folder_in_reach(uri.rpartition("/")[2], file.parent) for uri in list(uris)[:_MOST_AHEAD])
     folders, files = [*filter(None, near_by)], []
     parse_ahead(folder / _CONFIG for folder in folders if is_file(folder / _CONFIG))
     for folder in folders:
@@ -164,7 +159,7 @@ def included_name(include: Element) -> str:
     return include.text("name") or include.text("uri").rstrip("/").rpartition("/")[2]
 
 
-def _named(file: Path, name: str) -> Source:
+def _named_model(file: Path, name: str) -> Source:
     """The model of a name in the file of a world."""
     status = file.stat() if is_file(file) else None
     held = _held.get(file.absolute())
@@ -175,10 +170,10 @@ def _named(file: Path, name: str) -> Source:
         known = [name for name in held[2] if name]
         raise ConfigError([Problem(display(file), 1, None, "", str(UnknownNameError("model", name, known)))])
     found = held[2][name]
-    return _included(found, file.parent) if found.tag == "include" else Source(found, held[3], file)
+    return _included_model(found, file.parent) if found.tag == "include" else Source(found, held[3], file)
 
 
-def _included(include: Element, folder: Path) -> Source:
+def _included_model(include: Element, folder: Path) -> Source:
     """The model of an `<include>`, with what this says instead of the model's own file."""
     found = model_element(model_file(f"{SCHEME}{model_name(include)}", folder))
     instead = include.all("static")

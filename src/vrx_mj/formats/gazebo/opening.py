@@ -1,4 +1,4 @@
-"""What a command opens: a world, the world and the boats of a launch file, or the file of a folder that is meant."""
+"""Sources of a command: a world, the world and boats of a launch file, or the one that is meant in a folder."""
 
 import os.path
 import warnings
@@ -20,7 +20,6 @@ from vrx_mj.config.wording import literal
 from vrx_mj.errors import (
     ChoiceError,
     ConfigError,
-    Problem,
     UnknownNameError,
     VrxError,
     VrxWarning,
@@ -31,11 +30,12 @@ from vrx_mj.errors import (
 from vrx_mj.formats.gazebo.folders import files_below, has_world, is_folder, links_below, short_names
 from vrx_mj.formats.gazebo.launch import is_launch, launch_of, read_launch
 from vrx_mj.formats.gazebo.launched import Launch, fleet_of, with_objects
-from vrx_mj.formats.gazebo.packages import PACKAGES
+from vrx_mj.formats.gazebo.packages import NAMED_PACKAGES
 from vrx_mj.formats.gazebo.robot_fleets import is_robot_xacro, robot_fleet
 from vrx_mj.formats.gazebo.stock import TABLE, instead_of, is_tool, stock_launch
 from vrx_mj.formats.gazebo.worlds import NO_BOATS, GazeboWorld, gazebo_world, is_gazebo_world, warn_of_losses
 from vrx_mj.formats.urdf.expand import arguments as declared_arguments
+from vrx_mj.formats.urdf.xml_document import file_error
 from vrx_mj.packages import shell_word
 
 _LAUNCH = (".launch",)
@@ -47,7 +47,7 @@ _LISTED = 3
 """Names of boats that a line lists."""
 
 
-def opened(world: Source, fleet: Source | None, arguments: Mapping[str, str]) -> tuple[Source, Source | None]:
+def open_source(world: Source, fleet: Source | None, arguments: Mapping[str, str]) -> tuple[Source, Source | None]:
     """World and fleet that a source opens: a launch file, a folder, or a world of Gazebo with arguments or boats.
 
     Other sources stay as they are. Of a fleet that is a xacro those arguments are the robot's which the world has not.
@@ -69,16 +69,18 @@ def opened(world: Source, fleet: Source | None, arguments: Mapping[str, str]) ->
             warnings.warn(f"{shortened(world)}: {text}", VrxWarning, stacklevel=4)
         fleet = fleet_of(launch) or launch.fleet_of_world if fleet is None else fleet
         if launch.objects or launch.unlocked:
-            return joined(launch.world, launch, fleet)
+            return joined_world(launch.world, launch, fleet)
         world, arguments = launch.world, {}
     if arguments and is_robot_xacro(fleet):
-        arguments, own = _shared(world, arguments)
-        fleet = robot_fleet(fleet, own)
+        is_xacro = is_gazebo_world(world) and str(world).lower().endswith(".xacro")
+        known = declared_arguments(path_of("worlds", str(world))) if is_xacro else {}
+        fleet = robot_fleet(fleet, {name: value for name, value in arguments.items() if name not in known})
+        arguments = {name: value for name, value in arguments.items() if name in known}
     if not arguments and (fleet is not None or not is_gazebo_world(world)):
         return world, fleet
     if not is_gazebo_world(world):
         message = "takes no arguments NAME:=VALUE: they are for launch files and for xacro of worlds and boats"
-        raise ConfigError([Problem(str(world), None, None, "", message)])
+        raise file_error(str(world), message)
     found = gazebo_world(path_of("worlds", world), arguments)
     fleet = _fleet_in(found, world) if fleet is None else fleet
     warn_of_losses(found.notes, str(world), stacklevel=4)
@@ -92,10 +94,10 @@ def _no_world(source: str | Path, launch: Launch, arguments: Mapping[str, str]) 
     sails = f"; its boats sail in one: vrx-mj run WORLD --fleet {file}"
     text = f"opens no world of Gazebo{sails if launch.boats or launch.fleet else beside}"
     text = instead_of(name, arguments) if is_tool(name) and not launch.boats else text
-    return ConfigError([Problem(str(source), None, None, "", text)])
+    return file_error(str(source), text)
 
 
-def joined(world: Path | str, launch: Launch, fleet: Source | None) -> tuple[Section, Source | None]:
+def joined_world(world: Path | str, launch: Launch, fleet: Source | None) -> tuple[Section, Source | None]:
     """The world of a launch file with the objects that it spawns, and the fleet, by default that in the world.
 
     Raises:
@@ -120,15 +122,6 @@ def _fleet_in(found: GazeboWorld, world: str | Path) -> Source | None:
     return found.fleet
 
 
-def _shared(world: Source, arguments: Mapping[str, str]) -> tuple[dict[str, str], dict[str, str]]:
-    """The arguments that a world of Gazebo declares, and the others."""
-    known = {}
-    if is_gazebo_world(world) and str(world).lower().endswith(".xacro"):
-        known = declared_arguments(path_of("worlds", world))
-    theirs = {name: value for name, value in arguments.items() if name in known}
-    return theirs, {name: value for name, value in arguments.items() if name not in known}
-
-
 def file_of_folder(folder: Path, arguments: Mapping[str, str] | None = None) -> Path:
     """The file of a folder that is meant: its one launch file that starts a world, without any its one world.
 
@@ -141,7 +134,7 @@ def file_of_folder(folder: Path, arguments: Mapping[str, str] | None = None) -> 
     launches, failed = _launches(folder, arguments or {})
     opening = {file: launch for file, launch in launches.items() if launch.world is not None}
     included = {file for launch in opening.values() for file in launch.included}
-    meant = {file: _about(launch) for file, launch in opening.items() if file.resolve() not in included}
+    meant = {file: _summary(launch) for file, launch in opening.items() if file.resolve() not in included}
     kind = "launch files that open a world" if meant else "worlds"
     meant = meant or {file: "" for file in files_below(folder, WORLD_SUFFIXES) if has_world(file)}
     if not meant:
@@ -167,8 +160,8 @@ def file_in(folder: str, name: str) -> str:
     """
     place = Path(folder) if is_folder(folder) else _package(folder)
     if place is None:
-        if folder not in PACKAGES and not (folder in _NEWER and is_tool(name)):
-            raise UnknownNameError("folder or package", folder, sorted({*packages_around(Path.cwd()), *PACKAGES}))
+        if folder not in NAMED_PACKAGES and not (folder in _NEWER and is_tool(name)):
+            raise UnknownNameError("folder or package", folder, sorted({*packages_around(Path.cwd()), *NAMED_PACKAGES}))
         if not is_tool(name):
             launch_of(name, {})  # raises where VRX has none of this name
         return f"{folder}/{name}" if stock_launch(name) else name
@@ -204,8 +197,8 @@ def _launches(folder: Path, arguments: Mapping[str, str]) -> tuple[dict[Path, La
     return launches, failed
 
 
-def _about(launch: Launch) -> str:
-    """What a launch file opens, in a few words."""
+def _summary(launch: Launch) -> str:
+    """World and boats of a launch file, in a few words."""
     world = launch.world.name if isinstance(launch.world, Path) else str(launch.world)
     names = [boat.name for boat in launch.boats]
     count = f"{len(names)} boat{'s' * (len(names) > 1)}: {first_names(names, _LISTED)}" if names else "no boat"
@@ -221,7 +214,7 @@ def _choice(folder: Path, kind: str, files: Mapping[Path, str], among: Sequence[
 
 
 def _reasons(folder: Path, launches: Mapping[Path, Launch]) -> Iterator[str]:
-    """Why nothing of a folder can be opened: what there is instead of a launch file that opens a world."""
+    """Reasons why nothing in a folder can be opened, the most helpful first: what there is instead of a world."""
     if launches:
         listed = ", ".join(short_names([*launches], folder)[:_LISTED])
         yield f"its launch files open no world: {listed}; give one to --fleet, with a world"

@@ -9,7 +9,7 @@ from vrx_mj.formats.gazebo.document import LIBRARIES, home_path, is_file
 from vrx_mj.formats.gazebo.stock import PLACES, TABLE
 from vrx_mj.formats.urdf.expand import LEFT_OUT
 
-PACKAGES = LIBRARIES | {*TABLE["packages"]}
+NAMED_PACKAGES = LIBRARIES | {*TABLE["packages"]}
 """Packages of ROS and VRX that need not be there: what they hold is known here, or not needed."""
 NOWHERE = "/package:/"
 """Beginning of a path in such a package that is missing."""
@@ -36,7 +36,7 @@ def named_world(path: str) -> Path | str:
     stem = parts[-1].partition(".")[0]
     known = catalogue("worlds")
     names = (f"vrx2019/{stem}" if "vrx_2019" in parts else stem, PLACES.get(stem, stem))
-    found = next((name for name in names if name in known), None) or _linked(path) or _linked(f"{path}.xacro")
+    found = next((name for name in names if name in known), None) or _link_target(path) or _link_target(f"{path}.xacro")
     if found is None:
         raise UnknownNameError("world of VRX", stem, known)
     return found
@@ -45,7 +45,7 @@ def named_world(path: str) -> Path | str:
 def robot_named(path: str) -> str | None:
     """The name here of a description of VRX's that is not at hand; None: it is another."""
     name = PurePosixPath(path).name
-    if not _is_nowhere(path) or _linked(path):
+    if not _is_nowhere(path) or _link_target(path):
         return None
     return next((robot for start, robot in _OURS.items() if name.startswith(start)), None)
 
@@ -55,7 +55,7 @@ def package_left_out(path: str) -> str:
     return shortened(path.removeprefix(LEFT_OUT).partition("/")[0])
 
 
-def _linked(path: str) -> Path | None:
+def _link_target(path: str) -> Path | None:
     """The file of a user's to which a link of `vrx-mj ros packages --over` leads; None: there is no such file."""
     real = Path(os.path.realpath(path))
     return real if is_file(real) and not _is_nowhere(str(real)) else None

@@ -11,10 +11,11 @@ from vrx_mj.formats.gazebo.sdf_joints import SdfJoint, read_sdf_joint
 from vrx_mj.formats.gazebo.sdf_links import read_sdf_link
 from vrx_mj.formats.gazebo.sdf_models import Model
 from vrx_mj.formats.urdf.elements import LARGEST, Node
-from vrx_mj.formats.urdf.gazebo import is_thruster
+from vrx_mj.formats.urdf.gazebo import THRUSTERS
+from vrx_mj.formats.urdf.gazebo_sensors import library
 from vrx_mj.formats.urdf.link_meshes import with_shapes
 from vrx_mj.formats.urdf.links import BOUNDED, ENDLESS, freed
-from vrx_mj.formats.urdf.model import ZERO, Joint, Limits, Urdf, relative
+from vrx_mj.formats.urdf.model import ZERO, Joint, Limits, Loss, Urdf, relative
 from vrx_mj.formats.urdf.reader import warn
 from vrx_mj.formats.urdf.tags import losses
 from vrx_mj.formats.urdf.writing import urdf_text
@@ -25,9 +26,9 @@ from vrx_mj.frames import Pose, compose, inverse
 def is_boat(model: Element) -> bool:
     """Whether a model pushes itself through the water: by a plugin for a thruster, and nothing that holds it."""
     plugins = [one for one in model.walk() if one.tag == "plugin"]
-    pushes = any(is_thruster(one.attributes.get("filename", "")) or one.text("thruster/linkName") for one in plugins)
+    pushes = any(library(one.attribute("filename")) in THRUSTERS or one.text("thruster/linkName") for one in plugins)
     held = (WORLD in {one.text("parent"), one.text("child")} for one in model.all("joint"))
-    return pushes and not model.read("static", "switch") and not any(held)
+    return pushes and not model.value_of("static", "switch") and not any(held)
 
 
 def read_boat(file: Path) -> Urdf:
@@ -47,14 +48,16 @@ def read_boat(file: Path) -> Urdf:
     from vrx_mj.formats.urdf.rows import robot_of
 
     model = Model(model_element(file))
-    findings, remarks = model.findings, [(node, text) for node, text in model.lost if node.tag == "include"]
+    findings = model.findings
+    remarks = [Loss(node.place, node.path, text) for node, text in model.lost if node.tag == "include"]
     rows = [row for node, scope in model.joints if (row := read_sdf_joint(model, node, scope))]
     _move_frames(model, rows)
     links = {name: with_shapes(read_sdf_link(model, name), model.files, findings) for name in model.links}
     joints: dict[str, Joint] = {}
     for row in rows:
         if WORLD in {row.parent, row.child}:
-            remarks.append((row.node, "nothing fixes the boat in place: a joint to the world is ignored"))
+            why = "nothing fixes the boat in place: a joint to the world is ignored"
+            remarks.append(Loss(row.node.place, row.node.path, why))
         elif row.name in joints:
             row.node.fault(f"duplicate name: line {joints[row.name].place.line} has a joint of this name")
         else:
@@ -63,8 +66,7 @@ def read_boat(file: Path) -> Urdf:
     robot = robot_of(model.root, model.file, links, joints, model.around, tags)
     findings.settle()
     warn(findings)
-    lost = (f"{place}: {what}: {why}" for place, what, why in losses(model.root.element, "model", "boat"))
-    notes = (*lost, *(f"{node.place}: {node.path}: {text}" for node, text in remarks), *_offset(model, robot))
+    notes = *losses(model.root.element, "model", "boat"), *remarks, *_offset(model, robot)
     return replace(robot, remarks=notes, text=urdf_text(robot, tags))
 
 
@@ -90,12 +92,12 @@ def _move_frames(model: Model, joints: Sequence[SdfJoint]) -> None:
     """Put the frame of each link to that of the joint above it, as URDF has them, and turn the root's to the model."""
     for joint in joints:
         if joint.type != "fixed" and joint.child != WORLD and any(joint.shift):
-            model.moved.setdefault(joint.child, joint.shift)
+            model.urdf_frames.setdefault(joint.child, joint.shift)
     if model.links:
         top = _root(model, joints)
         turn = model.frames.pose(top)[3:]
         if any(turn):
-            model.moved[top] = inverse((0.0, 0.0, 0.0, *turn))
+            model.urdf_frames[top] = inverse((0.0, 0.0, 0.0, *turn))
 
 
 def _joint(model: Model, joint: SdfJoint) -> Joint:
@@ -113,20 +115,21 @@ def _joint(model: Model, joint: SdfJoint) -> Joint:
 def _between(model: Model, parent: str, child: str) -> Pose:
     """Pose of a link in another's frame: as the file has it where it is given there."""
     around, given = model.frames.given[child]
-    if around == parent and parent not in model.moved and child not in model.moved:
+    if around == parent and parent not in model.urdf_frames and child not in model.urdf_frames:
         return given.pose
-    return relative(model.place(parent), model.place(child))
+    return relative(model.urdf_pose(parent), model.urdf_pose(child))
 
 
-def _offset(model: Model, robot: Urdf) -> Iterator[str]:
+def _offset(model: Model, robot: Urdf) -> Iterator[Loss]:
     """Remarks where the frame of the boat is not that of its model, or of its root link."""
-    top = robot.root
-    x, y, z, *turn = model.frames.pose(top)
+    top = model.links[robot.root][0]
+    x, y, z, *turn = model.frames.pose(robot.root)
     if any(turn) and (robot.gazebo.water or robot.gazebo.hydrodynamics):
-        yield f"the root link '{top}' is turned in its model, in whose axes its drag and added mass count here"
+        why = "the root link is turned in its model, in whose axes its drag and added mass count here"
+        yield Loss(top.place, top.path, why)
     if any((x, y, z)):
         place = " ".join(f"{value:.4g}" for value in (x, y, z))
-        yield f"the boat's frame is at that of its root link '{top}', which the model has at {place}"
+        yield Loss(top.place, top.path, f"the boat's frame is that of its root link, which the model has at {place}")
 
 
 def _tags(model: Model) -> Iterator[Markup]:

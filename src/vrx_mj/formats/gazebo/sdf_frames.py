@@ -22,7 +22,7 @@ WORLD = "world"
 _FARTHEST = 1e6
 """Largest coordinate of a pose [m]."""
 NESTED = "::"
-"""What separates the name of a model in a model from a name in it."""
+"""Separator of the name of a nested model and a name in it."""
 
 
 def safe_name(name: str) -> str:
@@ -35,7 +35,7 @@ class Scope:
     """A model whose elements name each other."""
 
     prefix: str = ""
-    """What the whole names of its elements begin with."""
+    """Beginning of the whole names of its elements."""
     model: str = MODEL
     """Whole name of its own frame."""
 
@@ -52,7 +52,7 @@ class Given(NamedTuple):
     relative_to: str
     """Name of the frame that it is in; empty: the usual one."""
     node: Node
-    """What a fault of it is at."""
+    """Element at which its faults are."""
 
 
 def given_pose(node: Node, farthest: float = _FARTHEST) -> Given:
@@ -107,12 +107,12 @@ class Frames:
         """Add a frame of a model, whose pose is in the frame `usual` unless it gives another."""
         self.given.setdefault(name, (_around(given, scope, usual), given))
 
-    def known(self, name: str, given: Given) -> str:
+    def find(self, name: str, given: Given) -> str:
         """A name, or that of the model of this name; empty, with a problem, where there is no such frame."""
         for candidate in (name, f"{name}{NESTED}{MODEL}"):
             if candidate in self.given or candidate == MODEL:
                 return candidate
-        given.node.fault(str(UnknownNameError("frame", name, dict.fromkeys(map(_shown, self.given)))))
+        given.node.fault(str(UnknownNameError("frame", name, dict.fromkeys(map(_display_name, self.given)))))
         return ""
 
     def pose(self, name: str) -> Pose:
@@ -120,12 +120,12 @@ class Frames:
         chain: list[str] = []
         while name not in self.found:
             if name in chain:
-                names = " > ".join(f"'{_shown(one)}'" for one in (*chain[chain.index(name) :], name))
+                names = " > ".join(f"'{_display_name(one)}'" for one in (*chain[chain.index(name) :], name))
                 self.given[name][1].node.fault(f"the poses are relative to each other: {names}")
                 return ZERO
             chain.append(name)
             above, given = self.given[name]
-            name = self.known(above, given)
+            name = self.find(above, given)
             if not name:
                 return ZERO
         for one in reversed(chain):
@@ -137,28 +137,28 @@ class Frames:
     def place_by(self, model: str, name: str) -> None:
         """Let the pose of a model be that of a frame in it, its placement frame."""
         above, given = self.given[model]
-        own, inner = self.known(name, given), ZERO
+        own, inner = self.find(name, given), ZERO
         seen = set[str]()
         while own and own != model and own not in seen:
             seen.add(own)
             around, inside = self.given[own]
             inner = compose(inside.pose, inner)
-            own = self.known(around, inside)
+            own = self.find(around, inside)
         turned = compose(given.pose, relative(inner, ZERO)) if own == model else given.pose
         self.given[model] = above, given._replace(pose=turned)
 
-    def placed(self, given: Given, scope: Scope, usual: str) -> Pose:
+    def placement(self, given: Given, scope: Scope, usual: str) -> Pose:
         """Where something is in the outermost model, whose pose is in the frame `usual` unless it gives another."""
-        frame = self.known(_around(given, scope, usual), given)
+        frame = self.find(_around(given, scope, usual), given)
         return compose(self.pose(frame), given.pose) if frame else ZERO
 
     def inside(self, node: Node, link: str, scope: Scope) -> Pose:
         """The pose of a thing on a link, in the link's frame."""
         given = given_pose(node)
-        return relative(self.pose(link), self.placed(given, scope, link)) if given.relative_to else given.pose
+        return relative(self.pose(link), self.placement(given, scope, link)) if given.relative_to else given.pose
 
 
-def _shown(name: str) -> str:
+def _display_name(name: str) -> str:
     """A frame as files name it: that of a model by the model's name."""
     return name.removesuffix(f"{NESTED}{MODEL}")
 

@@ -33,7 +33,7 @@ class Axis:
     """An axis of a joint, about which its child turns or along which it slides."""
 
     xyz: _Vector
-    """Its direction in the joint's frame, of length 1."""
+    """Direction in the joint's frame, of length 1."""
     limits: Limits
     dynamics: dict[str, float]
     """Damping, friction, stiffness and spring_reference as an object has them, without those that are 0."""
@@ -51,7 +51,7 @@ class SdfJoint:
     place: Pose
     """Pose of its frame in the model [m, rad]."""
     shift: Pose
-    """The same in the frame of its child [m, rad]."""
+    """Pose of the joint's frame in that of its child [m, rad]."""
     axes: tuple[Axis, ...]
     node: Node
 
@@ -73,17 +73,17 @@ def read_sdf_joint(model: Model, node: Node, scope: Scope) -> SdfJoint | None:
     if parent == child:
         node.fault(f"joins the link '{parent}' to itself")
     given, usual = given_pose(node), scope.name(MODEL if child == WORLD else node.text("child"))
-    place = model.frames.placed(given, scope, usual)
+    place = model.frames.placement(given, scope, usual)
     around = model.frames.pose(child) if child != WORLD else ZERO
     shift = given.pose if usual == child and not given.relative_to else relative(around, place)
     tags = ("axis", "axis2")[: _AXES.get(kind, 1)]
     axes = tuple(_axis(model, node, tag, kind, place, scope) for tag in tags)
-    return SdfJoint(scope.name(node.required("name")), kind, parent, child, place, shift, axes, node)
+    return SdfJoint(scope.name(node.required_attribute("name")), kind, parent, child, place, shift, axes, node)
 
 
 def _end(model: Model, node: Node, tag: str, scope: Scope) -> str:
     """The link that a joint names, itself or by what is attached to it; empty, with a problem, without one."""
-    end = node.needed(tag)
+    end = node.required_child(tag)
     text = node.text(tag) or (end.text("link_name") if end else "")
     if end is None or text == WORLD:
         return text
@@ -112,7 +112,7 @@ def _frame_of_axis(model: Model, node: Node, axis: Node, scope: Scope) -> str:
     direction = axis.child("xyz")
     frame = (direction.attribute("expressed_in") or "") if direction else ""
     if frame:
-        return model.frames.known(scope.name(frame), given_pose(node)._replace(node=node))
+        return model.frames.find(scope.name(frame), given_pose(node)._replace(node=node))
     older = model.version < _FRAMES and axis.flag("use_parent_model_frame", model.version < _AXIS_OF_JOINT)
     return scope.model if older else ""
 
@@ -122,13 +122,13 @@ def _limits(axis: Node, kind: str) -> Limits:
     limit = axis.child("limit")
     if limit is None:
         return Limits(-LARGEST, LARGEST)
-    lower, upper = _bound(limit, "lower", -LARGEST), _bound(limit, "upper", LARGEST)
+    lower, upper = _endless(limit, "lower", -LARGEST), _endless(limit, "upper", LARGEST)
     if kind not in _UNLIMITED and lower > upper:
         limit.fault(f"lower {lower:g} is above upper {upper:g}")
-    return Limits(lower, upper, *(max(_bound(limit, tag, 0.0), 0.0) for tag in ("effort", "velocity")))
+    return Limits(lower, upper, *(max(_endless(limit, tag, 0.0), 0.0) for tag in ("effort", "velocity")))
 
 
-def _bound(part: Node, tag: str, usual: float, **limits: float) -> float:
+def _endless(part: Node, tag: str, usual: float, **limits: float) -> float:
     """A number that may be endless: SDF writes 1e16 or inf."""
     return min(max(part.value(tag, usual, largest=math.inf, **limits), -LARGEST), LARGEST)
 
@@ -139,6 +139,6 @@ def _dynamics(axis: Node) -> dict[str, float]:
     if dynamics is None:
         return {}
     rows = {"damping": "damping", "friction": "friction", "spring_stiffness": "stiffness"}
-    found = {ours: min(_bound(dynamics, tag, 0.0, low=0.0), MAX_NUMBER) for tag, ours in rows.items()}
+    found = {ours: min(_endless(dynamics, tag, 0.0, low=0.0), MAX_NUMBER) for tag, ours in rows.items()}
     found["spring_reference"] = dynamics.value("spring_reference", 0.0)
     return {key: value for key, value in found.items() if value}

@@ -2,18 +2,18 @@
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from functools import partial
 
 import numpy as np
 
-from vrx_mj.config.shapes import Shape, Visual
+from vrx_mj.config.shapes import Shape
 from vrx_mj.config.solids import solid
 from vrx_mj.formats.gazebo.sdf_frames import Scope
 from vrx_mj.formats.gazebo.sdf_models import Model
-from vrx_mj.formats.urdf.elements import FIELDS, Node
+from vrx_mj.formats.urdf.elements import FIELDS, Node, Values
 from vrx_mj.formats.urdf.link_meshes import solid_mesh
-from vrx_mj.formats.urdf.links import check_inertia, gazebo_color, shape_name, shape_of
-from vrx_mj.formats.urdf.model import ZERO, Inertial, Link, LinkRow, MeshRow
+from vrx_mj.formats.urdf.links import gazebo_color, inertial_of, read_shapes, shape_name
+from vrx_mj.formats.urdf.model import ZERO, Color, Inertial, Link, LinkRow, MeshRow
 from vrx_mj.rigid_bodies import MassProperties, joined, posed
 
 _UNIT = 1.0
@@ -21,16 +21,13 @@ _UNIT = 1.0
 _WATER = 1000.0
 """Density [kg/m3] of what a shape is full of whose file gives none, by SDF."""
 
-_Color = tuple[float, float, float, float]
-
 
 def read_sdf_link(model: Model, name: str) -> LinkRow:
     """A `<link>`, whose meshes are still to be found. Problems and suspicious values are noted, not raised."""
     node, scope = model.links[name]
-    felt = [(part, row) for part in node.children("collision") if (row := _collision(part, name, scope, model))]
-    seen = [row for part in node.children("visual") if (row := _visual(part, name, scope, model))]
+    felt, seen = read_shapes(node, name, model.findings, partial(_shape, name, scope, model), _color)
     inertial = _inertial(node, name, scope, model, felt)
-    return LinkRow(Link(name, inertial, place=node.place), tuple(row for _, row in felt), tuple(seen))
+    return LinkRow(Link(name, inertial, place=node.place), tuple(row for _, row in felt), seen)
 
 
 def _inertial(
@@ -39,24 +36,18 @@ def _inertial(
     node, findings = link.child("inertial"), model.findings
     if node is None:
         findings.note("unit", name)
-        return Inertial(_UNIT, model.in_table(ZERO, name), (_UNIT, _UNIT, _UNIT, 0.0, 0.0, 0.0))
+        return Inertial(_UNIT, model.to_urdf_frame(ZERO, name), (_UNIT, _UNIT, _UNIT, 0.0, 0.0, 0.0))
     if node.attribute_flag("auto"):
         rows = ((part, shape) for part, row in felt for shape in solid_mesh(row, model.files, findings))
-        return _filled(node, list(rows))
+        return _solid_inertial(node, list(rows))
     mass = node.value("mass", _UNIT, low=0)
     tensor = node.child("inertia")
     usual = {"ixx": _UNIT, "iyy": _UNIT, "izz": _UNIT, "ixy": 0.0, "ixz": 0.0, "iyz": 0.0}
     values = tuple(tensor.value(key, default) if tensor else default for key, default in usual.items())
-    if mass == 0.0:
-        findings.note("massless", name)
-        return None
-    if tensor:
-        check_inertia(tensor, name, (mass, *values), model.around)
-    xx, yy, zz, xy, xz, yz = values
-    return Inertial(mass, model.inside(node, name, scope), (xx, yy, zz, xy, xz, yz))
+    return inertial_of(tensor, name, (mass, *values), model.inside(node, name, scope), model.around)
 
 
-def _filled(node: Node, felt: Sequence[tuple[Node, Shape]]) -> Inertial | None:
+def _solid_inertial(node: Node, felt: Sequence[tuple[Node, Shape]]) -> Inertial | None:
     """Mass properties of shapes that are full of something, whose density is that of each, or of the link."""
     usual = node.value("density", _WATER, above=0)
     full = (posed(_full(shape, part.value("density", usual, above=0)), shape.pose) for part, shape in felt)
@@ -95,26 +86,7 @@ def _full(shape: Shape, density: float) -> MassProperties:
     return MassProperties(density * volume, center, density * (np.trace(spread) * np.eye(3) - spread))
 
 
-def _collision(node: Node, link: str, scope: Scope, model: Model) -> Shape | MeshRow | None:
-    geometry = node.needed("geometry")
-    values = _shape(node, geometry, link, scope, model) if geometry else None
-    return shape_of(node, geometry, values, Shape) if geometry and values else None
-
-
-def _visual(node: Node, link: str, scope: Scope, model: Model) -> Visual | MeshRow | None:
-    geometry = node.child("geometry")
-    if geometry is None:
-        model.findings.note("shapeless", link)
-        return None
-    if shape_tag(geometry) == "mesh" and not geometry.text("mesh"):
-        model.findings.note("mesh", f"one without <uri> of '{link}'")
-        model.lost.append((node, "its mesh has no <uri>"))
-        return None
-    values, color = _shape(node, geometry, link, scope, model), _color(node)
-    return shape_of(node, geometry, values | ({"color": color} if color else {}), Visual) if values else None
-
-
-def _color(visual: Node) -> _Color | None:
+def _color(visual: Node) -> Color | None:
     """The colour of a material: its diffuse or ambient one, or that of a stock material, as Gazebo/Red."""
     material = visual.child("material")
     if material is None:
@@ -129,9 +101,13 @@ def _color(visual: Node) -> _Color | None:
     return gazebo_color(script.text("name")) if script else None
 
 
-def _shape(node: Node, geometry: Node, link: str, scope: Scope, model: Model) -> dict[str, Any] | None:
+def _shape(link: str, scope: Scope, model: Model, node: Node, geometry: Node) -> Values | None:
     """Type, sizes, pose and name of a shape; a mesh's file as it is written. None: ours has none like it."""
     tag, known = shape_tag(geometry), len(geometry.findings.problems)
+    if node.tag == "visual" and tag == "mesh" and not geometry.text("mesh"):
+        model.findings.note("mesh", f"one without <uri> of '{link}'")
+        model.lost.append((node, "its mesh has no <uri>"))
+        return None
     if not tag:
         model.lost.append((node, "it has no geometry"))
     if tag not in SHAPES:
@@ -145,9 +121,9 @@ def shape_tag(geometry: Node) -> str:
     return next((str(child.tag) for child in geometry.element), "")
 
 
-def sizes_of(geometry: Node, tag: str) -> dict[str, Any]:
+def sizes_of(geometry: Node, tag: str) -> Values:
     """The sizes of a shape of a known kind."""
-    kind = geometry.needed(tag)
+    kind = geometry.required_child(tag)
     assert kind is not None, "it is the element's own kind"
     if tag == "mesh":
         return _mesh(kind)
@@ -155,8 +131,8 @@ def sizes_of(geometry: Node, tag: str) -> dict[str, Any]:
     return {"size": tuple(2.0 * radius for radius in found["radii"])} if tag == "ellipsoid" else found
 
 
-def _mesh(kind: Node) -> dict[str, Any]:
-    uri = kind.needed("uri")
+def _mesh(kind: Node) -> Values:
+    uri = kind.required_child("uri")
     text = kind.text("uri")
     if uri and not text:
         uri.fault("must not be empty")

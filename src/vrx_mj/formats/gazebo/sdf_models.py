@@ -37,7 +37,10 @@ _URI = re.compile(r"(models?|file)://([^/].*)", re.DOTALL)
 
 
 class Model:
-    """A model as its file has it, its whole names, and where its frames are. Problems are noted, not raised."""
+    """A model with the models in it: its elements by whole names, and its frames. Problems are noted, not raised.
+
+    A boat is a URDF later on, in which the frame of a link is that of the joint above it: `urdf_frames` has those.
+    """
 
     def __init__(self, source: Source) -> None:
         self.file = source.file
@@ -49,13 +52,13 @@ class Model:
         self.joints: list[tuple[Node, Scope]] = []
         self.plugins: list[tuple[Node, Scope]] = []
         self.attached: dict[str, str] = {}
-        """What frames, joints and models are attached to, by their whole names."""
-        self.moved: dict[str, Pose] = {}
-        """Pose in its own frame of the frame that a link has in the table, where that is another one."""
+        """Names to which frames, joints and models are attached, by their whole names."""
+        self.urdf_frames: dict[str, Pose] = {}
+        """Pose of a link's frame in the URDF in the link's own frame, where the two differ."""
         self.lost: list[tuple[Node, str]] = []
-        """What is not taken over, and why."""
-        self.given: list[tuple[Node, Given]] = []
-        """The models and includes in this one, and their poses."""
+        """Elements that are not taken over, each with the reason."""
+        self.nested: list[tuple[Node, Given]] = []
+        """Models and includes that are direct children, with their poses."""
         self._includes = self._elements = 0
         folder = source.file.absolute().parent
         self._packages: dict[str, Path] = {}
@@ -63,18 +66,18 @@ class Model:
         self.root = Node(self._tree(source.model, folder), "", self.findings)
         self._gather(self.root, Scope(), folder, 0)
 
-    def place(self, link: str) -> Pose:
-        """Where the frame of a link in the table is in the model."""
+    def urdf_pose(self, link: str) -> Pose:
+        """Pose in the model of a link's frame in the URDF."""
         pose = self.frames.pose(link)
-        return compose(pose, self.moved[link]) if link in self.moved else pose
+        return compose(pose, self.urdf_frames[link]) if link in self.urdf_frames else pose
 
     def inside(self, node: Node, link: str, scope: Scope) -> Pose:
-        """Where a thing on a link is, in the frame of the link in the table."""
-        return self.in_table(self.frames.inside(node, link, scope), link)
+        """Pose of an element on a link, in the link's frame in the URDF."""
+        return self.to_urdf_frame(self.frames.inside(node, link, scope), link)
 
-    def in_table(self, pose: Pose, link: str) -> Pose:
-        """A pose in a link's own frame, in the frame of the link in the table."""
-        return compose(inverse(self.moved[link]), pose) if link in self.moved else pose
+    def to_urdf_frame(self, pose: Pose, link: str) -> Pose:
+        """Convert a pose in a link's own frame to its frame in the URDF."""
+        return compose(inverse(self.urdf_frames[link]), pose) if link in self.urdf_frames else pose
 
     def link(self, name: str) -> str:
         """The link that a link, frame, joint or model of this whole name is attached to; empty without one."""
@@ -110,7 +113,7 @@ class Model:
         if canonical:
             self.attached[scope.model] = scope.name(canonical)
         for node in model.children("link"):
-            name = scope.name(node.required("name"))
+            name = scope.name(node.required_attribute("name"))
             if name in self.links:
                 node.fault(f"duplicate name: line {self.links[name][0].place.line} has a link of this name")
                 continue
@@ -120,7 +123,7 @@ class Model:
         self.joints += [(node, scope) for node in model.children("joint")]
         for node in (*model.children("frame"), *model.children("joint")):
             to = node.text("child") if node.tag == "joint" else node.attribute("attached_to") or MODEL
-            name, around = scope.name(node.required("name")), scope.name(MODEL if to == WORLD else to)
+            name, around = scope.name(node.required_attribute("name")), scope.name(MODEL if to == WORLD else to)
             self.frames.add(name, given_pose(node), scope, around)
             self.attached.setdefault(name, around)
         self.plugins += [(node, scope) for node in model.children("plugin")]
@@ -133,7 +136,7 @@ class Model:
         if depth >= _DEEPEST:
             node.fault(f"models are in each other deeper than {_DEEPEST} levels")
             return
-        included = self._included(node, folder) if node.tag == "include" else (node, folder)
+        included = self._included_model(node, folder) if node.tag == "include" else (node, folder)
         model, place = included or (node, folder)
         own = scope.name(node.text("name") or model.attribute("name") or node.text("uri").rpartition("/")[2])
         inner = Scope(scope.prefix if node.attribute_flag("merge") else f"{own}{NESTED}", f"{own}{NESTED}{MODEL}")
@@ -148,9 +151,9 @@ class Model:
         if by:
             self.frames.place_by(inner.model, inner.name(by))
         if outer is self.root:
-            self.given.append((node, self.frames.given[inner.model][1] if by else given))
+            self.nested.append((node, self.frames.given[inner.model][1] if by else given))
 
-    def _included(self, include: Node, folder: Path) -> tuple[Node, Path] | None:
+    def _included_model(self, include: Node, folder: Path) -> tuple[Node, Path] | None:
         """The model that an `<include>` names, and its folder."""
         self._includes += 1
         if self._includes > _MOST_INCLUDES:
@@ -191,12 +194,12 @@ def in_world_frame(world: Element, file: Path) -> list[Element | ConfigError]:
     if frames <= {"", WORLD} and not any(placed_by):
         return found
     model = Model(Source(world, (), file))
-    given, problems = {node.element: one for node, one in model.given}, model.findings.problems
+    given, problems = {node.element: one for node, one in model.nested}, model.findings.problems
     for number, node in enumerate(model.root.element):
         if node in given:
             problems.clear()  # of models: they are said where these are read
-            pose = model.frames.placed(given[node], Scope(), MODEL)
-            found[number] = ConfigError(problems[:]) if problems else _posed(world.children[number], pose)
+            pose = model.frames.placement(given[node], Scope(), MODEL)
+            found[number] = ConfigError(problems[:]) if problems else _with_pose(world.children[number], pose)
     return found
 
 
@@ -207,7 +210,7 @@ def pose_of_included(include: Element, folder: Path) -> At:
     return pose_of(model_element(model_file(f"{SCHEME}{model_name(include)}", folder)).model)
 
 
-def _posed(element: Element, pose: Pose) -> Element:
+def _with_pose(element: Element, pose: Pose) -> Element:
     """The element with another pose."""
     old = element.child("pose")
     made = Element("pose", (old or element).place, {}, " ".join(map(repr, pose)), ())

@@ -1,10 +1,8 @@
 """Models of Gazebo (SDF) as objects of ours: bodies on joints with their shapes, or a composite of models."""
 
-import itertools
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 from pydantic import ValidationError
 
@@ -22,8 +20,8 @@ from vrx_mj.formats.gazebo.sdf_frames import WORLD, given_pose, pose_of, safe_na
 from vrx_mj.formats.gazebo.sdf_joints import Axis, SdfJoint, read_sdf_joint
 from vrx_mj.formats.gazebo.sdf_links import SHAPES, read_sdf_link, shape_tag, sizes_of
 from vrx_mj.formats.gazebo.sdf_models import Model, in_world_frame, pose_of_included
-from vrx_mj.formats.series.pieces import At, located
-from vrx_mj.formats.urdf.elements import Node
+from vrx_mj.formats.series.pieces import At, Content, with_places
+from vrx_mj.formats.urdf.elements import Node, unused_name
 from vrx_mj.formats.urdf.links import ENDLESS, ONE
 from vrx_mj.formats.urdf.model import ZERO, MeshRow, relative
 from vrx_mj.formats.urdf.reader import ODD
@@ -37,24 +35,22 @@ _DISPLACING = {"box", "sphere", "cylinder"}
 _FARTHEST = 1e9
 """Limit of a joint that has only the other one [rad or m]."""
 _TYPES = {"screw": "revolute", "revolute2": "universal"}
-"""What types of joints of SDF are here that are called otherwise."""
+"""Types of joints of SDF that have other names here."""
 _STATIC: tuple[Fate, str] = "taken over", "the model is static"
-"""What becomes of the joints of a model that does not move."""
+"""Fate of the joints of a model that does not move."""
 _QUIET = {"mesh", "unit"}
 """Things that are odd in a file of which an object's notes say more, or nothing."""
 _PRODUCT = 1e-9
 """Share of the largest moment of inertia up to which a product is rounding."""
 
-_Content = dict[str, Any]
-
 
 def object_document(file: Path) -> tuple[Section, str]:
-    """What the file of a model says, in the keys of an object's file, and its name."""
+    """A model's file in the keys of an object's file, and its name."""
     return model_section(file), kind_name(str(file))
 
 
 def model_section(file: Path, report: Report | None = None) -> Section:
-    """What the file of a model says, in the keys of an object's file.
+    """A model's file in the keys of an object's file.
 
     Args:
         file: an SDF with one model, or `FILE#NAME`: the model of this name in a world.
@@ -66,12 +62,12 @@ def model_section(file: Path, report: Report | None = None) -> Section:
     kept = report or Report()
     if is_template(file):
         dock, place = template_content(file, kept)
-        template: Section = located(dock, place)
+        template: Section = with_places(dock, place)
         return template
     source = model_element(file)
     content = {"description": f"{source.model.attributes.get('name', 'model')}, a model of Gazebo"}
     content |= _composite(source, kept) if _is_composite(source.model) else _Object(source, file, kept).content()
-    section: Section = located(content, source.model.place)
+    section: Section = with_places(content, source.model.place)
     return section
 
 
@@ -83,13 +79,13 @@ def _is_composite(model: Element) -> bool:
     if not includes or parts or merged:
         return False
     known = catalogue("objects")
-    return not model.read("static", "switch") or any(model_name(one) in known for one in includes)
+    return not model.value_of("static", "switch") or any(model_name(one) in known for one in includes)
 
 
-def _composite(source: Source, report: Report) -> _Content:
+def _composite(source: Source, report: Report) -> Content:
     """A model that is made of others."""
     known, folder = catalogue("objects"), source.file.absolute().parent
-    objects: list[_Content] = []
+    objects: list[Content] = []
     for include in in_world_frame(source.model, source.file):
         if isinstance(include, ConfigError):
             raise include
@@ -119,9 +115,9 @@ class _Object:
         self.folder = Path(str(file).partition("#")[0]).absolute().parent
         self.report = report
         self.is_static = self.model.root.flag("static", False)
-        self.tree = self.read()
+        self.tree = self.bodies()
 
-    def read(self) -> Tree:
+    def bodies(self) -> Tree:
         """The bodies of the model."""
         from vrx_mj.formats.urdf.rows import check_masses
 
@@ -149,7 +145,7 @@ class _Object:
             self.report.note(model.links[tree.loose[0]][0], "approximated", text)
         return tree
 
-    def content(self) -> _Content:
+    def content(self) -> Content:
         """The keys of an object's file."""
         root, *others = self.tree.bodies
         shapes = [self.all_shapes(body) for body in self.tree.bodies]
@@ -181,7 +177,7 @@ class _Object:
         joint = hinge.joint
         kind = _TYPES.get(joint.type, joint.type)
         axes = [_axis(axis, free=kind == "continuous", sign=-1 if hinge.is_backward else 1) for axis in joint.axes]
-        content: _Content = {
+        content: Content = {
             "name": name,
             "type": kind,
             "parent": links[hinge.near.name],
@@ -191,7 +187,7 @@ class _Object:
         }
         return At(content, spot(joint.node.place))
 
-    def wet(self, shapes: Sequence[_Content]) -> list[_Content] | None:
+    def wet(self, shapes: Sequence[Content]) -> list[Content] | None:
         """The buoyancy of each body; None, with a note, for a model that would sink."""
         plugins = [node for node, scope in self.model.plugins if not scope.prefix and "buoyancy" in plugin_name(node)]
         wet = [part for one in plugins for part in self.buoyancy(one)]
@@ -216,7 +212,7 @@ class _Object:
             for parts in found
         ]  # fmt: skip
 
-    def buoyancy(self, plugin: Node) -> Iterator[tuple[Body, _Content, _Content]]:
+    def buoyancy(self, plugin: Node) -> Iterator[tuple[Body, Content, Content]]:
         """The shapes of a buoyancy plugin of VRX that displace water, each with its body and the plugin's drag."""
         known = {row.link.name: (body, pose) for body in self.tree.bodies for row, pose in body.parts}
         for part in plugin.children("buoyancy"):
@@ -230,8 +226,8 @@ class _Object:
                 yield body, _drag(plugin), shape
         self.report.note(plugin, "taken over", "`buoyancy`")
 
-    def inertia(self, body: Body) -> _Content:
-        """What a body weighs; its products of inertia only where it has any."""
+    def inertia(self, body: Body) -> Content:
+        """Mass properties of a body; products of inertia only where it has any."""
         found = mass_of(body)
         if found is None:
             row = body.parts[0][0].link
@@ -240,7 +236,7 @@ class _Object:
         products = [xy, xz, yz] if max(map(abs, (xy, xz, yz))) > _PRODUCT * max(moments) else []
         return {"mass": found.mass, "center_of_mass": found.center.tolist(), "inertia": [*moments, *products]}
 
-    def all_shapes(self, body: Body) -> _Content:
+    def all_shapes(self, body: Body) -> Content:
         """The collisions and visuals of a body."""
         rows = [(row.collisions, row.visuals, pose) for row, pose in body.parts]
         return {
@@ -248,7 +244,7 @@ class _Object:
             "visuals": [shape for _, seen, pose in rows for one in seen if (shape := self.shape(one, pose))],
         }
 
-    def shape(self, shape: Shape | MeshRow, link: Pose) -> _Content | At | None:
+    def shape(self, shape: Shape | MeshRow, link: Pose) -> Content | At | None:
         """A shape in the frame of its body; None, with a note, where its mesh is not there."""
         pose = compose(link, shape.pose)
         place = {} if pose == ZERO else {"pose": list(pose)}
@@ -276,8 +272,8 @@ class _Object:
         return self.model.files.find(name)
 
 
-def buoyancy_of(include: Element, report: Report) -> _Content | None:
-    """What the buoyancy plugin in an `<include>` of VRX 3 says, in the keys of an object; None without one."""
+def buoyancy_of(include: Element, report: Report) -> Content | None:
+    """Buoyancy in the keys of an object, by the plugin in an `<include>` of VRX 3; None without one."""
     plugins = (one for one in as_node(include).children("plugin") if "buoyancydrag" in plugin_name(one))
     if (plugin := next(plugins, None)) is None:
         return None
@@ -287,7 +283,7 @@ def buoyancy_of(include: Element, report: Report) -> _Content | None:
     return found
 
 
-def same_buoyancy(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
+def same_buoyancy(one: Content, other: Content) -> bool:
     """Whether two objects displace the same water and have the same drag; not where the keys of one are wrong."""
     try:
         first, second = (
@@ -299,12 +295,12 @@ def same_buoyancy(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
     return first == second
 
 
-def follow_path(element: Element, report: Report) -> _Content | None:
+def follow_path(element: Element, report: Report) -> Content | None:
     """The path along which a model swims, by VRX's follow_plugin or gz-sim's TrajectoryFollower; None without one."""
     plugins = (one for one in element.all("plugin") if re.search("followplugin|trajectoryfollower", plugin_name(one)))
     if (plugin := next(plugins, None)) is None:
         return None
-    found: _Content = {"loop": _loops(plugin, report)}
+    found: Content = {"loop": _loops(plugin, report)}
     points = []
     for point in (point for group in plugin.all("waypoints") for point in group.all("waypoint")):
         x, y, *height = point.value("x y z" if len(point.own_text.split()) == 3 else "x y")
@@ -323,12 +319,12 @@ def follow_path(element: Element, report: Report) -> _Content | None:
 def _loops(plugin: Element, report: Report) -> bool:
     """Whether the path begins again at its end; VRX's plugin goes by the presence of a tag alone."""
     forever = plugin.child("loop_forever")
-    if forever is not None and not plugin.read("loop_forever", "switch", True):
+    if forever is not None and not plugin.value_of("loop_forever", "switch", True):
         report.note(forever, "ignored", "VRX's plugin loops where this tag is there, whatever it says: remove it")
-    return forever is not None or plugin.read("loop", "switch", False)
+    return forever is not None or plugin.value_of("loop", "switch", False)
 
 
-def _primitive(part: Node, link: Pose, report: Report) -> _Content | None:
+def _primitive(part: Node, link: Pose, report: Report) -> Content | None:
     """A primitive in the frame of its body; None, with a note: ours has none like it."""
     geometry = part.child("geometry")
     tag = shape_tag(geometry) if geometry else ""
@@ -343,13 +339,12 @@ def _distinct(names: Sequence[str], first: int = 2) -> list[str]:
     """Names as ours may be, none of which is another's: those that are taken are numbered."""
     found: list[str] = []
     for own in map(safe_name, names):
-        numbered = (f"{own[:56]}_{count}" for count in itertools.count(first))
-        found.append(next(name for name in itertools.chain([own], numbered) if name not in found))
+        found.append(unused_name(own if own not in found else own[:56], found, first))
     return found
 
 
 def _fate(joint: SdfJoint, tree: Tree) -> tuple[Fate, str]:
-    """What became of a joint."""
+    """Fate of a joint."""
     kind = _TYPES.get(joint.type, joint.type)
     if joint.type == "gearbox":
         return "ignored", "a gearbox couples two other joints; here each moves on its own"
@@ -362,16 +357,16 @@ def _fate(joint: SdfJoint, tree: Tree) -> tuple[Fate, str]:
     return ("taken over", "`joints`") if kind == joint.type else ("approximated", f"`joints`: a {kind} joint{left}")
 
 
-def _axis(axis: Axis, *, free: bool, sign: int) -> _Content:
+def _axis(axis: Axis, *, free: bool, sign: int) -> Content:
     """An axis of a joint."""
     lower, upper = axis.limits.lower, axis.limits.upper
-    found: _Content = {"xyz": [sign * value for value in axis.xyz]}
+    found: Content = {"xyz": [sign * value for value in axis.xyz]}
     if not free and (lower > -ENDLESS or upper < ENDLESS):
         found["limits"] = [max(lower, -_FARTHEST), min(upper, _FARTHEST)]
     return found | axis.dynamics
 
 
-def _drag(plugin: Node) -> _Content:
+def _drag(plugin: Node) -> Content:
     """Density and drag of a buoyancy plugin."""
     density = {"fluid_density": plugin.value("fluid_density", WATER_DENSITY)} if plugin.child("fluid_density") else {}
     level = plugin.value("fluid_level", 0.0)

@@ -8,7 +8,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from vrx_mj.config.tree import File, Place
-from vrx_mj.errors import ConfigError, Problem
+from vrx_mj.errors import ConfigError
 from vrx_mj.formats.gazebo.launched import POSE, Spawned, pose_of_words
 from vrx_mj.formats.urdf.elements import truth
 from vrx_mj.packages import shell_word
@@ -20,7 +20,7 @@ _CLASSIC, _OLDER, _WAVES, _MARITIME = PACKAGES = ("vrx_gazebo", "vrx_2019", "wav
 _FOLDER = root() / "assets" / "launch"
 """Launch files of ours by VRX's names, in folders of their packages: arguments with VRX's defaults, and our node."""
 TABLE: Mapping[str, Any] = json.loads(Path(__file__).with_suffix(".json").read_bytes())
-"""Of VRX's launch files: the boats of those that have several, what to do instead of arguments that have no effect here
+"""VRX's launch files: the boats of those that have several, what to do instead of arguments that have no effect here
 (nothing is lost where the value is the default), and those that open no world. Packages of ROS and VRX that need not be
 there, and what a folder may hold instead of worlds, by what to do with it and the ends of the files' names."""
 _USUAL = {"paused": "false"}
@@ -38,7 +38,7 @@ class StockLaunch:
     """Name of the world, here."""
     boats: tuple[Spawned, ...]
     arguments: Mapping[str, str]
-    """What it can be given, with the defaults."""
+    """Arguments that it takes, with their defaults."""
     package: str
     """Package that it is in."""
     file: Path
@@ -49,8 +49,8 @@ class StockLaunch:
         """Arguments that its boats' descriptions take, with their defaults."""
         return self.boats[0].arguments if self.boats else {}
 
-    def started(self, given: Mapping[str, str], place: Place) -> Iterator[Spawned]:
-        """Its boats, started with arguments; several have names and places of their own. Raises ConfigError."""
+    def boats_with(self, given: Mapping[str, str], place: Place) -> Iterator[Spawned]:
+        """Boats that it spawns with arguments; several have names and places of their own. Raises ConfigError."""
         fixed = {*POSE, "namespace", "thrust_config"} if len(self.boats) > 1 else set()
         given = {key: value for key, value in given.items() if key not in fixed}
         for boat in self.boats:
@@ -58,13 +58,12 @@ class StockLaunch:
             try:
                 pose = pose_of_words(texts)
             except ValueError as error:
-                problem = Problem(place.file.name, place.line, None, "x:= y:= z:= R:= P:= Y:=", str(error))
-                raise ConfigError([problem]) from None
+                raise ConfigError([place.problem("x:= y:= z:= R:= P:= Y:=", str(error))]) from None
             arguments = {key: given.get(key, value) for key, value in boat.arguments.items()}
             yield Spawned(given.get("namespace", boat.name), pose, place, boat.model, arguments)
 
 
-def _read(file: Path) -> StockLaunch:
+def _stock_launch(file: Path) -> StockLaunch:
     """The launch file of VRX that a file of ours is."""
     package, text = file.parent.name, file.read_text(encoding="utf-8")
     given = dict(re.findall(r'<arg name="(\w+)" default="(.*?)"/>', text))
@@ -82,7 +81,7 @@ def _read(file: Path) -> StockLaunch:
     return StockLaunch(file.name, f"vrx2019/{world}" if package == _OLDER else world, boats, given, package, file)
 
 
-_ALL = tuple(_read(file) for package in PACKAGES for file in sorted((_FOLDER / package).glob("*.launch")))
+_ALL = tuple(_stock_launch(file) for package in PACKAGES for file in sorted((_FOLDER / package).glob("*.launch")))
 _BY_PACKAGE: Mapping[tuple[str, str], StockLaunch] = {(launch.package, launch.name): launch for launch in _ALL}
 STOCK_LAUNCHES: Mapping[str, StockLaunch] = {launch.name: launch for launch in reversed(_ALL)}
 """VRX's launch files by their names."""
@@ -127,8 +126,8 @@ def stock_launches(package: str) -> Sequence[StockLaunch]:
     return [*own, *moved]
 
 
-def unused(launch: StockLaunch, name: str, value: str) -> str:
-    """What to do instead of an argument that has no effect here; empty if nothing is lost."""
+def advice(launch: StockLaunch, name: str, value: str) -> str:
+    """Advice on an argument that has no effect here; empty if nothing is lost."""
     if name in _LOCKS:
         if truth(value) is None:
             return "true or false is expected"

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from vrx_mj.config.search import MISSING
 from vrx_mj.errors import UnknownNameError, VrxError, nearest
-from vrx_mj.formats.gazebo.packages import NOWHERE, PACKAGES
-from vrx_mj.formats.urdf.expand import LEFT_OUT, evaluated_argument, packages_in
+from vrx_mj.formats.gazebo.packages import NAMED_PACKAGES, NOWHERE
+from vrx_mj.formats.urdf.expand import LEFT_OUT, evaluate_argument
 from vrx_mj.formats.urdf.xacro_files import Files
 
 _LONGEST = 20_000
@@ -26,17 +26,17 @@ class Substitutions:
         self.files = files
         self.left = _MOST
 
-    def substituted(self, text: str, arguments: Mapping[str, str], folder: Path) -> str:
+    def substitute(self, text: str, arguments: Mapping[str, str], folder: Path) -> str:
         """A text with each `$(...)` in it replaced, in a file in a folder. Raises VrxError."""
         whole = text.strip()
         if whole.startswith("$(eval ") and whole.endswith(")"):
-            found = self._evaluated(whole[len("$(eval ") : -1], arguments, folder)
+            found = evaluate_argument(whole[len("$(eval ") : -1], arguments, self.find, folder)
         elif "$(eval" in text:
             raise VrxError("$(eval ...) must be the whole value, as in roslaunch; give it an <arg> of its own")
         else:
             if "$(" in text.rpartition(")")[2]:
                 raise VrxError("'$(' is never closed")
-            found = _SUBSTITUTION.sub(lambda match: self._resolved(match[1], arguments, folder), text)
+            found = _SUBSTITUTION.sub(lambda match: self._resolve(match[1], arguments, folder), text)
         if len(found) > _LONGEST:
             raise VrxError(f"a text of more than {_LONGEST} characters is too long")
         self.left -= len(found)
@@ -44,7 +44,7 @@ class Substitutions:
             raise VrxError(f"the texts come to more than {_MOST / 1e6:g} MB")
         return found
 
-    def _resolved(self, text: str, arguments: Mapping[str, str], folder: Path) -> str:
+    def _resolve(self, text: str, arguments: Mapping[str, str], folder: Path) -> str:
         """The value of `$(text)`."""
         command, *words = text.split() or [""]
         if command not in _COMMANDS:
@@ -64,19 +64,15 @@ class Substitutions:
     def find(self, name: str) -> str:
         """The folder of a package."""
         found = self.files.package(name)
-        if found is None and (name in PACKAGES or os.environ.get(MISSING) == "ignore"):
-            return f"{NOWHERE if name in PACKAGES else LEFT_OUT}{name}"
+        if found is None and (name in NAMED_PACKAGES or os.environ.get(MISSING) == "ignore"):
+            return f"{NOWHERE if name in NAMED_PACKAGES else LEFT_OUT}{name}"
         if found is None:
-            words = str(UnknownNameError("package", name, self.files.known()))
+            words = str(UnknownNameError("package", name, self.files.known_packages()))
             raise VrxError(f"{words} (or add its folder to the package paths, or --missing ignore)")
         return str(found)
 
-    def _evaluated(self, expression: str, arguments: Mapping[str, str], folder: Path) -> str:
-        packages = {name: self.find(name) for name in packages_in(expression)}
-        return evaluated_argument(expression, arguments, packages, folder, "the expression")
 
-
-def _closed(name: str) -> str:
+def _refuse_environment(name: str) -> str:
     raise VrxError(f"files cannot see environment variable '{name}'; declare an argument and use $(arg {name})")
 
 
@@ -91,7 +87,7 @@ _COMMANDS: Mapping[str, Callable[[Substitutions, list[str], Mapping[str, str], P
     "arg": lambda here, words, arguments, _: here.argument(words[0], arguments),
     "dirname": lambda _, __, ___, folder: str(folder),
     "cwd": lambda *_: str(Path.cwd()),
-    "env": lambda _, words, *__: _closed(words[0]),
+    "env": lambda _, words, *__: _refuse_environment(words[0]),
     "optenv": lambda _, words, *__: _default(words),
     "anon": lambda _, words, *__: f"{words[0]}_anonymous",
 }

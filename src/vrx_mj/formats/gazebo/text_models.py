@@ -23,18 +23,18 @@ _MOST_NOTES = 3
 
 
 class TextModel(NamedTuple):
-    """What the text of an SDF is here."""
+    """A model whose SDF came as a text."""
 
     model: str | Path
     """Name in the catalogue, or path of the file of a model."""
     pose: Pose
     """Pose that the text itself gives [m, rad]."""
     title: str
-    """What it is, in words."""
+    """Description of the model."""
     is_boat: bool = False
     """Whether it has thrusters."""
     notes: tuple[str, ...] = ()
-    """What of it is another way here, or not at all, in words."""
+    """Parts that differ here or are ignored."""
 
 
 def model_of_text(text: str, folder: Path) -> TextModel:
@@ -82,7 +82,7 @@ def _is_text_of(file: Path, model: Element) -> bool:
 
 
 def _notes(file: Path) -> tuple[str, ...]:
-    """What of an object is not taken over as it is, in words."""
+    """Parts of an object that differ here or are ignored."""
     report = Report()
     model_section(file, report)
     notes = dict.fromkeys(f"{note.what} {note.fate}: {note.ours}" for note in report.notes if note.fate != "taken over")

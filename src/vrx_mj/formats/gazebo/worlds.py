@@ -19,7 +19,6 @@ from vrx_mj.config.tree import File, Place, Section
 from vrx_mj.config.wording import literal
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import ConfigError, Problem, VrxError, VrxWarning, first_lines, nearest, shortened
-from vrx_mj.formats.gazebo import surroundings
 from vrx_mj.formats.gazebo.document import STRICT, Element, Note, Report, as_node, label, plugin_name, read_document
 from vrx_mj.formats.gazebo.erb_docks import is_template
 from vrx_mj.formats.gazebo.models import (
@@ -36,8 +35,19 @@ from vrx_mj.formats.gazebo.sdf_boats import boat_pose, is_boat, read_boat
 from vrx_mj.formats.gazebo.sdf_frames import pose_of, safe_name
 from vrx_mj.formats.gazebo.sdf_models import INSIDE, in_world_frame, pose_of_included
 from vrx_mj.formats.gazebo.sdf_objects import buoyancy_of, follow_path, model_section, same_buoyancy
-from vrx_mj.formats.gazebo.task_plugins import kind_of, marked, task_of, unread
-from vrx_mj.formats.series.pieces import SYMBOLS, At, Piece, assembled, base_objects, located, named_as, thing
+from vrx_mj.formats.gazebo.surroundings import mean_wind, published_sea, scene, view, wave_field, wave_plugin
+from vrx_mj.formats.gazebo.task_plugins import kind_of, markers_of, task_of, unread
+from vrx_mj.formats.series.pieces import (
+    SYMBOLS,
+    At,
+    Content,
+    Piece,
+    assemble,
+    base_objects,
+    named_as,
+    thing,
+    with_places,
+)
 from vrx_mj.formats.urdf.tags import losses
 
 _TABLE: Mapping[str, Any] = json.loads(Path(__file__).with_suffix(".json").read_bytes())
@@ -61,7 +71,7 @@ _STEEP = 1e-3
 _GZ_SIM = (1, 7)
 """Version of SDF from which a world is one of gz-sim."""
 _STALE_LINK = "base_link"
-"""What VRX's files of 2019 call the boat's link, which has another name since: their wind acts on nothing."""
+"""Name of the boat's link in VRX's files of 2019, which has another name since: their wind acts on nothing."""
 _MOST_HINTS = 100
 """Unknown names of models for which a known one is guessed."""
 _CANDIDATES = 20
@@ -69,17 +79,15 @@ _CANDIDATES = 20
 _SHOWN = 6
 """Notes that a warning lists."""
 
-_Content = dict[str, Any]
-
 
 @dataclass(frozen=True)
 class GazeboWorld:
-    """What the file of a world says, in our keys, and what became of each part."""
+    """A world's file in our keys, with the fate of each part."""
 
     name: str
     section: Section
     whole: Section
-    """The same with a name; unless `STRICT` says otherwise on top of the world that it extends, and validated."""
+    """`section` with a name; unless `STRICT` is set, on top of the world that it extends, and validated."""
     notes: tuple[Note, ...]
     fleet: Section | str | None = None
     """The boats that are in the world, as a fleet's file says them; without any "none", or None for that of a world of
@@ -108,7 +116,7 @@ def gazebo_world(file: Path, arguments: Mapping[str, str] | None = None) -> Gaze
     for turn in itertools.count():
         reader = _Reader(file, root, world, known, unread)
         try:
-            return reader.world() if STRICT.get() else _validated(reader.world())
+            return reader.world() if STRICT.get() else _validate(reader.world())
         except ConfigError as error:
             parts = {problem: part for problem in error.problems if (part := reader.part_of(problem))}
             if STRICT.get() or len(parts) < len(error.problems):
@@ -124,7 +132,7 @@ def gazebo_world(file: Path, arguments: Mapping[str, str] | None = None) -> Gaze
     raise AssertionError("a world without parts can be read")
 
 
-def _validated(found: GazeboWorld) -> GazeboWorld:
+def _validate(found: GazeboWorld) -> GazeboWorld:
     """A world, validated; what it warns of is said if nothing is wrong with it. Raises ConfigError."""
     whole = read_source("worlds", found.whole)
     with warnings.catch_warnings(record=True, action="always") as said:
@@ -147,7 +155,7 @@ def world_of(file: Path, root: Element, world: Element, known: Mapping[str, Path
 
 
 def world_document(source: str | Path) -> tuple[Section, str]:
-    """What the file of a world of Gazebo says, and the world's name."""
+    """Content of a world's file of Gazebo in our keys, and the world's name."""
     found = gazebo_world(path_of("worlds", source))
     warn_of_losses(found.notes, str(source), stacklevel=5)
     return read_source("worlds", found.whole), found.name
@@ -182,12 +190,12 @@ class _Reader:
         self.others = [one for one in root.children if one is not first] if first is not root else []
         self.report = Report([*notes])
         self.parts: dict[Problem, Element] = {}
-        """What each problem is in."""
+        """Part of the world in which each problem is."""
         self.pieces: list[Piece] = []
-        self.placed: list[tuple[Element, _Content]] = []
+        self.placed: list[tuple[Element, Content]] = []
         self.scoring: list[Element] = []
         self.terrain: Element | None = None
-        self.boats: list[_Content] = []
+        self.boats: list[Content] = []
         self.afloat: list[tuple[Element, str]] = []
         self.models: dict[str, Element | None] = {}
         self.known = known
@@ -201,7 +209,7 @@ class _Reader:
         """All of it."""
         self.lose(replace(self.root, children=()))
         for part, child in zip(self.root.children, in_world_frame(self.root, self.file), strict=True):
-            self.checked(part, child)
+            self.take_part(part, child)
         for other in self.others:
             self.report.note(other, "ignored", "a file has one world: the first")
         try:
@@ -211,11 +219,11 @@ class _Reader:
         self.report.settle()
         place = self.root.place
         name = safe_name(self.root.attributes.get("name") or self.file.name.partition(".")[0])
-        section = assembled({"description": f"{shortened(self.file.name)}, a world of Gazebo"}, place, self.pieces)
+        section = assemble({"description": f"{shortened(self.file.name)}, a world of Gazebo"}, place, self.pieces)
         whole = section.holding({"name": name, **section})
         fleet: Section | str | None = NO_BOATS if self.terrain is None else None
         if self.boats:
-            fleet = located({"name": name, "boats": self.boats}, place)
+            fleet = with_places({"name": name, "boats": self.boats}, place)
         return GazeboWorld(name, section, whole, tuple(self.report.notes), fleet)
 
     def add_boat(self, element: Element, name: str, robot: str) -> None:
@@ -229,7 +237,7 @@ class _Reader:
         self.boats.append({"name": safe_name(name), "pose": whole, "robot": At(robot, element.place)})
         self.report.note(element, "taken over", "a boat, unless a fleet is given")
 
-    def checked(self, part: Element, child: Element | ConfigError) -> None:
+    def take_part(self, part: Element, child: Element | ConfigError) -> None:
         """Take over a part of the world, in its frame; what is wrong is kept for the end."""
         try:
             if isinstance(child, ConfigError):
@@ -277,7 +285,7 @@ class _Reader:
         else:
             self.add_piece(part, element, {part: content}, f"`{part}`")
 
-    def add_piece(self, part: str, element: Element, content: _Content, ours: str) -> None:
+    def add_piece(self, part: str, element: Element, content: Content, ours: str) -> None:
         """Add a piece of the world, in which may be keys of other parts."""
         self.pieces.append(Piece(part, label(element), element.place, (label(element),), content))
         self.report.note(element, "taken over", ours)
@@ -296,7 +304,7 @@ class _Reader:
 
     def place(self, element: Element, name: str) -> None:
         """Place an object."""
-        ours = self.catalogued(name, element)
+        ours = self.catalogue_model(name, element)
         if ours is None and not has_model(name, self.file.parent):
             self.report.note(element, "ignored", f"no model named '{name}'; {self.hint(name)}")
             return
@@ -328,16 +336,16 @@ class _Reader:
         if not any(one.tag in {"link", *INSIDE} for one in model.children):
             self.report.note(element, "ignored", "a model without links has no body")
             return False
-        if element.read("static", "switch") or not is_boat(model):
+        if element.value_of("static", "switch") or not is_boat(model):
             return True
         self.add_boat(element, element.text("name") or name, source)
         return False
 
     def take_water(self, element: Element, model: Element, name: str) -> bool:
         """Take over a model that is the water, with its waves; False: it is another."""
-        waves = surroundings.wave_plugin(model)
+        waves = wave_plugin(model)
         if waves is not None:
-            sea = surroundings.wave_field(waves)
+            sea = wave_field(waves)
             ours = f"`sea`{', fully raised by that wind' * (sea['model'] == 'pm')}"
             self.add_piece("sea", waves if model is element else element, {"sea": sea}, ours)
         elif name in _WATER:
@@ -357,13 +365,13 @@ class _Reader:
                 self.tell(str(one["model"]), Path(str(file).partition("#")[0]).parent)
 
     def hint(self, name: str) -> str:
-        """What may be meant by the name of a model that is not there; guesses are slow, and are made of the first."""
+        """Hint at the model that an unknown name may mean; guesses are slow, and are made for the first names alone."""
         if name not in self.hints and len(self.hints) < _MOST_HINTS:
             close = nearest(name, self.known)
             self.hints[name] = f"did you mean '{close}'?" if close else NO_MODEL
         return self.hints.get(name, NO_MODEL)
 
-    def catalogued(self, name: str, include: Element) -> str | None:
+    def catalogue_model(self, name: str, include: Element) -> str | None:
         """The model of our catalogue that an include of VRX means; None: it has none.
 
         VRX 3 says in the include what a model displaces: of ours, the one that displaces the same.
@@ -379,8 +387,8 @@ class _Reader:
             self.report.note(include, "approximated", f"`{known[0]}`, which displaces another shape or has other drag")
         return found or known[0]
 
-    def buoyancy(self, model: str) -> Mapping[str, Any]:
-        """What a model of the catalogue displaces."""
+    def buoyancy(self, model: str) -> Content:
+        """Buoyancy of a model of the catalogue, as its file has it."""
         file = self.known.get(model)
         return (read_source("objects", file).get("buoyancy") if file else None) or {"elements": ()}
 
@@ -388,7 +396,7 @@ class _Reader:
         """Take over a model that is written into the world."""
         name = element.attributes.get("name", "")
         source = f"{self.file.name}#{name}"
-        if not name and surroundings.wave_plugin(element) is None:
+        if not name and wave_plugin(element) is None:
             raise element.fault("required, but missing", "name")
         if not self.is_object(element, element, name, source):
             return
@@ -403,9 +411,13 @@ class _Reader:
             self.scoring.append(element)
         elif name in _WINDS:
             self.add("wind", element, element.fields("wind"))
-            self.note_wind(element)
+            if any(thing.text("link_name") == _STALE_LINK for thing in element.all("wind_obj")):
+                self.report.note(element, "approximated", "its link `base_link` is the boat's here", "<wind_obj>")
+            for tag, topic in _TABLE["topics"].items():
+                if element.text(tag) not in {"", topic}:
+                    self.report.note(element, "ignored", f"here it is `{topic}`", f"<{tag}>")
         elif "publisherplugin" in name:
-            self.add("sea", element, surroundings.published_sea(element), "it publishes what nothing here listens to")
+            self.add("sea", element, published_sea(element), "it publishes what nothing here listens to")
         else:
             known = "contain" if element.child("performer") else name
             self.report.note(element, *next(said for pattern, *said in _TABLE["plugins"] if re.search(pattern, known)))
@@ -416,17 +428,9 @@ class _Reader:
         if plugin is not None:
             self.report.note(element, "ignored", f"the wind is that of the plugin on line {plugin.place.line}")
             return
-        if element.read("linear_velocity", "x y z", (0.0,))[-1]:
+        if element.value_of("linear_velocity", "x y z", (0.0,))[-1]:
             self.report.note(element, "approximated", "it blows level, without its third number")
-        self.add("wind", element, surroundings.mean_wind(element), "it is calm")
-
-    def note_wind(self, element: Element) -> None:
-        """Note links that boats have no more, and topics of other names."""
-        if any(thing.text("link_name") == _STALE_LINK for thing in element.all("wind_obj")):
-            self.report.note(element, "approximated", "its link `base_link` is the boat's here", "<wind_obj>")
-        for tag, topic in _TABLE["topics"].items():
-            if element.text(tag) not in {"", topic}:
-                self.report.note(element, "ignored", f"here it is `{topic}`", f"<{tag}>")
+        self.add("wind", element, mean_wind(element), "it is calm")
 
     def take_surroundings(self, element: Element) -> None:
         """Take over light, sky and fog; the pose of the view; or where the world is on Earth."""
@@ -437,7 +441,7 @@ class _Reader:
         """Take over the physics, as far as it is not ours; older files have gravity in it."""
         for gravity in element.all("gravity")[:1]:
             self.take_gravity(gravity)
-        step = element.read("max_step_size")
+        step = element.value_of("max_step_size")
         usual = 0.004 if self.newer else 0.01
         if step is None or step == usual:
             self.report.note(element, "taken over", f"`physics`: a step of {usual:g} s")
@@ -460,7 +464,7 @@ class _Reader:
         if not extended:
             profile = NEWER if self.newer else CLASSIC
             self.pieces.insert(0, Piece("physics", profile, self.root.place, (), {"physics": {"profile": profile}}))
-        others: list[tuple[Element, _Content]] = []
+        others: list[tuple[Element, Content]] = []
         for element, content in self.placed:
             if any(_same(content, one) for one in base):
                 self.report.note(element, "taken over", "part of the world that this one extends")
@@ -474,7 +478,7 @@ class _Reader:
         if self.scoring:
             self.add_task(objects)
 
-    def check_names(self, placed: Iterable[tuple[Element, _Content]], base: Sequence[Section]) -> None:
+    def check_names(self, placed: Iterable[tuple[Element, Content]], base: Sequence[Section]) -> None:
         """Keep the problem of each model whose name another one has already, in the world or in its base."""
         first: dict[str, str] = {}
         if self.terrain is not None:
@@ -505,14 +509,14 @@ class _Reader:
         self.pieces.insert(0, Piece("base", label(element), element.place, (label(element),), {"extends": world}))
         return list(found)
 
-    def add_task(self, objects: list[_Content]) -> None:
+    def add_task(self, objects: list[Content]) -> None:
         """Add the task of the scoring plugins."""
         named = [{"name": _plain(one.get("name", one["model"])), "model": str(_plain(one["model"]))} for one in objects]
         plugin, task = task_of(self.scoring, named)
         earth = next((one.content["georeference"] for one in self.pieces if one.part == "georeference"), None)
         for place in [*task.get("waypoints", ()), *([task["goal"]] if "goal" in task else ())]:
             place[2] += math.radians(earth["heading"] if earth else 0.0)  # of a plugin it is from x, of ours from east
-        markers = marked(plugin)
+        markers = markers_of(plugin)
         self.add_piece("task", plugin, {"task": task, **({"markers": markers} if markers else {})}, "`task`")
         for element, reason in unread(plugin):
             self.report.note(element, "ignored", reason)
@@ -523,7 +527,7 @@ class _Reader:
                 self.report.note(other, "ignored", "a world has one task: that of the first scoring plugin")
 
 
-def _same(content: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
+def _same(content: Content, other: Content) -> bool:
     """Whether an object is that of the base: of its model, at its pose."""
     if _plain(content["model"]) != other["model"]:
         return False
@@ -536,7 +540,7 @@ def _plain(value: Any) -> Any:
 
 
 _SURROUNDINGS: Mapping[str, tuple[str, Callable[[Element], object]]] = {
-    "scene": ("scene", surroundings.scene), "gui": ("camera", surroundings.view),
+    "scene": ("scene", scene), "gui": ("camera", view),
     "spherical_coordinates": ("georeference", lambda element: element.fields("spherical_coordinates")),
 }  # fmt: skip
 _TAKE: Mapping[str, Callable[[_Reader, Element], None]] = {

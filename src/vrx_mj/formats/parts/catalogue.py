@@ -37,7 +37,7 @@ class PartsFile:
     kind: Kind
     instances: tuple[Instance, ...]
     stops: tuple[str, ...] = ()
-    """What VRX's own generator stops at, with its place, though the file is read here."""
+    """Problems at which VRX's own generator stops, though the file is read here."""
 
 
 _Form = Literal["name", "word", "number", "switch", "triple"]
@@ -75,28 +75,28 @@ class PartType:
         return next((each for each in self.parameters if each.name == name), None)
 
     def default(self, name: str) -> str | float | bool | None:
-        """What a parameter is where the file does not give it; None where it must, or does not exist."""
+        """Default of a parameter; None for one that must be given, or that does not exist."""
         found = self.parameter(name)
         return found.default if found else None
 
 
 @dataclass(frozen=True)
 class Catalogue:
-    """What files may ask for, and what not."""
+    """Types of parts that files may ask for, and messages about others."""
 
     types: Mapping[str, PartType]
-    """By name, in the order in which they are listed."""
+    """Types by name, in the order in which they are listed."""
     elsewhere: Mapping[str, str]
-    """What VRX has and its files may not ask for, and what to do instead."""
+    """Advice on parts that VRX has and its files may not ask for."""
     misnamed: Mapping[str, str]
     """Names of types that come to mind, and the right ones."""
     fixed: Mapping[str, Sequence[str]]
-    """What one may want to set and VRX does not let a file set, by type."""
+    """Parameters that VRX does not let a file set, by type."""
 
 
 @cache
 def catalogue() -> Catalogue:
-    """What VRX's files may ask for, from `assets/robots/wamv/parts.json`."""
+    """Catalogue of the parts in VRX's files, from `assets/robots/wamv/parts.json`."""
     table = json.loads((root() / "assets" / "robots" / "wamv" / "parts.json").read_bytes())
     for part in table["types"]:
         part["parameters"] = tuple(Parameter(**row) for row in part["parameters"])

@@ -1,4 +1,4 @@
-"""What a boat may carry, and where: sets of rules (`assets/robots/wamv/compliance/*.yaml`), checked for a boat's files.
+"""Sets of rules on what a boat may carry, and where (`assets/robots/wamv/compliance/*.yaml`), and checks of its files.
 
 Beside our own result there is that of VRX's generator, `generate_wamv.launch`. It goes through a file part by part and
 keeps only the result of the last one; a count that is too high is logged and forgotten at the next part; a parameter
@@ -32,9 +32,9 @@ Point = tuple[float, float, float]
 """x, y, z in base_link [m]."""
 
 _FACE = 1e-9
-"""How far beyond a face still counts as on it [m]: 0.8 - 0.5 is not 0.3 to the last bit."""
+"""Distance beyond a face that still counts as on it [m]: 0.8 - 0.5 is not 0.3 to the last bit."""
 INSET = 1e-3
-"""Beside a face that two boxes share, a place this far inside one of them is in that one alone [m]."""
+"""Distance from a face that two boxes share at which a place is in one of them alone [m]."""
 
 
 class Box(Config):
@@ -83,7 +83,7 @@ class Spot(NamedTuple):
     """Distance from the part's present place [m]."""
 
 
-def assigned(points: Sequence[Point], boxes: Sequence[Box]) -> list[Box | None]:
+def assign_boxes(points: Sequence[Point], boxes: Sequence[Box]) -> list[Box | None]:
     """The box of each point in turn: the first that contains it and has room. VRX's algorithm."""
     room = [math.inf if box.capacity is None else box.capacity for box in boxes]
     found: list[Box | None] = []
@@ -106,11 +106,11 @@ def nearest_place(points: Sequence[Point], index: int, boxes: Sequence[Box]) -> 
 
     None if no box has room. Exact but for places on a face that two boxes share: there it may be `INSET` off.
     """
-    point, had = points[index], assigned(points, boxes)
+    point, had = points[index], assign_boxes(points, boxes)
     near = [box.nearest(point, inset) for box in boxes for inset in (0.0, INSET)]
     for spot in sorted(near, key=attrgetter("distance")):
         moved = [*points[:index], spot.point, *points[index + 1 :]]
-        gets = assigned(moved, boxes)
+        gets = assign_boxes(moved, boxes)
         box = gets[index]
         if box is not None and all(gets[i] or not had[i] for i in range(len(points)) if i != index):
             return spot._replace(box=box)
@@ -123,7 +123,7 @@ class TypeRules(Config):
     most: Annotated[int, Field(ge=0)]
     """Most parts of this type."""
     parameters: tuple[str, ...]
-    """Those that a file may give."""
+    """Parameters that a file may give."""
 
 
 class KindRules(Config):
@@ -139,9 +139,9 @@ class Rules(Config):
     """A set of rules."""
 
     description: str
-    """Whose rules they are."""
+    """Competition whose rules they are."""
     release: Release
-    """Whose macros they go with."""
+    """Release of VRX whose macros they go with."""
     empty_passes: bool
     """Whether VRX's own generator lets an empty file pass."""
     components: KindRules
@@ -173,20 +173,20 @@ def load_rules(name: str) -> Rules:
 
 @dataclass(frozen=True)
 class GeneratorResult:
-    """How VRX's generator would end."""
+    """Verdict of VRX's own generator."""
 
     passes: bool | None
     """Whether it would end without calling the boat not compliant; None where it stops before that."""
     errors: bool
     """Whether it would log any error: by that a VRX competition decides."""
     stops: tuple[str, ...]
-    """What it would stop at."""
+    """Problems at which it would stop."""
 
 
 def _generator_result(
     files: Sequence[PartsFile], judged: Mapping[Kind, Sequence["PartVerdict"]], book: Rules
 ) -> GeneratorResult:
-    """How VRX's generator would end for these files, whose parts are judged by a set of rules."""
+    """Verdict of VRX's generator on files whose parts are judged by a set of rules."""
     unknown = {
         kind: [f"type {one.instance.type}" for one in parts if one.breaks("type")] for kind, parts in judged.items()
     }
@@ -199,18 +199,18 @@ def _generator_result(
 def _end(parts: Sequence["PartVerdict"], book: Rules) -> tuple[bool, bool]:
     """The result of a file, which is that of its last part, and whether an error is logged on the way."""
     inside = [part.point is None or part.box is not None for part in parts]
-    logged = any(part.breaks("count") or not _permitted(part.instance, book) for part in parts)
+    logged = any(part.breaks("count") or not _is_permitted(part.instance, book) for part in parts)
     return inside[-1] if parts else book.empty_passes, logged or not all(inside)
 
 
-def _permitted(instance: Instance, book: Rules) -> bool:
+def _is_permitted(instance: Instance, book: Rules) -> bool:
     """Whether each parameter is a piece of the list of permitted ones, which is one text there."""
     rules = book.of(part_types()[instance.type].kind).types.get(instance.type)
     return rules is None or all(key in " ".join(rules.parameters) for key in instance.parameters)
 
 
 _WAYS = (("too far aft", "too far forward"), ("too far to starboard", "too far to port"), ("too low", "too high"))
-"""Which way a part misses a box along x, y and z: below its least, above its greatest."""
+"""Words for missing a box along x, y and z: below its least, above its greatest."""
 
 
 @dataclass(frozen=True)
@@ -228,7 +228,7 @@ class PartVerdict:
     instance: Instance
     kind: Kind
     point: Point | None
-    """Its place in base_link [m]; None for a part without one that rules speak of."""
+    """Place in base_link [m]; None for a part without one that rules speak of."""
     box: Box | None
     """The box that took it."""
     breaches: tuple[Breach, ...]
@@ -237,7 +237,7 @@ class PartVerdict:
 
     @property
     def name(self) -> str:
-        """What the part is called."""
+        """Name of the part."""
         return name_of(self.instance)
 
     @property
@@ -251,7 +251,7 @@ class PartVerdict:
 
     @property
     def warning(self) -> str:
-        """What ROS makes of a name that no rule of VRX forbids; empty if it takes it."""
+        """Warning about a name that ROS refuses and no rule of VRX forbids; empty if ROS takes it."""
         refused = self.name and not is_ros_name(self.name)
         return f"ROS refuses the name {literal(self.name)}: {ALLOWED} are allowed" if refused else ""
 
@@ -264,7 +264,7 @@ class Verdict:
     parts: tuple[PartVerdict, ...]
     """Verdicts in the order of the files, components first."""
     reasons: tuple[str, ...]
-    """Why it is not legal, each once; empty if it is."""
+    """Reasons why the boat is not legal; empty if it is."""
     generator: GeneratorResult
 
     @property
@@ -281,17 +281,17 @@ def judge(components: PartsFile | None, thrusters: PartsFile | None, rules: str 
     """
     book = load_rules(rules)
     files = [file for file in (components, thrusters) if file is not None]
-    judged = {file.kind: tuple(_judged(file, book)) for file in files}
+    judged = {file.kind: tuple(_verdicts(file, book)) for file in files}
     reasons = dict.fromkeys(reason for kind, parts in judged.items() for reason in _reasons(parts, book.of(kind)))
     parts = tuple(part for each in judged.values() for part in each)
     return Verdict(book, parts, tuple(reasons), _generator_result(files, judged, book))
 
 
-def _judged(file: PartsFile, book: Rules) -> Iterator[PartVerdict]:
+def _verdicts(file: PartsFile, book: Rules) -> Iterator[PartVerdict]:
     """The verdict on each part of a file."""
     rules = book.of(file.kind)
     points = {i: point for i, part in enumerate(file.instances) if (point := place_of(part)) is not None}
-    boxes = dict(zip(points, assigned([*points.values()], rules.boxes), strict=True))
+    boxes = dict(zip(points, assign_boxes([*points.values()], rules.boxes), strict=True))
     moved = dict(points)  # a part outside every box may go where those before it leave room, which have moved too
     for i, instance in enumerate(file.instances):
         breaches, spot = [*_against_type(instance, book)], None
@@ -304,7 +304,7 @@ def _judged(file: PartsFile, book: Rules) -> Iterator[PartVerdict]:
 
 
 def _against_type(instance: Instance, book: Rules) -> Iterator[Breach]:
-    """What a part breaks whatever its place."""
+    """Rules that a part breaks wherever it is."""
     part = part_types()[instance.type]
     rules = book.of(part.kind).types.get(instance.type)
     if rules is None:
@@ -320,7 +320,7 @@ def _against_type(instance: Instance, book: Rules) -> Iterator[Breach]:
 
 
 def _outside(point: Point, boxes: Sequence[Box]) -> str:
-    """Why a point got no box, and by how much it misses the nearest."""
+    """Reason why a point got no box, with its distance from the nearest."""
     full = [box.name for box in boxes if box.contains(point)]
     if full:
         return f"inside {' and '.join(full)}, which {'is' if len(full) == 1 else 'are'} full"
@@ -333,7 +333,7 @@ def _outside(point: Point, boxes: Sequence[Box]) -> str:
 
 
 def _reasons(parts: Sequence[PartVerdict], rules: KindRules) -> Iterator[str]:
-    """Why the parts of a file are not legal: counts by type, all else by part."""
+    """Reasons why the parts of a file are not legal: counts by type, all else by part."""
     counts = Counter(part.instance.type for part in parts)
     for part in parts:
         name = part.instance.type

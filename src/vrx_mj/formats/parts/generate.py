@@ -1,4 +1,4 @@
-"""From VRX's thruster and component files to a URDF of the WAM-V, over the macros in `assets/robots/wamv`.
+"""The URDF of a WAM-V from VRX's thruster and component files, by the macros in `assets/robots/wamv`.
 
 The way is that of VRX's `generate_wamv.launch`: each file becomes a piece of xacro with one macro call for each of
 its parts, and `wamv_gazebo.urdf.xacro` is expanded with these pieces. Unlike there, the boat has any namespace.

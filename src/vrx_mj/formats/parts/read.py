@@ -6,7 +6,6 @@ import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from vrx_mj.config.kinds import MARKS, other_kind, wrong_kind
 from vrx_mj.config.search import display
@@ -17,7 +16,8 @@ from vrx_mj.config.yaml_text import parse, read_lines
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxWarning, shortened
 from vrx_mj.formats.parts.catalogue import Instance, Kind, Parameter, PartsFile, PartType, catalogue, part_types
 from vrx_mj.formats.urdf.elements import numbers_of, truth
-from vrx_mj.formats.urdf.expand import Result, evaluated
+from vrx_mj.formats.urdf.expand import Result, evaluate
+from vrx_mj.formats.urdf.xml_document import file_error
 
 _JAZZY_NAMES = frozenset({"sensor_name", "pinger_name"})
 """Parameters that only a pinger of VRX jazzy has."""
@@ -33,7 +33,7 @@ _MOST_HZ = 10_000.0
 
 
 def _meant(parameter: Parameter, value: object) -> str | float | bool:
-    """What a parameter's value means.
+    """Value of a parameter in its own form.
 
     Raises:
         ValueError: it is nothing that the parameter can be, and why.
@@ -47,11 +47,11 @@ def _meant(parameter: Parameter, value: object) -> str | float | bool:
     return _text(value, named=parameter.form == "name")
 
 
-def _number(value: Any, unit: str = "") -> float:
+def _number(value: object, unit: str = "") -> float:
     """A finite number, as YAML has it, in quotes, or as an expression."""
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         raise ValueError(f"expected a number, got {literal(value)}")  # noqa: TRY004
-    text = _substituted(value) if isinstance(value, str) else repr(value)
+    text = _substitute(value) if isinstance(value, str) else repr(value)
     limits = {"above": 0.0, "high": _MOST_HZ} if unit == "Hz" else {"largest": MAX_COORDINATE}
     try:
         return numbers_of(text, unit or "value", **limits)[0]
@@ -61,7 +61,7 @@ def _number(value: Any, unit: str = "") -> float:
 
 def _switch(value: object) -> bool:
     """True or false, as YAML has it, as a word, or as an expression."""
-    text = _substituted(value) if isinstance(value, str) else repr(value)
+    text = _substitute(value) if isinstance(value, str) else repr(value)
     found = truth(str(as_switch(text.strip())))
     if found is None:
         raise ValueError(f"expected true or false, got {literal(text)}{_result(value)}")
@@ -70,7 +70,7 @@ def _switch(value: object) -> bool:
 
 def triple(value: object) -> str:
     """Three numbers with blanks between, from such a text or from a list."""
-    words = _substituted(value).split() if isinstance(value, str) else value
+    words = _substitute(value).split() if isinstance(value, str) else value
     try:
         if not isinstance(words, list | tuple) or len(words) != 3:
             raise ValueError
@@ -112,7 +112,7 @@ class Expression(str):
     result: Result
 
 
-def _substituted(text: str) -> str:
+def _substitute(text: str) -> str:
     """The text with its expressions worked out."""
     if len(text) > _LONGEST:
         raise ValueError(f"expected at most {_LONGEST} characters, got {literal(text)}")
@@ -136,13 +136,13 @@ def _name_key(instance: Instance) -> str:
 
 
 def name_of(instance: Instance) -> str:
-    """What a part is called; empty where its file owes it a name."""
+    """Name of a part; empty where its file lacks one."""
     key = _name_key(instance)
     return str(instance.parameters.get(key) or part_types()[instance.type].default(key) or "")
 
 
 def place_of(instance: Instance) -> tuple[float, float, float] | None:
-    """Where a part is in base_link [m]; None for a type without coordinates, which no box limits."""
+    """Place of a part in base_link [m]; None for a type without coordinates, which no box limits."""
     part, given = part_types()[instance.type], instance.parameters
     if part.kind == "thrusters":
         return triple_of(str(given["position"]))
@@ -209,7 +209,7 @@ def load_parts(path: Path | str, kind: Kind) -> PartsFile:
     parts = MARKS["thrusters"] | MARKS["components"]  # of the other file of parts each key has its own message
     said = said or (None if parts & set(section or {}) else other_kind(kind, section or {}))
     if said:
-        raise ConfigError([Problem(display(file), None, None, "", said)])
+        raise file_error(file, said)
     if section is not None:
         for key in section:
             _read_type(reading, section, key)
@@ -219,7 +219,7 @@ def load_parts(path: Path | str, kind: Kind) -> PartsFile:
     for loc, instance in reading.parts:
         for key, message in _suspicious_values(instance):
             place = reading.places.get((*loc, key), instance.place)
-            warnings.warn(str(_problem(place, (*loc, key), message)), VrxWarning, stacklevel=2)
+            warnings.warn(str(place.problem(key_path((*loc, key)), message)), VrxWarning, stacklevel=2)
     return PartsFile(file, kind, tuple(part for _, part in reading.parts), tuple(map(str, reading.stops)))
 
 
@@ -235,35 +235,32 @@ class _Reading:
     stops: list[Problem] = field(default_factory=list)
 
     def wrong(self, place: Place, loc: Loc, message: str) -> None:
-        self.problems.append(_problem(place, loc, message))
+        self.problems.append(place.problem(key_path(loc), message))
 
     def stop(self, place: Place, loc: Loc, message: str) -> None:
-        self.stops.append(_problem(place, loc, message))
-
-
-def _problem(place: Place, loc: Loc, message: str) -> Problem:
-    return Problem(place.file.name, place.line, place.column, key_path(loc), message)
+        self.stops.append(place.problem(key_path(loc), message))
 
 
 def _content(path: Path) -> Section | None:
-    """What a file holds; None where it is empty."""
+    """Content of a file; None where it is empty."""
     lines = read_lines(path)
-    return None if all(map(_NOTHING.fullmatch, lines)) else _evaluated(parse(File(display(path), path.parent, lines)))
+    return None if all(map(_NOTHING.fullmatch, lines)) else _evaluate(parse(File(display(path), path.parent, lines)))
 
 
-def _evaluated(section: Section) -> Section:
+def _evaluate(section: Section) -> Section:
     """The content with all its expressions worked out, at once."""
     found: dict[str, Expression] = {}
 
-    def prepared(value: Any) -> Any:
+    def prepare(value: object) -> object:
         if isinstance(value, Section):
-            return value.holding({key: prepared(item) for key, item in value.items()})
+            return value.holding({key: prepare(item) for key, item in value.items()})
         if isinstance(value, Items):
-            return Items.of(map(prepared, value), value.places)
+            return Items.of(map(prepare, value), value.places)
         return found.setdefault(value, Expression(value)) if isinstance(value, str) and has_expression(value) else value
 
-    whole: Section = prepared(section)
-    results = evaluated(section.place.file.name, [(text, {}) for text in found])
+    whole = prepare(section)
+    assert isinstance(whole, Section), "it was one"
+    results = evaluate(section.place.file.name, [(text, {}) for text in found])
     for text, result in zip(found.values(), results, strict=True):
         text.result = result
     return whole
@@ -288,7 +285,7 @@ def _read_type(reading: _Reading, section: Section, key: str) -> None:
             reading.wrong(where, loc, f"expected parameters, got {literal(value)}{hint}")
 
 
-def _instances(reading: _Reading, section: Section, key: str) -> Iterator[tuple[Loc, Any, Place]]:
+def _instances(reading: _Reading, section: Section, key: str) -> Iterator[tuple[Loc, object, Place]]:
     """Path, value and place of each entry of a type's list; a mapping counts as a list of one."""
     value, place = section[key], section.entries[key].value
     if isinstance(value, Items):

@@ -10,28 +10,40 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from vrx_mj.config.loading import problem_at
+from pydantic import Field, TypeAdapter, ValidationError
+
+from vrx_mj.config.base import Config, Fault
+from vrx_mj.config.loading import problem_at, problems_of
 from vrx_mj.config.search import catalogue, display
-from vrx_mj.config.tree import File, Items, Loc, Section
-from vrx_mj.config.wording import literal, unknown_key
+from vrx_mj.config.tree import File, Section
+from vrx_mj.config.wording import literal
 from vrx_mj.config.yaml_text import Repeat, parse_loosely, read_lines
 from vrx_mj.errors import ConfigError, Problem, VrxWarning
 
 MOST_WORLDS = 10_000
 """Worlds of one file."""
-_KEYS = ("steps", "macros", "sequence", "yamls")
-"""Keys of an axis."""
-_Level = tuple[Any, str]
-"""Of nested content the type of what is at one level, and words for it."""
-_STEPS: _Level = Section, "steps, as in `0:`"
-_CALLS: Sequence[_Level] = (
-    (Section, "macros, each with a list of calls"),
-    (Items, "a list of calls, where '-' alone is a call with the defaults"),
-    (Section, "parameters"),
-)
-_PATCHED = "begins with '+', as in a patch file; remove the '+'"
+_Calls = dict[str, tuple[dict[str, Any] | None, ...]]
+"""Macros, each with the parameters of its calls; a call without any has the defaults."""
+
+
+class _AxisConfig(Config):
+    """An axis as the file writes it."""
+
+    steps: Annotated[int, Field(ge=1)]
+    macros: _Calls | None = None
+    sequence: dict[str, _Calls | None] | None = None
+    yamls: dict[str, Any] | None = None
+
+    def _faults(self) -> Iterator[Fault]:
+        for key, steps in (("sequence", self.sequence), ("yamls", self.yamls)):
+            for step in steps or ():
+                if not (step.isascii() and step.isdigit() and len(step) < 10):
+                    yield (key, step), f"expected a whole number of 0 or more as step, got '{step}'"
+
+
+_AXES = TypeAdapter(dict[str, _AxisConfig])
 
 
 @dataclass(frozen=True)
@@ -45,7 +57,14 @@ class Axis:
     sequence: Mapping[int, Section]
     """Macros and their calls at single steps, instead of `macros`; their values are meant literally."""
     sides: Mapping[int, Any]
-    """What is written to a file beside the world at single steps."""
+    """Content of a file beside the world at single steps."""
+
+    @classmethod
+    def of(cls, name: str, content: Section) -> "Axis":
+        """The axis that a file's section describes."""
+        parts = (content.get(key) or {} for key in ("sequence", "yamls"))
+        sequence, sides = ({int(step): said for step, said in part.items()} for part in parts)
+        return cls(name, content["steps"], content.get("macros") or Section({}, content.place), sequence, sides)
 
 
 @dataclass(frozen=True)
@@ -54,14 +73,14 @@ class Series:
 
     file: File
     stem: str
-    """What the names of its worlds begin with, before their number."""
+    """Beginning of the names of its worlds, before their number."""
     root: Section
     """The content of the file, with places."""
     axes: tuple[Axis, ...]
     results: dict[Any, dict[tuple[str, int], Any]] = field(default_factory=dict, compare=False, repr=False)
-    """What its expressions come to, as far as they were worked out."""
+    """Results of its expressions, as far as they were evaluated."""
     made: dict[Any, Any] = field(default_factory=dict, compare=False, repr=False)
-    """What its calls make, as far as they were expanded."""
+    """Elements that its calls make, as far as they were expanded."""
 
     @cached_property
     def objects(self) -> Mapping[str, Path]:
@@ -89,79 +108,29 @@ def read_series(path: Path) -> Series:
     """
     file = File(display(path), path.absolute().parent, read_lines(path))
     root, repeats = parse_loosely(file)
-    problems = list(_odd_shapes(root))
-    if problems:
-        raise ConfigError(problems)
-    series = Series(file, path.stem, root, tuple(_axis(name, content) for name, content in root.items()))
+    try:
+        _AXES.validate_python(root)
+    except ValidationError as error:
+        raise ConfigError(problems_of(error, root)) from None
+    patched = "begins with '+', as in a patch file; remove the '+'"
+    problems = [problem_at(root, (name,), patched) for name in root if name.startswith("+")]
+    if problems or not root:
+        raise ConfigError(problems or [problem_at(root, (), "no axes; an axis has `steps` and `macros`")])
+    series = Series(file, path.stem, root, tuple(Axis.of(name, content) for name, content in root.items()))
     if series.count > MOST_WORLDS:
         counts = " x ".join(literal(axis.steps) for axis in series.axes)
         message = f"{counts} steps make {literal(series.count)} worlds; a file may have {MOST_WORLDS}"
         raise ConfigError([Problem(file.name, 1, None, "", message)])
-    remarks = [*_repeated(repeats), *_never_reached(series)]
-    if remarks:
+    if remarks := [*_remarks(series, repeats)]:
         warnings.warn(f"{file.name}: {'; '.join(remarks)}", VrxWarning, stacklevel=2)
     return series
 
 
-def _axis(name: str, content: Section) -> Axis:
-    sequence, sides = (content.get(key) or {} for key in ("sequence", "yamls"))
-    return Axis(
-        name,
-        content["steps"],
-        content.get("macros") or Section({}, content.place, {}),
-        {int(step): calls for step, calls in sequence.items()},
-        {int(step): tree for step, tree in sides.items()},
-    )
-
-
-def _odd_shapes(root: Section) -> Iterator[Problem]:
-    """Everything that makes a file no axes file."""
-    if not root:
-        yield problem_at(root, (), "no axes; an axis has `steps` and `macros`")
-    for name, axis in root.items():
-        if name.startswith("+"):
-            yield problem_at(root, (name,), _PATCHED)
-        elif not isinstance(axis, Section):
-            yield problem_at(root, (name,), f"an axis has `steps` and `macros`, got {literal(axis)}")
-        elif "steps" not in axis:
-            yield problem_at(root, (name, "steps"), "required, but missing; an axes file has nothing but axes")
-        else:
-            yield from _odd_axis(root, name, axis)
-
-
-def _odd_axis(root: Section, name: str, axis: Section) -> Iterator[Problem]:
-    for key in axis.keys() - set(_KEYS):
-        message = _PATCHED if key.startswith("+") else unknown_key(key, _KEYS)
-        yield problem_at(root, (name, key), message)
-    steps = axis["steps"]
-    if isinstance(steps, bool) or not isinstance(steps, int) or steps < 1:
-        yield problem_at(root, (name, "steps"), f"expected a whole number of at least 1, got {literal(steps)}")
-    for key, levels in (("macros", _CALLS), ("sequence", (_STEPS, *_CALLS)), ("yamls", (_STEPS,))):
-        yield from _odd_levels(root, (name, key), axis.get(key), levels)
-        steps = axis.get(key) if _STEPS in levels else None
-        for step in steps if isinstance(steps, Section) else ():
-            if not (step.isascii() and step.isdigit() and len(step) < 10):
-                text = f"expected a whole number of 0 or more as step, got '{step}'"
-                yield problem_at(root, (name, key, step), text)
-
-
-def _odd_levels(root: Section, loc: Loc, content: Any, levels: Sequence[_Level]) -> Iterator[Problem]:
-    """What is wrong with nested content; a mapping may be left empty."""
-    (kind, words), *below = levels
-    if isinstance(content, kind):
-        for key, value in (content.items() if isinstance(content, Section) else enumerate(content)) if below else ():
-            yield from _odd_levels(root, (*loc, key), value, below)
-    elif content is not None or kind is Items:
-        yield problem_at(root, loc, f"expected {words}, got {literal(content)}")
-
-
-def _repeated(repeats: Sequence[Repeat]) -> Iterator[str]:
+def _remarks(series: Series, repeats: Sequence[Repeat]) -> Iterator[str]:
+    """Suspicious parts of a file: keys that are given twice, and steps that are never reached."""
     if repeats:
         keys = ", ".join(f"{key} (lines {first} and {last})" for key, first, last in repeats)
         yield f"given twice; the later one counts, as in VRX: {keys}"
-
-
-def _never_reached(series: Series) -> Iterator[str]:
     for axis in series.axes:
         beyond = sorted({step for step in (*axis.sequence, *axis.sides) if step >= axis.steps})
         if beyond:

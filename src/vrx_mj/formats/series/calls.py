@@ -10,14 +10,14 @@ from vrx_mj.config.tree import Items, Place, Section, key_path
 from vrx_mj.config.wording import literal
 from vrx_mj.errors import ConfigError, Problem
 from vrx_mj.formats.series.axes import Axis, Series
-from vrx_mj.formats.urdf.expand import Result, evaluated
+from vrx_mj.formats.urdf.expand import Result, evaluate
 
 BLOCK = "/**"
-"""What the name of a parameter that holds XML begins with."""
+"""Beginning of the name of a parameter that holds XML."""
 _BLOCK_OF_STEPS = 100
 """Steps of each axis whose expressions are worked out at once."""
 _Results = Mapping[tuple[str, int], Result]
-"""What expressions come to, by their text and the step."""
+"""Results of expressions by their text and the step."""
 
 
 @dataclass(frozen=True)
@@ -28,9 +28,9 @@ class Call:
     parameters: Section
     place: Place
     loc: tuple[str | int, ...]
-    """Its path in the file."""
+    """Path of the call in the file."""
     step: int
-    """Of its axis."""
+    """Step of its axis."""
 
     def place_of(self, key: str | None) -> Place:
         """The place of a parameter; that of the call where it is not given."""
@@ -39,12 +39,11 @@ class Call:
 
     def problem(self, key: str | None, message: str) -> Problem:
         """A problem with a parameter, or with the call itself."""
-        place = self.place_of(key)
         path = (*self.loc, key) if key and key in self.parameters.entries else self.loc
-        return Problem(place.file.name, place.line, place.column, key_path(path), message)
+        return self.place_of(key).problem(key_path(path), message)
 
     def fault(self, key: str | None, message: str) -> ConfigError:
-        """The same as an error."""
+        """An error with that problem."""
         return ConfigError([self.problem(key, message)])
 
 
@@ -129,7 +128,7 @@ def _results(series: Series, steps: Mapping[str, int]) -> _Results:
             for text in dict.fromkeys(_expressions(axis))
             for step in _block(axis, steps[axis.name])
         ]
-        found = evaluated(series.file.name, [(f"${{{text}}}", {"n": step}) for text, step in texts])
+        found = evaluate(series.file.name, [(f"${{{text}}}", {"n": step}) for text, step in texts])
         series.results[key] = dict(zip(texts, found, strict=True))
     return series.results[key]
 

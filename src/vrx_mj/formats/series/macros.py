@@ -14,7 +14,7 @@ from vrx_mj.config.tree import File, Place
 from vrx_mj.config.values import as_switch
 from vrx_mj.config.wording import literal
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxWarning
-from vrx_mj.formats.gazebo.document import Element, parsed
+from vrx_mj.formats.gazebo.document import Element, parse
 from vrx_mj.formats.series.calls import BLOCK, Call
 from vrx_mj.formats.series.pieces import TABLE
 from vrx_mj.formats.urdf.elements import numbers_of, truth
@@ -37,7 +37,7 @@ _DOLLARS = re.compile(r"\$+(?=[{(])")
 
 @dataclass(frozen=True)
 class Macro:
-    """What a macro takes, and makes."""
+    """Parameters of a macro, and the part of a world that it makes."""
 
     part: str
     """Part of the world that the macro makes; there is one of each, but any number of objects."""
@@ -49,7 +49,7 @@ class Macro:
 def macros() -> Mapping[str, Macro]:
     """All macros by name, as our xacro file has them."""
     found = {}
-    for element in parsed(read_text(MACROS), File(MACROS.name, MACROS.parent)).walk():
+    for element in parse(read_text(MACROS), File(MACROS.name, MACROS.parent)).walk():
         name = element.attributes.get("name", "")
         if element.tag == "xacro:macro" and not name.startswith(("vrx_mj_", "include_all")):
             said = _PARAMETER.findall(element.attributes.get("params", ""))
@@ -59,7 +59,7 @@ def macros() -> Mapping[str, Macro]:
     return found
 
 
-def _default(text: str) -> Any:
+def _default(text: str) -> object:
     number, switch = _number(text), truth(text)
     return REQUIRED if not text else number if number is not None else text.strip("'") if switch is None else switch
 
@@ -125,7 +125,7 @@ def _block(call: Call, name: str) -> str:
         raise call.fault(key, f"expected XML in quotes, got {literal(value)}")
     text = _literal("" if value is None else str(value))
     try:
-        element = _parsed(f"<{name}>{text}</{name}>", call.place.file.name)
+        element = _block_element(f"<{name}>{text}</{name}>", call.place.file.name)
     except ConfigError as error:
         raise call.fault(key, re.sub(r" of line \d+", "", error.problems[0].message)) from None
     for fault in _odd_elements(name, element):
@@ -138,13 +138,13 @@ def _block(call: Call, name: str) -> str:
 
 
 @functools.lru_cache(maxsize=1000)
-def _parsed(text: str, name: str) -> Element:
+def _block_element(text: str, name: str) -> Element:
     """The block of a text: worlds of a series have the same ones."""
-    return parsed(text, File(name, None))
+    return parse(text, File(name, None))
 
 
 def _odd_elements(block: str, element: Element) -> Iterator[str]:
-    """What is wrong with the elements of a block."""
+    """Messages about elements of a block."""
     name, known = _BLOCKS[block]["element"], _BLOCKS[block]["inside"]
     if name and element.own_text and not element.children:
         yield f"expected elements <{name}>, got {literal(element.own_text)}"

@@ -1,6 +1,5 @@
 """The pieces of a world that macros and plugins make, put together to one world."""
 
-import itertools
 import json
 import re
 import warnings
@@ -12,7 +11,8 @@ from typing import Any, NamedTuple
 from vrx_mj.config.loading import read_source
 from vrx_mj.config.search import SCHEME
 from vrx_mj.config.tree import Entry, Items, Place, Section, key_path, merge
-from vrx_mj.errors import ConfigError, Problem, VrxWarning
+from vrx_mj.errors import ConfigError, VrxWarning
+from vrx_mj.formats.urdf.elements import unused_name
 
 _SINGLE = ("base", "task")
 """Parts that a world has once; of others, such as the sea, the later one counts."""
@@ -23,16 +23,20 @@ _ORDER = ("extends", "description", "georeference", "terrain", "physics", "scene
 
 @dataclass(frozen=True)
 class Piece:
-    """What one call of a macro, or one plugin, makes of a world."""
+    """Part of a world that one call of a macro, or one plugin, makes."""
 
     part: str
-    """Of a world, of which there is one; objects: of which there may be any number."""
+    """Part of a world: there is one of each, but any number of objects."""
     name: str
-    """What makes it, for messages."""
+    """Name of what makes it, for messages."""
     place: Place
     loc: tuple[str | int, ...]
-    """Its path in the file."""
-    content: dict[str, Any]
+    """Path of what makes it in the file."""
+    content: "Content"
+
+
+Content = dict[str, Any]
+"""Keys and values of a file of ours, before they have places."""
 
 
 class At(NamedTuple):
@@ -42,15 +46,15 @@ class At(NamedTuple):
     place: Place
 
 
-def located(value: object, place: Place) -> Any:
+def with_places(value: object, place: Place) -> Any:
     """Dicts and lists as sections and items at `place`, but for what an `At` puts elsewhere."""
     if isinstance(value, At):
-        return located(value.value, value.place)
+        return with_places(value.value, value.place)
     if isinstance(value, dict):
         entries = {key: Entry(_place(item, place), _place(item, place)) for key, item in value.items()}
-        return Section({key: located(item, place) for key, item in value.items()}, place, entries)
+        return Section({key: with_places(item, place) for key, item in value.items()}, place, entries)
     if isinstance(value, list):
-        return Items.of((located(item, place) for item in value), (_place(item, place) for item in value))
+        return Items.of((with_places(item, place) for item in value), (_place(item, place) for item in value))
     return value
 
 
@@ -62,14 +66,13 @@ SYMBOLS = re.compile(r"vrx_dock_([a-z]+_[a-z]+)__([a-z]+_[a-z]+)")
 """The floating docks of 2018 with fixed symbols, one folder for each pair."""
 TABLE: Mapping[str, Mapping[str, Any]] = json.loads(Path(__file__).with_name("names.json").read_bytes())
 """Blocks of the macros of VRX's worlds, and folders whose models go by another name."""
-_Object = dict[str, Any]
 
 
-def thing(uri: At, pose: object, name: At | None = None) -> _Object:
+def thing(uri: At, pose: object, name: At | None = None) -> Content:
     """An object of a world; without a name until the world has all of them."""
     folder = str(uri.value).removeprefix(SCHEME).strip("/")
     symbols = SYMBOLS.fullmatch(folder)
-    known: _Object = {"model": At("dock_2018_dynamic" if symbols else folder, uri.place), "pose": pose}
+    known: Content = {"model": At("dock_2018_dynamic" if symbols else folder, uri.place), "pose": pose}
     if symbols:
         known["symbols"] = At([symbols[1], symbols[2]], uri.place)
     return known if name is None else {"name": name, **known}
@@ -84,23 +87,23 @@ def named_as(model: str) -> str:
     return model
 
 
-def assembled(head: dict[str, Any], place: Place, pieces: Sequence[Piece]) -> Section:
+def assemble(head: Content, place: Place, pieces: Sequence[Piece]) -> Section:
     """A world of pieces on top of what is in `head`; without a sea among them the water is flat.
 
     Raises:
         ConfigError: there are two bases or two tasks.
     """
-    section: Section = located(head, place)
-    kept = counted(pieces)
+    section: Section = with_places(head, place)
+    kept = pieces_in_force(pieces)
     for piece in kept:
-        section = merge(section, located(piece.content, piece.place))
+        section = merge(section, with_places(piece.content, piece.place))
     if not any(piece.part == "sea" for piece in kept):
-        section = merge(section, located({"sea": {"model": "none"}}, place))
+        section = merge(section, with_places({"sea": {"model": "none"}}, place))
     named = _all_named(section)
     return named.holding({key: named[key] for key in _ORDER if key in named})
 
 
-def counted(pieces: Sequence[Piece]) -> list[Piece]:
+def pieces_in_force(pieces: Sequence[Piece]) -> list[Piece]:
     """The pieces that count: a second base or task is an error, a second sea, wind or scene replaces the first.
 
     Raises:
@@ -115,7 +118,7 @@ def counted(pieces: Sequence[Piece]) -> list[Piece]:
         line = first.place.line
         if piece.part in _SINGLE:
             message = f"a world has one {piece.part}, which '{first.name}' on line {line} already gives"
-            raise ConfigError([Problem(piece.place.file.name, *piece.place[1:], key_path(piece.loc), message)])
+            raise ConfigError([piece.place.problem(key_path(piece.loc), message)])
         text = f"{piece.place.file.name}: {piece.name} is called on lines {line} and {piece.place.line}"
         warnings.warn(f"{text}; the later one counts", VrxWarning, stacklevel=2)
         kept[kept.index(first)] = piece
@@ -131,8 +134,7 @@ def _all_named(section: Section) -> Section:
     things = []
     for thing in objects:
         own = thing.get("name") or named_as(str(thing["model"]).removeprefix(SCHEME))
-        names = itertools.chain([own], (f"{own}_{number}" for number in itertools.count(1)))
-        name = own if "name" in thing else next(name for name in names if name not in taken)
+        name = own if "name" in thing else unused_name(own, taken, first=1)
         taken.add(name)
         entry = Entry(thing.place, thing.place)
         things.append(Section({"name": name, **thing}, thing.place, {"name": entry, **thing.entries}))

@@ -20,10 +20,10 @@ from vrx_mj.formats.gazebo.worlds import GazeboWorld, world_of
 from vrx_mj.formats.series.axes import Series, read_series
 from vrx_mj.formats.series.calls import BLOCK, Call, calls_around, calls_of
 from vrx_mj.formats.series.macros import PLACES, Line, lines_of, macros
-from vrx_mj.formats.series.pieces import Piece, counted
+from vrx_mj.formats.series.pieces import Piece, pieces_in_force
 
 _MARK = "#"
-"""Between the name of an axes file and the number of a world."""
+"""Mark between the name of an axes file and the number of a world."""
 _HEAD_OF_XACRO = '<sdf xmlns:xacro="http://ros.org/wiki/xacro">'
 _Made = tuple[tuple[str | int, ...], int]
 """A call: its path in the file, and the step of its axis."""
@@ -40,7 +40,7 @@ class SeriesWorld:
     section: Section
     """The content of its file."""
     side: Any
-    """What is written to a file beside it; None: nothing."""
+    """Content of a file beside it; None without one."""
     stale: bool
     """Whether VRX's own world names a link for the wind that boats have no more."""
 
@@ -84,11 +84,11 @@ def series_world(series: Series, number: int) -> SeriesWorld:
     calls = calls_of(series, number)
     lines = _lines(calls)
     pieces = [Piece(macros()[call.macro].part, call.macro, call.place, call.loc, {"call": call}) for call in calls]
-    calls = [piece.content["call"] for piece in counted(pieces)]
+    calls = [piece.content["call"] for piece in pieces_in_force(pieces)]
     try:
-        found = _read(series, number, calls, lines)
+        found = _gazebo_world(series, number, calls, lines)
     except ConfigError as error:
-        raise ConfigError([_in_axes(calls, problem) for problem in error.problems]) from None
+        raise ConfigError(_in_axes(calls, problem) for problem in error.problems) from None
     steps = ", ".join(f"{name} {step}" for name, step in coordinate.items())
     description = f"world {number} of {Path(series.file.name).name}: {steps}"
     section = _said_by(calls, found.section.holding({**found.section, "description": description}))
@@ -96,8 +96,8 @@ def series_world(series: Series, number: int) -> SeriesWorld:
     return SeriesWorld(f"{series.stem}{number}", number, coordinate, section, _side(series, coordinate), stale)
 
 
-def _read(series: Series, number: int, calls: Sequence[Call], lines: Mapping[_Made, list[Line]]) -> GazeboWorld:
-    """What calls make, read as a world of Gazebo. Raises ConfigError."""
+def _gazebo_world(series: Series, number: int, calls: Sequence[Call], lines: Mapping[_Made, list[Line]]) -> GazeboWorld:
+    """World of Gazebo that calls make. Raises ConfigError."""
     if not lines.keys() <= series.made.keys():
         series.made.update(_expanded_around(series, number, lines))
     made = [(call.macro in PLACES, part) for call in calls for part in series.made[call.loc, call.step]]
@@ -109,7 +109,7 @@ def _read(series: Series, number: int, calls: Sequence[Call], lines: Mapping[_Ma
     lost = [(note.place, note.ours) for note in included if note.fate == "ignored"]
     lost += [(note.place, "a boat: name it in a fleet") for note in included if note.ours.startswith("a boat")]
     if lost:
-        raise ConfigError([Problem(place.file.name, *place[1:], "", message) for place, message in lost])
+        raise ConfigError(place.problem("", message) for place, message in lost)
     return found
 
 
@@ -151,11 +151,11 @@ def _expanded_around(series: Series, number: int, lines: Mapping[_Made, list[Lin
             with contextlib.suppress(ConfigError):
                 around[call.loc, call.step] = lines_of(call)
     with contextlib.suppress(ConfigError):
-        return _expanded(series, around)
-    return _expanded(series, lines)
+        return _expand(series, around)
+    return _expand(series, lines)
 
 
-def _expanded(series: Series, lines: Mapping[_Made, list[Line]]) -> dict[_Made, Sequence[Element]]:
+def _expand(series: Series, lines: Mapping[_Made, list[Line]]) -> dict[_Made, Sequence[Element]]:
     place = Place(series.file, 1)
     within = ([("<call>", place), *own, ("</call>", place)] for own in lines.values())
     root = expanded_calls([(_HEAD_OF_XACRO, place), *itertools.chain(*within), ("</sdf>", place)])
@@ -181,7 +181,7 @@ def _side(series: Series, coordinate: dict[str, int]) -> object:
 
 
 HEAD = "# World "
-"""How the text of a world of a series begins."""
+"""Beginning of the text of a world of a series."""
 _WIDTH = 120
 _STALE = """# VRX's wind acts on the link base_link, which boats no longer have; here it acts on the boat
 # (`physics: {quirks: [wind_stale_link]}` for VRX's).
@@ -199,12 +199,12 @@ def world_text(series: Series, world: SeriesWorld) -> str:
 
 def side_text(series: Series, world: SeriesWorld) -> str:
     """The file beside a world."""
-    return _head(series, world) + _dumped(_plain(world.side))
+    return _head(series, world) + _dump(_plain(world.side))
 
 
 def _head(series: Series, world: SeriesWorld) -> str:
     source = series.file.name.rpartition("/")[2]
-    coordinate = _dumped(world.coordinate, flow=True, width=10_000_000)
+    coordinate = _dump(world.coordinate, flow=True, width=10_000_000)
     return f"{HEAD}{world.number} of {source}, made by vrx-mj worlds generate.\n# COORDINATE: {coordinate}"
 
 
@@ -225,21 +225,19 @@ def _text(dumper: yaml.SafeDumper, value: str) -> yaml.ScalarNode:
     return dumper.represent_scalar("tag:yaml.org,2002:str", value, style=None if plain else '"')
 
 
-def _inline(dumper: yaml.SafeDumper, value: _Inline) -> yaml.MappingNode:
-    return dumper.represent_mapping("tag:yaml.org,2002:map", value.items(), flow_style=True)
-
-
 _Dumper.add_representer(str, _text)
-_Dumper.add_representer(_Inline, _inline)
+_Dumper.add_representer(
+    _Inline, lambda dumper, value: dumper.represent_mapping("tag:yaml.org,2002:map", value.items(), flow_style=True)
+)
 
 
-def _dumped(tree: object, *, flow: bool | None = None, width: int = _WIDTH) -> str:
+def _dump(tree: object, *, flow: bool | None = None, width: int = _WIDTH) -> str:
     return yaml.dump(tree, Dumper=_Dumper, default_flow_style=flow, sort_keys=False, width=width, allow_unicode=True)
 
 
 def section_text(section: Section) -> str:
     """A world as YAML, as our own files are written."""
-    return _dumped(_plain(section))
+    return _dump(_plain(section))
 
 
 def _plain(value: object, *, inside: bool = False) -> object:

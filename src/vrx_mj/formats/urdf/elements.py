@@ -3,10 +3,11 @@
 A value that cannot be read is noted as a problem and its default is handed on, so that reading continues.
 """
 
+import itertools
 import json
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
@@ -56,6 +57,12 @@ def own_name(text: str, most: int = 64) -> str:
     return _ODD_CHARACTER.sub("_", text)[:most]
 
 
+def unused_name(name: str, taken: Container[str], first: int = 2) -> str:
+    """A name that is not taken: itself, or numbered from `first` on."""
+    numbered = (f"{name}_{number}" for number in itertools.count(first))
+    return next(one for one in itertools.chain([name], numbered) if one not in taken)
+
+
 def truth(text: str) -> bool | None:
     """Whether a text is true, as SDF and roslaunch read it: true, false, 1 or 0 in any case; None: it is neither."""
     return _SWITCHES.get(text.strip().lower())
@@ -68,7 +75,7 @@ class Tag:
     path: str
     """Names of elements with '/' between, each in the one before; of such with '|' between, the first that is there."""
     default: Any = 0.0
-    """What a missing or empty element means, and by its type the form: a number, an int for a count, a switch, a text,
+    """Value of a missing or empty element, whose type is the form: a number, an int for a count, a switch, a text,
     or several numbers."""
     unit: str = ""
     above: float = -math.inf
@@ -77,10 +84,12 @@ class Tag:
     largest: float = LARGEST
     """Largest amount; where any is allowed, the number may be infinite as well."""
     labels: str = ""
-    """What the numbers are called in messages, where that is not `x y z` or the element's own name."""
+    """Names of the numbers in messages, where they are not `x y z` or the element's own name."""
 
 
 _LABELS = {3: "x y z", 6: "x y z roll pitch yaw"}
+Values = dict[str, Any]
+"""Fields of a model of `config` by name, as a file gives them."""
 Rows = Mapping[str, Tag]
 """Tags by the fields that they fill, or by what these are made of."""
 
@@ -94,12 +103,12 @@ FIELDS: Mapping[str, Rows] = {
     of: {name: _tag(name, row) for name, row in table["rows"].items()}
     for of, table in json.loads((Path(__file__).parent / "fields.json").read_bytes()).items()
 }
-"""Of plugins, sensors and shapes the tags that fill fields of ours, by what these belong to."""
+"""Tags that fill fields of ours from plugins, sensors and shapes, by what these belong to."""
 
 
 @dataclass
 class Findings:
-    """What is wrong with a file, and what is odd in it."""
+    """Problems of a file, and what is suspicious in it."""
 
     file: str
     """Name of the file in messages."""
@@ -108,11 +117,11 @@ class Findings:
     """Things that are legal but suspicious, by their kind."""
 
     def note(self, kind: str, thing: str) -> None:
-        """Remembers a suspicious thing, once."""
+        """Note a suspicious thing, once."""
         self.odd.setdefault(kind, {})[thing] = None
 
     def check_names(self, kind: str, things: Iterable[tuple[str, Place, str]]) -> None:
-        """Notes things of a kind, each with its name, place and path, whose name one before has."""
+        """Note a problem for each thing of a kind, given by name, place and path, whose name an earlier one has."""
         first: dict[str, Place] = {}
         for name, place, path in things:
             if name and first.setdefault(name, place) is not place:
@@ -120,7 +129,7 @@ class Findings:
                 self.problems.append(place.problem(path, message))
 
     def settle(self) -> None:
-        """Raises all problems, in the order of the file."""
+        """Raise all problems, in the order of the file."""
         if self.problems:
             raise ConfigError(sorted(dict.fromkeys(self.problems), key=lambda problem: problem.line or 0))
 
@@ -138,7 +147,7 @@ class Node:
         self.place: Place = element.place
 
     def fault(self, message: str, key: str = "") -> None:
-        """Notes a problem with the element, or with its attribute or child `key`."""
+        """Note a problem with the element, or with its attribute or child `key`."""
         path = " / ".join(filter(None, (self.path, key)))
         self.findings.problems.append(self.place.problem(path, message))
 
@@ -160,7 +169,7 @@ class Node:
                 return node
         return None
 
-    def needed(self, tag: str) -> "Node | None":
+    def required_child(self, tag: str) -> "Node | None":
         """A child that must be there."""
         node = self.child(tag)
         if node is None:
@@ -172,7 +181,7 @@ class Node:
         value = self.element.get(name)
         return None if value is None else str(value).strip()
 
-    def required(self, attribute: str) -> str:
+    def required_attribute(self, attribute: str) -> str:
         """An attribute that must be there and not be empty; empty if it is not."""
         value = self.attribute(attribute)
         if not value:
@@ -200,26 +209,26 @@ class Node:
             if default is None:
                 self.fault("required, but missing", attribute)
             return instead
-        return self._parsed(value, attribute, labels, **limits) or instead
+        return self._parse(value, attribute, labels, **limits) or instead
 
     def text(self, path: str, default: str = "") -> str:
         """The text of a child, without blanks around it."""
-        return str(self.read(Tag(path, default)))
+        return str(self.value_of(Tag(path, default)))
 
     def value(self, path: str, default: float, **limits: Any) -> float:
         """A child whose text is a number; VRX leaves some empty, which means the default."""
-        return float(self.read(Tag(path, float(default), **limits)))
+        return float(self.value_of(Tag(path, float(default), **limits)))
 
     def values(self, path: str, labels: str, default: Sequence[float], **limits: Any) -> tuple[float, ...]:
         """A child whose text is one number for each of the labels."""
-        return tuple(self.read(Tag(path, tuple(default), labels=labels, **limits)))
+        return tuple(self.value_of(Tag(path, tuple(default), labels=labels, **limits)))
 
     def flag(self, path: str, default: bool) -> bool:
         """A child that is true or false."""
-        return bool(self.read(Tag(path, default)))
+        return bool(self.value_of(Tag(path, default)))
 
-    def read(self, tag: Tag) -> Any:
-        """What a tag below this element says."""
+    def value_of(self, tag: Tag) -> Any:
+        """Value of a tag below this element."""
         node, default = self.child(tag.path), tag.default
         text = "" if node is None else " ".join("".join(node.element.itertext()).split())
         if node is None or not text or isinstance(default, str):
@@ -228,7 +237,7 @@ class Node:
             return node._switch(text, "", default)
         several = isinstance(default, tuple)
         labels = tag.labels or (_LABELS[len(default)] if several else node.tag)
-        found = node._parsed(text, "", labels, above=tag.above, low=tag.low, high=tag.high, largest=tag.largest)
+        found = node._parse(text, "", labels, above=tag.above, low=tag.low, high=tag.high, largest=tag.largest)
         if found is None or several:
             return found or default
         return round(found[0]) if isinstance(default, int) else found[0]
@@ -244,11 +253,11 @@ class Node:
             self.fault(choice(text, ["true", "false"]), key)
         return default if found is None else found
 
-    def fields(self, rows: Mapping[str, Tag]) -> dict[str, Any]:
-        """What rows say: a value for each name."""
-        return {name: self.read(tag) for name, tag in rows.items()}
+    def fields(self, rows: Rows) -> Values:
+        """Values of rows by name."""
+        return {name: self.value_of(tag) for name, tag in rows.items()}
 
-    def configured(self, model: type[_ConfigT], values: Mapping[str, object]) -> _ConfigT | None:
+    def config_of(self, model: type[_ConfigT], values: Mapping[str, object]) -> _ConfigT | None:
         """A model of these values; what is wrong with them is a problem of this element."""
         try:
             return model.model_validate(values)
@@ -258,7 +267,7 @@ class Node:
                 self.fault(problem.message, problem.key)
         return None
 
-    def _parsed(self, text: str, key: str, labels: str, **limits: float) -> tuple[float, ...] | None:
+    def _parse(self, text: str, key: str, labels: str, **limits: float) -> tuple[float, ...] | None:
         try:
             return numbers_of(text, labels, **limits)
         except ValueError as error:
@@ -267,7 +276,7 @@ class Node:
 
 
 def _fault(word: str, above: float, low: float, high: float, largest: float) -> str:
-    """What is wrong with the text of a number; empty if nothing is."""
+    """Message about the text of a number; empty if nothing is wrong."""
     if not (_NUMBER.fullmatch(word) or (largest == math.inf and _ENDLESS.fullmatch(word))):
         return f"{'must be finite' if _NOT_FINITE.fullmatch(word) else 'expected a number'}, got {literal(word)}"
     value = float(word)

@@ -7,16 +7,16 @@ are one `ConfigError` with the file, line and element.
 import os
 import re
 import warnings
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from vrx_mj.config.search import MISSING, display, is_built_in
 from vrx_mj.config.tree import Place
-from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxWarning, first_lines, first_names
+from vrx_mj.errors import ConfigError, UnknownNameError, VrxWarning, first_lines, first_names
 from vrx_mj.foreign import ReaderError, ask
 from vrx_mj.formats.urdf.xacro_files import Files, own_packages
-from vrx_mj.formats.urdf.xml_document import Table, read_bytes, read_text
+from vrx_mj.formats.urdf.xml_document import Table, file_error, read_bytes, read_text
 from vrx_mj.resources import root
 
 _SHOWN_WARNINGS = 10
@@ -35,7 +35,7 @@ _FOUND = re.compile(r"\$\(find ([\w.-]{1,200})\)")
 
 @dataclass(frozen=True)
 class Result:
-    """What a text comes to: a value, or why it has none."""
+    """Value of a text with expressions, or the reason why it has none."""
 
     value: bool | int | float | str | None = None
     problem: str = ""
@@ -43,26 +43,26 @@ class Result:
 
 @dataclass(frozen=True)
 class Expanded:
-    """What a file expands to."""
+    """Result of expanding a file."""
 
     text: str = ""
     files: tuple[str, ...] = ()
     """Absolute paths of the files that its elements come from."""
     places: tuple[tuple[int, int, int], ...] = ()
     """Where each element of the text comes from, in the order of the text: number of the file, line and column."""
-    table: Table = field(default=Table(()))
-    """Of a world: its elements, with their places."""
+    table: Table = ()
+    """Elements of a world, with their places."""
     declared: tuple[str, ...] = ()
     """Arguments that the files declare."""
     warnings: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
-    """What packages that are missing would have, each with its place, where such are ignored."""
+    """Includes and macros of missing packages, each with its place, where such are ignored."""
     missing: str | None = None
     """A package that the files name, and whose folder is needed: there is nothing else then."""
 
 
 class ExpandedText(str):
-    """What a xacro file expands to, which knows where its elements come from."""
+    """Expanded text of a xacro file, which knows where its elements come from."""
 
     __slots__ = ("made",)
     made: Expanded
@@ -73,20 +73,19 @@ def expand(
     *,
     arguments: Mapping[str, str] | None = None,
     needed: Collection[str] = (),
-    packages: Mapping[str, Path] | None = None,
     package_paths: Sequence[Path] = (),
     libraries: Collection[str] = (),
 ) -> ExpandedText:
     """The URDF that a `.xacro` file (or a `.urdf`, which has little to expand) makes, as XML text.
 
     `arguments` are the file's `$(arg NAME)`, of which it or the files in it must declare those that are `needed`.
-    `$(find NAME)` looks in `packages`, in `package_paths` and beside the file; without `packages`, our own come last,
-    and in our own files, whoever includes them, first. Where missing packages are ignored, what files include from one
+    `$(find NAME)` looks in `package_paths` and beside the file; our own packages come last, and in our own files,
+    whoever includes them, first. Where missing packages are ignored, what files include from one
     and the macros that are unknown then are left out. A file may read only what lies there or in its own folder. Our
     own macros of worlds stand for those of `libraries`, packages of VRX. Warnings of xacro come as one VrxWarning.
     Raises ConfigError, or UnknownNameError for an argument.
     """
-    made = _expanded(Path(file), arguments or {}, packages, package_paths, libraries)
+    made = _expand(Path(file), arguments or {}, package_paths, libraries)
     _warn(Path(file), made)
     if unknown := next((name for name in needed if name not in made.declared), None):
         raise UnknownNameError("xacro argument", unknown, sorted(made.declared))
@@ -95,13 +94,13 @@ def expand(
     return text
 
 
-def declared(file: Path, arguments: Mapping[str, str], package_paths: Sequence[Path] = ()) -> tuple[str, ...]:
+def declared_names(file: Path, arguments: Mapping[str, str], package_paths: Sequence[Path] = ()) -> tuple[str, ...]:
     """Names of the arguments that a `.xacro` and the files in it declare, given some of them. Raises ConfigError."""
-    return _expanded(Path(file), arguments, None, package_paths).declared
+    return _expand(Path(file), arguments, package_paths).declared
 
 
 def expanded_lines(lines: Sequence[tuple[str, Place]]) -> Table:
-    """What lines of xacro make with our own macros of worlds; each line has the place that it tells.
+    """Elements that lines of xacro make by our own macros of worlds; each line has a place of its own.
 
     Raises:
         ConfigError: it cannot be expanded.
@@ -109,10 +108,10 @@ def expanded_lines(lines: Sequence[tuple[str, Place]]) -> Table:
     source = lines[0][1].file
     file, text = (source.folder or Path()) / Path(source.name).name, "\n".join(line for line, _ in lines)
     try:
-        return _made([], file, {}, {}, {}, [], MACROS, text, reads=[MACROS]).table
+        return _ask([], file, {}, {}, {}, [], MACROS, text, reads=[MACROS]).table
     except ConfigError as error:
-        places = ((problem, lines[(problem.line or 1) - 1][1]) for problem in error.problems)
-        moved = [Problem(place.file.name, *place[1:], found.key, found.message) for found, place in places]
+        places = (lines[(problem.line or 1) - 1][1] for problem in error.problems)
+        moved = (place.problem(one.key, one.message) for one, place in zip(error.problems, places, strict=True))
         raise ConfigError(moved) from None
 
 
@@ -122,7 +121,7 @@ def check_library(file: Path) -> None:
     if names:
         listed = first_names((f"'{name}'" for name in names), 8)
         message = f"has no links, only macros: {listed}; name the file that calls them"
-        raise ConfigError([Problem(display(file), None, None, "robot", message)])
+        raise file_error(file, message, "robot")
 
 
 def arguments(file: Path) -> dict[str, str]:
@@ -131,37 +130,31 @@ def arguments(file: Path) -> dict[str, str]:
     job = "formats.urdf.xml_document:table"
     table = ask(job, read_text(Path(file)), name, returns=Table, about=f"xacro {name}")
     found: dict[str, str] = {}
-    for *_, tag, attributes, _ in table.rows:
+    for *_, tag, attributes, _ in table:
         if tag == "xacro:arg":
             found.setdefault(attributes.get("name", ""), attributes.get("default", ""))
     return found
 
 
-def _expanded(
-    file: Path,
-    arguments: Mapping[str, str],
-    packages: Mapping[str, Path] | None,
-    paths: Sequence[Path],
-    libraries: Collection[str] = (),
+def _expand(
+    file: Path, arguments: Mapping[str, str], paths: Sequence[Path], libraries: Collection[str] = ()
 ) -> Expanded:
     """What a file expands to; a package that it names in another file, or by an expression, takes one more attempt."""
     if not file.is_file():
-        raise ConfigError([Problem(display(file), None, None, "", "no such file")])
+        raise file_error(file, "no such file")
     given = {str(name): str(value) for name, value in arguments.items()}
-    ours = own_packages() if packages is None else {}
+    ours = own_packages()
     of_ours = file.resolve().is_relative_to((root() / "assets").resolve()) or any(
         map(is_built_in, file.resolve().parents)
     )
-    first = ours if of_ours else packages or {}
-    given_folders = {name: Path(folder).absolute() for name, folder in first.items()}
-    files = Files(file, given_folders, paths, spare=ours)
+    files = Files(file, dict(ours) if of_ours else {}, paths, spare=ours)
     names = _FOUND.findall(read_bytes(file).decode("utf-8", errors="replace"))
     found = {name: str(folder) for name in names[:_MOST_PACKAGES] if (folder := files.package(name)) is not None}
     macros, own = [MACROS] if libraries else [], {name: str(folder) for name, folder in files.spare.items()}
 
     def made_with(known: Sequence[str] | None) -> Expanded:
         arguments = (given, found, own, sorted(libraries), *macros)
-        return _made(known, file.absolute(), *arguments, reads=[*files.bases, *macros])
+        return _ask(known, file.absolute(), *arguments, reads=[*files.bases, *macros])
 
     for _ in range(_MOST_PACKAGES):
         made = made_with(None)
@@ -172,17 +165,17 @@ def _expanded(
         if folder is None and os.environ.get(MISSING) != "ignore":
             break
         found[name] = str(folder or f"{LEFT_OUT}{name}")
-    return made_with(files.known())
+    return made_with(files.known_packages())
 
 
-def _made(known: Sequence[str] | None, file: Path, *arguments: object, reads: Sequence[Path]) -> Expanded:
-    job, about = "formats.urdf.expansion:expanded", f"xacro {display(file)}"
+def _ask(known: Sequence[str] | None, file: Path, *arguments: object, reads: Sequence[Path]) -> Expanded:
+    job, about = "formats.urdf.expansion:expand", f"xacro {display(file)}"
     try:
         return ask(
             job, known, file, *arguments, returns=Expanded, about=about, reads=reads, seconds=_SECONDS, answer=_ANSWER
         )
     except ReaderError as error:
-        raise ConfigError([Problem(display(file), None, None, "", error.reason)]) from None
+        raise file_error(file, error.reason) from None
 
 
 def _warn(file: Path, made: Expanded) -> None:
@@ -193,13 +186,13 @@ def _warn(file: Path, made: Expanded) -> None:
             warnings.warn(text, VrxWarning, stacklevel=3)
 
 
-def evaluated(file: str, texts: Sequence[tuple[str, Mapping[str, float]]]) -> tuple[Result, ...]:
-    """What the texts with `${...}` of a file come to, each with names of its own.
+def evaluate(file: str, texts: Sequence[tuple[str, Mapping[str, float]]]) -> tuple[Result, ...]:
+    """Evaluate texts with `${...}` of a file, each with names of its own.
 
     Expressions are Python's, with the functions of `math`, `radians` among them. Those of one file are worked out at
     once; if that takes too much, one by one up to the first that does, which is the problem of all that follow.
     """
-    job, found = "formats.urdf.expansion:evaluated", list[Result]()
+    job, found = "formats.urdf.expansion:evaluate", list[Result]()
     try:
         return ask(job, texts, returns=tuple[Result, ...], about=file, seconds=_SECONDS) if texts else ()
     except ReaderError as error:
@@ -207,18 +200,16 @@ def evaluated(file: str, texts: Sequence[tuple[str, Mapping[str, float]]]) -> tu
             return (Result(problem=error.reason),)
         failed = Result(problem=error.reason)
     while len(found) < len(texts) and failed not in found:
-        found += evaluated(file, [texts[len(found)]])
+        found += evaluate(file, [texts[len(found)]])
     return (*found, *[failed] * (len(texts) - len(found)))
 
 
-def packages_in(expression: str) -> list[str]:
-    """The packages that an expression of `$(eval ...)` finds."""
-    return _FIND.findall(expression)
+def evaluate_argument(expression: str, arguments: Mapping[str, str], find: Callable[[str], str], folder: Path) -> str:
+    """Return what `$(eval ...)` of a launch file in a folder comes to; `find` gives folders of packages.
 
-
-def evaluated_argument(
-    expression: str, arguments: Mapping[str, str], packages: Mapping[str, str], folder: Path, about: str
-) -> str:
-    """What `$(eval ...)` of a launch file in a folder comes to. Raises VrxError."""
-    job = "formats.urdf.expansion:evaluated_argument"
-    return ask(job, expression, arguments, packages, folder, returns=str, about=about, seconds=_SECONDS)
+    Raises:
+        VrxError: the expression is wrong.
+    """
+    job, packages = "formats.urdf.expansion:evaluate_argument", {name: find(name) for name in _FIND.findall(expression)}
+    given = expression, arguments, packages, folder
+    return ask(job, *given, returns=str, about="the expression", seconds=_SECONDS)

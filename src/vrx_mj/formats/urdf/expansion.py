@@ -24,12 +24,13 @@ from vrx_mj.config.search import ReadingError, display, near_names, read_limited
 from vrx_mj.config.tree import File, Place
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, nearest
 from vrx_mj.formats.urdf.expand import LEFT_OUT, Expanded, Result
+from vrx_mj.formats.urdf.model import Place as Spot
 from vrx_mj.formats.urdf.xacro_files import OUTSIDE
-from vrx_mj.formats.urdf.xml_document import MAX_BYTES, Table, decoded, markup, parse_xml, table_of
+from vrx_mj.formats.urdf.xml_document import MAX_BYTES, decode, markup, parse_xml, table_of
 
 _NAME = re.compile(r"[A-Za-z_\u00c0-\ufffd][-.\w\u00b7]*(:[A-Za-z_\u00c0-\ufffd][-.\w\u00b7]*)?")
 _IN_PACKAGE = re.compile(r"\s*\$\(find (\w{1,200})\)/")
-"""How the name of a file in a package begins."""
+"""Beginning of the name of a file in a package."""
 _UNDEFINED = re.compile("name '(.*)' is not defined")
 _SHOWN_CALLERS = 3
 _LONGEST = 300
@@ -45,31 +46,32 @@ class Located(str):
     tag: str
 
     @classmethod
-    def at(cls, text: str, element: Any) -> "Located":
+    def at(cls, text: str, element: minidom.Element) -> "Located":
         """The text of an element's attribute, or in the element."""
         located = cls(text)
         located.place, located.tag = _place_of(element), element.tagName
         return located
 
 
-def _place_of(element: Any) -> Place:
+def _place_of(element: minidom.Element) -> Place:
     """The place of an element, or of what it was copied from."""
-    place: Place = element.getUserData("place")
+    place = element.getUserData("place")
+    assert isinstance(place, Place), "elements without one are made by no file"
     return place
 
 
 class Copied:
-    """Gives a copied element its original's place."""
+    """Handler of minidom that gives a copied element its original's place."""
 
-    def handle(self, operation: int, key: str, data: Place, source: Any, copy: Any) -> None:
+    def handle(self, operation: int, key: str, data: Place, src: minidom.Node, dst: minidom.Node) -> None:
         """Called by minidom."""
-        copy.setUserData(key, data, self)
+        dst.setUserData(key, data, self)
 
 
 class _Dom:
     """A document being built, whose elements know their places, and whose texts with a '$' are `Located`."""
 
-    def __init__(self, file: File, copied: Any, here: Callable[[], Any]) -> None:
+    def __init__(self, file: File, copied: object, here: Callable[[], Spot]) -> None:
         self.file, self.copied, self.here = file, copied, here
         self.document: Any = minidom.Document()
         self.node: Any = self.document
@@ -99,7 +101,7 @@ class _Dom:
     def end_literal(self) -> None:
         self.make_text = self.document.createTextNode
 
-    def add(self, make: Callable[[str], Any], text: str) -> None:
+    def add(self, make: Callable[[str], minidom.Text | minidom.Comment], text: str) -> None:
         self.node.appendChild(
             make(Located.at(text, self.node) if "$" in text and self.node is not self.document else text)
         )
@@ -109,7 +111,7 @@ class UnknownPackageError(Exception):
     """A package whose folder was not given."""
 
 
-def expanded(known: Sequence[str] | None, *given: Any) -> Expanded:
+def expand(known: Sequence[str] | None, *given: Any) -> Expanded:
     """Expand a xacro file as `Expansion` has it, which `given` makes.
 
     Without `known`, names of all packages that there are, one that is not found is no error yet. It changes the
@@ -121,7 +123,7 @@ def expanded(known: Sequence[str] | None, *given: Any) -> Expanded:
     return Expansion(*given).result(known)
 
 
-def evaluated(texts: Sequence[tuple[str, Mapping[str, float]]]) -> tuple[Result, ...]:
+def evaluate(texts: Sequence[tuple[str, Mapping[str, float]]]) -> tuple[Result, ...]:
     """What texts with `${...}` come to, each with some names; others are those of `math` and functions of Python."""
     package: Any = xacro
     package.warning = package.error = package.message = package.print_location = _nothing
@@ -139,17 +141,17 @@ def _result(text: str, names: Mapping[str, object]) -> Result:
     return Result(problem=f"comes to a {type(value).__name__}, not to a number or text")
 
 
-def evaluated_argument(expression: str, arguments: Mapping[str, str], packages: Mapping[str, str], folder: str) -> str:
+def evaluate_argument(expression: str, arguments: Mapping[str, str], packages: Mapping[str, str], folder: str) -> str:
     """What `$(eval ...)` of a launch file comes to, in a folder. Raises VrxError."""
     inner: Any = substitution_args
-    inner._eval_dict["find"] = lambda name: _found(name, packages)
+    inner._eval_dict["find"] = lambda name: _package_folder(name, packages)
     try:
         return str(inner._eval(expression, {"arg": _Arguments(arguments), "filename": f"{folder}/"}))
     except Exception as error:
         raise VrxError(_message(error, _Trail(error))) from None
 
 
-def _found(name: str, packages: Mapping[str, str]) -> str:
+def _package_folder(name: str, packages: Mapping[str, str]) -> str:
     if name not in packages:
         raise UnknownNameError("package", name, packages)
     return packages[name]
@@ -225,7 +227,7 @@ class Expansion:
             for element in document.getElementsByTagName("*"):
                 _check_names(element)
             text = document.toprettyxml(indent="  ")
-            rows = table_of(markup(text, self.file)).rows if self.macros else ()
+            rows = table_of(markup(text, self.file)) if self.macros else ()
         except Exception as error:
             cause = _cause(error)
             if known is None and isinstance(cause, UnknownPackageError):
@@ -235,7 +237,7 @@ class Expansion:
         files = {file: number for number, file in enumerate(dict.fromkeys(place.file for place in places))}
         spots = tuple((files[place.file], place.line or 1, place.column or 1) for place in places)
         paths = tuple(str((file.folder or Path()) / Path(file.name).name) for file in files)
-        table = Table(tuple((row[0], *spot, *row[4:]) for row, spot in zip(rows, spots, strict=True)) if rows else ())
+        table = tuple((row[0], *spot, *row[4:]) for row, spot in zip(rows, spots, strict=True)) if rows else ()
         return Expanded(
             text, paths, spots, table, tuple(self.arguments.declared), tuple(self.warnings), tuple(self.left_out)
         )
@@ -253,7 +255,7 @@ class Expansion:
             xacro.filestack.pop()
             raise xacro.XacroException(exc=FileNotFoundError(_unread(filename, error))) from None
         name = display(Path(filename))
-        text = decoded(data, name)
+        text = decode(data, name)
         file = File(name, Path(filename).parent, tuple(text.split("\n")))
         copied = self if self._is_ours(filename) else Copied()
         return parse_xml(text, name, partial(_Dom, file, copied), strict=True).document
@@ -273,9 +275,9 @@ class Expansion:
         include.setUserData("place", _place_of(root), None)
         root.insertBefore(include, root.firstChild)
 
-    def handle(self, operation: int, key: str, data: Place, source: Any, copy: Any) -> None:
+    def handle(self, operation: int, key: str, data: Place, src: minidom.Node, dst: minidom.Node) -> None:
         """Give what a macro of ours makes the place of its call; called by minidom."""
-        copy.setUserData(key, self.calls[-1] if self.calls else data, Copied())
+        dst.setUserData(key, self.calls[-1] if self.calls else data, Copied())
 
     def _open(self, filename: str) -> io.StringIO:
         try:
@@ -293,20 +295,20 @@ class Expansion:
             raise UnknownPackageError(name)
         return self.packages[name]
 
-    def _include(self, node: Any, macros: Any, symbols: Any, work: Any) -> None:
+    def _include(self, node: minidom.Element, *rest: object) -> None:
         found = _IN_PACKAGE.match(node.getAttribute("filename"))
         if found and found[1] in self.libraries:
-            rest = node.getAttribute("filename")[found.end() :].strip()
+            name = node.getAttribute("filename")[found.end() :].strip()
             folder = self.packages.get(found[1])
-            if folder is None or ("$" not in rest and not (Path(folder) / rest).is_file()):
+            if folder is None or ("$" not in name and not (Path(folder) / name).is_file()):
                 xacro.replace_node(node, by=None)
                 return
-        self.include(node, macros, symbols, work)
+        self.include(node, *rest)
 
-    def _call(self, node: Any, macros: Any, symbols: Any) -> bool:
+    def _call(self, node: minidom.Element, *rest: object) -> bool:
         self.calls.append(_place_of(node))
         try:
-            return bool(self.call(node, macros, symbols))
+            return bool(self.call(node, *rest))
         except xacro.XacroException as error:
             if not self.left_out or str(error) != f"unknown macro name: {node.tagName}":
                 raise
@@ -323,10 +325,11 @@ class Expansion:
 def _where() -> str:
     """File and line of the element that the package is at."""
     frame: FrameType | None = sys._getframe(1)
-    while frame is not None and _element(frame) is None:
+    while frame is not None:
+        if (element := _element(frame)) is not None:
+            return f"{_place_of(element).file.name}:{_place_of(element).line}: "
         frame = frame.f_back
-    place = _place_of(_element(frame)) if frame is not None else None
-    return f"{place.file.name}:{place.line}: " if place else ""
+    return ""
 
 
 def _symbols() -> Any:
@@ -343,7 +346,7 @@ def _nothing(*_: object, **__: object) -> None:
 
 
 def _unread(filename: str, error: ReadingError) -> str:
-    """Why a file cannot be read, with the name that may be meant."""
+    """Reason why a file cannot be read, with the name that may be meant."""
     path = Path(filename)
     try:
         os.scandir(path.parent).close()
@@ -355,13 +358,13 @@ def _unread(filename: str, error: ReadingError) -> str:
     return f"'{display(path)}' {error}" if there else f"no file '{display(path)}'{near_names(path)}"
 
 
-def _check_names(element: Any) -> None:
+def _check_names(element: minidom.Element) -> None:
     """Refuse names that are not those of XML, which expressions may give, and write numbers as texts."""
-    for name in (element.tagName, *element.attributes.keys()):
+    names: tuple[object, ...] = (element.tagName, *element.attributes.keys())
+    for name in names:
         if not isinstance(name, str) or not _NAME.fullmatch(name):
-            file, line, column = _place_of(element)
             message = f"'{name}' is not a valid name for an element or attribute"
-            raise ConfigError([Problem(file.name, line, column, f"<{element.tagName}>", message)])
+            raise ConfigError([_place_of(element).problem(f"<{element.tagName}>", message)])
     for attribute in element.attributes.values():
         attribute.value = str(attribute.value)
 
@@ -383,8 +386,8 @@ def _problem(error: Exception, cause: BaseException, made: Expansion, known: Seq
         message = f"{trail.expression[:_LONGEST]}: {message}"
     if trail.place is None:
         return Problem(display(Path(made.file)), None, None, "", message)
-    place = _pointed(trail.place, trail.expression)
-    return Problem(place.file.name, place.line, place.column, f"<{trail.tag}>", message + trail.callers())
+    place = _expression_place(trail.place, trail.expression)
+    return place.problem(f"<{trail.tag}>", message + trail.callers())
 
 
 def _cause(error: BaseException) -> BaseException:
@@ -447,7 +450,7 @@ class _Trail:
         for frame in _frames(error):
             self._follow(frame.f_code.co_name, frame.f_locals, _element(frame))
 
-    def _follow(self, function: str, local: Mapping[str, Any], element: Any) -> None:
+    def _follow(self, function: str, local: Mapping[str, Any], element: minidom.Element | None) -> None:
         if element is not None:
             self._at(element)
             self.expression = ""
@@ -465,19 +468,19 @@ class _Trail:
             self.expression = f"${{{local['s']}}}" if function == "handle_expr" else f"$({local['s']})"
 
     def callers(self) -> str:
-        """Which macros led here, the innermost first."""
+        """Macros that led here, the innermost first."""
         calls = [(name, place) for name, place in reversed(self.calls) if place != self.place]
         said = dict.fromkeys(f"in macro '{name}' called at {place.file.name}:{place.line}" for name, place in calls)
         return f" ({', '.join(list(said)[:_SHOWN_CALLERS])})" if said else ""
 
-    def _at(self, element: Any) -> None:
+    def _at(self, element: minidom.Element) -> None:
         if _place_of(element).file.name != self.library:
             self.place, self.tag = _place_of(element), element.tagName
 
 
-def _names(table: Any) -> list[Any]:
+def _names(table: object) -> list[object]:
     """The names of a scope and of those around it."""
-    found: list[Any] = []
+    found: list[object] = []
     while isinstance(table, dict) and len(found) < 1000:
         found += dict.keys(table)
         table = getattr(table, "parent", None)
@@ -495,7 +498,7 @@ def _frames(error: BaseException | None) -> Iterator[FrameType]:
         error = error.__context__
 
 
-def _element(frame: FrameType) -> Any:
+def _element(frame: FrameType) -> minidom.Element | None:
     """The element that a function of the package works on."""
     if frame.f_globals is not vars(xacro):
         return None
@@ -503,12 +506,12 @@ def _element(frame: FrameType) -> Any:
         node = frame.f_locals.get(name)
         if isinstance(node, minidom.Text | minidom.Comment):
             node = node.parentNode
-        if isinstance(node, minidom.Element) and _place_of(node) is not None:
+        if isinstance(node, minidom.Element) and node.getUserData("place") is not None:
             return node
     return None
 
 
-def _pointed(place: Place, expression: str) -> Place:
+def _expression_place(place: Place, expression: str) -> Place:
     """The place of an expression, looked for from the element it is in."""
     start = (place.line or 1) - 1
     for number, line in enumerate(place.file.lines[start : start + 40], start + 1):

@@ -3,22 +3,20 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from typing import Any
 
 from vrx_mj.config.dynamics import HullConfig, HydrodynamicsConfig, ThrusterConfig
 from vrx_mj.config.robots import RudderEntry, SailEntry
 from vrx_mj.errors import UnknownNameError
-from vrx_mj.formats.urdf.elements import FIELDS, Findings, Node, Tag, numbers_of
+from vrx_mj.formats.urdf.elements import FIELDS, Findings, Node, Tag, Values, numbers_of
 from vrx_mj.formats.urdf.gazebo_sensors import (
     INSTRUMENTS,
     TABLES,
     Scope,
-    library,
     plugin_kind,
     read_instrument,
     read_sensor,
 )
-from vrx_mj.formats.urdf.gz_sim import Control, controlled, read_buoyancy, read_controls, read_fossen
+from vrx_mj.formats.urdf.gz_sim import Control, read_buoyancy, read_controls, read_fossen, with_channels
 from vrx_mj.formats.urdf.model import Gazebo, Urdf, UrdfThruster
 from vrx_mj.frames import compose
 
@@ -46,12 +44,12 @@ class Robot(Scope):
     controls: list[Control] = field(default_factory=list)
 
     def thrust(
-        self, node: Node, link: str, drive: Mapping[str, Any], *, name: str = "", propeller: str | None = None,
+        self, node: Node, link: str, drive: Values, *, name: str = "", propeller: str | None = None,
         engine: str | None = None, axis: tuple[float, float, float] = _FORWARD,
     ) -> None:  # fmt: skip
-        """Keeps a thruster, if its values are such as there are."""
+        """Keep a thruster, if its values are valid."""
         astern = {"max_force_reverse": -abs(drive["max_force_reverse"])}
-        config = node.configured(ThrusterConfig, {"mapping": "linear", **drive, **astern})
+        config = node.config_of(ThrusterConfig, {"mapping": "linear", **drive, **astern})
         if config is not None and link:
             name = name or self.local(link).rpartition("/")[2]
             self.thrusters.append(UrdfThruster(name, link, propeller, engine, config, place=node.place, axis=axis))
@@ -61,11 +59,11 @@ class Robot(Scope):
         joint = self.urdf.above.get(link)
         for _ in range(above):
             joint = self.urdf.above.get(joint.parent) if joint else None
-        return joint.name if joint and joint.type == "revolute" and not joint.locked else None
+        return joint.name if joint and joint.type == "revolute" and not joint.is_locked else None
 
     def warned_link(self, node: Node, tag: str) -> str:
         """The link that a thruster names; empty, with a warning, without one."""
-        found = self.found(node.text(tag), self.urdf.links)
+        found = self.find(node.text(tag), self.urdf.links)
         if not found:
             error = UnknownNameError("link", node.text(tag), self.urdf.links)
             self.warn(node, f"{error}; this thruster is not simulated")
@@ -124,7 +122,7 @@ def _uuv_thruster(node: Node, robot: Robot) -> None:
     if not link:
         return
     joint, least = robot.urdf.above.get(link), abs(node.value("thrustMin", 0.0))
-    largest = max(node.value("thrustMax", 0.0), 0.0) or _converted(node)
+    largest = max(node.value("thrustMax", 0.0), 0.0) or _conversion_force(node)
     if largest <= 0.0:
         robot.warn(node, f"no thrustMax and no largest input; the largest thrust is {_USUAL_THRUST:g} N")
         largest = _USUAL_THRUST
@@ -134,7 +132,7 @@ def _uuv_thruster(node: Node, robot: Robot) -> None:
     robot.thrust(node, link, drive, propeller=joint.name if joint else None, axis=axis)
 
 
-def _converted(node: Node) -> float:
+def _conversion_force(node: Node) -> float:
     """Force [N] of the largest input, where the conversion and the clamp are given: k n |n|, or the end of a table."""
     words = node.text("conversion/outputValues").split()
     if words:
@@ -181,7 +179,7 @@ def _foil(node: Node, robot: Robot) -> None:
     if kind == "sail" and joint:
         robot.warn(node, "a sail on a sheet: its command is how far the boom goes to lee" + ("" if theirs else _LIFTED))
         curve = {"coefficients": _sail_rows(node)} if theirs else {}
-        if (sail := node.configured(SailEntry, entry | curve | {"area": area})) is not None:
+        if (sail := node.config_of(SailEntry, entry | curve | {"area": area})) is not None:
             robot.sails[name] = sail
     elif kind in {"rudder", "keel"}:
         steep = node.value("cla", math.tau) if theirs else 2.0 * node.value("mult_drag|mult_lift", 1.5, above=0)
@@ -189,7 +187,7 @@ def _foil(node: Node, robot: Robot) -> None:
         if joint is None:
             entry["center"] = compose(robot.urdf.pose(link, robot.urdf.root), (x, y, z, 0.0, 0.0, 0.0))[:3]
         entry |= {"area": area * steep / slope, "aspect_ratio": 2.25 * slope / (6.13 - slope)}
-        if (blade := node.configured(RudderEntry, entry)) is not None:
+        if (blade := node.config_of(RudderEntry, entry)) is not None:
             robot.rudders[name] = blade
     else:
         robot.warn(node, f"a foil of link_type '{kind}' {'that no joint turns ' if kind == 'sail' else ''}is ignored")
@@ -210,12 +208,12 @@ def _sail_rows(node: Node) -> tuple[tuple[float, float, float], ...]:
 def _hydrodynamics(node: Node, robot: Robot) -> None:
     """VRX's dynamics plugin; what a file leaves out is as in the plugin."""
     robot.check_body(node, "bodyName")
-    robot.hydrodynamics = node.configured(
+    robot.hydrodynamics = node.config_of(
         HydrodynamicsConfig, _coefficients(node) | node.fields(FIELDS["hydrodynamics"])
     )
 
 
-def _coefficients(node: Node) -> dict[str, Any]:
+def _coefficients(node: Node) -> Values:
     return {key: tuple(node.fields(FIELDS[key]).values()) for key in ("added_mass", "drag_linear", "drag_quadratic")}
 
 
@@ -229,14 +227,14 @@ def _newer_water(robot: Robot) -> None:
         robot.water |= floats
     elif floats:
         robot.check_body(drag, "link_name")
-        robot.hydrodynamics = drag.configured(HydrodynamicsConfig, _coefficients(drag) | floats)
+        robot.hydrodynamics = drag.config_of(HydrodynamicsConfig, _coefficients(drag) | floats)
     else:
         robot.warn(drag, "no hull (Surface plugin) with points belongs to it; its shapes displace the water")
     if drag is not None and robot.hydrodynamics is None:
         robot.water |= _coefficients(drag)
 
 
-def _floats(surfaces: list[Node], robot: Robot) -> dict[str, Any]:
+def _floats(surfaces: list[Node], robot: Robot) -> Values:
     """Newer VRX's hulls, one Surface plugin each, in water of one level and density; nothing without any."""
     hulls = [hull for node in surfaces if (hull := _hull(node, robot)) is not None]
     if not hulls:
@@ -255,7 +253,7 @@ def _hull(node: Node, robot: Robot) -> HullConfig | None:
     except ValueError:
         points = ()
     if points:
-        return node.configured(HullConfig, node.fields(FIELDS["hull"]) | {"points": points})
+        return node.config_of(HullConfig, node.fields(FIELDS["hull"]) | {"points": points})
     robot.warn(node, "expected three numbers in each of its <points>; this hull has no buoyancy")
     return None
 
@@ -265,7 +263,7 @@ def _wind(node: Node, robot: Robot) -> None:
     parts, root = node.children("wind_obj"), robot.local(robot.urdf.root)
     ours = [part for part in parts if robot.local(part.text("link_name"), hard_coded=True) == root]
     holder = next(iter((*ours, *parts)), node)
-    robot.wind = holder.read(_WIND) if parts or node.text(_WIND.path) else None
+    robot.wind = holder.value_of(_WIND) if parts or node.text(_WIND.path) else None
 
 
 def _fossen(node: Node, robot: Robot) -> None:
@@ -274,8 +272,8 @@ def _fossen(node: Node, robot: Robot) -> None:
 
 
 _TRIANGLES = "its damping and drag of each triangle are not simulated; all drag is derived from the hull"
-"""Of the water of asv_wave_sim, which acts on the triangles of the hull."""
-_THRUSTERS: Mapping[str, Callable[[Node, Robot], None]] = {
+"""Warning about the water of asv_wave_sim, which acts on the triangles of the hull."""
+THRUSTERS: Mapping[str, Callable[[Node, Robot], None]] = {
     "usv_gazebo_thrust_plugin": _thrusters,
     "gz-sim-thruster-system": _newer_thruster,
     "uuv_thruster_plugin": _uuv_thruster,
@@ -283,8 +281,9 @@ _THRUSTERS: Mapping[str, Callable[[Node, Robot], None]] = {
     "freefloating_gazebo_control": _freefloating,
     **dict.fromkeys(("foil_dynamics_plugin", *_ASV_FOILS), _foil),
 }
+"""Readers of thrusters and foils, by the library of their plugins."""
 _PLUGINS: Mapping[str, Callable[[Node, Robot], None]] = {
-    **_THRUSTERS,
+    **THRUSTERS,
     **dict.fromkeys(INSTRUMENTS, read_instrument),
     "usv_gazebo_dynamics_plugin": _hydrodynamics,
     "usv_gazebo_wind_plugin": _wind,
@@ -296,14 +295,9 @@ _PLUGINS: Mapping[str, Callable[[Node, Robot], None]] = {
     "gz-waves1-hydrodynamics-system": lambda node, robot: robot.warn(node, _TRIANGLES),
     "HydrodynamicsPlugin": lambda node, robot: robot.warn(node, _TRIANGLES),
 }
-"""What reads a plugin, by its kind."""
+"""Readers of plugins, by their library."""
 QUIET_PLUGINS: frozenset[str] = frozenset(TABLES["quiet_plugins"])
 """Plugins that only publish what ROS has anyway, or that steer what thrusters steer here."""
-
-
-def is_thruster(filename: str) -> bool:
-    """Whether a plugin of this `filename` is a thruster."""
-    return library(filename) in _THRUSTERS
 
 
 def read_gazebo(urdf: Urdf, tags: Sequence[Node], findings: Findings) -> Gazebo:
@@ -322,7 +316,7 @@ def read_gazebo(urdf: Urdf, tags: Sequence[Node], findings: Findings) -> Gazebo:
     _newer_water(robot)
     blades: Mapping[str, RudderEntry | SailEntry] = {**robot.rudders, **robot.sails}
     turned = {blade.joint: name for name, blade in blades.items()}
-    thrusters, channels = controlled(robot.thrusters, robot.controls, robot, turned)
+    thrusters, channels = with_channels(robot.thrusters, robot.controls, robot, turned)
     findings.check_names("thruster", ((one.name, one.place, f"thruster '{one.name}'") for one in thrusters))
     findings.settle()
     robot.thrusters, robot.autopilot = thrusters, channels

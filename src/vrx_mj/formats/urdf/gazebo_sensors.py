@@ -11,8 +11,8 @@ from typing import Any, get_args
 from vrx_mj.config.base import Config
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.errors import UnknownNameError
-from vrx_mj.formats.urdf.elements import FIELDS, Findings, Node, Rows, Tag, own_name
-from vrx_mj.formats.urdf.model import ZERO, Gazebo, Urdf, chained
+from vrx_mj.formats.urdf.elements import FIELDS, Findings, Node, Rows, Tag, Values, own_name, unused_name
+from vrx_mj.formats.urdf.model import ZERO, Gazebo, Loss, Urdf, chain
 from vrx_mj.frames import Pose
 
 _HARD_CODED = ("wamv/", "cora/")
@@ -42,18 +42,18 @@ class Scope(Gazebo):
     findings: Findings
 
     def warn(self, node: Node, message: str) -> None:
-        """Notes that something the file asks for is not done."""
-        self.warnings.append(f"{node.place}: {node.path}: {message}")
+        """Warn that something in the file is not simulated."""
+        self.warnings.append(Loss(node.place, node.path, message))
 
     def warn_plugin(self, plugin: Node) -> None:
-        """Notes that a plugin does nothing here."""
+        """Warn that a plugin is not simulated."""
         self.warn(plugin, f"the plugin {plugin.attribute('filename') or 'without a filename'} is not simulated")
 
     def check(self, node: Node | None, rows: Iterable[tuple[Tag, str]]) -> None:
-        """Notes what is not done, once for each message of tags that are not as by default; `{}` is the tag's name."""
+        """Warn once for each message of tags that do not have their defaults; `{}` is the tag's name."""
         if node:
             for message in dict.fromkeys(
-                words.format(tag.path) for tag, words in rows if node.read(tag) != tag.default
+                words.format(tag.path) for tag, words in rows if node.value_of(tag) != tag.default
             ):
                 self.warn(node, message)
 
@@ -61,20 +61,20 @@ class Scope(Gazebo):
         """The link that a child names, as the file calls it; empty if it names none, or one that is not there."""
         if not node.text(tag):
             node.fault("required, but missing", tag.partition("|")[0])
-        return self._known(node, tag, "link", self.urdf.links)
+        return self._reference(node, tag, "link", self.urdf.links)
 
     def joint(self, node: Node, tag: str) -> str | None:
         """The joint that a child names; None if it names none."""
-        return self._known(node, tag, "joint", self.urdf.joints) or None
+        return self._reference(node, tag, "joint", self.urdf.joints) or None
 
-    def _known(self, node: Node, tag: str, kind: str, known: Collection[str]) -> str:
+    def _reference(self, node: Node, tag: str, kind: str, known: Collection[str]) -> str:
         name, child = node.text(tag), node.child(tag)
-        found = self.found(name, known)
+        found = self.find(name, known)
         if child and name and not found:
             child.fault(str(UnknownNameError(kind, name, known)))
         return found
 
-    def found(self, name: str, known: Collection[str]) -> str:
+    def find(self, name: str, known: Collection[str]) -> str:
         """The link or joint of this name; empty without one.
 
         It may be in the robot's namespace, where VRX hard-codes another, or the only one in a model in the model.
@@ -85,8 +85,8 @@ class Scope(Gazebo):
         return next((one for one in names if one in known), "")
 
     def pose(self, link: str, node: Node | None = None) -> Pose:
-        """Of a link, or of a sensor with a `<pose>` in it, in the root link's frame [m, rad]."""
-        return chained(self.urdf.places.get(link, ZERO), node.read(Tag("pose", ZERO, "m, rad")) if node else ZERO)
+        """Pose of a link, or of a sensor with a `<pose>` in it, in the root link's frame [m, rad]."""
+        return chain(self.urdf.places.get(link, ZERO), node.value_of(Tag("pose", ZERO, "m, rad")) if node else ZERO)
 
     def local(self, name: str, *, hard_coded: bool = False) -> str:
         """A frame's or link's name without slash in front and namespace, nor one that VRX hard-codes."""
@@ -102,28 +102,25 @@ class Scope(Gazebo):
         return (topic.removesuffix(f"/{last}") if last else topic) or instead
 
     def name(self, node: Node, link: str, own: str) -> str:
-        """What a sensor is called: as its link, or by its own name without one and on the root link."""
+        """Name of a sensor: that of its link, or its own name without one and on the root link."""
         wanted = self.local(link).removesuffix("_link") if link and link != self.urdf.root else own
         taken = {sensor.name for sensor in self.sensors}
         wanted = next((name for name in (wanted, own) if name and name not in taken), own or wanted or "sensor")
-        wanted = own_name(wanted, 60)
-        if wanted not in taken:
-            return wanted
-        number = next(number for number in range(2, 10_000) if f"{wanted}_{number}" not in taken)
-        self.warn(node, f"duplicate name '{wanted}'; this sensor is renamed to '{wanted}_{number}'")
-        return f"{wanted}_{number}"
+        found = unused_name(wanted := own_name(wanted, 60), taken)
+        if found != wanted:
+            self.warn(node, f"duplicate name '{wanted}'; this sensor is renamed to '{found}'")
+        return found
 
     def rate(self, node: Node, tag: Tag) -> float:
         """Readings per second; without a rate, or with 0, Gazebo would read at every step."""
         child = node.child(tag.path)
-        rate: float = node.read(tag)
+        rate: float = node.value_of(tag)
         if rate == 0:
             name = child.tag if child else tag.path.rpartition("|")[2]
             self.warn(node, f"has no {name}; it is read at {_USUAL_RATE:g} Hz, not at every step")
         return rate or _USUAL_RATE
 
 
-_Values = dict[str, Any]
 _STEPS = {"ball_shooter_plugin": 0.001, "BallShooterPlugin": 0.004}
 """Duration [s] of a physics step, for which VRX's launchers push a ball, by plugin."""
 _Ignored = tuple[tuple[Tag, str], ...]
@@ -157,7 +154,7 @@ class Kind:
     topic: str
     """Topic where the file gives none; `{}` is the sensor's own name."""
     fields: str = ""
-    """What is read besides, where that is no more than a table of `FIELDS`."""
+    """Table of `FIELDS` with what else is read."""
     ends: Sequence[str] = ()
     """Last parts of topics that are left out."""
     own: str = ""
@@ -165,19 +162,19 @@ class Kind:
     frame: str = ""
     """Frame of its readings where the file gives none; empty: the link."""
     rate: Mapping[str, Any] | None = field(default_factory=lambda: PLUGIN_RATE)
-    """How the tag of the rate differs from that of a `<sensor>`; None for what is not read."""
+    """Differences of the tag of the rate from that of a `<sensor>`; None without a rate."""
     links: Sequence[str] = ()
     """Links that it is on where the file names none, by its own name and its frame; without any it has to name one."""
     by_link: bool = True
     """Whether it is called as its link is."""
     ignored: Sequence[str] = ()
-    """Those of `OFFSETS` that it has."""
+    """Tags of `OFFSETS` that it has."""
     prefixes: Mapping[str, str] = field(default_factory=dict)
-    """What Hector's tags begin with, by the sensor's field."""
+    """Beginnings of Hector's tags, by the sensor's field."""
     plugins: Sequence[str] = ()
-    """Those in a `<sensor>` that publish its readings."""
+    """Plugins in a `<sensor>` that publish its readings."""
     scans: Sequence[str] = ()
-    """Those of them that publish a planar scan."""
+    """Plugins that publish a planar scan."""
 
 
 TABLES: Mapping[str, Any] = json.loads((Path(__file__).parent / "plugins.json").read_bytes())
@@ -188,29 +185,29 @@ INSTRUMENTS, SENSORS = (
 """Plugins that are sensors, and Gazebo's own sensors by their type."""
 
 
-def _fields(node: Node | None, rows: Rows) -> _Values:
+def _fields(node: Node | None, rows: Rows) -> Values:
     return node.fields(rows) if node else {name: tag.default for name, tag in rows.items()}
 
 
-def _hector(node: Node, *_: object) -> _Values:
-    found: _Values = {}
+def _hector(node: Node, *_: object) -> Values:
+    found: Values = {}
     for key, prefix in INSTRUMENTS[plugin_kind(node)].prefixes.items():
         found[key] = {}
         for name, tag in FIELDS["hector"].items():
             path = f"{prefix}{tag.path}" if prefix else f"{tag.path[0].lower()}{tag.path[1:]}"
             several = len(node.text(path).split()) > 1
-            value = node.read(Tag(path, (tag.default,) * 3 if several else tag.default))
+            value = node.value_of(Tag(path, (tag.default,) * 3 if several else tag.default))
             found[key][name] = value if several else (value,) * 3
     return found
 
 
-def _plain_imu(node: Node, *_: object) -> _Values:
+def _plain_imu(node: Node, *_: object) -> Values:
     """Gazebo's own ROS plugin has one noise for everything."""
-    noise = {"noise": (node.read(FIELDS["noise"]["noise"]),) * 3}
+    noise = {"noise": (node.value_of(FIELDS["noise"]["noise"]),) * 3}
     return {"acceleration": noise, "angular_velocity": noise}
 
 
-def _shooter(node: Node, _: Node | None, scope: Scope, link: str) -> _Values:
+def _shooter(node: Node, _: Node | None, scope: Scope, link: str) -> Values:
     found = node.fields(FIELDS["shooter"])
     if any(found["muzzle"][3:]):
         scope.warn(node, "the angles of the projectile's pose are ignored")
@@ -227,7 +224,7 @@ def read_instrument(node: Node, scope: Scope) -> None:
     frame = scope.local(node.text(FRAME, kind.frame), hard_coded=bool(kind.links))
     if kind.links and not node.text(LINK):
         names = [name.format(own=own, frame=frame, root=scope.urdf.root) for name in kind.links]
-        link = next(filter(None, (scope.found(name, scope.urdf.links) for name in names)), "")
+        link = next(filter(None, (scope.find(name, scope.urdf.links) for name in names)), "")
         if not link and kind.rate is None:
             scope.warn(node, f"no link named '{names[0]}' to launch from; the root link is used")
         link = link or scope.urdf.root
@@ -239,7 +236,7 @@ def read_instrument(node: Node, scope: Scope) -> None:
 def _add(
     node: Node, plugin: Node | None, kind: Kind, scope: Scope, link: str, frame: str, topic: str, name: str
 ) -> None:  # fmt: skip
-    """Keeps a sensor, if its values are such as there are."""
+    """Keep a sensor, if its values are valid."""
     own = node.tag == "sensor"
     rate = SENSOR_RATE if own or kind.rate is None else replace(SENSOR_RATE, **kind.rate)
     read = _READERS.get(kind.name)
@@ -253,12 +250,12 @@ def _add(
         **({"rate": scope.rate(node, rate)} if own or kind.rate else {}),
         **(read(node, plugin, scope, link) if read else node.fields(FIELDS[kind.fields])),
     }
-    sensor: Any = None if node.findings.problems else node.configured(_CONFIGS[kind.type], values)
+    sensor: Any = None if node.findings.problems else node.config_of(_CONFIGS[kind.type], values)
     if sensor is not None:
         scope.sensors.append(sensor)
 
 
-def _camera(node: Node, plugin: Node | None, scope: Scope, link: str) -> _Values:
+def _camera(node: Node, plugin: Node | None, scope: Scope, link: str) -> Values:
     camera = node.child("camera")
     if camera is None:
         node.fault("required, but missing", "camera")
@@ -271,7 +268,7 @@ def _camera(node: Node, plugin: Node | None, scope: Scope, link: str) -> _Values
     return found | {"noise": _noise(camera.child("noise"), scope), "frame": scope.local(frame), "labels": labels}
 
 
-def _lidar(node: Node, plugin: Node | None, scope: Scope, _: str) -> _Values:
+def _lidar(node: Node, plugin: Node | None, scope: Scope, _: str) -> Values:
     ray = node.child("ray|lidar")
     if ray is None or ray.child("scan/horizontal") is None:
         node.fault("required, but missing", "ray / scan / horizontal")
@@ -297,9 +294,9 @@ def _lidar(node: Node, plugin: Node | None, scope: Scope, _: str) -> _Values:
     }
 
 
-def _gps(node: Node, _: Node | None, scope: Scope, __: str) -> _Values:
+def _gps(node: Node, _: Node | None, scope: Scope, __: str) -> Values:
     """SDF gives its receiver, `navsat` or `gps`, horizontal and vertical noise."""
-    found: _Values = {}
+    found: Values = {}
     for key in ("position", "velocity"):
         body = node.child(f"navsat/{key}_sensing|gps/{key}_sensing")
         across, up = (_noise(body and body.child(way, "noise"), scope) for way in ("horizontal", "vertical"))
@@ -307,12 +304,12 @@ def _gps(node: Node, _: Node | None, scope: Scope, __: str) -> _Values:
     return found
 
 
-def _imu(node: Node, _: Node | None, scope: Scope, __: str) -> _Values:
+def _imu(node: Node, _: Node | None, scope: Scope, __: str) -> Values:
     tags = {"acceleration": "linear_acceleration", "angular_velocity": "angular_velocity"}
     return {key: _errors(node, tag, scope) for key, tag in tags.items()}
 
 
-def _errors(node: Node, tag: str, scope: Scope) -> _Values:
+def _errors(node: Node, tag: str, scope: Scope) -> Values:
     """SDF's noise of three axes; its dynamic bias wanders with a stationary deviation of s sqrt(tau / 2).
 
     Reference: gz-sensors, GaussianNoiseModel.cc: b' = -b / tau + s w.
@@ -334,7 +331,7 @@ def _noise(node: Node | None, scope: Scope) -> float:
     return node.value("stddev", 0.0, low=0)
 
 
-_READERS: Mapping[str, Callable[[Node, Node | None, Scope, str], _Values]] = {
+_READERS: Mapping[str, Callable[[Node, Node | None, Scope, str], Values]] = {
     "hector_gps": _hector,
     "hector_imu": _hector,
     "plain_imu": _plain_imu,
@@ -344,7 +341,7 @@ _READERS: Mapping[str, Callable[[Node, Node | None, Scope, str], _Values]] = {
     "gps": _gps,
     "imu": _imu,
 }
-"""What reads of a sensor what others have not, from its element, the plugin in it, and the link that it is on."""
+"""Readers of what single kinds have, from a sensor's element, the plugin in it, and the link that it is on."""
 
 
 def read_sensor(node: Node, link: str, scope: Scope, *, alone: bool = True) -> None:

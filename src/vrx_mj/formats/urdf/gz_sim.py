@@ -4,13 +4,12 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 from pydantic import ValidationError
 
 from vrx_mj.config.robots import ChannelEntry
 from vrx_mj.config.wording import choice
-from vrx_mj.formats.urdf.elements import Node, Tag
+from vrx_mj.formats.urdf.elements import Node, Tag, Values
 from vrx_mj.formats.urdf.gazebo_sensors import Scope
 from vrx_mj.formats.urdf.model import UrdfThruster
 
@@ -23,11 +22,8 @@ _TYPES = ("COMMAND", "EFFORT", "POSITION", "VELOCITY")
 
 _COEFFICIENT = re.compile(r"[xyzkmn](Dot)?[UVWPQR][UVWPQR]?|[xyzkmn][UVWPQR]abs[UVWPQR]")
 
-_Known = dict[str, Any]
-"""Fields of `HydrodynamicsConfig` that a file gives; in a six None is what it does not."""
 
-
-def read_fossen(node: Node, scope: Scope) -> _Known:
+def read_fossen(node: Node, scope: Scope) -> Values:
     """Added mass and drag of gz-sim's Hydrodynamics along each axis; a drag that it does not give is not known.
 
     Fossen's derivatives are negative where they resist; the plugin takes its water for still.
@@ -44,7 +40,7 @@ def read_fossen(node: Node, scope: Scope) -> _Known:
     scope.check(node, [CURRENT])
     paths = [(mass, drag, f"{newer}|{older}") for mass, drag, newer, older in _FOSSEN.values()]
     found = [[abs(node.value(path, 0.0)) if node.child(path) else None for path in along] for along in paths]
-    known: _Known = {
+    known: Values = {
         "added_mass": (0.0,) * 6 if node.flag("disable_added_mass", False) else tuple(mass for mass, *_ in found),
         "drag_linear": tuple(_drag(linear, quadratic) for _, linear, quadratic in found),
         "drag_quadratic": tuple(_drag(quadratic, linear) for _, linear, quadratic in found),
@@ -58,7 +54,7 @@ def _drag(own: float | None, other: float | None) -> float | None:
     return 0.0 if own is None and other is not None else own
 
 
-def read_buoyancy(node: Node) -> _Known:
+def read_buoyancy(node: Node) -> Values:
     """The density of the water; what lifts are the shapes, which gz-sim too takes."""
     if node.child("uniform_fluid_density|graded_buoyancy") is None:
         return {}
@@ -67,10 +63,10 @@ def read_buoyancy(node: Node) -> _Known:
 
 @dataclass(frozen=True)
 class Control:
-    """What a channel of ArduPilot does with a joint."""
+    """A channel of ArduPilot that commands a joint."""
 
     channel: str
-    """Its number, from 1."""
+    """Number of the channel, from 1."""
     joint: str
     type: str
     low: float
@@ -80,7 +76,7 @@ class Control:
     trim: float
     """Pulse that commands 0 [us]."""
     span: tuple[float, float]
-    """How much shorter and longer those of the limits are [us]; below 0 where the longer one commands less."""
+    """Differences of the shortest and longest pulse from `trim` [us]; negative where the longer one commands less."""
     node: Node
 
 
@@ -105,14 +101,14 @@ def read_controls(node: Node, scope: Scope) -> list[Control]:
     return found
 
 
-def controlled(
+def with_channels(
     thrusters: Sequence[UrdfThruster], controls: Sequence[Control], scope: Scope, turned: Mapping[str | None, str]
 ) -> tuple[list[UrdfThruster], dict[str, ChannelEntry]]:
     """Thrusters that push and steer no farther than the channels of ArduPilot let them, and these channels.
 
     `turned` are names of what turns on other joints.
     """
-    found = [_narrowed(item, {one.joint: one for one in controls}) for item in thrusters]
+    found = [_with_limits(item, {one.joint: one for one in controls}) for item in thrusters]
     commands = {joint: f"{name}_angle" for joint, name in turned.items()}
     commands |= {item.engine_joint: f"{item.name}_angle" for item in thrusters}
     commands |= {item.propeller_joint: item.name for item in thrusters}
@@ -128,7 +124,7 @@ def controlled(
     return found, channels
 
 
-def _narrowed(item: UrdfThruster, controls: Mapping[str, Control]) -> UrdfThruster:
+def _with_limits(item: UrdfThruster, controls: Mapping[str, Control]) -> UrdfThruster:
     drive = item.drive
     push, turn = controls.get(item.propeller_joint or ""), controls.get(item.engine_joint or "")
     if push and push.type in {"COMMAND", "EFFORT"}:

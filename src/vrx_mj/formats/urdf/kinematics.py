@@ -36,24 +36,25 @@ def reading(
     findings = Findings(label)
     root = Node(markup, "", findings)
     around = Surroundings(findings, *material_colors(root))
-    shapes = {row.link.name: row for row in (read_link(node, around) for node in rows.named(root, "link"))}
+    shapes = {row.link.name: row for row in (read_link(node, around) for node in rows.named_children(root, "link"))}
     links = {name: row.link for name, row in shapes.items()}
-    joints = {joint.name: joint for joint in (read_joint(node, links) for node in rows.named(root, "joint"))}
+    joints = {joint.name: joint for joint in (read_joint(node, links) for node in rows.named_children(root, "joint"))}
     tags = [Node(tag, "gazebo", findings) for tag in markup.findall("gazebo")]
     robot = rows.robot_of(root, Path(file), links, joints, around, tags, turns)
-    lost = losses(markup, "robot", "boat")
-    robot = replace(robot, remarks=tuple(f"{place}: {what}: {why}" for place, what, why in lost))
+    robot = replace(robot, remarks=tuple(losses(markup, "robot", "boat")))
     return robot, tuple(shapes.values()), findings
 
 
 def tree(text: str, label: str) -> Urdf:
     """What a URDF's text says about its joints. Raises ConfigError."""
     root = Node(parse_robot(text, label), "", Findings(label))
-    links = {(name := node.required("name")): Link(name, None, place=node.place) for node in root.children("link")}
+    links = {
+        (name := node.required_attribute("name")): Link(name, None, place=node.place) for node in root.children("link")
+    }
     joints = {joint.name: joint for joint in (read_joint(node, links) for node in root.children("joint"))}
     top = rows.checked_root(links, joints, root)
     root.findings.settle()
-    return rows.jointed(root, Path(label), links, joints, top, turns)
+    return rows.resting_robot(root, Path(label), links, joints, top, turns)
 
 
 def turns(links: Sequence[str], joints: Sequence[rows.Row]) -> dict[str, FloatArray]:

@@ -12,7 +12,7 @@ from vrx_mj.errors import VrxError
 from vrx_mj.formats.urdf.elements import Findings
 from vrx_mj.formats.urdf.links import ShapeT
 from vrx_mj.formats.urdf.meshes import MeshFiles, MissingMeshError, check_mesh
-from vrx_mj.formats.urdf.model import Color, Link, LinkRow, MeshRow, Scale, chained
+from vrx_mj.formats.urdf.model import Color, Link, LinkRow, MeshRow, Scale, chain
 from vrx_mj.frames import Pose, inverse
 from vrx_mj.resources import root
 
@@ -36,7 +36,7 @@ def _stand_in(name: str, pose: Pose, color: Color | None, scale: Scale = (1.0, 1
     if own is None:
         return ()
     x, y, z, *turn = inverse(own["pose"])
-    place = chained(pose, (x * scale[0], y * scale[1], z * scale[2], *turn))  # type: ignore[arg-type]
+    place = chain(pose, (x * scale[0], y * scale[1], z * scale[2], *turn))  # type: ignore[arg-type]
     return tuple(
         Visual(folder=_FOLDER, type="mesh", file=f"meshes/{mesh}.obj", pose=place, scale=scale, color=color or rgba)
         for mesh, rgba in own["meshes"].items()
@@ -58,7 +58,7 @@ def solid_mesh(shape: Shape | MeshRow, files: MeshFiles, findings: Findings) -> 
         yield shape
         return
     try:
-        yield _found(shape, files, Shape, collides=True)
+        yield _mesh_shape(shape, files, Shape, collides=True)
     except VrxError as error:
         findings.problems.append(shape.place.problem(shape.key, str(error)))
 
@@ -72,7 +72,7 @@ def _seen_mesh(shape: Visual | MeshRow, files: MeshFiles, findings: Findings) ->
         yield shape
         return
     try:
-        yield _found(shape, files, Visual)
+        yield _mesh_shape(shape, files, Visual)
     except MissingMeshError:
         instead = _stand_in(shape.file, shape.pose, shape.color, shape.scale)
         if not instead:
@@ -82,7 +82,7 @@ def _seen_mesh(shape: Visual | MeshRow, files: MeshFiles, findings: Findings) ->
         findings.note("unread", str(error))
 
 
-def _found(mesh: MeshRow, files: MeshFiles, kind: type[ShapeT], *, collides: bool = False) -> ShapeT:
+def _mesh_shape(mesh: MeshRow, files: MeshFiles, kind: type[ShapeT], *, collides: bool = False) -> ShapeT:
     """The shape of a mesh that was found and read, in its own colour unless one is given. Ours are known to be sound.
 
     Raises:

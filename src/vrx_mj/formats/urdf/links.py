@@ -2,28 +2,27 @@
 
 import math
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
-from vrx_mj.config.joints import tree_faults
 from vrx_mj.config.shapes import Shape, Visual
 from vrx_mj.config.values import COLORS
 from vrx_mj.config.wording import choice
 from vrx_mj.errors import UnknownNameError
-from vrx_mj.formats.urdf.elements import FIELDS, LARGEST, Findings, Node, own_name
+from vrx_mj.formats.urdf.elements import FIELDS, LARGEST, Findings, Node, Values, own_name
 from vrx_mj.formats.urdf.model import Color, Inertial, Joint, Limits, Link, LinkRow, MeshRow
 from vrx_mj.frames import Pose
 
 _GEOMETRIES = ("box", "sphere", "cylinder", "capsule", "mesh")
 _POST = "_post_link"
-"""How VRX's generator ends the name of a sensor's post; it may have a negative length, and so a negative mass."""
+"""End of the name of a sensor's post in VRX; it may have a negative length, and so a negative mass."""
 _VRX_IMU = (0.1, 0.000083, 0.000083, 0.0125)
 """Mass and moments that VRX gives its IMU. No body has them, but so light a part does not matter."""
 _SLIGHT = 1.1
-"""How far a moment may exceed the sum of the others before the inertia of a heavy link is an error."""
+"""Ratio of a moment to the sum of the others from which the inertia of a heavy link is an error."""
 _THIN, _ROUNDED = 1e-6, 1e-12
 """Squares [m2] of radii of gyration, 1 mm and 1 um: moments off by less come of rounding, and are no error; or are
 not worth a word."""
@@ -40,7 +39,7 @@ _GAZEBO_NAME = re.compile(r"(?<=[a-z])(?=[A-Z])")
 
 @dataclass
 class Surroundings:
-    """What a link's elements refer to, and what is noticed about the links."""
+    """Colours to which elements of links refer, and problems of the links."""
 
     findings: Findings
     materials: Mapping[str, Color] = field(default_factory=dict)
@@ -53,16 +52,19 @@ class Surroundings:
 
 def read_link(node: Node, around: Surroundings) -> LinkRow:
     """A `<link>`. Problems and suspicious values are noted, not raised."""
-    name = node.required("name")
-    short = _is_short_post(node, name)
-    if short:
+    name = node.required_attribute("name")
+    if _is_short_post(node, name):
         around.findings.note("post", name)
-    inertial = None if short else _inertial(node, name, around)
-    return LinkRow(
-        Link(name, inertial, place=node.place),
-        collisions=() if short else tuple(filter(None, map(_collision, node.children("collision")))),
-        visuals=() if short else tuple(filter(None, (_visual(c, name, around) for c in node.children("visual")))),
-    )
+        return LinkRow(Link(name, None, place=node.place), (), ())
+
+    def color(visual: Node) -> Color | None:
+        material = visual.child("material")
+        own = material.child("color") if material else None
+        named = around.materials.get(material.attribute("name") or "") if material else None
+        return around.gazebo.get(name) or (_rgba(own) if own else named)
+
+    felt, seen = read_shapes(node, name, around.findings, _shape, color)
+    return LinkRow(Link(name, _inertial(node, name, around), place=node.place), tuple(row for _, row in felt), seen)
 
 
 def _read_pose(node: Node | None) -> Pose:
@@ -116,74 +118,85 @@ def _inertial(node: Node, name: str, around: Surroundings) -> Inertial | None:
     inertial = node.child("inertial")
     if inertial is None:
         return None
-    mass_node, inertia = inertial.needed("mass"), inertial.needed("inertia")
+    mass_node, inertia = inertial.required_child("mass"), inertial.required_child("inertia")
     mass = mass_node.number("value", low=0) if mass_node else math.nan
     diagonal = [inertia.number(key) if inertia else math.nan for key in ("ixx", "iyy", "izz")]
     products = [inertia.number(key, 0.0) if inertia else math.nan for key in ("ixy", "ixz", "iyz")]
     pose = _read_pose(inertial)
-    if not all(map(math.isfinite, (mass, *diagonal, *products))):
-        return None
-    if mass == 0:
+    values = mass, *diagonal, *products
+    return inertial_of(inertia, name, values, pose, around) if all(map(math.isfinite, values)) else None
+
+
+def inertial_of(
+    node: Node | None, name: str, values: tuple[float, ...], pose: Pose, around: Surroundings
+) -> Inertial | None:
+    """Mass properties of a link by mass and tensor, if it has a mass; what no body has is noted.
+
+    No principal moment is negative, and none exceeds the sum of the others, in any body that exists.
+    """
+    mass, xx, yy, zz, xy, xz, yz = values
+    if mass == 0.0:
         around.findings.note("massless", name)
         return None
-    if inertia:
-        check_inertia(inertia, name, (mass, *diagonal, *products), around)
-    xx, yy, zz, xy, xz, yz = *diagonal, *products
-    return Inertial(mass, pose, (xx, yy, zz, xy, xz, yz))
-
-
-def check_inertia(node: Node, name: str, values: tuple[float, ...], around: Surroundings) -> None:
-    """No principal moment is negative, and none exceeds the sum of the others, in any body that exists."""
-    mass, *tensor = values
-    xx, yy, zz, xy, xz, yz = tensor
+    found = Inertial(mass, pose, (xx, yy, zz, xy, xz, yz))
+    if node is None:
+        return found
     low, middle, high = moments = np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]).tolist()
     words = ", ".join(f"{moment:.6g}" for moment in moments)
     if low < -_ROUNDED * mass:
         around.impossible.append((node, name, low < -max(1e-9 * high, _THIN * mass, _LAST_DIGITS), f"{words} kg m2"))
-    elif high - low - middle > max(1e-6 * (low + middle), _ROUNDED * mass) and (mass, *tensor[:3]) != _VRX_IMU:
+    elif high - low - middle > max(1e-6 * (low + middle), _ROUNDED * mass) and (mass, xx, yy, zz) != _VRX_IMU:
         far = high - low - middle > max((_SLIGHT - 1.0) * (low + middle), _THIN * mass, _LAST_DIGITS)
         more = "and the largest is more than the sum of the other two"
         around.impossible.append((node, name, far, f"{words} kg m2, {more}"))
+    return found
 
 
-def _collision(node: Node) -> Shape | MeshRow | None:
-    geometry = node.needed("geometry")
-    values = _shape(node, geometry) if geometry else None
-    return shape_of(node, geometry, values, Shape) if geometry and values else None
+def read_shapes(
+    link: Node,
+    name: str,
+    findings: Findings,
+    values_of: Callable[[Node, Node], Values | None],
+    color_of: Callable[[Node], Color | None],
+) -> tuple[list[tuple[Node, Shape | MeshRow]], tuple[Visual | MeshRow, ...]]:
+    """Collisions of a link with their elements, and its visuals; one without a shape, as VRX has it, shows nothing.
+
+    Args:
+        link: the `<link>`.
+        name: its name.
+        findings: takes problems and suspicious values.
+        values_of: reads the values of a shape from its element and the `<geometry>` in it.
+        color_of: reads the colour of a `<visual>`.
+    """
+    felt, seen = list[tuple[Node, Shape | MeshRow]](), list[Visual | MeshRow]()
+    for node in link.children("collision"):
+        geometry = node.required_child("geometry")
+        values = values_of(node, geometry) if geometry else None
+        if geometry and values and (shape := shape_of(node, geometry, values, Shape)):
+            felt.append((node, shape))
+    for node in link.children("visual"):
+        geometry = node.child("geometry")
+        if geometry is None:
+            findings.note("shapeless", name)
+        elif values := values_of(node, geometry):
+            color = color_of(node)
+            visual = shape_of(node, geometry, values | ({"color": color} if color else {}), Visual)
+            seen += [visual] if visual else []
+    return felt, tuple(seen)
 
 
-def _visual(node: Node, link: str, around: Surroundings) -> Visual | MeshRow | None:
-    """What a `<visual>` shows; one without a shape, which VRX has too, shows nothing."""
-    geometry = node.child("geometry")
-    values = _shape(node, geometry) if geometry else None
-    if geometry is None:
-        around.findings.note("shapeless", link)
-    if geometry is None or values is None:
-        return None
-    color = around.gazebo.get(link) or _visual_color(node, around)
-    return shape_of(node, geometry, values | ({"color": color} if color else {}), Visual)
-
-
-def shape_of(node: Node, geometry: Node, values: dict[str, Any], kind: type[ShapeT]) -> ShapeT | MeshRow | None:
+def shape_of(node: Node, geometry: Node, values: Values, kind: type[ShapeT]) -> ShapeT | MeshRow | None:
     """A shape of these values; of a mesh the row."""
-    if values["type"] != "mesh" or node.configured(kind, {**values, "file": _ANY_MESH}) is None:
-        return node.configured(kind, values)
+    if values["type"] != "mesh" or node.config_of(kind, {**values, "file": _ANY_MESH}) is None:
+        return node.config_of(kind, values)
     mesh = geometry.child("mesh") or geometry
     key = "uri" if mesh.child("uri") else "filename"
-    given: dict[str, Any] = {"scale": ONE, "name": None, "color": None} | values
+    given: Values = {"scale": ONE, "name": None, "color": None} | values
     del given["type"]
     return MeshRow(place=mesh.place, key=f"{mesh.path} / {key}", **given)
 
 
-def _visual_color(node: Node, around: Surroundings) -> Color | None:
-    material = node.child("material")
-    if material is None:
-        return None
-    color = material.child("color")
-    return _rgba(color) if color else around.materials.get(material.attribute("name") or "")
-
-
-def _shape(node: Node, geometry: Node) -> dict[str, Any] | None:
+def _shape(node: Node, geometry: Node) -> Values | None:
     """Type, sizes, pose and name of a shape; a mesh's file as it is written."""
     shapes = [Node(child, f"{geometry.path} / {child.tag}", geometry.findings) for child in geometry.element]
     if len(shapes) != 1:
@@ -194,9 +207,9 @@ def _shape(node: Node, geometry: Node) -> dict[str, Any] | None:
     if shape.tag not in _GEOMETRIES:
         geometry.fault(choice(shape.tag, _GEOMETRIES))
         return None
-    values: dict[str, Any] = {"type": shape.tag, "pose": _read_pose(node)}
+    values: Values = {"type": shape.tag, "pose": _read_pose(node)}
     if shape.tag == "mesh":
-        values["file"] = shape.required("filename")
+        values["file"] = shape.required_attribute("filename")
         if shape.attribute("scale") is not None:
             values["scale"] = _scale(shape)
     else:
@@ -211,7 +224,7 @@ def shape_name(node: Node) -> dict[str, str]:
 
 
 def _scale(mesh: Node) -> tuple[float, ...]:
-    """Of a mesh, along x, y and z; negative ones mirror it."""
+    """Scale of a mesh along x, y and z; negative ones mirror it."""
     words = (mesh.attribute("scale") or "").split()
     scale = mesh.numbers("scale", "factor") * 3 if len(words) == 1 else mesh.numbers("scale", "x y z")
     if 0.0 in scale:
@@ -227,7 +240,7 @@ ENDLESS = 1e10
 
 def read_joint(node: Node, links: Collection[str]) -> Joint:
     """A `<joint>` between two of these links. Problems and suspicious values are noted, not raised."""
-    name, kind = node.required("name"), node.attribute("type") or ""
+    name, kind = node.required_attribute("name"), node.attribute("type") or ""
     if kind not in TYPES:
         node.fault(choice(kind, TYPES) if kind else f"required, but missing; one of {', '.join(TYPES)}", "type")
     parent, child = (_end(node, tag, links) for tag in ("parent", "child"))
@@ -240,22 +253,9 @@ def read_joint(node: Node, links: Collection[str]) -> Joint:
     return Joint(name, kind, parent, child, pose, axis=axis, limits=limits, place=place, rest=rest)
 
 
-def root_of(links: Mapping[str, Link], joints: Mapping[str, Joint], findings: Findings) -> str:
-    """The one link that is no joint's child, if the links hang together as a tree under it."""
-    children = {joint.child for joint in joints.values()}
-    top = next((name for name in links if name not in children), "")
-    rows: dict[str | int, list[Any]] = {"links": [link for link in links.values() if link.name != top]}
-    rows["joints"] = list(joints.values())
-    ends = [(joint.name, joint.parent, joint.child) for joint in joints.values()]
-    for (kind, index, *_), message in tree_faults(top, [link.name for link in rows["links"]], ends):
-        row = rows[kind][int(index)]
-        findings.problems.append(row.place.problem(f"{str(kind)[:-1]} '{row.name}'", str(message)))
-    return top
-
-
 def _end(node: Node, tag: str, links: Collection[str]) -> str:
-    end = node.needed(tag)
-    name = end.required("link") if end else ""
+    end = node.required_child(tag)
+    name = end.required_attribute("link") if end else ""
     if end and name and name not in links:
         end.fault(str(UnknownNameError("link", name, links)), "link")
     return name

@@ -3,13 +3,11 @@
 Pictures that a mesh names are not opened.
 """
 
-import contextlib
 import io
 import logging
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import collada  # noqa: F401 - trimesh imports it with the first Collada file, when nothing else may be read
 import numpy as np
@@ -17,7 +15,8 @@ import PIL.Image
 import trimesh
 
 from vrx_mj.errors import VrxError
-from vrx_mj.formats.urdf.meshes import Color, MeshData
+from vrx_mj.formats.urdf.meshes import MeshData
+from vrx_mj.formats.urdf.model import Color
 
 _MOST_TRIANGLES = 200_000
 """MuJoCo's own limit for STL files."""
@@ -35,16 +34,9 @@ def _no_picture(*_arguments: object, **_options: object) -> None:
     raise OSError("pictures are not opened")
 
 
-@contextlib.contextmanager
-def _without_pictures() -> Iterator[None]:
-    opened, PIL.Image.open = PIL.Image.open, _no_picture  # type: ignore[assignment]
-    try:
-        yield
-    finally:
-        PIL.Image.open = opened
+PIL.Image.open = _no_picture  # type: ignore[assignment]
 
 
-@_without_pictures()
 def mesh(path: str, name: str) -> MeshData:
     """The mesh of a file, which messages call `name`.
 
@@ -62,7 +54,7 @@ def mesh(path: str, name: str) -> MeshData:
     if count > _MOST_TRIANGLES:
         raise VrxError(f"mesh {name} has {count:,} triangles; at most {_MOST_TRIANGLES:,} are allowed: simplify it, "
                        "for example with Blender's Decimate")  # fmt: skip
-    return _checked(name, _merged(parts, unit))
+    return _check(name, _merge(parts, unit))
 
 
 def glb(path: str, name: str) -> bytes:
@@ -76,7 +68,7 @@ def glb(path: str, name: str) -> bytes:
     return bytes(trimesh.Trimesh(upright, found.triangles).export(file_type="glb"))
 
 
-def _parts(name: str, content: bytes, suffix: str) -> list[Any]:
+def _parts(name: str, content: bytes, suffix: str) -> list[trimesh.Trimesh]:
     """Every mesh of the file that has triangles, once for each place, in the file's unit."""
     if suffix == "ply":
         content = content.replace(b"element edge ", b"element unread ", 1)
@@ -94,11 +86,11 @@ def _parts(name: str, content: bytes, suffix: str) -> list[Any]:
         raise VrxError(f"mesh {name} cannot be read: it is not a {suffix.upper()} file, or is damaged") from None
 
 
-def _has_triangles(part: Any) -> bool:
+def _has_triangles(part: object) -> bool:
     return len(getattr(part, "faces", ())) > 0
 
 
-def _color(geometry: Any) -> Color | None:
+def _color(geometry: trimesh.Trimesh) -> Color | None:
     """The colour of a part: of its material, or the mean of its faces or points; None if it has none."""
     visual = geometry.visual
     if not getattr(visual, "defined", False):
@@ -108,7 +100,7 @@ def _color(geometry: Any) -> Color | None:
     return (red, green, blue, alpha or 1.0)
 
 
-def _merged(parts: Sequence[Any], unit: float) -> MeshData:
+def _merge(parts: Sequence[trimesh.Trimesh], unit: float) -> MeshData:
     """One mesh of several [m], in the colour of most of its area."""
     areas = dict[Color, float]()
     with np.errstate(all="ignore"):
@@ -120,7 +112,7 @@ def _merged(parts: Sequence[Any], unit: float) -> MeshData:
     return MeshData(points, triangles.astype(np.int64), max(areas, key=lambda color: areas[color], default=None))
 
 
-def _checked(name: str, found: MeshData) -> MeshData:
+def _check(name: str, found: MeshData) -> MeshData:
     """The mesh without points that no triangle uses, if it is one that MuJoCo can take."""
     used, places = np.unique(found.triangles, return_inverse=True)
     points = found.points[used]

@@ -18,6 +18,7 @@ from vrx_mj.config.shapes import MESH_SUFFIXES
 from vrx_mj.config.wording import literal, one_of
 from vrx_mj.errors import VrxError, first_names, shortened
 from vrx_mj.foreign import ask
+from vrx_mj.formats.urdf.model import Color
 from vrx_mj.formats.urdf.xacro_files import Files
 
 _PACKAGE = re.compile(r"(package|model)://([^/]*)/(.*)", re.DOTALL)
@@ -59,7 +60,7 @@ class MeshFiles(Files):
         if outside:
             where = f"outside the folders that may be read: {self._shown_bases()}"
             raise MissingMeshError(f"{literal(name)} is {where}; {ALLOW}")
-        if package and not any(folder.is_dir() for folder in self.named(package[2])):
+        if package and not any(folder.is_dir() for folder in self.package_folders(package[2])):
             where = f"no package named {literal(package[2])}: give the folder that contains it as package path"
         else:
             where = f"looked in {self._shown_bases()}"
@@ -68,7 +69,7 @@ class MeshFiles(Files):
     def _candidates(self, text: str, package: re.Match[str] | None) -> Iterator[Path]:
         scheme = _SCHEME.match(text)
         if package:
-            for folder in self.named(package[2]):
+            for folder in self.package_folders(package[2]):
                 yield folder / package[3].lstrip("/")
         elif scheme and scheme[1] != "file":
             raise VrxError(f"no downloads: expected a path, package://, model:// or file://, got {literal(text)}")
@@ -92,14 +93,14 @@ def with_mesh_names(text: str, files: MeshFiles, named: Callable[[Path, str], st
     Those for which it gives None, and those that are not found, stay as they are.
     """
 
-    def renamed(found: re.Match[str]) -> str:
+    def rename(found: re.Match[str]) -> str:
         try:
             name = named(*files.find(unescape(found[2][1:-1], _QUOTES)))
         except VrxError:
             name = None
         return found[0] if name is None else found[1] + quoteattr(name)
 
-    return _MESH.sub(renamed, text)
+    return _MESH.sub(rename, text)
 
 
 def _inside(file: Path, base: Path) -> str:
@@ -121,7 +122,6 @@ _SECONDS, _BYTES_PER_SECOND = 4, 2_000_000
 """Processor time of reading a mesh: this [s], and a second for so many bytes."""
 
 _Found = TypeVar("_Found")
-Color = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True)
@@ -148,7 +148,7 @@ def read_mesh(path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0)) -> MeshData:
 
     Collada's unit is honoured; its up axis is not, as in Gazebo, which draws such meshes with their own axes.
     """
-    mesh = _read(path.absolute(), len(mesh_bytes(path)), path.stat().st_mtime_ns)
+    mesh = _cached_mesh(path.absolute(), len(mesh_bytes(path)), path.stat().st_mtime_ns)
     if tuple(scale) == (1.0, 1.0, 1.0):
         return mesh
     mirrored = np.prod(scale) < 0
@@ -182,16 +182,16 @@ def mesh_bytes(path: Path) -> bytes:
 
 
 @lru_cache(maxsize=64)
-def _read(path: Path, size: int, _changed: int) -> MeshData:
-    return _asked("mesh", path, size, MeshData)
+def _cached_mesh(path: Path, size: int, _changed: int) -> MeshData:
+    return _ask("mesh", path, size, MeshData)
 
 
 def mesh_glb(path: Path) -> bytes:
     """The mesh of a file as glTF, whose y axis is up. The same errors as of `read_mesh`."""
-    return _asked("glb", path, len(mesh_bytes(path)), bytes)
+    return _ask("glb", path, len(mesh_bytes(path)), bytes)
 
 
-def _asked(what: str, path: Path, size: int, returns: type[_Found]) -> _Found:
+def _ask(what: str, path: Path, size: int, returns: type[_Found]) -> _Found:
     """What the process without rights gives of a mesh file."""
     name = shortened(path.name)
     if path.suffix.lower() not in MESH_SUFFIXES:

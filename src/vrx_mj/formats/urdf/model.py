@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, reduce
 from pathlib import Path
+from typing import NamedTuple
 
 from vrx_mj.config.dynamics import HullConfig, HydrodynamicsConfig, ThrusterConfig
 from vrx_mj.config.robots import ChannelEntry, RudderEntry, SailEntry
@@ -19,10 +20,10 @@ ZERO: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 @dataclass(frozen=True)
 class Place:
-    """Where an element is."""
+    """Place of an element."""
 
     file: str = ""
-    """As messages call it."""
+    """Name of the file in messages."""
     line: int | None = None
     column: int | None = None
 
@@ -30,8 +31,21 @@ class Place:
         return self.file if self.line is None else f"{self.file}:{self.line}"
 
     def problem(self, key: str, message: str) -> Problem:
-        """What is wrong with the element, or with a part of it."""
+        """A problem with the element, or with a part of it."""
         return Problem(self.file, self.line, None, key, message)
+
+
+class Loss(NamedTuple):
+    """A part of a file that is not simulated, or differently."""
+
+    place: Place
+    what: str
+    """The part, as the file calls it."""
+    why: str
+    """Reason, or what is done instead."""
+
+    def __str__(self) -> str:
+        return f"{self.place}: {self.what}: {self.why}"
 
 
 @dataclass(frozen=True)
@@ -51,7 +65,7 @@ class MeshRow:
     """A shape that is a mesh, whose file is still to be found."""
 
     file: str
-    """As the robot's file names it."""
+    """Name of the mesh in the robot's file."""
     pose: Pose
     scale: Scale
     name: str | None
@@ -84,7 +98,7 @@ class LinkRow:
 
 @dataclass(frozen=True)
 class Limits:
-    """What a joint can do."""
+    """Limits of a joint."""
 
     lower: float = 0.0
     upper: float = 0.0
@@ -109,7 +123,7 @@ class Joint:
     """Angle [rad] or distance [m] at rest: 0, or the limit that is nearest to it."""
 
     @property
-    def locked(self) -> bool:
+    def is_locked(self) -> bool:
         """A revolute or prismatic joint whose limits leave no room: VRX's way to keep a link of its own."""
         return self.type in {"revolute", "prismatic"} and self.limits is not None and (
             self.limits.lower == self.limits.upper
@@ -126,7 +140,7 @@ class UrdfThruster:
     """Thrust acts at its origin, along `axis`."""
     propeller_joint: str | None
     engine_joint: str | None
-    """What steers; None if nothing does."""
+    """Joint that steers; None if nothing does."""
     drive: ThrusterConfig
     kp: float = 300.0
     kd: float = 20.0
@@ -140,7 +154,7 @@ _Water = dict[str, float | tuple[float | None, ...] | tuple[HullConfig, ...]]
 
 @dataclass
 class Gazebo:
-    """What Gazebo's tags of a URDF mean to us, as far as they are read."""
+    """Plugins and sensors in Gazebo's tags of a URDF."""
 
     thrusters: list[UrdfThruster] = field(default_factory=list)
     hydrodynamics: HydrodynamicsConfig | None = None
@@ -152,11 +166,11 @@ class Gazebo:
     """Rudders and keels."""
     sails: dict[str, SailEntry] = field(default_factory=dict)
     autopilot: dict[str, ChannelEntry] = field(default_factory=dict)
-    """What channels of ArduPilot command, by number."""
+    """Channels of ArduPilot by number."""
     sensors: list[SensorConfig] = field(default_factory=list)
     """Posed in the root link's frame, names without the namespace."""
-    warnings: list[str] = field(default_factory=list)
-    """What the file asks for and is not done, each with its line."""
+    warnings: list[Loss] = field(default_factory=list)
+    """Plugins and sensors that are not simulated, or differently."""
 
 
 @dataclass(frozen=True)
@@ -165,7 +179,7 @@ class Urdf:
 
     file: Path
     label: str
-    """What messages call the file, or the text that was made of it."""
+    """Name in messages of the file, or of the text that was made of it."""
     name: str
     root: str
     links: Mapping[str, Link]
@@ -176,9 +190,9 @@ class Urdf:
     namespace: str = ""
     """Namespace of the links' names: `wamv` of `wamv/base_link`; empty if they have none."""
     gazebo: Gazebo = field(default_factory=Gazebo)
-    """What plugins and sensors mean."""
-    remarks: tuple[str, ...] = ()
-    """What the file asks for and is not done, besides its plugins and sensors, each with its line."""
+    """Plugins and sensors."""
+    remarks: tuple[Loss, ...] = ()
+    """Other parts of the file that are ignored, or differ here."""
     text: str = ""
     """A URDF of it, where the file is none."""
 
@@ -222,6 +236,6 @@ def relative(outer: Pose, inner: Pose) -> Pose:
     return inner if outer == ZERO else ZERO if inner == outer else compose(inverse(outer), inner)
 
 
-def chained(*poses: Pose) -> Pose:
+def chain(*poses: Pose) -> Pose:
     """The pose of the last frame in the first one's parent; each pose is in the frame before it [m, rad]."""
     return reduce(compose, poses, ZERO)

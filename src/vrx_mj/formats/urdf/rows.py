@@ -7,15 +7,16 @@ from pathlib import Path
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
+from vrx_mj.config.joints import tree_faults
 from vrx_mj.foreign import ask
 from vrx_mj.formats.urdf.elements import Node
 from vrx_mj.formats.urdf.gazebo import read_gazebo
-from vrx_mj.formats.urdf.links import Surroundings, root_of
+from vrx_mj.formats.urdf.links import Surroundings
 from vrx_mj.formats.urdf.model import Joint, Link, Urdf
 from vrx_mj.frames import Pose, angles
 
 Row = tuple[str, str, str, str, Pose, tuple[float, float, float], float]
-"""Of a joint name, type, names of parent and child, pose in the parent at 0 [m, rad], axis, and value at rest."""
+"""Name of a joint, type, parent, child, pose in the parent at 0 [m, rad], axis, and value at rest."""
 _Turns = Callable[[Sequence[str], Sequence[Row]], dict[str, FloatArray]]
 _LIGHT = 0.01
 """Share of a robot's mass below which a link's impossible inertia does not matter."""
@@ -40,21 +41,18 @@ def robot_of(
     check_masses(links, around, root)
     if root.findings.problems:
         return Urdf(file, root.findings.file, "", top, links, joints, {})
-    robot = jointed(root, file, links, joints, top, turns or _asked)
+    robot = resting_robot(root, file, links, joints, top, turns)
     return replace(robot, gazebo=read_gazebo(robot, tags, root.findings))
 
 
-def _asked(links: Sequence[str], joints: Sequence[Row]) -> dict[str, FloatArray]:
-    job, about = "formats.urdf.kinematics:turns", "the joints of a robot"
-    return ask(job, list(links), list(joints), returns=dict[str, FloatArray], about=about)
-
-
-def jointed(
-    root: Node, file: Path, links: Mapping[str, Link], joints: Mapping[str, Joint], top: str, turns_of: _Turns
+def resting_robot(
+    root: Node, file: Path, links: Mapping[str, Link], joints: Mapping[str, Joint], top: str, turns_of: _Turns | None
 ) -> Urdf:
     """A robot without plugins and sensors, its joints at rest."""
     rows = [(one.name, one.type, one.parent, one.child, one.pose, one.axis, one.rest) for one in joints.values()]
-    turns = turns_of(list(links), rows)
+    job, about = "formats.urdf.kinematics:turns", "the joints of a robot"
+    names, kind = list(links), dict[str, FloatArray]
+    turns = turns_of(names, rows) if turns_of else ask(job, names, rows, returns=kind, about=about)
     resting = {
         name: replace(joint, pose=_pose(turns[joint.child])) if joint.rest else joint for name, joint in joints.items()
     }
@@ -72,7 +70,7 @@ def _pose(turn: FloatArray) -> Pose:
     return x + 0.0, y + 0.0, z + 0.0, roll + 0.0, pitch + 0.0, yaw + 0.0
 
 
-def named(root: Node, tag: str) -> list[Node]:
+def named_children(root: Node, tag: str) -> list[Node]:
     """Elements of this name, with names of their own that none shares."""
     nodes = root.children(tag)
     root.findings.check_names(tag, ((node.attribute("name") or "", node.place, node.path) for node in nodes))
@@ -80,12 +78,25 @@ def named(root: Node, tag: str) -> list[Node]:
 
 
 def checked_root(links: Mapping[str, Link], joints: Mapping[str, Joint], root: Node) -> str:
-    """The root link; a file whose joints name links that are not there has other problems first."""
+    """Return the one link that is no joint's child, with a problem unless the links are a tree under it.
+
+    A file whose joints name links that are not there has other problems first.
+    """
     if not links:
         root.fault("has no links", root.tag)
-    if not links or root.findings.problems:
+    if root.findings.problems:
         return ""
-    return root_of(links, joints, root.findings)
+    children = {joint.child for joint in joints.values()}
+    top = next((name for name in links if name not in children), "")
+    rows: Mapping[str | int, list[Link] | list[Joint]] = {
+        "links": [link for link in links.values() if link.name != top],
+        "joints": [*joints.values()],
+    }
+    ends = [(joint.name, joint.parent, joint.child) for joint in joints.values()]
+    for (kind, index, *_), message in tree_faults(top, [link.name for link in rows["links"]], ends):
+        row = rows[kind][int(index)]
+        root.findings.problems.append(row.place.problem(f"{str(kind)[:-1]} '{row.name}'", str(message)))
+    return top
 
 
 def check_masses(links: Mapping[str, Link], around: Surroundings, root: Node) -> None:

@@ -14,7 +14,7 @@ from typing import Any, Literal, NamedTuple, get_args
 
 from vrx_mj.errors import nearest, shown
 from vrx_mj.formats.urdf.elements import truth
-from vrx_mj.formats.urdf.model import Place
+from vrx_mj.formats.urdf.model import Loss
 from vrx_mj.formats.urdf.xml_document import Markup
 
 _TEXT = (Path(__file__).parent / "tags.json").read_bytes()  # the process without rights may read no file later
@@ -23,21 +23,13 @@ _SIDES = get_args(_Side)
 
 
 class Entry(NamedTuple):
-    """What an element or attribute is."""
+    """Fate of an element or attribute."""
 
     fate: Literal["read", "lost", "harmless"]
     words: str
-    """As what it is read, or why it is lost."""
+    """Its name here, or the reason why it is lost."""
     usual: str | None = None
     """Value of which nothing is lost; None: something is of every value."""
-
-
-class Loss(NamedTuple):
-    """An element or attribute that is lost, with others of its kind."""
-
-    place: Place
-    what: str
-    why: str
 
 
 @cache
@@ -70,14 +62,14 @@ def _holders(section: str) -> frozenset[str]:
 def losses(root: Markup, section: str, side: _Side) -> list[Loss]:
     """What is lost of an element and of all in it, each kind once."""
     found: dict[tuple[str, str], list[Loss]] = {}
-    for key, loss in _lost(root, section, "", side):
+    for key, loss in _losses_in(root, section, "", side):
         found.setdefault(key, []).append(loss)
     return [
         one._replace(what=f"{one.what} and {len(more)} more") if more else one for one, *more in found.values()
     ]  # fmt: skip
 
 
-def _lost(element: Any, section: str, base: str, side: _Side) -> Iterator[tuple[tuple[str, str], Loss]]:
+def _losses_in(element: Any, section: str, base: str, side: _Side) -> Iterator[tuple[tuple[str, str], Loss]]:
     """The losses of an element whose attributes and children are in a section, by their kind."""
     rows = sections()[section]
     for name, value in element.attrib.items():
@@ -87,18 +79,18 @@ def _lost(element: Any, section: str, base: str, side: _Side) -> Iterator[tuple[
     for child in element if section != "plugin" else ():
         path = f"{base}{child.tag}"
         if section == "include" and child.tag == "model":  # put there by who included it
-            yield from _lost(child, "model", "", side)
+            yield from _losses_in(child, "model", "", side)
             continue
         why = _why(rows, path, child.text or "", side)
         if why:
             name = child.get("name")
             yield (section, path), Loss(child.place, f"<{child.tag}>{f' {shown(name)}' if name else ''}", why)
         elif not (side == "world" and child.tag == "model"):
-            yield from _lost(child, *section_below(section, path), side)
+            yield from _losses_in(child, *section_below(section, path), side)
 
 
 def _why(rows: Mapping[str, Mapping[str, Entry]], path: str, value: str, side: _Side) -> str:
-    """Why something is lost; empty if nothing is."""
+    """Reason why something is lost; empty if nothing is."""
     row = rows.get(path)
     if row is None:
         base, _, name = path.rpartition("/")

@@ -5,7 +5,7 @@ from copy import deepcopy
 from xml.etree import ElementTree as ET
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
-from markupsafe import Markup
+from markupsafe import Markup as Escaped
 
 from vrx_mj.formats.urdf.elements import Node
 from vrx_mj.formats.urdf.links import TYPES
@@ -19,21 +19,16 @@ def urdf_text(robot: Urdf, tags: Iterable[Node]) -> str:
     A joint of a kind that URDF has not, and one that does not rest at 0, is fixed in it; an ellipsoid is the box
     around it.
     """
-    loader = FileSystemLoader(root() / "templates")
     environment = Environment(
-        loader=loader, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined, autoescape=True, finalize=_words
-    )
+        loader=FileSystemLoader(root() / "templates"), trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined,
+        autoescape=True, finalize=lambda value: " ".join(map(str, value)) if isinstance(value, tuple) else value,
+    )  # fmt: skip
     template = environment.get_template("sdf_boat.urdf.j2")
     return template.render(robot=robot, types=TYPES, tags=[_text(tag) for tag in tags]) + "\n"
 
 
-def _text(tag: Node) -> Markup:
+def _text(tag: Node) -> Escaped:
     element = deepcopy(tag.element)
     ET.indent(element, level=1)
     element.tail = None
-    return Markup(ET.tostring(element, encoding="unicode"))
-
-
-def _words(value: object) -> object:
-    """Numbers with blanks between them."""
-    return " ".join(map(str, value)) if isinstance(value, tuple) else value
+    return Escaped(ET.tostring(element, encoding="unicode"))

@@ -22,7 +22,7 @@ from vrx_mj.errors import VrxError, shortened
 from vrx_mj.resources import root
 
 OUTSIDE = f"it is neither in the folder of the first file nor in a package; {ALLOW}"
-"""Why a file may not be read."""
+"""Reason why a file may not be read."""
 
 
 def own_packages() -> dict[str, Path]:
@@ -63,7 +63,7 @@ class Files:
             found for found in (package_above(self.folder, name), workspace_packages(self.folder).get(name)) if found
         ]
 
-    def named(self, name: str) -> Iterator[Path]:
+    def package_folders(self, name: str) -> Iterator[Path]:
         """Folders that may be the package of this name."""
         return packages_named(name, self.folder, self.order, self.paths)
 
@@ -71,12 +71,12 @@ class Files:
         """The folder of a package, which may be read from then on; None: there is none of this name."""
         if not re.fullmatch(r"\w[\w.-]{0,199}", name):
             return None
-        folder = next((each for each in self.named(name) if each.is_dir() and not is_built_in(each)), None)
+        folder = next((each for each in self.package_folders(name) if each.is_dir() and not is_built_in(each)), None)
         if folder in self.near(name):
             self.packages[name] = folder
         return folder or self.spare.get(name)
 
-    def allowed(self, path: str) -> Path:
+    def readable_file(self, path: str) -> Path:
         """The path of a file that may be read, links followed."""
         try:
             found = Path(path).resolve()
@@ -90,7 +90,7 @@ class Files:
         there = os.path.lexists(path)
         raise VrxError(f"'{shown}' is not a file" if there else f"no file '{shown}'{near_names(Path(path))}")
 
-    def known(self) -> list[str]:
+    def known_packages(self) -> list[str]:
         """Names of packages that can be found."""
         beside = {folder.name for path in self.paths if path.is_dir() for folder in path.iterdir() if folder.is_dir()}
         return sorted({*self.packages, *self.around, *beside, *workspace_packages(self.folder), *self.spare})

@@ -9,7 +9,6 @@ import json
 import re
 import warnings
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -49,31 +48,31 @@ class Markup(ET.Element):
 
 
 _Row = tuple[int, int, int, int, str, dict[str, str], str]
-"""Of an element the row of the one around it (-1: none), number of its file, line, column, tag, attributes, and its own
-text without blanks around it."""
+"""Row of the element around it (-1: none), number of its file, line, column, tag, attributes, and its own text without
+blanks around it."""
+Table = tuple[_Row, ...]
+"""The elements of a file, in its order."""
 
 
-@dataclass(frozen=True)
-class Table:
-    """The elements of a file, in its order."""
-
-    rows: tuple[_Row, ...]
+def file_error(file: Path | str, message: str, key: str = "") -> ConfigError:
+    """The error about a file, or one without a path that messages call so, as a whole."""
+    return ConfigError([Problem(display(file) if isinstance(file, Path) else file, None, None, key, message)])
 
 
 def read_bytes(file: Path) -> bytes:
-    """A file's bytes, up to the limit. Raises ConfigError."""
+    """Bytes of a file, up to the limit. Raises ConfigError."""
     try:
         return read_limited(file, MAX_BYTES)
     except ReadingError as error:
-        raise ConfigError([Problem(display(file), None, None, "", str(error))]) from None
+        raise file_error(file, str(error)) from None
 
 
 def read_text(file: Path) -> str:
-    """A file's text, up to the limit, likewise. Raises ConfigError."""
-    return decoded(read_bytes(file), display(file))
+    """Text of a file, up to the limit. Raises ConfigError."""
+    return decode(read_bytes(file), display(file))
 
 
-def decoded(data: bytes, name: str) -> str:
+def decode(data: bytes, name: str) -> str:
     """The text of a file, in the encoding that it says; what is wrong in it is U+FFFD. Raises ConfigError."""
     marked = "utf-16" if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) else None
     said = _ENCODING.match(data)
@@ -85,7 +84,7 @@ def decoded(data: bytes, name: str) -> str:
 
 
 def table(text: str, name: str) -> Table:
-    """The elements of an XML text; messages call it by a name. Raises ConfigError."""
+    """Table of the elements of an XML text, which messages call `name`. Raises ConfigError."""
     return table_of(markup(text, name))
 
 
@@ -123,7 +122,7 @@ def table_of(root: Any) -> Table:
         text = "".join([element.text or "", *(child.tail or "" for child in element)]).strip()
         line, column = element.place.line or 1, element.place.column or 1
         rows.append((around, 0, line, column, element.tag, dict(element.attrib), text))
-    return Table(tuple(rows))
+    return tuple(rows)
 
 
 def parse_xml(text: str, name: str, target: Callable[[Callable[[], Place]], Any], *, strict: bool = False) -> Any:
@@ -146,16 +145,16 @@ def parse_xml(text: str, name: str, target: Callable[[Callable[[], Place]], Any]
     odd = _Oddities()
     parser = _Parser(name, None if strict else odd, target)
     try:
-        parser.expat.Parse((text if strict else _repaired(text, name, odd)).encode("utf-8", "replace"), True)
+        parser.expat.Parse((text if strict else _repair(text, name, odd)).encode("utf-8", "replace"), True)
     except expat.ExpatError as error:
         place = Place(name, max(error.lineno, 1), error.offset + 1)
-        raise _fault(place, "", parser.worded(expat.ErrorString(error.code))) from None
+        raise _fault(place, "", parser.message(expat.ErrorString(error.code))) from None
     odd.warn()
     return parser.target
 
 
 class _Oddities(dict[str, tuple[str, Place, int]]):
-    """What XML does not allow in a file: of each kind the words, the first place and how many there are."""
+    """Faults in XML that are tolerated: for each kind the words, the first place and the count."""
 
     def add(self, kind: str, place: Callable[[], Place], words: str = "") -> None:
         """Add one; its words and place count if it is the first."""
@@ -169,7 +168,7 @@ class _Oddities(dict[str, tuple[str, Place, int]]):
             warnings.warn(VrxWarning(f"{place}:{place.column}: {words}{more}"), stacklevel=3)
 
 
-def _repaired(text: str, name: str, odd: _Oddities) -> str:
+def _repair(text: str, name: str, odd: _Oddities) -> str:
     """A text as XML allows it; lines stay where they are, and columns but behind an '&'."""
 
     def place(start: int) -> Place:
@@ -250,8 +249,8 @@ class _Parser:
         self.open.pop()
         self.target.end(tag)
 
-    def worded(self, said: str) -> str:
-        """What the parser complains of, in our words."""
+    def message(self, said: str) -> str:
+        """Message for an error of the parser."""
         tag, line = self.open[-1] if self.open else ("", 0)
         if said == "mismatched tag":
             return f"expected </{tag}>, which ends the <{tag}> of line {line}"

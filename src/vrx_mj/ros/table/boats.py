@@ -172,7 +172,7 @@ def _joints_of_links(robot: Urdf, boat: str) -> Iterator[BoatJoint]:
             np.array(joint.pose[:3]),
             np.array(quaternion(*joint.pose[3:])),
             np.array(joint.axis),
-            joint.type != _FIXED and not joint.locked,
+            joint.type != _FIXED and not joint.is_locked,
             np.array(robot.places[link][:3]),
         )
 

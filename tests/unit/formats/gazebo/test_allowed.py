@@ -111,7 +111,7 @@ def test_a_mesh_that_leads_out_of_an_allowed_folder_is_not_read(home):
 
 
 def test_the_process_without_rights_opens_no_more_than_it_is_told(home):
-    job, told = "formats.urdf.expansion:expanded", ({}, {}, {}, [])
+    job, told = "formats.urdf.expansion:expand", ({}, {}, {}, [])
     (home / "worlds/my.xacro").write_text(XACRO % f"{home}/secret/part.xacro", encoding="utf-8")
     with pytest.raises(VrxError, match="may not read"):
         ask(

@@ -169,7 +169,7 @@ def test_options_are_those_of_the_programs(kind, more):
 def test_a_variable_of_the_environment_is_one_of_the_shell():
     (note,) = launched('<env name="VRX_DEBUG" value="false"/>').report.notes
     assert (note.what, note.fate) == ("<env> 'VRX_DEBUG'", "ignored")
-    assert note.ours == "a variable of the environment; set it in the shell"
+    assert note.ours == "an environment variable; set it in the shell"
 
 
 def test_an_unknown_option_is_an_error():

@@ -12,7 +12,7 @@ from vrx_mj.config.world import load_world
 from vrx_mj.errors import ConfigError, VrxWarning
 from vrx_mj.formats.gazebo.importing import import_files
 from vrx_mj.formats.gazebo.launch import launch_of
-from vrx_mj.formats.gazebo.opening import opened
+from vrx_mj.formats.gazebo.opening import open_source
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.runtime.simulation import Simulation
 
@@ -63,7 +63,7 @@ def world_of():
     """The world that the launch file opens."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", VrxWarning)
-        return load_world(opened("bay.launch", None, {})[0])
+        return load_world(open_source("bay.launch", None, {})[0])
 
 
 def things(world):
@@ -229,7 +229,7 @@ def test_what_is_imported_compiles_and_sails_alike():
         simulation.reset(seed=3)
         simulation.step({}, duration=2.0)
         ends.append(simulation.data.qpos.tobytes())
-        assert {"a", "b"} <= {thing.name for thing in load_world(opened(source, None, {})[0]).objects}
+        assert {"a", "b"} <= {thing.name for thing in load_world(open_source(source, None, {})[0]).objects}
     assert ends[0] == ends[1]
 
 

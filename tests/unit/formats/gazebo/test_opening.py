@@ -10,7 +10,7 @@ from vrx_mj.config.search import workspace_packages
 from vrx_mj.errors import ChoiceError, UnknownNameError, VrxError, VrxWarning
 from vrx_mj.formats.gazebo.folders import short_names
 from vrx_mj.formats.gazebo.launch import launch_of, read_launch
-from vrx_mj.formats.gazebo.opening import file_in, file_of_folder, opened
+from vrx_mj.formats.gazebo.opening import file_in, file_of_folder, open_source
 from vrx_mj.formats.gazebo.worlds import gazebo_world
 from vrx_mj.mjcf.compile import compile_world
 from work import calls_at_most
@@ -51,7 +51,7 @@ def test_the_one_launch_file_that_starts_a_world_is_opened():
     write_workspace(Path("ws"), without=(TWO_BOATS,))
     assert file_of_folder(Path("ws")) == Path("ws/src/team_gazebo/launch") / PRACTICE
     with pytest.warns(VrxWarning, match="<node> 'follow' ignored"):
-        world, fleet = opened("ws", None, {})
+        world, fleet = open_source("ws", None, {})
     assert world == Path("ws/src/team_gazebo/worlds/practice.world.xacro").resolve()
     assert [boat["name"] for boat in fleet["boats"]] == ["team"]
 
@@ -59,7 +59,7 @@ def test_the_one_launch_file_that_starts_a_world_is_opened():
 def test_a_launch_file_of_nodes_alone_is_started_beside_a_world():
     written(keys_dot_launch='<launch><node pkg="a" type="b" name="c"/></launch>')
     advice = "start it beside one: vrx-mj serve WORLD --ros1, then roslaunch keys.launch"
-    assert message(opened, "keys.launch", None, {}) == (
+    assert message(open_source, "keys.launch", None, {}) == (
         f"keys.launch: opens no world of Gazebo and spawns no boat; {advice}"
     )
 
@@ -68,7 +68,7 @@ def test_arguments_reach_the_launch_file_of_a_folder():
     write_workspace(Path("ws"), without=(TWO_BOATS,))
     written(ws__src__team_gazebo__worlds__bay_dot_world=BAY)
     with pytest.warns(VrxWarning, match="follow"):
-        world, _ = opened("ws", None, {"world": "../worlds/bay.world"})
+        world, _ = open_source("ws", None, {"world": "../worlds/bay.world"})
     assert world == Path("ws/src/team_gazebo/worlds/bay.world").resolve()
 
 
@@ -133,7 +133,7 @@ def test_of_several_worlds_each_is_listed_by_a_name_of_its_own():
 
 def test_a_world_with_the_name_of_a_folder_is_the_world():
     Path("ocean").mkdir()
-    assert opened("ocean", None, {}) == ("ocean", None)
+    assert open_source("ocean", None, {}) == ("ocean", None)
 
 
 @pytest.mark.parametrize(("files", "said"), [
@@ -312,5 +312,5 @@ def test_a_world_of_gazebo_with_a_terrain_of_vrx_keeps_the_boat_at_its_spawn_pos
     terrain = "<include><uri>model://sandisland</uri></include>"
     written(bay_dot_world=f'<sdf version="1.6"><world name="bay">{terrain}</world></sdf>')
     with pytest.warns(VrxWarning, match="`extends: sand_island`, which has post_0, too"):
-        world, fleet = opened("bay.world", None, {})
+        world, fleet = open_source("bay.world", None, {})
     assert (world["name"], world["terrain"], fleet) == ("bay", "sand_island", None)

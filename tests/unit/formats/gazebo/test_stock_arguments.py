@@ -9,7 +9,7 @@ from vrx_mj.config.world import load_world
 from vrx_mj.errors import ConfigError, VrxWarning
 from vrx_mj.formats.gazebo.launch import launch_of
 from vrx_mj.formats.gazebo.launched import fleet_of
-from vrx_mj.formats.gazebo.opening import file_in, opened
+from vrx_mj.formats.gazebo.opening import file_in, open_source
 from vrx_mj.formats.gazebo.stock import STOCK_LAUNCHES, is_tool, stock_launch
 
 LISTED = Path(__file__).parents[3] / "golden/vrx_names/launch_arguments.csv"
@@ -38,8 +38,8 @@ def test_every_argument_of_every_launch_file_is_taken(name, package, file):
 
 
 def test_a_launch_file_without_boats_opens_its_world_without():
-    assert opened("ocean_world.launch", None, {}) == ("ocean", "none")
-    assert opened("ocean_world.launch", "trio", {}) == ("ocean", "trio")
+    assert open_source("ocean_world.launch", None, {}) == ("ocean", "none")
+    assert open_source("ocean_world.launch", "trio", {}) == ("ocean", "trio")
 
 
 @pytest.mark.parametrize("launch", sorted(STOCK_LAUNCHES))
@@ -82,7 +82,7 @@ def test_an_argument_without_effect_is_said(launch, given, ours):
 
 def test_it_is_said_once_by_the_name_of_the_launch_file():
     with pytest.warns(VrxWarning) as caught:
-        opened("marina.launch", None, {"robot_locked": "true", "recording": "true", "gui": "false"})
+        open_source("marina.launch", None, {"robot_locked": "true", "recording": "true", "gui": "false"})
     (said,) = (str(one.message) for one in caught)
     assert said.splitlines() == [
         "marina.launch: 2 of 2 parts are not as in Gazebo (`vrx-mj import` lists all)",
@@ -93,7 +93,7 @@ def test_it_is_said_once_by_the_name_of_the_launch_file():
 
 @pytest.mark.parametrize("launch", ["station_keeping.launch", "vrx_2019/dock.launch"])
 def test_a_boat_that_is_not_locked_is_free_from_the_start(launch):
-    locked, free = (load_world(opened(launch, None, given)[0]) for given in ({}, {"wamv_locked": "false"}))
+    locked, free = (load_world(open_source(launch, None, given)[0]) for given in ({}, {"wamv_locked": "false"}))
     assert (locked.task.locked, free.task.locked) == (True, False)
     assert free.model_dump(exclude={"task"}) == locked.model_dump(exclude={"task"})
 
@@ -159,13 +159,13 @@ def test_a_switch_that_is_no_boolean_is_refused():
 def test_a_launch_file_without_a_world_names_what_to_type(package, name, given, said):
     assert file_in(package, name) == name
     with pytest.raises(ConfigError) as error:
-        opened(name, None, given)
+        open_source(name, None, given)
     assert str(error.value) == f"{name}: opens no world here; {said}"
 
 
 def test_ones_own_copy_of_such_a_launch_file_names_it_too():
     Path("generate_wamv.launch").write_text("<launch><arg name='wamv_target'/></launch>", encoding="utf-8")
     with pytest.raises(ConfigError) as error:
-        opened("./generate_wamv.launch", None, {"wamv_target": "a.urdf"})
+        open_source("./generate_wamv.launch", None, {"wamv_target": "a.urdf"})
     said = "opens no world here; type: vrx-mj robot build -o a.urdf"
     assert str(error.value) == f"./generate_wamv.launch: {said}"

@@ -52,9 +52,8 @@ def outcome(side, root):
             )
         else:
             robot = read_boat(Path("m.sdf")) if side == "boat" else read_urdf(text, Path("m.urdf"))
-            told = [remark.split(": ", 2) for remark in robot.remarks if remark.count(": ") > 1]
             found = robot.name, robot.links, robot.joints, robot.places, robot.gazebo.sensors, robot.gazebo.thrusters
-            return re.sub(r"Place\(.*?\)", "", repr(found)), {(what, why) for _, what, why in told}
+            return re.sub(r"Place\(.*?\)", "", repr(found)), {remark[1:] for remark in robot.remarks}
     return re.sub(r"Place\(.*?\)", "", repr(found)), {(one.what, one.ours) for one in notes if one.fate == "ignored"}
 
 

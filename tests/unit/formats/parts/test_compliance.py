@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vrx_mj.errors import UnknownNameError, VrxWarning
-from vrx_mj.formats.parts.compliance import INSET, Box, assigned, judge, load_rules, nearest_box, nearest_place
+from vrx_mj.formats.parts.compliance import INSET, Box, assign_boxes, judge, load_rules, nearest_box, nearest_place
 
 FOR, AFT = "component_compliance_for", "component_compliance_aft"
 PORT_AFT, STAR_AFT = "thruster_compliance_port_aft", "thruster_compliance_star_aft"
@@ -343,7 +343,7 @@ def inside(box, share):
 def test_a_point_inside_a_box_passes(kind, index, share):
     boxes = BOXES[kind]
     point = inside(boxes[index % len(boxes)], share)
-    assert assigned([point], boxes)[0] is not None
+    assert assign_boxes([point], boxes)[0] is not None
 
 
 @pytest.mark.parametrize("kind", sorted(BOXES))
@@ -370,7 +370,7 @@ def test_a_face_is_where_it_is_written_though_floats_are_not():
 def test_the_nearest_place_of_a_lone_part_is_legal_and_nearest(kind, point, share, index):
     boxes = BOXES[kind]
     spot = nearest_place([point], 0, boxes)
-    assert assigned([spot.point], boxes)[0] == spot.box
+    assert assign_boxes([spot.point], boxes)[0] == spot.box
     assert spot.distance == pytest.approx(math.dist(point, spot.point))
     other = inside(boxes[index % len(boxes)], share)
     assert spot.distance <= math.dist(point, other) + 1e-9
@@ -380,10 +380,10 @@ def test_the_nearest_place_of_a_lone_part_is_legal_and_nearest(kind, point, shar
 @given(points=st.lists(NEAR, min_size=2, max_size=4), sample=NEAR)
 def test_the_nearest_place_among_others_is_legal_and_nearest(points, sample):
     boxes = BOXES["thrusters"]
-    before = assigned(points, boxes)
+    before = assign_boxes(points, boxes)
 
     def legal(place):
-        after = assigned([place, *points[1:]], boxes)
+        after = assign_boxes([place, *points[1:]], boxes)
         return after[0] is not None and all(new or not old for new, old in zip(after[1:], before[1:], strict=True))
 
     spot = nearest_place(points, 0, boxes)
@@ -395,7 +395,7 @@ def test_the_nearest_place_among_others_is_legal_and_nearest(points, sample):
 @given(points=st.lists(NEAR, max_size=7))
 def test_no_box_takes_more_than_it_has_room_for(points):
     boxes = BOXES["thrusters"]
-    given_ = assigned(points, boxes)
+    given_ = assign_boxes(points, boxes)
     assert all(given_.count(box) <= box.capacity for box in boxes)
     for point, box in zip(points, given_, strict=True):
         assert (
@@ -408,13 +408,13 @@ def test_no_box_takes_more_than_it_has_room_for(points):
 def test_a_place_on_a_shared_face_leaves_the_others_theirs():
     boxes = BOXES["thrusters"]
     points = [(0.9, 0.8, 0.9), (0.9, 0.5, 0.0), (1.0, 1.2, 0.0)]
-    assert [box and box.name.removeprefix("thruster_compliance_") for box in assigned(points, boxes)] == [
+    assert [box and box.name.removeprefix("thruster_compliance_") for box in assign_boxes(points, boxes)] == [
         None,
         "port_for",
         None,
     ]
     spot = nearest_place(points, 0, boxes)
-    assert [bool(box) for box in assigned([spot.point, *points[1:]], boxes)][:2] == [True, True]
+    assert [bool(box) for box in assign_boxes([spot.point, *points[1:]], boxes)][:2] == [True, True]
 
 
 def test_no_box_with_room_is_no_place():

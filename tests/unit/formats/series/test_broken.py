@@ -13,24 +13,21 @@ from work import calls_at_most
 SHAPES = {
     "": "bay.yaml:1:1: empty; expected keys and values",
     "{}": "bay.yaml:1:1: no axes; an axis has `steps` and `macros`",
-    "extends: sand_island": "bay.yaml:1:10: extends: an axis has `steps` and `macros`, got 'sand_island'",
-    "a: {macros: {}}": "bay.yaml:1:4: a.steps: required, but missing; an axes file has nothing but axes",
-    "a: {steps: 0}": "bay.yaml:1:12: a.steps: expected a whole number of at least 1, got 0",
-    "a: {steps: true}": "bay.yaml:1:12: a.steps: expected a whole number of at least 1, got true",
-    "a: {steps: 2.0}": "bay.yaml:1:12: a.steps: expected a whole number of at least 1, got 2",
-    "a: {steps: 1, macro: {}}": "bay.yaml:1:22: a.macro: unknown key 'macro'; did you mean 'macros'?",
-    "a: {steps: 1, macros: [sandisland]}": (
-        "bay.yaml:1:23: a.macros: expected macros, each with a list of calls, got ['sandisland']"
+    "extends: sand_island": "bay.yaml:1:10: extends: expected keys and values, got 'sand_island'",
+    "a: {macros: {}}": "bay.yaml:1:4: a.steps: required, but missing",
+    "a: {steps: 0}": "bay.yaml:1:12: a.steps: must be at least 1, got 0",
+    "a: {steps: true}": "bay.yaml:1:12: a.steps: expected a whole number, got true",
+    "a: {steps: 2.0}": "bay.yaml:1:12: a.steps: expected a whole number, got 2",
+    "a: {steps: 1, macro: {}}": "bay.yaml:1:15: a.macro: unknown key 'macro'; did you mean 'macros'?",
+    "a: {steps: 1, macros: [sandisland]}": "bay.yaml:1:23: a.macros: expected keys and values, got ['sandisland']",
+    "a: {steps: 1, macros: {sandisland: }}": "bay.yaml:1:35: a.macros.sandisland: expected a list, got nothing",
+    "a: {steps: 1, macros: {sandisland: [7]}}": (
+        "bay.yaml:1:37: a.macros.sandisland[0]: expected keys and values, got 7"
     ),
-    "a: {steps: 1, macros: {sandisland: }}": (
-        "bay.yaml:1:35: a.macros.sandisland: "
-        "expected a list of calls, where '-' alone is a call with the defaults, got nothing"
-    ),
-    "a: {steps: 1, macros: {sandisland: [7]}}": ("bay.yaml:1:37: a.macros.sandisland[0]: expected parameters, got 7"),
     "a: {steps: 1, sequence: {first: {}}}": (
         "bay.yaml:1:33: a.sequence.first: expected a whole number of 0 or more as step, got 'first'"
     ),
-    "a: {steps: 1, sequence: [1]}": "bay.yaml:1:25: a.sequence: expected steps, as in `0:`, got [1]",
+    "a: {steps: 1, sequence: [1]}": "bay.yaml:1:25: a.sequence: expected keys and values, got [1]",
     "a: {steps: 1}\n+ b: {steps: 1}": ("bay.yaml:2:6: + b: begins with '+', as in a patch file; remove the '+'"),
     "a: {steps: 100}\nb: {steps: 101}": "bay.yaml:1: 100 x 101 steps make 10100 worlds; a file may have 10000",
 }

@@ -18,7 +18,7 @@ def test_a_propeller_in_the_air_pushes(efforts, thrust):
     boat = boat_with(FREE, f"<thruster><name>thruster_0</name>{efforts}</thruster>", kind="revolute", limits=(-1, 1))
     (found,) = boat.thrusters
     assert (found.drive.max_force_forward, found.drive.max_force_reverse) == (thrust, -thrust)
-    said = any("one largest thrust under and over water: 4.12 N" in line for line in boat.warnings)
+    said = any("one largest thrust under and over water: 4.12 N" in line for line in map(str, boat.warnings))
     assert said == (thrust == 4.12)
 
 
@@ -27,7 +27,7 @@ def test_vrxs_thrusters_are_known_by_their_tags():
     boat = boat_with("libusv_gazebo_thrust_plugin_v2.so", content)
     assert [thruster.name for thruster in boat.thrusters] == ["left"]
     assert any("libusv_gazebo_thrust_plugin_v2.so is read as VRX's thrust plugin, by its tags" in line
-               for line in boat.warnings)  # fmt: skip
+               for line in map(str, boat.warnings))  # fmt: skip
 
 
 FOIL = "libfoil_dynamics_plugin.so"
@@ -61,7 +61,7 @@ def test_sails_of_usv_sim_are_ours():
     assert (found.blade.area, found.blade.sheet, found.drive.max_angle) == (0.02, True, pytest.approx(math.pi / 2))
     assert any(
         "a sail on a sheet: its command is how far the boom goes to lee; its coefficients are ours" in line
-        for line in boat.warnings
+        for line in map(str, boat.warnings)
     )
 
 
@@ -70,7 +70,7 @@ def test_sails_of_usv_sim_are_ours():
     ("wing", "a foil of link_type 'wing' is ignored"),
 ])  # fmt: skip
 def test_other_foils_are_told(kind, words):
-    assert any(words in line for line in foil(kind, kind="fixed").warnings)
+    assert any(words in line for line in map(str, foil(kind, kind="fixed").warnings))
 
 
 def test_sails_and_rudders_of_asv_sim_have_their_coefficients():

@@ -108,7 +108,7 @@ def test_bombs_do_not_go_off(name, tmp_path, monkeypatch):
     Path("boat.xacro").write_text(f"{HEAD}{body}</robot>", encoding="utf-8")
     found, said = "", ""
     try:
-        found = expand(Path("boat.xacro"), packages={})
+        found = expand(Path("boat.xacro"))
     except ConfigError as error:
         said = str(error)
     limits = TOO_MUCH if message is TOO_MUCH else (message,)

@@ -15,7 +15,7 @@ import vrx_mj
 from sdf_boats import catamaran
 from vrx_mj.errors import ConfigError, VrxWarning
 from vrx_mj.formats.gazebo.document import read_document
-from vrx_mj.formats.urdf.xml_document import decoded, markup, parse_robot, table
+from vrx_mj.formats.urdf.xml_document import decode, markup, parse_robot, table
 
 AMPERSAND = "'&' is read as it is; XML has &amp; for it"
 TOLERATED = {
@@ -59,7 +59,7 @@ def test_what_tinyxml_reads_is_read_and_said_once_with_its_place(case, tmp_path,
 def test_what_xml_allows_is_not_spoken_of(text):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        table(decoded(text.encode(), "a.sdf"), "a.sdf")
+        table(decode(text.encode(), "a.sdf"), "a.sdf")
 
 
 @pytest.mark.parametrize(
@@ -83,7 +83,7 @@ def test_what_cannot_be_read_is_an_error_with_its_place(text, said):
 def test_an_encoding_that_there_is_not_is_an_error():
     for name in ("nonsense", "rot13", "zlib_codec"):
         with pytest.raises(ConfigError, match=r"^a\.sdf:1:1: unknown encoding; save the file as UTF-8$"):
-            decoded(f"<?xml version='1.0' encoding='{name}'?><a/>".encode(), "a.sdf")
+            decode(f"<?xml version='1.0' encoding='{name}'?><a/>".encode(), "a.sdf")
 
 
 names = st.text("abz", min_size=1, max_size=3)
@@ -114,7 +114,7 @@ def test_a_table_is_what_lxml_reads(tree, broken):
     )
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", VrxWarning)
-        rows = table(given_text, "a.sdf").rows
+        rows = table(given_text, "a.sdf")
     read = etree.fromstring(text)
     order = list(read.iter())
     assert [(row[0], row[4], row[5], row[6]) for row in rows] == [

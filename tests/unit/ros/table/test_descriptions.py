@@ -15,7 +15,7 @@ from urdf_boats import joint, link, robot, thruster
 from vrx_mj.config.fleet import Order
 from vrx_mj.config.search import catalogue
 from vrx_mj.errors import StateError
-from vrx_mj.formats.gazebo.opening import opened
+from vrx_mj.formats.gazebo.opening import open_source
 from vrx_mj.mjcf import robots
 from vrx_mj.mjcf.build import boat_urdf
 from vrx_mj.mjcf.world import World
@@ -79,7 +79,7 @@ def boats(tmp_path, monkeypatch):
 
 
 def compiled(world, fleet):
-    source, boats = opened(world, fleet, {})
+    source, boats = open_source(world, fleet, {})
     return vrx_mj.compile_world(source, fleet=boats)
 
 
