@@ -17,7 +17,7 @@ from pydantic import TypeAdapter, ValidationError
 from vrx_mj.config.loading import fault_text
 from vrx_mj.config.wording import literal
 from vrx_mj.constants import EARLY
-from vrx_mj.errors import CommandError, StateError, shown
+from vrx_mj.errors import CommandError, StateError
 from vrx_mj.model.tasks import TaskBase, followed_things
 from vrx_mj.tasks.frame import Frame, Message, Phase, TaskStatus
 from vrx_mj.tasks.rules import Action, Release
@@ -122,7 +122,7 @@ class Rules:
         Raises:
             CommandError: the task takes no such message, or its content is wrong.
         """
-        raise CommandError(f"{self.title} takes no message {shown(topic)}; known: {self.message}")
+        raise CommandError(f"{self.title} takes no message {literal(topic)}; known: {self.message}")
 
 
 class Referee:
