@@ -18,8 +18,7 @@ from typing import TypeVar
 from vrx_mj.cache_folder import chosen_folder
 from vrx_mj.errors import ConfigError, Problem, VrxError, VrxWarning
 from vrx_mj.foreign.cache import is_valid, keep, stored_answer
-from vrx_mj.foreign.child import Job
-from vrx_mj.foreign.plain import Answer, pack, unpack, validate
+from vrx_mj.foreign.plain import Answer, Job, pack, unpack, validate
 from vrx_mj.foreign.reader import NOTES, READER, TEXT, TIME, ReaderError
 
 PACKAGE = "vrx_mj"

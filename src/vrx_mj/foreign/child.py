@@ -5,6 +5,8 @@ Standard input has blocks: first the folders of modules, then jobs. Standard out
 one at its end, and how the copy ended: its status and processor time.
 """
 
+from __future__ import annotations
+
 import contextlib
 import json
 import os
@@ -15,29 +17,10 @@ import time
 import warnings
 from collections.abc import Sequence
 from importlib import import_module
-from typing import IO, BinaryIO, TypedDict
+from typing import IO, TYPE_CHECKING, BinaryIO
 
-
-class Limits(TypedDict):
-    """Limits on a job: memory [bytes], processor time [s], bytes of the answer, and whether it may start threads."""
-
-    memory: int
-    seconds: int
-    answer: int
-    threads: bool
-
-
-class Job(TypedDict):
-    """A job: a function of a module, its arguments, or those of `each` of several calls, and its rights."""
-
-    module: str
-    function: str
-    arguments: Sequence[object]
-    each: Sequence[Sequence[object]] | None
-    reads: Sequence[str]
-    folder: str
-    limits: Limits
-
+if TYPE_CHECKING:
+    from vrx_mj.foreign.plain import Job
 
 LENGTH, STATUS = struct.Struct("<Q"), struct.Struct("<qd")
 _IDLE = 60.0

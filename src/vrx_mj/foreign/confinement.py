@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from vrx_mj.foreign.child import Limits
+from vrx_mj.foreign.plain import Limits
 from vrx_mj.unix import resource
 
 _ALLOWED_EVENTS = {

@@ -7,7 +7,7 @@ import json
 import re
 import struct
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from functools import lru_cache
 from pathlib import PurePath
@@ -19,6 +19,27 @@ _ARRAY, _BYTES = "\0array", "\0bytes"
 """Keys of what stands for an array, by its type, shape and place, and for bytes."""
 _NUMBERS = re.compile(r"[<|][fiub][0-9]{1,2}")
 _T = TypeVar("_T")
+
+
+class Limits(TypedDict):
+    """Limits on a job: memory [bytes], processor time [s], bytes of the answer, and whether it may start threads."""
+
+    memory: int
+    seconds: int
+    answer: int
+    threads: bool
+
+
+class Job(TypedDict):
+    """A job: a function of a module, its arguments, or those of `each` of several calls, and its rights."""
+
+    module: str
+    function: str
+    arguments: Sequence[object]
+    each: Sequence[Sequence[object]] | None
+    reads: Sequence[str]
+    folder: str
+    limits: Limits
 
 
 class Answer(TypedDict, total=False):

@@ -17,7 +17,8 @@ from pathlib import Path
 
 from vrx_mj.errors import VrxError
 from vrx_mj.foreign import child
-from vrx_mj.foreign.child import LENGTH, STATUS, Job, Limits, block_from
+from vrx_mj.foreign.child import LENGTH, STATUS, block_from
+from vrx_mj.foreign.plain import Job, Limits
 
 FORKS = hasattr(os, "fork") and sys.platform != "darwin"  # whose own libraries do not bear it
 TIME, TEXT, NOTES = "s of processor time", "MiB of text", "notes and elements"

@@ -9,9 +9,8 @@ from importlib import import_module
 
 from vrx_mj.errors import VrxError, VrxWarning
 from vrx_mj.foreign.cache import state
-from vrx_mj.foreign.child import Job
 from vrx_mj.foreign.confinement import confine, lock_calls, lock_files
-from vrx_mj.foreign.plain import Answer, pack
+from vrx_mj.foreign.plain import Answer, Job, pack
 
 _SYSTEM = ("/lib", "/lib64", "/usr/lib", "/usr/lib64", "/etc/ld.so.cache", "/proc/self/status")
 """Where native libraries are that an import may load, and what says how much memory this process has."""
