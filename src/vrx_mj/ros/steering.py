@@ -6,9 +6,8 @@ import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ConfigDict, ValidationError
 
-from vrx_mj.config.base import Config
 from vrx_mj.config.layouts import LayoutName
 from vrx_mj.config.loading import fault_text
 from vrx_mj.config.values import Point
@@ -109,8 +108,10 @@ class Steering:
         self._sim.command_all({boat: given for boat, given in commands.items() if boat not in self._orders})
 
 
-class FormationOrder(Config):
+class FormationOrder(BaseModel):
     """Arguments of `Formation` in a message on `/swarm/formation`."""
+
+    model_config = ConfigDict(strict=True, allow_inf_nan=False)
 
     shape: LayoutName = "wedge"
     spacing: float = 0.0

@@ -3,10 +3,11 @@
 Pictures that a mesh names are not opened.
 """
 
+import contextlib
 import io
 import logging
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import collada  # noqa: F401 - trimesh imports it with the first Collada file, when nothing else may be read
@@ -34,9 +35,16 @@ def _no_picture(*_arguments: object, **_options: object) -> None:
     raise OSError("pictures are not opened")
 
 
-PIL.Image.open = _no_picture  # type: ignore[assignment]
+@contextlib.contextmanager
+def _without_pictures() -> Iterator[None]:
+    opened, PIL.Image.open = PIL.Image.open, _no_picture  # type: ignore[assignment]
+    try:
+        yield
+    finally:
+        PIL.Image.open = opened
 
 
+@_without_pictures()
 def mesh(path: str, name: str) -> MeshData:
     """The mesh of a file, which messages call `name`.
 
