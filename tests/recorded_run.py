@@ -14,7 +14,7 @@ import trimesh
 
 from trees import partial
 from vrx_mj.recording.record_scene import RecordedBody, RecordedThruster, RecordScene, Surface
-from vrx_mj.recording.writer import RecordWriter
+from vrx_mj.recording.session import RecordWriter
 
 RATE = 20.0
 RADIUS, SPEED, DRIFT = 14.0, 2.0, 0.7

@@ -16,8 +16,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
 from vrx_mj.config.base import Config, field_docstrings
-from vrx_mj.config.bays import LIGHT_COLORS, SHAPES, LightColor, Pattern, Symbol
-from vrx_mj.config.docks import DockPlacement
+from vrx_mj.config.docks import LIGHT_COLORS, SHAPES, DockPlacement, LightColor, Pattern, Symbol
 from vrx_mj.config.fleet import FleetConfig, Origin
 from vrx_mj.config.layouts import Heading
 from vrx_mj.config.objects import ObjectConfig, PathConfig
@@ -26,12 +25,11 @@ from vrx_mj.config.shapes import Factor
 from vrx_mj.config.tasks import TASKS, Gate, Task
 from vrx_mj.config.values import MAX_NUMBER, Color, Coordinate, Name, Pose, Switch
 from vrx_mj.config.world import Sensors, WorldConfig
-from vrx_mj.formats.parts.catalogue import PartType, part_types
 from vrx_mj.formats.parts.compliance import load_rules
+from vrx_mj.formats.parts.read import PartType, part_types
 from vrx_mj.formats.series.macros import REQUIRED, macros
-from vrx_mj.formats.urdf import gazebo, gazebo_sensors, gz_sim
-from vrx_mj.formats.urdf.elements import FIELDS, Tag
-from vrx_mj.formats.urdf.tags import Entry, sections
+from vrx_mj.formats.urdf import gazebo, gazebo_sensors
+from vrx_mj.formats.urdf.elements import FIELDS, Entry, Tag, sections
 from vrx_mj.tasks.registry import TASK_KINDS
 
 REPO = Path(__file__).resolve().parents[1]
@@ -356,7 +354,7 @@ TAGS = {
     },
 }
 """Tables of tags, by what they are in."""
-NOT_DONE = (gazebo.SPEEDS, gz_sim.CURRENT, *gazebo_sensors.LENS, *gazebo_sensors.OFFSETS)
+NOT_DONE = (gazebo.SPEEDS, gazebo.CURRENT, *gazebo_sensors.LENS, *gazebo_sensors.OFFSETS)
 
 
 def gazebo_page() -> str:

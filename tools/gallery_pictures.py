@@ -14,10 +14,10 @@ import numpy.typing as npt
 from PIL import Image, ImageDraw, ImageFont
 
 import vrx_mj
-from vrx_mj.config.bays import SYMBOLS
+from vrx_mj.config.docks import SYMBOLS
 from vrx_mj.config.sensors import CameraConfig
+from vrx_mj.draw.course import MapScene, map_of
 from vrx_mj.draw.map import map_png
-from vrx_mj.draw.map_scene import MapScene, map_of
 from vrx_mj.frames import rotation
 from vrx_mj.mjcf.drawing import drawing_model
 from vrx_mj.sensors.camera import Cameras

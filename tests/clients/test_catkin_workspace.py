@@ -7,8 +7,7 @@ import pytest
 
 from clients.runner import PROGRAMS, RATES, WORLD, outcome
 from needs import CATKIN_MAKE, needs
-from vrx_mj.ros.launch_packages import PACKAGE_NAMES, write_launch_packages
-from vrx_mj.ros.packages import write_packages
+from vrx_mj.ros.packages import PACKAGE_NAMES, write_launch_packages, write_packages
 
 pytestmark = [pytest.mark.slow, pytest.mark.nightly, needs(CATKIN_MAKE)]
 

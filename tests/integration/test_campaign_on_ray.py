@@ -7,8 +7,7 @@ import pytest
 
 from needs import RAY, needs
 from vrx_mj.campaign.plan import Cell, Trial
-from vrx_mj.campaign.process import sail_all
-from vrx_mj.campaign.ray_pool import sail_on_ray
+from vrx_mj.campaign.process import sail_all, sail_on_ray
 from vrx_mj.campaign.results import LOG, read_results, read_sketches
 from vrx_mj.errors import VrxError
 from vrx_mj.packages import needs_extra

@@ -14,8 +14,8 @@ from needs import PYCOCOTOOLS, needs
 from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.errors import CommandError, RecordError, UnknownNameError
 from vrx_mj.recording import CocoWriter, write_coco
-from vrx_mj.recording.coco import run_lengths
-from vrx_mj.sensors.labels import CATEGORIES
+from vrx_mj.recording.exports import run_lengths
+from vrx_mj.sensors.view import CATEGORIES
 
 pytestmark = pytest.mark.render
 

@@ -8,7 +8,7 @@ import pytest
 
 import vrx_mj
 from vrx_mj.errors import CommandError, DivergedError
-from vrx_mj.runtime.crowding import FEW
+from vrx_mj.runtime.stepping_models import FEW
 
 COUNT = 20
 AWAY = (0.0, 500.0, 0.0, 0.0, 0.0, 0.0)
@@ -49,7 +49,7 @@ def test_a_heap_that_has_no_room_is_refused_and_undone(world, monkeypatch):
 
 def test_rows_of_a_batch(world, monkeypatch):
     batch = vrx_mj.Batch(world, 2, threads=2)
-    monkeypatch.setattr("vrx_mj.runtime.crowding.PER_CONTACT", 56_000)
+    monkeypatch.setattr("vrx_mj.runtime.stepping_models.PER_CONTACT", 56_000)
     for boat in batch.boats[:8]:
         before = batch.qpos.copy()
         if list(batch.boats).index(boat) < FEW:

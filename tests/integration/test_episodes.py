@@ -6,7 +6,7 @@ import pytest
 
 import vrx_mj
 from vrx_mj.rl import Env, ParallelEnv, TeamVectorEnv, VectorEnv
-from vrx_mj.rl.generators import VARIED
+from vrx_mj.rl.options import VARIED
 from vrx_mj.rl.problems import ALONE, PROBLEMS, TEAMS
 
 DRAWN = {"wind_speed": (0, 6), "gusts": (0, 1), "waves": (0.5, 1), "mass": (0.9, 1.1), "thrust": (0.9, 1.1)}

@@ -15,8 +15,8 @@ import vrx_mj
 from junk import JUNK, Junk, hung
 from vrx_mj import control
 from vrx_mj import recording as recordings
+from vrx_mj.draw.course import map_of
 from vrx_mj.draw.map import draw_map, map_png
-from vrx_mj.draw.map_scene import map_of
 from vrx_mj.errors import DivergedError, VrxError
 from vrx_mj.recording.video import looking
 from vrx_mj.rl import Env, ParallelEnv, TeamVectorEnv, VectorEnv

@@ -8,7 +8,7 @@ import pytest
 import vrx_mj
 from vrx_mj.errors import CommandError, RecordError, StateError
 from vrx_mj.recording import read_record
-from vrx_mj.recording.rescoring import rescore
+from vrx_mj.recording.checks import rescore
 
 GOAL = [10.0, 0.0, 0.5]
 SHORT = {"initial_state_duration": 1, "ready_state_duration": 1, "running_state_duration": 6}

@@ -197,9 +197,9 @@ sys.addaudithook(hook)
 MACHINE = """
 import os, socket, sys
 from vrx_mj.cli.bench import child_cost
-from vrx_mj.drive.terminal import Terminal
+from vrx_mj.drive.pilot import Terminal
 from vrx_mj.foreign.confinement import _limit as limit
-from vrx_mj.ros.access import addresses, interface_addresses, is_local
+from vrx_mj.ros.network import addresses, interface_addresses, is_local
 from vrx_mj.ros.limits import _allowed as allowed
 from vrx_mj.ros.network import who_listens
 from vrx_mj.runtime.limits import core_share, free_memory, process_memory, thread_count, total_memory

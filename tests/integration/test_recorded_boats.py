@@ -5,7 +5,7 @@ import pytest
 
 import vrx_mj
 from integration.sailing import AFLOAT, AHEAD, same_bits, simulation
-from vrx_mj.recording.rescoring import rescore
+from vrx_mj.recording.checks import rescore
 
 ONE = {"name": "one", "pose": [0, 0, AFLOAT, 0, 0, 0.3]}
 TWO = {"name": "two", "pose": [20, 0, AFLOAT, 0, 0, 0.3], "engines": "hinged"}

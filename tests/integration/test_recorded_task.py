@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import vrx_mj
-from vrx_mj.draw.map_scene import map_of
+from vrx_mj.draw.course import map_of
 from vrx_mj.recording.eyes import plan_eye
 from vrx_mj.recording.session import viewable
 from vrx_mj.recording.simulation_scene import scene_of

@@ -143,8 +143,8 @@ def has_grown(before: list[object], after: list[object]) -> bool:
 
 @pytest.mark.slow
 def test_after_5000_mutated_messages_all_is_as_before(monkeypatch, caplog):
-    monkeypatch.setattr("vrx_mj.ros.ros1.subscription.FIRST_PAUSE", 0.0)
-    monkeypatch.setattr("vrx_mj.ros.ros1.subscription.LONGEST_PAUSE", 0.001)
+    monkeypatch.setattr("vrx_mj.ros.ros1.tcpros.FIRST_PAUSE", 0.0)
+    monkeypatch.setattr("vrx_mj.ros.ros1.tcpros.LONGEST_PAUSE", 0.001)
     monkeypatch.setattr("vrx_mj.ros.ros1.master.SWEEP", 1000.0)
     with Served(free_port(), small_table("wamv")) as served:
         attack = Attack(served)

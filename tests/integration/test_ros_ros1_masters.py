@@ -13,10 +13,9 @@ import pytest
 from ros1_peer import dial, stream_of
 from ros1_served import LEFT, Served, free_port, needs_tools, running, small_table, tools, until
 from vrx_mj.errors import NetworkError
-from vrx_mj.ros.access import announced_address, is_local
 from vrx_mj.ros.graph import Graph
 from vrx_mj.ros.interface import Inbox
-from vrx_mj.ros.network import Network
+from vrx_mj.ros.network import Network, announced_address, is_local
 from vrx_mj.ros.ros1 import Ros1
 
 GONE = "127.0.0.9"

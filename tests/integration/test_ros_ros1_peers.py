@@ -197,8 +197,8 @@ def float32(value):
 
 @pytest.fixture
 def impatient(monkeypatch):
-    monkeypatch.setattr("vrx_mj.ros.ros1.subscription.FIRST_PAUSE", 0.01)
-    monkeypatch.setattr("vrx_mj.ros.ros1.subscription.LONGEST_PAUSE", 0.02)
+    monkeypatch.setattr("vrx_mj.ros.ros1.tcpros.FIRST_PAUSE", 0.01)
+    monkeypatch.setattr("vrx_mj.ros.ros1.tcpros.LONGEST_PAUSE", 0.02)
 
 
 def test_a_publisher_that_drops_the_connection_is_called_again(served, impatient):

@@ -15,7 +15,7 @@ import pytest
 from needs import ROS1_TOOLS, needs
 from ros1_served import environment, free_port, tools, until
 from vrx_layout import write_vrx
-from vrx_mj.ros.launch_packages import write_launch_packages
+from vrx_mj.ros.packages import write_launch_packages
 
 pytestmark = [pytest.mark.slow, needs(ROS1_TOOLS)]
 

@@ -20,8 +20,7 @@ from bridged import Bridged
 from browser import browsing
 from needs import CHROMIUM, require
 from vrx_command import environment, start
-from vrx_mj.drive.pilot import Engine, Pilot, Wheel, engine_commands
-from vrx_mj.drive.terminal import OURS
+from vrx_mj.drive.pilot import OURS, Engine, Pilot, Wheel, engine_commands
 from vrx_mj.ros.teleop.driving import Bridge
 from vrx_mj.ros.teleop.web import PageServer
 

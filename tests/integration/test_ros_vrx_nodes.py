@@ -11,9 +11,8 @@ from needs import ROS1_TOOLS, needs
 from ros1_served import Served, environment, free_port, running, small_table, tools, until
 from vrx_mj.frames import quaternion
 from vrx_mj.ros.interface import Input, Output, Sent
-from vrx_mj.ros.launch_packages import write_launch_packages
 from vrx_mj.ros.messages import new
-from vrx_mj.ros.packages import write_packages
+from vrx_mj.ros.packages import write_launch_packages, write_packages
 
 pytestmark = [pytest.mark.slow, needs(ROS1_TOOLS)]
 

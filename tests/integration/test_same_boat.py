@@ -9,8 +9,8 @@ import pytest
 from vrx_mj import Simulation, VrxWarning, compile_world
 from vrx_mj.config.fleet import Order
 from vrx_mj.frames import compose
+from vrx_mj.mjcf.boats import boat_mass, push_center
 from vrx_mj.mjcf.build import build_boat
-from vrx_mj.mjcf.masses import boat_mass, push_center
 
 HULL = (2.0, 1.0, 0.4)
 """Size [m] of the box that floats."""

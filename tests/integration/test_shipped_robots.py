@@ -12,9 +12,9 @@ import vrx_mj
 from vrx_mj.config.fleet import Order
 from vrx_mj.config.robots import load_robot
 from vrx_mj.config.search import catalogue
+from vrx_mj.mjcf.boats import boat_mass
 from vrx_mj.mjcf.build import build_boat
-from vrx_mj.mjcf.hull_sheet import hull_sheet
-from vrx_mj.mjcf.masses import boat_mass
+from vrx_mj.mjcf.flotation import hull_sheet
 from vrx_mj.resources import root
 
 ROBOTS = sorted(catalogue("robots"))

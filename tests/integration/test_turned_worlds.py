@@ -8,8 +8,8 @@ import pytest
 import vrx_mj
 from ros_scene import SERVERS, run, served
 from vrx_mj.control import StationKeeper, WaypointFollower
+from vrx_mj.draw.course import map_of
 from vrx_mj.draw.map import chart
-from vrx_mj.draw.map_scene import map_of
 from vrx_mj.runtime.run import run as sail
 
 ANGLE = 37.0

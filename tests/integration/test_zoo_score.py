@@ -9,7 +9,7 @@ from pettingzoo.test import parallel_api_test, parallel_seed_test
 
 import vrx_mj
 from vrx_mj.rl import ParallelEnv
-from vrx_mj.rl.refereed import RefereedRow
+from vrx_mj.rl.problem import RefereedRow
 
 MOVING = {"joining": 0.7, "leaving": 0.7}
 MIXED = {

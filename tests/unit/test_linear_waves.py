@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from vrx_mj.linear_waves import SEA_STATES, Site, breaking_height, developed_period, steepest_sea, wavenumber
+from vrx_mj.spectra import SEA_STATES, Site, breaking_height, developed_period, steepest_sea, wavenumber
 
 
 @pytest.mark.parametrize(

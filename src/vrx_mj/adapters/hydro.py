@@ -11,7 +11,7 @@ import numpy as np
 
 from vrx_mj.adapters.pole_fit import Memory, fitted_memory
 from vrx_mj.arrays import FloatArray, IntArray
-from vrx_mj.config.hydro import FORMAT
+from vrx_mj.config.dynamics import FORMAT
 from vrx_mj.errors import CommandError, VrxError
 from vrx_mj.packages import importing
 

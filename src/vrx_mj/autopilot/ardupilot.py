@@ -1,27 +1,68 @@
 """Boats that ArduPilot's SITL sails: each frame of an autopilot takes time on by the frame's length, and no further.
 
 While an autopilot thinks, the simulation waits; so the same frames give the same run to the bit.
+
+ArduPilot's JSON interface: packets of servo outputs, and the lines of JSON that answer them.
+
+Source: libraries/SITL/examples/JSON/readme.md of ArduPilot. A packet is little-endian: a magic number (16 bits) that
+says how many channels there are, the rate of frames [Hz] (16 bits), the number of the frame (32 bits), and the width of
+each channel's pulse [us] (16 bits each). An answer is one JSON object between two newlines.
 """
 
 from __future__ import annotations
 
 import contextlib
 import errno
+import json
 import math
 import os
 import selectors
 import socket
+import struct
 import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Self
+from typing import Any, NamedTuple, Self
 
-from vrx_mj.autopilot.board import Board
-from vrx_mj.autopilot.channels import LONGEST, SHORTEST, Channels, channels_of, is_servo_pulse
-from vrx_mj.autopilot.packets import LARGEST, Servos, answer, servos_of
+from vrx_mj.autopilot.board import LONGEST, SHORTEST, Board, Channels, channels_of, is_servo_pulse
 from vrx_mj.errors import CommandError, NetworkError, UnknownNameError
 from vrx_mj.resources import root
 from vrx_mj.runtime.simulation import Simulation
+
+FORMATS = {18458: struct.Struct("<HHI16H"), 29569: struct.Struct("<HHI32H")}
+"""Packets of 16 and of 32 channels, by their magic numbers."""
+LARGEST = 256
+"""Bytes of a packet that are read, more than any packet has."""
+
+
+class Servos(NamedTuple):
+    """What an autopilot commands in one frame."""
+
+    rate: int
+    """Frames per simulated second [Hz]: time goes on by 1 / rate."""
+    number: int
+    """Number of the frame since the autopilot started."""
+    pulses: tuple[int, ...]
+    """Widths of the pulses of channels 1, 2, ... [us]; 0: the channel has no output."""
+
+
+def servos_of(packet: bytes) -> Servos | None:
+    """The servo outputs in a packet; None if it is no packet of ArduPilot."""
+    form = FORMATS.get(int.from_bytes(packet[:2], "little"))
+    if form is None or form.size != len(packet):
+        return None
+    _, rate, count, *pulses = form.unpack(packet)
+    return Servos(rate, count, tuple(pulses))
+
+
+def answer(state: dict[str, Any]) -> bytes:
+    """The line that ArduPilot reads: `timestamp` [s], `imu`, `position`, `velocity`, `quaternion` and what is optional.
+
+    ArduPilot looks for the first place of a key in the line, and two characters after it for the value: no key may
+    stand before another that it begins with, and no blank before a list.
+    """
+    return f"\n{json.dumps(state, allow_nan=False, separators=(',', ':'))}\n".encode()
+
 
 PORT, MAVLINK_PORT, PORT_STEP = 9002, 5760, 10
 """UDP port that a SITL sends to and TCP port of its MAVLink, and how much each further `--instance` adds."""

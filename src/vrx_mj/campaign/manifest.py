@@ -18,9 +18,9 @@ from pydantic import TypeAdapter, ValidationError
 import vrx_mj
 from vrx_mj.campaign.plan import Cell, Plan, Serving
 from vrx_mj.campaign.results import FORMAT, WHAT, Result, read_json, read_results, write_json
-from vrx_mj.config.fleet_checks import load_fleet
+from vrx_mj.config.fleet import load_fleet
+from vrx_mj.config.kinds import opener
 from vrx_mj.config.loading import fault_text
-from vrx_mj.config.readers import opener
 from vrx_mj.config.search import find, is_path
 from vrx_mj.config.world import load_world
 from vrx_mj.errors import CommandError, RecordError, UnknownNameError, VrxError, VrxWarning, first_names

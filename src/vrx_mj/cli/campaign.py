@@ -111,7 +111,7 @@ def _serving(
 ) -> "Serving | None":
     """How worlds are served to programs; None where controllers sail."""
     from vrx_mj.campaign.plan import Serving
-    from vrx_mj.cli.serve import check_installed, parse_lockstep, parse_rate
+    from vrx_mj.cli.ros import check_installed, parse_lockstep, parse_rate
 
     if bool(controllers) == bool(programs):
         raise CommandError("a campaign needs either controllers (CONTROLLER...) or programs (--exec)")
@@ -163,7 +163,7 @@ def _results_of(
     trials: "Sequence[Trial]", folder: Path, jobs: int | None, progress: "CampaignProgress", *, ray: bool
 ) -> "Generator[Result, None, None]":
     if ray:
-        from vrx_mj.campaign.ray_pool import sail_on_ray
+        from vrx_mj.campaign.process import sail_on_ray
 
         return sail_on_ray(trials, folder, jobs, running=progress.running)
     from vrx_mj.campaign.process import sail_all

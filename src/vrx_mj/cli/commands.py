@@ -277,8 +277,8 @@ def map_(
 
     Example: vrx-mj map example_course --fleet trio -o map.png
     """
+    from vrx_mj.draw.course import map_of
     from vrx_mj.draw.map import draw_map
-    from vrx_mj.draw.map_scene import map_of
 
     draw_map(map_of(compile_source(world, arguments, fleet=fleet, nudge=nudge)), output)
     typer.echo(f"map: {output}")
@@ -361,8 +361,7 @@ def bench(
     Example: vrx-mj bench --json bench.json
     """
     from vrx_mj.cli import bench_fleet
-    from vrx_mj.cli.bench import measure, print_rows
-    from vrx_mj.cli.bench_recordings import recording_rows
+    from vrx_mj.cli.bench import measure, print_rows, recording_rows
 
     if fleet_table:
         rows = bench_fleet.fleet_table()
@@ -382,7 +381,7 @@ def score(
 
     Example: vrx-mj score run.rrd
     """
-    from vrx_mj.recording.rescoring import rescore
+    from vrx_mj.recording.checks import rescore
 
     scored = rescore(recording)
     for time, text, level in scored.events if events else ():

@@ -407,7 +407,7 @@ def master_row(uri: str, timeout: float = _MASTER_TIMEOUT) -> tuple[Row, Publish
     import asyncio
     from xmlrpc.client import Fault
 
-    from vrx_mj.ros.access import is_local
+    from vrx_mj.ros.network import is_local
     from vrx_mj.ros.ros1.xmlrpc import BROKEN, Proxy, address
 
     async def asked() -> Any:
@@ -457,7 +457,7 @@ def command_row(sim: "Simulation", publishers: Publishers) -> Row:
 
 def address_row(environment: Mapping[str, str], uri: str) -> Row:
     """Whether the address that other nodes get is one of this machine, and can be reached by those they ask."""
-    from vrx_mj.ros.access import addresses, is_local, is_loopback
+    from vrx_mj.ros.network import addresses, is_local, is_loopback
     from vrx_mj.ros.ros1.xmlrpc import address
 
     name = next((name for name in ("ROS_HOSTNAME", "ROS_IP") if environment.get(name)), None)

@@ -66,7 +66,7 @@ def _line(kind: str, name: str, file: Path, *, verbose: bool) -> str:
 def command_lines(robot: str) -> Iterator[str]:
     """Lines about the commands of a robot with its first layout, by profile; none if it cannot be built."""
     from vrx_mj.config.fleet import Order
-    from vrx_mj.config.profiles import Profile
+    from vrx_mj.config.kinds import Profile
     from vrx_mj.mjcf.build import build_boat
 
     found: dict[str, list[str]] = {}

@@ -20,7 +20,7 @@ from vrx_mj.outputs import write_file
 
 if TYPE_CHECKING:
     from vrx_mj.ros.messages import Message
-    from vrx_mj.ros.ros1.client import Client
+    from vrx_mj.ros.ros1.tcpros import Client
 
 _FOLDER = "VRX_MJ_FOLDER"
 """Environment variable with the folder in which roslaunch was started: nodes run in that of its logs."""
@@ -65,7 +65,7 @@ def _serve(words: Sequence[str], folder: Path) -> list[Words]:
 
 def _gzserver(words: Sequence[str], folder: Path) -> list[Words]:
     """A world without boats."""
-    from vrx_mj.formats.gazebo.packages import named_world
+    from vrx_mj.formats.gazebo.stock import named_world
 
     given = _named_arguments(words)
     if Path(given["world_name"]).stem == "empty":
@@ -93,7 +93,7 @@ def _generate_worlds(words: Sequence[str], folder: Path) -> list[Words]:
 
 def _parameters(*names: str) -> dict[str, str]:
     """Parameters by their names, in which copies of VRX's launch files have what ours give as arguments."""
-    from vrx_mj.ros.ros1.client import Client
+    from vrx_mj.ros.ros1.tcpros import Client
 
     client = Client("generator")
     return {name: str(client.parameter(name)) for name in names}
@@ -213,7 +213,7 @@ def spawn_model(words: Sequence[str], folder: Path) -> list[Words]:
     """
     given = _spawn_options(words)
     from vrx_mj.ros.messages import new
-    from vrx_mj.ros.ros1.client import Client
+    from vrx_mj.ros.ros1.tcpros import Client
 
     client = Client("spawn_model")
     text = _description(given, client, folder)

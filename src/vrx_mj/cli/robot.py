@@ -17,9 +17,9 @@ from vrx_mj.outputs import atomic_write, write_file, writing
 
 if TYPE_CHECKING:
     from vrx_mj.arrays import FloatArray
-    from vrx_mj.formats.parts.catalogue import Parameter, PartType
     from vrx_mj.formats.parts.compliance import PartVerdict, Point, Rules, Verdict
-    from vrx_mj.mjcf.hull_sheet import HullSheet
+    from vrx_mj.formats.parts.read import Parameter, PartType
+    from vrx_mj.mjcf.flotation import HullSheet
 
 app = typer.Typer(rich_markup_mode=None)
 _Thrusters = Annotated[Path | None, typer.Option(help="Thruster file (YAML).")]
@@ -76,9 +76,9 @@ def build(
 
 def _write_mjcf(urdf: str, file: Path, output: Path, namespace: str) -> None:
     from vrx_mj.config.robots import RobotConfig
+    from vrx_mj.formats.urdf.expand import own_packages
     from vrx_mj.formats.urdf.meshes import MeshFiles
     from vrx_mj.formats.urdf.reader import read_urdf
-    from vrx_mj.formats.urdf.xacro_files import own_packages
     from vrx_mj.mjcf.boats import assemble_boat
     from vrx_mj.mjcf.robots import save_robot
 
@@ -131,8 +131,8 @@ def parts(
 
     Example: vrx-mj robot parts wamv_camera
     """
-    from vrx_mj.formats.parts.catalogue import part_types
     from vrx_mj.formats.parts.compliance import load_rules
+    from vrx_mj.formats.parts.read import part_types
 
     types = part_types()
     if type_ is not None and type_ not in types:
@@ -167,7 +167,7 @@ def show(
     from vrx_mj.draw.display import no_window
     from vrx_mj.drive.window import show_joints
     from vrx_mj.mjcf.build import robot_of
-    from vrx_mj.mjcf.jointed import jointed_model
+    from vrx_mj.mjcf.robots import jointed_model
 
     found = robot_of(Order(robot=robot, arguments=tuple(named_values(arguments).items())))
     model = jointed_model(found)
@@ -176,7 +176,7 @@ def show(
     if record is None and reason is None:
         show_joints(model)
         return
-    from vrx_mj.recording.robot_file import save_joints
+    from vrx_mj.recording.encoding import save_joints
 
     file = record or Path(f"{Path(robot).name.partition('.')[0] or 'robot'}_joints.rrd")
     save_joints(model, found.name, file)
@@ -209,8 +209,7 @@ def hydro(
     """
     import numpy as np
 
-    from vrx_mj.mjcf.flotation import flotation_at
-    from vrx_mj.mjcf.hull_sheet import hull_sheet
+    from vrx_mj.mjcf.flotation import flotation_at, hull_sheet
 
     corners = read_hull(mesh, scale)
     sheet = hull_sheet(corners, mass, coordinates(center), density)

@@ -1,16 +1,47 @@
-"""`vrx-mj ros`: packages for ROS 1 programs and roslaunch; `vrx-mj convert`: recordings to bags."""
+"""`vrx-mj ros`: packages for ROS 1 programs and roslaunch; `vrx-mj convert`: recordings to bags.
 
+`vrx-mj serve`: a world for ROS, in a process that has none.
+"""
+
+import logging
 import shlex
+import shutil
+import sys
+import threading
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack, suppress
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 from vrx_mj.bar import Bar
-from vrx_mj.cli.options import Folder, Recording
-from vrx_mj.cli.screen import show
+from vrx_mj.cli.environment import missing_modules
+from vrx_mj.cli.options import (
+    DEFAULT_PORT,
+    Arguments,
+    Fleet,
+    Folder,
+    Nudge,
+    Record,
+    Recording,
+    Seed,
+    World,
+    compile_source,
+    reads_files,
+)
+from vrx_mj.cli.screen import is_watched, show
 from vrx_mj.errors import CommandError, NetworkError
-from vrx_mj.packages import importing, needs_extra
+from vrx_mj.packages import importing, install_extra, needs_extra
+from vrx_mj.signals import handle_signals
+
+if TYPE_CHECKING:
+    from vrx_mj.autopilot import ArduPilot
+    from vrx_mj.mjcf.world import World as CompiledWorld
+    from vrx_mj.runtime.simulation import Simulation
+
 
 app = typer.Typer(rich_markup_mode=None)
 
@@ -61,7 +92,7 @@ def packages(
     Example: vrx-mj ros packages -o ~/vrx_packages
     """
     with importing("a ROS message", "rosbags", "ros1"):
-        from vrx_mj.ros.launch_packages import write_launch_packages
+        from vrx_mj.ros.packages import write_launch_packages
     show(f"{output}: {', '.join(write_launch_packages(output, over))}")
     show("paste into every shell, or into ~/.bashrc:")
     top = shlex.quote(str(output.absolute()))
@@ -89,7 +120,7 @@ def convert(
 
     Example: vrx-mj convert run.rrd run.csv
     """
-    from vrx_mj.recording.tables import SUFFIXES, write_table
+    from vrx_mj.recording.exports import SUFFIXES, write_table
 
     if target.suffix.lower() not in {"", ".bag", ".mcap", *SUFFIXES}:
         kinds = ", ".join((".bag", ".mcap", *SUFFIXES))
@@ -145,3 +176,216 @@ def _serve_page(port: int, url: str, boat: str | None) -> None:
         if not reaches(url):
             typer.echo(f"nothing answers at {url} yet; start a world there: vrx-mj serve WORLD --rosbridge", err=True)
         server.serve_forever(poll_interval=0.2)
+
+
+_COLORS = {"WARN": "yellow", "ERROR": "red"}
+
+
+_Rosbridge = Annotated[int | None, typer.Option(help="Serve rosbridge v2; the port may be left out: 9090.")]
+_Foxglove = Annotated[
+    int | None, typer.Option(help="Serve Foxglove and Lichtblick, to look at; the port may be left out: 8765.")
+]
+_Sitl = Annotated[
+    str | None,
+    typer.Option(
+        metavar="<boat:port,...>",
+        help="Let ArduPilot's SITL sail boats in lock-step, each by its UDP port; without boats all, the first at 9002 "
+        "and each further one 10 above.",
+    ),
+]
+_Nmea = Annotated[
+    str | None,
+    typer.Option(
+        metavar="<[boat:]port,...>",
+        help="Send NMEA 0183 and AIS to chart plotters, by UDP and TCP, of the first boat or of those named; the port "
+        "may be left out: 10110.",
+    ),
+]
+_Waits = Annotated[
+    str | None,
+    typer.Option(help="Topics A,B that the simulation waits for after every /clock; step: the service /vrx_mj/step."),
+]
+_Completion = Annotated[
+    bool,
+    typer.Option(
+        "--exit-on-completion", envvar="VRX_EXIT_ON_COMPLETION", help="End when the world's task is finished."
+    ),
+]
+_Origins = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="<origin>",
+        help="Let pages of this site use rosbridge, as in https://app.foxglove.dev; may be repeated; default: only "
+        "pages of this machine.",
+    ),
+]
+_Truth = Annotated[bool, typer.Option("--truth", help="Publish the true poses of the boats in /tf, in the frame map.")]
+_CmdVel = Literal["thrust", "velocity", "off"]
+_Localized = Annotated[
+    Literal["truth", "navigator"] | None,
+    typer.Option(
+        help="Publish where each boat is, as robot_localization: by its GPS and IMU, or as it really is; the value may "
+        "be left out: navigator."
+    ),
+]
+_Duration = Annotated[float | None, typer.Option(help="Simulated seconds after which it ends; default: never.")]
+
+
+@reads_files
+def serve(
+    world: World,
+    arguments: Arguments = None,
+    fleet: Fleet = None,
+    ros1: Annotated[bool, typer.Option("--ros1", help="Serve ROS 1; starts a master if none answers.")] = False,
+    rosbridge: _Rosbridge = None,
+    foxglove: _Foxglove = None,
+    ardupilot: _Sitl = None,
+    nmea: _Nmea = None,
+    ros2: Annotated[bool, typer.Option("--ros2", help="Serve ROS 2, through the rclpy of this Python.")] = False,
+    host: Annotated[str, typer.Option(help="Address to listen on; 0.0.0.0: all networks.")] = "127.0.0.1",
+    allow_origin: _Origins = None,
+    rate: Annotated[str, typer.Option(help="Simulated seconds per second, or max.")] = "1.0",
+    lockstep: _Waits = None,
+    clock: Annotated[float, typer.Option(help="Rate of /clock, per simulated second [Hz].")] = 100.0,
+    cmd_vel: Annotated[_CmdVel, typer.Option(help="What cmd_vel commands, in VRX thrust.")] = "thrust",
+    truth: _Truth = False,
+    localization: _Localized = None,
+    paused: Annotated[bool, typer.Option("--paused", help="Start paused, as paused:=true of VRX.")] = False,
+    duration: _Duration = None,
+    record: Record = None,
+    seed: Seed = None,
+    exit_on_completion: _Completion = False,
+    nudge: Nudge = False,
+) -> None:
+    """Serve a world to ROS, with VRX's topics and services. By default ROS 1 and rosbridge, without ROS 2.
+
+    Ctrl-C or SIGTERM ends it; a recording is closed then. For viewers alone: vrx-mj serve example_course --foxglove
+    For ArduPilot: vrx-mj serve example_course --ardupilot
+    For chart plotters: vrx-mj serve example_course --nmea
+
+    Example: vrx-mj serve example_course --fleet usv_config --ros1
+    """
+    none = not (ros1 or ros2) and (rosbridge, foxglove, ardupilot, nmea) == (None,) * 4
+    _compile_and_serve(
+        partial(compile_source, world, arguments, fleet=fleet, seed=seed, nudge=nudge), record, ardupilot, nmea,
+        ros1=ros1 or none,
+        rosbridge=int(DEFAULT_PORT) if none else rosbridge,
+        foxglove=foxglove,
+        ros2=ros2, host=host,
+        origins=allow_origin or (),
+        lockstep=None if lockstep is None else parse_lockstep(lockstep),
+        cmd_vel=cmd_vel,
+        truth=truth, localization=localization,
+        rate=parse_rate(rate), clock_rate=clock,
+        duration=duration, paused=paused, exit_on_completion=exit_on_completion,
+    )  # fmt: skip
+
+
+def _compile_and_serve(
+    compile_: Callable[[], "CompiledWorld"], record: Path | None, ardupilot: str | None, nmea: str | None, **wanted: Any
+) -> None:
+    """Compile and serve; imports wait until they are needed."""
+    given = wanted | {"nmea": nmea}
+    extras = [extra for extra in ("rosbridge", "foxglove", "nmea") if given[extra] is not None]
+    wires = wanted["ros1"] or wanted["ros2"] or extras
+    if wires:
+        check_installed(*extras, "ros1")
+        if wanted["ros2"]:
+            from vrx_mj.ros.ros2 import load_rclpy
+
+            load_rclpy()
+        from vrx_mj.ros.network import checked_origins
+        from vrx_mj.ros.serve import Wanted
+        from vrx_mj.ros.serve import serve as run
+
+        services = Wanted(**wanted | {"origins": checked_origins(wanted["origins"])})
+    from vrx_mj.cli.sailing import recording
+    from vrx_mj.runtime.simulation import Simulation
+
+    logging.getLogger("vrx_mj").addHandler(_Log())
+    sim = Simulation(compile_())
+    with ExitStack() as closing:
+        autopilots = (
+            None
+            if ardupilot is None
+            else closing.enter_context(_ardupilot(sim, ardupilot, wanted["host"], wanted["rate"]))
+        )
+        closing.enter_context(recording(sim, record, ()))
+        if wires:
+            if nmea is not None:
+                services = replace(services, nmea=parse_nmea(nmea, sim.boats))
+            run(sim, services, report=_log_line, status=_status(), autopilots=autopilots)
+        elif autopilots:
+            ending = threading.Event()
+            with handle_signals(("SIGINT", "SIGTERM"), lambda _: ending.set()):
+                autopilots.run(
+                    duration=wanted["duration"],
+                    over=lambda: ending.is_set() or (wanted["exit_on_completion"] and sim.task_is_over),
+                )
+
+
+def _ardupilot(sim: "Simulation", ports: str, host: str, rate: float | None) -> "ArduPilot":
+    """Listen for autopilots, and show how to start them."""
+    from vrx_mj.autopilot import ArduPilot, ports_of
+
+    autopilots = ArduPilot(sim, ports_of(sim, ports), host=host, rate=rate, report=_log_line)
+    for line in autopilots.descriptions():
+        _log_line("INFO", line)
+    return autopilots
+
+
+def parse_rate(text: str) -> float | None:
+    """Simulated seconds per second; None for `max`. CommandError: it is neither, or not above 0."""
+    if text == "max":
+        return None
+    with suppress(ValueError):
+        if 0.0 < (rate := float(text)) < float("inf"):
+            return rate
+    raise CommandError(f"invalid --rate '{text}': a number above 0 is needed, 1 for real time, or max")
+
+
+def parse_lockstep(text: str) -> tuple[str, ...]:
+    """Topics from `A,B`; none from `step`."""
+    return tuple(topic for topic in text.split(",") if topic not in {"", "step"})
+
+
+def parse_nmea(text: str, boats: Sequence[str]) -> dict[str, int]:
+    """Ports by boat from `PORT`, of the first boat, or `BOAT:PORT,BOAT:PORT`. CommandError: it is neither."""
+    pairs = [word.rpartition(":") for word in text.split(",")]
+    if not boats or not all(port.isdecimal() for _, _, port in pairs):
+        raise CommandError(f"invalid --nmea '{text}': [BOAT:]PORT,... of boats is needed, as in wamv:10110")
+    return {boat or boats[0]: int(port) for boat, _, port in pairs}
+
+
+def check_installed(*extras: str) -> None:
+    """Say what to install before the world is compiled."""
+    for extra in extras:
+        if missing := missing_modules(extra):
+            raise NetworkError(f"not installed: {', '.join(missing)}; {install_extra(extra)}")
+
+
+def _log_line(level: str, text: str) -> None:
+    """A line of the log, above that of the status."""
+    if is_watched():
+        sys.stderr.write("\r\x1b[K")
+    show(text, _COLORS.get(level))
+
+
+class _Log(logging.Handler):
+    """Shows the warnings of the networks' thread."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Show it."""
+        _log_line({"WARNING": "WARN"}.get(record.levelname, record.levelname), record.getMessage())
+
+
+def _status() -> Callable[[str], None]:
+    """Shows the line of status where somebody looks."""
+    if not is_watched():
+        return lambda _line: None
+
+    def write(line: str) -> None:
+        sys.stderr.write(f"\r\x1b[K{line[: max(20, shutil.get_terminal_size().columns - 1)]}")
+        sys.stderr.flush()
+
+    return write

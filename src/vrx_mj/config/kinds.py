@@ -1,11 +1,23 @@
-"""Kinds of files, by name and beginning, and the commands that take them: for messages about wrong files."""
+"""Kinds of files, by name and beginning, and the commands that take them: for messages about wrong files.
+
+Readers of other people's files, by suffix. `vrx_mj.formats` lists them; this package knows none of them.
+
+A file of ours is YAML, or a name without a suffix: for those nothing is asked and nothing imported.
+
+The profiles of physics: VRX classic's, VRX 3's and `marine`, and their defaults.
+"""
 
 import contextlib
 import json
 import os.path
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from pkgutil import resolve_name
+from typing import Any, Literal, NamedTuple
+
+from vrx_mj.config.tree import Section, merge, of_python
+from vrx_mj.constants import STANDARD_GRAVITY
 
 _HEAD = 4000
 """Bytes of a file that are looked into."""
@@ -69,3 +81,81 @@ def other_kind(kind: str, section: Mapping[str, object]) -> str | None:
         return None
     found = next(((name, key) for name, marks in MARKS.items() for key in sorted(given & marks)), None)
     return f"the file of {USES[found[0]]}: it has the key '{found[1]}'" if found else None
+
+
+_FORMATS = "vrx_mj.formats"
+"""The package whose READERS are used."""
+_OUR_ENDS = (".yaml", ".yml", ".txt")
+
+
+@dataclass(frozen=True)
+class Reader:
+    """What turns files of others into documents of ours; functions are named as `module:name` below the package.
+
+    That of `names` gives the message about a name of VRX's instead.
+    """
+
+    kind: str
+    """Kind of file: `sources`, `worlds`, `names`, `fleets`, `objects`, `robots`, `series`, `parts` or `meshes`."""
+    marks: tuple[str, ...]
+    """How a path ends before a '#', or begins; '#' is any path with one, '/' any with one."""
+    read: str = ""
+    """Function of the path that gives its document: keys and values, and a name; None: it is no such file after all."""
+    find: str = ""
+    """Function of the path and the folder in which it starts that gives the file; None as above."""
+
+    def claims(self, text: str) -> bool:
+        """Whether a path, in lower case, is one of its files."""
+        path, _, _ = text.partition("#")
+        within = {one for one in "#/" if one in text}
+        return any(path.endswith(one) or text.startswith(one) or one in within for one in self.marks)
+
+
+def opener(world: object, arguments: Mapping[str, str]) -> Callable[..., Any] | None:
+    """The function of a world, a fleet and arguments that gives what others' files open; None: world and fleet stay."""
+    ours = not isinstance(world, str | Path) or (
+        _is_ours(world) and not os.path.isdir(world)  # noqa: PTH112 - Path.is_dir raises an OSError for a long name
+    )
+    return None if ours and not arguments else function_of("sources", "")
+
+
+def function_of(kind: str, source: object, *, find: bool = False) -> Callable[..., Any] | None:
+    """The function that reads, or finds, files of this kind with the suffix of a path; None without one."""
+    if not isinstance(source, str | Path) or (kind in KINDS and _is_ours(source)):
+        return None
+    readers: Sequence[Reader] = resolve_name(f"{_FORMATS}:READERS")
+    own = (reader for reader in readers if reader.kind == kind and reader.claims(str(source).lower()))
+    name = next(filter(None, (reader.find if find else reader.read for reader in own)), None)
+    function: Callable[..., Any] | None = resolve_name(f"{_FORMATS}.{name}") if name else None
+    return function
+
+
+def _is_ours(source: str | Path) -> bool:
+    """Whether a source is a YAML file, a drawing, or a name."""
+    text = str(source).lower()
+    return text.endswith(_OUR_ENDS) or not any(mark in text for mark in "./#")
+
+
+Profile = Literal["vrx", "vrx3", "marine"]
+"""VRX classic (Gazebo 11, ROS 1), VRX 3 (gz-sim, ROS 2), the one of 2023, and water that streams."""
+
+CLASSIC: Profile = "vrx"
+NEWER: Profile = "vrx3"
+MARINE: Profile = "marine"
+DEFAULT: Profile = MARINE
+"""Profile of a world that names none."""
+
+_DEFAULTS: Mapping[str, Mapping[str, Any]] = {
+    "vrx3": {"physics": {"timestep": 0.004, "at_base_link": ("pinger",)}, "sea": {"scale": 1.1}},
+    "marine": {"physics": {"gravity": STANDARD_GRAVITY, "at_base_link": ()}},
+}
+"""Defaults of a world by profile; VRX 3's GPS and IMU are links of their own, its sea is Wavefield.cc's."""
+
+
+def on_its_profile(world: Section) -> Section:
+    """A world's file on top of its profile's defaults."""
+    physics = world.get("physics")
+    profile = physics.get("profile", DEFAULT) if isinstance(physics, Mapping) else DEFAULT
+    own = _DEFAULTS.get(profile, {}) if isinstance(profile, str) else {}
+    given = {key: value for key, value in world.items() if value is not None or key not in own}
+    return merge(of_python(own, world.place.file), world.holding(given))

@@ -12,8 +12,7 @@ from functools import lru_cache
 from itertools import chain
 from pathlib import Path, PurePosixPath
 
-from vrx_mj.config.kinds import KINDS, NEEDS, kind_of
-from vrx_mj.config.readers import function_of
+from vrx_mj.config.kinds import KINDS, NEEDS, function_of, kind_of
 from vrx_mj.errors import LONGEST_NAME, UnknownNameError, VrxError, nearest, shortened
 from vrx_mj.resources import root
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from vrx_mj.arrays import FloatArray, IntArray
-from vrx_mj.config.readers import function_of
+from vrx_mj.config.kinds import function_of
 from vrx_mj.config.search import contained_file
 from vrx_mj.config.shapes import Shape
 from vrx_mj.frames import Pose, rotation

@@ -6,7 +6,7 @@ from typing import Annotated, Any, ClassVar, Literal, get_args
 from pydantic import Field, model_validator
 
 from vrx_mj.config.base import Config, Fault, exclusive
-from vrx_mj.config.bays import Colors, Symbol
+from vrx_mj.config.docks import Colors, Symbol
 from vrx_mj.config.values import (
     Cartesian,
     Geodetic,

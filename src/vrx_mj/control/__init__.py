@@ -5,8 +5,7 @@ from vrx_mj.control.captain import Captain
 from vrx_mj.control.channel import Channel, Gymkhana
 from vrx_mj.control.docking import Docking
 from vrx_mj.control.perception import Perceiver
-from vrx_mj.control.stationkeeping import StationKeeper
-from vrx_mj.control.wayfinding import WaypointFollower
+from vrx_mj.control.waypoints import StationKeeper, WaypointFollower
 from vrx_mj.control.wildlife import WildlifeCircler
 
 __all__ = [

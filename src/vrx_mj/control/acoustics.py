@@ -11,8 +11,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.control.buoy_map import Lookout
 from vrx_mj.control.guidance import approach_speed, around, clear_of, wrap_angle
 from vrx_mj.control.navigation import Estimate, Point, beside, sensor_named
-from vrx_mj.control.pilot import POSITION_RATE
-from vrx_mj.control.skipper import Commands, Moment, Skipper
+from vrx_mj.control.pilot import POSITION_RATE, Commands, Moment, Skipper
 
 if TYPE_CHECKING:
     from vrx_mj.sensors.readings import Sound

@@ -17,7 +17,7 @@ from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.constants import EARLY
 from vrx_mj.control.navigation import Estimate, Place, Point, nearest, sensor_named
 from vrx_mj.control.pictures import Look, camera_ahead, intrinsics, look_at, mounting, project
-from vrx_mj.control.skipper import Moment
+from vrx_mj.control.pilot import Moment
 from vrx_mj.runtime.timing import Pause
 
 CELL = 0.5

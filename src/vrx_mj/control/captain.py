@@ -7,9 +7,8 @@ from vrx_mj.control.acoustics import BeaconFollower, BeaconSeeker
 from vrx_mj.control.channel import Channel, Gymkhana
 from vrx_mj.control.docking import Docking
 from vrx_mj.control.perception import Perceiver
-from vrx_mj.control.skipper import Commands, Skipper, task_of
-from vrx_mj.control.stationkeeping import StationKeeper
-from vrx_mj.control.wayfinding import WaypointFollower
+from vrx_mj.control.pilot import Commands, Skipper, task_of
+from vrx_mj.control.waypoints import StationKeeper, WaypointFollower
 from vrx_mj.control.wildlife import WildlifeCircler
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from vrx_mj.control.acoustics import Roam, in_a_row
 from vrx_mj.control.buoy_map import Buoy, Lookout
 from vrx_mj.control.guidance import wrap_angle
 from vrx_mj.control.navigation import Point, beside, in_axes, nearest
-from vrx_mj.control.skipper import Commands, Moment, Skipper
+from vrx_mj.control.pilot import Commands, Moment, Skipper
 
 _NARROWEST, _WIDEST = 5.0, 32.0
 """Widths of gates [m]: VRX's are 8 to 29."""

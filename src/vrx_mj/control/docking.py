@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 from vrx_mj.control.acoustics import Roam, in_a_row
 from vrx_mj.control.guidance import wrap_angle
 from vrx_mj.control.navigation import Estimate, Point, beside, from_axes
+from vrx_mj.control.pilot import Commands, Moment, Skipper
 from vrx_mj.control.placards import DockLookout, Face, Tower
-from vrx_mj.control.skipper import Commands, Moment, Skipper
 from vrx_mj.control.velocity import clamp
 
 if TYPE_CHECKING:

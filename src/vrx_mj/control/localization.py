@@ -13,7 +13,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.constants import STANDARD_GRAVITY
 from vrx_mj.control.navigation import base_link_by
 from vrx_mj.frames import Geodetic, rotation_matrix
-from vrx_mj.sensors.errors import variances
+from vrx_mj.sensors.kinds import variances
 
 if TYPE_CHECKING:
     from vrx_mj.runtime.mounted import Mounted

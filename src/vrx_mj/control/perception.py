@@ -11,7 +11,7 @@ from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.control.buoy_map import CELL, connected_groups
 from vrx_mj.control.navigation import Estimate, Place, nearest
 from vrx_mj.control.pictures import camera_ahead, intrinsics, mounting, project
-from vrx_mj.control.skipper import Commands, Moment, Skipper
+from vrx_mj.control.pilot import Commands, Moment, Skipper
 from vrx_mj.runtime.timing import Pause
 
 _STEP = 2

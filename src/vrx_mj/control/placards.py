@@ -13,7 +13,7 @@ from vrx_mj.control.buoy_map import Cluster, banks, connected_groups, lidar_poin
 from vrx_mj.control.guidance import wrap_angle
 from vrx_mj.control.navigation import Estimate, Place, Point, beside, in_axes, nearest
 from vrx_mj.control.pictures import camera_ahead, cutout, middle_part
-from vrx_mj.control.skipper import Moment
+from vrx_mj.control.pilot import Moment
 from vrx_mj.runtime.timing import Pause
 
 _COLORS = ("red", "green", "blue", "yellow")

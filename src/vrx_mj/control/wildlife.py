@@ -4,7 +4,7 @@ import math
 
 from vrx_mj.control.guidance import around, best_order, orbit, wrap_angle
 from vrx_mj.control.navigation import Estimate, Point, polar
-from vrx_mj.control.skipper import Commands, Moment, Skipper
+from vrx_mj.control.pilot import Commands, Moment, Skipper
 
 _SENSES = {"platypus": -1.0, "turtle": 1.0}
 """Senses of the circles: clockwise and counter-clockwise."""

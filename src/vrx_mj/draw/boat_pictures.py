@@ -12,12 +12,11 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.draw.labels import INK, Thing, font_warnings_hidden, label, write
 from vrx_mj.draw.map import FORMATS
+from vrx_mj.draw.style import INK, Thing, font_warnings_hidden, label, write
 from vrx_mj.errors import VrxError
-from vrx_mj.formats.parts.catalogue import Kind
 from vrx_mj.formats.parts.compliance import Box, PartVerdict, Verdict
-from vrx_mj.formats.parts.read import triple_of
+from vrx_mj.formats.parts.read import Kind, triple_of
 from vrx_mj.resources import root
 
 _SIZE = (1600, 1000)

@@ -1,4 +1,7 @@
-"""Charts of curves and points as SVG that stands in a page by itself, without script or network."""
+"""Charts of curves and points as SVG that stands in a page by itself, without script or network.
+
+Templates of pages: static files that need no network, in folders of `templates`.
+"""
 
 import io
 from collections.abc import Sequence
@@ -6,13 +9,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy.typing as npt
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
-from vrx_mj.draw.colors import boat_color, hex_color
-from vrx_mj.draw.labels import INK, font_warnings_hidden
+from vrx_mj.draw.style import INK, boat_color, font_warnings_hidden, hex_color
+from vrx_mj.resources import root
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
 
 _SIZE = (6.4, 3.5)
 """Width and height of a chart [inch]."""
@@ -86,3 +91,19 @@ def _figure(chart: Chart) -> "Figure":
     for text in axes.legend(handles=list(named.values()), framealpha=0.7).get_texts():
         text.set(**literal)
     return figure
+
+
+_SHARED = "campaign"
+"""Folder of the style that all pages have."""
+
+
+def page_environment(folder: str) -> Environment:
+    """The templates of a folder of `templates`, which escape whatever they are given."""
+    folders = [root() / "templates" / name for name in dict.fromkeys((folder, _SHARED))]
+    return Environment(
+        loader=FileSystemLoader(folders, encoding="utf-8"),
+        undefined=StrictUndefined,
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )

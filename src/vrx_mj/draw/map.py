@@ -13,10 +13,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 
 from vrx_mj.arguments import as_path, check_kind, whole
-from vrx_mj.draw.course import nice_length
-from vrx_mj.draw.labels import INK, font_warnings_hidden, write
-from vrx_mj.draw.map_scene import MapScene
+from vrx_mj.draw.course import MapScene, nice_length
 from vrx_mj.draw.plan import SOFT, Box, Row, course_rows, draw_arrow, draw_plan, ground, view_of
+from vrx_mj.draw.style import INK, font_warnings_hidden, write
 from vrx_mj.errors import CommandError, VrxError, shown
 from vrx_mj.frames import compass as compass_degrees
 from vrx_mj.outputs import atomic_write

@@ -13,10 +13,20 @@ from matplotlib.patches import Circle, PathPatch, Polygon, Rectangle
 from matplotlib.path import Path as Outline
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.config.bays import RGB
-from vrx_mj.draw.course import Animal, Bay, Beacon, GateBar, Path, nice_length
-from vrx_mj.draw.labels import INK, Thing, label, write
-from vrx_mj.draw.map_scene import MapBoat, MapPlacard, MapScene, turn_matrix
+from vrx_mj.config.docks import RGB
+from vrx_mj.draw.course import (
+    Animal,
+    Bay,
+    Beacon,
+    GateBar,
+    MapBoat,
+    MapPlacard,
+    MapScene,
+    Path,
+    nice_length,
+    turn_matrix,
+)
+from vrx_mj.draw.style import INK, Thing, label, write
 
 Box = tuple[float, float, float, float]
 """Least x and y, greatest x and y [m]."""

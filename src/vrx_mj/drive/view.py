@@ -7,9 +7,8 @@ from collections.abc import Callable, Iterator
 from typing import Protocol
 
 from vrx_mj.draw.display import no_window
-from vrx_mj.drive.pilot import Console, drive
+from vrx_mj.drive.pilot import HELP, Console, Terminal, drive
 from vrx_mj.drive.session import Session
-from vrx_mj.drive.terminal import HELP, Terminal
 from vrx_mj.recording.viewer import Server, where_to_look
 from vrx_mj.runtime.run import Controller
 from vrx_mj.runtime.simulation import Simulation

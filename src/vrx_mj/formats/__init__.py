@@ -1,6 +1,6 @@
 """Other people's files: readers that turn them into documents of `config`, found by suffix."""
 
-from vrx_mj.config.readers import Reader
+from vrx_mj.config.kinds import Reader
 from vrx_mj.config.search import MODEL_SUFFIXES, SCHEME, WORLD_SUFFIXES, XML_SUFFIXES
 
 __all__ = ["READERS"]

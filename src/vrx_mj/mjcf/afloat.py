@@ -14,8 +14,7 @@ import numpy as np
 import shapely
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.config.fleet import BoatConfig, FleetConfig, Order
-from vrx_mj.config.fleet_checks import far_from_all
+from vrx_mj.config.fleet import BoatConfig, FleetConfig, Order, far_from_all
 from vrx_mj.config.loading import problem_at
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import ConfigError, VrxError, VrxWarning
@@ -23,7 +22,7 @@ from vrx_mj.frames import Pose
 from vrx_mj.mjcf.boats import Boat
 from vrx_mj.mjcf.derive import boat_box
 from vrx_mj.mjcf.docks import block_corners
-from vrx_mj.mjcf.placement import PlacedDock, PlacedObject
+from vrx_mj.mjcf.objects import PlacedDock, PlacedObject
 from vrx_mj.mjcf.terrain import area_of, shoreline
 
 _Area = Any

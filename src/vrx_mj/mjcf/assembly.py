@@ -3,14 +3,13 @@
 from typing import Any
 
 from vrx_mj.config.fleet import BoatConfig
-from vrx_mj.config.wind import WindConfig
+from vrx_mj.config.weather import WindConfig
 from vrx_mj.config.world import PhysicsConfig
 from vrx_mj.mjcf.boats import Boat
-from vrx_mj.mjcf.dock_pieces import dock_piece, dock_rows
-from vrx_mj.mjcf.objects import object_piece, object_rows
+from vrx_mj.mjcf.docks import dock_piece, dock_rows
+from vrx_mj.mjcf.objects import PlacedDock, PlacedObject, object_piece, object_rows
 from vrx_mj.mjcf.parameters import Rows
 from vrx_mj.mjcf.pieces import Part, Piece
-from vrx_mj.mjcf.placement import PlacedDock, PlacedObject
 from vrx_mj.mjcf.robots import boat_kind, boat_rows
 from vrx_mj.model.boats import Hull
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from vrx_mj.config.dynamics import HydrodynamicsConfig, MarineHullConfig
 from vrx_mj.config.fleet import Order
-from vrx_mj.config.profiles import MARINE, NEWER
+from vrx_mj.config.kinds import MARINE, NEWER
 from vrx_mj.config.robots import ProfileEntry, RobotConfig, load_robot, robot_section
 from vrx_mj.config.search import display, is_path, package_paths
 from vrx_mj.config.sensors import BallShooterConfig, SensorConfig
@@ -19,15 +19,13 @@ from vrx_mj.foreign import budget
 from vrx_mj.formats.gazebo.sdf_boats import read_boat
 from vrx_mj.formats.parts.generate import wamv_urdf
 from vrx_mj.formats.parts.read import load_parts
-from vrx_mj.formats.urdf.expand import ExpandedText, check_library, expand
+from vrx_mj.formats.urdf.expand import ExpandedText, check_library, expand, own_packages
 from vrx_mj.formats.urdf.meshes import MeshFiles, with_file_uris
 from vrx_mj.formats.urdf.model import Urdf
 from vrx_mj.formats.urdf.reader import in_namespace, read_urdf
-from vrx_mj.formats.urdf.xacro_files import own_packages
 from vrx_mj.formats.urdf.xml_document import read_bytes
-from vrx_mj.mjcf.boats import Boat, assemble_boat
+from vrx_mj.mjcf.boats import Boat, assemble_boat, with_places
 from vrx_mj.mjcf.derive import DENSITY, LINES, Derived, derived_floats, derived_lines
-from vrx_mj.mjcf.steering import with_places
 from vrx_mj.resources import root
 
 _SHOWN_NOTES = 12

@@ -10,28 +10,24 @@ from typing import Any
 from pydantic import ValidationError
 
 from vrx_mj.arguments import as_flag, as_seed, check_kind
-from vrx_mj.config.fleet import BoatConfig, FleetConfig, Order
-from vrx_mj.config.fleet_checks import load_fleet
+from vrx_mj.config.fleet import BoatConfig, FleetConfig, Order, load_fleet
+from vrx_mj.config.kinds import opener
 from vrx_mj.config.loading import fault_text, problem_at
-from vrx_mj.config.readers import opener
 from vrx_mj.config.wording import ros_names_note
 from vrx_mj.config.world import WorldConfig, load_world
 from vrx_mj.errors import CompileError, ConfigError, Problem, UnknownNameError, VrxWarning, first_names
-from vrx_mj.exits import delays_exit
 from vrx_mj.foreign import budget
 from vrx_mj.mjcf.afloat import boats_afloat
 from vrx_mj.mjcf.assembly import Assembly
 from vrx_mj.mjcf.boats import Boat
 from vrx_mj.mjcf.build import build_boat
 from vrx_mj.mjcf.docks import check_docks
-from vrx_mj.mjcf.hull_checks import warn_if_uncovered
-from vrx_mj.mjcf.markers import marker_rows
-from vrx_mj.mjcf.objects import parked_balls
+from vrx_mj.mjcf.hulls import warn_if_uncovered
+from vrx_mj.mjcf.objects import PlacedObject, parked_balls, place_docks, place_fields, place_objects
 from vrx_mj.mjcf.parameters import Rows, current_parameters, sea_parameters
 from vrx_mj.mjcf.pieces import Part, Piece, Pieces
-from vrx_mj.mjcf.placement import PlacedObject, place_docks, place_fields, place_objects
 from vrx_mj.mjcf.robots import boat_kind, reweighed_piece, stiffness
-from vrx_mj.mjcf.scene import scene_parameters, scene_values
+from vrx_mj.mjcf.scene import marker_rows, scene_parameters, scene_values
 from vrx_mj.mjcf.tasks import Touch, task_parameters, touches_of
 from vrx_mj.mjcf.terrain import shoreline, terrain_piece
 from vrx_mj.mjcf.wind import air_parameters, newcomer_wind, own_load, warn_if_unmoved, warn_if_unpushed, wind_parameters
@@ -39,9 +35,10 @@ from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Spawn
 from vrx_mj.model.kinds import record_from
 from vrx_mj.model.numbers import with_numbers
-from vrx_mj.model.site import Georeference
 from vrx_mj.model.tasks import Goal, Task, parts_of
+from vrx_mj.model.things import Georeference
 from vrx_mj.model.world import FORMAT, Parameters, checked_parameters, tree_of
+from vrx_mj.signals import delays_exit
 
 _STIFF = 2.0
 """Share of a boat's velocity that drag may take in a step."""

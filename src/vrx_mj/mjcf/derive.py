@@ -13,9 +13,8 @@ from vrx_mj.config.solids import enclosed_volume, solid
 from vrx_mj.errors import VrxError
 from vrx_mj.formats.urdf.meshes import read_mesh
 from vrx_mj.frames import apply, compose, rotation
-from vrx_mj.mjcf.boats import Boat, Part
+from vrx_mj.mjcf.boats import Boat, Part, boat_mass
 from vrx_mj.mjcf.flotation import Flotation, flotation, flotation_at
-from vrx_mj.mjcf.masses import boat_mass
 
 DENSITY = 997.8
 """Density of VRX's water [kg/m3]."""

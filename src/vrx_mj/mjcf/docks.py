@@ -1,22 +1,32 @@
 """Docks of a world: their bays, placards and holes, where they are, and how the blocks of floating ones hang together.
 
 A floating dock is one tree of hinges; constraints close its loops.
+
+Docks as pieces of a world: fixed ones as one body, floating ones as a tree of blocks; boards with symbols.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Protocol
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Protocol
 
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.config.bays import Cell
-from vrx_mj.config.docks import neighbours
+from vrx_mj.config.docks import RGB, Cell, PlacardConfig, neighbours
 from vrx_mj.config.loading import problem_at
+from vrx_mj.config.objects import ObjectConfig, load_object
+from vrx_mj.config.weather import WindConfig
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import ConfigError, UnknownNameError
-from vrx_mj.frames import Pose, apply, rotation
-from vrx_mj.mjcf.placement import PlacedDock
+from vrx_mj.frames import Pose, apply, compose, inverse, rotation
+from vrx_mj.mjcf.objects import PlacedDock, element_row
+from vrx_mj.mjcf.parameters import Rows
+from vrx_mj.mjcf.pieces import Piece
+from vrx_mj.mjcf.templates import Geom, Mesh, geoms, meshes
+from vrx_mj.mjcf.wind import NO_WIND, wind_coefficients
+from vrx_mj.model.kinds import record_from
+from vrx_mj.model.things import Block, Dock, Element, Mooring, Placard
 
 
 class Blocks(Protocol):
@@ -154,3 +164,231 @@ def _tree_from(root: Cell, blocks: frozenset[Cell]) -> BlockTree:
                 order.append(near)
                 parents.append(place[cell])
     return BlockTree(tuple(order), tuple(parents), ())
+
+
+_Row = dict[str, Any]
+_Vector = tuple[float, float, float]
+
+BLOCK_MODELS = {0.5: "dock_block", 1.0: "dock_block_2x2", 1.5: "dock_block_3x3", 2.0: "dock_block_4x4_dynamic"}
+"""Floating objects by the edge of the block [m] whose mass and buoyancy they give."""
+_BLOCK_HEIGHT = 0.25
+"""Height of the blocks' middles over the dock's origin, where they start [m]. VRX: dock_generator.erb."""
+_BEND = 0.1
+"""Farthest angle of a hinge between two blocks [rad]. VRX: dock_generator.erb."""
+_NEAR = 2
+"""Blocks up to this many rows and columns away are never tested for contact with a placard's own block."""
+
+
+def dock_piece(dock: PlacedDock) -> Piece:
+    """A dock with its placards. Its names are whole, as placards have those of their object."""
+    cells, edge = dock.cells, dock.config.block
+    boards = [_board(dock, item) for item in dock.berths.placards]
+    needed = list(dict.fromkeys(mesh for item in dock.berths.placards for mesh in _meshes(item)))
+    values: _Row = {"name": dock.name, "block": edge, "height": _BLOCK_HEIGHT, "meshes": needed}
+    if dock.config.dynamic:
+        tree = block_tree(cells)
+        bodies = dict(zip(tree.cells, _bodies(dock, tree), strict=True))
+        values |= {
+            "root": _nodes(dock, tree, boards),
+            "bend": _BEND,
+            "inertia": (_block(edge).inertia or ())[:3],
+            "excluded": [(bodies[a], bodies[b]) for a, b in _beside(cells)] + list(_around(dock, boards, bodies)),
+            "closures": [_closure(bodies, pair, tree.cells[0], edge) for pair in tree.closures],
+        }
+        template = "floating_dock.xml.j2"
+    else:
+        values |= {"cells": cells, "boards": boards}
+        template = "dock.xml.j2"
+    return Piece.from_template(template, {mesh.file: mesh.content for mesh in needed}, **values)
+
+
+def dock_entry(dock: PlacedDock) -> Dock:
+    """The record of a dock; `bodies` are those that move on their own, the root first."""
+    placards = [f"{dock.parent}/{item.name}/link" for item in dock.berths.placards]
+    bodies = _bodies(dock, block_tree(dock.cells)) if dock.config.dynamic else [f"{dock.name}/dock"]
+    return record_from(Dock, dock, dock.config, bodies=tuple(bodies), placards=tuple(placards))
+
+
+def dock_rows(dock: PlacedDock, wind: WindConfig | None, gravity: float, tables: Rows) -> Rows:
+    """The rows that a dock adds at the ends of a world's tables."""
+    placards = [
+        Placard(
+            name=f"{dock.parent}/{item.name}",
+            body=f"{dock.parent}/{item.name}/link",
+            geoms={shape: tuple(str(geom.name) for geom in _symbol(dock, item, shape)) for shape in item.shapes},
+            symbol=item.symbol,
+        )
+        for item in dock.berths.placards
+    ]
+    rows = Rows(docks=[dock_entry(dock)], placards=placards)
+    if dock.config.dynamic:
+        first = len(tables.blocks)
+        blocks, elements = _block_rows(dock, wind, gravity, first, len(tables.elements))
+        rows.add(Rows(blocks=blocks, elements=elements, moorings=_moorings(dock, first)))
+    return rows
+
+
+def _block_rows(
+    dock: PlacedDock, wind: WindConfig | None, gravity: float, first: int, first_element: int
+) -> tuple[list[Block], list[Element]]:
+    """Rows of a floating dock's blocks, each after the one that it hangs on, and those of their buoyancy elements.
+
+    `first` and `first_element` are the numbers that they get. Wind on a dock acts on its root, as VRX's on one link.
+    """
+    tree, edge = block_tree(dock.cells), dock.config.block
+    config = _block(edge)
+    buoyancy = config.buoyancy
+    assert buoyancy is not None, "a block without buoyancy"
+    assert config.mass is not None, "a block without mass"
+    listed = wind_coefficients(wind, dock.name, dock.parent) or NO_WIND
+    rows: list[Block] = []
+    elements: list[Element] = []
+    for index, body in enumerate(_bodies(dock, tree)):
+        position, anchor, axis = _hinge(tree, index, edge)
+        block = record_from(
+            Block,
+            config,
+            buoyancy,
+            body=body,
+            parent=first + tree.parents[index] if index else -1,
+            depth=tree.depths[index],
+            position=position,
+            anchor=anchor,
+            axis=axis,
+            offset=_center(tree.cells[0], edge) if index == 0 else (0.0, 0.0, 0.0),
+            density=buoyancy.fluid_density,
+            gravity=gravity,
+            level=buoyancy.fluid_level,
+            element_start=first_element + len(elements),
+            element_count=len(buoyancy.elements),
+            wind=listed if index == 0 else NO_WIND,
+        )
+        rows.append(block)
+        # VRX's 2 x 2 block has its mass and its collision box beside its buoyancy; a dock's blocks have them in line
+        middles = [element.model_copy(update={"pose": (0.0, 0.0, *element.pose[2:])}) for element in buoyancy.elements]
+        elements += map(element_row, middles)
+    return rows, elements
+
+
+def _moorings(dock: PlacedDock, first: int) -> list[Mooring]:
+    """A floating dock's lines, each from a corner to where that is at the start; `first` is its first block's row."""
+    mooring = dock.config.mooring
+    if mooring is None:
+        return []
+    tree, edge = block_tree(dock.cells), dock.config.block
+    turn, rows = rotation(*dock.pose[3:]), list[Mooring]()
+    for sx, sy in ((-1, -1), (-1, 1), (1, -1), (1, 1)):
+        cell = max(dock.cells, key=lambda cell: (sx * cell[0] + sy * cell[1], sx * cell[0]))
+        index = tree.cells.index(cell)
+        corner = (edge * (cell[0] + sx / 2), edge * (cell[1] + sy / 2), _BLOCK_HEIGHT)
+        there = apply(turn, corner)
+        origin = (0.0, 0.0, 0.0) if index == 0 else _center(cell, edge)
+        line = record_from(
+            Mooring,
+            mooring,
+            block=first + index,
+            point=(corner[0] - origin[0], corner[1] - origin[1], corner[2] - origin[2]),
+            anchor=(dock.pose[0] + there[0], dock.pose[1] + there[1]),
+        )
+        rows.append(line)
+    return rows
+
+
+def _block(edge: float) -> ObjectConfig:
+    return load_object(BLOCK_MODELS[edge])
+
+
+def _center(cell: Cell, edge: float) -> _Vector:
+    """Middle of a block in the dock's frame [m]."""
+    return edge * cell[0], edge * cell[1], _BLOCK_HEIGHT
+
+
+def _bodies(dock: PlacedDock, tree: BlockTree) -> list[str]:
+    """Bodies of the blocks; that of the root has the frame of the dock."""
+    return [f"{dock.name}/dock", *(f"{dock.name}/dock_block_{i}_{j}" for i, j in tree.cells[1:])]
+
+
+def _hinge(tree: BlockTree, index: int, edge: float) -> tuple[_Vector, _Vector, _Vector]:
+    """Where a block's frame is in the frame of the one it hangs on, and the hinge's point and axis in its own."""
+    if index == 0:
+        return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (1.0, 0.0, 0.0)
+    cell, parent = tree.cells[index], tree.cells[tree.parents[index]]
+    origin = (0.0, 0.0, 0.0) if tree.parents[index] == 0 else _center(parent, edge)
+    x, y, z = (a - b for a, b in zip(_center(cell, edge), origin, strict=True))
+    di, dj = parent[0] - cell[0], parent[1] - cell[1]
+    return (x, y, z), (edge * di / 2, edge * dj / 2, 0.0), (float(abs(dj)), float(abs(di)), 0.0)
+
+
+def _nodes(dock: PlacedDock, tree: BlockTree, boards: Sequence[_Row]) -> _Row:
+    """The root's block for the template, with those that hang on it."""
+    edge, rows = dock.config.block, _block_rows(dock, None, 0.0, 0, 0)[0]
+    nodes: list[_Row] = []
+    for cell, row in zip(tree.cells, rows, strict=True):
+        x, y, z = _center(cell, edge) if nodes else (0.0, 0.0, 0.0)
+        own = [board for board in boards if board["block"] == cell]
+        for board in own:  # in the frame of the block that carries it
+            ahead, left, up, *turn = board["pose"]
+            board["pose"] = (ahead - x, left - y, up - z, *turn)
+        geom = f"{dock.name}/dock_block_{cell[0]}_{cell[1]}"
+        node = {"row": row, "geom": geom, "boards": own, "blocks": []}
+        if nodes:
+            nodes[row.parent]["blocks"].append(node)
+        nodes.append(node)
+    return nodes[0]
+
+
+def _board(dock: PlacedDock, item: PlacardConfig) -> _Row:
+    """A placard for the template, in the frame of the dock."""
+    model = load_object(item.model)
+    cells, edge = dock.cells, dock.config.block
+    nearest = min(cells, key=lambda cell: math.dist(_center(cell, edge)[:2], item.pose[:2]))
+    symbols = [geom for shape in item.shapes for geom in _symbol(dock, item, shape)]
+    return {
+        "body": f"{dock.parent}/{item.name}/link",
+        "pose": item.pose,
+        "block": item.block or nearest,
+        "geoms": [*geoms(model.collisions), *geoms(model.visuals), *symbols],
+    }
+
+
+def _symbol(dock: PlacedDock, item: PlacardConfig, shape: str) -> list[Geom]:
+    """The geoms of a shape on a board, seen if it is the one to show."""
+    color, wanted = item.symbol.split("_")
+    rgba = (*RGB[color], 1.0 if shape == wanted else 0.0)
+    place = compose(inverse(item.pose), item.symbol_pose)  # in the frame of its board
+    visuals = load_object(f"symbol_{shape}").visuals
+    parts = geoms(part.model_copy(update={"pose": compose(place, part.pose)}) for part in visuals)
+    name = f"{dock.parent}/{item.name}/{shape}"
+    return [replace(geom, name=f"{name}{number}", rgba=rgba) for number, geom in enumerate(parts, 1)]
+
+
+def _meshes(item: PlacardConfig) -> list[Mesh]:
+    model = load_object(item.model)
+    symbols = [part for shape in item.shapes for part in load_object(f"symbol_{shape}").visuals]
+    return meshes([*model.collisions, *model.visuals, *symbols])
+
+
+def _beside(cells: Sequence[Cell]) -> Iterator[tuple[Cell, Cell]]:
+    """Pairs of blocks that share an edge or a corner."""
+    there = frozenset(cells)
+    for i, j in cells:
+        after = (i, j + 1), (i + 1, j - 1), (i + 1, j), (i + 1, j + 1)
+        yield from (((i, j), near) for near in after if near in there)
+
+
+def _around(dock: PlacedDock, boards: Sequence[_Row], bodies: Mapping[Cell, str]) -> Iterator[tuple[str, str]]:
+    """Pairs of a placard and a block that is near its own."""
+    for board in boards:
+        row, column = board["block"]
+        for (i, j), body in bodies.items():
+            if max(abs(i - row), abs(j - column)) <= _NEAR and (i, j) != (row, column):
+                yield board["body"], body
+
+
+def _closure(bodies: Mapping[Cell, str], pair: tuple[Cell, Cell], root: Cell, edge: float) -> _Row:
+    """Two points that two blocks share: the ends of an edge, in the frame of the first."""
+    (i, j), (k, m) = pair
+    x, y, z = _center((i, j), edge) if (i, j) == root else (0.0, 0.0, 0.0)
+    half = edge / 2
+    ends = [(x + half * (k - i + s * (m - j)), y + half * (m - j + s * (k - i)), z) for s in (-1.0, 1.0)]
+    return {"first": bodies[i, j], "second": bodies[k, m], "ends": ends}

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.errors import CompileError
-from vrx_mj.mjcf.markers import add_markers
+from vrx_mj.mjcf.scene import add_markers
 from vrx_mj.mjcf.world import World
 from vrx_mj.physics.surface import EDGE, PLAIN, WAVELETS, fan_triangles, reflectance, ring_distances, spokes
 

@@ -12,8 +12,7 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.constants import SEA_WATER_DENSITY, STANDARD_GRAVITY
-from vrx_mj.mjcf.flotation import below, flotation_at
-from vrx_mj.mjcf.hull_sheet import HullSheet, hull_sheet
+from vrx_mj.mjcf.flotation import HullSheet, below, flotation_at, hull_sheet
 from vrx_mj.physics.thrust import normal_slope
 
 DENSITY, _GRAVITY = SEA_WATER_DENSITY, STANDARD_GRAVITY

@@ -19,7 +19,7 @@ from vrx_mj.config.docks import DockPlacement
 from vrx_mj.config.fleet import BoatConfig, joining_boat
 from vrx_mj.config.loading import fault_text, joining
 from vrx_mj.config.objects import MOST_OBJECTS, Placement
-from vrx_mj.config.wind import WindConfig
+from vrx_mj.config.weather import WindConfig
 from vrx_mj.config.wording import ros_names_note
 from vrx_mj.config.world import PhysicsConfig, SpawnConfig
 from vrx_mj.errors import CommandError, CompileError, UnknownNameError, VrxWarning
@@ -28,18 +28,17 @@ from vrx_mj.mjcf.afloat import depth_in_land, outline
 from vrx_mj.mjcf.assembly import Assembly
 from vrx_mj.mjcf.build import build_boat
 from vrx_mj.mjcf.docks import docks_overlap
-from vrx_mj.mjcf.hull_checks import warn_if_uncovered
-from vrx_mj.mjcf.objects import spare_ball
+from vrx_mj.mjcf.hulls import warn_if_uncovered
+from vrx_mj.mjcf.objects import PlacedDock, PlacedObject, place_docks, place_objects, spare_ball
 from vrx_mj.mjcf.parameters import Rows
 from vrx_mj.mjcf.pieces import owner_of
-from vrx_mj.mjcf.placement import PlacedDock, PlacedObject, place_docks, place_objects
 from vrx_mj.mjcf.tasks import Touch, thing_touches, touch_sensor
 from vrx_mj.mjcf.templates import render
 from vrx_mj.mjcf.wind import own_load, warn_if_unpushed
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Boat
-from vrx_mj.model.site import Dock, Object
 from vrx_mj.model.tasks import names_in
+from vrx_mj.model.things import Dock, Object
 from vrx_mj.model.world import Parameters, checked_rows, linked_rows, row_columns, tree_of
 
 _OWNED = {

@@ -6,22 +6,19 @@ from dataclasses import dataclass, field, fields
 from typing import Any, Literal
 
 from vrx_mj.arguments import check_kind
-from vrx_mj.config.current import CurrentConfig, TideConfig
-from vrx_mj.config.sea import SeaConfig
+from vrx_mj.config.weather import CurrentConfig, SeaConfig, TideConfig
 from vrx_mj.config.world import PhysicsConfig
 from vrx_mj.constants import WATER_DENSITY, WAVE_GRAVITY
-from vrx_mj.linear_waves import Site
 from vrx_mj.mjcf.world import World
-from vrx_mj.model.afloat import Block, Element, Float, Follower, Mooring, PathPoint, Rope
 from vrx_mj.model.boats import Boat, Hull, Sensor, Station, Thruster
 from vrx_mj.model.kinds import ProfileCode, record_from
 from vrx_mj.model.numbers import Number, numbers_of
-from vrx_mj.model.site import Dock, Light, Object, Placard
+from vrx_mj.model.things import Block, Dock, Element, Float, Follower, Light, Mooring, Object, PathPoint, Placard, Rope
 from vrx_mj.model.water import Current, Layer, Sea, Wave
 from vrx_mj.model.world import Parameters
 from vrx_mj.physics.tables import MARINE, VRX, VRX3
 from vrx_mj.physics.waves import cwr_components, pms_components
-from vrx_mj.spectra import LONGEST, REGULAR, SHORTEST, SPECTRA, irregular_sea
+from vrx_mj.spectra import LONGEST, REGULAR, SHORTEST, SPECTRA, Site, irregular_sea
 
 _Row = dict[str, Any]
 _NIL_AMPLITUDE = 1e-9

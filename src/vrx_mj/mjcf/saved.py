@@ -16,7 +16,7 @@ from typing import Annotated
 
 from pydantic import FailFast, Field, StringConstraints, TypeAdapter, ValidationError
 
-from vrx_mj.config.bays import LIGHT_COLORS, OFF, SHAPES, SYMBOLS
+from vrx_mj.config.docks import LIGHT_COLORS, OFF, SHAPES, SYMBOLS
 from vrx_mj.config.loading import fault_text
 from vrx_mj.config.wording import literal
 from vrx_mj.constants import LONGEST_STEP, SHORTEST_STEP
@@ -24,8 +24,7 @@ from vrx_mj.errors import StateError
 from vrx_mj.formats.urdf.meshes import is_binary_stl
 from vrx_mj.mjcf.pieces import PREFIX, Part, Piece, Pieces, owner_of
 from vrx_mj.model.kinds import Pose, record, record_from
-from vrx_mj.model.references import broken_references
-from vrx_mj.model.world import FORMAT, FORMER, Parameters, format_of, parameters_of, tree_of
+from vrx_mj.model.world import FORMAT, FORMER, Parameters, broken_references, format_of, parameters_of, tree_of
 
 _MOST_CHARACTERS = 100_000_000
 """Longest text that is read."""

@@ -13,17 +13,15 @@ from typing import Any, Literal, cast
 
 from vrx_mj.config import tasks
 from vrx_mj.config.fleet import BoatConfig
+from vrx_mj.config.kinds import CLASSIC, NEWER
 from vrx_mj.config.loading import problem_at
-from vrx_mj.config.profiles import CLASSIC, NEWER
 from vrx_mj.config.search import kind_name
 from vrx_mj.config.tasks import AnimalConfig, ChannelConfig, TaskConfig
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxWarning
 from vrx_mj.frames import Pose
-from vrx_mj.mjcf.dock_pieces import dock_entry
-from vrx_mj.mjcf.docks import find_dock
-from vrx_mj.mjcf.objects import ball_name
-from vrx_mj.mjcf.placement import PlacedDock, PlacedObject
+from vrx_mj.mjcf.docks import dock_entry, find_dock
+from vrx_mj.mjcf.objects import PlacedDock, PlacedObject, ball_name
 from vrx_mj.mjcf.templates import render
 from vrx_mj.mjcf.terrain import on_land
 from vrx_mj.model import tasks as model

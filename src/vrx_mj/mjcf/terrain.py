@@ -20,7 +20,7 @@ from vrx_mj.config.search import ReadingError, find_terrain, read_limited
 from vrx_mj.config.values import MAX_COORDINATE
 from vrx_mj.errors import ConfigError, Problem, shortened
 from vrx_mj.mjcf.pieces import Piece
-from vrx_mj.model.site import Ring
+from vrx_mj.model.things import Ring
 
 _SAND_TOP = 0.4
 """Height over the water where grass begins [m]."""

@@ -5,19 +5,18 @@ import warnings
 from collections.abc import Iterable, Sequence
 
 from vrx_mj.config.fleet import BoatConfig
-from vrx_mj.config.profiles import CLASSIC, MARINE, NEWER
+from vrx_mj.config.kinds import CLASSIC, MARINE, NEWER
 from vrx_mj.config.robots import SailEntry
 from vrx_mj.config.search import catalogue
-from vrx_mj.config.wind import WindageConfig, WindConfig
+from vrx_mj.config.weather import WindageConfig, WindConfig
 from vrx_mj.config.world import PhysicsConfig
 from vrx_mj.errors import VrxWarning
 from vrx_mj.mjcf.boats import Boat
 from vrx_mj.model.boats import Windage, WindCoefficients
 from vrx_mj.model.kinds import record_from
 from vrx_mj.model.water import Air, Wind
-from vrx_mj.physics.gusts import gust_frequencies, gust_variance, npd
-from vrx_mj.physics.windage import BLENDERMANN, Areas, Superstructure, isherwood_curve
-from vrx_mj.spectra import Spectrum
+from vrx_mj.physics.wind import BLENDERMANN, Areas, Superstructure, isherwood_curve
+from vrx_mj.spectra import Spectrum, gust_frequencies, gust_variance, npd
 
 NO_WIND = (0.0, 0.0, 0.0)
 _NPD_HEIGHT = 10.0

@@ -11,11 +11,11 @@ from types import MappingProxyType
 from vrx_mj.arguments import as_path
 from vrx_mj.config.search import ReadingError, read_limited
 from vrx_mj.errors import StateError
-from vrx_mj.exits import delays_exit
 from vrx_mj.mjcf.pieces import Piece, Pieces
 from vrx_mj.mjcf.saved import piece_files, read_world
 from vrx_mj.model.world import FORMER, MOST_BYTES, Parameters, json_of, without_descriptions
 from vrx_mj.outputs import write_files
+from vrx_mj.signals import delays_exit
 
 
 @dataclass(frozen=True, repr=False)

@@ -12,13 +12,13 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.model.afloat import Block, Element, Float, Follower, Mooring, PathPoint, Rope
 from vrx_mj.model.boats import Hull, Memory, Propeller, SailPoint, Station, Strip, Thruster, ThrustPoint, Vessel
 from vrx_mj.model.kinds import Parts
+from vrx_mj.model.things import Block, Element, Float, Follower, Mooring, PathPoint, Rope
 from vrx_mj.model.water import Air, Current, Layer, Sea, Wave, Wind
-from vrx_mj.physics.panel_mesh import Part
+from vrx_mj.physics.panels import Part
 from vrx_mj.physics.tables import Table
-from vrx_mj.physics.windage import WindageRow
+from vrx_mj.physics.wind import WindageRow
 
 _Column = tuple[type, tuple[int, ...]]
 _i, _u, _f = np.int64, np.uint64, np.float64

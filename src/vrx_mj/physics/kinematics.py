@@ -13,8 +13,16 @@ from vrx_mj.physics.elementary import cosine, cosine_and_sine
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.motion import Motion, Vector, cross, minus, plus, spin_of, unrotate, velocity_of, with_velocity
 from vrx_mj.physics.tables import Record, Table, Waves
-from vrx_mj.physics.wave_columns import MORE, bottom_share, decay, motion_of_columns, turning_of_columns
-from vrx_mj.physics.waves import elevation, ramp, wave_phase
+from vrx_mj.physics.waves import (
+    MORE,
+    bottom_share,
+    decay,
+    elevation,
+    motion_of_columns,
+    ramp,
+    turning_of_columns,
+    wave_phase,
+)
 
 _Slope = tuple[float, float]
 _QUARTER = 0.5 * math.pi

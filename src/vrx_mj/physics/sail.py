@@ -9,8 +9,7 @@ from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.motion import Motion, minus, unrotate_level, velocity_at
 from vrx_mj.physics.tables import Record, Table
 from vrx_mj.physics.thrust import force_point, steering_target, to_hinge
-from vrx_mj.physics.wind import wind_share
-from vrx_mj.physics.windage import piece_of_curve
+from vrx_mj.physics.wind import piece_of_curve, wind_share
 
 _STALL = math.radians(15.0)
 """Angle of attack at which the flow separates [rad]."""

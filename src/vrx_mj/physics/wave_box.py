@@ -34,8 +34,7 @@ from vrx_mj.physics.lanes import (
 )
 from vrx_mj.physics.motion import Motion, Vector, rotate, unrotate_level
 from vrx_mj.physics.tables import Record, Table
-from vrx_mj.physics.wave_columns import AMPLITUDE, BOTTOM, EAST, FREQUENCY, MEMORY, NORTH, PHASE, WAVENUMBER
-from vrx_mj.physics.waves import ramp
+from vrx_mj.physics.waves import AMPLITUDE, BOTTOM, EAST, FREQUENCY, MEMORY, NORTH, PHASE, WAVENUMBER, ramp
 
 _SIDE: Final = 5
 """Nodes of the box along."""

@@ -24,8 +24,8 @@ from vrx_mj.recording.eyes import (
     plan_eye,
     sea_eye,
 )
+from vrx_mj.recording.motion_chunks import track_path
 from vrx_mj.recording.record_scene import RecordScene
-from vrx_mj.recording.sensor_chunks import track_path
 from vrx_mj.recording.static_chunks import FEW_NAMES, LEGEND_PATH, NAMES, legend_spots, name_width
 from vrx_mj.recording.task_chunks import MARKS, PLOT, STEPS, TOUCH_WORDS, WORDS
 from vrx_mj.recording.timeline import TIMELINE

@@ -12,8 +12,8 @@ import rerun as rr
 from rerun.chunk import Chunk
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.draw.colors import CURRENT_COLOR, WAVE_COLOR, WIND_COLOR
 from vrx_mj.draw.course import Course, course_of
+from vrx_mj.draw.style import CURRENT_COLOR, WAVE_COLOR, WIND_COLOR
 from vrx_mj.frames import compass
 from vrx_mj.recording.record_scene import RecordScene
 from vrx_mj.recording.timeline import NAMED, Held, Ticker, arrow_strips, changes, static, thin_lines, times

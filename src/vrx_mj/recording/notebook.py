@@ -56,8 +56,8 @@ def _shell() -> Any:
 
 def _world_map(world: "World") -> bytes:
     """A world from above, as a PNG."""
+    from vrx_mj.draw.course import map_of
     from vrx_mj.draw.map import map_png
-    from vrx_mj.draw.map_scene import map_of
 
     return map_png(map_of(world), _MAP_SIZE)
 

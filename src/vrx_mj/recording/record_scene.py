@@ -16,7 +16,7 @@ from pydantic import AllowInfNan, FailFast, Field
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.sensors import LidarConfig, SensorConfig
-from vrx_mj.draw.colors import Rgb, boat_colors
+from vrx_mj.draw.style import Rgb, boat_colors
 from vrx_mj.model.world import Parameters
 from vrx_mj.sensors.displays import Display
 

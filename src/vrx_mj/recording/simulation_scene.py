@@ -20,8 +20,8 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import RecordError
 from vrx_mj.frames import matrix_quaternion
 from vrx_mj.mjcf.drawing import signed_spec
-from vrx_mj.mjcf.markers import MARKER, marker_names
 from vrx_mj.mjcf.objects import ball_name
+from vrx_mj.mjcf.scene import MARKER, marker_names
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Thruster
 from vrx_mj.model.world import Parameters, tree_of

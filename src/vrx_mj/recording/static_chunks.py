@@ -12,7 +12,7 @@ import rerun as rr
 from rerun.archetypes import RecordingInfo
 from rerun.chunk import Chunk
 
-from vrx_mj.draw.colors import WIND_COLOR, Rgb, shade
+from vrx_mj.draw.style import WIND_COLOR, Rgb, shade
 from vrx_mj.recording.eyes import FLEET, PLANNED, around, fleet_circle, plan_eye, sea_eye, waypoint_name
 from vrx_mj.recording.record_scene import RecordedBody, RecordScene, Surface
 from vrx_mj.recording.timeline import NAMED, arrow_strips, chunk_at, static, thin_lines

@@ -18,17 +18,17 @@ import rerun as rr
 from rerun.chunk import Chunk
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.config.bays import RGB
-from vrx_mj.draw.colors import Rgb, shade
+from vrx_mj.config.docks import RGB
 from vrx_mj.draw.course import Course, course_of, poses_of, zone_corners
+from vrx_mj.draw.style import Rgb, shade
 from vrx_mj.model import tasks
 from vrx_mj.model.tasks import parts_of
 from vrx_mj.model.world import Parameters
+from vrx_mj.recording.checks import restore_referee
 from vrx_mj.recording.eyes import names_apart
 from vrx_mj.recording.packing import pack_rows
 from vrx_mj.recording.parts import FRAMES
 from vrx_mj.recording.reader import RecordedFrame, SavedState
-from vrx_mj.recording.rescoring import restore_referee
 from vrx_mj.recording.timeline import NAMED, arrow_strips, changes, numbers, static, thin_lines, times
 from vrx_mj.runtime.subscriptions import Touch
 from vrx_mj.tasks.frame import Frame, FrameLayout, Pose, has_started, score_text

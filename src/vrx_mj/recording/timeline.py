@@ -15,11 +15,11 @@ import rerun as rr
 from rerun.chunk import Chunk
 
 from vrx_mj.arrays import BoolArray, FloatArray
-from vrx_mj.draw import colors
+from vrx_mj.draw import style
 from vrx_mj.physics.kernel import kernel
 
 TIMELINE = "sim_time"
-NAMED: Mapping[str, Any] = {"colors": [colors.LABEL], "radii": [0.0], "show_labels": True}
+NAMED: Mapping[str, Any] = {"colors": [style.LABEL], "radii": [0.0], "show_labels": True}
 """Looks of points that are names."""
 ARROW = np.array([(0.0, 0.0), (1.0, 0.0), (0.76, 0.2), (1.0, 0.0), (0.76, -0.2)])
 """An arrow as a line, along and across, in its lengths."""

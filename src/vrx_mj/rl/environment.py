@@ -12,13 +12,22 @@ from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.errors import DivergedError
 from vrx_mj.mjcf.compile import Source, compile_world
 from vrx_mj.mjcf.world import World
-from vrx_mj.rl.generators import Generators, Range, Seeds, Variety
 from vrx_mj.rl.neighbours import Neighbours, NeighbourView
-from vrx_mj.rl.options import PERIOD, ActionError, as_actions, check_count, episode_steps, step_limit
+from vrx_mj.rl.options import (
+    PERIOD,
+    ActionError,
+    Generators,
+    Range,
+    Seeds,
+    Variety,
+    as_actions,
+    check_count,
+    episode_steps,
+    step_limit,
+)
 from vrx_mj.rl.picture import Picture
-from vrx_mj.rl.problem import OWN, Entry, Judged, Problem, Spot, Team, mean_of, team_of
+from vrx_mj.rl.problem import OWN, Entry, Judged, Problem, RefereedRow, Rows, Spot, Team, mean_of, team_of
 from vrx_mj.rl.problems import PROBLEMS, SCORE
-from vrx_mj.rl.refereed import RefereedRow, Rows
 from vrx_mj.runtime.batch import Batch
 
 _Random = list[np.random.Generator]

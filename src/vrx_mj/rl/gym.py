@@ -14,8 +14,17 @@ from vrx_mj.arrays import BoolArray, ByteArray, FloatArray
 from vrx_mj.errors import shown
 from vrx_mj.mjcf.compile import Source
 from vrx_mj.rl.environment import BOUND, Environment, Floats32, Info, ProblemRows, row_info
-from vrx_mj.rl.generators import Range, Seeds
-from vrx_mj.rl.options import PERIOD, as_actions, check_count, check_picture, episode_steps, reset_options, row_mask
+from vrx_mj.rl.options import (
+    PERIOD,
+    Range,
+    Seeds,
+    as_actions,
+    check_count,
+    check_picture,
+    episode_steps,
+    reset_options,
+    row_mask,
+)
 from vrx_mj.rl.problems import ALONE, PROBLEMS
 
 _Arrays = tuple[Floats32, FloatArray, BoolArray, BoolArray, Info]

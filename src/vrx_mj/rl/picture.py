@@ -11,7 +11,7 @@ from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.frames import rotation
 from vrx_mj.mjcf.drawing import drawing_model
 from vrx_mj.mjcf.world import World
-from vrx_mj.rl.refereed import Rows
+from vrx_mj.rl.problem import Rows
 from vrx_mj.sensors.camera import Cameras
 
 _BEHIND, _ABOVE, _DOWN = 12.0, 6.0, 0.35

@@ -16,10 +16,11 @@ from vrx_mj.errors import UnknownNameError
 from vrx_mj.mjcf.compile import Source
 from vrx_mj.packages import importing
 from vrx_mj.rl.environment import BOUND, Environment, Floats32, Info, ProblemRows, TeamOptions
-from vrx_mj.rl.generators import Range, Seeds
 from vrx_mj.rl.options import (
     PERIOD,
     ActionError,
+    Range,
+    Seeds,
     as_actions,
     chance,
     check_count,

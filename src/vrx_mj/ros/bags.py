@@ -25,12 +25,11 @@ from rosbags.typesys import get_types_from_msg
 from vrx_mj.errors import RecordError, UnknownNameError, VrxWarning
 from vrx_mj.outputs import write_files
 from vrx_mj.ros import cdr
-from vrx_mj.ros.interface import Inbox, RosInterface, Sent, Traffic
+from vrx_mj.ros.interface import CONVERSIONS, Inbox, RosInterface, Sent, Traffic
 from vrx_mj.ros.messages import Message, encode, full_name, full_text, md5sum, new, stamp, typestore
 from vrx_mj.ros.parameters import command_topic
 from vrx_mj.ros.ros_server import CLOCK_RATE, RosServer
 from vrx_mj.ros.table.viewers import layout_text
-from vrx_mj.ros.table.vrx3 import CONVERSIONS
 from vrx_mj.runtime.observation import Observation
 from vrx_mj.runtime.run import Controller
 from vrx_mj.runtime.simulation import Simulation

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 from vrx_mj.errors import CommandError
-from vrx_mj.ros.access import is_loopback
+from vrx_mj.ros.network import is_loopback
 from vrx_mj.unix import resource
 
 SMALL = 1 << 16

@@ -1,20 +1,27 @@
-"""The thread in which networks live, what they report, and which process holds a port."""
+"""The thread in which networks live, what they report, and which process holds a port.
+
+Who may connect: the names and addresses of this machine, and the sites of web pages.
+"""
 
 import asyncio
 import concurrent.futures
 import contextlib
 import errno
+import ipaddress
 import logging
 import os
+import re
 import shlex
+import socket
 import threading
 import time
-from collections.abc import Callable, Coroutine
+import urllib.parse
+from collections.abc import Callable, Coroutine, Iterable, Sequence
 from typing import Any, TypeVar
 
 import psutil
 
-from vrx_mj.errors import LONGEST_LINE, shortened
+from vrx_mj.errors import LONGEST_LINE, CommandError, shortened
 
 _Result = TypeVar("_Result")
 _CLOSING = 2.0
@@ -135,3 +142,217 @@ class Notices:
     def forget(self, kind: str, who: str) -> None:
         """Let a line of this kind be written again."""
         self._written.discard((kind, who))
+
+
+_ANY = "*"
+"""Stands for every origin."""
+_NULL, _FILE = "null", "file://"
+"""Origins of pages that have none: a frame in a sandbox of any site, or a file, in Firefox and in others."""
+_DEFAULT_PORTS = {"http": ":80", "https": ":443"}
+_ORIGIN = re.compile(r"[a-z][a-z0-9+.-]*://(\[[0-9a-f:.]+\]|[a-z0-9_.-]*)(:[0-9]{1,5})?")
+
+
+def host_of(field: str) -> str:
+    """The host of a `Host` field, in lower case and without port and brackets; empty for anything else."""
+    try:
+        parts = urllib.parse.urlsplit(f"//{field.strip()}")
+        parts.port  # noqa: B018 -- raises for an invalid one
+    except ValueError:
+        return ""
+    plain = parts.netloc == field.strip() and "@" not in field
+    return (parts.hostname or "").removesuffix(".") if plain else ""
+
+
+def is_address(host: str) -> bool:
+    """Whether a host is written as an address, which no name server can have lead elsewhere."""
+    return _address(host) is not None
+
+
+def is_loopback(host: str) -> bool:
+    """Whether a host is this machine's loopback: an address of it, `localhost`, or a name below that (RFC 6761)."""
+    address = _address(host)
+    if address is not None:
+        return address.is_loopback
+    return host == "localhost" or host.endswith(".localhost")
+
+
+class Names:
+    """How others call this machine: by the address that they reach, its host name, and what it is configured to be.
+
+    A page whose owner has a name lead to this machine (DNS rebinding) reaches it by that name, not by one of these.
+    """
+
+    def __init__(self, given: Iterable[str] = ()) -> None:
+        """`given`: names and addresses that it is configured to have."""
+        own = socket.gethostname().lower()
+        self._known = {own, f"{own}.local", *(name.lower().removesuffix(".") for name in given if name)}
+        threading.Thread(target=self._learn, daemon=True).start()  # a name server may take its time
+
+    def has(self, host: str, reached: str) -> bool:
+        """Whether `host`, as `host_of` gives it, is this machine, for one who reached it at an address."""
+        if is_loopback(host) or host in self._known:
+            return True
+        address = _address(host)
+        return address is not None and address == _address(reached)
+
+    def _learn(self) -> None:
+        self._known = self._known | {socket.getfqdn().lower()}
+
+
+class Origins:
+    """Sites whose pages may connect: those of this machine, those of the machine that serves, and those allowed.
+
+    Browsers send the `Origin` of the page that opens a websocket, and no page can change it; programs send none. `null`
+    is refused: it is what every site's frames in a sandbox send, so that to take it would be to take all. So is
+    `file://`, any page that was saved to a disk or came by mail: serve it from this machine, or allow it (`null` in
+    Firefox).
+    """
+
+    def __init__(self, allowed: Iterable[str] = ()) -> None:
+        """`allowed`: what `checked_origins` gives."""
+        self._allowed = frozenset(allowed)
+
+    def welcome(self, origin: str, host: str) -> bool:
+        """Whether a page of `origin` may connect that reached this machine by `host`, as `host_of` gives it."""
+        if _ANY in self._allowed or _normal(origin) in self._allowed:
+            return True
+        if _ORIGIN.fullmatch(_normal(origin)) is None:
+            return False
+        scheme, _, rest = _normal(origin).partition("://")
+        page = host_of(rest)
+        return scheme != "file" and (is_loopback(page) or (page == host and page != ""))
+
+
+def checked_origins(words: Sequence[str]) -> tuple[str, ...]:
+    """Origins as `Origins` takes them.
+
+    Raises:
+        CommandError: one is invalid.
+    """
+    origins = tuple(_normal(word if word == _FILE else word.removesuffix("/")) for word in words)
+    for word, origin in zip(words, origins, strict=True):
+        is_origin = _ORIGIN.fullmatch(origin) is not None and host_of(origin.partition("://")[2])
+        if origin not in {_ANY, _NULL, _FILE} and not is_origin:
+            raise CommandError(
+                f"invalid --allow-origin '{word[:200]}': SCHEME://HOST or SCHEME://HOST:PORT is needed, as in "
+                "https://app.foxglove.dev; or null, file://, or * for all"
+            )
+    return origins
+
+
+def _normal(origin: str) -> str:
+    """An origin in lower case, without its scheme's own port, as browsers send it."""
+    lower = origin.lower()
+    return lower.removesuffix(_DEFAULT_PORTS.get(lower.partition("://")[0], ""))
+
+
+def _address(host: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
+    """The address that a host is, an IPv4 address within IPv6 as the former."""
+    try:
+        address = ipaddress.ip_address(host)
+    except ValueError:
+        return None
+    return getattr(address, "ipv4_mapped", None) or address
+
+
+NOWHERE = "192.0.2.1"
+"""An address of nobody (RFC 5737): asked for the way to the world; nothing is sent there."""
+_VIRTUAL = ("docker", "br-", "bridge", "veth", "vEthernet", "virbr", "lxc", "cni")
+"""Beginnings of the names of interfaces to containers and virtual machines on this machine."""
+
+
+def is_wildcard(host: str) -> bool:
+    """Whether to listen at such a host is to listen everywhere."""
+    return host in {"", "0.0.0.0", "::", "*"}
+
+
+def listening_addresses(host: str) -> list[str]:
+    """Addresses to listen at: programs on this machine reach it in any case."""
+    if is_wildcard(host):
+        return ["0.0.0.0"]
+    own = "127.0.0.1" if host == "localhost" else host
+    return [own] if is_loopback(own) else [own, "127.0.0.1"]
+
+
+def announced_address(host: str, master: str) -> str:
+    """The address announced to other nodes: ROS_HOSTNAME or ROS_IP, or the host, or that towards the master.
+
+    Without a route to the master it is that of an interface that is up, or else 127.0.0.1.
+    """
+    given = os.environ.get("ROS_HOSTNAME") or os.environ.get("ROS_IP")
+    if given:
+        return given
+    if not is_wildcard(host):
+        return listening_addresses(host)[0]
+    targets = addresses(master)
+    target = next((one for one in targets if not is_loopback(one)), NOWHERE)
+    try:
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            probe.connect((target, 9))
+            return str(probe.getsockname()[0])
+    except OSError:  # no route
+        return next(iter(interface_addresses()), "127.0.0.1")
+
+
+def unreachable(host: str, master: str) -> str | None:
+    """Why other machines cannot reach the announced address, and what to do; None if they may.
+
+    None, too, for a host that is loopback: no other machine is meant.
+    """
+    if not is_wildcard(host) and is_loopback(host):
+        return None
+    here = announced_address(host, master)
+    found = addresses(here)
+    if not found or not all(map(is_loopback, found)):
+        return None
+    name = next((name for name in ("ROS_HOSTNAME", "ROS_IP") if os.environ.get(name)), None)
+    if name is not None:
+        advice = f"set {name} to this machine's address, or unset it"
+        return f"other machines cannot reach {here}, the address set by {name}: {advice}"
+    if is_wildcard(host):
+        return "no address of this machine was found for other machines to reach: set ROS_IP or --host to one"
+    return f"other machines cannot reach {here}, the address of --host {host}: set ROS_IP to this machine's address"
+
+
+def interface_addresses() -> Sequence[str]:
+    """IPv4 addresses of interfaces that are up, but for loopback.
+
+    Those that are connected come first, those to containers and virtual machines on this machine last.
+    """
+    states = psutil.net_if_stats()
+    found = [
+        (name.startswith(_VIRTUAL), not states[name].isup, one.address)
+        for name, entries in psutil.net_if_addrs().items()
+        for one in entries
+        if one.family == socket.AF_INET and name in states and (states[name].isup or "up" in states[name].flags)
+    ]
+    return [one for *_, one in sorted(found, key=lambda row: row[:2]) if not is_loopback(one)]
+
+
+def own_names(host: str, master_uri: str) -> Names:
+    """This machine's names for others: where it listens, what it announces to nodes, and the master URI's host."""
+    master = host_of(master_uri.partition("://")[2].partition("/")[0])
+    announced_names = [os.environ.get(name, "") for name in ("ROS_HOSTNAME", "ROS_IP")]
+    return Names([*announced_names, master, *([] if is_wildcard(host) else [host])])
+
+
+def addresses(host: str) -> list[str]:
+    """IPv4 addresses of a host; none if its name is unknown."""
+    try:
+        return sorted({str(entry[4][0]) for entry in socket.getaddrinfo(host, None, socket.AF_INET)})
+    except (OSError, UnicodeError):
+        return []
+
+
+def is_local(host: str) -> bool:
+    """Whether a host's address is one of this machine."""
+    if is_loopback(host):
+        return True
+    for one in addresses(host):
+        try:
+            with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+                probe.bind((one, 0))
+        except OSError:
+            continue
+        return True
+    return False

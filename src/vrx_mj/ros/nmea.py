@@ -10,11 +10,10 @@ from vrx_mj.nmea import Instruments
 from vrx_mj.nmea.ais import PERIOD
 from vrx_mj.nmea.instruments import RATE
 from vrx_mj.nmea.sentences import Sentence
-from vrx_mj.ros.access import is_wildcard, listening_addresses
 from vrx_mj.ros.interface import BOTH, Output, RosInterface, Sent, Traffic
 from vrx_mj.ros.limits import Counts, Outbox
 from vrx_mj.ros.messages import Message, new
-from vrx_mj.ros.network import refusal
+from vrx_mj.ros.network import is_wildcard, listening_addresses, refusal
 from vrx_mj.ros.table.host import header
 
 SENTENCE = "nmea_msgs/Sentence"

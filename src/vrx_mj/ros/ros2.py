@@ -16,13 +16,11 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 from vrx_mj.errors import CommandError, NetworkError
 from vrx_mj.packages import install_command
-from vrx_mj.ros.access import is_loopback
 from vrx_mj.ros.cdr import decode, encode, fields, kind
-from vrx_mj.ros.interface import Dialect, Inbox, Input, Output, RosInterface, Sent, Service, Traffic
+from vrx_mj.ros.interface import PACKAGES, Dialect, Inbox, Input, Output, RosInterface, Sent, Service, Traffic
 from vrx_mj.ros.limits import Mailbox
 from vrx_mj.ros.messages import PADDING, Message, stamp
-from vrx_mj.ros.network import Notices
-from vrx_mj.ros.table.vrx3 import PACKAGES
+from vrx_mj.ros.network import Notices, is_loopback
 
 _WHEELS = ("ros-jazzy-rclpy", "ros-jazzy-rmw-fastrtps-cpp", "ros-jazzy-common-interfaces")
 

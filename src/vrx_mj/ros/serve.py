@@ -12,14 +12,12 @@ from urllib.parse import urlsplit
 
 from vrx_mj.drive.session import LONGEST, Pacer
 from vrx_mj.errors import CommandError
-from vrx_mj.ros.access import announced_address, is_loopback, unreachable
 from vrx_mj.ros.graph import Graph, Server, Wires
-from vrx_mj.ros.interface import Inbox, Transport
-from vrx_mj.ros.network import Network
+from vrx_mj.ros.interface import PACKAGES, Inbox, Transport
+from vrx_mj.ros.network import Network, announced_address, is_loopback, unreachable
 from vrx_mj.ros.ros_server import CLOCK_RATE, Lockstep, Report, RosServer
+from vrx_mj.ros.table.boats import Source
 from vrx_mj.ros.table.host import BoatOutputs, CmdVel
-from vrx_mj.ros.table.localization import Source
-from vrx_mj.ros.table.vrx3 import PACKAGES
 from vrx_mj.runtime.limits import process_memory
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.signals import handle_signals

@@ -14,28 +14,36 @@ import numpy.typing as npt
 from vrx_mj.arguments import as_number, check_kind, check_name, whole
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.errors import CommandError, DivergedError, shown
-from vrx_mj.exits import check_exit, delays_exit
 from vrx_mj.frames import in_world_axes
 from vrx_mj.libmujoco import without_timers
 from vrx_mj.mjcf.world import World
 from vrx_mj.physics.tables import Table
 from vrx_mj.runtime.bodies import write_pose
 from vrx_mj.runtime.commands import channels_of
-from vrx_mj.runtime.crowding import check_room
-from vrx_mj.runtime.floating import Equilibrium
 from vrx_mj.runtime.hull import energy_of
 from vrx_mj.runtime.limits import ThreadPool, thread_count
 from vrx_mj.runtime.loop_arrays import LoopArrays
-from vrx_mj.runtime.physics_models import stepping_models
-from vrx_mj.runtime.row_arguments import Rows, as_numbers, row_seeds, row_vectors, varied_values, which_rows
-from vrx_mj.runtime.row_tables import SEPARATE, RowTables, allocating, check_memory
-from vrx_mj.runtime.rows import advance_rows, advance_rows_vrx, observe_rows, row_heights, write_rows
+from vrx_mj.runtime.row_tables import SEPARATE, Equilibrium, RowTables, Variation, allocating, check_memory
+from vrx_mj.runtime.rows import (
+    Rows,
+    advance_rows,
+    advance_rows_vrx,
+    as_numbers,
+    observe_rows,
+    row_heights,
+    row_seeds,
+    row_vectors,
+    varied_values,
+    which_rows,
+    write_rows,
+)
 from vrx_mj.runtime.state import STATE_VERSION, State, rows_divergence_message
+from vrx_mj.runtime.stepping_models import check_room, stepping_models
 from vrx_mj.runtime.timing import MOST_STEPS, whole_steps
 from vrx_mj.runtime.turns import Turn, advancing, in_turn
-from vrx_mj.runtime.variation import Variation
 from vrx_mj.runtime.views import ARRAYS, STATE
 from vrx_mj.runtime.warmup import compile_notice
+from vrx_mj.signals import check_exit, delays_exit
 
 _SLICE = 0.05
 """Wall time of a call into the loop, about [s]: Ctrl-C acts between two."""

@@ -11,14 +11,12 @@ from itertools import groupby
 from typing import NamedTuple
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.physics.conditions import Conditions, motion_through, still_water, water_motion
-from vrx_mj.physics.current import current_step
+from vrx_mj.physics.conditions import Conditions, current_step, motion_through, still_water, water_motion
 from vrx_mj.physics.drag import bias_on_hull, drag_on_hull
 from vrx_mj.physics.hydrostatics import hydrostatics
 from vrx_mj.physics.kernel import allocating_kernel, expanded_kernel, inlined_kernel, kernel
 from vrx_mj.physics.kinematics import turned_with
 from vrx_mj.physics.motion import Motion, Wrench, add, carry, motion, zero_wrench
-from vrx_mj.physics.propeller import update_propeller
 from vrx_mj.physics.sail import boom_target, sail_force, wind_on_sail
 from vrx_mj.physics.tables import MARINE, RUDDER, SAIL, Record, Table, Waves
 from vrx_mj.physics.thrust import (
@@ -30,6 +28,7 @@ from vrx_mj.physics.thrust import (
     steering_target,
     thrust_force,
     thruster_wrench,
+    update_propeller,
 )
 from vrx_mj.physics.vessel import (
     HullMeshes,

@@ -8,8 +8,7 @@ import numpy.typing as npt
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.frames import rotation_matrix
-from vrx_mj.physics.added_mass import added_inertia_of_vessel
-from vrx_mj.physics.drag import added_inertia
+from vrx_mj.physics.drag import added_inertia, added_inertia_of_vessel
 from vrx_mj.physics.motion import Motion, Wrench, add, from_origin, motion, rotate, shift, zero_wrench
 from vrx_mj.physics.tables import RUDDER, SAIL, VRX3, Record, Table
 from vrx_mj.physics.thrust import thruster_wrench

@@ -10,9 +10,8 @@ import numpy as np
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import CommandError
 from vrx_mj.model.tables import PROPELLER, PROPELLER_POINT, THRUSTER
-from vrx_mj.physics.propeller import measured_thrust
 from vrx_mj.physics.tables import BLADES, NEWTONS, RUDDER, Record, Table
-from vrx_mj.physics.thrust import force_point, race_speed, thrust_force
+from vrx_mj.physics.thrust import force_point, measured_thrust, race_speed, thrust_force
 from vrx_mj.runtime.loop_arrays import LoopArrays
 
 _Six = tuple[float, float, float, float, float, float]

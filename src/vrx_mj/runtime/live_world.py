@@ -11,21 +11,16 @@ import mujoco
 
 from vrx_mj.arguments import as_text, check_name
 from vrx_mj.errors import CommandError, DivergedError, StateError
-from vrx_mj.exits import check_exit
 from vrx_mj.libmujoco import without_timers
 from vrx_mj.mjcf.drawing import drawing_model
 from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.bodies import FreeBodies
 from vrx_mj.runtime.commands import CommandNames
-from vrx_mj.runtime.crowding import crowding_message, fitting, most_contacts
-from vrx_mj.runtime.displays import Displays
 from vrx_mj.runtime.forces import RunCopy
 from vrx_mj.runtime.hull import Propeller, thrusters
 from vrx_mj.runtime.loop import advance, advance_vrx
 from vrx_mj.runtime.loop_arrays import LoopArrays
-from vrx_mj.runtime.physics_models import PhysicsModels
-from vrx_mj.runtime.sampling import Sampler
-from vrx_mj.runtime.sensing import Sensing
+from vrx_mj.runtime.sensing import Displays, Sensing
 from vrx_mj.runtime.state import (
     STATE_VERSION,
     State,
@@ -34,13 +29,15 @@ from vrx_mj.runtime.state import (
     save_last_good_state,
     set_integration_state,
 )
-from vrx_mj.runtime.subscriptions import ContactSampler, Subscriptions
+from vrx_mj.runtime.stepping_models import PhysicsModels, crowding_message, fitting, most_contacts
+from vrx_mj.runtime.subscriptions import ContactSampler, Sampler, Subscriptions
 from vrx_mj.runtime.task_runner import Decision, TaskRunner
 from vrx_mj.runtime.timing import steps_to_multiple, stride_of
 from vrx_mj.runtime.turns import Turn
 from vrx_mj.runtime.warmup import compile_notice
 from vrx_mj.runtime.weather import Sea, Wind
-from vrx_mj.tasks.rules import Action, LightUp, PlaceObject, Release, SetPinger, ShowSymbol
+from vrx_mj.signals import check_exit
+from vrx_mj.tasks.referee import Action, LightUp, PlaceObject, Release, SetPinger, ShowSymbol
 
 _SLICE = 0.05
 """Wall time [s] of one call of the compiled loop, so that Ctrl-C works."""

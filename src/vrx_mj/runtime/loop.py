@@ -10,10 +10,9 @@ from numba import types
 
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.libmujoco import c_function
-from vrx_mj.physics.added_mass import added_inertia_of_vessel
-from vrx_mj.physics.afloat import flotation_in_waves, rope_pull
-from vrx_mj.physics.current import current_velocity
-from vrx_mj.physics.drag import added_inertia, added_moment, has_added_moment
+from vrx_mj.physics.afloat import add_link_drag, flotation_in_waves, link_motion, rope_pull
+from vrx_mj.physics.conditions import current_velocity
+from vrx_mj.physics.drag import added_inertia, added_inertia_of_vessel, added_moment, has_added_moment
 from vrx_mj.physics.flotation import (
     Flotation,
     add_flotation_drag,
@@ -25,7 +24,6 @@ from vrx_mj.physics.flotation import (
 )
 from vrx_mj.physics.kernel import allocating_kernel, expanded_kernel, inlined_kernel, kernel
 from vrx_mj.physics.kinematics import orbital_motion
-from vrx_mj.physics.linkage import add_link_drag, link_motion
 from vrx_mj.physics.motion import Motion, Wrench, add, motion, zero_wrench
 from vrx_mj.physics.raft import block_load, moor, raft_drag
 from vrx_mj.physics.tables import MARINE, VRX3, Record, Table, Waves
@@ -34,7 +32,7 @@ from vrx_mj.physics.waves import surface_height
 from vrx_mj.physics.wind import wind_on_float
 from vrx_mj.runtime.effects import Air, apply_wrench, hull_meshes, push_hull, weather_step
 from vrx_mj.runtime.proximity import contact_free, touch_begins
-from vrx_mj.runtime.sample_clocks import latch
+from vrx_mj.runtime.timing import latch
 from vrx_mj.runtime.views import Views, views
 
 HUGE = 1e7

@@ -16,22 +16,22 @@ from vrx_mj.config.sensors import BallShooterConfig
 from vrx_mj.errors import CompileError, StateError
 from vrx_mj.mjcf.world import World
 from vrx_mj.model import tables
-from vrx_mj.model.afloat import Block, Float
 from vrx_mj.model.boats import Hull, Station, Thruster, Vessel, Windage
+from vrx_mj.model.things import Block, Float
 from vrx_mj.model.world import Parameters
 from vrx_mj.physics.lanes import WIDTH
 from vrx_mj.physics.noise import stream_key
-from vrx_mj.physics.panel_mesh import Panels, panels_of
+from vrx_mj.physics.panels import Panels, panels_of
 from vrx_mj.physics.raft import RAFT_WORK
 from vrx_mj.physics.tables import MARINE, VRX3, Record, Table
 from vrx_mj.physics.vessel import HullMeshes
 from vrx_mj.physics.wave_box import LEVELS, ROWS, SHALLOW_LEVELS, SLENDER_ROWS
 from vrx_mj.physics.waves import random_phases
-from vrx_mj.physics.windage import Areas, WindageRow, blendermann_curve, three_number_curve, windage_rows
+from vrx_mj.physics.wind import Areas, WindageRow, blendermann_curve, three_number_curve, windage_rows
 from vrx_mj.runtime.loop import HUGE
 from vrx_mj.runtime.mounted import Mounted, mounted_sensors, start_marks
 from vrx_mj.runtime.proximity import BROADPHASE, is_unconstrained, movers, obstacles
-from vrx_mj.runtime.sample_clocks import SampleClocks
+from vrx_mj.runtime.timing import SampleClocks
 from vrx_mj.runtime.views import ARRAYS, RUN, STATE, point
 from vrx_mj.sensors.displays import check_display_marks, display_marks, displays_of
 from vrx_mj.sensors.sea import sea_table, wave_table

@@ -3,6 +3,8 @@
 A reading is a function of its moment, the moment before it, the run's seed and the moment's number: how often sensors
 are read changes neither the motion nor any reading. Only a first reading depends on when it is asked for: it
 is of that moment, and from then on sensors of the same rate have moments.
+
+A world's lights and placards while it runs: what they show, and what they are made to show.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -14,31 +16,30 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.arguments import check_name, several
+from vrx_mj.arguments import check_kind, check_name, several
 from vrx_mj.arrays import FloatArray
+from vrx_mj.config.docks import LIGHT_COLORS, OFF, SYMBOLS
 from vrx_mj.config.sensors import LidarConfig
-from vrx_mj.errors import CommandError, SensorError
+from vrx_mj.errors import CommandError, SensorError, shown
 from vrx_mj.mjcf.world import World
-from vrx_mj.model.site import Georeference
+from vrx_mj.model.things import Georeference
 from vrx_mj.physics.kernel import is_cached
 from vrx_mj.physics.surface import draw_surface
 from vrx_mj.runtime.loop import HUGE
 from vrx_mj.runtime.loop_arrays import LoopArrays
 from vrx_mj.runtime.mounted import Mounted
-from vrx_mj.runtime.sample_clocks import Moment
+from vrx_mj.runtime.timing import Moment
 from vrx_mj.runtime.turns import Turn, in_turn
 from vrx_mj.runtime.warmup import compile_notice
 from vrx_mj.runtime.weather import Sea, Wind
-from vrx_mj.sensors.anemometer import apparent_wind
 from vrx_mj.sensors.camera import Cameras
-from vrx_mj.sensors.displays import Display
-from vrx_mj.sensors.echo_sounder import beam, bottom_distance
-from vrx_mj.sensors.errors import Draw
-from vrx_mj.sensors.labels import Labeller
+from vrx_mj.sensors.displays import Display, new_pattern, next_pattern, next_symbol, symbol_mark
+from vrx_mj.sensors.instruments import apparent_wind, beam, bottom_distance
+from vrx_mj.sensors.kinds import Draw
 from vrx_mj.sensors.lidar import Lidar, Water, cast_at_sea, noisy
-from vrx_mj.sensors.places import Mount, Place
 from vrx_mj.sensors.rays import cast
-from vrx_mj.sensors.readings import Image, PointCloud, Reading, Scan
+from vrx_mj.sensors.readings import Image, Mount, Place, PointCloud, Reading, Scan
+from vrx_mj.sensors.view import Labeller
 
 _SEA = ("the sea's pictures", 8)
 """What cameras compile, and for how long, about [s]."""
@@ -461,3 +462,64 @@ def _shooter(shooters: dict[str, Mounted], boat: str, name: str | None) -> Mount
     chosen = next(iter(shooters)) if name is None else name
     check_name(f"ball shooter of {boat}", chosen, shooters)
     return shooters[chosen]
+
+
+class Displays:
+    """The lights and placards of a run; errors are those of the methods of `Simulation` with these names."""
+
+    def __init__(self, sensing: Sensing) -> None:
+        """Displays of the run of some sensors, which see what the displays are made to show."""
+        self._sensing = sensing
+
+    @property
+    def _arrays(self) -> LoopArrays:
+        return self._sensing.arrays
+
+    def names(self, kind: str) -> tuple[str, ...]:
+        """Names of all displays of a kind, `light` or `placard`."""
+        return tuple(display.name for display in self._arrays.displays if display.kind == kind)
+
+    def showing(self, name: str) -> str:
+        """Current colour of a light or symbol of a placard."""
+        display = self._display("light or placard", name, ("light", "placard"))
+        return display.shows(self._arrays.display_marks, float(self._arrays.data.time))
+
+    def set_light(self, name: str, colors: Sequence[str]) -> None:
+        """Make a light show three colours in turn, each for one second, beginning in one second."""
+        display = self._display("light", name, ("light",))
+        known = (*LIGHT_COLORS, OFF)
+        given: Any = colors
+        three = isinstance(given, Sequence) and not isinstance(given, str) and len(given) == 3
+        if not three or not all(isinstance(color, str) and color in known for color in given):
+            raise CommandError(f"invalid colours {shown(colors)} of {name}: three of {', '.join(known)} are needed")
+        new_pattern(self._arrays.display_marks[display.marks], colors, float(self._arrays.data.time))
+        self._sensing.renew()
+
+    def set_placard(self, name: str, symbol: str) -> None:
+        """Make a placard show a symbol, such as `red_circle`."""
+        display = self._display("placard", name, ("placard",))
+        check_name("symbol", symbol, SYMBOLS)
+        self._arrays.display_marks[display.marks] = symbol_mark(symbol)
+        self._sensing.renew()
+
+    def shuffle(self, name: str) -> None:
+        """Make a light or a placard show the next pattern in VRX's order."""
+        display = self._display("light or placard", name, ("light", "placard"))
+        marks = self._arrays.display_marks[display.marks]
+        if display.kind == "light":
+            next_pattern(marks, float(self._arrays.data.time))
+        else:
+            next_symbol(marks)
+        self._sensing.renew()
+
+    def paint(self, model: mujoco.MjModel) -> None:
+        """Set the colours of lights and placards in a model to be drawn, such as `visual_model`."""
+        check_kind("paint", model, mujoco.MjModel, "a model, as sim.visual_model")
+        marks, time = self._arrays.display_marks, float(self._arrays.data.time)
+        for geom, rgba in display_colors(model, self._arrays.displays, marks, time).items():
+            model.geom_rgba[geom] = rgba
+
+    def _display(self, what: str, name: str, kinds: Sequence[str]) -> Display:
+        known = {display.name: display for display in self._arrays.displays if display.kind in kinds}
+        check_name(what, name, known)
+        return known[name]

@@ -11,7 +11,6 @@ import mujoco
 from vrx_mj.arguments import as_flag, as_number, as_seed, as_text, check_kind, check_name, whole
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import CommandError, StateError, shown
-from vrx_mj.exits import delays_exit
 from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.commands import Commands
 from vrx_mj.runtime.forces import Forces, boat_forces
@@ -19,17 +18,16 @@ from vrx_mj.runtime.hull import energy_of
 from vrx_mj.runtime.live_world import LiveWorld, loop_arrays_of
 from vrx_mj.runtime.mounted import Mounted
 from vrx_mj.runtime.observation import BoatObservation, Observation
-from vrx_mj.runtime.roster import Roster
-from vrx_mj.runtime.sampling import Listener, check_listener
 from vrx_mj.runtime.sensing import Readings, fire
-from vrx_mj.runtime.spawning import Spawning
+from vrx_mj.runtime.spawning import Roster, Spawning
 from vrx_mj.runtime.state import State
-from vrx_mj.runtime.subscriptions import ContactWatch, Subscription, Touch
+from vrx_mj.runtime.subscriptions import ContactWatch, Listener, Subscription, Touch, check_listener
 from vrx_mj.runtime.task_runner import TaskObservation
 from vrx_mj.runtime.timing import MOST_STEPS, whole_steps
 from vrx_mj.runtime.turns import HOLDER, in_turn
 from vrx_mj.runtime.weather import Sea, Wind
 from vrx_mj.sensors.readings import Reading
+from vrx_mj.signals import delays_exit
 
 
 class Simulation(Roster):

@@ -14,7 +14,7 @@ from collections.abc import Callable
 from typing import Concatenate, ParamSpec, Protocol, TypeVar
 
 from vrx_mj.errors import CommandError
-from vrx_mj.exits import BUSY, check_exit
+from vrx_mj.signals import BUSY, check_exit
 
 _P = ParamSpec("_P")
 _R = TypeVar("_R")

@@ -20,7 +20,7 @@ from vrx_mj.model import tables
 from vrx_mj.physics.raft import RAFT_WORK
 from vrx_mj.physics.tables import Table
 from vrx_mj.runtime.proximity import BROADPHASE, MOVER, OBSTACLE
-from vrx_mj.runtime.sample_clocks import CLOCK
+from vrx_mj.runtime.timing import CLOCK
 
 PARAMETER, STATE, OWN = "parameter", "state", "own"
 """What an array is: the same for all runs of a world; part of a saved state; or else a run's own."""

@@ -13,7 +13,7 @@ from vrx_mj.physics.kinematics import orbital_motions, pressures, surface_slopes
 from vrx_mj.physics.waves import surface_heights
 from vrx_mj.physics.wind import wind_series, wind_share
 from vrx_mj.runtime.loop_arrays import LoopArrays
-from vrx_mj.runtime.row_arguments import as_numbers
+from vrx_mj.runtime.rows import as_numbers
 
 _FORESEEN = 1e5
 """Time up to which gusts can be asked for at any time [s]: each is drawn after the one before."""

@@ -7,10 +7,10 @@ from itertools import chain
 import numpy as np
 
 from vrx_mj.arrays import FloatArray, IntArray
-from vrx_mj.config.bays import LIGHT_COLORS, LIGHT_PATTERNS, OFF, RGB, SHAPES, SYMBOLS
+from vrx_mj.config.docks import LIGHT_COLORS, LIGHT_PATTERNS, OFF, RGB, SHAPES, SYMBOLS
 from vrx_mj.constants import EARLY
 from vrx_mj.errors import StateError
-from vrx_mj.model.site import Light, Placard
+from vrx_mj.model.things import Light, Placard
 from vrx_mj.model.world import Parameters
 
 CODES = (*LIGHT_COLORS, OFF)

@@ -7,15 +7,9 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.sensors import BallShooterConfig, CameraConfig, LidarConfig, P3dConfig, PingerConfig
-from vrx_mj.sensors.anemometer import ANEMOMETER
-from vrx_mj.sensors.echo_sounder import ECHO_SOUNDER
-from vrx_mj.sensors.errors import Draw
-from vrx_mj.sensors.gnss_compass import GNSS_COMPASS
-from vrx_mj.sensors.gps import GPS
-from vrx_mj.sensors.imu import IMU
-from vrx_mj.sensors.kinds import Plot, RecordedNumbers, SensorKind
-from vrx_mj.sensors.places import Place
-from vrx_mj.sensors.readings import Scan, Shooter, Sound, Truth
+from vrx_mj.sensors.instruments import ANEMOMETER, ECHO_SOUNDER, GNSS_COMPASS, GPS, IMU
+from vrx_mj.sensors.kinds import Draw, Plot, RecordedNumbers, SensorKind
+from vrx_mj.sensors.readings import Place, Scan, Shooter, Sound, Truth
 
 _MOST_SHOTS = 1000.0
 _CAMERA = SensorKind(CameraConfig, lambda now: now.picture())

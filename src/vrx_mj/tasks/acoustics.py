@@ -9,8 +9,7 @@ from dataclasses import dataclass
 from vrx_mj.constants import EARLY
 from vrx_mj.model import tasks
 from vrx_mj.tasks.frame import Frame, TaskStatus
-from vrx_mj.tasks.referee import Outputs, Referee, Rules
-from vrx_mj.tasks.rules import RunningMean, SetPinger
+from vrx_mj.tasks.referee import Outputs, Referee, Rules, RunningMean, SetPinger
 
 _PINGER_PERIOD = 0.1
 """Least time between two messages of where the moving beacon is [s]; VRX's."""

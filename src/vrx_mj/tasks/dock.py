@@ -9,13 +9,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from vrx_mj.config.bays import LIGHT_COLORS
+from vrx_mj.config.docks import LIGHT_COLORS
 from vrx_mj.constants import EARLY
 from vrx_mj.errors import CommandError, StateError, shown
 from vrx_mj.model import tasks
 from vrx_mj.tasks.frame import Frame, Phase, Place, Pose, TaskStatus
-from vrx_mj.tasks.referee import Outputs, Referee, Rules
-from vrx_mj.tasks.rules import LightUp, ShowSymbol
+from vrx_mj.tasks.referee import LightUp, Outputs, Referee, Rules, ShowSymbol
 
 _TOPIC = "color_sequence"
 _Point = tuple[float, float, float]

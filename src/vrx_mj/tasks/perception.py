@@ -9,8 +9,7 @@ from vrx_mj.constants import EARLY
 from vrx_mj.errors import CommandError, shown
 from vrx_mj.model import tasks
 from vrx_mj.tasks.frame import Count, Frame, Pose, TaskStatus
-from vrx_mj.tasks.referee import Outputs, Referee, Rules
-from vrx_mj.tasks.rules import PlaceObject
+from vrx_mj.tasks.referee import Outputs, PlaceObject, Referee, Rules
 
 _MISSED = 10.0
 """The error of an object that nobody reported [m]."""

@@ -2,6 +2,8 @@
 
 As in VRX a phase begins by the clock, one transition at a time: `ready` after the initial duration, `running` after the
 ready one. The task ends when its rules end it, or when its time is up.
+
+What the rules of tasks do to the world, and what they sum up.
 """
 
 import json
@@ -19,8 +21,75 @@ from vrx_mj.config.wording import literal
 from vrx_mj.constants import EARLY
 from vrx_mj.errors import CommandError, StateError
 from vrx_mj.model.tasks import TaskBase, followed_things
-from vrx_mj.tasks.frame import Frame, Message, Phase, TaskStatus
-from vrx_mj.tasks.rules import Action, Release
+from vrx_mj.tasks.frame import Count, Frame, Message, Phase, TaskStatus
+
+
+@dataclass(frozen=True, slots=True)
+class Release:
+    """Let go of the boat."""
+
+    boat: str
+
+
+@dataclass(frozen=True, slots=True)
+class PlaceObject:
+    """Put a floating object somewhere, at rest."""
+
+    name: str
+    pose: tuple[float, float, float, float, float, float]
+    """x, y, z [m], roll, pitch, yaw [rad], ENU."""
+
+
+@dataclass(frozen=True, slots=True)
+class LightUp:
+    """Have a light buoy show three colours in turn, from a second later on."""
+
+    name: str
+    colors: tuple[str, str, str]
+
+
+@dataclass(frozen=True, slots=True)
+class ShowSymbol:
+    """Have a placard show a symbol."""
+
+    placard: str
+    symbol: str
+    """Symbol, such as `red_circle`."""
+
+
+@dataclass(frozen=True, slots=True)
+class SetPinger:
+    """Put the beacon that all receivers of a boat hear somewhere."""
+
+    boat: str
+    position: tuple[float, float, float]
+    """Position [m, ENU]."""
+
+
+Action = Release | PlaceObject | LightUp | ShowSymbol | SetPinger
+
+
+@dataclass
+class RunningMean:
+    """Sums over the frames since the run began."""
+
+    frames: Count = 0
+    """Number of frames."""
+    total: float = 0.0
+    """Sum of the errors [m]."""
+    error: float = 0.0
+    """Error of the last frame [m]."""
+
+    @property
+    def mean(self) -> float:
+        """Mean error [m]; 0 before the first frame."""
+        return self.total / self.frames if self.frames else 0.0
+
+    def add(self, error: float) -> float:
+        """Take in the error of a frame [m]; returns the mean."""
+        self.frames, self.total, self.error = self.frames + 1, self.total + error, error
+        return self.mean
+
 
 _DUMP, _STATUS = TypeAdapter[Any](dict[str, Any]), TypeAdapter[Any](TaskStatus)
 

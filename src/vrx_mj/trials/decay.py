@@ -6,8 +6,7 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import CommandError
-from vrx_mj.trials.records import Figure, Trial, track_of
-from vrx_mj.trials.vessel import Vessel, VesselState
+from vrx_mj.trials.records import Figure, Trial, Vessel, VesselState, track_of
 
 MODES = {"heave": 0.1, "roll": math.radians(10.0), "pitch": math.radians(5.0)}
 """How far a vessel is put aside by default [m], [rad]."""

@@ -1,4 +1,7 @@
-"""The report: what the cases have found, as JSON and as a page that needs no network."""
+"""The report: what the cases have found, as JSON and as a page that needs no network.
+
+The cases of the report, in its order.
+"""
 
 import json
 import math
@@ -13,10 +16,22 @@ from pathlib import Path
 from jinja2 import Environment
 from numba.core import event
 
-from vrx_mj.draw.chart import Chart, Series, chart_svg
-from vrx_mj.draw.page import page_environment
-from vrx_mj.errors import VrxError
+from vrx_mj.draw.chart import Chart, Series, chart_svg, page_environment
+from vrx_mj.errors import UnknownNameError, VrxError
 from vrx_mj.outputs import write_files
+from vrx_mj.validation.cases import (
+    drifting,
+    hulls,
+    otter,
+    pressures,
+    propellers,
+    resolution,
+    runs,
+    spheres,
+    vrx,
+    waves,
+    winds,
+)
 from vrx_mj.validation.rows import Case, Row
 
 PAGE, RESULTS = "index.html", "results.json"
@@ -146,3 +161,24 @@ def write_report(folder: Path, results: Sequence[Result], left_out: Sequence[Cas
     text = json.dumps(results_json(results), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
     write_files(folder, {RESULTS: text, PAGE: page(results, left_out)}, "the report")
     return folder / PAGE
+
+
+_SUBJECTS = (
+    waves, waves, hulls, hulls, pressures, resolution, otter, propellers, propellers, propellers, spheres, pressures,
+    drifting, winds, drifting, drifting, runs, vrx,
+)  # fmt: skip
+CASES = tuple(each for subject in _SUBJECTS for each in vars(subject).values() if isinstance(each, Case))
+"""All of them."""
+
+
+def select_cases(only: tuple[str, ...] = (), *, quick: bool = False) -> tuple[Case, ...]:
+    """The cases of these names, or all; those of `--quick` if asked for.
+
+    Raises:
+        UnknownNameError: no case has a name.
+    """
+    known = [case.name for case in CASES]
+    for name in only:
+        if name not in known:
+            raise UnknownNameError("case", name, known)
+    return tuple(case for case in CASES if (case.name in only if only else case.quick or not quick))

@@ -13,7 +13,7 @@ from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.observation import BoatObservation
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.validation.reference import folder
+from vrx_mj.validation.rows import folder
 
 GRAVITY = 9.81
 """Gravity of these worlds [m/s2], the value of most of the references."""

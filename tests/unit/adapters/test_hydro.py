@@ -12,7 +12,7 @@ import trimesh
 from needs import CAPYTAINE, needs
 from vrx_command import environment
 from vrx_mj.adapters.hydro import FREQUENCIES, hydro_of_hull, panel_hull
-from vrx_mj.config.hydro import read_hydro
+from vrx_mj.config.dynamics import read_hydro
 from vrx_mj.errors import CommandError, VrxError
 
 BALL = trimesh.creation.icosphere(subdivisions=2, radius=1.0)

@@ -8,8 +8,8 @@ import pytest
 
 from integration.sensing import SONAR, WIND, sailing
 from vrx_mj import Simulation, compile_world
+from vrx_mj.autopilot.ardupilot import answer
 from vrx_mj.autopilot.board import Board
-from vrx_mj.autopilot.packets import answer
 from vrx_mj.frames import quaternion, quaternion_product, rotation, rotation_matrix
 from vrx_mj.runtime.observation import BoatObservation
 

@@ -5,7 +5,7 @@ import shutil
 import pytest
 
 from vrx_mj import compile_world
-from vrx_mj.autopilot.channels import Channel, channels_of
+from vrx_mj.autopilot.board import Channel, channels_of
 from vrx_mj.errors import CommandError, VrxError
 from vrx_mj.resources import root
 

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from fake_sitl import packet
-from vrx_mj.autopilot.packets import answer, servos_of
+from vrx_mj.autopilot.ardupilot import answer, servos_of
 
 SIXTEEN = bytes.fromhex("1a48 9001 07000000" + "dc05" * 15 + "6c07")
 """Magic 18458 = 0x481a, rate 400 = 0x0190, frame 7, fifteen channels of 1500 = 0x05dc us and one of 1900 = 0x076c."""

@@ -3,7 +3,7 @@
 import pytest
 
 from vrx_mj import Simulation, compile_world
-from vrx_mj.autopilot.channels import channels_of
+from vrx_mj.autopilot.board import channels_of
 from vrx_mj.resources import root
 
 FILES = sorted((root() / "assets" / "robots").glob("*/ardurover.parm"))

@@ -5,8 +5,7 @@ import math
 import pytest
 
 from trees import task_of
-from vrx_mj.campaign.maps import sketch_of
-from vrx_mj.campaign.page import map_svg
+from vrx_mj.campaign.page import map_svg, sketch_of
 from vrx_mj.mjcf.compile import compile_world
 
 WORLD = {

@@ -12,11 +12,16 @@ import pytest
 
 from vrx_mj.cli import bench, bench_fleet
 from vrx_mj.cli.bench import (
+    FIGURES,
+    PARTS,
+    SIDES,
     batch_rows,
     decisions,
     environment_steps_per_second,
     print_rows,
     rate,
+    rows_of,
+    sizes,
     two_threads_and_two_processes,
 )
 from vrx_mj.cli.bench_fleet import (
@@ -29,7 +34,6 @@ from vrx_mj.cli.bench_fleet import (
     real_time_factor,
     remarks,
 )
-from vrx_mj.cli.bench_recordings import FIGURES, PARTS, SIDES, rows_of, sizes
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.packages import needs_extra
 from vrx_mj.recording import record

@@ -7,11 +7,11 @@ import pytest
 import trimesh
 
 import vrx_mj
+from vrx_mj.cli.checks import CALM
 from vrx_mj.cli.new_robot import simplify
-from vrx_mj.cli.trial import CALM
 from vrx_mj.config.solids import enclosed_volume
 from vrx_mj.draw import boat_pictures
-from vrx_mj.mjcf.hull_sheet import hull_sheet
+from vrx_mj.mjcf.flotation import hull_sheet
 
 
 def lofted(length, beam, depth, chine, y=0.0):

@@ -8,7 +8,7 @@ import pytest
 
 from vrx_mj.cli.nodes import NODES
 from vrx_mj.errors import CommandError, UnknownNameError
-from vrx_mj.ros.launch_packages import write_launch_packages
+from vrx_mj.ros.packages import write_launch_packages
 
 HOME = Path("/home/team")
 

@@ -6,9 +6,9 @@ from types import SimpleNamespace
 import pytest
 
 from vrx_mj.cli.options import with_default_port
+from vrx_mj.cli.ros import parse_lockstep, parse_rate
 from vrx_mj.cli.sailing import parse_thrust
 from vrx_mj.cli.screen import print_summary
-from vrx_mj.cli.serve import parse_lockstep, parse_rate
 from vrx_mj.errors import CommandError
 
 

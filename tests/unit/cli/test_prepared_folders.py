@@ -15,7 +15,7 @@ from vrx_mj.cli.program import COMMANDS, load_command
 from vrx_mj.errors import VrxError
 from vrx_mj.outputs import write_files
 from vrx_mj.ros import packages
-from vrx_mj.ros.launch_packages import PACKAGE_LIST
+from vrx_mj.ros.packages import PACKAGE_LIST
 
 MADE = "made"
 FOLDERS = {
@@ -44,12 +44,12 @@ OWN = {
     "outputs.py",
     "cli/program.py",  # of a help page
     "cli/robot.py",
-    "recording/tables.py",
+    "recording/exports.py",
     "runtime/state.py",
     "formats/gazebo/text_models.py",  # temporary folders of our own, made anew
     "formats/parts/generate.py",
     "recording/rrd_file.py",
-    "cli/bench_recordings.py",
+    "cli/bench.py",
     "ros/packages.py",
     "ros/ros_server.py",
 }

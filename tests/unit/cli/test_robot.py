@@ -6,8 +6,8 @@ import xml.etree.ElementTree as ET
 import mujoco
 import pytest
 
-from vrx_mj.formats.parts.catalogue import part_types
 from vrx_mj.formats.parts.compliance import rule_sets
+from vrx_mj.formats.parts.read import part_types
 from vrx_mj.packages import needs_extra
 
 COMPONENTS = "wamv_camera: [{name: front, x: 0.75}]\nwamv_gps: [{name: gps_wamv, x: -0.85}]\n"

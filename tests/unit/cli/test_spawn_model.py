@@ -13,7 +13,7 @@ from vrx_mj.cli.nodes import NODES, spawn_model
 from vrx_mj.errors import CommandError, NetworkError, UnknownNameError, VrxError
 from vrx_mj.ros.interface import Service
 from vrx_mj.ros.messages import new
-from vrx_mj.ros.ros1.client import Client
+from vrx_mj.ros.ros1.tcpros import Client
 
 URDF = '<robot name="cat"><link name="cat/base_link"/></robot>'
 HERE = Path()

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from vrx_mj.draw.chart import Chart
-from vrx_mj.validation import table
+from vrx_mj.validation import report
 from vrx_mj.validation.rows import Case, near
 
 
@@ -17,7 +17,7 @@ def case(name, ours, **options):
 
 @pytest.fixture
 def three(monkeypatch):
-    monkeypatch.setattr(table, "CASES", (case("one", 100.5), case("two", 102.0), case("three", 99.5, quick=False)))
+    monkeypatch.setattr(report, "CASES", (case("one", 100.5), case("two", 102.0), case("three", 99.5, quick=False)))
 
 
 def test_all_inside(cli, folder, three):
@@ -40,7 +40,7 @@ def test_one_outside_is_printed_and_ends_with_1(cli, folder, three):
 def test_rows_that_are_known_to_be_outside_do_not_end_with_1(cli, folder, monkeypatch):
     known = case("known", 102.0)
     row = replace(next(known.run()), theory=102.0)
-    monkeypatch.setattr(table, "CASES", (case("one", 100.5), replace(known, run=lambda: iter([row]))))
+    monkeypatch.setattr(report, "CASES", (case("one", 100.5), replace(known, run=lambda: iter([row]))))
     found = cli("validate")
     assert found.code == 0
     assert found.out.splitlines()[-1] == "1 of 2 inside, 1 known to be outside"

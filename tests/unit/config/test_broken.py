@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from vrx_mj.config.docks import load_dock
-from vrx_mj.config.fleet_checks import load_fleet
+from vrx_mj.config.fleet import load_fleet
 from vrx_mj.config.objects import load_object
 from vrx_mj.config.robots import load_robot
 from vrx_mj.config.world import load_world

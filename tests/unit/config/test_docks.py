@@ -5,8 +5,7 @@ import re
 
 import pytest
 
-from vrx_mj.config.bays import Bay, find_bays
-from vrx_mj.config.docks import berths, load_dock
+from vrx_mj.config.docks import Bay, berths, find_bays, load_dock
 from vrx_mj.config.objects import load_object
 from vrx_mj.config.world import load_world
 from vrx_mj.errors import ConfigError

@@ -5,7 +5,7 @@ import warnings
 
 import pytest
 
-from vrx_mj.config.fleet_checks import load_fleet
+from vrx_mj.config.fleet import load_fleet
 from vrx_mj.config.search import catalogue
 from vrx_mj.config.world import load_world
 from vrx_mj.errors import ConfigError, VrxWarning

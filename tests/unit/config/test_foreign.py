@@ -5,8 +5,7 @@ import pickle
 import pytest
 
 from vrx_mj.config.base import keys_of
-from vrx_mj.config.fleet import FleetConfig
-from vrx_mj.config.fleet_checks import load_fleet
+from vrx_mj.config.fleet import FleetConfig, load_fleet
 from vrx_mj.config.kinds import FORMATS, KINDS, MARKS, NEEDS, USES
 from vrx_mj.config.objects import ObjectConfig
 from vrx_mj.config.robots import RobotConfig

@@ -15,20 +15,16 @@ from urdf_boats import BOX as HULL
 from urdf_boats import joint, link, robot
 from vrx_mj import config, formats
 from vrx_mj.config.base import Config, keys_of, limited_keys, without_ignored_keys
-from vrx_mj.config.bays import BayConfig, PlacardConfig
-from vrx_mj.config.docks import DockPlacement
+from vrx_mj.config.docks import BayConfig, DockPlacement, PlacardConfig
 from vrx_mj.config.dynamics import MarineHullConfig
 from vrx_mj.config.fleet import FleetConfig
-from vrx_mj.config.joints import JointConfig
-from vrx_mj.config.objects import ObjectConfig, PathConfig, Placement, load_object
+from vrx_mj.config.objects import JointConfig, ObjectConfig, PathConfig, Placement, load_object
 from vrx_mj.config.robots import RudderEntry, ThrusterEntry
-from vrx_mj.config.scene import FogConfig
-from vrx_mj.config.sea import SeaConfig
 from vrx_mj.config.sensors import CameraConfig, LidarConfig
 from vrx_mj.config.shapes import BuoyancyElement, Visual
 from vrx_mj.config.tasks import DockTask
-from vrx_mj.config.wind import WindageConfig, WindConfig
-from vrx_mj.config.world import load_world
+from vrx_mj.config.weather import SeaConfig, WindageConfig, WindConfig
+from vrx_mj.config.world import FogConfig, load_world
 from vrx_mj.errors import ConfigError, VrxError, VrxWarning
 from vrx_mj.mjcf.compile import compile_world
 

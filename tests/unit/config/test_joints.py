@@ -3,8 +3,7 @@
 import pytest
 import yaml
 
-from vrx_mj.config.joints import MOST_LINKS, JointConfig, link_order
-from vrx_mj.config.objects import load_object
+from vrx_mj.config.objects import MOST_LINKS, JointConfig, link_order, load_object
 from vrx_mj.config.world import load_world
 from vrx_mj.errors import ConfigError, VrxWarning
 

@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from urdf_boats import BOX, link, robot
-from vrx_mj.config.fleet_checks import load_fleet
+from vrx_mj.config.fleet import load_fleet
 from vrx_mj.config.robots import load_robot
 from vrx_mj.config.search import catalogue
 from vrx_mj.config.world import load_world

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from vrx_mj.config.bays import LIGHT_PATTERNS, SYMBOLS
+from vrx_mj.config.docks import LIGHT_PATTERNS, SYMBOLS
 from vrx_mj.config.objects import PathConfig, load_object, path_points
 from vrx_mj.config.world import load_world
 from vrx_mj.errors import ConfigError

@@ -10,8 +10,7 @@ import pytest
 import vrx_mj
 from peak_memory import peak_memory
 from vrx_mj.config.docks import load_dock
-from vrx_mj.config.fleet import Order
-from vrx_mj.config.fleet_checks import load_fleet
+from vrx_mj.config.fleet import Order, load_fleet
 from vrx_mj.config.objects import load_object
 from vrx_mj.config.robots import load_robot
 from vrx_mj.config.search import ReadingError, read_limited
@@ -19,9 +18,8 @@ from vrx_mj.config.world import load_world
 from vrx_mj.config.yaml_text import read_lines
 from vrx_mj.errors import VrxError
 from vrx_mj.formats.parts.read import load_parts
-from vrx_mj.formats.urdf.expand import arguments, expand
+from vrx_mj.formats.urdf.expand import Files, arguments, expand
 from vrx_mj.formats.urdf.meshes import MeshFiles, mesh_bytes, read_mesh
-from vrx_mj.formats.urdf.xacro_files import Files
 from vrx_mj.mjcf.build import build_boat
 from vrx_mj.mjcf.terrain import shoreline
 

@@ -3,7 +3,7 @@
 import pytest
 from pydantic import ValidationError
 
-from vrx_mj.config.scene import SkyConfig
+from vrx_mj.config.world import SkyConfig
 
 
 @pytest.mark.parametrize(("sunrise", "sunset", "fine"), [(6.0, 20.0, True), (6.0, 6.0, False), (7.0, 6.0, False)])

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from vrx_mj.config.sea import SeaConfig, read_spectrum
+from vrx_mj.config.weather import SeaConfig, read_spectrum
 from vrx_mj.config.world import load_world
 from vrx_mj.errors import ConfigError, VrxError
 

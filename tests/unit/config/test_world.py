@@ -9,9 +9,8 @@ import pytest
 import yaml
 
 from vrx_mj.config import world as world_module
-from vrx_mj.config.scene import SkyConfig
 from vrx_mj.config.search import catalogue
-from vrx_mj.config.world import Georeference, SeaConfig, load_world
+from vrx_mj.config.world import Georeference, SeaConfig, SkyConfig, load_world
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxWarning
 from vrx_mj.resources import root
 

@@ -10,7 +10,7 @@ from vrx_mj.control import Captain, StationKeeper
 from vrx_mj.control.captain import SKIPPERS
 from vrx_mj.control.navigation import Estimate
 from vrx_mj.control.perception import Blob, View
-from vrx_mj.control.wayfinding import waypoint_error
+from vrx_mj.control.waypoints import waypoint_error
 from vrx_mj.control.wildlife import WildlifeCircler, _clearance
 from vrx_mj.errors import VrxWarning
 

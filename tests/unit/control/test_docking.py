@@ -13,8 +13,8 @@ from vrx_mj.control.channel import gate_of
 from vrx_mj.control.docking import BERTH, COMMIT, LINE_UP, SLOW, STAY
 from vrx_mj.control.navigation import Estimate
 from vrx_mj.control.pictures import cutout
+from vrx_mj.control.pilot import Moment
 from vrx_mj.control.placards import Face, Tower
-from vrx_mj.control.skipper import Moment
 
 BAY = Face(0.0, 0.0, 0.0, seen=9)
 """It looks east; the boat comes from there."""

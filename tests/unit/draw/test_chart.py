@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from vrx_mj.draw.chart import Chart, Series, chart_svg
-from vrx_mj.draw.colors import boat_color, hex_color
+from vrx_mj.draw.style import boat_color, hex_color
 
 SVG = "{http://www.w3.org/2000/svg}"
 

@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vrx_mj.config.bays import RGB as LIGHTS
-from vrx_mj.draw import colors
+from vrx_mj.config.docks import RGB as LIGHTS
+from vrx_mj.draw import style
 from vrx_mj.draw.chart import Chart, Series, chart_svg
-from vrx_mj.draw.colors import LABEL, boat_color, boat_colors, hex_color
-from vrx_mj.recording import blueprint, sea_meshes, sensor_chunks, static_chunks, task_chunks
+from vrx_mj.draw.style import LABEL, boat_color, boat_colors, hex_color
+from vrx_mj.recording import blueprint, motion_chunks, sea_meshes, static_chunks, task_chunks
 
 ROOT = Path(__file__).parents[3]
 
@@ -37,14 +37,14 @@ def lab(color):
 
 
 LINES = {
-    "wind": colors.WIND_COLOR, "waves": colors.WAVE_COLOR, "current": colors.CURRENT_COLOR,
+    "wind": style.WIND_COLOR, "waves": style.WAVE_COLOR, "current": style.CURRENT_COLOR,
     "shore": static_chunks.SHORE_COLOR, "waypoints": static_chunks.WAYPOINT_COLOR,
     "thrust": static_chunks.THRUST_COLOR, "touches": task_chunks.TOUCH_COLOR,
     **task_chunks.FATES, **task_chunks.STATUS, **{kind: color for kind, (color, _) in task_chunks.KINDS.items()},
     "right": task_chunks.RIGHT, "wrong": task_chunks.WRONG, "inside": task_chunks.INSIDE, "docked": task_chunks.DOCKED,
     "lost": task_chunks.LOST, "avoid": task_chunks.AVOID, "path": task_chunks.PATH, "beacon": task_chunks.BEACON,
-    "score": task_chunks.SCORE_COLOR, "hits": task_chunks.HITS_COLOR, "sound": sensor_chunks.SOUND_COLOR,
-    **dict(zip("xyz", sensor_chunks.AXIS_COLORS, strict=True)),
+    "score": task_chunks.SCORE_COLOR, "hits": task_chunks.HITS_COLOR, "sound": motion_chunks.SOUND_COLOR,
+    **dict(zip("xyz", motion_chunks.AXIS_COLORS, strict=True)),
     **{f"boat {number}": boat_color(number) for number in range(100)},
     **{f"hull of {name}": boat_color(0, rgb) for name, rgb in LIGHTS.items()}, "black hull": boat_color(0, (0, 0, 0)),
     **{f"engine {i}": rgb for i, rgb in enumerate(static_chunks.series_shades([boat_color(0)] * 4))},

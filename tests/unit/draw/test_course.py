@@ -5,9 +5,18 @@ import numpy as np
 import pytest
 
 from trees import partial
-from vrx_mj.draw.course import Course, course_of, symbols_of, zone_corners
+from vrx_mj.draw.course import (
+    Course,
+    MapBoat,
+    MapDock,
+    MapObject,
+    MapPlacard,
+    MapScene,
+    course_of,
+    symbols_of,
+    zone_corners,
+)
 from vrx_mj.draw.map import draw_map
-from vrx_mj.draw.map_scene import MapBoat, MapDock, MapObject, MapPlacard, MapScene
 from vrx_mj.draw.plan import view_of
 from vrx_mj.model.tasks import Box
 

@@ -6,12 +6,10 @@ import numpy as np
 import pytest
 
 from trees import partial
-from vrx_mj.draw.colors import boat_color, hex_color
-from vrx_mj.draw.course import nice_length
-from vrx_mj.draw.labels import font_warnings_hidden
+from vrx_mj.draw.course import MapBoat, MapDock, MapObject, MapScene, map_of, nice_length
 from vrx_mj.draw.map import chart, draw_map
-from vrx_mj.draw.map_scene import MapBoat, MapDock, MapObject, MapScene, map_of
 from vrx_mj.draw.plan import view_of
+from vrx_mj.draw.style import boat_color, font_warnings_hidden, hex_color
 from vrx_mj.errors import VrxError
 from vrx_mj.mjcf.world import World, make_world
 from vrx_mj.model.water import Sea, Wind

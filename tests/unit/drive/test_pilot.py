@@ -5,9 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vrx_mj import compile_world
-from vrx_mj.drive.pilot import Engine, Pilot, Wheel, engine_commands, engines_of
+from vrx_mj.drive.pilot import HELP, OURS, Engine, Pilot, Wheel, engine_commands, engines_of, terminal_keys, window_key
 from vrx_mj.drive.session import LONGEST, PACES, Pacer
-from vrx_mj.drive.terminal import HELP, OURS, terminal_keys, window_key
 
 LEFT = Engine("left", 1.0, -1.027135, True, 1.0)
 RIGHT = Engine("right", 1.0, 1.027135, True, 1.0)

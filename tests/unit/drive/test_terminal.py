@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from vrx_mj.drive.terminal import Terminal, status_lines, window_key
+from vrx_mj.drive.pilot import Terminal, status_lines, window_key
 
 needs_terminal = pytest.mark.skipif(not hasattr(os, "openpty"), reason="needs a pseudo-terminal")
 STATUS = (  # as `vrx-mj teleop` has it: 117 columns in one line

@@ -12,9 +12,8 @@ from vrx_mj import Simulation, compile_world
 from vrx_mj.draw import display
 from vrx_mj.drive import browser, window
 from vrx_mj.drive import view as package
-from vrx_mj.drive.pilot import drive
+from vrx_mj.drive.pilot import Terminal, drive
 from vrx_mj.drive.session import Session
-from vrx_mj.drive.terminal import Terminal
 from vrx_mj.drive.view import view
 from vrx_mj.errors import CommandError, UnknownNameError
 

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from urdf_boats import assemble
-from vrx_mj.config.fleet_checks import load_fleet
+from vrx_mj.config.fleet import load_fleet
 from vrx_mj.config.layouts import LayoutName
 from vrx_mj.config.search import catalogue
 from vrx_mj.config.world import load_world
@@ -19,7 +19,7 @@ from vrx_mj.errors import ConfigError, VrxWarning
 from vrx_mj.mjcf.afloat import boats_afloat, depth_in_land
 from vrx_mj.mjcf.build import build_boat
 from vrx_mj.mjcf.compile import compile_world
-from vrx_mj.mjcf.placement import place_docks, place_objects
+from vrx_mj.mjcf.objects import place_docks, place_objects
 
 BOX = assemble()  # 4 m long, 1 m wide
 ADVICE = "move it, or let `--nudge` (in Python `nudge=True`) move it to the nearest free place"

@@ -8,7 +8,7 @@ from urdf_boats import assemble, joint, link, thruster
 from vrx_mj.config.dynamics import ServoConfig
 from vrx_mj.errors import ConfigError
 from vrx_mj.frames import apply, compose, rotation
-from vrx_mj.mjcf.masses import push_center
+from vrx_mj.mjcf.boats import push_center
 
 ENGINE_AT, PROPELLER_AT = (-2.0, 0.5, 0.3, 0.1, -0.2, 0.4), (-0.3, 0.1, -0.5, 0.0, 0.0, 0.2)
 AXES = [(0, 0, 1), (0, 0, -1), (0, 1, 0), (1, 0, 0), (0.6, 0, 0.8), (1, -2, 3)]

@@ -9,9 +9,8 @@ from vrx_mj.config.objects import load_object
 from vrx_mj.config.world import load_world
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.mjcf.compile import compile_world
-from vrx_mj.mjcf.dock_pieces import BLOCK_MODELS
-from vrx_mj.mjcf.docks import block_tree, docks_overlap, find_dock
-from vrx_mj.mjcf.placement import place_docks
+from vrx_mj.mjcf.docks import BLOCK_MODELS, block_tree, docks_overlap, find_dock
+from vrx_mj.mjcf.objects import place_docks
 from vrx_mj.model.world import tree_of
 
 POSE = [40, -30, 0, 0, 0, 0.7]

@@ -13,14 +13,14 @@ import shapely
 import yaml
 
 from urdf_boats import assemble
-from vrx_mj.config.fleet_checks import load_fleet
+from vrx_mj.config.fleet import load_fleet
 from vrx_mj.config.layouts import LayoutName
 from vrx_mj.config.loading import file_of
 from vrx_mj.config.world import load_world
 from vrx_mj.errors import ConfigError
 from vrx_mj.mjcf.afloat import FARTHEST_ORIGIN, boats_afloat, free_origin
 from vrx_mj.mjcf.build import build_boat
-from vrx_mj.mjcf.placement import place_docks, place_objects
+from vrx_mj.mjcf.objects import place_docks, place_objects
 
 BOX = assemble()  # 4 m long, 1 m wide
 SQUARE = np.array([(2, 1), (-2, 1), (-2, -1), (2, -1)], np.float64)

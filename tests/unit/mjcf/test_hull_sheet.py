@@ -8,7 +8,7 @@ import pytest
 
 from unit.physics.test_panels import TABLES, barge, off
 from vrx_mj.errors import VrxError
-from vrx_mj.mjcf.hull_sheet import hull_sheet
+from vrx_mj.mjcf.flotation import hull_sheet
 
 
 def corners(mesh):

@@ -16,7 +16,7 @@ from vrx_mj.config.fleet import Order
 from vrx_mj.errors import RecordError, VrxWarning
 from vrx_mj.frames import compose, quaternion
 from vrx_mj.mjcf.build import robot_of
-from vrx_mj.mjcf.jointed import jointed_model
+from vrx_mj.mjcf.robots import jointed_model
 
 ARM = robot(
     link("a"), link("b", 1, '<visual><geometry><cylinder radius="0.1" length="2"/></geometry></visual>'), link("c"),

@@ -11,8 +11,8 @@ from urdf_boats import assemble, joint, link, thruster
 from vrx_mj.config.dynamics import ThrusterConfig
 from vrx_mj.config.fleet import Order
 from vrx_mj.errors import CompileError
+from vrx_mj.mjcf.boats import axis_inertia, body_mass
 from vrx_mj.mjcf.build import build_boat
-from vrx_mj.mjcf.masses import axis_inertia, body_mass
 from vrx_mj.mjcf.robots import station_rows, thruster_rows
 from vrx_mj.rigid_bodies import joined, rigid
 

@@ -12,8 +12,7 @@ from vrx_mj.config.search import catalogue
 from vrx_mj.config.shapes import BuoyancyElement
 from vrx_mj.frames import compose, rotation
 from vrx_mj.mjcf.compile import compile_world
-from vrx_mj.mjcf.objects import object_piece
-from vrx_mj.mjcf.placement import place_docks, place_objects
+from vrx_mj.mjcf.objects import object_piece, place_docks, place_objects
 from vrx_mj.resources import root
 
 GOLDEN = Path(__file__).parents[2] / "golden"

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from unit.physics.test_panels import barge, off
 from vrx_mj.mjcf.flotation import flotation_at
-from vrx_mj.mjcf.panels import FEWEST, panels_of
+from vrx_mj.mjcf.surfaces import FEWEST, panels_of
 
 
 def edges(triangles):

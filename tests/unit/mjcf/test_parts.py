@@ -6,13 +6,11 @@ from types import SimpleNamespace
 import pytest
 
 from vrx_mj.config.objects import PathConfig, load_object
-from vrx_mj.config.scene import MarkersConfig
-from vrx_mj.config.wind import WindConfig
-from vrx_mj.config.world import PhysicsConfig, SeaConfig
-from vrx_mj.mjcf.markers import AHEAD, marker_rows
-from vrx_mj.mjcf.objects import DENSITY, follower_row, object_rows
+from vrx_mj.config.weather import WindConfig
+from vrx_mj.config.world import MarkersConfig, PhysicsConfig, SeaConfig
+from vrx_mj.mjcf.objects import DENSITY, PlacedObject, follower_row, object_rows
 from vrx_mj.mjcf.parameters import Rows, sea_parameters
-from vrx_mj.mjcf.placement import PlacedObject
+from vrx_mj.mjcf.scene import AHEAD, marker_rows
 from vrx_mj.mjcf.tasks import touches_of
 from vrx_mj.mjcf.wind import boat_wind, wind_parameters
 

@@ -10,10 +10,10 @@ import pytest
 from vrx_mj.errors import CompileError
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.mjcf.drawing import drawing_model
-from vrx_mj.mjcf.placement import _Ground
+from vrx_mj.mjcf.objects import _Ground
 from vrx_mj.mjcf.terrain import on_land, shoreline
 from vrx_mj.model.world import tree_of
-from vrx_mj.runtime.physics_models import stepping_models
+from vrx_mj.runtime.stepping_models import stepping_models
 
 KINDS = [{"model": "mb_marker_buoy_red", "count": 8, "name": "red"}, {"model": "polyform_a5", "count": 7}]
 FIELD = {"name": "field", "size": 60, "center": [-520, 190], "min_distance": 6, "objects": KINDS}

@@ -16,9 +16,8 @@ import trimesh
 from urdf_boats import assemble, joint, link, thruster
 from vrx_mj.config.fleet import Order
 from vrx_mj.errors import UnknownNameError
-from vrx_mj.mjcf.boats import Boat
+from vrx_mj.mjcf.boats import Boat, axis_inertia, boat_mass, body_mass, push_center, turning_mass
 from vrx_mj.mjcf.build import build_boat
-from vrx_mj.mjcf.masses import axis_inertia, boat_mass, body_mass, push_center, turning_mass
 from vrx_mj.mjcf.robots import LIGHTEST, hull_row, robot_piece, stiffness, thruster_rows
 from vrx_mj.model.boats import Hull, Inertia
 from vrx_mj.resources import root

@@ -8,10 +8,10 @@ import pytest
 from vrx_mj.config.objects import ObjectConfig
 from vrx_mj.errors import ConfigError, VrxWarning
 from vrx_mj.mjcf.compile import compile_world
-from vrx_mj.mjcf.placement import PlacedObject
+from vrx_mj.mjcf.objects import PlacedObject
 from vrx_mj.mjcf.tasks import thing_touches
 from vrx_mj.model.world import tree_of
-from vrx_mj.runtime.physics_models import stepping_models
+from vrx_mj.runtime.stepping_models import stepping_models
 
 EARTH = {"georeference": {"latitude": -33.724223, "longitude": 150.679736}}
 COURSE = {"name": "c", "model": "short_navigation_course0", "pose": [30, 5, 0, 0, 0, math.pi / 2]}

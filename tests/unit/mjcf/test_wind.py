@@ -9,7 +9,7 @@ import vrx_mj
 from urdf_boats import BOX, link, robot
 from vrx_mj.config.robots import load_robot
 from vrx_mj.config.search import catalogue
-from vrx_mj.config.wind import WindConfig
+from vrx_mj.config.weather import WindConfig
 from vrx_mj.config.world import PhysicsConfig
 from vrx_mj.errors import VrxWarning
 from vrx_mj.mjcf.wind import boat_wind, newcomer_wind

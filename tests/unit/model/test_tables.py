@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from vrx_mj.model import tables
-from vrx_mj.model.afloat import Float, PathPoint
 from vrx_mj.model.boats import Hull, Memory, Propeller
 from vrx_mj.model.kinds import Flag, Index, Positive, ProfileCode, Text, Vec2
 from vrx_mj.model.tables import FLOAT, HULL, MEMORY, PROPELLER, SAIL_CURVE, WAVE, WAYPOINT, form, table_of
+from vrx_mj.model.things import Float, PathPoint
 from vrx_mj.model.water import Wave
 from vrx_mj.physics import tables as codes
 

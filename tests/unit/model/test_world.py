@@ -9,9 +9,8 @@ import pytest
 from pydantic import ValidationError
 
 from vrx_mj.mjcf.compile import compile_world
-from vrx_mj.model.afloat import Rope
-from vrx_mj.model.references import broken_references
-from vrx_mj.model.world import format_of, json_of, parameters_of, tree_of
+from vrx_mj.model.things import Rope
+from vrx_mj.model.world import broken_references, format_of, json_of, parameters_of, tree_of
 
 RAFT = {"name": "raft", "pose": [20, 0, 0, 0, 0, 0.3], "dynamic": True, "mooring": {}, "layout": "X  X\nX  X\nXXXX\n"}
 

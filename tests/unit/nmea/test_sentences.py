@@ -9,8 +9,7 @@ import pytest
 
 from vrx_mj.frames import quaternion, rotation
 from vrx_mj.nmea.sentences import KINDS
-from vrx_mj.sensors.places import Mount
-from vrx_mj.sensors.readings import Fix, Inertia, Reading
+from vrx_mj.sensors.readings import Fix, Inertia, Mount, Reading
 
 NORTH = math.pi / 2
 """Heading of a bow to the north [rad], counter-clockwise from east."""

@@ -5,7 +5,7 @@ import pytest
 
 from unit.physics.rows import moving
 from vrx_mj.model.tables import VESSEL
-from vrx_mj.physics.added_mass import added_inertia_of_vessel, added_mass_bias
+from vrx_mj.physics.drag import added_inertia_of_vessel, added_mass_bias
 
 RNG = np.random.default_rng(3)
 

@@ -7,7 +7,7 @@ from numpy.random import default_rng
 from unit.physics.rows import moving as placed
 from unit.physics.rows import table as table_of
 from vrx_mj.model.tables import STRIP
-from vrx_mj.physics.crossflow import crossflow_drag
+from vrx_mj.physics.drag import crossflow_drag
 from vrx_mj.physics.motion import zero_wrench
 
 RHO, CD, DRAFT, LENGTH = 1025.0, 0.9, 0.3, 4.0

@@ -7,7 +7,7 @@ import pytest
 
 from unit.physics.rows import table
 from vrx_mj.model import tables
-from vrx_mj.physics.current import current_share, current_step, current_velocity
+from vrx_mj.physics.conditions import current_share, current_step, current_velocity
 
 STILL = {
     "mean": (0.0, 0.0), "tide_major": (0.0, 0.0), "tide_minor": (0.0, 0.0), "tide_frequency": 0.0, "tide_phase": 0.0,

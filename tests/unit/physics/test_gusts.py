@@ -7,10 +7,10 @@ import pytest
 
 from unit.physics.rows import moving, table
 from vrx_mj.model import tables
-from vrx_mj.physics.gusts import gust_frequencies, gust_variance, npd
 from vrx_mj.physics.tables import MARINE
 from vrx_mj.physics.waves import random_phases
 from vrx_mj.physics.wind import air_velocity, wind_on_float, wind_series, wind_share, wind_step
+from vrx_mj.spectra import gust_frequencies, gust_variance, npd
 
 EVEN = {
     "height": 10.0, "exponent": 0.0, "roughness": 0.0, "turning": 0.0, "spread": 0.0, "time_constant": 60.0, "key": 5,

@@ -11,7 +11,6 @@ import pytest
 from numba.core.registry import cpu_target
 
 import vrx_mj.physics.kernel as module
-from vrx_mj.physics import kernel_cache
 from vrx_mj.physics.kernel import is_cached, kernel
 
 SOURCE = Path(module.__file__).parents[2]
@@ -29,7 +28,7 @@ def _thrice(x):
 def folder(tmp_path, monkeypatch):
     """An empty cache, of a process that has said nothing yet."""
     monkeypatch.setattr(module, "_FOLDER", tmp_path)
-    monkeypatch.setattr(kernel_cache, "_said", set())
+    monkeypatch.setattr(module, "_said", set())
     return tmp_path
 
 
@@ -107,7 +106,7 @@ def test_what_is_damaged_is_compiled_again_with_one_line_and_then_whole(folder, 
     damage(file)
     assert not came_from_the_cache()
     assert capsys.readouterr().err == said(file, f"{DAMAGE[damage]})\n")
-    kernel_cache._said.clear()
+    module._said.clear()
     assert came_from_the_cache()
     assert capsys.readouterr().err == ""
 
@@ -161,7 +160,7 @@ def test_what_is_whole_but_not_for_us_is_compiled_again(folder, capsys):
     came_from_the_cache()
     data, index = files(folder)
     content = b"not a pickle"
-    data.write_bytes(kernel_cache._digest(data.name, content) + content)
+    data.write_bytes(module._digest(data.name, content) + content)
     assert not came_from_the_cache()
     assert capsys.readouterr().err.startswith(said(index, "UnpicklingError"))
     assert came_from_the_cache()

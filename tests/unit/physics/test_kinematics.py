@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from unit.physics.rows import matrix, moving, sea
-from vrx_mj.linear_waves import Site
 from vrx_mj.model.tables import HULL
 from vrx_mj.physics.kinematics import (
     Turning,
@@ -19,7 +18,7 @@ from vrx_mj.physics.kinematics import (
 )
 from vrx_mj.physics.motion import relative_motion
 from vrx_mj.physics.waves import surface_height
-from vrx_mj.spectra import irregular_sea, jonswap, regular_wave, stokes_wave
+from vrx_mj.spectra import Site, irregular_sea, jonswap, regular_wave, stokes_wave
 
 STEP = 1e-5
 

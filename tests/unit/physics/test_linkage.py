@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from vrx_mj.physics.linkage import add_link_drag, link_motion
+from vrx_mj.physics.afloat import add_link_drag, link_motion
 from vrx_mj.physics.motion import rotate
 
 INERTIAL = '<inertial pos="0.1 0 0.2" mass="2" diaginertia="1 2 2.5"/>'

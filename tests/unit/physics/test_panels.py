@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 
 from unit.physics.rows import rotation
 from vrx_mj.physics.lanes import WIDTH
-from vrx_mj.physics.panel_mesh import panels_of
-from vrx_mj.physics.panels import wrench_of_pressures, wrench_of_still_water
+from vrx_mj.physics.panels import panels_of, wrench_of_pressures, wrench_of_still_water
 from vrx_mj.resources import root
 
 TABLES = root() / "assets" / "validation"

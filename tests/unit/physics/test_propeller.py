@@ -8,7 +8,7 @@ import pytest
 
 from unit.physics.rows import hull, matrix, moving, rotation, sea, table, thruster
 from vrx_mj.model import tables
-from vrx_mj.physics.propeller import (
+from vrx_mj.physics.thrust import (
     advance_thrust,
     disc_share,
     measured_thrust,

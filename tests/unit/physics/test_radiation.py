@@ -9,10 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from unit.physics.rows import moving, sea, table
-from vrx_mj.linear_waves import Site
 from vrx_mj.model import tables
-from vrx_mj.physics.radiation import diffraction_load, memory_load, memory_step
-from vrx_mj.spectra import irregular_sea, jonswap, regular_wave
+from vrx_mj.physics.vessel import diffraction_load, memory_load, memory_step
+from vrx_mj.spectra import Site, irregular_sea, jonswap, regular_wave
 
 HEAVE = 2
 POLE, RESIDUE = -0.4 + 1.3j, 700.0 - 250.0j

@@ -6,14 +6,12 @@ import numpy as np
 import pytest
 
 from unit.physics.rows import moving, sea, table
-from vrx_mj.linear_waves import Site
 from vrx_mj.model.tables import PART, VESSEL
 from vrx_mj.physics.kinematics import water_pressure
 from vrx_mj.physics.lanes import WIDTH
 from vrx_mj.physics.wave_box import BOX_MEMORY, LEVELS, ROWS, SHALLOW_LEVELS, SLENDER_ROWS, pressures_in_waves
-from vrx_mj.physics.wave_columns import wave_columns
-from vrx_mj.physics.waves import surface_height
-from vrx_mj.spectra import irregular_sea, jonswap, regular_wave
+from vrx_mj.physics.waves import surface_height, wave_columns
+from vrx_mj.spectra import Site, irregular_sea, jonswap, regular_wave
 
 POINTS = np.random.default_rng(1).uniform(-1.0, 1.0, (300, 3)) * (2.5, 1.2, 0.4)
 POSE = (3.0, 4.0, 0.05, 0.1, -0.05, 0.6)

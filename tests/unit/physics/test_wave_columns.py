@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 
 from unit.physics.rows import sea
-from vrx_mj.linear_waves import Site
 from vrx_mj.physics.kinematics import orbital_motion, orbital_turning
-from vrx_mj.physics.wave_columns import wave_columns
-from vrx_mj.physics.waves import surface_height
-from vrx_mj.spectra import irregular_sea, jonswap
+from vrx_mj.physics.waves import surface_height, wave_columns
+from vrx_mj.spectra import Site, irregular_sea, jonswap
 
 
 @pytest.mark.parametrize("depth", [math.inf, 3.0])

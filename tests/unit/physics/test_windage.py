@@ -9,14 +9,15 @@ from unit.physics.rows import hull, in_body_axes, moving
 from vrx_mj.model import tables
 from vrx_mj.model.tables import table_of
 from vrx_mj.physics.tables import MARINE
-from vrx_mj.physics.wind import wind_at_hull, wind_on_hull
-from vrx_mj.physics.windage import (
+from vrx_mj.physics.wind import (
     BLENDERMANN,
     Areas,
     Superstructure,
     blendermann_curve,
     isherwood_curve,
     three_number_curve,
+    wind_at_hull,
+    wind_on_hull,
     windage_load,
     windage_rows,
 )  # fmt: skip

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import recorded_run
-from vrx_mj.recording.compare import compare
+from vrx_mj.recording.checks import compare
 from vrx_mj.recording.reader import read_record
 
 

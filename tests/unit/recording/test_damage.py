@@ -18,12 +18,11 @@ from vrx_mj.errors import RecordError, VrxError
 from vrx_mj.foreign import ask, asking
 from vrx_mj.recording import rrd_file
 from vrx_mj.recording.boat_sets import boat_set_head, head_of, sent_messages
-from vrx_mj.recording.compare import compare
+from vrx_mj.recording.checks import compare, rescore
 from vrx_mj.recording.packing import pack_rows, unpack_rows
 from vrx_mj.recording.parts import Part, block_of, pack_files, unpack_files
 from vrx_mj.recording.reader import RecordedReadings, decode_jpeg, read_readings, read_record
 from vrx_mj.recording.record_scene import RecordedSensor
-from vrx_mj.recording.rescoring import rescore
 from vrx_mj.recording.rrd_file import parsed_file
 from vrx_mj.recording.session import viewable
 

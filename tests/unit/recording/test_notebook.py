@@ -8,8 +8,8 @@ from types import ModuleType, SimpleNamespace
 import pytest
 
 import vrx_mj
+from vrx_mj.draw.course import map_of
 from vrx_mj.draw.map import draw_map
-from vrx_mj.draw.map_scene import map_of
 from vrx_mj.errors import RecordError, VrxError
 from vrx_mj.packages import install_extra
 from vrx_mj.recording import notebook

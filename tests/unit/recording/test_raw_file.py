@@ -16,7 +16,7 @@ from vrx_mj.errors import RecordError
 from vrx_mj.recording import parts
 from vrx_mj.recording.parts import Part, RawFile, raw_parts
 from vrx_mj.recording.reader import read_record
-from vrx_mj.recording.writer import RecordWriter
+from vrx_mj.recording.session import RecordWriter
 from vrx_mj.unix import resource
 
 SECONDS = 3.0
@@ -142,7 +142,7 @@ def test_a_file_in_which_nothing_is_whole_says_so(killed, tmp_path):
 FULL = """
 import signal, sys
 import recorded_run
-from vrx_mj.recording.writer import RecordWriter
+from vrx_mj.recording.session import RecordWriter
 from vrx_mj.unix import resource
 
 limit, path = int(sys.argv[1]), sys.argv[2]
@@ -194,7 +194,7 @@ def test_a_disk_that_is_full_at_the_close_is_a_warning_and_all_reads(tmp_path):
 @pytest.mark.parametrize("wait", [0.0, 0.1, 0.3, 0.6, 1.0])
 def test_a_process_that_is_killed_while_it_closes_leaves_a_recording(wait, tmp_path):
     code = (
-        "import sys, recorded_run; from vrx_mj.recording.writer import RecordWriter;"
+        "import sys, recorded_run; from vrx_mj.recording.session import RecordWriter;"
         "writer = RecordWriter(sys.argv[1], recorded_run.scene());"
         "[writer.rows(block) for block in recorded_run.blocks(60.0)];"
         "print('closing', flush=True); writer.close()"

@@ -9,8 +9,8 @@ import pytest
 
 from trees import partial
 from unit.tasks.streams import task
+from vrx_mj.recording.checks import rescore
 from vrx_mj.recording.reader import Record, SavedState
-from vrx_mj.recording.rescoring import rescore
 from vrx_mj.runtime.state import STATE_VERSION, State
 from vrx_mj.tasks.frame import FrameLayout
 from vrx_mj.tasks.registry import make_referee

@@ -10,9 +10,9 @@ import pytest
 
 import vrx_mj
 from vrx_mj.errors import RecordError, UnknownNameError
+from vrx_mj.recording.exports import UNITS, read, write_table
 from vrx_mj.recording.parts import Part
 from vrx_mj.recording.reader import all_events
-from vrx_mj.recording.tables import UNITS, read, write_table
 from vrx_mj.runtime.subscriptions import Touch
 
 COURSE = {

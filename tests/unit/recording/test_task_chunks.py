@@ -8,9 +8,9 @@ import pytest
 import recorded_run
 from trees import partial, task_of
 from vrx_mj.recording.reader import SavedState, read_record
+from vrx_mj.recording.session import RecordWriter
 from vrx_mj.recording.task_chunks import FATES, PLOT, WORDS, TaskChunks, TaskMarks, legend_chunks, words
 from vrx_mj.recording.timeline import changes
-from vrx_mj.recording.writer import RecordWriter
 from vrx_mj.runtime.state import STATE_VERSION, State
 from vrx_mj.tasks.frame import FrameLayout
 from vrx_mj.tasks.registry import make_referee

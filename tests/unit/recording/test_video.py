@@ -13,12 +13,13 @@ import pytest
 import recorded_run
 import vrx_mj
 from trees import partial
-from vrx_mj.draw.colors import boat_colors
+from vrx_mj.draw.style import boat_colors
 from vrx_mj.errors import RecordError, UnknownNameError, VideoError, VrxError
 from vrx_mj.mjcf.drawing import drawing_model
 from vrx_mj.packages import install_extra
 from vrx_mj.physics.surface import SPOKES, fan_triangles
 from vrx_mj.recording import read_record
+from vrx_mj.recording.session import RecordWriter
 from vrx_mj.recording.video import Film, Shot, draw_video, looking, parse_size, write_video
 from vrx_mj.recording.video.filming import PHASES, clock_line, encoder_of, lay, name_tile, project, set_in, task_lines
 from vrx_mj.recording.video.stage import (
@@ -41,7 +42,6 @@ from vrx_mj.recording.video.stage import (
     thin_out,
     view_of,
 )
-from vrx_mj.recording.writer import RecordWriter
 from vrx_mj.sensors.sea import SeaSkin
 from vrx_mj.tasks.frame import TaskStatus
 

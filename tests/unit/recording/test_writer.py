@@ -13,8 +13,8 @@ from vrx_mj.recording.motion_chunks import POSE_STEP
 from vrx_mj.recording.reader import Event, read_record
 from vrx_mj.recording.rrd_file import FILE_HEADER, MESSAGE_HEADER, whole_bytes
 from vrx_mj.recording.sea_meshes import bands, grid_around, swell_of
+from vrx_mj.recording.session import RecordWriter
 from vrx_mj.recording.water_chunks import LEAD, TRAIL_RATE
-from vrx_mj.recording.writer import RecordWriter
 
 SECONDS = 6.0
 
@@ -309,7 +309,7 @@ def test_nan_is_recorded_as_it_is(tmp_path):
 
 def test_nothing_of_rerun_is_loaded_before_it_is_used():
     code = (
-        "import sys, vrx_mj.recording.writer, vrx_mj.recording.record_scene;"
+        "import sys, vrx_mj.recording.session, vrx_mj.recording.record_scene;"
         "sys.exit(any(name.split('.')[0] in ('rerun', 'rerun_bindings', 'pyarrow') for name in sys.modules))"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -4,7 +4,7 @@ import gymnasium
 import numpy as np
 import pytest
 
-from vrx_mj.rl.generators import Generators
+from vrx_mj.rl.options import Generators
 
 ALL = np.arange(3)
 

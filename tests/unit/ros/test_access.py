@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrx_mj.ros.access import Names, Origins, checked_origins, host_of, is_address, is_loopback
+from vrx_mj.ros.network import Names, Origins, checked_origins, host_of, is_address, is_loopback
 
 
 @pytest.mark.parametrize(

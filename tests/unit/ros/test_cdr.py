@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from vrx_mj.errors import CommandError
 from vrx_mj.ros import cdr
+from vrx_mj.ros.interface import parameters
 from vrx_mj.ros.messages import decode, encode, is_known, new, stamp
 from vrx_mj.ros.table.host import header
-from vrx_mj.ros.table.vrx3 import parameters
 
 GOLDEN = json.loads((Path(__file__).parents[2] / "golden/ros/cdr.json").read_text(encoding="utf-8"))["bytes"]
 HEAD = header(12.5, "wamv/base_link")

@@ -11,11 +11,10 @@ from vrx_mj.cli import nodes as programs
 from vrx_mj.config.search import package_name
 from vrx_mj.errors import VrxError
 from vrx_mj.formats.gazebo.launch import launch_of
-from vrx_mj.formats.gazebo.packages import named_world
-from vrx_mj.formats.gazebo.stock import PACKAGES, stock_launch, stock_launches
+from vrx_mj.formats.gazebo.stock import PACKAGES, named_world, stock_launch, stock_launches
 from vrx_mj.formats.urdf.expand import expand
-from vrx_mj.ros import launch_packages
-from vrx_mj.ros.launch_packages import NODES, PACKAGE_LIST, PACKAGE_NAMES, write_launch_packages
+from vrx_mj.ros import packages
+from vrx_mj.ros.packages import NODES, PACKAGE_LIST, PACKAGE_NAMES, write_launch_packages
 
 STOCK = [(package, launch) for package in PACKAGES for launch in stock_launches(package)]
 IDS = [f"{package}/{launch.name}" for package, launch in STOCK]
@@ -136,7 +135,7 @@ def test_a_file_in_the_place_of_the_folder_is_named(tmp_path):
 
 def made():
     """Files that are written, in their order."""
-    return launch_packages.launch_packages()
+    return packages.launch_packages()
 
 
 @pytest.mark.parametrize("text", ["[]", "{", '{"vrx_gazebo/../../x": ""}', '{"/etc/passwd": ""}', '{"other/x": ""}'])

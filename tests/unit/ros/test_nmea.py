@@ -11,7 +11,7 @@ import pytest
 import vrx_mj
 from ros1_served import free_port
 from ros_scene import Fake, served
-from vrx_mj.cli.serve import check_installed, parse_nmea
+from vrx_mj.cli.ros import check_installed, parse_nmea
 from vrx_mj.errors import CommandError, NetworkError, UnknownNameError
 from vrx_mj.nmea import Instruments
 from vrx_mj.ros import cdr

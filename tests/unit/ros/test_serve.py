@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import psutil
 import pytest
 
-from vrx_mj.ros import access
+from vrx_mj.ros import network
 from vrx_mj.ros.serve import Wanted, _show_addresses
 
 FAR = "203.0.113.7"
@@ -21,7 +21,7 @@ def _unset(monkeypatch):
 @pytest.fixture
 def without_route(monkeypatch):
     """A machine without a default route."""
-    monkeypatch.setattr(access, "NOWHERE", "255.255.255.255")  # the kernel refuses to connect to it, as without route
+    monkeypatch.setattr(network, "NOWHERE", "255.255.255.255")  # the kernel refuses to connect to it, as without route
 
 
 def told(**wanted):
@@ -31,12 +31,12 @@ def told(**wanted):
 
 
 def test_the_addresses_of_interfaces_are_this_machines_and_no_loopback():
-    found = access.interface_addresses()
+    found = network.interface_addresses()
     assert "127.0.0.1" not in found
-    assert all(map(access.is_local, found))
+    assert all(map(network.is_local, found))
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
-            probe.connect((access.NOWHERE, 9))
+            probe.connect((network.NOWHERE, 9))
         except OSError:
             return
         assert probe.getsockname()[0] in found
@@ -56,19 +56,19 @@ def test_connected_interfaces_come_first_and_those_of_containers_last(monkeypatc
     addresses = {name: [SimpleNamespace(family=family, address=one)] for name, (*_, family, one) in interfaces.items()}
     monkeypatch.setattr(psutil, "net_if_stats", lambda: states)
     monkeypatch.setattr(psutil, "net_if_addrs", lambda: addresses)
-    assert access.interface_addresses() == [FAR, "192.168.1.21", "192.168.1.20", "172.17.0.1"]
+    assert network.interface_addresses() == [FAR, "192.168.1.21", "192.168.1.20", "172.17.0.1"]
 
 
 @pytest.mark.usefixtures("without_route")
 def test_without_a_default_route_the_address_of_an_interface_is_told(monkeypatch):
-    monkeypatch.setattr(access, "interface_addresses", lambda: [FAR])
-    assert access.announced_address("0.0.0.0", "localhost") == FAR
+    monkeypatch.setattr(network, "interface_addresses", lambda: [FAR])
+    assert network.announced_address("0.0.0.0", "localhost") == FAR
     assert told(host="0.0.0.0", rosbridge=9090) == [("INFO", f"roslibpy: roslibpy.Ros('{FAR}', 9090)")]
 
 
 @pytest.mark.usefixtures("without_route")
 def test_where_no_address_is_found_there_is_nothing_to_paste_but_what_to_set(monkeypatch):
-    monkeypatch.setattr(access, "interface_addresses", list)
+    monkeypatch.setattr(network, "interface_addresses", list)
     message = "no address of this machine was found for other machines to reach: set ROS_IP or --host to one"
     assert told(host="0.0.0.0", ros1=True, rosbridge=9090) == [("WARN", message)]
     assert told(host="0.0.0.0", ros2=True) == []

@@ -9,8 +9,8 @@ import pytest
 
 from bridged import Bridged, nothing
 from vrx_mj import compile_world
-from vrx_mj.draw.colors import boat_color, hex_color
-from vrx_mj.draw.map_scene import map_of
+from vrx_mj.draw.course import map_of
+from vrx_mj.draw.style import boat_color, hex_color
 from vrx_mj.drive.pilot import Engine, engines_of
 from vrx_mj.errors import NetworkError, UnknownNameError
 from vrx_mj.model.world import tree_of

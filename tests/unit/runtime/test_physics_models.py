@@ -9,8 +9,7 @@ import pytest
 import vrx_mj
 from vrx_mj.mjcf.joining import with_boat, without
 from vrx_mj.model.world import tree_of
-from vrx_mj.runtime.crowding import arena_bytes
-from vrx_mj.runtime.physics_models import PhysicsModels, stepping_models
+from vrx_mj.runtime.stepping_models import PhysicsModels, arena_bytes, stepping_models
 
 TWO = {
     "boats": [

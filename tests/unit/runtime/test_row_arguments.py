@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vrx_mj.errors import CommandError
-from vrx_mj.runtime.row_arguments import row_seeds, row_values, row_vectors, which_rows
+from vrx_mj.runtime.rows import row_seeds, row_values, row_vectors, which_rows
 
 
 @pytest.mark.parametrize(

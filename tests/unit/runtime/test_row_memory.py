@@ -12,9 +12,8 @@ import vrx_mj
 from vrx_mj.errors import CommandError
 from vrx_mj.rl.problems import PROBLEMS
 from vrx_mj.runtime import row_tables
-from vrx_mj.runtime.crowding import IDLE, PER_CONTACT, PER_DOF_PAIR, row_arena_bytes
-from vrx_mj.runtime.physics_models import stepping_models
 from vrx_mj.runtime.row_tables import allocating, check_memory
+from vrx_mj.runtime.stepping_models import IDLE, PER_CONTACT, PER_DOF_PAIR, row_arena_bytes, stepping_models
 
 TWO = {"thrusters": "H", "sensors": "none",
        "boats": [{"name": name, "pose": [0, 12 * k, 0.1, 0, 0, 0]} for k, name in enumerate("ab")]}  # fmt: skip

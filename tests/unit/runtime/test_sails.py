@@ -9,8 +9,8 @@ import pytest
 
 from vrx_mj import Batch, Simulation, compile_world
 from vrx_mj.errors import ConfigError
-from vrx_mj.model.references import broken_references
-from vrx_mj.physics.windage import AIR_DENSITY
+from vrx_mj.model.world import broken_references
+from vrx_mj.physics.wind import AIR_DENSITY
 
 URDF = """<robot name="sloop"><link name="base_link">
 <inertial><origin xyz="0 0 -0.4"/><mass value="200"/>

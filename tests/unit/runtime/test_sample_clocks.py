@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vrx_mj.errors import StateError
-from vrx_mj.runtime.sample_clocks import SampleClocks
+from vrx_mj.runtime.timing import SampleClocks
 
 QPOS, QVEL = np.arange(7.0), np.arange(6.0)
 

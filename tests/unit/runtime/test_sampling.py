@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vrx_mj.errors import CommandError
-from vrx_mj.runtime.sampling import COUNTDOWN, FILLED, STRIDE, Sampler
+from vrx_mj.runtime.subscriptions import COUNTDOWN, FILLED, STRIDE, Sampler
 
 
 class Recorder:

@@ -13,7 +13,7 @@ from integration.sensing import GPS, GUN, sailing
 from vrx_mj.errors import StateError
 from vrx_mj.model.tables import THRUSTER_STATE
 from vrx_mj.runtime.loop_arrays import is_valid_column
-from vrx_mj.runtime.sample_clocks import CLOCK
+from vrx_mj.runtime.timing import CLOCK
 
 BUOY = {"name": "buoy", "model": "robotx_light_buoy", "pose": [9.0, 1.0, 0.0, 0.0, 0.0, 0.0]}
 TASK = {"type": "stationkeeping", "goal_cart": [3.0, 0.0, 0.0], "initial_state_duration": 0.5}

@@ -7,9 +7,9 @@ import pytest
 
 from vrx_mj.config.sensors import AnemometerConfig
 from vrx_mj.frames import quaternion
-from vrx_mj.sensors.anemometer import apparent_wind, wind_reading
-from vrx_mj.sensors.errors import Draw
-from vrx_mj.sensors.places import Mount, place_of_mount
+from vrx_mj.sensors.instruments import apparent_wind, wind_reading
+from vrx_mj.sensors.kinds import Draw
+from vrx_mj.sensors.readings import Mount, place_of_mount
 
 QUIET = AnemometerConfig(name="wind", link="mast", noise=0.0)
 DRAW = Draw(1, "a", "wind", 12, 10.0)

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from trees import partial
-from vrx_mj.config.bays import LIGHT_PATTERNS, SYMBOLS
+from vrx_mj.config.docks import LIGHT_PATTERNS, SYMBOLS
 from vrx_mj.sensors.displays import display_marks, displays_of, new_pattern, next_pattern, next_symbol, symbol_mark
 
 SHAPES = ("circle", "cross", "triangle", "rectangle")

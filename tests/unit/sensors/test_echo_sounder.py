@@ -8,10 +8,10 @@ import pytest
 from unit.sensors.test_lidar import scene
 from vrx_mj.config.sensors import EchoSounderConfig
 from vrx_mj.frames import rotation
-from vrx_mj.sensors.echo_sounder import ECHO_SOUNDER, beam, bottom_distance, echo
-from vrx_mj.sensors.errors import Draw
+from vrx_mj.sensors.instruments import ECHO_SOUNDER, beam, bottom_distance, echo
+from vrx_mj.sensors.kinds import Draw
 from vrx_mj.sensors.lidar import Lidar
-from vrx_mj.sensors.places import Place
+from vrx_mj.sensors.readings import Place
 
 SONAR = EchoSounderConfig(name="sonar", link="keel", range=(0.3, 100.0), noise=0.0)
 DRAW = Draw(1, "a", "sonar", 12, 10.0)

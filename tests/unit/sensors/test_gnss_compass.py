@@ -7,9 +7,9 @@ import pytest
 
 from vrx_mj.config.sensors import GnssCompassConfig
 from vrx_mj.frames import compass, matrix_quaternion, quaternion_product, rotation
-from vrx_mj.sensors.errors import Draw
-from vrx_mj.sensors.gnss_compass import heading
-from vrx_mj.sensors.places import Place
+from vrx_mj.sensors.instruments import heading
+from vrx_mj.sensors.kinds import Draw
+from vrx_mj.sensors.readings import Place
 
 QUIET = GnssCompassConfig(name="compass", link="mast", heading_noise=0.0, turn_noise=0.0)
 DRAW = Draw(1, "a", "compass", 12, 10.0)

@@ -8,9 +8,9 @@ import pytest
 
 from vrx_mj.config.sensors import ErrorModel, GpsConfig
 from vrx_mj.config.world import Georeference
-from vrx_mj.sensors.errors import Draw, errors
-from vrx_mj.sensors.gps import fix
-from vrx_mj.sensors.places import Place
+from vrx_mj.sensors.instruments import fix
+from vrx_mj.sensors.kinds import Draw, errors
+from vrx_mj.sensors.readings import Place
 
 SYDNEY = Georeference(latitude=-33.724223, longitude=150.679736)
 ELSEWHERE = Georeference(latitude=44.09525149, longitude=9.823435727, elevation=30.0, heading=25.0)

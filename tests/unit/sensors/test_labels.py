@@ -12,7 +12,7 @@ from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.mjcf.drawing import drawing_model
 from vrx_mj.sensors.camera import Cameras
-from vrx_mj.sensors.labels import CATEGORIES, Labeller, category_of
+from vrx_mj.sensors.view import CATEGORIES, Labeller, category_of
 
 SPHERE, BOX = 0.106, 0.171
 """Radius of `demo_sphere` and edge of `demo_box` [m]."""

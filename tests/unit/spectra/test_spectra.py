@@ -6,9 +6,9 @@ import math
 import numpy as np
 import pytest
 
-from vrx_mj.linear_waves import Site
 from vrx_mj.resources import root
 from vrx_mj.spectra import (
+    Site,
     band_frequencies,
     irregular_sea,
     jonswap,

@@ -16,7 +16,7 @@ from vrx_mj.frames import quaternion, rotation
 from vrx_mj.model.tasks import Box
 from vrx_mj.tasks.dock import FASTEST, crosses, relative
 from vrx_mj.tasks.frame import Pose
-from vrx_mj.tasks.rules import LightUp, Release, ShowSymbol
+from vrx_mj.tasks.referee import LightUp, Release, ShowSymbol
 
 
 def test_a_perfect_run():

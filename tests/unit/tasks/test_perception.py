@@ -7,8 +7,8 @@ import pytest
 from unit.tasks.streams import begin, frame, look, pose, task
 from vrx_mj.errors import CommandError
 from vrx_mj.tasks.perception import ahead_of
+from vrx_mj.tasks.referee import PlaceObject, Release
 from vrx_mj.tasks.registry import make_referee
-from vrx_mj.tasks.rules import PlaceObject, Release
 
 RED, GREEN = "mb_marker_buoy_red", "mb_marker_buoy_green"
 

@@ -11,9 +11,8 @@ from unit.tasks.samples import SAMPLES, restless, sample
 from unit.tasks.streams import begin, frame, pose, task
 from vrx_mj.errors import CommandError, StateError, UnknownNameError
 from vrx_mj.tasks.frame import Message
-from vrx_mj.tasks.referee import Referee, Rules, dead_time
+from vrx_mj.tasks.referee import Referee, Release, Rules, dead_time
 from vrx_mj.tasks.registry import TASK_KINDS, make_referee
-from vrx_mj.tasks.rules import Release
 
 GOAL = {"x": 0.0, "y": 0.0, "yaw": 0.0, "latitude": None, "longitude": None}
 TYPES = sorted(TASK_KINDS)

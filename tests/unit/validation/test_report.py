@@ -11,10 +11,9 @@ import pytest
 from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.errors import UnknownNameError, VrxError
 from vrx_mj.resources import root
-from vrx_mj.validation import reference
-from vrx_mj.validation.report import counts, page, results_json, run_cases, write_report
+from vrx_mj.validation import rows as reference
+from vrx_mj.validation.report import CASES, counts, page, results_json, run_cases, select_cases, write_report
 from vrx_mj.validation.rows import Case, Row, between, case, near
-from vrx_mj.validation.table import CASES, select_cases
 
 
 def found(*ours):

@@ -23,21 +23,19 @@ from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import UnknownNameError, VrxError, VrxWarning, shortened
 from vrx_mj.foreign import budget
 from vrx_mj.formats.gazebo.document import Fate, Note, Report, is_file, label
-from vrx_mj.formats.gazebo.folders import files_below, has_world, is_folder
 from vrx_mj.formats.gazebo.launch import launch_of
 from vrx_mj.formats.gazebo.launched import Launch, fleet_of, objects_of
 from vrx_mj.formats.gazebo.models import is_gazebo_model, model_element, model_file
-from vrx_mj.formats.gazebo.opening import joined_world
+from vrx_mj.formats.gazebo.opening import files_below, has_world, is_folder, joined_world
 from vrx_mj.formats.gazebo.sdf_boats import is_boat, read_boat
-from vrx_mj.formats.gazebo.sdf_frames import safe_name
+from vrx_mj.formats.gazebo.sdf_models import safe_name
 from vrx_mj.formats.gazebo.sdf_objects import model_section
 from vrx_mj.formats.gazebo.worlds import gazebo_world, is_gazebo_world
 from vrx_mj.formats.series.worlds import section_text
 from vrx_mj.formats.urdf.elements import unused_name
-from vrx_mj.formats.urdf.expand import ExpandedText, check_library, declared_names, expand
+from vrx_mj.formats.urdf.expand import ExpandedText, check_library, declared_names, expand, own_packages
 from vrx_mj.formats.urdf.expand import arguments as declared_arguments
 from vrx_mj.formats.urdf.meshes import MeshFiles, with_mesh_names
-from vrx_mj.formats.urdf.xacro_files import own_packages
 from vrx_mj.formats.urdf.xml_document import file_error, read_bytes
 from vrx_mj.resources import root
 

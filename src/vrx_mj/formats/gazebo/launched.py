@@ -11,7 +11,7 @@ from vrx_mj.config.tree import File, Items, Place, Section, merge
 from vrx_mj.config.wording import literal
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxError
 from vrx_mj.formats.gazebo.document import Report
-from vrx_mj.formats.gazebo.sdf_frames import safe_name
+from vrx_mj.formats.gazebo.sdf_models import safe_name
 from vrx_mj.formats.series.pieces import At, Content, with_places
 from vrx_mj.formats.urdf.elements import numbers_of, truth
 from vrx_mj.frames import Pose

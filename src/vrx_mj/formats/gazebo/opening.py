@@ -1,21 +1,35 @@
-"""Sources of a command: a world, the world and boats of a launch file, or the one that is meant in a folder."""
+"""Sources of a command: a world, the world and boats of a launch file, or the one that is meant in a folder.
 
+Fleets of one boat whose file or folder is named instead of a fleet: a URDF or xacro, a robot, a model of Gazebo.
+
+Files of Gazebo and ROS below a folder, as a catkin workspace, a package or a folder of worlds.
+"""
+
+import contextlib
+import os
 import os.path
+import re
 import warnings
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
+from pathlib import Path, PurePath
+from typing import TypeGuard
 
 from vrx_mj.config.loading import Source, file_of, path_of, read_source
 from vrx_mj.config.search import (
+    SCHEME,
     WORLD_SUFFIXES,
+    XML_SUFFIXES,
     catalogue,
     display,
     is_built_in,
+    is_inside,
+    kind_name,
     package_paths,
     packages_around,
     packages_named,
 )
-from vrx_mj.config.tree import Section
+from vrx_mj.config.tree import File, Place, Section
 from vrx_mj.config.wording import literal
 from vrx_mj.errors import (
     ChoiceError,
@@ -27,16 +41,172 @@ from vrx_mj.errors import (
     first_names,
     shortened,
 )
-from vrx_mj.formats.gazebo.folders import files_below, has_world, is_folder, links_below, short_names
+from vrx_mj.formats.gazebo.document import read_document
 from vrx_mj.formats.gazebo.launch import is_launch, launch_of, read_launch
 from vrx_mj.formats.gazebo.launched import Launch, fleet_of, with_objects
-from vrx_mj.formats.gazebo.packages import NAMED_PACKAGES
-from vrx_mj.formats.gazebo.robot_fleets import is_robot_xacro, robot_fleet
-from vrx_mj.formats.gazebo.stock import TABLE, instead_of, is_tool, stock_launch
+from vrx_mj.formats.gazebo.models import ROBOT, file_in_folder, is_gazebo_model, model_element, model_file
+from vrx_mj.formats.gazebo.sdf_boats import is_boat
+from vrx_mj.formats.gazebo.stock import NAMED_PACKAGES, TABLE, instead_of, is_tool, stock_launch
 from vrx_mj.formats.gazebo.worlds import NO_BOATS, GazeboWorld, gazebo_world, is_gazebo_world, warn_of_losses
+from vrx_mj.formats.series.pieces import Content
 from vrx_mj.formats.urdf.expand import arguments as declared_arguments
-from vrx_mj.formats.urdf.xml_document import file_error
+from vrx_mj.formats.urdf.xml_document import MAX_BYTES, file_error, read_bytes
 from vrx_mj.packages import shell_word
+
+_MODELS_SHOWN = 6
+"""Names of models that a warning lists."""
+_BESIDE = {"thrusters": "thruster_config.yaml", "components": "component_config.yaml"}
+"""Keys of a fleet, and the files of VRX that a robot's folder may have for them."""
+
+
+def is_robot_xacro(source: object) -> TypeGuard[str | Path]:
+    """Whether a source, of whatever type, is the path of the URDF or xacro of a boat."""
+    text = str(source)
+    return isinstance(source, str | Path) and text.lower().endswith(XML_SUFFIXES) and not is_gazebo_model(text)
+
+
+def launch_document(source: str | Path) -> tuple[Section, str] | None:
+    """The boats that a launch file spawns, as a fleet's file says them, and its name."""
+    if not is_launch(source):
+        return None
+    launch = launch_of(str(source), {})
+    found = fleet_of(launch)
+    if found is None:
+        raise file_error(str(source), "spawns no boats")
+    if launch.objects:
+        names = shortened(", ".join(thing.name for thing in launch.objects))
+        text = f"{source}: a fleet has its boats alone; it spawns other models too: {names}"
+        warnings.warn(f"{text}; vrx-mj run {source} has them, where it opens a world", VrxWarning, stacklevel=4)
+    return found, Path(source).stem
+
+
+def fleet_document(source: str | Path) -> tuple[Section, str]:
+    """The fleet of the one boat of a description."""
+    return robot_fleet(source), ""
+
+
+def folder_document(source: str | Path) -> tuple[Section, str] | None:
+    """The fleet of the one boat in a folder."""
+    file = file_in_folder(source)
+    return None if file is None else (robot_fleet(file, name=file.parent.name), "")
+
+
+def robot_fleet(source: str | Path, arguments: Mapping[str, str] | None = None, *, name: str | None = None) -> Section:
+    """A fleet of one boat, with arguments of its xacro; by default it is called as its file.
+
+    A robot's YAML may have VRX's thruster and component files beside it.
+    """
+    if is_gazebo_model(str(source)):
+        path, mark, model = str(source).partition("#")
+        file = model_file(path, None) if path.startswith(SCHEME) else path_of("robots", path)
+        file = Path(f"{file}{mark}{model}" if mark else f"{file}{_boat_fragment(file)}")
+    else:
+        file = file_of("robots", source)
+    place = Place(File(file.name, file.absolute().parent))
+    values: Content = {"name": name or kind_name(str(source)).partition(".")[0], "robot": file.name}
+    if file.name == ROBOT:
+        values |= {key: name for key, name in _BESIDE.items() if (file.parent / name).is_file()}
+    if arguments:
+        values["arguments"] = Section(arguments, place)
+    return Section(values, place)
+
+
+def _boat_fragment(file: Path) -> str:
+    """`#NAME` of the model that is the boat in a file of several, with a warning: the first boat, else the first."""
+    root = read_document(file)
+    names = [one.attributes.get("name", "") for one in (root.child("world") or root).all("model")]
+    if len(names) < 2 or not all(names):
+        return ""
+    name = next((name for name in names if is_boat(model_element(Path(f"{file}#{name}")).model)), names[0])
+    others = first_names((each for each in names if each != name), _MODELS_SHOWN)
+    text = f"{display(file)}: the boat is its model '{name}'; for another one: --fleet FILE#NAME, NAME one of {others}"
+    warnings.warn(text, VrxWarning, stacklevel=5)
+    return f"#{name}"
+
+
+_BUILT = {"build", "devel", "install", "log"}
+"""Folders of a workspace that are made from the others."""
+MOST_FILES = 2000
+"""Files of these kinds below a folder."""
+MOST_FOLDERS = 20_000
+"""Folders below a folder."""
+_MOST_MEGABYTES = 32
+"""Size of the files together."""
+DEEPEST = 50
+"""Levels of folders below a folder."""
+
+
+def is_folder(path: str | Path) -> bool:
+    """Whether there is a folder of this path, which may be too long for any."""
+    with contextlib.suppress(ValueError):
+        return os.path.isdir(path)  # noqa: PTH112 - Path.is_dir raises an OSError for a name that is too long
+    return False
+
+
+def files_below(folder: Path, kinds: tuple[str, ...]) -> Iterator[Path]:
+    """The files below a folder with one of these endings, but for those that catkin makes from others beside them.
+
+    Links to folders are not followed, links to files not where they lead out or nowhere.
+
+    Raises:
+        VrxError: there are too many, or too much is in them.
+    """
+    found, size = 0, 0
+    for place, names in _places(folder):
+        present = set(names)
+        for name in sorted(names):
+            file = Path(place, name)
+            made = f"{name}.xacro" in present or f"{name}.erb" in present
+            if made or not name.lower().endswith(kinds) or not (os.path.exists(file) and is_inside(file, folder)):  # noqa: PTH110 - as is_folder
+                continue
+            length = file.stat().st_size
+            found, size = found + 1, size + (length if length <= MAX_BYTES else 0)  # a longer one is not read
+            if found > MOST_FILES:
+                raise VrxError(f"more than {MOST_FILES} files to read in {display(folder)}: name a smaller folder")
+            if size > _MOST_MEGABYTES * 10**6:
+                raise VrxError(f"more than {_MOST_MEGABYTES} MB to read in {display(folder)}: name a smaller folder")
+            yield file
+
+
+def _places(folder: Path) -> Iterator[tuple[str, list[str]]]:
+    """The folders below a folder that may hold sources, and the names of the files in each; none that are locked."""
+    top = str(folder)
+    try:
+        os.scandir(top).close()
+    except OSError as error:
+        raise VrxError(f"{display(folder)}: cannot be read: {error.strerror}") from None
+    for number, (place, folders, names) in enumerate(os.walk(top)):
+        folders[:] = sorted(name for name in folders if not name.startswith(".") and name not in _BUILT)
+        if number > MOST_FOLDERS:
+            raise VrxError(f"more than {MOST_FOLDERS} folders in {display(folder)}: name a smaller one")
+        if folders and place[len(top) :].count(os.sep) > DEEPEST:
+            raise VrxError(f"folders more than {DEEPEST} deep in {display(folder)}: name a smaller one")
+        yield place, names
+
+
+def has_world(file: Path) -> bool:
+    """Whether a file has a world, not only models; for one that cannot be read by its name."""
+    if not file.name.lower().endswith((".sdf", ".sdf.xacro")):
+        return True
+    with contextlib.suppress(VrxError):
+        return re.search(rb"<world[\s>]", read_bytes(file)) is not None
+    return not file.name.startswith("model")
+
+
+def links_below(folder: Path) -> list[Path]:
+    """Links to folders in a folder and in its `src`, which are not followed."""
+    places = [folder, folder / "src"]
+    inside = (Path(entry.path) for place in places if is_folder(place) for entry in os.scandir(place))
+    return sorted(path for path in inside if path.is_symlink() and is_folder(path))
+
+
+def short_names(files: Sequence[Path], folder: Path) -> list[str]:
+    """The shortest end of each file's path in a folder that no other one has: its name, where that is its own."""
+    parts = [PurePath(os.path.relpath(file, folder)).parts for file in files]
+    ends = Counter(one[-length:] for one in parts for length in range(1, len(one) + 1))
+    shortest = (next((one[-size:] for size in range(1, len(one)) if ends[one[-size:]] == 1), one) for one in parts)
+    return ["/".join(one) for one in shortest]
+
 
 _LAUNCH = (".launch",)
 _MOST_LAUNCHES = 200

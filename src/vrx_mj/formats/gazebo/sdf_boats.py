@@ -1,26 +1,53 @@
-"""Boats written in SDF: a model with its links, joints, plugins and sensors, as the robot that a URDF describes."""
+"""Boats written in SDF: a model with its links, joints, plugins and sensors, as the robot that a URDF describes.
 
-from collections.abc import Iterator, Sequence
+A robot as the text of a URDF, for programs that read one.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from copy import deepcopy
 from dataclasses import replace
 from pathlib import Path
+from xml.etree import ElementTree as ET
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup as Escaped
 
 from vrx_mj.formats.gazebo.document import Element
 from vrx_mj.formats.gazebo.models import model_element
-from vrx_mj.formats.gazebo.sdf_frames import WORLD
 from vrx_mj.formats.gazebo.sdf_joints import SdfJoint, read_sdf_joint
 from vrx_mj.formats.gazebo.sdf_links import read_sdf_link
-from vrx_mj.formats.gazebo.sdf_models import Model
-from vrx_mj.formats.urdf.elements import LARGEST, Node
+from vrx_mj.formats.gazebo.sdf_models import WORLD, Model
+from vrx_mj.formats.urdf.elements import LARGEST, Node, losses
 from vrx_mj.formats.urdf.gazebo import THRUSTERS
 from vrx_mj.formats.urdf.gazebo_sensors import library
-from vrx_mj.formats.urdf.link_meshes import with_shapes
-from vrx_mj.formats.urdf.links import BOUNDED, ENDLESS, freed
+from vrx_mj.formats.urdf.links import BOUNDED, ENDLESS, TYPES, freed
+from vrx_mj.formats.urdf.meshes import with_shapes
 from vrx_mj.formats.urdf.model import ZERO, Joint, Limits, Loss, Urdf, relative
 from vrx_mj.formats.urdf.reader import warn
-from vrx_mj.formats.urdf.tags import losses
-from vrx_mj.formats.urdf.writing import urdf_text
 from vrx_mj.formats.urdf.xml_document import Markup
 from vrx_mj.frames import Pose, compose, inverse
+from vrx_mj.resources import root
+
+
+def urdf_text(robot: Urdf, tags: Iterable[Node]) -> str:
+    """A robot as a URDF, with Gazebo's tags and the places of its meshes.
+
+    A joint of a kind that URDF has not, and one that does not rest at 0, is fixed in it; an ellipsoid is the box
+    around it.
+    """
+    environment = Environment(
+        loader=FileSystemLoader(root() / "templates"), trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined,
+        autoescape=True, finalize=lambda value: " ".join(map(str, value)) if isinstance(value, tuple) else value,
+    )  # fmt: skip
+    template = environment.get_template("sdf_boat.urdf.j2")
+    return template.render(robot=robot, types=TYPES, tags=[_text(tag) for tag in tags]) + "\n"
+
+
+def _text(tag: Node) -> Escaped:
+    element = deepcopy(tag.element)
+    ET.indent(element, level=1)
+    element.tail = None
+    return Escaped(ET.tostring(element, encoding="unicode"))
 
 
 def is_boat(model: Element) -> bool:
@@ -45,7 +72,7 @@ def read_boat(file: Path) -> Urdf:
     Warns:
         VrxWarning: Once for each kind of thing that is legal but suspicious.
     """
-    from vrx_mj.formats.urdf.rows import robot_of
+    from vrx_mj.formats.urdf.links import robot_of
 
     model = Model(model_element(file))
     findings = model.findings

@@ -8,11 +8,10 @@ import numpy as np
 
 from vrx_mj.config.shapes import Shape
 from vrx_mj.config.solids import solid
-from vrx_mj.formats.gazebo.sdf_frames import Scope
-from vrx_mj.formats.gazebo.sdf_models import Model
+from vrx_mj.formats.gazebo.sdf_models import Model, Scope
 from vrx_mj.formats.urdf.elements import FIELDS, Node, Values
-from vrx_mj.formats.urdf.link_meshes import solid_mesh
 from vrx_mj.formats.urdf.links import gazebo_color, inertial_of, read_shapes, shape_name
+from vrx_mj.formats.urdf.meshes import solid_mesh
 from vrx_mj.formats.urdf.model import ZERO, Color, Inertial, Link, LinkRow, MeshRow
 from vrx_mj.rigid_bodies import MassProperties, joined, posed
 

@@ -13,19 +13,31 @@ from vrx_mj.config.wording import literal
 from vrx_mj.constants import WATER_DENSITY
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, shortened
 from vrx_mj.formats.gazebo.document import Element, Fate, Note, Report, as_node, is_file, plugin_name, spot
-from vrx_mj.formats.gazebo.erb_docks import is_template, template_content
-from vrx_mj.formats.gazebo.models import Source, has_model, is_installed, model_element, model_name
-from vrx_mj.formats.gazebo.sdf_bodies import Body, Hinge, Tree, mass_of
-from vrx_mj.formats.gazebo.sdf_frames import WORLD, given_pose, pose_of, safe_name
-from vrx_mj.formats.gazebo.sdf_joints import Axis, SdfJoint, read_sdf_joint
+from vrx_mj.formats.gazebo.models import (
+    Source,
+    has_model,
+    is_installed,
+    is_template,
+    model_element,
+    model_name,
+    template_content,
+)
+from vrx_mj.formats.gazebo.sdf_joints import Axis, Body, Hinge, SdfJoint, Tree, mass_of, read_sdf_joint
 from vrx_mj.formats.gazebo.sdf_links import SHAPES, read_sdf_link, shape_tag, sizes_of
-from vrx_mj.formats.gazebo.sdf_models import Model, in_world_frame, pose_of_included
+from vrx_mj.formats.gazebo.sdf_models import (
+    WORLD,
+    Model,
+    given_pose,
+    in_world_frame,
+    pose_of,
+    pose_of_included,
+    safe_name,
+)
 from vrx_mj.formats.series.pieces import At, Content, with_places
-from vrx_mj.formats.urdf.elements import Node, unused_name
+from vrx_mj.formats.urdf.elements import Node, losses, unused_name
 from vrx_mj.formats.urdf.links import ENDLESS, ONE
 from vrx_mj.formats.urdf.model import ZERO, MeshRow, relative
 from vrx_mj.formats.urdf.reader import ODD
-from vrx_mj.formats.urdf.tags import losses
 from vrx_mj.frames import Pose, compose
 
 _DRAG = 25.0, 2.0
@@ -119,7 +131,7 @@ class _Object:
 
     def bodies(self) -> Tree:
         """The bodies of the model."""
-        from vrx_mj.formats.urdf.rows import check_masses
+        from vrx_mj.formats.urdf.links import check_masses
 
         model, findings = self.model, self.model.findings
         if not model.links and not findings.problems:

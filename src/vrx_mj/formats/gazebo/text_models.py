@@ -11,10 +11,9 @@ from xml.etree import ElementTree as ET
 from vrx_mj.config.search import SCHEME, catalogue
 from vrx_mj.errors import first_lines
 from vrx_mj.formats.gazebo.document import Element, Report, markup, read_document
-from vrx_mj.formats.gazebo.erb_docks import is_template
-from vrx_mj.formats.gazebo.models import PATHS, has_model, model_element, model_file, model_name
+from vrx_mj.formats.gazebo.models import PATHS, has_model, is_template, model_element, model_file, model_name
 from vrx_mj.formats.gazebo.sdf_boats import boat_pose, is_boat
-from vrx_mj.formats.gazebo.sdf_frames import pose_of, safe_name
+from vrx_mj.formats.gazebo.sdf_models import pose_of, safe_name
 from vrx_mj.formats.gazebo.sdf_objects import model_section
 from vrx_mj.frames import Pose
 

@@ -11,32 +11,41 @@ from operator import itemgetter
 from pathlib import Path
 from typing import Any, TypeGuard
 
+from vrx_mj.config.kinds import CLASSIC, NEWER
 from vrx_mj.config.loading import Loading, path_of, read_source, validate
 from vrx_mj.config.objects import ObjectConfig
-from vrx_mj.config.profiles import CLASSIC, NEWER
 from vrx_mj.config.search import SCHEME, WORLD_SUFFIXES, catalogue
 from vrx_mj.config.tree import File, Place, Section
 from vrx_mj.config.wording import literal
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import ConfigError, Problem, VrxError, VrxWarning, first_lines, nearest, shortened
 from vrx_mj.formats.gazebo.document import STRICT, Element, Note, Report, as_node, label, plugin_name, read_document
-from vrx_mj.formats.gazebo.erb_docks import is_template
 from vrx_mj.formats.gazebo.models import (
     NO_MODEL,
     has_model,
     hold_models,
     included_name,
+    is_template,
     model_element,
     model_file,
     model_name,
     version_of,
 )
 from vrx_mj.formats.gazebo.sdf_boats import boat_pose, is_boat, read_boat
-from vrx_mj.formats.gazebo.sdf_frames import pose_of, safe_name
-from vrx_mj.formats.gazebo.sdf_models import INSIDE, in_world_frame, pose_of_included
+from vrx_mj.formats.gazebo.sdf_models import INSIDE, in_world_frame, pose_of, pose_of_included, safe_name
 from vrx_mj.formats.gazebo.sdf_objects import buoyancy_of, follow_path, model_section, same_buoyancy
-from vrx_mj.formats.gazebo.surroundings import mean_wind, published_sea, scene, view, wave_field, wave_plugin
-from vrx_mj.formats.gazebo.task_plugins import kind_of, markers_of, task_of, unread
+from vrx_mj.formats.gazebo.world_parts import (
+    kind_of,
+    markers_of,
+    mean_wind,
+    published_sea,
+    scene,
+    task_of,
+    unread,
+    view,
+    wave_field,
+    wave_plugin,
+)
 from vrx_mj.formats.series.pieces import (
     SYMBOLS,
     At,
@@ -48,7 +57,7 @@ from vrx_mj.formats.series.pieces import (
     thing,
     with_places,
 )
-from vrx_mj.formats.urdf.tags import losses
+from vrx_mj.formats.urdf.elements import losses
 
 _TABLE: Mapping[str, Any] = json.loads(Path(__file__).with_suffix(".json").read_bytes())
 """Terrains of VRX, and the worlds of ours that have them, for VRX 3 where it is another one; the fates of models by

@@ -15,7 +15,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from vrx_mj.config.wording import choice, literal
 from vrx_mj.errors import UnknownNameError, VrxError
-from vrx_mj.formats.parts.catalogue import Kind, PartsFile
+from vrx_mj.formats.parts.read import Kind, PartsFile
 from vrx_mj.formats.urdf.expand import expand
 from vrx_mj.resources import root
 

@@ -15,7 +15,7 @@ from vrx_mj.config.values import as_switch
 from vrx_mj.config.wording import literal
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxWarning
 from vrx_mj.formats.gazebo.document import Element, parse
-from vrx_mj.formats.series.calls import BLOCK, Call
+from vrx_mj.formats.series.axes import BLOCK, Call
 from vrx_mj.formats.series.pieces import TABLE
 from vrx_mj.formats.urdf.elements import numbers_of, truth
 from vrx_mj.formats.urdf.expand import MACROS

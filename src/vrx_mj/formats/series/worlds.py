@@ -17,8 +17,7 @@ from vrx_mj.config.tree import Items, Place, Section
 from vrx_mj.errors import ConfigError, Problem, VrxError, VrxWarning
 from vrx_mj.formats.gazebo.document import Element, expanded_calls
 from vrx_mj.formats.gazebo.worlds import GazeboWorld, world_of
-from vrx_mj.formats.series.axes import Series, read_series
-from vrx_mj.formats.series.calls import BLOCK, Call, calls_around, calls_of
+from vrx_mj.formats.series.axes import BLOCK, Call, Series, calls_around, calls_of, read_series
 from vrx_mj.formats.series.macros import PLACES, Line, lines_of, macros
 from vrx_mj.formats.series.pieces import Piece, pieces_in_force
 

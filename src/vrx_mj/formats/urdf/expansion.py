@@ -23,9 +23,8 @@ from xacro import substitution_args
 from vrx_mj.config.search import ReadingError, display, near_names, read_limited
 from vrx_mj.config.tree import File, Place
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, nearest
-from vrx_mj.formats.urdf.expand import LEFT_OUT, Expanded, Result
+from vrx_mj.formats.urdf.expand import LEFT_OUT, OUTSIDE, Expanded, Result
 from vrx_mj.formats.urdf.model import Place as Spot
-from vrx_mj.formats.urdf.xacro_files import OUTSIDE
 from vrx_mj.formats.urdf.xml_document import MAX_BYTES, decode, markup, parse_xml, table_of
 
 _NAME = re.compile(r"[A-Za-z_\u00c0-\ufffd][-.\w\u00b7]*(:[A-Za-z_\u00c0-\ufffd][-.\w\u00b7]*)?")

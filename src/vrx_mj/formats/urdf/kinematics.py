@@ -9,11 +9,10 @@ import numpy as np
 import yourdfpy
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.formats.urdf import rows
-from vrx_mj.formats.urdf.elements import Findings, Node
+from vrx_mj.formats.urdf import links as rows
+from vrx_mj.formats.urdf.elements import Findings, Node, losses
 from vrx_mj.formats.urdf.links import Surroundings, material_colors, read_joint, read_link
 from vrx_mj.formats.urdf.model import Link, LinkRow, Place, Urdf
-from vrx_mj.formats.urdf.tags import losses
 from vrx_mj.formats.urdf.xml_document import parse_robot
 from vrx_mj.frames import rotation
 

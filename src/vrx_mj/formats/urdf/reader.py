@@ -11,8 +11,7 @@ from vrx_mj.errors import VrxError, VrxWarning, first_names
 from vrx_mj.foreign import ask
 from vrx_mj.formats.urdf.elements import Findings
 from vrx_mj.formats.urdf.expand import ExpandedText
-from vrx_mj.formats.urdf.link_meshes import with_shapes
-from vrx_mj.formats.urdf.meshes import MeshFiles
+from vrx_mj.formats.urdf.meshes import MeshFiles, with_shapes
 from vrx_mj.formats.urdf.model import LinkRow, Urdf
 from vrx_mj.formats.urdf.xml_document import WORDING
 

@@ -19,7 +19,7 @@ import numpy as np
 
 from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.bar import Bar
-from vrx_mj.draw.colors import boat_colors
+from vrx_mj.draw.style import boat_colors
 from vrx_mj.errors import UnknownNameError, VideoError
 from vrx_mj.model.boats import boat_label
 from vrx_mj.outputs import atomic_write

@@ -1,12 +1,10 @@
 """The learning problems by name: each has one row here."""
 
 from vrx_mj.rl.problem import Problem
+from vrx_mj.rl.problems.courses import FollowPath, StationKeeping, Wayfinding
 from vrx_mj.rl.problems.docking import Docking
 from vrx_mj.rl.problems.encounter import Encounter
-from vrx_mj.rl.problems.follow_path import FollowPath
-from vrx_mj.rl.problems.formation import Formation
-from vrx_mj.rl.problems.poses import StationKeeping, Wayfinding
-from vrx_mj.rl.problems.rendezvous import Rendezvous
+from vrx_mj.rl.problems.fleets import Formation, Rendezvous
 from vrx_mj.rl.problems.score import Score
 
 __all__ = ["ALONE", "PROBLEMS", "SCORE", "TEAMS"]

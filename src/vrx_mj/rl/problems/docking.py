@@ -6,11 +6,10 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.arrays import BoolArray, FloatArray
-from vrx_mj.config.bays import MOUTH_GAP, Bay, find_bays
-from vrx_mj.model.site import Dock
+from vrx_mj.config.docks import MOUTH_GAP, Bay, find_bays
+from vrx_mj.model.things import Dock
 from vrx_mj.rl.options import PERIOD
-from vrx_mj.rl.problem import Entry, Judged, Problem, Spot, Team, open_water, point, turn_to, wrap_angle
-from vrx_mj.rl.refereed import Rows
+from vrx_mj.rl.problem import Entry, Judged, Problem, Rows, Spot, Team, open_water, point, turn_to, wrap_angle
 
 _AWAY = (8.0, 18.0)
 """Distances of the start from the bay's mouth, least and greatest [m]."""

@@ -14,8 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
-from vrx_mj.rl.problem import CLEAR, Entry, Judged, Problem, Spot, Team, point, wrap_angle
-from vrx_mj.rl.refereed import Rows
+from vrx_mj.rl.problem import CLEAR, Entry, Judged, Problem, Rows, Spot, Team, point, wrap_angle
 
 HEAD_ON, GIVE_WAY, STAND_ON, OVERTAKING, OVERTAKEN = range(5)
 ROLES = ("head-on", "gives way", "stands on", "overtaking", "overtaken")

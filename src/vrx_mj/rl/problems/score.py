@@ -4,8 +4,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
-from vrx_mj.rl.problem import Entry, Judged, Problem, Spot, Team
-from vrx_mj.rl.refereed import RefereedRow
+from vrx_mj.rl.problem import Entry, Judged, Problem, RefereedRow, Spot, Team
 from vrx_mj.runtime.task_runner import TaskObservation
 from vrx_mj.tasks.registry import TASK_KINDS
 

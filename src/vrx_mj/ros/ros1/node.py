@@ -10,19 +10,16 @@ from typing import Any
 from xmlrpc.client import Fault
 
 from vrx_mj.errors import CommandError, NetworkError
-from vrx_mj.ros.access import addresses, announced_address, is_local, listening_addresses, own_names
 from vrx_mj.ros.graph import Graph, Wire
 from vrx_mj.ros.interface import Traffic
 from vrx_mj.ros.limits import ConnectionLimit, Intake
 from vrx_mj.ros.messages import Message
-from vrx_mj.ros.network import Notices
+from vrx_mj.ros.network import Notices, addresses, announced_address, is_local, listening_addresses, own_names
 from vrx_mj.ros.parameters import LONGEST, resolve
-from vrx_mj.ros.ros1.connection import LARGEST_HEADER, Listener, Peer, decode_header, encode_header
-from vrx_mj.ros.ros1.http_server import HttpServer
+from vrx_mj.ros.ros1.connection import LARGEST_HEADER, HttpServer, Listener, Peer, decode_header, encode_header
 from vrx_mj.ros.ros1.master import Api, Reply
-from vrx_mj.ros.ros1.publication import Provided, Publication, Reader, Stream
 from vrx_mj.ros.ros1.registrar import Link, MasterAccess, Registrar, SystemState, is_ours, open_master
-from vrx_mj.ros.ros1.subscription import MOST_PUBLISHERS, Subscription, call_service
+from vrx_mj.ros.ros1.tcpros import MOST_PUBLISHERS, Provided, Publication, Reader, Stream, Subscription, call_service
 from vrx_mj.ros.ros1.xmlrpc import BROKEN, address, ask
 
 HEADER_TIMEOUT = 10.0

@@ -9,11 +9,20 @@ from typing import Any
 from xmlrpc.client import Fault
 
 from vrx_mj.errors import CommandError, NetworkError
-from vrx_mj.ros.access import Names, addresses, announced_address, is_local, is_loopback, listening_addresses
 from vrx_mj.ros.graph import Graph
 from vrx_mj.ros.limits import ConnectionLimit
-from vrx_mj.ros.network import Notices, shown_process, who_listens
-from vrx_mj.ros.ros1.http_server import HttpServer
+from vrx_mj.ros.network import (
+    Names,
+    Notices,
+    addresses,
+    announced_address,
+    is_local,
+    is_loopback,
+    listening_addresses,
+    shown_process,
+    who_listens,
+)
+from vrx_mj.ros.ros1.connection import HttpServer
 from vrx_mj.ros.ros1.master import Master
 from vrx_mj.ros.ros1.xmlrpc import ANSWER_TIMEOUT, BROKEN, Proxy, address, ask
 

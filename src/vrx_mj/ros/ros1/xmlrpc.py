@@ -11,7 +11,7 @@ from urllib.parse import urlsplit
 from xmlrpc.client import Fault
 
 from vrx_mj.errors import CommandError
-from vrx_mj.ros.access import host_of
+from vrx_mj.ros.network import host_of
 
 _DEEPEST = 128
 """Elements within each other: some forty levels of lists or structures."""

@@ -29,8 +29,7 @@ from vrx_mj.ros.rosbridge.codec import (
     reply_frames,
     text,
 )
-from vrx_mj.ros.rosbridge.republisher import Republisher
-from vrx_mj.ros.rosbridge.rosapi import Rosapi
+from vrx_mj.ros.rosbridge.nodes import Republisher, Rosapi
 from vrx_mj.ros.rosbridge.topics import Offered, Services, Subscription, Topics, Written, node_name, respond
 
 MOST_CONNECTIONS = 192

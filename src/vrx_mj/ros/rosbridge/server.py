@@ -14,11 +14,10 @@ from websockets.http11 import Request, Response
 
 from vrx_mj.errors import CommandError, NetworkError
 from vrx_mj.ros import messages
-from vrx_mj.ros.access import Names, Origins, checked_origins, host_of, is_address
 from vrx_mj.ros.graph import Graph
 from vrx_mj.ros.interface import Traffic
 from vrx_mj.ros.limits import ConnectionLimit, Place
-from vrx_mj.ros.network import refusal
+from vrx_mj.ros.network import Names, Origins, checked_origins, host_of, is_address, refusal
 from vrx_mj.ros.rosbridge.client import Client, Hub
 from vrx_mj.ros.rosbridge.codec import MOST_INCOMING
 

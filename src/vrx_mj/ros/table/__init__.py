@@ -8,10 +8,9 @@ from typing import get_args
 
 from vrx_mj.ros.interface import Dialect, Input, RosInterface
 from vrx_mj.ros.messages import Message
-from vrx_mj.ros.table.boats import BoatFrames, boat_inputs
+from vrx_mj.ros.table.boats import BoatFrames, Localization, boat_inputs
 from vrx_mj.ros.table.gazebo import gazebo_inputs, gazebo_outputs, gazebo_services, gz_services
 from vrx_mj.ros.table.host import Host
-from vrx_mj.ros.table.localization import Localization
 from vrx_mj.ros.table.sensing import sensor_inputs, sensor_outputs, sensor_services
 from vrx_mj.ros.table.tasks import elsewhere, task_inputs, task_outputs, task_services
 from vrx_mj.ros.table.viewers import marker_output

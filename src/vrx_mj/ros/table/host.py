@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.draw.colors import Rgb, boat_colors
+from vrx_mj.draw.style import Rgb, boat_colors
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError
 from vrx_mj.frames import rotation_vector
 from vrx_mj.mjcf.objects import DEPTH, ball_names

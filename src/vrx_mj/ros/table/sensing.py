@@ -11,12 +11,11 @@ import numpy.typing as npt
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.sensors import LidarConfig
-from vrx_mj.ros.interface import VRX, VRX3, Input, Output, Service
+from vrx_mj.ros.interface import VRX, VRX3, Input, Output, Service, with_vrx3
 from vrx_mj.ros.messages import Message, fields, new, stamp
 from vrx_mj.ros.table.host import Host, header, odometry
-from vrx_mj.ros.table.vrx3 import with_vrx3
 from vrx_mj.runtime.mounted import Mounted
-from vrx_mj.sensors.errors import covariance
+from vrx_mj.sensors.kinds import covariance
 from vrx_mj.sensors.readings import (
     ApparentWind,
     Echo,

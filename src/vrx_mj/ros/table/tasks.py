@@ -9,10 +9,9 @@ from typing import Any
 
 from vrx_mj.errors import CommandError
 from vrx_mj.model.tasks import Wildlife
-from vrx_mj.ros.interface import VRX3, Input, Output, Service
+from vrx_mj.ros.interface import VRX3, Input, Output, Service, in_vrx3, parameters, with_vrx3
 from vrx_mj.ros.messages import Message, duration, fields, new, stamp
 from vrx_mj.ros.table.host import Host, collision_name, header
-from vrx_mj.ros.table.vrx3 import in_vrx3, parameters, with_vrx3
 from vrx_mj.tasks.registry import TASK_KINDS, Form
 
 _RATE = 1.0

@@ -10,17 +10,16 @@ from typing import Any
 
 import numpy as np
 
-from vrx_mj.draw.colors import hex_color
-from vrx_mj.draw.map_scene import ground_of, map_of, object_color
+from vrx_mj.draw.course import ground_of, map_of, object_color
+from vrx_mj.draw.style import hex_color
 from vrx_mj.drive.pilot import engines_of
 from vrx_mj.ros import messages
 from vrx_mj.ros.cdr import kind
-from vrx_mj.ros.interface import BOTH, VRX, VRX3, Input, Output, Service
+from vrx_mj.ros.interface import BOTH, VRX, VRX3, Input, Output, Service, with_vrx3
 from vrx_mj.ros.messages import Message, new, stamp
 from vrx_mj.ros.table.boats import WORLD_FRAME, BoatFrames, transform
 from vrx_mj.ros.table.host import Host, collision_name, header
 from vrx_mj.ros.table.viewers import START
-from vrx_mj.ros.table.vrx3 import with_vrx3
 
 _WORLD = "/vrx_mj/world"
 _Row = dict[str, Any]

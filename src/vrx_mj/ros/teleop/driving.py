@@ -13,8 +13,7 @@ from typing import Any
 from websockets.exceptions import ConnectionClosed, InvalidURI, WebSocketException
 from websockets.sync.client import ClientConnection, connect
 
-from vrx_mj.drive.pilot import Driver, Engine, Motion, Wheel, drive, engine_commands
-from vrx_mj.drive.terminal import HELP, Terminal
+from vrx_mj.drive.pilot import HELP, Driver, Engine, Motion, Terminal, Wheel, drive, engine_commands
 from vrx_mj.errors import CommandError, NetworkError
 from vrx_mj.frames import compass
 from vrx_mj.ros.parameters import command_topic

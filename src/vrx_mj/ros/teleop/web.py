@@ -12,8 +12,7 @@ from collections import OrderedDict
 from typing import Any
 
 from vrx_mj.errors import NetworkError
-from vrx_mj.ros.access import host_of, is_loopback
-from vrx_mj.ros.network import who_listens
+from vrx_mj.ros.network import host_of, is_loopback, who_listens
 
 _PAGE_PORT = 8090
 _LOOPBACK = "127.0.0.1"

@@ -1,1 +1,1 @@
-"""The cases of the report, by subject; `vrx_mj.validation.table` lists them."""
+"""The cases of the report, by subject; `vrx_mj.validation.report` lists them."""

@@ -1,15 +1,22 @@
-"""What drifts: a neutral sphere in a wave, and boats in a current, in swell and in the wind."""
+"""What drifts: a neutral sphere in a wave, and boats in a current, in swell and in the wind.
+
+The current, as drogues show it: its profile, its tide and its random part.
+
+A mooring in a current: where it holds what floats, and how that swings.
+"""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 from scipy.optimize import brentq
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.chart import Chart, Series
+from vrx_mj.frames import rotation_matrix
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.validation.rows import Outcome, between, case, near
-from vrx_mj.validation.setups import GRAVITY, marine_simulation, only_boat, packaged_simulation, record
+from vrx_mj.validation.setups import GRAVITY, autocorrelation, marine_simulation, only_boat, packaged_simulation, record
 
 _ADRIFT = (
     ("skiff", "stern to it", 0.0), ("wamv", "stern to it", 0.0), ("wamv", "beam to it", 0.5 * math.pi),
@@ -49,7 +56,7 @@ def sphere_orbit() -> Outcome:
     yield Chart("Track of the sphere over one period", "along the waves [m]", "height [m]", lines, equal=True)
 
 
-@case("physics/current.py", "physics/drag.py", "runtime/loop.py")
+@case("physics/conditions.py", "physics/drag.py", "runtime/loop.py")
 def current_adrift() -> Outcome:
     """A boat adrift in a current.
 
@@ -96,7 +103,7 @@ def swell_adrift() -> Outcome:
     yield Chart("Drift of the boats along the swell", "time [s]", "distance [m]", (line, *series))
 
 
-@case("physics/windage.py", "physics/wind.py", "physics/drag.py", "runtime/loop.py")
+@case("physics/wind.py", "physics/drag.py", "runtime/loop.py")
 def beam_wind() -> Outcome:
     """A boat in a beam wind.
 
@@ -126,3 +133,183 @@ def _speeds(sim: Simulation, axis: int, duration: float) -> tuple[FloatArray, Fl
     """Times and speeds (240,) of the only boat of a run without commands, along an axis of the world."""
     times, places = record(sim, lambda sim: only_boat(sim).position[axis], 240, duration / 240)
     return 0.5 * (times[1:] + times[:-1]), np.diff(places) / np.diff(times)
+
+
+_DEPTHS = (0.5, 2.0, 4.0, 7.5, 12.0)
+"""Depths of the drogues in drogues.yaml [m]."""
+_PROFILE = ((0.0, 1.0), (1.0, 1.0), (5.0, 0.6), (10.0, 0.1))
+"""Shares of the current by depth [m]."""
+_MEAN, _TOWARD = 0.3, 30.0
+"""Mean speed [m/s] and its direction [degrees]."""
+_MAJOR, _MINOR, _AXIS, _PERIOD, _PHASE = 0.6, -0.25, 70.0, 300.0, 40.0
+"""Tide: half axes [m/s], direction of the longer [degrees], period [s], phase [degrees]."""
+_DEVIATION, _KEPT = 0.1, 2.0
+"""Standard deviation [m/s] and time constant [s] of the random part."""
+_RECORD, _SAMPLE = 7200.0, 0.2
+"""Length of its record, and time between samples [s]."""
+_CURRENT_FILES = ("physics/conditions.py", "physics/flotation.py", "runtime/loop.py")
+
+
+def _velocity(sim: Simulation, name: str) -> FloatArray:
+    """Velocity (2,) toward east and north [m/s]."""
+    seen = sim.observe_object(name)
+    found: FloatArray = (np.array(rotation_matrix(seen.quaternion)) @ seen.velocity)[:2]
+    return found
+
+
+def _unit(degrees: float) -> FloatArray:
+    return np.array([math.cos(math.radians(degrees)), math.sin(math.radians(degrees))])
+
+
+@case(*_CURRENT_FILES)
+def current_tide() -> Outcome:
+    """A tide over the depth.
+
+    assets/validation/worlds/drogues.yaml: neutral spheres with much drag, 0.5 to 12 m deep, in a current of 0.3 m/s
+    toward 30 degrees with a tide of 0.6 and 0.25 m/s, turning clockwise, over a profile. Their velocities over the
+    second of its periods of 300 s: mean and first harmonic.
+
+    Reference: Mean and ellipse of the world's file, times the share of straight lines between the profile's depths.
+    """
+    current = {
+        "speed": _MEAN, "direction": _TOWARD, "profile": _PROFILE,
+        "tide": {"speed": _MAJOR, "minor": _MINOR, "direction": _AXIS, "period": _PERIOD, "phase": _PHASE},
+    }  # fmt: skip
+    sim, samples, names = packaged_simulation("drogues", current=current), 300, [f"drogue{n}" for n in range(1, 6)]
+    sim.step(duration=_PERIOD)
+    times, found = record(sim, lambda sim: [_velocity(sim, name) for name in names], samples, _PERIOD / samples)
+    phase, seen = 2.0 * math.pi / _PERIOD * times[1:], found[1:]
+    mean = seen.mean(axis=0)
+    swing = 2.0 * np.tensordot(np.exp(-1j * phase), seen, 1) / samples  # of e^(i omega t)
+    shares = np.interp(_DEPTHS, *np.transpose(_PROFILE))
+    turn = np.exp(1j * math.radians(_PHASE))
+    for depth, share, steady, wave in zip(_DEPTHS, shares.tolist(), mean, swing, strict=True):
+        at = f"at {depth:g} m"
+        along, across = (complex(wave @ _unit(angle) / turn) for angle in (_AXIS, _AXIS + 90.0))
+        yield near(f"mean {at}", "m/s", share * _MEAN, steady @ _unit(_TOWARD), relative=2e-3)
+        yield near(f"greatest tide {at}", "m/s", share * _MAJOR, along.real, relative=2e-3)
+        yield near(f"least tide {at}, clockwise", "m/s", share * _MINOR, -across.imag, relative=2e-3)
+    yield _ellipses(seen, shares, phase)
+
+
+def _ellipses(seen: FloatArray, shares: FloatArray, phase: FloatArray) -> Chart:
+    """What the arrow of the current draws at the surface, in the middle and at the bottom of the profile."""
+    series: list[Series] = []
+    angle = phase + math.radians(_PHASE)
+    ring = np.outer(_MAJOR * np.cos(angle), _unit(_AXIS)) + np.outer(_MINOR * np.sin(angle), _unit(_AXIS + 90.0))
+    for number in (0, 2, 4):
+        east, north = (shares[number] * (_MEAN * _unit(_TOWARD) + ring)).T
+        series.append(Series("closed form", east, north, reference=True))
+        series.append(Series(f"{_DEPTHS[number]:g} m", seen[::10, number, 0], seen[::10, number, 1], kind="points"))
+    return Chart("Velocity over a period, by depth", "east [m/s]", "north [m/s]", series, equal=True)
+
+
+@case(*_CURRENT_FILES)
+def current_random() -> Outcome:
+    """The random part of a current.
+
+    assets/validation/worlds/drogue_random.yaml: one of these spheres in a current of a random part alone, 0.1 m/s
+    with a time constant of 2 s: 2 h, every 0.2 s.
+
+    Reference: Gauss-Markov process: variance sigma^2, correlation e^(-t / tau). The bands are three standard
+    deviations of what a record of T = 3600 tau shows in two components: of the variance and of the correlation
+    between them sqrt(tau / T), of the correlation after tau by Bartlett (1946) sqrt((1 - 3 e^-2) tau / (2 T)).
+    """
+    current = {"var_gain": _DEVIATION, "var_time": _KEPT, "seed": 1}
+    sim = packaged_simulation("drogue_random", current=current)
+    sim.step(duration=20.0)
+    _, found = record(sim, lambda sim: _velocity(sim, "drogue"), round(_RECORD / _SAMPLE), _SAMPLE)
+    off = found[1:] - found[1:].mean(axis=0)
+    lags = np.arange(round(3.0 * _KEPT / _SAMPLE) + 1)
+    variance, kept = autocorrelation(off, lags)
+    # Bartlett (1946) for two independent records of a Gauss-Markov process, at a lag of one time constant
+    independent = _RECORD / _KEPT
+    correlation = 3.0 * math.sqrt(0.5 * (1.0 - 3.0 * math.exp(-2.0)) / independent)
+    one = np.interp(_KEPT / _SAMPLE, lags, kept)
+    spread, sway = 3.0 / math.sqrt(independent), round(correlation, 4)
+    mixed = (off[:, 0] * off[:, 1]).mean() / variance
+    yield near("variance over its closed form", "", 1.0, variance / _DEVIATION**2, relative=spread)
+    yield near("correlation after a time constant", "", math.exp(-1.0), one, absolute=sway)
+    yield near("correlation between east and north", "", 0.0, mixed, absolute=round(spread, 4))
+    times = _SAMPLE * lags
+    lines = Series("closed form", times, np.exp(-times / _KEPT), reference=True), Series("ours", times, kept)
+    yield Chart("Correlation of the random part", "lag [s]", "correlation", lines)
+
+
+_MASS = 1025.0 * 4.0 / 3.0 * math.pi * 0.5**3
+_DRAG = 0.05 * _MASS
+"""Drag of the sphere [N s/m]."""
+_LENGTH, _STIFFNESS = 3.0, 200.0
+_DEPTH = 5.0
+_MOORING_FILES = ("physics/afloat.py", "physics/flotation.py", "physics/conditions.py", "runtime/loop.py")
+
+
+def _offset(speed: float) -> float:
+    """How far from its anchor [m] a rope holds the sphere in a current [m/s]."""
+    return _LENGTH + _DRAG * speed / _STIFFNESS
+
+
+def _track(sim: Simulation, place: tuple[float, float], duration: float) -> tuple[FloatArray, FloatArray]:
+    """Times (n,) and places (n, 2) of the sphere after it is let go at a place."""
+    sim.set_object("sphere", pose=(*place, -_DEPTH, 0.0, 0.0, 0.0), velocity=[0.0] * 6)
+    times, places = record(sim, lambda sim: sim.observe_object("sphere").position[:2], round(duration / 0.05), 0.05)
+    return times - times[0], places
+
+
+def _swing(times: FloatArray, offs: FloatArray) -> tuple[float, float]:
+    """Mean period [s] of the crossings of 0, and the ratio of one swing to that before on the other side."""
+    at = np.flatnonzero(offs[:-1] * offs[1:] < 0.0)
+    crossings = times[at] - offs[at] * (times[at + 1] - times[at]) / (offs[at + 1] - offs[at])
+    heights = [float(np.abs(offs[a:b]).max()) for a, b in pairwise(at)]
+    ratios = np.array(heights[1:]) / np.array(heights[:-1])
+    return 2.0 * float(np.diff(crossings).mean()), float(ratios.mean())
+
+
+@case(*_MOORING_FILES)
+def mooring_offset() -> Outcome:
+    """Offset of a moored sphere in a current.
+
+    assets/validation/worlds/moored.yaml: a neutral sphere of 1 m, 5 m deep, on a rope of 3 m and 200 N/m without
+    damping; let go where the rope is straight, its place after 300 s in currents of 0.5, 1 and 1.5 m/s.
+
+    Reference: Stretch d U / s, with the drag d = 26.8 N s/m of the sphere's file: the rope pulls on the horizontal
+    plane.
+    """
+    longest = 300.0
+    series = []
+    for speed in (0.5, 1.0, 1.5):
+        sim = packaged_simulation("moored", current={"speed": speed, "direction": 0})
+        times, places = _track(sim, (_LENGTH, 0.0), longest)
+        stretch = places[-1, 0] - _LENGTH
+        yield near(f"stretch of the rope in {speed:g} m/s", "m", _offset(speed) - _LENGTH, stretch, relative=2e-3)
+        series.append(Series("closed form", [0.0, longest], [_offset(speed)] * 2, reference=True))
+        series.append(Series(f"{speed:g} m/s", times, places[:, 0]))
+    yield Chart("Distance of the sphere from the anchor", "time [s]", "distance [m]", series)
+
+
+@case(*_MOORING_FILES)
+def mooring_period() -> Outcome:
+    """Swings on a mooring.
+
+    assets/validation/worlds/moored.yaml: a neutral sphere of 1 m, 5 m deep, on a rope of 3 m and 200 N/m without
+    damping, in a current of 1 m/s; let go 5 cm from where it rests, along the rope and across it.
+
+    Reference: Along sqrt(s / m - delta^2) and across sqrt(d U / (m r) - delta^2), with r the distance from the
+    anchor and delta = d / 2 m: a spring, and a pendulum in the stream. Objects have no added mass. A rope is
+    implicit in time, which damps as the step times its stiffness does, here 2 N s/m.
+    """
+    sim, aside = packaged_simulation("moored"), 0.05
+    far = _offset(1.0)
+    times, places = _track(sim, (far + aside, 0.0), 40.0)
+    decay = _DRAG / (2.0 * _MASS)
+    along = math.sqrt(_STIFFNESS / _MASS - decay**2)
+    across = math.sqrt(_DRAG / (_MASS * far) - decay**2)
+    stretch = places[:, 0] - far
+    found, ratio = _swing(times, stretch)
+    later, sway = _track(sim, (far, aside), 240.0)
+    yield near("period along the rope", "s", 2.0 * math.pi / along, found, relative=0.01)
+    yield near("half a swing over the one before", "", math.exp(-decay * math.pi / along), ratio, relative=0.01)
+    yield near("period across it", "s", 2.0 * math.pi / across, _swing(later, sway[:, 1])[0], relative=0.01)
+    closed = np.exp(-decay * times) * (np.cos(along * times) + decay / along * np.sin(along * times))
+    lines = Series("closed form", times, aside * closed, reference=True), Series("ours", times, stretch)
+    yield Chart("Stretch of the rope beyond that at rest", "time [s]", "stretch [m]", lines)

@@ -22,7 +22,7 @@ _CROSS_FLOW = 1.004184471
 _FULL_THRUST = 119.682
 """Thrust of a propeller at full command [N], in assets/robots/otter/robot.yaml."""
 _TANK = "otter_tank"
-_FILES = ("mjcf/hulls.py", "physics/added_mass.py", "physics/vessel.py", "runtime/loop.py")
+_FILES = ("mjcf/hulls.py", "physics/drag.py", "physics/vessel.py", "runtime/loop.py")
 _SURGE_DAMPING = 24.4 * GRAVITY / (6.0 * 0.5144)
 """|X_u| [N s/m]: 24.4 kg of bollard pull at 6 knots."""
 _SETTLING = 1.0
@@ -208,7 +208,7 @@ def _runge_kutta(otter: Published, push: FloatArray, steps: int, dt: float) -> F
     return np.array(found)
 
 
-@case("physics/crossflow.py", *_FILES)
+@case("physics/drag.py", *_FILES)
 def otter_turn() -> Outcome:
     """Turn of the Otter.
 

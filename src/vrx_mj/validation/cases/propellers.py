@@ -1,4 +1,9 @@
-"""A measured propeller: its lag, what speed and air take off its thrust, and the energy that it draws."""
+"""A measured propeller: its lag, what speed and air take off its thrust, and the energy that it draws.
+
+The Heron of profile `marine`: its top speed.
+
+The WAM-V 16 of profile `marine`: what its propellers pull.
+"""
 
 import math
 
@@ -8,8 +13,8 @@ from scipy.optimize import brentq
 
 from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.validation.rows import Outcome, case, near
-from vrx_mj.validation.setups import only_boat, packaged_simulation
+from vrx_mj.validation.rows import Outcome, between, case, near
+from vrx_mj.validation.setups import marine_simulation, only_boat, packaged_simulation, record
 
 _TANK = "propeller_tank"
 _FULL, _DIAMETER, _VANISHING, _LAG, _POWER = 80.0, 0.2, 4.0, 0.5, 900.0
@@ -23,7 +28,7 @@ _COMMANDS = {1.0: 80.0, 0.5: 20.0}
 _RATE = 25.0
 """Rate of the shaft at full thrust [1/s]; the thrust does not depend on which it is."""
 _DENSITY = 1025.0
-_FILES = ("physics/propeller.py", "runtime/loop.py")
+_FILES = ("physics/thrust.py", "runtime/loop.py")
 
 
 def _thrust_at(sim: Simulation, command: float, *, height: float = 0.0, speed: float = 0.0) -> float:
@@ -73,7 +78,7 @@ def _open_water(thrust: float, speed: float) -> float:
     return _DENSITY * _DIAMETER**4 * rate**2 * (a - b * speed / (rate * _DIAMETER))
 
 
-@case("physics/current.py", *_FILES)
+@case("physics/conditions.py", *_FILES)
 def propeller_speed() -> Outcome:
     """A propeller's thrust at speed.
 
@@ -133,3 +138,80 @@ def propeller_ventilation() -> Outcome:
         Series("ours", depths, shares, kind="points"),
     )
     yield Chart("Thrust of a propeller at the surface", "depth of its centre / radius", "share of the thrust", lines)
+
+
+_SLOWEST, _FASTEST = 1.597, 1.667
+"""Top speeds of the published model with 22 and with 24 N a side [m/s]."""
+_DAMPING = 17.257603
+"""Quadratic damping in surge of that model [N s2/m2]."""
+_THRUSTS = {0.7: 16.0, 0.8: 19.5, 0.95: 23.0}
+"""Thrust a side [N] at some commands, in assets/robots/heron/robot.yaml."""
+_TOP = 0.95
+"""The command of the thrust in the middle of those of the top speeds."""
+
+
+@case("physics/thrust.py", "physics/vessel.py", "runtime/loop.py")
+def heron_speed() -> Outcome:
+    """Speed of the Heron.
+
+    Robot heron in still water and still air, from rest, with both jets at three commands for 10 s.
+
+    Reference: Batista, L. F. W. et al. (2024), A Deep Reinforcement Learning Framework and Methodology for Reducing
+    the Sim-to-Real Gap in ASV Navigation, IROS: the identified damping in surge, by which 22 to 24 N a side make
+    1.597 to 1.667 m/s; below that 2 T = d u^2. The robot's file has that model's damping and thrusts: the rows show
+    that it moves by them, and are no measured speeds.
+    """
+    sim = marine_simulation({"robot": "heron", "boats": [{"name": "a", "pose": [0, 0, 0, 0, 0, 0]}]})
+    edges = [Series("published top speeds", [0.0, 10.0], [speed] * 2, reference=True) for speed in (_SLOWEST, _FASTEST)]
+    series = []
+    for command, thrust in _THRUSTS.items():
+        sim.reset()
+        times, speeds = record(sim, lambda sim: only_boat(sim).velocity[0], 100, 0.1, left=command, right=command)
+        if command == _TOP:
+            yield between(f"top speed, {thrust:g} N a side", "m/s", _SLOWEST, _FASTEST, speeds[-1])
+        else:
+            reference = math.sqrt(2.0 * thrust / _DAMPING)
+            yield near(f"speed, {thrust:g} N a side", "m/s", reference, speeds[-1], relative=0.01)
+        series.append(Series(f"{thrust:g} N a side", times, speeds))
+    yield Chart("Speed of the Heron", "time [s]", "speed [m/s]", (*edges, *series))
+
+
+_MEASURED = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
+_PULLS = (9.0, 53.0, 85.0, 120.0, 157.0, 182.0, 219.0, 240.0)
+"""Measured bollard pull of a propeller at those commands [N]."""
+
+
+def _pull(sim: Simulation, command: float) -> float:
+    """Half the force ahead [N] that both propellers put on a boat at rest, by how its centre of mass is accelerated."""
+    sim.reset()
+    sim.step({}, duration=20.0)
+    pose = sim.data.qpos[:3].tolist()
+    seen = only_boat(sim)
+    sim.set_boat(sim.boats[0], pose=[*pose, seen.roll, seen.pitch, seen.heading], velocity=[0.0] * 6)
+    sim.step({sim.boats[0]: {"left": command, "right": command}}, duration=sim.timestep)
+    hull, after = sim.world.parameters.hulls[0], only_boat(sim)
+    assert hull.vessel is not None
+    center = np.cross(after.angular_velocity, hull.body_com) + after.velocity
+    whole = float(sim.model.body_subtreemass[sim.model.body(hull.body).id]) + hull.vessel.added_mass[0][0]
+    return 0.5 * whole * float(center[0]) / sim.timestep
+
+
+@case("physics/thrust.py", "runtime/loop.py", "mjcf/hulls.py")
+def wamv_bollard() -> Outcome:
+    """Bollard pull of the WAM-V 16.
+
+    Robot wamv in still water, let float for 20 s, then put to rest; both propellers at a command for one step. The
+    pull is that of its mass with added mass times the acceleration of its centre of mass. The robot's table of
+    thrust is made of these measurements: the rows show that what is in it gets to the boat.
+
+    Reference: Sarda, E. I., Qu, H., Bertaska, I. R., von Ellenrieder, K. D. (2016), Station-keeping control of an
+    unmanned surface vehicle exposed to current and wind disturbances, Ocean Engineering 127: one propeller.
+    """
+    sim = marine_simulation({"robot": "wamv", "boats": [{"name": "a", "pose": [0, 0, 0, 0, 0, 0]}]})
+    ours = [_pull(sim, command) for command in _MEASURED]
+    yield from (
+        near(f"pull at command {command:g}", "N", pull, own, absolute=5.0)
+        for command, pull, own in zip(_MEASURED, _PULLS, ours, strict=True)
+    )
+    lines = Series("measured", _MEASURED, _PULLS, reference=True), Series("ours", _MEASURED, ours)
+    yield Chart("Bollard pull of a WAM-V 16", "command", "pull of a propeller [N]", lines)

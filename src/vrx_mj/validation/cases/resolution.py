@@ -7,9 +7,8 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.chart import Chart, Series
-from vrx_mj.physics.panel_mesh import panels_of
-from vrx_mj.physics.panels import wrench_of_pressures
-from vrx_mj.validation.cases.seas import PERIOD, moment
+from vrx_mj.physics.panels import panels_of, wrench_of_pressures
+from vrx_mj.validation.cases.waves import PERIOD, moment
 from vrx_mj.validation.rows import Outcome, between, case
 from vrx_mj.validation.setups import GRAVITY, marine_world
 

@@ -10,8 +10,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.validation.reference import TableRow, rows
-from vrx_mj.validation.rows import Outcome, at_most, case
+from vrx_mj.validation.rows import Outcome, TableRow, at_most, case, rows
 from vrx_mj.validation.setups import packaged_simulation
 
 _Pilot = Callable[[Simulation, float], None]

@@ -40,7 +40,7 @@ def _froya(z: float) -> float:
     return _SPEED * (1.0 + 0.0573 * math.sqrt(1.0 + 0.15 * _SPEED) * math.log(z / 10.0))
 
 
-@case("physics/wind.py", "physics/windage.py", "runtime/weather.py")
+@case("physics/wind.py", "runtime/weather.py")
 def wind_profile() -> Outcome:
     """The wind over height.
 
@@ -86,7 +86,7 @@ def _energy(first: float, last: float, speed: float, z: float) -> float:
     return float(quad(lambda f: _npd(f, speed, z), first, last, limit=200, epsrel=1e-9)[0])
 
 
-@case("physics/gusts.py", "physics/wind.py", "runtime/weather.py")
+@case("spectra.py", "physics/wind.py", "runtime/weather.py")
 def wind_gusts() -> Outcome:
     """Gusts of the NPD spectrum.
 

@@ -11,9 +11,8 @@ import pytest
 from vrx_mj.errors import VrxError
 from vrx_mj.formats.gazebo import launch
 from vrx_mj.formats.gazebo.document import read_document
-from vrx_mj.formats.gazebo.folders import DEEPEST, MOST_FILES, MOST_FOLDERS
 from vrx_mj.formats.gazebo.importing import import_files
-from vrx_mj.formats.gazebo.opening import file_of_folder
+from vrx_mj.formats.gazebo.opening import DEEPEST, MOST_FILES, MOST_FOLDERS, file_of_folder
 from work import calls_at_most
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="of file systems of POSIX")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from vrx_mj.config.fleet_checks import load_fleet
+from vrx_mj.config.fleet import load_fleet
 from vrx_mj.config.world import load_world
 from vrx_mj.errors import ConfigError, VrxWarning
 from vrx_mj.formats.gazebo.importing import import_files

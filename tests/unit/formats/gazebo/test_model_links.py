@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from vrx_mj.config.base import keys_of
-from vrx_mj.config.joints import AxisConfig
+from vrx_mj.config.objects import AxisConfig
 from vrx_mj.config.values import MAX_NUMBER
 from vrx_mj.errors import ConfigError
 from vrx_mj.formats.gazebo.document import Report

@@ -13,7 +13,7 @@ from vrx_mj.config.objects import ObjectConfig
 from vrx_mj.config.search import kind_name
 from vrx_mj.errors import ConfigError
 from vrx_mj.formats.gazebo.document import Report, read_document
-from vrx_mj.formats.gazebo.sdf_frames import pose_of, safe_name
+from vrx_mj.formats.gazebo.sdf_models import pose_of, safe_name
 from vrx_mj.formats.gazebo.sdf_objects import model_section
 from vrx_mj.frames import compose, rotation
 

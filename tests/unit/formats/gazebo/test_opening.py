@@ -8,9 +8,8 @@ import pytest
 
 from vrx_mj.config.search import workspace_packages
 from vrx_mj.errors import ChoiceError, UnknownNameError, VrxError, VrxWarning
-from vrx_mj.formats.gazebo.folders import short_names
 from vrx_mj.formats.gazebo.launch import launch_of, read_launch
-from vrx_mj.formats.gazebo.opening import file_in, file_of_folder, open_source
+from vrx_mj.formats.gazebo.opening import file_in, file_of_folder, open_source, short_names
 from vrx_mj.formats.gazebo.worlds import gazebo_world
 from vrx_mj.mjcf.compile import compile_world
 from work import calls_at_most

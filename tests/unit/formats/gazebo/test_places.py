@@ -10,8 +10,8 @@ from vrx_mj.errors import VrxError
 from vrx_mj.formats.gazebo.launch import launch_of
 from vrx_mj.formats.gazebo.models import PATHS, model_file
 from vrx_mj.formats.gazebo.worlds import gazebo_world
+from vrx_mj.formats.urdf.expand import Files, own_packages
 from vrx_mj.formats.urdf.meshes import MeshFiles
-from vrx_mj.formats.urdf.xacro_files import Files, own_packages
 
 PAGE = Path(__file__).parents[4] / "docs/vrx.md"
 MODEL = '<sdf version="1.6"><model name="m"><static>true</static><link name="l"/></model></sdf>'

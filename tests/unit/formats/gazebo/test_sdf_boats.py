@@ -11,11 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sdf_boats import BOATS, fossen, link, sdf, spinning, thruster
-from vrx_mj.autopilot.channels import Channel
+from vrx_mj.autopilot.board import Channel
 from vrx_mj.config.robots import load_robot
 from vrx_mj.errors import VrxError, VrxWarning
 from vrx_mj.formats.gazebo.document import read_document
-from vrx_mj.formats.gazebo.robot_fleets import robot_fleet
+from vrx_mj.formats.gazebo.opening import robot_fleet
 from vrx_mj.formats.gazebo.sdf_boats import is_boat, read_boat
 from vrx_mj.formats.urdf.reader import read_urdf
 from vrx_mj.frames import compose, quaternion, rotation

@@ -13,8 +13,8 @@ from vrx_mj.formats.gazebo.document import Report
 from vrx_mj.formats.gazebo.sdf_boats import read_boat
 from vrx_mj.formats.gazebo.sdf_objects import model_section
 from vrx_mj.formats.gazebo.worlds import gazebo_world
+from vrx_mj.formats.urdf.elements import section_below, sections
 from vrx_mj.formats.urdf.reader import read_urdf
-from vrx_mj.formats.urdf.tags import section_below, sections
 
 FOLDER = Path(__file__).parents[3] / "tags"
 """Files in which everything is that is read, by what they are and a number; and a model that they include."""

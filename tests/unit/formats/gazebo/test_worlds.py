@@ -10,7 +10,7 @@ import pytest
 
 import vrx_mj
 from macro_blocks import BLOCKS
-from vrx_mj.config.fleet_checks import load_fleet
+from vrx_mj.config.fleet import load_fleet
 from vrx_mj.config.world import load_world
 from vrx_mj.errors import ConfigError, VrxError, VrxWarning
 from vrx_mj.foreign import asking, budget, reader

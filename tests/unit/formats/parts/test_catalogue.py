@@ -4,9 +4,8 @@ import re
 
 import pytest
 
-from vrx_mj.formats.parts.catalogue import catalogue, part_types
 from vrx_mj.formats.parts.compliance import judge, load_rules, rule_sets
-from vrx_mj.formats.parts.read import load_parts
+from vrx_mj.formats.parts.read import catalogue, load_parts, part_types
 from vrx_mj.resources import root
 
 TYPES = part_types()

@@ -9,8 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vrx_mj.errors import ConfigError, VrxWarning
-from vrx_mj.formats.parts.catalogue import PartsFile
-from vrx_mj.formats.parts.read import load_parts, name_of, place_of
+from vrx_mj.formats.parts.read import PartsFile, load_parts, name_of, place_of
 from vrx_mj.resources import root
 
 BROKEN = Path(__file__).parents[3] / "broken"

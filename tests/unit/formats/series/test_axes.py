@@ -15,8 +15,7 @@ from axes_files import LOST_AN_AXIS, WORLDS
 from vrx_mj.config import search
 from vrx_mj.config.tree import File, Place, Section
 from vrx_mj.errors import VrxError, VrxWarning
-from vrx_mj.formats.series.axes import Axis, Series, read_series
-from vrx_mj.formats.series.calls import calls_of
+from vrx_mj.formats.series.axes import Axis, Series, calls_of, read_series
 from vrx_mj.formats.series.worlds import _side, refuse_axes, series_world
 
 NOWHERE = Section({}, Place(File("bay.yaml", None)), {})

@@ -12,9 +12,8 @@ import xacro
 import xacro.substitution_args
 
 from vrx_mj.errors import ConfigError, VrxWarning
-from vrx_mj.formats.urdf.expand import arguments, expand
-from vrx_mj.formats.urdf.xacro_files import own_packages
-from vrx_mj.ros.launch_packages import write_launch_packages
+from vrx_mj.formats.urdf.expand import arguments, expand, own_packages
+from vrx_mj.ros.packages import write_launch_packages
 
 HEAD = '<robot name="boat" xmlns:xacro="http://www.ros.org/wiki/xacro">\n'
 PARTS = {

@@ -10,11 +10,10 @@ from vrx_mj.frames import quaternion
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.model.world import tree_of
 from vrx_mj.rl.problem import Team, open_water, pose_error, team_of, wrap_angle
+from vrx_mj.rl.problems.courses import FollowPath, StationKeeping, Wayfinding
 from vrx_mj.rl.problems.docking import Docking
-from vrx_mj.rl.problems.follow_path import FollowPath
-from vrx_mj.rl.problems.poses import StationKeeping, Wayfinding
 from vrx_mj.tasks.frame import Pose
-from vrx_mj.tasks.stationkeeping import pose_error as scored_error
+from vrx_mj.tasks.poses import pose_error as scored_error
 
 
 @pytest.fixture(scope="module")

@@ -8,8 +8,7 @@ import pytest
 
 from vrx_mj.rl.problem import Team, boats_too_near, mean_of, team_of
 from vrx_mj.rl.problems.encounter import GIVE_WAY, HEAD_ON, OVERTAKEN, OVERTAKING, STAND_ON, Encounter
-from vrx_mj.rl.problems.formation import Formation
-from vrx_mj.rl.problems.rendezvous import Rendezvous
+from vrx_mj.rl.problems.fleets import Formation, Rendezvous
 
 GOING, WAITING = np.ones(1, bool), np.zeros(1, bool)
 

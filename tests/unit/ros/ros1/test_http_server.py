@@ -10,7 +10,7 @@ from vrx_mj.errors import CommandError
 from vrx_mj.ros.limits import ConnectionLimit, Pace
 from vrx_mj.ros.network import Notices
 from vrx_mj.ros.parameters import plain
-from vrx_mj.ros.ros1.http_server import CALLS_BURST, CALLS_SHARE, HttpServer
+from vrx_mj.ros.ros1.connection import CALLS_BURST, CALLS_SHARE, HttpServer
 from vrx_mj.ros.ros1.xmlrpc import Proxy, address, read, read_head
 
 PING = dumps(("x",), "ping").encode()

@@ -13,9 +13,8 @@ from vrx_mj.ros.messages import new
 from vrx_mj.ros.network import Notices, shown_process, who_listens
 from vrx_mj.ros.ros1.connection import with_length
 from vrx_mj.ros.ros1.node import Slave, Watch
-from vrx_mj.ros.ros1.publication import Provided, Publication, Stream
 from vrx_mj.ros.ros1.registrar import PORTION, _portions
-from vrx_mj.ros.ros1.subscription import Subscription
+from vrx_mj.ros.ros1.tcpros import Provided, Publication, Stream, Subscription
 
 
 @pytest.fixture

@@ -2,7 +2,7 @@
 
 import pytest
 
-from vrx_mj.ros.access import Names
+from vrx_mj.ros.network import Names
 from vrx_mj.ros.ros1.xmlrpc import RequestError, checked_size
 
 POST = ["POST", "/RPC2", "HTTP/1.1"]

@@ -15,7 +15,7 @@ from trimesh.transformations import quaternion_matrix
 
 import vrx_mj
 from ros_scene import served
-from vrx_mj.draw.map_scene import map_of
+from vrx_mj.draw.course import map_of
 from vrx_mj.formats.urdf.meshes import read_mesh
 from vrx_mj.mjcf.templates import mesh_of_file
 from vrx_mj.ros.table.boats import description

@@ -12,11 +12,10 @@ from integration.sensing import SYDNEY
 from vrx_mj.config.sensors import LidarConfig
 from vrx_mj.errors import CommandError
 from vrx_mj.ros import cdr
-from vrx_mj.ros.interface import Inbox
+from vrx_mj.ros.interface import CONVERSIONS, PACKAGES, Inbox
 from vrx_mj.ros.messages import is_known, new
 from vrx_mj.ros.ros_server import RosServer
 from vrx_mj.ros.table.sensing import TOPICS, middle_ring
-from vrx_mj.ros.table.vrx3 import CONVERSIONS, PACKAGES
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.sensors.readings import Inertia, PointCloud, Reading, Sound
 

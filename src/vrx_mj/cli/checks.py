@@ -1,0 +1,186 @@
+"""`vrx-mj trial`: turning circle, zigzag, crash stop, pull-out, spiral and free decay of a boat.
+
+`vrx-mj validate`: the physics against closed forms, other programs and tanks.
+"""
+
+import json
+import math
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from vrx_mj.bar import Bar
+from vrx_mj.cli.options import Folder, above_zero
+from vrx_mj.cli.screen import print_table, show
+from vrx_mj.errors import CommandError, UnknownNameError, VrxWarning
+from vrx_mj.outputs import write_files
+
+if TYPE_CHECKING:
+    from vrx_mj.trials import Trial
+    from vrx_mj.validation.report import Result
+
+
+CALM: dict[str, Any] = {"name": "calm", "physics": {"profile": "marine"}, "sea": {"model": "none"}}
+"""The world of a trial by default: still water without wind, in profile `marine`."""
+_OPTIONS = {
+    "turning": ("power", "helm"),
+    "zigzag": ("power", "helm", "angle"),
+    "crash-stop": ("power",),
+    "pull-out": ("power", "helm"),
+    "spiral": ("power", "helm"),
+    "decay": ("mode", "amount"),
+}
+"""Options that each trial takes."""
+_Helm = Annotated[
+    float | None,
+    typer.Option(help="Share of full helm, 35 degrees at most; default 1, of a zigzag 0.5.", callback=above_zero(1.0)),
+]
+_Amount = Annotated[
+    float | None,
+    typer.Option(help="Displacement of a decay [m], [degrees]; default 0.1, 10, 5.", callback=above_zero(180.0)),
+]
+_Power = Annotated[
+    float | None, typer.Option(help="Power of the approach, 0 to 1; default 1.", callback=above_zero(1.0))
+]
+_Angle = Annotated[
+    float | None, typer.Option(help="Heading of a zigzag [degrees]; default 20.", callback=above_zero(90.0))
+]
+
+
+def trial(
+    name: Annotated[str, typer.Argument(metavar="TRIAL", help=f"One of {', '.join(_OPTIONS)}.")],
+    boat: Annotated[str, typer.Argument(metavar="BOAT", help="A kind of robot: a name, or the path of its file.")],
+    output: Folder = Path(),
+    world: Annotated[str | None, typer.Option(help="World; default: still water of profile marine.")] = None,
+    power: _Power = None,
+    helm: _Helm = None,
+    angle: _Angle = None,
+    mode: Annotated[str | None, typer.Option(help="Mode of a decay: heave, roll or pitch; default roll.")] = None,
+    amount: _Amount = None,
+) -> None:
+    """Try a boat's manoeuvres as ITTC and IMO define them. The figures are written as JSON, with a chart.
+
+    The helm turns rudders or engines by up to 35 degrees; a boat that has neither is steered by less thrust inside.
+
+    Example: vrx-mj trial turning skiff
+    """
+    if name not in _OPTIONS:
+        raise UnknownNameError("trial", name, _OPTIONS)
+    given = {"power": power, "helm": helm, "angle": angle, "mode": mode, "amount": amount}
+    arguments = _arguments(name, given)
+    from vrx_mj.mjcf.compile import compile_world
+    from vrx_mj.runtime.simulation import Simulation
+    from vrx_mj.trials import TRIALS, SimulatedVessel
+
+    fleet = {"usv_count": 1, "robot": boat, "sensors": "none"}
+    sim = Simulation(compile_world(CALM if world is None else world, fleet=fleet))
+    done = TRIALS[name](SimulatedVessel(sim, sim.boats[0]), **arguments)
+    files = [output / f"{name}.json", output / f"{name}.svg"]
+    texts = (_json(done, boat, world), _svg(done, boat))
+    write_files(output, {file.name: text for file, text in zip(files, texts, strict=True)}, "the trial")
+    for remark in done.remarks:
+        warnings.warn(f"{name}: {remark}", VrxWarning, stacklevel=1)
+    width = max(map(len, done.figures))
+    for key, figure in done.figures.items():
+        value = "-" if math.isnan(figure.value) else f"{figure.value:.4g}"
+        typer.echo(f"{key:<{width}}  {value:>9} {figure.unit:<6} {figure.meaning}")
+    typer.echo(f"{files[0]}, {files[1]}")
+
+
+def _arguments(name: str, given: dict[str, Any]) -> dict[str, Any]:
+    """Arguments of a trial's function; CommandError where one is not its own."""
+    arguments = {key: value for key, value in given.items() if value is not None}
+    for key in arguments:
+        if key not in _OPTIONS[name]:
+            trials = ", ".join(each for each, keys in _OPTIONS.items() if key in keys)
+            raise CommandError(f"--{key} is not for {name}, but for {trials}")
+    if "amount" in arguments and arguments.get("mode") != "heave":
+        arguments["amount"] = math.radians(arguments["amount"])
+    return arguments
+
+
+def _json(done: "Trial", boat: str, world: str | None) -> str:
+    """The figures, and the track every state."""
+    figures = {
+        key: {"value": None if math.isnan(each.value) else each.value, "unit": each.unit, "meaning": each.meaning}
+        for key, each in done.figures.items()
+    }
+    track = {key: [round(float(value), 6) for value in values] for key, values in vars(done.track).items()}
+    tree = {"trial": done.name, "boat": boat, "world": world or "calm", "figures": figures, "remarks": done.remarks}
+    return json.dumps(tree | {"track": track}, indent=1, allow_nan=False) + "\n"
+
+
+def _svg(done: "Trial", boat: str) -> str:
+    from vrx_mj.draw.chart import Chart, Series, chart_svg
+
+    series = tuple(Series(label, x, y) for label, (x, y) in done.curves.items())
+    return str(chart_svg(Chart(f"{done.name}, {boat}", *done.axes, series, equal=done.name == "turning"))) + "\n"
+
+
+def validate(
+    only: Annotated[
+        list[str] | None, typer.Option(metavar="<case>", help="Run only this case; may be repeated.")
+    ] = None,
+    case: Annotated[Path | None, typer.Option(help="Your own case (YAML), with --data.")] = None,
+    data: Annotated[Path | None, typer.Option(help="Your measurements (CSV).")] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="Run only what takes a minute in all, once compiled.")] = False,
+    output: Folder = Path("report"),
+) -> None:
+    """Compare the physics with closed forms, other programs and tanks. Write a page with a plot and a table for each.
+
+    A row is inside if our value lies in its band, and known if it is outside where exact theory is, too, and equal to
+    that. The exit code is 0 if all rows are inside or known, 1 if any is outside.
+    With --case and --data it compares a boat of yours with what you have measured; docs/validation.md has the keys.
+
+    Example: vrx-mj validate --quick -o report
+    """
+    from vrx_mj.validation.report import CASES, counts, run_cases, select_cases, write_report
+
+    if (case is None) != (data is None):
+        raise CommandError("--case and --data belong together: the case, and what was measured")
+    cases = select_cases(tuple(only or ()), quick=quick)
+    if case is not None and data is not None:
+        from vrx_mj.validation.measured import measured_case
+
+        cases = (measured_case(case, data), *(cases if only or quick else ()))
+    with Bar("validating", len(cases), "cases") as bar:
+        results = run_cases(cases, lambda number, begun: bar.update(number, begun.name))
+    page = write_report(output, results, [each for each in CASES if each not in cases])
+    _print(results)
+    typer.echo(f"page: {page}")
+    inside, known, total = counts(results)
+    typer.echo(f"{inside} of {total} inside" + f", {known} known to be outside" * bool(known))
+    if inside + known < total:
+        raise SystemExit(1)
+
+
+def _print(results: "Sequence[Result]") -> None:
+    """A line for each case, and the rows that are outside."""
+    from rich.text import Text
+
+    texts = []
+    for result in results:
+        rows = result.rows
+        count = "failed" if result.error else f"{sum(row.inside for row in rows)} of {len(rows)}"
+        style = "red" if result.state in {"failed", "outside"} else ""
+        texts.append((result.case.name, Text(count, style=style), f"{result.seconds:.1f} s"))
+    print_table("vrx-mj validate", ("case",), ("inside", "time"), texts)
+    seconds, compiling = (sum(getattr(result, name) for result in results) for name in ("seconds", "compiling"))
+    show(f"{seconds:.0f} s" + f", and {compiling:.0f} s to compile, once" * (compiling >= 1.0), result=True)
+    for result in results:
+        for line in _faults(result):
+            show(line, None if line.startswith("known") else "red", result=True)
+
+
+def _faults(result: "Result") -> list[str]:
+    if result.error:
+        return [f"{result.case.name} failed: {result.error}"]
+    return [
+        f"{row.state}: {result.case.name}: {row.quantity} is {row.ours:.6g} {row.unit}, "
+        f"the band is {row.low:.6g} to {row.high:.6g}"
+        for row in result.rows
+        if not row.inside
+    ]
