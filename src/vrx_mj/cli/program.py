@@ -201,15 +201,15 @@ COMMANDS = {
     "robot": Entry("Check", "robot:app", "Build and check boats from VRX's thruster and component files."),
     "doctor": Entry("Check", "commands:doctor", "Check what is installed and what works on this machine."),
     "validate": Entry(
-        "Check", "validate:validate", "Compare the physics with closed forms, other programs and tanks."
+        "Check", "checks:validate", "Compare the physics with closed forms, other programs and tanks."
     ),
-    "trial": Entry("Check", "trial:trial", "Try a boat's manoeuvres as ITTC and IMO define them."),
+    "trial": Entry("Check", "checks:trial", "Try a boat's manoeuvres as ITTC and IMO define them."),
     "bench": Entry("Check", "commands:bench", "Measure the speed of this machine against the budgets."),
-    "serve": Entry("ROS", "serve:serve", "Serve a world to ROS, with VRX's topics and services."),
+    "serve": Entry("ROS", "ros:serve", "Serve a world to ROS, with VRX's topics and services."),
     "teleop": Entry("ROS", "ros:teleop", "Drive a boat of a served world."),
     "ros": Entry("ROS", "ros:app", "Write the packages that ROS 1 programs and roslaunch need."),
     "campaign": Entry("Learn", "campaign:campaign", "Sail controllers in many worlds, and compare their scores."),
-    "worlds": Entry("Learn", "worlds:app", "Generate series of worlds from an axes file, as VRX's generator does."),
+    "worlds": Entry("Learn", "importing:app", "Generate series of worlds from an axes file, as VRX's generator does."),
 }  # fmt: skip
 
 FIRST = {
