@@ -12,7 +12,7 @@ import numpy as np
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.mjcf.drawing import drawing_model
 from vrx_mj.recording import record
-from vrx_mj.recording.video.stage import antialias
+from vrx_mj.recording.antialiasing import antialias
 from vrx_mj.runtime.batch import Batch
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.sensors.camera import Cameras

@@ -6,8 +6,9 @@ import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import ValidationError
 
+from vrx_mj.config.base import Config
 from vrx_mj.config.layouts import LayoutName
 from vrx_mj.config.loading import fault_text
 from vrx_mj.config.values import Point
@@ -108,10 +109,8 @@ class Steering:
         self._sim.command_all({boat: given for boat, given in commands.items() if boat not in self._orders})
 
 
-class FormationOrder(BaseModel):
+class FormationOrder(Config):
     """Arguments of `Formation` in a message on `/swarm/formation`."""
-
-    model_config = ConfigDict(strict=True, allow_inf_nan=False)
 
     shape: LayoutName = "wedge"
     spacing: float = 0.0

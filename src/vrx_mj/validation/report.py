@@ -1,7 +1,4 @@
-"""The report: what the cases have found, as JSON and as a page that needs no network.
-
-The cases of the report, in its order.
-"""
+"""The report: its cases in their order, and what they have found, as JSON and as a page that needs no network."""
 
 import json
 import math
@@ -163,10 +160,7 @@ def write_report(folder: Path, results: Sequence[Result], left_out: Sequence[Cas
     return folder / PAGE
 
 
-_SUBJECTS = (
-    waves, waves, hulls, hulls, pressures, resolution, otter, propellers, propellers, propellers, spheres, pressures,
-    drifting, winds, drifting, drifting, runs, vrx,
-)  # fmt: skip
+_SUBJECTS = (waves, hulls, pressures, resolution, otter, propellers, spheres, drifting, winds, runs, vrx)
 CASES = tuple(each for subject in _SUBJECTS for each in vars(subject).values() if isinstance(each, Case))
 """All of them."""
 

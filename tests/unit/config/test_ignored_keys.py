@@ -334,7 +334,8 @@ for package in (config, formats):
 def models(base: type[Config] = Config) -> Iterator[type[Config]]:
     """Every model of files."""
     for model in base.__subclasses__():
-        yield model
+        if model.__module__.startswith(("vrx_mj.config.", "vrx_mj.formats.")):
+            yield model
         yield from models(model)
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vrx_mj.recording.video.stage import antialias
+from vrx_mj.recording.antialiasing import antialias
 
 
 def edge(slope, side=64):
