@@ -51,6 +51,7 @@ def floating(folder, boats, seconds=25.0):
     return sim.observe()
 
 
+@pytest.mark.slow
 def test_closed_meshes_float_at_archimedes_draft_wherever_their_base_link_is(folder):
     """Against the level that trimesh cuts; the lift's g is 0.15 % too large, and some heave is left."""
     boats, expected = {}, {}

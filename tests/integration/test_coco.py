@@ -60,6 +60,7 @@ def decoded(segmentation):
     return np.array(pixels).reshape(width, height).T
 
 
+@pytest.mark.slow
 def test_a_data_set_of_a_recording_is_what_the_cameras_saw(recording, folder):
     data = json.loads((folder / "annotations.json").read_text(encoding="utf-8"))
     assert [image["time"] for image in data["images"]] == pytest.approx([0, 1, 2, 3])

@@ -36,6 +36,7 @@ def marks(world):
     return () if world in EVERYDAY else pytest.mark.slow if world in SLOW else BY_NIGHT
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("world", [pytest.param(world, marks=marks(world)) for world in GOLDEN])
 def test_the_captain_finishes_a_stock_world(world):
     score, slack = GOLDEN[world]

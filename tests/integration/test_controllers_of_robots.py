@@ -64,6 +64,7 @@ def distances(robot, profile, duration):
     return np.linalg.norm(np.array(rows) - GOAL, axis=1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("profile", ["vrx", "vrx3"])
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_the_captain_brings_a_robot_to_its_goal_and_keeps_it_there(robot, profile):

@@ -22,6 +22,7 @@ def world():
     return vrx_mj.compile_world("ocean", fleet=fleet)
 
 
+@pytest.mark.slow
 def test_twenty_boats_on_one_spot_are_parted_or_refused_and_the_run_goes_on(world):
     sim = vrx_mj.Simulation(world)
     for boat in sim.boats:

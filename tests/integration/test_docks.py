@@ -142,6 +142,7 @@ def test_a_fixed_dock_stops_a_boat(name):
     assert sim.data.ncon > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["dock_2018_dynamic", "dock_2022_dynamic"])
 @pytest.mark.parametrize("timestep", [0.004, 0.01])
 def test_a_boat_pushes_a_floating_dock_at_the_speed_that_its_drag_allows(name, timestep):

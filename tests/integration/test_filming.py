@@ -35,6 +35,7 @@ def pictures(recorded, times, **shot):
         film.close()
 
 
+@pytest.mark.slow
 @pytest.mark.render
 def test_boats_are_seen_where_they_are(recorded):
     """White hulls on dark water: from above each boat is the brightest spot near its place, and nowhere else is one."""

@@ -27,6 +27,7 @@ def sailed(env, steps=8):
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("start", "rows"), [("fork", 3), ("spawn", 1)])
 def test_processes_do_what_rows_do(start, rows):
     """A spawned one knows nothing of ours before it makes the environment, whose id names the module to import."""

@@ -103,6 +103,7 @@ def test_what_is_pickled_continues(name, make):
     other.close()
 
 
+@pytest.mark.slow
 @pytest.mark.render
 @pytest.mark.parametrize("mode", AutoresetMode)
 def test_lists_of_pictures_are_those_that_gymnasium_collects(mode):
@@ -195,6 +196,7 @@ def test_the_registered_number_of_steps_is_the_duration_of_the_problem(name):
         assert env.spec.max_episode_steps == registered
 
 
+@pytest.mark.slow
 def test_episodes_are_as_long_as_what_makes_them_says():
     name, registered = "vrx_mj/StationKeeping-v0", 600
     assert lengths(name, 602) == {registered}

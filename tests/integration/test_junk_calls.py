@@ -271,6 +271,7 @@ def test_recordings(junk, sim):
             recordings.open_viewer(value)
 
 
+@pytest.mark.slow
 def test_batches(junk, world):
     made = vrx_mj.Batch(world, 3, threads=1)
     junk.try_all("Batch", vrx_mj.Batch, {"world": world, "n": 2, "seed": 1, "threads": 1})

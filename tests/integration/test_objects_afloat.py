@@ -65,6 +65,7 @@ def test_it_comes_to_rest(rest, how):
     assert {name: moves for name in FLOATING if not (moves := motion(name)) < 2e-3} == {}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("how", ["dropped", "let up", "laid"])
 def test_at_rest_it_displaces_its_weight_under_its_centre_of_mass(rest, how):
     """Archimedes, with the wet volume counted on 60^3 points, one at random in each cell of a box around each shape.

@@ -233,6 +233,7 @@ def test_a_publisher_that_sends_something_else_is_left(served, impatient, caplog
     assert caplog.messages[0].startswith(f"{LEFT}: no messages from its publisher at {uri}: {told}")
 
 
+@pytest.mark.slow
 def test_a_flood_is_read_in_bites_and_only_the_newest_count(served, impatient):
     served.commands.clear()
     count = 15_000

@@ -133,6 +133,7 @@ class Terminal:
         os.close(self.ours)
 
 
+@pytest.mark.slow
 def test_a_terminal_drives_pauses_and_is_left_as_it_was(world):
     begun = place(world, "wamv2")
     with contextlib.closing(Terminal("--url", world.url, "--boat", "wamv2")) as terminal:

@@ -202,6 +202,7 @@ print(hashlib.sha256(b"".join(log(sim, 60))).hexdigest())
 """
 
 
+@pytest.mark.slow
 def test_another_process_goes_on_with_the_same_readings(sim, tmp_path):
     log(sim, 47)
     sim.world.save(tmp_path / "world")

@@ -61,6 +61,7 @@ def test_a_camera_takes_pictures_at_its_rate_and_keeps_them_between():
     assert second.data.rgb.tobytes() != first.data.rgb.tobytes()
 
 
+@pytest.mark.slow
 @pytest.mark.render
 def test_labels_come_with_pictures_and_change_neither_them_nor_the_motion():
     def run(camera, read):

@@ -68,6 +68,7 @@ def ends(request):
     return [(sim, sail(sim, 22.0, controller=make())) for sim in sims]
 
 
+@pytest.mark.slow
 def test_the_summary_is_that_of_the_unturned_world(ends):
     (one, turned) = (summary for _, summary in ends)
     assert turned.task.score == pytest.approx(one.task.score, rel=1e-4)

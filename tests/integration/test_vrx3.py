@@ -139,6 +139,7 @@ def afloat(profile, sea, timestep=0.004, **more):
     return vrx_mj.Simulation(vrx_mj.compile_world(text, fleet=boats((0.0, 0.0, 0.3), (0.0, -40.0, 2.0))))
 
 
+@pytest.mark.slow
 def test_everything_that_floats_is_stable_in_the_roughest_sea():
     sim = afloat("vrx3", JAGGED, wind=BREEZE)
     highest = 0.0

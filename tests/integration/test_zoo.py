@@ -48,6 +48,7 @@ def strictly():
         yield
 
 
+@pytest.mark.slow
 def test_pettingzoo_s_checkers_have_nothing_to_say(problem):
     more = {"duration": 6.0, **options(problem)}
     with strictly():
@@ -55,6 +56,7 @@ def test_pettingzoo_s_checkers_have_nothing_to_say(problem):
         parallel_seed_test(lambda: ParallelEnv(problem, **more), num_cycles=30)
 
 
+@pytest.mark.slow
 @pytest.mark.render
 def test_pettingzoo_s_render_test_has_nothing_to_say():
     render_test(

@@ -79,6 +79,7 @@ def compare(env, infos, info, row, drawn):
         )
 
 
+@pytest.mark.slow
 @pytest.mark.render
 @pytest.mark.parametrize("problem", sorted({*KINDS} - {"Formation"}))  # which `test_zoo.py` draws
 def test_pettingzoo_s_render_test_has_nothing_to_say(problem, capsys):

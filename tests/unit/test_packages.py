@@ -69,6 +69,7 @@ def test_another_missing_package_is_not_blamed_on_the_extra():
         __import__("no_such_module")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("chosen", "does"), [("", "vrx_mj.sensors.canvas.choose_backend()"), ("osmesa", "mujoco")])
 def test_the_llvm_of_pytorch_is_loaded_before_that_of_mesa(tmp_path, chosen, does):
     """Loaded the other way round, both are one; MuJoCo loads OSMesa when it is imported if `MUJOCO_GL` names it."""

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from vrx_mj.control.allocation import Allocation
 from vrx_mj.control.navigation import Estimate, Point, beside, in_axes, polar
 from vrx_mj.control.velocity import Craft, clamp, steady_rate
+from vrx_mj.errors import CommandError
 
 if TYPE_CHECKING:
     from vrx_mj.runtime.hull import Propeller
@@ -247,9 +248,10 @@ class Course:
         self._full = allocation(plenty, 0.0, 0.0).surge
         turning = allocation(0.0, 0.0, plenty * craft.length).yaw
         self._by_rudder = bool(craft.rudders) and turning < 1e-6 * plenty
-        self._fastest = (
-            min(_FASTEST_TURN, steady_rate(craft.yaw_drag, turning)) if not self._by_rudder else _FASTEST_TURN
-        )
+        if not self._by_rudder and turning <= 0.0:
+            names = ", ".join(thrusters)
+            raise CommandError(f"no thrust turns this boat ({names}): a second engine, a rudder or steering is needed")
+        self._fastest = _FASTEST_TURN if self._by_rudder else min(_FASTEST_TURN, steady_rate(craft.yaw_drag, turning))
         self._heading_rate = min(_HEADING_RATE, 3.0 * self._fastest)
         self._staying = False
 

@@ -137,6 +137,7 @@ def test_where_all_are_refused_there_is_none(home, asked):
     assert chosen_folder("x") == (None, tuple(map(refusal, places, reasons)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rest", ["the home", "nothing"])
 def test_it_is_said_in_one_line_when_the_first_kernel_is_called(home, asked, rest):
     asked.chmod(0o777)

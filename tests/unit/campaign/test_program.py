@@ -93,6 +93,7 @@ def test_what_it_prints_is_kept_up_to_a_bound(monkeypatch):
     assert running.last_lines.endswith(" | last words")
 
 
+@pytest.mark.slow
 def test_sigint_ends_one_that_ends_by_it_with_its_whole_group():
     program, log = run("trap 'echo tidy; exit 0' INT; sleep 60 & echo ready; wait")
     until(lambda: b"ready" in log.text, "its start")

@@ -7,6 +7,7 @@ import pytest
 from vrx_mj.control.navigation import Estimate
 from vrx_mj.control.pilot import Pilot
 from vrx_mj.control.velocity import WAMV, WAMV_VRX3, wamv_of
+from vrx_mj.errors import CommandError
 
 
 @dataclass
@@ -142,3 +143,9 @@ def test_what_turns_the_boat_all_the_time_does_not_turn_it_off_its_heading():
     for _ in range(400):
         hull.go(pilot.hold(hull.seen, hull.t, 0.0, 0.0, 0.0))
     assert abs(hull.heading) < 0.01
+
+
+def test_a_boat_that_nothing_turns_is_refused():
+    engine = Engine((-1.2, 0.0, 0.0), max_angle=0.0)
+    with pytest.raises(CommandError, match=r"^no thrust turns this boat \(middle\): a second engine, a rudder or"):
+        Pilot({"middle": engine})

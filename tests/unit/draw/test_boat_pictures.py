@@ -101,12 +101,14 @@ def test_it_is_written_as_its_suffix_says(verdict, tmp_path, suffix):
     assert (tmp_path / f"boat{suffix}").read_bytes().startswith(start)
 
 
+@pytest.mark.slow
 def test_the_same_verdict_gives_the_same_bytes(verdict, tmp_path):
     for name in ("a.png", "b.png"):
         draw_verdict(verdict, tmp_path / name)
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
 
 
+@pytest.mark.slow
 def test_no_parts_and_very_many(tmp_path):
     draw_verdict(verdict_of(tmp_path, "", ""), tmp_path / "none.png")
     rows = "".join(f"  - {{name: camera_{i}, x: {0.01 * i}, y: {0.3 - 0.01 * i}}}\n" for i in range(40))

@@ -85,6 +85,7 @@ def test_a_fleet_far_from_everything_is_warned_of_with_an_origin_at_the_spawn_po
     assert placed({**fleet, "origin": [-550, 0, 0]}, config)[1] == []
 
 
+@pytest.mark.slow
 def test_where_there_is_no_room_none_is_suggested():
     wall = shapely.box(-2000, -2000, 2000, 2000) - shapely.box(-3, -3, 3, 3)
     line = np.stack([SQUARE, at(10)])

@@ -124,6 +124,7 @@ def test_a_part_that_is_inside_out_is_refused():
     )
 
 
+@pytest.mark.slow
 def test_many_long_triangles_are_bounded():
     random = np.random.default_rng(1)
     corners = random.normal(size=(20_000, 1, 3)) + random.normal(size=(20_000, 3, 3))

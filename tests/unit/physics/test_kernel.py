@@ -148,6 +148,7 @@ def test_kernels_take_numbers_only_from_modules_that_count():
                     assert not numbers or file in modules, f"{name}: {numbers} of {file}"
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("nowhere")
 def test_processes_that_start_at_once_share_one_cache(tmp_path):
     environment = os.environ | {"VRX_MJ_CACHE": str(tmp_path / "cache"), "PYTHONPATH": str(SOURCE)}

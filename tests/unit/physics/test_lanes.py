@@ -141,6 +141,7 @@ print([*out.ravel().tolist(), product_of(1.0 + 2.0**-30, 1.0 - 2.0**-30, -1.0)])
 """
 
 
+@pytest.mark.slow
 def test_a_processor_without_fused_operations_gives_the_same_bits():
     """Of which LLVM then asks the C library."""
     variables = {**os.environ, "NUMBA_CPU_NAME": "nehalem", "NUMBA_CPU_FEATURES": ""}

@@ -103,6 +103,7 @@ def test_no_more_is_unpacked_than_may_be(files):
     assert refusal(unpack_files, pack_files(files), MOST) == "files: more than 1 MiB, or too many names"
 
 
+@pytest.mark.slow
 def test_too_many_files_are_refused_before_they_are_listed():
     many = pack_files({str(k): b"" for k in range(1 << 18)})
     assert refusal(unpack_files, many, 1 << 30) == "files: more than 1024 MiB, or too many names"

@@ -167,6 +167,7 @@ def full(limit, path):
     )
 
 
+@pytest.mark.slow
 @needs_limits
 def test_a_disk_that_is_full_during_the_run_is_one_error_and_what_is_there_reads(tmp_path):
     done = full(100_000, tmp_path / "run.rrd")
@@ -178,6 +179,7 @@ def test_a_disk_that_is_full_during_the_run_is_one_error_and_what_is_there_reads
     assert record.rows.tobytes() == np.concatenate(list(recorded_run.blocks(20.0)))[: len(record.rows)].tobytes()
 
 
+@pytest.mark.slow
 @needs_limits
 def test_a_disk_that_is_full_at_the_close_is_a_warning_and_all_reads(tmp_path):
     done = full(-350_000, tmp_path / "run.rrd")

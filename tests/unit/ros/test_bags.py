@@ -281,6 +281,7 @@ def killed(tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_a_killed_process_leaves_a_bag_that_is_clearly_broken(killed, name):
     with pytest.raises((AnyReaderError, FileNotFoundError), match=BROKEN[name]):

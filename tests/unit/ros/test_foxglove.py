@@ -134,6 +134,7 @@ def test_only_what_somebody_listens_to_is_wanted(server, wire):
     assert wire.traffic.clients == 0
 
 
+@pytest.mark.slow
 def test_a_client_that_does_not_read_holds_nothing_up(server, wire):
     async def silent():
         async with connect(

@@ -275,6 +275,7 @@ PLACES = [(part,) for part in TREE] + [
 ]  # fmt: skip
 
 
+@pytest.mark.slow
 @given(place=st.sampled_from(PLACES), value=JSON)
 def test_no_json_ends_in_anything_but_a_mesh_or_a_message(tmp_path_factory, place, value):
     file = tmp_path_factory.mktemp("glb") / "a.glb"

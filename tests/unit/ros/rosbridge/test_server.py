@@ -178,6 +178,7 @@ def test_clients_that_say_nothing_make_room(bridged, monkeypatch):
                 silent.recv(5.0)
 
 
+@pytest.mark.slow
 def test_handshakes_that_do_not_end_leave_room_for_others(bridged):
     peers = [socket.create_connection(("127.0.0.1", bridged.bridge.port)) for _ in range(300)]
     try:
