@@ -33,9 +33,9 @@ def read(path):
     return path.read_text(encoding="utf-8")
 
 
-@pytest.mark.slow
-@pytest.mark.nightly
-def test_what_contributing_adds_works_at_the_first_try(tmp_path):
+@pytest.fixture
+def changed(tmp_path):
+    """A copy of the sources with all that the page adds."""
     for name in PARTS:
         copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copy
         copy(ROOT / name, tmp_path / name)
@@ -43,25 +43,44 @@ def test_what_contributing_adds_works_at_the_first_try(tmp_path):
         path = tmp_path / file
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(read(path).replace(before, after) if before else after, encoding="utf-8")
-    own = {**environment(VRX_MJ_CACHE=tmp_path / "cache"), "PYTHONPATH": str(tmp_path / "src")}
-    for words in (
-        ["tools/format_pages.py"],
-        ["tools/cli_page.py"],
-        ["tools/gallery.py", "--text"],
-        ["-m", "vrx_mj", "digest", "ocean"],
-    ):
-        subprocess.run([sys.executable, *words], check=True, cwd=tmp_path, env=own)
-    names = (
+    return tmp_path
+
+
+def python(folder, *words):
+    own = {**environment(VRX_MJ_CACHE=folder / "cache"), "PYTHONPATH": str(folder / "src")}
+    done = subprocess.run(
+        [sys.executable, *words], check=False, cwd=folder, env=own, capture_output=True, encoding="utf-8"
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.mark.slow
+def test_what_contributing_adds_is_in_style_and_is_imported(changed):
+    python(changed, "-m", "ruff", "check", "--no-cache", "src", "tests")
+    new = re.findall(r"^--- /dev/null\n\+\+\+ b/src/(\S+)\.py$", "".join(DIFFS), re.MULTILINE)
+    assert len(new) == 7
+    python(changed, "-c", "; ".join(f"import {name.replace('/', '.')}" for name in new))
+
+
+@pytest.mark.slow
+@pytest.mark.nightly
+def test_what_contributing_adds_works_at_the_first_try(changed):
+    for words in (["tools/format_pages.py"], ["tools/cli_page.py"], ["tools/gallery.py", "--text"]):
+        python(changed, *words)
+    python(changed, "-m", "vrx_mj", "digest", "ocean")
+    files = (
         "test_kinds.py", "unit/tasks", "unit/runtime/test_effects.py", "unit/runtime/test_ocean.py",
         "unit/ros/test_table.py", "unit/ros/table/test_vrx3.py", "unit/cli/test_program.py",
+        "unit/cli/test_messages.py", "unit/cli/test_prepared_folders.py", "unit/config/test_broken.py",
         "unit/formats/test_csv_fleets.py", "unit/control/test_loitering.py", "unit/rl/problems/test_registry.py",
-        "integration/test_exploits.py", "integration/test_shipped_robots.py",
-        "integration/test_controllers_of_robots.py", "unit/tools/test_gallery.py",
+        "integration/test_shipped_robots.py", "unit/tools/test_gallery.py",
     )  # fmt: skip
-    chosen = "effect or spectrum or task or sensor or kind or list or topic or offer or command"
-    chosen += " or pram or fleets or loitering or Cruise or gallery"
-    program = [sys.executable, "-m", "pytest", "-v", "-p", "no:cacheprovider", "-m", "not nightly", "-k", chosen]
-    program += [f"tests/{name}" for name in names]
-    done = subprocess.run(program, check=False, cwd=tmp_path, env=own, capture_output=True, encoding="utf-8")
-    assert done.returncode == 0, done.stdout
-    assert all(f"[{name}]" in done.stdout for name in ("wallops", "rendezvous", "pram", "Cruise"))
+    pytest_run = ("-m", "pytest", "-v", "-p", "no:cacheprovider", "-n", "2")
+    said = python(changed, *pytest_run, *(f"tests/{name}" for name in files))
+    assert all(f"[{name}]" in said for name in ("wallops", "rendezvous", "pram", "digest", "Cruise"))
+    slow = ("integration/test_exploits.py", "integration/test_controllers_of_robots.py")
+    said = python(
+        changed, *pytest_run, "-m", "slow", "-k", "Cruise or pram-marine", *(f"tests/{name}" for name in slow)
+    )
+    assert " 2 passed" in said

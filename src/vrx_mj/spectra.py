@@ -156,7 +156,7 @@ class SpectrumKind(NamedTuple):
     shape: Callable[..., Spectrum]
     """Function of the angular frequency of the peak [rad/s], of a `Site`, and of the `keys` by name."""
     keys: tuple[str, ...] = ()
-    """Attributes of `config.sea.SeaConfig` on which the shape depends."""
+    """Attributes of `config.weather.SeaConfig` on which the shape depends."""
 
 
 SPECTRA: Mapping[str, SpectrumKind] = {

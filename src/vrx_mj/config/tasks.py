@@ -48,7 +48,7 @@ class ChannelConfig(Config):
     course: str | None = None
     """The object whose parts make the gates; by default the world itself."""
     gates: tuple[Gate, ...] = ()
-    """Names of [left, right] buoys in the order of crossing; by default red_bound_i with its partner i."""
+    """Names of [left, right] buoys in the order of crossing, left to starboard; by default red_bound_i, its partner."""
     obstacle_penalty: NonNegative = 10.0
     """Penalty for a collision [s]."""
     collision_buffer: NonNegative = 10.0

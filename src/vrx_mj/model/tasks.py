@@ -84,9 +84,9 @@ class Gate:
     """Two buoys."""
 
     left: Text = field(metadata=_name_of(_THING))
-    """Name of the buoy on the left."""
+    """Name of VRX's left buoy, which comes to starboard of a boat that crosses as it should."""
     right: Text = field(metadata=_name_of(_THING))
-    """Name of the buoy on the right."""
+    """Name of the other buoy, which comes to port."""
 
 
 @record

@@ -306,19 +306,21 @@ class TaskChunks:
     def _draw(self, time: float, poses: Mapping[str, Pose]) -> None:
         """Gates, bays and circles where they have changed."""
         progress = self._referee.progress
-        if "gates" in progress:
-            self._draw_gates(time, poses, progress["gates"])
+        if gates := [*parts_of(self._task, tasks.Gate)]:
+            self._draw_gates(time, poses, gates, progress.get("gates") or ["ahead"] * len(gates))
         if isinstance(self._task, tasks.Dock):
             colors = [_bay_color(bay, progress) for bay in self._task.bays]
             self._change(_bays_path(self._task), time, rr.LineStrips3D, colors=colors)
         for animal in progress.get("animals", ()):
             self._change(_animal_path(animal["name"]), time, rr.LineStrips3D, colors=[_animal_color(animal)])
 
-    def _draw_gates(self, time: float, poses: Mapping[str, Pose], fates: Sequence[str]) -> None:
+    def _draw_gates(
+        self, time: float, poses: Mapping[str, Pose], gates: Sequence[tasks.Gate], fates: Sequence[str]
+    ) -> None:
         """All gates, if one has another colour, or has drifted."""
         following = fates.index("ahead") if "ahead" in fates and not self._referee.is_over else -1
         colors = [FATES["next" if number == following else fate] for number, fate in enumerate(fates)]
-        ends = [(poses[gate.left], poses[gate.right]) for gate in parts_of(self._task, tasks.Gate)]
+        ends = [(poses[gate.left], poses[gate.right]) for gate in gates]
         drawn = self._drawn
         if drawn and drawn[1] == colors and (time - drawn[0] < _DRIFT_EVERY or _drift(drawn[2], ends) < _DRIFT):
             return

@@ -2,6 +2,7 @@
 
 import pytest
 
+from vrx_mj.cli.program import COMMANDS
 from vrx_mj.config.search import catalogue
 from vrx_mj.formats.gazebo.document import STRICT
 
@@ -15,8 +16,8 @@ FORM = "is not name=number, as in left=0.5,right=0.5"
 MESSAGES = {
     "runn ocean": "no command named 'runn'; did you mean 'run'?",
     "sail ocean": (
-        "no command named 'sail'; known: demo, run, view, new, import, compile, list, map, replay, score, "
-        "compare, convert and 10 more; vrx-mj --help explains them"
+        f"no command named 'sail'; known: {', '.join([*COMMANDS][:12])} and {len(COMMANDS) - 12} more; "
+        "vrx-mj --help explains them"
     ),
     "robot chek": "no command of vrx-mj robot named 'chek'; did you mean 'check'?",
     "--verison": "no option of vrx-mj named '--verison'; did you mean '--version'?",

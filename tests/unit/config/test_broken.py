@@ -1,8 +1,10 @@
 """Broken files and the whole message that each must give: `tests/broken/KIND/CASE.yaml` and `CASE.expected`.
 
-`tests/broken/ours` stands in for the package's own assets, so that what those hold changes no message.
+`...` is the rest of a list that grows. `tests/broken/ours` stands in for the package's own assets, so that what
+those hold changes no message.
 """
 
+import re
 from pathlib import Path
 
 import pytest
@@ -42,7 +44,8 @@ def message(kind, name):
 def test_a_broken_file_says_what_and_where(kind, name, monkeypatch):
     monkeypatch.chdir(BROKEN / kind)
     expected = (BROKEN / kind / name).with_suffix(".expected").read_text(encoding="utf-8")
-    assert message(kind, name) == expected.rstrip("\n")
+    pattern = re.escape(expected.rstrip("\n")).replace(re.escape(", ..., "), ", .*, ")
+    assert re.fullmatch(pattern, message(kind, name)), f"{message(kind, name)}\n\n{expected}"
 
 
 def test_there_are_enough_broken_files():
