@@ -200,7 +200,7 @@ from vrx_mj.cli.bench import child_cost
 from vrx_mj.drive.pilot import Terminal
 from vrx_mj.foreign.confinement import _limit as limit
 from vrx_mj.ros.network import addresses, interface_addresses, is_local
-from vrx_mj.ros.limits import _allowed as allowed
+from vrx_mj.ros.limits import _most_connections as allowed
 from vrx_mj.ros.network import who_listens
 from vrx_mj.runtime.limits import core_share, free_memory, process_memory, thread_count, total_memory
 with socket.create_server(("127.0.0.1", 0)) as server, Terminal() as terminal:

@@ -115,7 +115,7 @@ time.sleep(0.3)
 """
 MAKING = """
 import atexit, copy
-from vrx_mj import exits
+from vrx_mj import signals as exits
 world.save("saved")
 makers = [
     lambda: vrx_mj.compile_world("ocean"), lambda: vrx_mj.Simulation(world), lambda: vrx_mj.Batch(world, 2, threads=1),

@@ -186,7 +186,7 @@ def catkin_files(package: str, description: str, definitions: Sequence[Path] = (
     depends = sorted({kind.partition("/")[0] for kind in _used_definitions(package)}) if definitions else []
     uses = " ".join(depends)
     adds = "".join(
-        f"add_{kind}files_below(FILES {' '.join(names)})\n"
+        f"add_{kind}_files(FILES {' '.join(names)})\n"
         for kind, suffix in (("message", ".msg"), ("service", ".srv"))
         if (names := [file.name for file in definitions if file.suffix == suffix])
     )
