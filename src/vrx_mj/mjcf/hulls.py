@@ -69,7 +69,7 @@ def memory_of(hydro: Hydro, density: float) -> tuple[Memory, ...]:
 
 
 def diffraction_of(hydro: Hydro, density: float) -> Diffraction | None:
-    """The diffraction of a hull in water of a density [kg/m3], at even frequencies from 0 on, where it is none."""
+    """Diffraction of a hull in water of a density [kg/m3], at even frequencies from 0, where it vanishes."""
     if not hydro.diffraction:
         return None
     diffraction = np.array(hydro.diffraction)

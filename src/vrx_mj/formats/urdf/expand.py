@@ -81,7 +81,7 @@ class Files:
         return packages_named(name, self.folder, self.order, self.paths)
 
     def package(self, name: str) -> Path | None:
-        """The folder of a package, which may be read from then on; None: there is none of this name."""
+        """The folder of a package, readable from then on; None if no package has the name."""
         if not re.fullmatch(r"\w[\w.-]{0,199}", name):
             return None
         folder = next((each for each in self.package_folders(name) if each.is_dir() and not is_built_in(each)), None)
@@ -169,8 +169,8 @@ def expand(
     """The URDF that a `.xacro` file (or a `.urdf`, which has little to expand) makes, as XML text.
 
     `arguments` are the file's `$(arg NAME)`, of which it or the files in it must declare those that are `needed`.
-    `$(find NAME)` looks in `package_paths` and beside the file; our own packages come last, and in our own files,
-    whoever includes them, first. Where missing packages are ignored, what files include from one
+    `$(find NAME)` looks in `package_paths` and beside the file; our own packages come last, but first in our own
+    files, also where other files include them. Where missing packages are ignored, what files include from one
     and the macros that are unknown then are left out. A file may read only what lies there or in its own folder. Our
     own macros of worlds stand for those of `libraries`, packages of VRX. Warnings of xacro come as one VrxWarning.
     Raises ConfigError, or UnknownNameError for an argument.

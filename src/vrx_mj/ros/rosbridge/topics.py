@@ -364,7 +364,7 @@ class Services:
 
 
 async def _in_time(answer: Awaitable[_Answer], name: str, timeout: float) -> _Answer:
-    """The answer to a call of a service, so long [s] at most; CommandError: there is none."""
+    """Await the answer to a service call for so long [s] at most; CommandError without an answer."""
     longest = min(timeout or _LONGEST_CALL, _LONGEST_CALL)
     limit = asyncio.timeout(longest)
     try:
