@@ -71,8 +71,8 @@ class Intake:
 _MOST_CONNECTIONS = 4096
 _IN_USE = 7 / 8
 """Share of the places that connections in use may have, at most."""
-_SPARE_FILES = 200
-"""Open files that are left to everything else."""
+_SPARE_FILES = 600
+"""Open files that are left to everything else, rosbridge's clients among it, where a process may have so many."""
 
 
 class ConnectionLimit:
@@ -157,7 +157,7 @@ def _most_connections() -> int:
         with contextlib.suppress(OSError, ValueError):
             resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
         soft, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
-    return min(_MOST_CONNECTIONS, max(soft - _SPARE_FILES, 16)) if soft >= 0 else _MOST_CONNECTIONS
+    return min(_MOST_CONNECTIONS, max(soft - _SPARE_FILES, soft // 2)) if soft >= 0 else _MOST_CONNECTIONS
 
 
 class Pace:

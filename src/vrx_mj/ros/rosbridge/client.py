@@ -32,7 +32,7 @@ from vrx_mj.ros.rosbridge.codec import (
 from vrx_mj.ros.rosbridge.nodes import Republisher, Rosapi
 from vrx_mj.ros.rosbridge.topics import Offered, Services, Subscription, Topics, Written, node_name, respond
 
-MOST_CONNECTIONS = 192
+MOST_CONNECTIONS = 512
 _MOST_FRAGMENTS = 1 << 25
 """Characters of all clients' fragments that wait for the rest of their messages, at most."""
 
@@ -182,6 +182,7 @@ class Client:
     async def serve(self) -> None:
         """Do what it asks until it goes."""
         self._hub.clients[self.number] = self
+        self._hub.connections.wait(self._place)
         is_settled = False
         writing = asyncio.create_task(self._write())
         writing.add_done_callback(self._note_end_of_writing)
