@@ -137,7 +137,7 @@ def validate(
 
     Example: vrx-mj validate --quick -o report
     """
-    from vrx_mj.validation.report import CASES, counts, run_cases, select_cases, write_report
+    from vrx_mj.validation.report import CASES, counts, evidence, run_cases, select_cases, write_report
 
     if (case is None) != (data is None):
         raise CommandError("--case and --data belong together: the case, and what was measured")
@@ -152,7 +152,10 @@ def validate(
     _print(results)
     typer.echo(f"page: {page}")
     inside, known, total = counts(results)
-    typer.echo(f"{inside} of {total} inside" + f", {known} known to be outside" * bool(known))
+    kinds = "; ".join(f"{kind} {within} of {count}" for kind, within, count in evidence(results))
+    typer.echo(
+        f"{inside} of {total} inside" + f", {known} known to be outside" * bool(known) + f": {kinds}" * bool(kinds)
+    )
     if inside + known < total:
         raise SystemExit(1)
 

@@ -13,7 +13,7 @@ from vrx_mj.errors import UnknownNameError, VrxError
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.runtime.observation import BoatObservation
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.validation.rows import Case, Outcome, at_most
+from vrx_mj.validation.rows import EVIDENCE, Band, Case, Comparison, Outcome
 
 _READERS: dict[str, Callable[[BoatObservation], float]] = {
     "x": lambda seen: float(seen.position[0]),
@@ -110,6 +110,7 @@ def _comparisons(ours: dict[str, list[float]], config: MeasuredCaseConfig, measu
             own = theirs + apart
         known = np.isfinite(theirs)
         greatest = np.abs(apart[known]).max() if known.any() else math.nan
-        yield at_most(f"{name}: greatest difference", SIGNALS[of], signal.band, greatest)
+        band = Band(EVIDENCE[0], f"0 to {signal.band:g}")
+        yield Comparison(f"{name}: greatest difference", SIGNALS[of], None, greatest, band=band)
         series = Series("measured", measured.times, theirs, reference=True), Series("ours", measured.times, own)
         yield Chart(name, "time [s]", f"{of} [{SIGNALS[of]}]", series)

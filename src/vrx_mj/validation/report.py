@@ -5,7 +5,7 @@ import math
 import platform
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -29,7 +29,7 @@ from vrx_mj.validation.cases import (
     waves,
     winds,
 )
-from vrx_mj.validation.rows import Case, Row
+from vrx_mj.validation.rows import EVIDENCE, Case, Comparison, Row
 
 PAGE, RESULTS = "index.html", "results.json"
 _NEEDED = ("mujoco", "numba", "numpy")
@@ -67,7 +67,8 @@ def run_cases(cases: Sequence[Case], begun: Callable[[int, Case], None] = lambda
         start = time.monotonic()
         with event.install_timer("numba:compile", lambda _seconds: None) as timer:
             try:
-                found, error = list(case.run()), ""
+                found = [each.row(case.name) if isinstance(each, Comparison) else each for each in case.run()]
+                error = ""
             except VrxError as failure:
                 found, error = [], str(failure)
         compiling = timer.duration if timer.done else 0.0
@@ -84,11 +85,20 @@ def counts(results: Sequence[Result]) -> tuple[int, int, int]:
     return states.count("inside"), states.count("known"), len(states)
 
 
+def evidence(results: Sequence[Result]) -> list[tuple[str, int, int]]:
+    """Each kind of reference that there is, how many of its rows are inside, and how many there are."""
+    rows = [row for result in results for row in result.rows]
+    found = [(kind, [row.inside for row in rows if row.band.evidence == kind]) for kind in EVIDENCE]
+    return [(kind, sum(inside), len(inside)) for kind, inside in found if inside]
+
+
 def results_json(results: Sequence[Result]) -> dict[str, object]:
     """All rows with what they were made on. A number that is not finite is null."""
     inside, known, total = counts(results)
     cases = [_case_fields(result) for result in results]
-    return {"inside": inside, "known": known, "rows": total, "machine": _machine(), "cases": cases}
+    kinds = {kind: {"inside": within, "rows": count} for kind, within, count in evidence(results)}
+    figures = {"inside": inside, "known": known, "rows": total, "evidence": kinds}
+    return {**figures, "machine": _machine(), "cases": cases}
 
 
 def _case_fields(result: Result) -> dict[str, object]:
@@ -100,7 +110,9 @@ def _case_fields(result: Result) -> dict[str, object]:
 
 
 def _row_fields(row: Row) -> dict[str, object]:
-    fields = {**asdict(row), "difference": row.difference, "inside": row.inside, "state": row.state}
+    plain = {name: getattr(row, name) for name in ("quantity", "unit", "reference", "ours", "theory", "low", "high")}
+    judged = {"evidence": row.band.evidence, "band": row.band.words(row.unit), "use": row.use}
+    fields = {**plain, **judged, "difference": row.difference, "inside": row.inside, "state": row.state}
     infinite = {name: None for name, value in fields.items() if isinstance(value, float) and not math.isfinite(value)}
     return fields | infinite
 
@@ -114,7 +126,7 @@ def page(results: Sequence[Result], left_out: Sequence[Case] = ()) -> str:
     """The report as HTML; `left_out` are cases that it does not have."""
     inside, known, total = counts(results)
     template = _environment().get_template("page.html.j2")
-    facts = {"inside": inside, "known": known, "total": total, "machine": _machine()}
+    facts = {"inside": inside, "known": known, "total": total, "evidence": evidence(results), "machine": _machine()}
     return template.render(results=results, left_out=left_out, **facts)
 
 
@@ -148,7 +160,7 @@ def _difference(row: Row) -> str:
     if math.isnan(row.difference):
         return "–"
     text = f"{row.difference:+.3g}" if row.difference else "0"
-    if row.reference and "%" in row.band:
+    if row.reference and row.band.width.endswith("%"):
         return f"{text} ({100.0 * row.difference / abs(row.reference):+.2g} %)"
     return text
 

@@ -1,12 +1,13 @@
-"""What a case of the report is, and what it finds: rows of a reference, our value and a band, and charts.
+"""What a case of the report is, and what it finds: comparisons of a reference and our value, and charts.
 
 Tables and meshes of other programs and tanks, in `assets/validation`; each table names its source in its head.
 """
 
 import csv
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any, SupportsFloat
 
@@ -14,6 +15,7 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.draw.chart import Chart
+from vrx_mj.errors import VrxError
 from vrx_mj.resources import root
 
 
@@ -55,6 +57,45 @@ def mesh(name: str) -> tuple[FloatArray, IntArray]:
     return np.array(vertices, np.float64), np.array(triangles, np.int64)
 
 
+EVIDENCE = ("measured", "independent program", "closed form", "own earlier run", "number of a file")
+"""Kinds of references, from the strongest to the weakest."""
+
+
+@dataclass(frozen=True)
+class Band:
+    """What a reference is worth, and how near to it our value has to be."""
+
+    evidence: str
+    """One of `EVIDENCE`."""
+    width: str
+    """`1 %` of the reference to either side, `0.05` of the row's unit to either side, or the range `0.7 to 0.8`."""
+
+    def limits(self, reference: float | None) -> tuple[float, float]:
+        """Smallest and largest value that is inside, in the row's unit."""
+        low, _, high = self.width.partition(" to ")
+        if high:
+            return float(low), float(high)
+        assert reference is not None
+        share = self.width.removesuffix(" %")
+        half = float(share) if share == self.width else float(share) * abs(reference) / 100.0
+        return reference - half, reference + half
+
+    def words(self, unit: str) -> str:
+        """The band for readers."""
+        if self.width == "0":
+            return "equal"
+        text = self.width if self.width.endswith("%") else f"{self.width} {unit}".rstrip()
+        return text if " to " in text else f"± {text}"
+
+
+@cache
+def bands() -> Mapping[tuple[str, str], Band]:
+    """The bands of all rows of the report by case and quantity, from `assets/validation/bands.csv`."""
+    with (folder() / "bands.csv").open(encoding="utf-8", newline="") as file:
+        table = csv.DictReader(line for line in file if not line.startswith("#"))
+        return {(row["case"], row["quantity"]): Band(row["evidence"], row["band"]) for row in table}
+
+
 _KNOWN = 0.002
 """Greatest distance from exact theory of a row that is known to be outside, as a share of it."""
 
@@ -71,14 +112,20 @@ class Row:
     """Value of the reference; None where the reference is a range."""
     ours: float
     """Our value."""
-    low: float
-    """Smallest value that is inside."""
-    high: float
-    """Largest value that is inside."""
-    band: str
-    """The band, in words."""
+    band: Band
+    """What the reference is, and what is near enough."""
     theory: float | None = None
     """Value of exact theory, where the reference is another."""
+
+    @property
+    def low(self) -> float:
+        """Smallest value that is inside."""
+        return self.band.limits(self.reference)[0]
+
+    @property
+    def high(self) -> float:
+        """Largest value that is inside."""
+        return self.band.limits(self.reference)[1]
 
     @property
     def inside(self) -> bool:
@@ -99,39 +146,42 @@ class Row:
             return self.ours - self.reference
         return self.ours - min(max(self.ours, self.low), self.high) if math.isfinite(self.ours) else math.nan
 
-
-def near(
-    quantity: str,
-    unit: str,
-    reference: float,
-    ours: SupportsFloat,
-    *,
-    relative: float = 0.0,
-    absolute: float = 0.0,
-) -> Row:
-    """A row whose band is a share of the reference, or a distance from it in the row's unit."""
-    reference = float(reference)
-    half = max(relative * abs(reference), absolute)
-    words = f"± {100.0 * relative:g} %" if relative else f"± {absolute:g} {unit}".rstrip()
-    return Row(quantity, unit, reference, float(ours), reference - half, reference + half, words)
+    @property
+    def use(self) -> float | None:
+        """Share of the band that the difference takes; None where the band is a range, or equality."""
+        half = 0.5 * (self.high - self.low)
+        if self.reference is None:
+            return self.ours / self.high if self.low == 0.0 else None
+        return abs(self.difference) / half if half else None
 
 
-def between(quantity: str, unit: str, low: float, high: float, ours: SupportsFloat) -> Row:
-    """A row whose reference is a range."""
-    return Row(quantity, unit, None, float(ours), low, high, f"{low:g} to {high:g} {unit}".rstrip())
+@dataclass(frozen=True)
+class Comparison:
+    """What a case finds about one quantity."""
+
+    quantity: str
+    """What is compared, as `bands.csv` names it."""
+    unit: str
+    """Unit of all its numbers; empty for ratios and counts."""
+    reference: SupportsFloat | None
+    """Value of the reference; None where the band is a range."""
+    ours: SupportsFloat
+    """Our value."""
+    theory: float | None = None
+    """Value of exact theory, where the reference is another."""
+    band: Band | None = None
+    """The band, where `bands.csv` does not have it."""
+
+    def row(self, case: str) -> Row:
+        """The row of a case; VrxError: it has no band."""
+        band = self.band or bands().get((case, self.quantity))
+        if band is None:
+            raise VrxError(f"assets/validation/bands.csv: no band for {self.quantity!r} of case {case}")
+        reference = None if self.reference is None else float(self.reference)
+        return Row(self.quantity, self.unit, reference, float(self.ours), band, self.theory)
 
 
-def at_most(quantity: str, unit: str, reference: float, ours: SupportsFloat) -> Row:
-    """A row of a size, which the reference bounds."""
-    return Row(quantity, unit, None, float(ours), 0.0, reference, f"0 to {reference:g} {unit}".rstrip())
-
-
-def equal(quantity: str, unit: str, reference: float, ours: SupportsFloat) -> Row:
-    """A row whose value must be the reference itself, as a count."""
-    return Row(quantity, unit, float(reference), float(ours), reference, reference, "equal")
-
-
-Outcome = Iterator[Row | Chart]
+Outcome = Iterator[Comparison | Chart]
 """What a case finds: comparisons, and curves that show them."""
 
 

@@ -7,11 +7,11 @@ import pytest
 
 from vrx_mj.draw.chart import Chart
 from vrx_mj.validation import report
-from vrx_mj.validation.rows import Case, near
+from vrx_mj.validation.rows import Band, Case, Comparison
 
 
 def case(name, ours, **options):
-    found = near("force", "N", 100.0, ours, relative=0.01), Chart("", "", "", ())
+    found = Comparison("force", "N", 100.0, ours, band=Band("measured", "1 %")), Chart("", "", "", ())
     return Case(name, "A title", "set up.", "a source", (), lambda: iter(found), **options)
 
 
@@ -23,7 +23,7 @@ def three(monkeypatch):
 def test_all_inside(cli, folder, three):
     found = cli("validate", "--only", "one", "--only", "three")
     assert found.code == 0
-    assert found.out.splitlines()[-1] == "2 of 2 inside"
+    assert found.out.splitlines()[-1] == "2 of 2 inside: measured 2 of 2"
     assert "<html" in (folder / "report" / "index.html").read_text(encoding="utf-8")
     tree = json.loads((folder / "report" / "results.json").read_text(encoding="utf-8"))
     assert [each["name"] for each in tree["cases"]] == ["one", "three"]
@@ -32,7 +32,7 @@ def test_all_inside(cli, folder, three):
 def test_one_outside_is_printed_and_ends_with_1(cli, folder, three):
     found = cli("validate", "--quick", "-o", "there")
     assert found.code == 1
-    assert found.out.splitlines()[-1] == "1 of 2 inside"
+    assert found.out.splitlines()[-1] == "1 of 2 inside: measured 1 of 2"
     assert "two: force is 102 N, the band is 99 to 101" in found.out
     assert (folder / "there" / "index.html").is_file()
 
@@ -43,7 +43,7 @@ def test_rows_that_are_known_to_be_outside_do_not_end_with_1(cli, folder, monkey
     monkeypatch.setattr(report, "CASES", (case("one", 100.5), replace(known, run=lambda: iter([row]))))
     found = cli("validate")
     assert found.code == 0
-    assert found.out.splitlines()[-1] == "1 of 2 inside, 1 known to be outside"
+    assert found.out.splitlines()[-1] == "1 of 2 inside, 1 known to be outside: measured 1 of 2"
     assert "known: known: force is 102 N, the band is 99 to 101" in found.out
 
 
@@ -74,7 +74,7 @@ def test_measurements_of_a_user(cli, folder):
     (folder / "mine.csv").write_text("time,speed\n0,0\n1,9\n", encoding="utf-8")
     found = cli("validate", "--case", "mine.yaml", "--data", "mine.csv")
     assert found.code == 1
-    assert found.out.splitlines()[-1] == "0 of 1 inside"
+    assert found.out.splitlines()[-1] == "0 of 1 inside: measured 0 of 1"
 
 
 @pytest.mark.slow

@@ -10,7 +10,7 @@ from vrx_mj import Simulation, compile_world
 from vrx_mj.config.measured import MOST_BYTES, read_case, read_measurements
 from vrx_mj.errors import VrxError
 from vrx_mj.validation.measured import measured_case
-from vrx_mj.validation.rows import Row
+from vrx_mj.validation.report import run_cases
 
 WORLD = "physics: {profile: marine}\nsea: {model: none}\nspawn: {robot: skiff, sensors: none}\n"
 CASE = """
@@ -42,7 +42,8 @@ def measured(files, rows, case=CASE, head="time,surge,course"):
 
 
 def compared(files, rows):
-    return [found for found in measured(files, rows).run() if isinstance(found, Row)]
+    (result,) = run_cases([measured(files, rows)])
+    return result.rows
 
 
 def sailed(files):
@@ -79,7 +80,8 @@ def test_a_run_is_compared_sample_by_sample(files):
 def test_samples_may_lack_a_value_and_begin_late(files):
     rows = [(t, u if t != 5.0 else "", psi) for t, u, psi in sailed(files)[3:]]
     case = measured(files, rows)
-    surge, curves, course, _ = case.run()
+    (result,) = run_cases([case])
+    (surge, course), (curves, _) = result.rows, result.charts
     assert (surge.inside, course.inside) == (True, True)
     assert "10 samples of pull.csv, up to 12 s" in case.setup
     assert np.isnan(curves.series[0].y[2])

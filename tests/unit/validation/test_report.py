@@ -12,12 +12,12 @@ from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.errors import UnknownNameError, VrxError
 from vrx_mj.resources import root
 from vrx_mj.validation import rows as reference
-from vrx_mj.validation.report import CASES, counts, page, results_json, run_cases, select_cases, write_report
-from vrx_mj.validation.rows import Case, Row, between, case, near
+from vrx_mj.validation.report import CASES, counts, evidence, page, results_json, run_cases, select_cases, write_report
+from vrx_mj.validation.rows import Band, Case, Comparison, case
 
 
 def found(*ours):
-    yield from (near(f"row {value:g}", "m", 1.0, value, relative=0.1) for value in ours)
+    yield from (Comparison(f"row {value:g}", "m", 1.0, value, band=Band("measured", "10 %")) for value in ours)
     yield Chart("a chart", "x", "y", [Series("<ours>", [0.0, 1.0], [0.0, 1.0])])
 
 
@@ -38,7 +38,7 @@ def test_rows_are_counted_and_a_failed_case_is_one_that_is_outside():
 
 
 def test_rows_that_are_known_to_be_outside_are_counted_apart():
-    rows = [replace(row, theory=2.0) for row in found(1.0, 2.0) if isinstance(row, Row)]
+    rows = [replace(row, theory=2.0) for row in found(1.0, 2.0) if isinstance(row, Comparison)]
     results = run_cases([GOOD, made("known", lambda: rows), BAD])
     assert [result.state for result in results] == ["inside", "known", "outside"]
     assert counts(results) == (4, 1, 6)
@@ -46,6 +46,23 @@ def test_rows_that_are_known_to_be_outside_are_counted_apart():
     assert (tree["inside"], tree["known"], tree["rows"]) == (4, 1, 6)
     assert [each["state"] for each in tree["cases"][1]["rows"]] == ["inside", "known"]
     assert '<td class="l">known</td>' in page(results)
+
+
+def test_kinds_of_references_are_counted_apart():
+    def mixed():
+        yield from found(1.0, 2.0)
+        yield Comparison("other", "m", 1.0, 1.0, band=Band("closed form", "0"))
+
+    results = run_cases([made("mixed", mixed), FAILED])
+    assert evidence(results) == [("measured", 1, 2), ("closed form", 1, 1)]
+    kinds = {"measured": {"inside": 1, "rows": 2}, "closed form": {"inside": 1, "rows": 1}}
+    assert results_json(results)["evidence"] == kinds
+    assert "<b>1<small> / 2</small></b><span>measured</span>" in page(results)
+
+
+def test_a_row_without_a_band_fails_its_case():
+    (result,) = run_cases([made("bare", lambda: [Comparison("drift", "m", 1.0, 1.0)])])
+    assert result.error == "assets/validation/bands.csv: no band for 'drift' of case bare"
 
 
 def test_the_time_that_compiling_takes_is_told_apart():
@@ -69,7 +86,10 @@ def test_json_has_every_row():
 
 
 def test_numbers_that_json_does_not_have_are_null(tmp_path):
-    row = near("drift", "m", 1.0, math.inf, relative=0.1), between("rate", "", 0.0, 1.0, math.nan)
+    row = (
+        Comparison("drift", "m", 1.0, math.inf, band=Band("closed form", "10 %")),
+        Comparison("rate", "", None, math.nan, band=Band("closed form", "0 to 1")),
+    )
     results = run_cases([made("wild", lambda: row)])
     write_report(tmp_path / "a" / "report", results)
     tree = json.loads((tmp_path / "a" / "report" / "results.json").read_text(encoding="utf-8"))

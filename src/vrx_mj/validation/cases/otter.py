@@ -9,7 +9,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.frames import rotation
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.validation.rows import Outcome, case, near
+from vrx_mj.validation.rows import Comparison, Outcome, case
 from vrx_mj.validation.setups import GRAVITY, only_boat, packaged_simulation, record
 
 _THRUST = 0.02216 / 2.0
@@ -132,7 +132,7 @@ def otter_periods() -> Outcome:
     ours = _periods(by_pose, by_velocity)
     ours += [math.nan] * (len(_PERIODS) - len(ours))
     yield from (
-        near(f"damped period of {motion}", "s", reference, value, relative=0.01)
+        Comparison(f"damped period of {motion}", "s", reference, value)
         for (motion, reference), value in zip(_PERIODS.items(), ours, strict=False)
     )
 
@@ -160,7 +160,7 @@ def otter_surge() -> Outcome:
         command = _command(rate)
         times, speeds = record(sim, lambda sim: only_boat(sim).velocity[0], 100, 0.2, left=command, right=command)
         reference = 2.0 * _THRUST * rate**2 / _SURGE_DAMPING
-        yield near(f"speed at {rate:g} rad/s", "m/s", reference, speeds[-1], relative=0.01)
+        yield Comparison(f"speed at {rate:g} rad/s", "m/s", reference, speeds[-1])
         series.append(Series("closed form", times[[0, -1]], [reference] * 2, reference=True))
         series.append(Series(f"{rate:g} rad/s", times, speeds))
     yield Chart("Speed of the Otter", "time [s]", "speed [m/s]", series)
@@ -228,12 +228,12 @@ def otter_turn() -> Outcome:
     _, path = record(sim, lambda sim: only_boat(sim).position * (1.0, -1.0, 1.0), 300, 0.2, **commands)
     seen, (u, v, *_, r) = only_boat(sim), theirs[-1, 6:]
     ours = seen.velocity[0], -seen.velocity[1], -seen.angular_velocity[2]
-    yield near("speed ahead", "m/s", u, ours[0], relative=0.01)
-    yield near("speed to starboard", "m/s", v, ours[1], relative=0.01)
-    yield near("rate of turn to starboard", "rad/s", r, ours[2], relative=0.01)
-    yield near("radius", "m", math.hypot(u, v) / r, math.hypot(*ours[:2]) / ours[2], relative=0.01)
-    yield near("farthest ahead", "m", theirs[:, 0].max(), path[:, 0].max(), relative=0.01)
-    yield near("farthest to starboard", "m", theirs[:, 1].max(), path[:, 1].max(), relative=0.01)
+    yield Comparison("speed ahead", "m/s", u, ours[0])
+    yield Comparison("speed to starboard", "m/s", v, ours[1])
+    yield Comparison("rate of turn to starboard", "rad/s", r, ours[2])
+    yield Comparison("radius", "m", math.hypot(u, v) / r, math.hypot(*ours[:2]) / ours[2])
+    yield Comparison("farthest ahead", "m", theirs[:, 0].max(), path[:, 0].max())
+    yield Comparison("farthest to starboard", "m", theirs[:, 1].max(), path[:, 1].max())
     lines = (
         Series("his equations", theirs[::10, 1], theirs[::10, 0], reference=True),
         Series("ours", path[:, 1], path[:, 0]),

@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 
 from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.validation.rows import Outcome, between, case, near
+from vrx_mj.validation.rows import Comparison, Outcome, case
 from vrx_mj.validation.setups import marine_simulation, only_boat, packaged_simulation, record
 
 _TANK = "propeller_tank"
@@ -61,9 +61,9 @@ def propeller_lag() -> Outcome:
     thrusts = [_thrust_at(sim, 1.0) for _ in range(round(until / sim.timestep))]
     for share in (0.5, 1.0, 2.0, 4.0):
         found = thrusts[round(share * _LAG / sim.timestep) - 1]
-        yield near(f"thrust after {share:g} time constants", "N", _FULL * -math.expm1(-share), found, relative=1e-3)
+        yield Comparison(f"thrust after {share:g} time constants", "N", _FULL * -math.expm1(-share), found)
     energy = _POWER * quad(lambda t: (-math.expm1(-t / _LAG)) ** 1.5, 0.0, until)[0]
-    yield near("energy after 4 time constants", "J", energy, sim.energy(sim.boats[0]), relative=5e-3)
+    yield Comparison("energy after 4 time constants", "J", energy, sim.energy(sim.boats[0]))
     times = sim.timestep * np.arange(1, len(thrusts) + 1)
     closed = Series("closed form", times, -_FULL * np.expm1(-times / _LAG), reference=True)
     lines = closed, Series("ours", times, thrusts)
@@ -94,11 +94,11 @@ def propeller_speed() -> Outcome:
         still, stream = _run_with_thrust(command), _run_with_thrust(command, current={"speed": 1.0, "direction": 180.0})
         pulls = [_thrust_at(still, command, speed=each) for each in speeds]
         yield from (
-            near(f"thrust at {each:g} m/s, {thrust:g} N at rest", "N", _open_water(thrust, each), pull, relative=1e-3)
+            Comparison(f"thrust at {each:g} m/s, {thrust:g} N at rest", "N", _open_water(thrust, each), pull)
             for each, pull in zip(speeds, pulls, strict=True)
         )
         name = f"thrust in a current of 1 m/s from ahead, {thrust:g} N at rest"
-        yield near(name, "N", _open_water(thrust, 1.0), _thrust_at(stream, command), relative=1e-3)
+        yield Comparison(name, "N", _open_water(thrust, 1.0), _thrust_at(stream, command))
         series.append(Series("open-water line", speeds, [_open_water(thrust, each) for each in speeds], reference=True))
         series.append(Series(f"{thrust:g} N at rest", speeds, pulls, kind="points"))
     for command, thrust in _COMMANDS.items():
@@ -106,7 +106,7 @@ def propeller_speed() -> Outcome:
         name = f"speed of the boat, {thrust:g} N at rest"
         sim = packaged_simulation(_TANK)
         sim.step({sim.boats[0]: {"propeller": command}}, duration=30.0)
-        yield near(name, "m/s", root, only_boat(sim).velocity[0], relative=2e-3)
+        yield Comparison(name, "m/s", root, only_boat(sim).velocity[0])
     yield Chart("Thrust of the propeller", "speed through the water [m/s]", "thrust [N]", series)
 
 
@@ -129,7 +129,7 @@ def propeller_ventilation() -> Outcome:
     sim, depths = _run_with_thrust(1.0), np.linspace(-1.25, 1.25, 11)
     shares = [_thrust_at(sim, 1.0, height=_DEPTH - 0.5 * _DIAMETER * depth) / _FULL for depth in depths.tolist()]
     yield from (
-        near(f"share of the thrust, centre {depth:g} radii deep", "", _wet_share(depth), share, absolute=1e-4)
+        Comparison(f"share of the thrust, centre {depth:g} radii deep", "", _wet_share(depth), share)
         for depth, share in zip(depths.tolist(), shares, strict=True)
     )
     fine = np.linspace(-1.25, 1.25, 101)
@@ -168,10 +168,10 @@ def heron_speed() -> Outcome:
         sim.reset()
         times, speeds = record(sim, lambda sim: only_boat(sim).velocity[0], 100, 0.1, left=command, right=command)
         if command == _TOP:
-            yield between(f"top speed, {thrust:g} N a side", "m/s", _SLOWEST, _FASTEST, speeds[-1])
+            yield Comparison(f"top speed, {thrust:g} N a side", "m/s", None, speeds[-1])
         else:
             reference = math.sqrt(2.0 * thrust / _DAMPING)
-            yield near(f"speed, {thrust:g} N a side", "m/s", reference, speeds[-1], relative=0.01)
+            yield Comparison(f"speed, {thrust:g} N a side", "m/s", reference, speeds[-1])
         series.append(Series(f"{thrust:g} N a side", times, speeds))
     yield Chart("Speed of the Heron", "time [s]", "speed [m/s]", (*edges, *series))
 
@@ -210,7 +210,7 @@ def wamv_bollard() -> Outcome:
     sim = marine_simulation({"robot": "wamv", "boats": [{"name": "a", "pose": [0, 0, 0, 0, 0, 0]}]})
     ours = [_pull(sim, command) for command in _MEASURED]
     yield from (
-        near(f"pull at command {command:g}", "N", pull, own, absolute=5.0)
+        Comparison(f"pull at command {command:g}", "N", pull, own)
         for command, pull, own in zip(_MEASURED, _PULLS, ours, strict=True)
     )
     lines = Series("measured", _MEASURED, _PULLS, reference=True), Series("ours", _MEASURED, ours)

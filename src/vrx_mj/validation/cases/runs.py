@@ -10,7 +10,7 @@ from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.errors import DivergedError
 from vrx_mj.runtime.batch import Batch
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.validation.rows import Outcome, at_most, case, equal
+from vrx_mj.validation.rows import Comparison, Outcome, case
 from vrx_mj.validation.setups import (
     marine_simulation,
     marine_world,
@@ -38,7 +38,7 @@ def calm_hour() -> Outcome:
     Reference: Nothing acts that would move it.
     """
     _, places = record(packaged_simulation("barge"), lambda sim: only_boat(sim).position, 60, 60.0)
-    yield at_most("greatest distance from its place", "m", 1e-6, np.linalg.norm(places[1:], axis=1).max())
+    yield Comparison("greatest distance from its place", "m", None, np.linalg.norm(places[1:], axis=1).max())
 
 
 @case("physics/drag.py", "physics/thrust.py", "runtime/loop.py")
@@ -56,8 +56,8 @@ def mirrored() -> Outcome:
     )
     apart = np.abs(port[:, :2] - starboard[:, :2] * (1.0, -1.0)).max()
     turned = np.abs(np.sin(port[:, 2] + starboard[:, 2])).max()
-    yield at_most("greatest distance between the one and the mirrored other", "m", 1e-9, apart)
-    yield at_most("greatest difference of heading", "rad", 1e-9, turned)
+    yield Comparison("greatest distance between the one and the mirrored other", "m", None, apart)
+    yield Comparison("greatest difference of heading", "rad", None, turned)
     lines = (
         Series("to port", port[:, 0], port[:, 1], reference=True),
         Series("to starboard, mirrored", starboard[:, 0], -starboard[:, 1]),
@@ -96,8 +96,8 @@ def same_bits() -> Outcome:
         single.reset(11 + row)
         single.step(duration=5.0)
         different += single.get_state().sha256 != batch.get_state(row).sha256
-    yield equal("numbers of a boat's pose that differ alone and among 8", "", 0, apart.sum())
-    yield equal("rows of a batch of 4 whose state differs from a single run", "", 0, different)
+    yield Comparison("numbers of a boat's pose that differ alone and among 8", "", 0, apart.sum())
+    yield Comparison("rows of a batch of 4 whose state differs from a single run", "", 0, different)
 
 
 def _pile_up() -> Simulation:
@@ -153,4 +153,4 @@ def rough_treatment() -> Outcome:
                 bad += not bool(np.isfinite(sim.data.qpos).all() and np.isfinite(sim.data.qvel).all())
         except DivergedError:
             bad += 1
-        yield equal(f"samples of {name} that are not finite", "", 0, bad)
+        yield Comparison(f"samples of {name} that are not finite", "", 0, bad)

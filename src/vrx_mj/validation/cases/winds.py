@@ -10,7 +10,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.validation.cases.drifting import drift_in_beam_wind
-from vrx_mj.validation.rows import Outcome, case, near
+from vrx_mj.validation.rows import Comparison, Outcome, case
 from vrx_mj.validation.setups import PHYSICS, autocorrelation, marine_simulation, only_boat, packaged_simulation
 
 _SPEED = 12.0
@@ -54,13 +54,13 @@ def wind_profile() -> Outcome:
     roughness = 10.0 * math.exp(-1.0 / (0.0573 * math.sqrt(1.0 + 0.15 * _SPEED)))
     logarithm, power = _windy(roughness=roughness), _windy(exponent=_EXPONENT)
     for z in _HEIGHTS:
-        yield near(f"logarithmic, at {z:g} m", "m/s", _froya(z), _ahead(logarithm, z), relative=1e-6)
-        yield near(f"power law, at {z:g} m", "m/s", _SPEED * (z / 10.0) ** _EXPONENT, _ahead(power, z), relative=1e-6)
+        yield Comparison(f"logarithmic, at {z:g} m", "m/s", _froya(z), _ahead(logarithm, z))
+        yield Comparison(f"power law, at {z:g} m", "m/s", _SPEED * (z / 10.0) ** _EXPONENT, _ahead(power, z))
     sim = packaged_simulation("beam_wind", wind={"mean_velocity": _SPEED, "direction": 90, "exponent": _EXPONENT})
     sim.step(duration=60.0)
     drift = drift_in_beam_wind(_SPEED * (0.3 / 10.0) ** _EXPONENT)
     seen = only_boat(sim).velocity[1]
-    yield near("speed to lee of a boat 0.3 m high, power law", "m/s", drift, seen, relative=1e-3)
+    yield Comparison("speed to lee of a boat 0.3 m high, power law", "m/s", drift, seen)
     fine = np.linspace(0.25, 50.0, 200)
     lines = (
         Series("ISO 19901-1, power law", [_froya(z) for z in fine.tolist()], fine, reference=True),
@@ -108,14 +108,14 @@ def wind_gusts() -> Outcome:
             power += 2.0 * np.abs(np.fft.rfft(gust)) ** 2 / len(times) ** 2 / _SEEDS
         whole = _energy(_SLOWEST, _FASTEST, speed, z)
         name = f"variance at {z:g} m, {speed:g} m/s at 10 m"
-        yield near(name, "m2/s2", whole, power[1:].sum(), relative=0.02)
+        yield Comparison(name, "m2/s2", whole, power[1:].sum())
         if (speed, z) == (_SPEED, 10.0):
             shown = power
     for first, last in _BANDS:
         seen = shown[1:][(frequency[1:] >= first) & (frequency[1:] < last)].sum()
         closed = _energy(max(first, _SLOWEST), min(last, _FASTEST), _SPEED, 10.0)
         name = f"variance from {first:g} to {last:g} Hz, {_SPEED:g} m/s at 10 m"
-        yield near(name, "m2/s2", closed, seen, relative=0.05)
+        yield Comparison(name, "m2/s2", closed, seen)
     yield _spectrum(frequency, shown)
 
 
@@ -149,20 +149,18 @@ def wind_wander() -> Outcome:
     east, north, _ = _windy(turning=rate, direction=30.0).wind.velocity(times).T
     turned = np.degrees(np.unwrap(np.arctan2(north, east)))
     slope, start = np.polyfit(times, turned, 1)
-    yield near("rate of a turning wind", "deg/s", rate, slope, relative=1e-4)
-    yield near("its direction at time 0", "deg", 30.0, start, absolute=0.05)
+    yield Comparison("rate of a turning wind", "deg/s", rate, slope)
+    yield Comparison("its direction at time 0", "deg", 30.0, start)
     keys = {"var_gain": _GUST, "var_time": _KEPT, "var_direction": _TURN, "var_direction_time": _KEPT}
     sim, samples = _windy(seed=1, **keys), np.arange(20.0, _RECORD + 20.0, 0.1)
     east, north, _ = sim.wind.velocity(samples).T
     lags = np.arange(31)
     delays = 0.1 * lags
-    spread = 3.0 * math.sqrt(2.0 * _KEPT / _RECORD)
-    sway = round(3.0 * math.sqrt((1.0 - 3.0 * math.exp(-2.0)) * _KEPT / _RECORD), 4)
     series = [Series("closed form", delays, np.exp(-delays / _KEPT), reference=True)]
     kinds = ("gusts", np.hypot(east, north), _GUST), ("direction", np.degrees(np.arctan2(north, east)), _TURN)
     for name, found, deviation in kinds:
         variance, kept = autocorrelation(found - found.mean(), lags)
-        yield near(f"variance of the {name} over its closed form", "", 1.0, variance / deviation**2, relative=spread)
-        yield near(f"correlation of the {name} after a time constant", "", math.exp(-1.0), kept[10], absolute=sway)
+        yield Comparison(f"variance of the {name} over its closed form", "", 1.0, variance / deviation**2)
+        yield Comparison(f"correlation of the {name} after a time constant", "", math.exp(-1.0), kept[10])
         series.append(Series(name, delays, kept))
     yield Chart("Correlation", "lag [s]", "correlation", series)
