@@ -49,7 +49,7 @@ def test_a_robot_floats_upright_and_sails_ahead(robot):
     rest = sim.observe()["a"]
     assert abs(rest.roll) < 0.02
     assert abs(rest.pitch) < 0.05
-    assert -1.5 < rest.position[2] < 0.0
+    assert -1.5 < rest.position[2] < 0.01  # the Kingfisher has the hulls of the Heron, and is lighter
     sim.step(all_ahead(sim), duration=10.0)
     sailed = sim.observe()["a"]
     assert sailed.velocity[0] > 0.5

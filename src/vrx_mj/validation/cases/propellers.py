@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 
 from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.validation.rows import Comparison, Outcome, case
+from vrx_mj.validation.rows import Comparison, Outcome, case, folder, rows
 from vrx_mj.validation.setups import marine_simulation, only_boat, packaged_simulation, record
 
 _TANK = "propeller_tank"
@@ -215,3 +215,53 @@ def wamv_bollard() -> Outcome:
     )
     lines = Series("measured", _MEASURED, _PULLS, reference=True), Series("ours", _MEASURED, ours)
     yield Chart("Bollard pull of a WAM-V 16", "command", "pull of a propeller [N]", lines)
+
+
+_LAST = 0.3
+"""Share of a run over which its speed is the mean."""
+_KINGFISHERS = {
+    "fitted to the odd runs": "kingfisher",
+    "published bollard pull": str(folder() / "worlds" / "kingfisher_nps" / "robot.yaml"),
+}
+
+
+@case("physics/thrust.py", "physics/vessel.py", "runtime/loop.py", table="lake_runs")
+def heron_lake() -> Outcome:
+    """Speeds of a Kingfisher on a lake.
+
+    Robot kingfisher in still water and still air: each run from its speed at the start, with its commands at the end,
+    for as long; the speed is the mean of the last 30 %. Its thrust is fitted to the odd runs, and judged on the even
+    ones. Beside it the same boat with the thrust that was published with it, fitted to none.
+
+    Reference: How commands moved in a run is not known, so times to 63 % of a change are not compared.
+    """
+    measured = [row["speed_end_m_s"] for row in rows("lake_runs")]
+    commands = [row["port_command_end"] for row in rows("lake_runs")]
+    series = [Series("measured, odd runs", commands[::2], measured[::2], kind="points", reference=True)]
+    series.append(Series("measured, even runs", commands[1::2], measured[1::2], kind="points", reference=True))
+    for name, robot in _KINGFISHERS.items():
+        speeds = _lake_speeds(robot)
+        even = np.subtract(speeds, measured)[1::2]
+        yield Comparison(
+            f"speed, root mean square difference, even runs, {name}", "m/s", None, np.sqrt(np.mean(even**2))
+        )
+        for run in range(1, len(measured), 2) if robot == "kingfisher" else ():
+            yield Comparison(f"speed of run {run + 1}", "m/s", measured[run], speeds[run])
+        series.append(Series(name, commands, speeds, kind="points"))
+    yield Chart("Speeds on the lake", "command", "speed [m/s]", series)
+
+
+def _lake_speeds(robot: str) -> list[float]:
+    """Speed over the last part of each run [m/s]."""
+    boat = {"name": "a", "pose": [0, 0, 0, 0, 0, 0]}
+    sim = marine_simulation({"robot": robot, "sensors": "none", "boats": [boat]})
+    found = []
+    for row in rows("lake_runs"):
+        sim.reset()
+        sim.set_boat("a", velocity=(row["speed_at_start_m_s"], 0.0, 0.0, 0.0, 0.0, 0.0))
+        command = {"left": row["port_command_end"], "right": row["starboard_command_end"]}
+        sim.step({"a": command}, duration=(1.0 - _LAST) * row["duration_s"])
+        begin = only_boat(sim).position[0]
+        sim.step({"a": command}, duration=_LAST * row["duration_s"])
+        found.append(float(only_boat(sim).position[0] - begin) / (_LAST * row["duration_s"]))
+    return found
