@@ -31,6 +31,7 @@ from vrx_mj.config.values import (
 )
 from vrx_mj.config.wording import literal
 from vrx_mj.errors import VrxError
+from vrx_mj.model.boats import MOST_SKEGS, MOST_STRIPS
 
 FORMAT = 1
 """Version of the file."""
@@ -252,11 +253,6 @@ class PropellerConfig(Config):
             found.append((("thrust",), "a thrust other than 0 is needed: all are 0 N"))
         return found
 
-
-MOST_STRIPS = 200
-"""Strips that a hull may have."""
-MOST_SKEGS = 10
-"""Skegs that a hull may have."""
 
 Row = Annotated[tuple[Number, Number, Number, Number, Number, Number], numbers("surge sway heave roll pitch yaw")]
 _OfMatrix = Only("hydrostatics", ("matrix",))

@@ -29,7 +29,6 @@ from vrx_mj.config.values import (
     Point,
     Pose,
     Positive,
-    Seed,
     Switch,
     Vec3,
     demand,
@@ -38,6 +37,7 @@ from vrx_mj.config.values import (
 )
 from vrx_mj.errors import UnknownNameError, VrxError, VrxWarning
 from vrx_mj.frames import apply, rotation
+from vrx_mj.model.kinds import Seed
 
 MOST_LINKS = 64
 """Links of an object beside its own."""

@@ -24,10 +24,11 @@ from vrx_mj.config.loading import Loading, loads, read_source, referenced_file, 
 from vrx_mj.config.search import WORLD_SUFFIXES, contained_file
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.config.tree import File, Section, merge, of_python
-from vrx_mj.config.values import MAX_NUMBER, Name, NonNegative, Number, Positive, Share, Switch, Vec3, demand, numbers
+from vrx_mj.config.values import MAX_NUMBER, Name, NonNegative, Number, Positive, Switch, Vec3, demand, numbers
 from vrx_mj.config.weather import WindageConfig
 from vrx_mj.config.wording import literal
 from vrx_mj.errors import UnknownNameError, VrxError
+from vrx_mj.model.kinds import Share
 
 _DESCRIPTIONS = (".urdf.xacro", *WORLD_SUFFIXES, ".xacro", ".urdf")
 """How a robot's description may end, the longest first."""

@@ -11,6 +11,7 @@ from pydantic import AfterValidator, BeforeValidator, Discriminator, Field
 from vrx_mj.config.base import fault
 from vrx_mj.config.wording import literal
 from vrx_mj.errors import UnknownNameError
+from vrx_mj.model.kinds import Latitude, Longitude, Share
 
 MAX_NUMBER = 1e9
 """Largest number that a file may give, in any unit: what is larger has no physics."""
@@ -127,11 +128,7 @@ Positive = Annotated[
     demand(lambda value: value >= MIN_POSITIVE, f"must be at least {MIN_POSITIVE:g}, got {{}}"),
 ]
 NonNegative = Annotated[float, Field(ge=0, le=MAX_NUMBER)]
-Seed = Annotated[int, Field(ge=0, lt=2**63)]
 Coordinate = Annotated[float, Field(ge=-MAX_COORDINATE, le=MAX_COORDINATE)]
-Latitude = Annotated[float, Field(ge=-90, le=90)]
-Longitude = Annotated[float, Field(ge=-180, le=180)]
-Share = Annotated[float, Field(ge=0, le=1)]
 
 Vec3 = Annotated[tuple[Coordinate, Coordinate, Coordinate], numbers("x y z")]
 Inertia = Annotated[

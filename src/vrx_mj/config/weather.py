@@ -17,11 +17,12 @@ from vrx_mj.config.base import Config, Fault, InFolder, Only, column_faults, exc
 from vrx_mj.config.loading import loads
 from vrx_mj.config.search import contained_file
 from vrx_mj.config.tree import Section
-from vrx_mj.config.values import MAX_NUMBER, NonNegative, Number, Positive, Seed, Vec3, demand, numbers
+from vrx_mj.config.values import MAX_NUMBER, NonNegative, Number, Positive, Vec3, demand, numbers
 from vrx_mj.config.wording import literal
 from vrx_mj.config.yaml_text import read_lines
 from vrx_mj.constants import SEA_WATER_DENSITY
 from vrx_mj.errors import VrxError
+from vrx_mj.model.kinds import Seed
 from vrx_mj.spectra import (
     REGULAR,
     SEA_STATES,

@@ -22,26 +22,13 @@ from vrx_mj.config.search import find_terrain
 from vrx_mj.config.shapes import Size
 from vrx_mj.config.tasks import Task
 from vrx_mj.config.tree import Loc, Section
-from vrx_mj.config.values import (
-    Cartesian,
-    Color,
-    Latitude,
-    Longitude,
-    NonNegative,
-    Number,
-    Pose,
-    Seed,
-    Share,
-    Switch,
-    as_switch,
-    by_type,
-    demand,
-)
+from vrx_mj.config.values import Cartesian, Color, NonNegative, Number, Pose, Switch, as_switch, by_type, demand
 from vrx_mj.config.weather import CurrentConfig, SeaConfig, WindConfig
 from vrx_mj.config.wording import literal
 from vrx_mj.constants import GRAVITY, LONGEST_STEP, SHORTEST_STEP
 from vrx_mj.errors import VrxWarning
 from vrx_mj.frames import Geodetic
+from vrx_mj.model.kinds import Latitude, Longitude, Seed, Share
 from vrx_mj.spectra import VRX_SEAS
 
 

@@ -8,9 +8,6 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from vrx_mj.config.dynamics import MOST_SKEGS, MOST_STRIPS
-from vrx_mj.config.fleet import AisClass
-from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.model.kinds import (
     LEFT_OUT,
     TIED,
@@ -45,6 +42,12 @@ from vrx_mj.physics.tables import BLADES, MESH, NEWTONS
 
 MOST_TRIANGLES = 5000
 """Largest number of triangles of a hull's mesh."""
+MOST_STRIPS = 200
+"""Strips that a hull may have."""
+MOST_SKEGS = 10
+"""Skegs that a hull may have."""
+AisClass = Literal["A", "B"]
+"""Class of a transponder of AIS."""
 
 
 _WindPoint = Annotated[tuple[Angle, Real, Real, Real], Parts("angle", "surge", "sway", "yaw")]
@@ -375,34 +378,6 @@ class Thruster:
         if self.in_newtons:
             return self.max_reverse, self.max_forward
         return -self.max_command, self.max_command
-
-
-@record
-class Sensor:
-    """A sensor on a boat."""
-
-    boat: Text
-    """Name of the boat."""
-    body: Text
-    """Name of the MJCF's body that carries it."""
-    position: Vec3
-    """Place in that body [m]."""
-    rotation: Matrix
-    """Axes of the sensor in that body's axes."""
-    frame: Text
-    """Name of the frame of its readings."""
-    config: SensorConfig
-    """Type, rate, errors, and the pose on its boat."""
-
-    @property
-    def name(self) -> str:
-        """Name of the sensor on its boat."""
-        return self.config.name
-
-    @property
-    def type(self) -> str:
-        """Kind of sensor: `camera`, `gps`, `ball_shooter`..."""
-        return self.config.type
 
 
 @record

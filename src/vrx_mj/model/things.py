@@ -9,7 +9,6 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from vrx_mj.config.values import Latitude, Longitude
 from vrx_mj.frames import Geodetic
 from vrx_mj.model.kinds import (
     LEFT_OUT,
@@ -17,6 +16,8 @@ from vrx_mj.model.kinds import (
     Degrees,
     Flag,
     Index,
+    Latitude,
+    Longitude,
     Matrix,
     NonNegative,
     Pose,

@@ -5,9 +5,8 @@ from typing import Annotated
 
 from pydantic import Field
 
-from vrx_mj.config.values import Seed
 from vrx_mj.constants import WATER_DENSITY, WAVE_GRAVITY
-from vrx_mj.model.kinds import LEFT_OUT, TIED, Flag, Heading, NonNegative, Positive, Real, Share, Vec2, record
+from vrx_mj.model.kinds import LEFT_OUT, TIED, Flag, Heading, NonNegative, Positive, Real, Seed, Share, Vec2, record
 from vrx_mj.spectra import SPECTRA, SeaModel
 
 
