@@ -2,14 +2,15 @@
 
 import json
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, get_args
 
+from annotated_types import GroupedMetadata, Gt
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field
 
-from vrx_mj.config.base import fault
-from vrx_mj.config.wording import literal
+from vrx_mj.config.wording import fault, literal
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.model.kinds import Latitude, Longitude, Share
 
@@ -121,12 +122,9 @@ def as_switch(value: object) -> object:
 NotEmpty = demand(bool, "must not be empty")
 """Demands at least one entry in a list."""
 
+_NOT_TINY = demand(lambda value: value is None or value >= MIN_POSITIVE, f"must be at least {MIN_POSITIVE:g}, got {{}}")
 Number = Annotated[float, Field(ge=-MAX_NUMBER, le=MAX_NUMBER)]
-Positive = Annotated[
-    float,
-    Field(gt=0, le=MAX_NUMBER),
-    demand(lambda value: value >= MIN_POSITIVE, f"must be at least {MIN_POSITIVE:g}, got {{}}"),
-]
+Positive = Annotated[float, Field(gt=0, le=MAX_NUMBER), _NOT_TINY]
 NonNegative = Annotated[float, Field(ge=0, le=MAX_NUMBER)]
 Coordinate = Annotated[float, Field(ge=-MAX_COORDINATE, le=MAX_COORDINATE)]
 
@@ -161,3 +159,27 @@ Name = Annotated[
 
 Switch = Annotated[bool, BeforeValidator(as_switch)]
 """True or false; a file may also say yes, no, on or off."""
+
+
+@dataclass(frozen=True)
+class NumberOf(GroupedMetadata):
+    """Mark of a number whose range, unit and meaning a dataclass of `model` declares.
+
+    A narrower range, or a docstring with other words or a file's degrees, that the key has besides goes before.
+    """
+
+    record: Any
+    """The dataclass."""
+    name: str
+    """Its field."""
+
+    def __iter__(self) -> Iterator[Any]:
+        """Limits of the field, of sizes that files may give."""
+        kind = next(field.type for field in fields(self.record) if field.name == self.name)
+        marks: Any = getattr(kind, "__metadata__", None) or get_args(kind)[0].__metadata__
+        limits = [limit for mark in marks for limit in getattr(mark, "metadata", ())]
+        for limit in limits:
+            for size in (getattr(limit, name) for name in ("ge", "gt", "le", "lt") if hasattr(limit, name)):
+                yield type(limit)(min(max(size, -MAX_NUMBER), MAX_NUMBER))
+        if Gt(0.0) in limits:
+            yield _NOT_TINY

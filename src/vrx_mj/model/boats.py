@@ -62,9 +62,9 @@ class Windage:
     """Windage of a hull: areas and coefficients; angles are those off the bow from which the wind comes."""
 
     frontal_area: Positive
-    """Area seen from ahead [m2]."""
+    """Area above the water, seen from ahead [m2]."""
     lateral_area: Positive
-    """Area seen from the side [m2]."""
+    """Area above the water, seen from the side [m2]."""
     length: Positive
     """Length overall [m]."""
     height: NonNegative
@@ -247,7 +247,9 @@ class Station:
     """Length of the piece [m]."""
 
 
-ThrustPoint = Annotated[tuple[Annotated[float, Field(ge=-1.0, le=1.0)], Real], Parts("command", "thrust")]
+Command = Annotated[float, Field(ge=-1.0, le=1.0)]
+"""Share of the largest command, astern below 0."""
+ThrustPoint = Annotated[tuple[Command, Real], Parts("command", "thrust")]
 
 
 @record
@@ -326,7 +328,7 @@ class Thruster:
     timeout: Real
     """Time for which a command holds [s]; for ever unless above 0."""
     max_angle: NonNegative
-    """Largest steering angle [rad]."""
+    """Largest steering angle either way [rad]."""
     kp: NonNegative
     """Stiffness of the servo [N m/rad]."""
     kd: NonNegative
@@ -463,7 +465,7 @@ class WindCoefficients:
     link: Text | None = None
     """VRX's link_name: of an object that has joints, the link that is pushed; by default its own."""
     coefficients: tuple[Coefficient, Coefficient, Coefficient]
-    """Coefficients x, y [N s2/m2] and turning [N m s2/m2]."""
+    """Coefficients of the force along x and y and of the torque about z [N s2/m2, N m s2/m2]."""
 
 
 @record

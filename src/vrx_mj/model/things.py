@@ -138,9 +138,9 @@ class Mooring:
     anchor: Vec2
     """Place of that point at rest, x and y [m]."""
     stiffness: NonNegative
-    """Stiffness [N/m]."""
+    """Stiffness of one line [N/m]."""
     damping: NonNegative
-    """Damping [N s/m]."""
+    """Damping of one line [N s/m]."""
 
 
 @record
@@ -284,7 +284,7 @@ class Georeference(Geodetic):
     longitude: Longitude
     """Longitude [degrees]."""
     elevation: Real
-    """Height above the ellipsoid [m]."""
+    """Height of the origin above the ellipsoid [m]."""
     heading: Degrees
     """Direction of the world's x axis [degrees], counter-clockwise from east."""
 
