@@ -5,7 +5,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Annotated, Any, get_args
+from typing import Annotated, Any, Union, get_args, get_origin
 
 from annotated_types import GroupedMetadata, Gt
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field
@@ -176,8 +176,8 @@ class NumberOf(GroupedMetadata):
     def __iter__(self) -> Iterator[Any]:
         """Limits of the field, of sizes that files may give."""
         kind = next(field.type for field in fields(self.record) if field.name == self.name)
-        marks: Any = getattr(kind, "__metadata__", None) or get_args(kind)[0].__metadata__
-        limits = [limit for mark in marks for limit in getattr(mark, "metadata", ())]
+        kind = get_args(kind)[0] if get_origin(kind) is Union else kind
+        limits = [limit for mark in getattr(kind, "__metadata__", ()) for limit in getattr(mark, "metadata", ())]
         for limit in limits:
             for size in (getattr(limit, name) for name in ("ge", "gt", "le", "lt") if hasattr(limit, name)):
                 yield type(limit)(min(max(size, -MAX_NUMBER), MAX_NUMBER))
