@@ -251,9 +251,21 @@ def _table(name: str) -> TypeAdapter[Any]:
     return TypeAdapter(get_type_hints(Parameters, include_extras=True)[name])
 
 
+def json_entries(values: Parameters | Mapping[str, object]) -> dict[str, str]:
+    """JSON texts of the entries of parameters, or of some of them by name, for `joined_entries`."""
+    tree = tree_of(values).items()
+    return {key: json.dumps(value, indent=1, ensure_ascii=False, allow_nan=False) for key, value in tree}
+
+
+def joined_entries(entries: Mapping[str, str]) -> str:
+    """The text of all entries of parameters."""
+    lines = (f'"{key}": {text}'.replace("\n", "\n ") for key, text in entries.items())
+    return "{\n " + ",\n ".join(lines) + "\n}\n"
+
+
 def json_of(parameters: Parameters) -> str:
     """The text from which `parameters_of` makes the same parameters again."""
-    return json.dumps(tree_of(parameters), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    return joined_entries(json_entries(parameters))
 
 
 def without_descriptions(parameters: Parameters) -> Parameters:
