@@ -341,7 +341,7 @@ def test_contributing_shows_the_layers_that_are_checked():
     shown_layers = [re.split(r"\s{2,}", line)[0].split(" | ") for line in block.splitlines()]
     assert shown_layers == [re.sub(r"[()]", "", layer).split(" | ") for layer in checked]
     top = {path.stem for path in (REPO / "src" / "vrx_mj").iterdir() if not path.name.startswith("_")} - {"py"}
-    assert {name for layer in shown_layers for name in layer} == top
+    assert {name.split(".")[0] for layer in shown_layers for name in layer} == top
 
 
 def test_files_that_contributing_names_exist():

@@ -23,7 +23,7 @@ from vrx_mj.config.objects import ObjectConfig, PathConfig
 from vrx_mj.config.robots import Arguments, RobotConfig
 from vrx_mj.config.shapes import Factor
 from vrx_mj.config.tasks import TASKS, Gate, Task
-from vrx_mj.config.values import MAX_NUMBER, Color, Coordinate, Name, Pose, Switch
+from vrx_mj.config.values import MAX_NUMBER, Color, Coordinate, Name, NumberOf, Pose, Switch
 from vrx_mj.config.world import Sensors, WorldConfig
 from vrx_mj.formats.parts.compliance import load_rules
 from vrx_mj.formats.parts.read import PartType, part_types
@@ -133,8 +133,11 @@ class Writer:
             each = {self.words(part, path) for part in get_args(inner)}
             limit = each.pop().removeprefix("number").removeprefix(",") if len(each) == 1 else ""
             return f"[{', '.join(labels)}]" + (f", each {limit.strip()}" if limit else "")
-        limits = ", ".join(limit for each in metadata for limit in limits_of(each))
-        return self.words(inner, path) + (f", {limits}" if limits else "")
+        words = self.words(inner, path)
+        ranked = sorted(metadata, key=lambda each: not isinstance(each, NumberOf))  # a key's own limits are narrower
+        sides = {limit.startswith(("above", "at least")): limit for each in ranked for limit in limits_of(each)}
+        limits = ", ".join(sides[low] for low in (True, False) if low in sides)
+        return words + (f", {limits}" if limits and "number, " not in words else "")
 
     def link(self, model: type[Config], path: str) -> str:
         """Where a model is described; a new one gets a section of this page."""
@@ -176,8 +179,8 @@ def labels_of(validator: Any) -> list[str] | None:
 
 def limits_of(constraint: Any) -> Iterator[str]:
     """Limits of a number in words."""
-    if isinstance(constraint, FieldInfo):
-        for each in constraint.metadata:
+    if isinstance(constraint, FieldInfo | NumberOf):
+        for each in constraint.metadata if isinstance(constraint, FieldInfo) else constraint:
             yield from limits_of(each)
     for name, words in (("gt", "above"), ("ge", "at least"), ("lt", "below"), ("le", "at most")):
         limit = getattr(constraint, name, None)

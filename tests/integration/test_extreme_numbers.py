@@ -11,7 +11,7 @@ from pydantic.fields import FieldInfo
 import vrx_mj
 import vrx_mj.config
 from vrx_mj.config.base import Config
-from vrx_mj.config.values import MAX_NUMBER, MIN_POSITIVE
+from vrx_mj.config.values import MAX_NUMBER, MIN_POSITIVE, NumberOf
 from vrx_mj.errors import ConfigError, VrxError
 
 FLEET = {"boats": [{"name": "a", "pose": [0, 0, 0.1, 0, 0, 0], "sensors": "none"}]}
@@ -60,23 +60,50 @@ def models_of(base):
         yield from models_of(model)
 
 
+def parts_of(mark):
+    """The marks that one stands for."""
+    return mark.metadata if isinstance(mark, FieldInfo) else mark if isinstance(mark, NumberOf) else [mark]
+
+
 def numbers_in(annotation, marks=()):
     """Marks of every float in an annotation."""
     if annotation is float:
-        yield [limit for mark in marks for limit in (mark.metadata if isinstance(mark, FieldInfo) else [mark])]
+        yield marks
     own = annotation.__metadata__ if get_origin(annotation) is Annotated else ()
     outer = () if get_origin(annotation) in {tuple, dict} else marks
     for part in get_args(annotation)[: 1 if own else None]:
         yield from numbers_in(part, (*own, *outer))
 
 
-def test_every_number_of_a_file_has_limits():
+def limits_of(marks):
+    """Limits in marks, as names and numbers."""
+    parts = [part for mark in marks for part in parts_of(mark)]
+    return {(key, limit) for part in parts for key in ("ge", "gt", "le", "lt")
+            if (limit := getattr(part, key, None)) is not None}  # fmt: skip
+
+
+def numbers_of_files():
+    """Model, key and marks of every number of a file."""
     for module in pkgutil.walk_packages(vrx_mj.config.__path__, "vrx_mj.config."):
         importlib.import_module(module.name)
     fields = [(model, *item) for model in models_of(Config) for item in model.model_fields.items()]
-    found = [(model, name, marks) for model, name, own in fields for marks in numbers_in(own.annotation, own.metadata)]
+    return [(model, name, marks) for model, name, own in fields for marks in numbers_in(own.annotation, own.metadata)]
+
+
+def test_every_number_of_a_file_has_limits():
+    found = numbers_of_files()
     assert len(found) > 500
     for model, name, marks in found:
-        given = {key for mark in marks for key in ("ge", "gt", "le", "lt") if getattr(mark, key, None) is not None}
+        given = {key for key, _ in limits_of(marks)}
         assert given & {"ge", "gt"}, f"{model.__name__}.{name} has no lower limit"
         assert given & {"le", "lt"}, f"{model.__name__}.{name} has no upper limit"
+
+
+def test_a_key_repeats_no_limit_of_the_number_that_it_gives():
+    """The dataclass declares the range; a key has narrower limits alone."""
+    found = [(each, marks) for *each, marks in numbers_of_files() if any(isinstance(mark, NumberOf) for mark in marks)]
+    assert len(found) > 50
+    for each, marks in found:
+        declared, own = (limits_of([mark for mark in marks if isinstance(mark, NumberOf) is is_declared])
+                         for is_declared in (True, False))  # fmt: skip
+        assert not {limit for limit in own & declared if abs(limit[1]) != MAX_NUMBER}, each

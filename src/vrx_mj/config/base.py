@@ -15,15 +15,11 @@ from pydantic.fields import FieldInfo
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from vrx_mj.config.tree import Section
-from vrx_mj.config.wording import literal, one_of, unknown_key
+from vrx_mj.config.values import NumberOf
+from vrx_mj.config.wording import fault, literal, one_of, unknown_key
 
 Fault = tuple[tuple[str | int, ...], str | PydanticCustomError]
 """A mistake inside the value at hand: its path from here, and the message or the error."""
-
-
-def fault(message: str, **where: object) -> PydanticCustomError:
-    """An error about the value at hand; `where` is what the loader makes its place of."""
-    return PydanticCustomError("vrx", "{message}", {"message": message, **where})
 
 
 def faults(*found: Fault) -> ValidationError:
@@ -172,11 +168,12 @@ def keys_of(model: type[Config]) -> list[str]:
 
 
 def field_docstrings(model: type[Config]) -> dict[str, str]:
-    """The docstrings under a model's fields, its base classes' included.
+    """The docstrings under a model's fields, its base classes' included; of numbers without, those of `model`.
 
     Read when asked for: pydantic's `use_attribute_docstrings` reads the source of every model in every process.
     """
-    found: dict[str, str] = {}
+    marks = ((key, mark) for key, field in model.model_fields.items() for mark in field.metadata)
+    found = {key: own_docstrings(mark.record)[mark.name] for key, mark in marks if isinstance(mark, NumberOf)}
     for owner in (base for base in reversed(model.__mro__) if issubclass(base, Config)):
         found |= own_docstrings(owner)
     return found

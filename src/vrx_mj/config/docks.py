@@ -19,7 +19,7 @@ from typing import Annotated, Literal, NamedTuple, get_args
 
 from pydantic import AfterValidator, BeforeValidator, Field
 
-from vrx_mj.config.base import Config, Fault, InFolder, Only, duplicate_names, fault, faults
+from vrx_mj.config.base import Config, Fault, InFolder, Only, duplicate_names, faults
 from vrx_mj.config.loading import loads, referenced_file
 from vrx_mj.config.search import display
 from vrx_mj.config.shapes import Size
@@ -27,9 +27,9 @@ from vrx_mj.config.tree import Items
 from vrx_mj.config.values import (
     COLORS,
     Name,
-    NonNegative,
     NotEmpty,
     Number,
+    NumberOf,
     Pose,
     Switch,
     Vec3,
@@ -37,10 +37,11 @@ from vrx_mj.config.values import (
     numbers,
     several,
 )
-from vrx_mj.config.wording import literal, one_of
+from vrx_mj.config.wording import fault, literal, one_of
 from vrx_mj.config.yaml_text import find_lookalikes, read_lines
 from vrx_mj.errors import ConfigError, Problem, VrxError
 from vrx_mj.frames import apply, rotation
+from vrx_mj.model.things import Mooring
 
 Cell = tuple[int, int]
 """Row and column of a block, counted from 0."""
@@ -365,10 +366,8 @@ _Block = Annotated[Number, demand(_BLOCKS.__contains__, f"a block is {_EDGES} m 
 class MooringConfig(Config):
     """Lines that hold a dynamic dock: a spring and a damper along the water at each of its four corners."""
 
-    stiffness: NonNegative = 2000.0
-    """Stiffness of one line [N/m]."""
-    damping: NonNegative = 2000.0
-    """Damping of one line [N s/m]."""
+    stiffness: Annotated[float, NumberOf(Mooring, "stiffness")] = 2000.0
+    damping: Annotated[float, NumberOf(Mooring, "damping")] = 2000.0
 
 
 class DockPlacement(Placed):

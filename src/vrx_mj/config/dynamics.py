@@ -13,24 +13,25 @@ from typing import Annotated, ClassVar, Literal, Self
 import numpy as np
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
-from vrx_mj.config.base import Config, Fault, InFolder, Only, column_faults, fault, faults
+from vrx_mj.config.base import Config, Fault, InFolder, Only, column_faults, faults
 from vrx_mj.config.loading import fault_text, loads
 from vrx_mj.config.search import ReadingError, contained_file, read_limited
 from vrx_mj.config.shapes import Shape
 from vrx_mj.config.values import (
-    MAX_NUMBER,
     Coordinate,
     NonNegative,
     NotEmpty,
     Number,
+    NumberOf,
     Positive,
     Switch,
     Vec3,
     demand,
     numbers,
 )
-from vrx_mj.config.wording import literal
+from vrx_mj.config.wording import fault, literal
 from vrx_mj.errors import VrxError
+from vrx_mj.model.boats import MOST_SKEGS, MOST_STRIPS, Command, Hull, Propeller, Thruster, Vessel
 
 FORMAT = 1
 """Version of the file."""
@@ -139,14 +140,10 @@ Six = Annotated[tuple[NonNegative, NonNegative, NonNegative, NonNegative, NonNeg
 class ServoConfig(Config):
     """The servo of an engine, a rudder or a boom."""
 
-    kp: NonNegative
-    """Stiffness [N m/rad]."""
-    kd: NonNegative
-    """Damping [N m s/rad]."""
-    effort: Positive
-    """Largest torque [N m]."""
-    velocity: Positive
-    """Largest rate [rad/s]."""
+    kp: Annotated[float, NumberOf(Thruster, "kp")]
+    kd: Annotated[float, NumberOf(Thruster, "kd")]
+    effort: Annotated[Positive, NumberOf(Thruster, "effort")]
+    velocity: Annotated[Positive, NumberOf(Thruster, "velocity")]
 
 
 class ThrusterConfig(Config):
@@ -154,16 +151,13 @@ class ThrusterConfig(Config):
 
     mapping: Literal["linear", "glf", "newtons"]
     """Meaning of a command: a share of the largest force, that on VRX's curve, or the force, as in profile vrx3."""
-    max_command: Positive = 1.0
+    max_command: Annotated[Positive, NumberOf(Thruster, "max_command")] = 1.0
     """The command that gives the largest force."""
-    max_force_forward: NonNegative = 250.0
-    """Force at the largest command [N]."""
-    max_force_reverse: Annotated[float, Field(ge=-MAX_NUMBER, le=0)] = -100.0
-    """Force at the smallest command [N]."""
-    timeout: Number = 1.0
+    max_force_forward: Annotated[float, NumberOf(Thruster, "max_forward")] = 250.0
+    max_force_reverse: Annotated[float, NumberOf(Thruster, "max_reverse")] = -100.0
+    timeout: Annotated[float, NumberOf(Thruster, "timeout")] = 1.0
     """Time after which a command counts as zero [s]; 0: never, as in worlds of profile vrx3."""
-    max_angle: NonNegative = 1.5707963267948966
-    """Largest steering angle either way [rad]."""
+    max_angle: Annotated[float, NumberOf(Thruster, "max_angle")] = 1.5707963267948966
 
 
 class ContactConfig(Config):
@@ -192,10 +186,9 @@ class HydrodynamicsConfig(Config):
     Sixes are in the order surge, sway, heave, roll, pitch, yaw.
     """
 
-    water_level: Number = 0.0
+    water_level: Annotated[float, NumberOf(Hull, "level")] = 0.0
     """Height of the water for this boat, above the sea's own mean level [m]: it floats that much higher."""
-    water_density: Positive = 997.8
-    """Density of the water [kg/m3]."""
+    water_density: Annotated[Positive, NumberOf(Hull, "density")] = 997.8
     hull_radius: Positive
     """Radius of each of the two half-cylinders that carry the boat [m]."""
     boat_width: Positive
@@ -206,34 +199,31 @@ class HydrodynamicsConfig(Config):
     """Stations along each hull."""
     hulls: tuple[HullConfig, ...] = ()
     """Floats that carry the boat in place of two hulls with stations spread evenly along them."""
-    added_mass: Six
-    """Added mass, the diagonal of the matrix [kg, kg m2]."""
-    drag_linear: Six
-    """Linear drag [N s/m, N m s]."""
-    drag_quadratic: Six
-    """Quadratic drag [N s2/m2, N m s2]."""
+    added_mass: Annotated[Six, NumberOf(Hull, "added_mass")]
+    drag_linear: Annotated[Six, NumberOf(Hull, "drag_linear")]
+    drag_quadratic: Annotated[Six, NumberOf(Hull, "drag_quadratic")]
 
 
-_Point = Annotated[tuple[Annotated[float, Field(ge=-1, le=1)], Number], numbers("command thrust")]
+_Point = Annotated[tuple[Command, Number], numbers("command thrust")]
 
 
 class PropellerConfig(Config):
     """A propeller whose thrust was measured, in worlds of profile `marine`, instead of the thruster's own curve."""
 
-    thrust: Annotated[tuple[_Point, ...], Field(max_length=1000)]
+    thrust: Annotated[tuple[_Point, ...], NumberOf(Propeller, "thrust"), Field(min_length=2, max_length=1000)]
     """Commands -1..1 and the thrust at rest that each gives [N], by rising command, with `[0, 0]`.
 
     A command is a share of the thruster's `max_command`. Between rows are straight lines; a command beyond the first
     or the last gives that one's thrust."""
-    diameter: Annotated[Positive, Field(le=20)]
+    diameter: Annotated[float, NumberOf(Propeller, "diameter"), Field(le=20)]
     """Diameter [m]; what of the disc is in air pushes nothing and draws no power."""
-    vanishing_speed: Annotated[float, Field(ge=0.1, le=MAX_NUMBER)] | None = None
+    vanishing_speed: Annotated[float, NumberOf(Propeller, "vanishing_speed"), Field(ge=0.1)] | None = None
     """Speed through the water, along the axis, at which full thrust vanishes [m/s]; by default it never does."""
-    time_constant: NonNegative = 0.0
+    time_constant: Annotated[float, NumberOf(Propeller, "time_constant")] = 0.0
     """Time in which thrust at rest gets to 63 % of a new command's [s]; by default it follows at once."""
-    dead_zone: Annotated[float, Field(ge=0, lt=1)] = 0.0
+    dead_zone: Annotated[float, NumberOf(Propeller, "dead_zone"), Field(lt=1)] = 0.0
     """Commands up to this, either way, give no thrust at all."""
-    power: NonNegative = 0.0
+    power: Annotated[float, NumberOf(Propeller, "power")] = 0.0
     """Electric power at full thrust at rest [W]; by default it is not known. Less thrust takes its share^1.5 of it."""
 
     def _faults(self) -> list[Fault]:
@@ -244,19 +234,12 @@ class PropellerConfig(Config):
                 text = f"a thrust {side} is needed at command {command:g}, got {thrust:g} N"
                 found.append((("thrust", index), text))
         found += column_faults("thrust", [command for command, _ in self.thrust], "a command")
-        if len(self.thrust) < 2:
-            found.append((("thrust",), f"2 rows or more are needed, got {len(self.thrust)}"))
         if not found and 0.0 not in [command for command, _ in self.thrust]:
             found.append((("thrust",), "a row [0, 0] is needed: add it, and rows astern if it can push astern"))
         if not found and not any(thrust for _, thrust in self.thrust):
             found.append((("thrust",), "a thrust other than 0 is needed: all are 0 N"))
         return found
 
-
-MOST_STRIPS = 200
-"""Strips that a hull may have."""
-MOST_SKEGS = 10
-"""Skegs that a hull may have."""
 
 Row = Annotated[tuple[Number, Number, Number, Number, Number, Number], numbers("surge sway heave roll pitch yaw")]
 _OfMatrix = Only("hydrostatics", ("matrix",))
@@ -357,25 +340,24 @@ class MarineHullConfig(InFolder):
     """Pressure of still water and waves on closed surfaces; or the stiffness of a published model of coefficients."""
     shapes: Annotated[tuple[Shape, ...], Field(max_length=100), Only("hydrostatics", ("mesh",))] = ()
     """Closed surfaces of the hull that do not overlap, of 100 to 700 triangles; by default the robot's own shapes."""
-    point: Vec3 | None = None
+    point: Annotated[Vec3 | None, NumberOf(Vessel, "point")] = None
     """Point to which the matrices belong [m]; by default the boat's centre of mass."""
-    added_mass: _Resistance | None = None
+    added_mass: Annotated[_Resistance | None, NumberOf(Vessel, "added_mass")] = None
     """Added mass [kg, kg m, kg m2], six rows of six, or the diagonal."""
     munk: Switch = True
     """Whether added mass turns a boat across the stream: Munk's moment."""
     damping_linear: _Resistance | None = None
     """Linear damping [N s/m, N s, N m s], six rows of six, or the diagonal."""
-    damping_quadratic: Six | None = None
-    """Quadratic damping [N s2/m2, N m s2]."""
+    damping_quadratic: Annotated[Six | None, NumberOf(Vessel, "damping_quadratic")] = None
     crossflow: CrossFlowConfig | None = None
     """Drag of the flow across the hull by strips; with it, quadratic damping of sway and yaw is 0 unless given."""
     skegs: Annotated[tuple[SkegConfig, ...], Field(max_length=MOST_SKEGS)] = ()
     """Fins that keep the boat on its course, against Munk's moment."""
     restoring: Annotated[_Stiffness | None, Only("hydrostatics", ("matrix",), required=True)] = None
     """Stiffness at rest, of `hydrostatics: matrix` [N/m, N, N m], six rows of six, or the diagonal."""
-    displacement: Annotated[Positive | None, _OfMatrix] = None
+    displacement: Annotated[Positive | None, NumberOf(Vessel, "displacement"), _OfMatrix] = None
     """Mass at which the water is at `waterline`, of `hydrostatics: matrix` [kg]; by default the boat's."""
-    waterline: Annotated[Number, _OfMatrix] = 0.0
+    waterline: Annotated[float, NumberOf(Vessel, "waterline"), _OfMatrix] = 0.0
     """Height of the water at rest, of `hydrostatics: matrix` [m]."""
     hydro: Annotated[str, loads(read_hydro)] | None = None
     """File of radiation and diffraction that `vrx-mj robot hydro --bem` writes, beside this one: added mass, memory of

@@ -26,11 +26,11 @@ from vrx_mj.config.tree import Loc
 from vrx_mj.config.values import MAX_COORDINATE, Cartesian, Color, Coordinate, Name, Number, Pose, by_type, demand
 from vrx_mj.config.world import FULL_TURN, Sensors, SpawnConfig, WorldConfig, check_thrusters, warn_of_degrees
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, VrxWarning
+from vrx_mj.model.boats import AisClass
 
 _FUNCTION = re.compile(r"[A-Za-z_]\w*(\.\w+)*:[A-Za-z_]\w*")
 _Controller = Annotated[str, demand(_FUNCTION.fullmatch, "expected module:function, as in my_boat:controller, got {}")]
 _Engines = Literal["fixed", "hinged"]
-AisClass = Literal["A", "B"]
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ from pkgutil import resolve_name
 from typing import Any, Literal, NamedTuple
 
 from vrx_mj.config.tree import Section, merge, of_python
+from vrx_mj.config.wording import one_of
 from vrx_mj.constants import STANDARD_GRAVITY
 
 _HEAD = 4000
@@ -128,6 +129,13 @@ def function_of(kind: str, source: object, *, find: bool = False) -> Callable[..
     name = next(filter(None, (reader.find if find else reader.read for reader in own)), None)
     function: Callable[..., Any] | None = resolve_name(f"{_FORMATS}.{name}") if name else None
     return function
+
+
+def needs(kind: str) -> str:
+    """What a file of a kind is, for a message to who gives another; formats are those of its readers."""
+    readers: Sequence[Reader] = resolve_name(f"{_FORMATS}:READERS")
+    ends = [mark for reader in readers if reader.kind == kind for mark in reader.marks if mark.rfind(".") == 0]
+    return NEEDS[kind].replace("ENDS", one_of(ends)) if ends else NEEDS[kind]
 
 
 def _is_ours(source: str | Path) -> bool:

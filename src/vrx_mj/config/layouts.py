@@ -10,7 +10,8 @@ from pydantic import Tag
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.base import Config, Only
-from vrx_mj.config.values import Number, Positive, Seed, by_type
+from vrx_mj.config.values import Number, Positive, by_type
+from vrx_mj.model.kinds import Seed
 
 LayoutName = Literal["circle", "line", "column", "wedge", "grid", "random"]
 _Facing = Literal["outward", "inward", "tangent"]

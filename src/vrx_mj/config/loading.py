@@ -12,11 +12,11 @@ from pydantic import AfterValidator, ValidationError
 from pydantic_core import ErrorDetails
 from pydantic_core.core_schema import ValidationInfo
 
-from vrx_mj.config.base import Config, fault
+from vrx_mj.config.base import Config
 from vrx_mj.config.kinds import KINDS, function_of, other_kind
 from vrx_mj.config.search import catalogue, contained_file, display, find, in_vrx, is_path, near_names, of_format
 from vrx_mj.config.tree import File, Loc, Place, Section, key_path, locate, merge, of_python
-from vrx_mj.config.wording import PYDANTIC, choice, literal, unknown_key
+from vrx_mj.config.wording import PYDANTIC, choice, fault, literal, unknown_key
 from vrx_mj.config.yaml_text import parse, read_lines
 from vrx_mj.errors import ConfigError, Problem, VrxError
 

@@ -26,10 +26,10 @@ from vrx_mj.config.values import (
     NonNegative,
     NotEmpty,
     Number,
+    NumberOf,
     Point,
     Pose,
     Positive,
-    Seed,
     Switch,
     Vec3,
     demand,
@@ -38,6 +38,8 @@ from vrx_mj.config.values import (
 )
 from vrx_mj.errors import UnknownNameError, VrxError, VrxWarning
 from vrx_mj.frames import apply, rotation
+from vrx_mj.model.kinds import Seed
+from vrx_mj.model.things import Float, Follower, Rope
 
 MOST_LINKS = 64
 """Links of an object beside its own."""
@@ -113,8 +115,7 @@ class LinkConfig(InFolder):
     """Name of the link."""
     pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     """Pose in the object's frame [m, rad], where its joint is at 0."""
-    mass: Positive
-    """Mass [kg]."""
+    mass: Annotated[float, NumberOf(Float, "mass")]
     center_of_mass: Vec3 = (0.0, 0.0, 0.0)
     """Centre of mass in the link's frame [m]."""
     inertia: Inertia
@@ -205,10 +206,9 @@ class PathConfig(Config):
     """Force with which it swims, along its x axis [N]."""
     torque: NonNegative = 1.0
     """Torque with which it turns toward its waypoint [N m]."""
-    bearing_tolerance: Annotated[float, Field(ge=0, le=180)] = 2.0
+    bearing_tolerance: Annotated[float, Field(le=180), NumberOf(Follower, "tolerance")] = 2.0
     """How far off its bow a waypoint may be before it turns [degrees]."""
-    range_tolerance: Positive = 0.5
-    """Distance at which a waypoint is reached [m]."""
+    range_tolerance: Annotated[Positive, NumberOf(Follower, "reach")] = 0.5
     loop: Switch = True
     """Whether it goes on to the first waypoint after the last one; else it stays there."""
     start: Annotated[int, Field(ge=0)] = 0
@@ -252,11 +252,10 @@ MOST_OBJECTS = 10_000
 class RopeConfig(Config):
     """A rope from a floating object to an anchor below its place."""
 
-    length: NonNegative = 2.0
-    """Distance from the place up to which it is slack, on the horizontal plane [m]."""
-    stiffness: Positive | None = None
+    length: Annotated[float, NumberOf(Rope, "length")] = 2.0
+    stiffness: Annotated[Positive | None, NumberOf(Rope, "stiffness")] = None
     """Stiffness [N/m]; by default 10 N/m for each kg of the object."""
-    damping: NonNegative | None = None
+    damping: Annotated[float | None, NumberOf(Rope, "damping")] = None
     """Damping [N s/m]; by default critical."""
 
 
@@ -301,8 +300,7 @@ class ObjectConfig(InFolder):
     """Whether it is fixed to the world instead of floating."""
     link: Name = "link"
     """Name of its link, as ROS and VRX's files know it."""
-    mass: Annotated[Positive | None, _Afloat] = None
-    """Mass [kg]."""
+    mass: Annotated[float | None, NumberOf(Float, "mass"), _Afloat] = None
     center_of_mass: Annotated[Vec3, _Afloat] = (0.0, 0.0, 0.0)
     """Centre of mass in the link's frame [m]."""
     inertia: Annotated[Inertia | None, _Afloat] = None

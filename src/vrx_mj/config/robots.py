@@ -24,10 +24,12 @@ from vrx_mj.config.loading import Loading, loads, read_source, referenced_file, 
 from vrx_mj.config.search import WORLD_SUFFIXES, contained_file
 from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.config.tree import File, Section, merge, of_python
-from vrx_mj.config.values import MAX_NUMBER, Name, NonNegative, Number, Positive, Share, Switch, Vec3, demand, numbers
+from vrx_mj.config.values import Name, NonNegative, Number, NumberOf, Positive, Switch, Vec3, demand, numbers
 from vrx_mj.config.weather import WindageConfig
 from vrx_mj.config.wording import literal
 from vrx_mj.errors import UnknownNameError, VrxError
+from vrx_mj.model.boats import Battery, Hull, Thruster
+from vrx_mj.model.kinds import Share
 
 _DESCRIPTIONS = (".urdf.xacro", *WORLD_SUFFIXES, ".xacro", ".urdf")
 """How a robot's description may end, the longest first."""
@@ -45,7 +47,7 @@ def _scalars(value: object) -> object:
     return {key: str(item).lower() if isinstance(item, bool) else str(item) for key, item in value.items()}
 
 
-_VoltagePoint = Annotated[tuple[Share, Positive], numbers("share voltage")]
+_VoltagePoint = Annotated[tuple[Share, Positive], numbers("charge voltage")]
 _ChannelNumber = Annotated[str, Field(pattern="^([1-9]|[12][0-9]|3[0-2])$")]
 _SailPoint = Annotated[tuple[Number, Number, NonNegative], numbers("angle lift drag")]
 Arguments = Annotated[dict[str, str], BeforeValidator(_scalars)]
@@ -61,8 +63,7 @@ class ThrusterEntry(ThrusterConfig):
     """Link at whose origin the thrust acts, along its x axis."""
     joint: str | None = None
     """Joint that steers it; without one it does not steer."""
-    max_angle: Annotated[NonNegative, Only("joint")] = 1.5707963267948966
-    """Largest steering angle either way [rad]."""
+    max_angle: Annotated[float, NumberOf(Thruster, "max_angle"), Only("joint")] = 1.5707963267948966
     servo: Annotated[ServoConfig, Only("joint")] = ServoConfig(kp=300.0, kd=20.0, effort=10.0, velocity=10.0)
     """Servo that steers the thruster."""
 
@@ -72,7 +73,7 @@ class RudderEntry(Config):
 
     joint: str | None = None
     """Joint that turns it; its axis points up. Without one it is a keel, along x of the base link."""
-    area: Positive
+    area: Annotated[Positive, NumberOf(Thruster, "area")]
     """Area of the blade [m2]."""
     aspect_ratio: Positive
     """Span over mean chord."""
@@ -82,10 +83,8 @@ class RudderEntry(Config):
     """Thruster in whose race it is."""
     propeller_diameter: Annotated[Positive | None, Only("propeller", required=True)] = None
     """Diameter of that thruster's propeller [m]."""
-    race_share: Annotated[Share, Only("propeller")] = 1.0
-    """Share of the blade that the race covers."""
-    max_angle: NonNegative = 0.6109
-    """Largest angle either way [rad]."""
+    race_share: Annotated[float, NumberOf(Thruster, "race_share"), Only("propeller")] = 1.0
+    max_angle: Annotated[float, NumberOf(Thruster, "max_angle")] = 0.6109
     servo: ServoConfig = ServoConfig(kp=300.0, kd=20.0, effort=10.0, velocity=0.6)
     """Servo that turns the rudder."""
 
@@ -95,7 +94,7 @@ class SailEntry(Config):
 
     joint: str
     """Joint of the boom; its axis points up. At angle 0 the sail runs aft from it, along -x of its child link."""
-    area: Positive
+    area: Annotated[Positive, NumberOf(Thruster, "area")]
     """Area of the sail [m2]."""
     center: Vec3 = (0.0, 0.0, 0.0)
     """Centre of effort in the frame of the joint's child link [m]."""
@@ -107,8 +106,7 @@ class SailEntry(Config):
     Lift is across the apparent wind; at 180 that meets the leech."""
     sheet: Switch = True
     """Whether the command is how far a sheet lets the boom to lee, either way; else the boom goes to that angle."""
-    max_angle: NonNegative = 1.5707963267948966
-    """Largest angle either way [rad]."""
+    max_angle: Annotated[float, NumberOf(Thruster, "max_angle")] = 1.5707963267948966
     servo: ServoConfig = ServoConfig(kp=3000.0, kd=200.0, effort=1000.0, velocity=1.0)
     """Servo that holds the boom."""
 
@@ -153,12 +151,9 @@ _Channel = Annotated[
 class BatteryEntry(Config):
     """The battery of a boat's propellers."""
 
-    capacity: Positive
-    """Charge [A h]."""
-    voltage: Annotated[tuple[_VoltagePoint, ...], Field(min_length=2, max_length=100)]
-    """Shares of the charge that are left, from 0 to 1, each with the voltage at rest [V]."""
-    resistance: NonNegative = 0.0
-    """Resistance within [ohm]."""
+    capacity: Annotated[float, NumberOf(Battery, "capacity")]
+    voltage: Annotated[tuple[_VoltagePoint, ...], NumberOf(Battery, "voltage"), Field(min_length=2, max_length=100)]
+    resistance: Annotated[float, NumberOf(Battery, "resistance")] = 0.0
 
     def _faults(self) -> Iterator[Fault]:
         return column_faults("voltage", [share for share, _ in self.voltage], "a share", ends=(0.0, 1.0))
@@ -186,12 +181,9 @@ class HydrodynamicsEntry(_Partial, HydrodynamicsConfig):
 class DriveEntry(_Partial):
     """Limits of all thrusters of a robot."""
 
-    max_force_forward: NonNegative
-    """Largest force [N]."""
-    max_force_reverse: Annotated[float, Field(ge=-MAX_NUMBER, le=0)]
-    """Smallest force [N]."""
-    max_angle: NonNegative
-    """Largest steering angle either way [rad]."""
+    max_force_forward: Annotated[float, NumberOf(Thruster, "max_forward")]
+    max_force_reverse: Annotated[float, NumberOf(Thruster, "max_reverse")]
+    max_angle: Annotated[float, NumberOf(Thruster, "max_angle")]
 
 
 class ProfileEntry(Config):
@@ -257,7 +249,7 @@ class RobotConfig(InFolder):
     """Measured propellers by the names of their thrusters, in worlds of profile `marine`.
 
     In a robot with layouts those of thrusters that a boat does not have do nothing."""
-    wind: Vec3 | None = None
+    wind: Annotated[Vec3 | None, NumberOf(Hull, "wind")] = None
     """Wind coefficients along x and y and about z [N s2/m2, N s2/m], in worlds that list none for it."""
     windage: WindageConfig | None = None
     """Areas and coefficients in worlds of profile `marine`, instead of `wind`."""

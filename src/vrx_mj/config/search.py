@@ -12,7 +12,7 @@ from functools import lru_cache
 from itertools import chain
 from pathlib import Path, PurePosixPath
 
-from vrx_mj.config.kinds import KINDS, NEEDS, function_of, kind_of
+from vrx_mj.config.kinds import KINDS, function_of, kind_of, needs
 from vrx_mj.errors import LONGEST_NAME, UnknownNameError, VrxError, nearest, shortened
 from vrx_mj.resources import root
 
@@ -71,7 +71,7 @@ def _refuse_foreign(kind: str, text: str, folder: Path, known: Container[str]) -
         return
     ours = in_vrx(kind, text, known)
     name, use = found or (f"a file that does not end in {'.txt' if kind == 'docks' else '.yaml'}", "")
-    advice = ours or use.replace("FILE", text if len(text) < LONGEST_NAME else "FILE") or NEEDS[kind]
+    advice = ours or use.replace("FILE", text if len(text) < LONGEST_NAME else "FILE") or needs(kind)
     raise VrxError(f"'{shortened(text)}' is {name}, not {'an' if kind == 'objects' else 'a'} {KINDS[kind]}: {advice}")
 
 

@@ -8,9 +8,10 @@ from pydantic import BeforeValidator
 from vrx_mj.config.base import Config, InFolder, Only
 from vrx_mj.config.loading import loads
 from vrx_mj.config.search import contained_file
-from vrx_mj.config.values import Color, Name, NonNegative, NotEmpty, Number, Pose, Positive, demand, numbers
+from vrx_mj.config.values import Color, Name, NotEmpty, Number, NumberOf, Pose, Positive, demand, numbers
 from vrx_mj.config.wording import one_of
 from vrx_mj.constants import WATER_DENSITY
+from vrx_mj.model.things import Float
 
 MESH_SUFFIXES = (".obj", ".stl", ".dae", ".ply", ".glb")
 
@@ -79,13 +80,11 @@ class BuoyancyElement(Shape):
 class BuoyancyConfig(Config):
     """VRX's buoyancy_gazebo_plugin: what an object displaces, and its drag in water."""
 
-    fluid_density: Positive = WATER_DENSITY
-    """Density of the water [kg/m3]."""
-    fluid_level: Number = 0.0
-    """Mean water level [m]."""
-    linear_drag: NonNegative
+    fluid_density: Annotated[Positive, NumberOf(Float, "density")] = WATER_DENSITY
+    fluid_level: Annotated[float, NumberOf(Float, "level")] = 0.0
+    linear_drag: Annotated[float, NumberOf(Float, "linear_drag")]
     """Drag of each element over the link's mass and linear velocity [1/s], scaled by the share of it under water."""
-    angular_drag: NonNegative
+    angular_drag: Annotated[float, NumberOf(Float, "angular_drag")]
     """Drag torque of each element over mass, mean extent squared and angular velocity [1/s], scaled likewise."""
     elements: Annotated[tuple[BuoyancyElement, ...], NotEmpty]
     """Shapes that displace water; the whole volume of each counts."""

@@ -2,15 +2,17 @@
 
 import json
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Union, get_args, get_origin
 
+from annotated_types import GroupedMetadata, Gt
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field
 
-from vrx_mj.config.base import fault
-from vrx_mj.config.wording import literal
+from vrx_mj.config.wording import fault, literal
 from vrx_mj.errors import UnknownNameError
+from vrx_mj.model.kinds import Latitude, Longitude, Share
 
 MAX_NUMBER = 1e9
 """Largest number that a file may give, in any unit: what is larger has no physics."""
@@ -120,18 +122,11 @@ def as_switch(value: object) -> object:
 NotEmpty = demand(bool, "must not be empty")
 """Demands at least one entry in a list."""
 
+_NOT_TINY = demand(lambda value: value is None or value >= MIN_POSITIVE, f"must be at least {MIN_POSITIVE:g}, got {{}}")
 Number = Annotated[float, Field(ge=-MAX_NUMBER, le=MAX_NUMBER)]
-Positive = Annotated[
-    float,
-    Field(gt=0, le=MAX_NUMBER),
-    demand(lambda value: value >= MIN_POSITIVE, f"must be at least {MIN_POSITIVE:g}, got {{}}"),
-]
+Positive = Annotated[float, Field(gt=0, le=MAX_NUMBER), _NOT_TINY]
 NonNegative = Annotated[float, Field(ge=0, le=MAX_NUMBER)]
-Seed = Annotated[int, Field(ge=0, lt=2**63)]
 Coordinate = Annotated[float, Field(ge=-MAX_COORDINATE, le=MAX_COORDINATE)]
-Latitude = Annotated[float, Field(ge=-90, le=90)]
-Longitude = Annotated[float, Field(ge=-180, le=180)]
-Share = Annotated[float, Field(ge=0, le=1)]
 
 Vec3 = Annotated[tuple[Coordinate, Coordinate, Coordinate], numbers("x y z")]
 Inertia = Annotated[
@@ -164,3 +159,27 @@ Name = Annotated[
 
 Switch = Annotated[bool, BeforeValidator(as_switch)]
 """True or false; a file may also say yes, no, on or off."""
+
+
+@dataclass(frozen=True)
+class NumberOf(GroupedMetadata):
+    """Mark of a number whose range, unit and meaning a dataclass of `model` declares.
+
+    A narrower range, or a docstring with other words or a file's degrees, that the key has besides goes before.
+    """
+
+    record: Any
+    """The dataclass."""
+    name: str
+    """Its field."""
+
+    def __iter__(self) -> Iterator[Any]:
+        """Limits of the field, of sizes that files may give."""
+        kind = next(field.type for field in fields(self.record) if field.name == self.name)
+        kind = get_args(kind)[0] if get_origin(kind) is Union else kind
+        limits = [limit for mark in getattr(kind, "__metadata__", ()) for limit in getattr(mark, "metadata", ())]
+        for limit in limits:
+            for size in (getattr(limit, name) for name in ("ge", "gt", "le", "lt") if hasattr(limit, name)):
+                yield type(limit)(min(max(size, -MAX_NUMBER), MAX_NUMBER))
+        if Gt(0.0) in limits:
+            yield _NOT_TINY

@@ -17,11 +17,14 @@ from vrx_mj.config.base import Config, Fault, InFolder, Only, column_faults, exc
 from vrx_mj.config.loading import loads
 from vrx_mj.config.search import contained_file
 from vrx_mj.config.tree import Section
-from vrx_mj.config.values import MAX_NUMBER, NonNegative, Number, Positive, Seed, Vec3, demand, numbers
+from vrx_mj.config.values import MAX_NUMBER, NonNegative, Number, NumberOf, Positive, Vec3, demand, numbers
 from vrx_mj.config.wording import literal
 from vrx_mj.config.yaml_text import read_lines
 from vrx_mj.constants import SEA_WATER_DENSITY
 from vrx_mj.errors import VrxError
+from vrx_mj.model.boats import Windage, WindCoefficients
+from vrx_mj.model.kinds import Seed
+from vrx_mj.model.water import Air, Current, Layer, Sea, Wind
 from vrx_mj.spectra import (
     REGULAR,
     SEA_STATES,
@@ -49,8 +52,14 @@ class TideConfig(Config):
     """Direction of the greatest speed [degrees], counter-clockwise from x."""
     period: Positive = _M2
     """Period [s]; by default that of the principal lunar tide."""
-    phase: Number = 0.0
+    phase: Annotated[float, NumberOf(Current, "tide_phase")] = 0.0
     """Phase at time 0 [degrees]: 0 is the greatest speed along `direction`."""
+
+
+_Layer = Annotated[
+    tuple[Annotated[float, NumberOf(Layer, "depth")], Annotated[float, NumberOf(Layer, "share")]],
+    numbers("depth share"),
+]
 
 
 class CurrentConfig(Config):
@@ -60,16 +69,13 @@ class CurrentConfig(Config):
     """Mean speed at the surface [m/s]."""
     direction: Number = 0.0
     """Direction in which the water moves [degrees], counter-clockwise from x, as for the wind."""
-    profile: tuple[Annotated[tuple[NonNegative, Number], numbers("depth share")], ...] = ()
+    profile: Annotated[tuple[_Layer, ...], Field(max_length=10_000)] = ()
     """Share of the mean and of the tide at depths [m], with straight lines between them; by default 1 everywhere."""
     tide: TideConfig | None = None
     """A tide, which adds to the mean."""
-    var_gain: NonNegative = 0.0
-    """Standard deviation of a random part (Gauss-Markov), along x and along y [m/s]."""
-    var_time: Positive = 60.0
-    """Time constant of the random part [s]."""
-    seed: Seed = 0
-    """Seed of the random part; 0 leaves it to the world's seed."""
+    var_gain: Annotated[float, NumberOf(Current, "gain")] = 0.0
+    var_time: Annotated[float, NumberOf(Current, "time_constant")] = 60.0
+    seed: Annotated[Seed, NumberOf(Current, "seed")] = 0
 
     def _faults(self) -> Iterable[Fault]:
         return column_faults("profile", [depth for depth, _ in self.profile], "a depth", " m")
@@ -82,8 +88,7 @@ class WindObject(Config):
     """Name of a boat, an object, a kind of robot or a model of objects."""
     link: str | None = None
     """VRX's link_name: of an object that has joints, the link that is pushed; by default its own."""
-    coefficients: Vec3
-    """Coefficients of the force along x and y and of the torque about z [N s2/m2, N s2/m]."""
+    coefficients: Annotated[Vec3, NumberOf(WindCoefficients, "coefficients")]
 
 
 class WindConfig(Config):
@@ -91,32 +96,27 @@ class WindConfig(Config):
 
     direction: Number = 270.0
     """Direction in which the air moves [degrees], counter-clockwise from x."""
-    mean_velocity: NonNegative = 0.0
-    """Mean speed [m/s]."""
-    var_gain: Annotated[NonNegative, Only("spectrum", ("gauss_markov",))] = 0.0
-    """Standard deviation of the gusts [m/s]."""
-    var_time: Annotated[Positive, Only("spectrum", ("gauss_markov",))] = 2.0
-    """Time constant of the gusts [s]."""
-    seed: Seed = 0
-    """Seed of the gusts; 0 leaves it to the world's seed."""
-    update_rate: Number = 10.0
+    mean_velocity: Annotated[NonNegative, NumberOf(Wind, "mean")] = 0.0
+    var_gain: Annotated[float, NumberOf(Wind, "gain"), Only("spectrum", ("gauss_markov",))] = 0.0
+    var_time: Annotated[float, NumberOf(Wind, "time_constant"), Only("spectrum", ("gauss_markov",))] = 2.0
+    seed: Annotated[Seed, NumberOf(Wind, "seed")] = 0
+    update_rate: Annotated[float, NumberOf(Wind, "update_rate")] = 10.0
     """Rate at which VRX publishes the wind [Hz]; no effect on motion."""
-    height: Positive = 10.0
+    height: Annotated[float, NumberOf(Air, "height")] = 10.0
     """Height above the water at which the wind has its speed [m]; this and what follows are for profile `marine`."""
-    exponent: Annotated[float, Field(ge=0, le=1)] | None = None
+    exponent: Annotated[float | None, NumberOf(Air, "exponent"), Field(le=1)] = None
     """Exponent of a power law over height, 0.11 over open water; by default the wind is the same at all heights."""
-    roughness: Positive | None = None
+    roughness: Annotated[Positive | None, NumberOf(Air, "roughness")] = None
     """Roughness length of a logarithmic profile over height [m], 0.0002 over open water; instead of `exponent`."""
     spectrum: Literal["gauss_markov", "npd"] = "gauss_markov"
     """Gusts: those of `var_gain` and `var_time`, or the NPD (Froya) spectrum, which follows from speed and height."""
     components: Annotated[int, Field(ge=1, le=500), Only("spectrum", ("npd",))] = 60
     """Number of harmonics of which the gusts of a spectrum consist."""
-    turning: Number = 0.0
+    turning: Annotated[float, NumberOf(Air, "turning")] = 0.0
     """Rate at which the direction turns [degrees/s], counter-clockwise."""
-    var_direction: NonNegative = 0.0
+    var_direction: Annotated[float, NumberOf(Air, "spread")] = 0.0
     """Standard deviation of the direction (Gauss-Markov) [degrees]."""
-    var_direction_time: Positive = 60.0
-    """Time constant of the direction [s]."""
+    var_direction_time: Annotated[float, NumberOf(Air, "time_constant")] = 60.0
     objects: tuple[WindObject, ...] | None = None
     """Objects that the wind pushes besides boats whose robot has coefficients of its own; by default these boats alone.
 
@@ -153,18 +153,14 @@ class IsherwoodConfig(Config):
 class WindageConfig(Config):
     """Areas of a boat in the wind of profile `marine`, and one of `coefficients`, `curve`, `isherwood` and `vessel`."""
 
-    frontal_area: Positive
-    """Area above the water, seen from ahead [m2]."""
-    lateral_area: Positive
-    """Area above the water, seen from the side [m2]."""
-    length: Positive
-    """Length overall [m]."""
-    height: NonNegative
+    frontal_area: Annotated[float, NumberOf(Windage, "frontal_area")]
+    lateral_area: Annotated[float, NumberOf(Windage, "lateral_area")]
+    length: Annotated[float, NumberOf(Windage, "length")]
+    height: Annotated[float, NumberOf(Windage, "height")]
     """Height of the lateral area's centre over the link's origin, which counts as the water's level [m].
 
     There the wind acts, with its speed at this height."""
-    offset: Number = 0.0
-    """Distance of that centre ahead of the link's origin [m]."""
+    offset: Annotated[float, NumberOf(Windage, "offset")] = 0.0
     coefficients: _Three | None = None
     """Coefficients cx, cy, cn of -cx cos, cy sin and cn sin 2 of the angle off the bow from which the wind comes."""
     curve: Annotated[tuple[_Point, ...], Field(max_length=361)] = ()
@@ -290,9 +286,9 @@ class SeaConfig(InFolder):
     """Peak (pms) or median (cwr) period, or that of a regular wave [s]."""
     direction: Annotated[_Direction, Only("model", (*VRX_SEAS, *_SPECTRA, *_REGULAR))] = (1.0, 0.0)
     """Direction in which the waves travel, along x and y; any length but zero."""
-    tau: Annotated[NonNegative, Only("model", VRX_SEAS)] = 2.0
+    tau: Annotated[NonNegative, NumberOf(Sea, "tau"), Only("model", VRX_SEAS)] = 2.0
     """Time constant of the waves' growth at the start [s], of VRX's seas."""
-    significant_height: Annotated[NonNegative | None, Only("model", _SPECTRA)] = None
+    significant_height: Annotated[float | None, NumberOf(Sea, "significant_height"), Only("model", _SPECTRA)] = None
     """Significant height of a spectrum, Hs = 4 sqrt(m0) [m]; by default that of `sea_state`, or of the file.
 
     On top of a base's `model` without one, or of no model, it makes the sea `jonswap`, with a warning."""
@@ -310,13 +306,13 @@ class SeaConfig(InFolder):
     """Height of a regular wave, crest over trough [m]."""
     file: Annotated[Annotated[str, loads(read_spectrum)] | None, Only("model", ("file",), required=True)] = None
     """Spectrum of model `file`: lines of frequency [Hz] and density [m2/Hz], as CSV; a path relative to this file."""
-    depth: Positive | None = None
+    depth: Annotated[float | None, NumberOf(Sea, "depth")] = None
     """Depth of the water [m], over a flat bottom; by default it is deep.
 
     Echo sounders find the bottom. Waves have their lengths and motion by it; VRX's keep the lengths of deep water."""
-    density: Positive = SEA_WATER_DENSITY
+    density: Annotated[float, NumberOf(Sea, "density")] = SEA_WATER_DENSITY
     """Density of the water [kg/m3], which presses on hulls; only in profile `marine`."""
-    ramp: Annotated[NonNegative, Only("model", (*_SPECTRA, *_REGULAR))] = 0.0
+    ramp: Annotated[NonNegative, NumberOf(Sea, "tau"), Only("model", (*_SPECTRA, *_REGULAR))] = 0.0
     """Time constant of the growth of spectra and regular waves [s]; by default they are there from the start."""
 
     @model_validator(mode="before")

@@ -5,6 +5,8 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
+from pydantic_core import PydanticCustomError
+
 from vrx_mj.errors import first_names, nearest, shortened
 from vrx_mj.errors import shown as in_python
 
@@ -14,6 +16,11 @@ PYDANTIC: Mapping[str, str] = _TABLES["pydantic"]
 PYYAML: Mapping[str, str] = _TABLES["pyyaml"]
 """Messages of PyYAML's errors, by how they begin in its words."""
 _LONGEST = 60
+
+
+def fault(message: str, **where: object) -> PydanticCustomError:
+    """An error about the value at hand; `where` is what the loader makes its place of."""
+    return PydanticCustomError("vrx", "{message}", {"message": message, **where})
 
 
 def literal(value: object) -> str:

@@ -12,7 +12,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import BeforeValidator, Field, Tag, field_validator, model_validator
 from pydantic_core.core_schema import ValidationInfo
 
-from vrx_mj.config.base import Config, Fault, FromFile, InFolder, Only, duplicate_names, fault
+from vrx_mj.config.base import Config, Fault, FromFile, InFolder, Only, duplicate_names
 from vrx_mj.config.docks import DockPlacement, Placed
 from vrx_mj.config.kinds import CLASSIC, DEFAULT, MARINE, Profile, on_its_profile
 from vrx_mj.config.loading import Loading, Source, check, document, loads, validate
@@ -25,23 +25,23 @@ from vrx_mj.config.tree import Loc, Section
 from vrx_mj.config.values import (
     Cartesian,
     Color,
-    Latitude,
-    Longitude,
     NonNegative,
     Number,
+    NumberOf,
     Pose,
-    Seed,
-    Share,
     Switch,
     as_switch,
     by_type,
     demand,
 )
 from vrx_mj.config.weather import CurrentConfig, SeaConfig, WindConfig
-from vrx_mj.config.wording import literal
+from vrx_mj.config.wording import fault, literal
 from vrx_mj.constants import GRAVITY, LONGEST_STEP, SHORTEST_STEP
 from vrx_mj.errors import VrxWarning
 from vrx_mj.frames import Geodetic
+from vrx_mj.model import things
+from vrx_mj.model.boats import Hull
+from vrx_mj.model.kinds import Seed, Share
 from vrx_mj.spectra import VRX_SEAS
 
 
@@ -149,8 +149,6 @@ _MARINE_WIND = (
     "height", "exponent", "roughness", "spectrum", "components", "turning", "var_direction", "var_direction_time",
 )  # fmt: skip
 """Keys of the wind that worlds of VRX's profiles cannot have."""
-_MAX_TURN = 1e6
-"""Largest heading [degrees] that a file may give; a saved world holds no larger one."""
 FULL_TURN = 2 * math.pi
 """Angle [rad] beyond which a pose was probably meant in degrees."""
 
@@ -162,7 +160,7 @@ class PhysicsConfig(Config):
     """Whose physics the world has: VRX classic's, VRX 3's, or `marine`, that of naval architects."""
     timestep: Annotated[float, Field(ge=SHORTEST_STEP, le=LONGEST_STEP)] = 0.01
     """Physics step [s]; 0.004 in profile vrx3."""
-    gravity: NonNegative = GRAVITY
+    gravity: Annotated[float, NumberOf(Hull, "gravity")] = GRAVITY
     """Gravity of the world, downwards [m/s2]; 9.80665 in profile marine."""
     quirks: tuple[Literal["wind_stale_link"], ...] = ()
     """Defects of VRX's worlds to keep. `wind_stale_link`: no wind on boats, for VRX's names a link that they lack."""
@@ -176,14 +174,10 @@ class PhysicsConfig(Config):
 class Georeference(Geodetic, Config):
     """The place of the world's origin on Earth (WGS84)."""
 
-    latitude: Latitude
-    """Latitude [degrees]."""
-    longitude: Longitude
-    """Longitude [degrees]."""
-    elevation: Number = 0.0
-    """Height of the origin above the ellipsoid [m]."""
-    heading: Annotated[float, Field(ge=-_MAX_TURN, le=_MAX_TURN)] = 0.0
-    """Direction of the world's x axis [degrees], counter-clockwise from east."""
+    latitude: Annotated[float, NumberOf(things.Georeference, "latitude")]
+    longitude: Annotated[float, NumberOf(things.Georeference, "longitude")]
+    elevation: Annotated[float, NumberOf(things.Georeference, "elevation")] = 0.0
+    heading: Annotated[float, NumberOf(things.Georeference, "heading")] = 0.0
 
 
 def _names(value: object) -> object:

@@ -20,7 +20,7 @@ from vrx_mj.config.solids import enclosed_volume, solid
 from vrx_mj.errors import VrxError, VrxWarning
 from vrx_mj.mjcf.boats import Boat, boat_mass, push_center
 from vrx_mj.mjcf.derive import hull_corners
-from vrx_mj.mjcf.flotation import flotation, lift_fault
+from vrx_mj.mjcf.flotation import Flotation, flotation, lift_fault
 from vrx_mj.mjcf.surfaces import checked_surface, panels_of
 from vrx_mj.model.boats import MOST_TRIANGLES, Diffraction, Memory, Strip, Vessel
 from vrx_mj.model.kinds import Six
@@ -127,13 +127,15 @@ def _inertia(body: MassProperties) -> FloatArray:
     return about_origin(rigid, body.center)
 
 
-def check_rest(name: str, vessel: Vessel, body: MassProperties, density: float, said: Sequence[str]) -> None:
+def check_rest(
+    name: str, vessel: Vessel, body: MassProperties, density: float, rest: Flotation | None, said: Sequence[str]
+) -> None:
     """Warn of a hull that capsizes or lies oddly, unless that is in `said`; refuse one that its waves swing up.
 
     Raises:
         VrxError: small motions about its rest grow by its memory, or are too fast for any step.
     """
-    stiffness, notes = _stiffness_at_rest(vessel, body, density)
+    stiffness, notes = _stiffness_at_rest(vessel, body, density, rest)
     for note in notes:
         if not any(note in other for other in said):
             warnings.warn(f"robot {name}: {note}", VrxWarning, stacklevel=2)
@@ -174,9 +176,11 @@ def warn_if_uncovered(name: str, vessel: Vessel | None, sea: Sea) -> None:
         )
 
 
-def _stiffness_at_rest(vessel: Vessel, body: MassProperties, density: float) -> tuple[FloatArray, list[str]]:
+def _stiffness_at_rest(
+    vessel: Vessel, body: MassProperties, density: float, rest: Flotation | None
+) -> tuple[FloatArray, list[str]]:
     """Stiffness (6, 6) about the origin without what capsizes it, and remarks about how it lies."""
-    if vessel.hydrostatics == MATRIX:
+    if rest is None:
         restoring = about_origin(np.array(vessel.restoring), -np.array(vessel.point))
         notes = [
             f"hull.restoring of {_MOTIONS[index]} is {restoring[index, index]:.4g} N m: it capsizes"
@@ -185,12 +189,10 @@ def _stiffness_at_rest(vessel: Vessel, body: MassProperties, density: float) -> 
         ]
         values, vectors = np.linalg.eigh(0.5 * (restoring + restoring.T))
         return about_origin((vectors * np.maximum(values, 0.0)) @ vectors.T, np.array(vessel.point)), notes
-    corners = np.array(vessel.vertices)[np.array(vessel.triangles)]
-    wet = flotation(corners, body.mass / density)
     weight = density * _GRAVITY
-    trim, heel = (weight * wet.volume * max(height, 0.0) for height in wet.metacentric_heights(body.center))
-    own = np.diag([0.0, 0.0, weight * wet.area, heel, trim, 0.0])
-    return about_origin(own, np.array([wet.center[0], wet.center[1], body.center[2]])), wet.remarks(body.center)
+    trim, heel = (weight * rest.volume * max(height, 0.0) for height in rest.metacentric_heights(body.center))
+    own = np.diag([0.0, 0.0, weight * rest.area, heel, trim, 0.0])
+    return about_origin(own, np.array([rest.center[0], rest.center[1], body.center[2]])), rest.remarks(body.center)
 
 
 def _rates(inertia: FloatArray, stiffness: FloatArray, vessel: Vessel) -> npt.NDArray[np.complex128]:
@@ -235,7 +237,8 @@ def vessel_of(boat: Boat, density: float) -> Vessel | None:
         added = at_origin(config.added_mass, water.added_mass)
     check_mass(boat.name, added, body, "hydro" if hydro else "added_mass")
     matrix = config.hydrostatics == "matrix"
-    level, carried = _stiffness(config, body, point) if matrix else _mesh(boat, config, point, density)
+    rest, carried = (None, _stiffness(config, body, point)) if matrix else _mesh(boat, config, point, density)
+    level = rest.level if rest else config.waterline
     found = Vessel(
         added_mass=nested_tuples(added),
         munk=1 if config.munk else 0,
@@ -246,7 +249,7 @@ def vessel_of(boat: Boat, density: float) -> Vessel | None:
         diffraction=diffraction_of(hydro, density) if hydro and config.diffraction else None,
         **carried,
     )
-    check_rest(boat.name, found, body, density, boat.warnings)
+    check_rest(boat.name, found, body, density, rest, boat.warnings)
     return found
 
 
@@ -277,10 +280,10 @@ def _strips(config: CrossFlowConfig | None, level: float, density: float) -> tup
     return tuple(Strip(x=x, z=z, drag=k) for x, k in zip(middles.tolist(), drag.tolist(), strict=True))
 
 
-def _stiffness(config: MarineHullConfig, body: MassProperties, point: FloatArray) -> tuple[float, dict[str, Any]]:
-    """The height of the water at rest [m], and what a vessel has of a published model's restoring forces."""
+def _stiffness(config: MarineHullConfig, body: MassProperties, point: FloatArray) -> dict[str, Any]:
+    """What a vessel has of a published model's restoring forces."""
     stiff = np.array(config.restoring)
-    return config.waterline, {
+    return {
         "hydrostatics": MATRIX,
         "restoring": nested_tuples(about_origin(stiff, point)),
         "displacement": config.displacement or body.mass,
@@ -291,8 +294,8 @@ def _stiffness(config: MarineHullConfig, body: MassProperties, point: FloatArray
     }
 
 
-def _mesh(boat: Boat, config: MarineHullConfig, point: FloatArray, density: float) -> tuple[float, dict[str, Any]]:
-    """The height of the water at rest [m], and what a vessel has of a mesh, which carries the boat."""
+def _mesh(boat: Boat, config: MarineHullConfig, point: FloatArray, density: float) -> tuple[Flotation, dict[str, Any]]:
+    """The flotation at rest, and what a vessel has of a mesh, which carries the boat."""
     body = boat_mass(boat)
     corners = _surface(boat, config, body.mass / density)
     whole = enclosed_volume(corners) if len(corners) else 0.0
@@ -301,7 +304,7 @@ def _mesh(boat: Boat, config: MarineHullConfig, point: FloatArray, density: floa
         raise VrxError(f"robot {boat.name} {fault}")
     rest = flotation(corners, body.mass / density)
     points, triangles = panels_of(corners)
-    return rest.level, {
+    return rest, {
         "hydrostatics": MESH,
         "vertices": nested_tuples(points),
         "triangles": nested_tuples(triangles),

@@ -10,12 +10,12 @@ from vrx_mj.config.weather import CurrentConfig, SeaConfig, TideConfig
 from vrx_mj.config.world import PhysicsConfig
 from vrx_mj.constants import WATER_DENSITY, WAVE_GRAVITY
 from vrx_mj.mjcf.world import World
-from vrx_mj.model.boats import Boat, Hull, Sensor, Station, Thruster
+from vrx_mj.model.boats import Boat, Hull, Station, Thruster
 from vrx_mj.model.kinds import ProfileCode, record_from
 from vrx_mj.model.numbers import Number, numbers_of
 from vrx_mj.model.things import Block, Dock, Element, Float, Follower, Light, Mooring, Object, PathPoint, Placard, Rope
 from vrx_mj.model.water import Current, Layer, Sea, Wave
-from vrx_mj.model.world import Parameters
+from vrx_mj.model.world import Parameters, Sensor
 from vrx_mj.physics.tables import MARINE, VRX, VRX3
 from vrx_mj.physics.waves import cwr_components, pms_components
 from vrx_mj.spectra import LONGEST, REGULAR, SHORTEST, SPECTRA, Site, irregular_sea

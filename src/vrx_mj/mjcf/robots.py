@@ -58,12 +58,12 @@ from vrx_mj.model.boats import (
     Inertia,
     Propeller,
     Sail,
-    Sensor,
     Station,
     Thruster,
 )
 from vrx_mj.model.boats import Boat as Entry
 from vrx_mj.model.kinds import LONGEST_DESCRIPTION, record_from
+from vrx_mj.model.world import Sensor
 from vrx_mj.outputs import write_files
 from vrx_mj.physics.sail import sail_curve
 from vrx_mj.physics.tables import GLF, LINEAR, NEWTONS, RUDDER, SAIL

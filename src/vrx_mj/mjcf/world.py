@@ -13,7 +13,7 @@ from vrx_mj.config.search import ReadingError, read_limited
 from vrx_mj.errors import StateError
 from vrx_mj.mjcf.pieces import Piece, Pieces
 from vrx_mj.mjcf.saved import piece_files, read_world
-from vrx_mj.model.world import FORMER, MOST_BYTES, Parameters, json_of, without_descriptions
+from vrx_mj.model.world import FORMER, MOST_BYTES, Parameters, joined_entries, json_entries, without_descriptions
 from vrx_mj.outputs import write_files
 from vrx_mj.signals import delays_exit
 
@@ -48,6 +48,10 @@ class World:
         """Contents of the files that the MJCF refers to, by file name."""
         return MappingProxyType(dict(sorted(self.pieces.files.items())))
 
+    @cached_property
+    def _entries(self) -> dict[str, str]:
+        return json_entries(self.parameters)
+
     @property
     def name(self) -> str:
         """Name of the world."""
@@ -67,9 +71,9 @@ class World:
     def sha256(self) -> str:
         """SHA-256 of the saved world, without the descriptions of its boats: these name places on this machine."""
         hulls = tuple(replace(hull, inertia=None) for hull in self.parameters.hulls)  # the MJCF has it
-        former = replace(without_descriptions(self.parameters), format=FORMER, hulls=hulls)
+        former = {"format": FORMER, "hulls": hulls, "boats": without_descriptions(self.parameters).boats}
         digest = hashlib.sha256(self.mjcf.encode())
-        digest.update(json_of(former).encode())
+        digest.update(joined_entries({**self._entries, **json_entries(former)}).encode())
         for name in sorted(self.assets):
             digest.update(name.encode() + b"\0" + self.assets[name])
         return digest.hexdigest()
@@ -98,7 +102,8 @@ class World:
         for asset in self.assets:
             if asset != PurePosixPath(asset).name or "\\" in asset or ":" in asset:
                 raise StateError(f"invalid asset name '{asset}': a file name without folders is needed")
-        texts = {f"{name}.json": json_of(self.parameters), f"{name}.xml": self.mjcf, **piece_files(self.pieces, name)}
+        parameters = joined_entries(self._entries)
+        texts = {f"{name}.json": parameters, f"{name}.xml": self.mjcf, **piece_files(self.pieces, name)}
         return {
             **{f"assets/{asset}": bytes(content) for asset, content in self.assets.items()},
             **{file: text.encode() for file, text in texts.items()},

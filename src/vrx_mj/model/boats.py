@@ -8,9 +8,6 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from vrx_mj.config.dynamics import MOST_SKEGS, MOST_STRIPS
-from vrx_mj.config.fleet import AisClass
-from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.model.kinds import (
     LEFT_OUT,
     TIED,
@@ -45,6 +42,12 @@ from vrx_mj.physics.tables import BLADES, MESH, NEWTONS
 
 MOST_TRIANGLES = 5000
 """Largest number of triangles of a hull's mesh."""
+MOST_STRIPS = 200
+"""Strips that a hull may have."""
+MOST_SKEGS = 10
+"""Skegs that a hull may have."""
+AisClass = Literal["A", "B"]
+"""Class of a transponder of AIS."""
 
 
 _WindPoint = Annotated[tuple[Angle, Real, Real, Real], Parts("angle", "surge", "sway", "yaw")]
@@ -59,9 +62,9 @@ class Windage:
     """Windage of a hull: areas and coefficients; angles are those off the bow from which the wind comes."""
 
     frontal_area: Positive
-    """Area seen from ahead [m2]."""
+    """Area above the water, seen from ahead [m2]."""
     lateral_area: Positive
-    """Area seen from the side [m2]."""
+    """Area above the water, seen from the side [m2]."""
     length: Positive
     """Length overall [m]."""
     height: NonNegative
@@ -244,7 +247,9 @@ class Station:
     """Length of the piece [m]."""
 
 
-ThrustPoint = Annotated[tuple[Annotated[float, Field(ge=-1.0, le=1.0)], Real], Parts("command", "thrust")]
+Command = Annotated[float, Field(ge=-1.0, le=1.0)]
+"""Share of the largest command, astern below 0."""
+ThrustPoint = Annotated[tuple[Command, Real], Parts("command", "thrust")]
 
 
 @record
@@ -323,7 +328,7 @@ class Thruster:
     timeout: Real
     """Time for which a command holds [s]; for ever unless above 0."""
     max_angle: NonNegative
-    """Largest steering angle [rad]."""
+    """Largest steering angle either way [rad]."""
     kp: NonNegative
     """Stiffness of the servo [N m/rad]."""
     kd: NonNegative
@@ -375,34 +380,6 @@ class Thruster:
         if self.in_newtons:
             return self.max_reverse, self.max_forward
         return -self.max_command, self.max_command
-
-
-@record
-class Sensor:
-    """A sensor on a boat."""
-
-    boat: Text
-    """Name of the boat."""
-    body: Text
-    """Name of the MJCF's body that carries it."""
-    position: Vec3
-    """Place in that body [m]."""
-    rotation: Matrix
-    """Axes of the sensor in that body's axes."""
-    frame: Text
-    """Name of the frame of its readings."""
-    config: SensorConfig
-    """Type, rate, errors, and the pose on its boat."""
-
-    @property
-    def name(self) -> str:
-        """Name of the sensor on its boat."""
-        return self.config.name
-
-    @property
-    def type(self) -> str:
-        """Kind of sensor: `camera`, `gps`, `ball_shooter`..."""
-        return self.config.type
 
 
 @record
@@ -488,7 +465,7 @@ class WindCoefficients:
     link: Text | None = None
     """VRX's link_name: of an object that has joints, the link that is pushed; by default its own."""
     coefficients: tuple[Coefficient, Coefficient, Coefficient]
-    """Coefficients x, y [N s2/m2] and turning [N m s2/m2]."""
+    """Coefficients of the force along x and y and of the torque about z [N s2/m2, N m s2/m2]."""
 
 
 @record

@@ -6,8 +6,7 @@ from typing import Annotated, Literal, TypeVar, get_args, get_type_hints
 
 from pydantic import Field
 
-from vrx_mj.config.values import Latitude, Longitude
-from vrx_mj.model.kinds import Angle, NonNegative, Pose, Positive, Real, Text, Vec3, late, record
+from vrx_mj.model.kinds import Angle, Latitude, Longitude, NonNegative, Pose, Positive, Real, Text, Vec3, late, record
 
 _MOST = 100_000
 """Most things of a kind in a task."""

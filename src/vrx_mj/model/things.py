@@ -9,7 +9,6 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from vrx_mj.config.values import Latitude, Longitude
 from vrx_mj.frames import Geodetic
 from vrx_mj.model.kinds import (
     LEFT_OUT,
@@ -17,6 +16,8 @@ from vrx_mj.model.kinds import (
     Degrees,
     Flag,
     Index,
+    Latitude,
+    Longitude,
     Matrix,
     NonNegative,
     Pose,
@@ -137,9 +138,9 @@ class Mooring:
     anchor: Vec2
     """Place of that point at rest, x and y [m]."""
     stiffness: NonNegative
-    """Stiffness [N/m]."""
+    """Stiffness of one line [N/m]."""
     damping: NonNegative
-    """Damping [N s/m]."""
+    """Damping of one line [N s/m]."""
 
 
 @record
@@ -283,7 +284,7 @@ class Georeference(Geodetic):
     longitude: Longitude
     """Longitude [degrees]."""
     elevation: Real
-    """Height above the ellipsoid [m]."""
+    """Height of the origin above the ellipsoid [m]."""
     heading: Degrees
     """Direction of the world's x axis [degrees], counter-clockwise from east."""
 

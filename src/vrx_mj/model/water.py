@@ -5,9 +5,8 @@ from typing import Annotated
 
 from pydantic import Field
 
-from vrx_mj.config.values import Seed
 from vrx_mj.constants import WATER_DENSITY, WAVE_GRAVITY
-from vrx_mj.model.kinds import LEFT_OUT, TIED, Flag, Heading, NonNegative, Positive, Real, Share, Vec2, record
+from vrx_mj.model.kinds import LEFT_OUT, TIED, Flag, Heading, NonNegative, Positive, Real, Seed, Share, Vec2, record
 from vrx_mj.spectra import SPECTRA, SeaModel
 
 
@@ -87,11 +86,11 @@ class Current:
     tide_phase: Real
     """Phase of the tide at time 0 [rad]."""
     gain: NonNegative
-    """Standard deviation of the random part, of each component [m/s]."""
+    """Standard deviation of the random part (Gauss-Markov), along x and along y [m/s]."""
     time_constant: Positive
     """Time constant of the random part [s]."""
     seed: Seed
-    """Seed of the random part; 0 leaves it to the run's."""
+    """Seed of the random part; 0 leaves it to the run's seed."""
     layers: Annotated[tuple[Layer, ...], Field(max_length=10_000)]
     """Shares of the mean and of the tide over the depth; none: 1 everywhere."""
 
@@ -111,7 +110,7 @@ class Wind:
     first_step: NonNegative
     """The gusts' own length of the first step [s]; 0: that of all others."""
     seed: Seed
-    """Seed of the gusts; 0 leaves it to the run's."""
+    """Seed of the gusts; 0 leaves it to the run's seed."""
     update_rate: Real
     """Rate at which VRX publishes the wind [Hz]."""
 
@@ -131,6 +130,6 @@ class Air:
     spread: NonNegative
     """Standard deviation of its direction [rad]."""
     time_constant: Positive
-    """Time constant of its direction [s]."""
+    """Time constant of the direction [s]."""
     gust_frequencies: Annotated[tuple[Positive, ...], Field(max_length=10_000)]
     """Angular frequencies of the harmonics of its gusts [rad/s]; none: a Gauss-Markov process."""

@@ -14,12 +14,12 @@ from typing import Annotated, Any, Final, Literal, get_args, get_origin, get_typ
 import pydantic
 from pydantic import BaseModel, TypeAdapter
 
-from vrx_mj.config.values import Seed
+from vrx_mj.config.sensors import SensorConfig
 from vrx_mj.constants import LONGEST_STEP, SHORTEST_STEP
 from vrx_mj.frames import compass
 from vrx_mj.model import tasks
-from vrx_mj.model.boats import Boat, Hull, Sensor, Spawn, Station, Thruster
-from vrx_mj.model.kinds import LEFT_OUT, Angle, Count, NonNegative, Pose, Real, RowOf, Text, record
+from vrx_mj.model.boats import Boat, Hull, Spawn, Station, Thruster
+from vrx_mj.model.kinds import LEFT_OUT, Angle, Count, Matrix, NonNegative, Pose, Real, RowOf, Seed, Text, Vec3, record
 from vrx_mj.model.tasks import Task
 from vrx_mj.model.things import (
     Block,
@@ -47,6 +47,34 @@ FORMER: Final = 3
 """Version that had no pieces, which is read too."""
 MOST_BYTES = 200_000_000
 """Bytes of the largest file of a saved world that is read."""
+
+
+@record
+class Sensor:
+    """A sensor on a boat."""
+
+    boat: Text
+    """Name of the boat."""
+    body: Text
+    """Name of the MJCF's body that carries it."""
+    position: Vec3
+    """Place in that body [m]."""
+    rotation: Matrix
+    """Axes of the sensor in that body's axes."""
+    frame: Text
+    """Name of the frame of its readings."""
+    config: SensorConfig
+    """Type, rate, errors, and the pose on its boat."""
+
+    @property
+    def name(self) -> str:
+        """Name of the sensor on its boat."""
+        return self.config.name
+
+    @property
+    def type(self) -> str:
+        """Kind of sensor: `camera`, `gps`, `ball_shooter`..."""
+        return self.config.type
 
 
 @record
@@ -223,9 +251,21 @@ def _table(name: str) -> TypeAdapter[Any]:
     return TypeAdapter(get_type_hints(Parameters, include_extras=True)[name])
 
 
+def json_entries(values: Parameters | Mapping[str, object]) -> dict[str, str]:
+    """JSON texts of the entries of parameters, or of some of them by name, for `joined_entries`."""
+    tree = tree_of(values).items()
+    return {key: json.dumps(value, indent=1, ensure_ascii=False, allow_nan=False) for key, value in tree}
+
+
+def joined_entries(entries: Mapping[str, str]) -> str:
+    """The text of all entries of parameters."""
+    lines = (f'"{key}": {text}'.replace("\n", "\n ") for key, text in entries.items())
+    return "{\n " + ",\n ".join(lines) + "\n}\n"
+
+
 def json_of(parameters: Parameters) -> str:
     """The text from which `parameters_of` makes the same parameters again."""
-    return json.dumps(tree_of(parameters), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    return joined_entries(json_entries(parameters))
 
 
 def without_descriptions(parameters: Parameters) -> Parameters:

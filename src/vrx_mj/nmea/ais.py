@@ -13,8 +13,8 @@ import numpy as np
 from pyais import messages
 from pyais.encode import encode_msg
 
-from vrx_mj.config.fleet import AisClass
 from vrx_mj.frames import Geodetic, compass, rotation_matrix
+from vrx_mj.model.boats import AisClass
 from vrx_mj.nmea.sentences import KNOT, START, knots, tenths
 from vrx_mj.runtime.observation import BoatObservation
 

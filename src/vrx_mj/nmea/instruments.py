@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 
-from vrx_mj.config.fleet import AisClass
+from vrx_mj.model.boats import AisClass
 from vrx_mj.nmea.ais import FIRST, LEAST_OF_A, PERIOD, Transponder, mmsi_of, size_of
 from vrx_mj.nmea.sentences import HEADINGS, KINDS, Sentence
 from vrx_mj.runtime.battery import Charge

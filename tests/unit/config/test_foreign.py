@@ -6,12 +6,13 @@ import pytest
 
 from vrx_mj.config.base import keys_of
 from vrx_mj.config.fleet import FleetConfig, load_fleet
-from vrx_mj.config.kinds import FORMATS, KINDS, MARKS, NEEDS, USES
+from vrx_mj.config.kinds import FORMATS, KINDS, MARKS, NEEDS, USES, Reader, needs
 from vrx_mj.config.objects import ObjectConfig
 from vrx_mj.config.robots import RobotConfig
 from vrx_mj.config.search import catalogue, find
 from vrx_mj.config.world import WorldConfig, load_world
 from vrx_mj.errors import UnknownNameError, VrxError
+from vrx_mj.formats import READERS
 from vrx_mj.formats.gazebo.stock import LAUNCHED, PLACES
 from vrx_mj.formats.parts.read import load_parts
 from vrx_mj.mjcf.compile import compile_world
@@ -262,3 +263,10 @@ def test_a_file_that_another_names_outside_of_its_folder_is_not_looked_into(robo
 def test_a_profile_that_is_no_text_is_told():
     with pytest.raises(VrxError, match=r"physics\.profile: expected vrx, vrx3 or marine, got no keys"):
         load_world({"physics": {"profile": {}}})
+
+
+def test_formats_of_fleets_are_those_of_their_readers(monkeypatch):
+    monkeypatch.setattr("vrx_mj.formats.READERS", (Reader("fleets", (".csv", ".csv.gz"), ""), *READERS))
+    assert needs("fleets").startswith(
+        "a fleet is a YAML file or one that ends in .csv, .launch, .urdf, .xacro, .world or"
+    )

@@ -5,7 +5,7 @@ import re
 import shutil
 from fractions import Fraction
 from types import UnionType
-from typing import Annotated, Union, get_args, get_origin
+from typing import Annotated, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ from pydantic import BaseModel
 import vrx_mj
 from vrx_mj import Simulation, World, compile_world, parameters
 from vrx_mj.config.robots import RobotConfig
-from vrx_mj.config.values import MIN_POSITIVE
+from vrx_mj.config.values import NumberOf
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import CommandError, CompileError, UnknownNameError
 from vrx_mj.model.numbers import with_numbers
@@ -189,8 +189,8 @@ def patterns_of(path, base):
             value = in_file(base if own == name else file, place)
             if value is not None and not (base is MARINE and replaced(place, file)):
                 if pattern not in {*compared, "wind.direction"}:  # which is kept as a unit vector
-                    low, high = range_in_file(WorldConfig if own == name else RobotConfig, place)
-                    assert all(number.field_value(end * factor) is not None for end in (low, high)), name
+                    declared = declaration_in_file(WorldConfig if own == name else RobotConfig, place)
+                    assert declared == declaration_of(world, number.path), name
                 compared.add(pattern)
                 assert number.value == pytest.approx(value * factor, rel=1e-12), f"{name}, {place}"
     return compared
@@ -211,27 +211,29 @@ def test_every_place_of_a_file_is_that_of_a_number(tmp_path):
     assert set().union(*(patterns_of(paths[robot], base) for robot, base in tried)) == GIVEN.keys()
 
 
-def range_in_file(kind, place):
-    """Least and largest number that a file may have at a place: the compiled world takes both."""
-    marks = []
-    for step in place.split("."):
+def declaration_in_file(kind, place):
+    """Dataclass and field that declare the number at a place of a file."""
+    found = None
+    for step in [*place.split("."), ""]:
         while get_origin(kind) in {Annotated, Union, UnionType}:
-            kind, *more = get_args(kind)
-        if isinstance(kind, type) and issubclass(kind, BaseModel):
-            field = kind.model_fields[step]
-            kind, marks = field.annotation, field.metadata
-        else:
+            kind, *marks = get_args(kind)
+            found = next((mark for mark in marks if isinstance(mark, NumberOf)), found)
+        if step and isinstance(kind, type) and issubclass(kind, BaseModel):
+            kind = get_type_hints(kind, include_extras=True)[step]
+        elif step:
             parts = get_args(kind)
             kind = parts[1] if get_origin(kind) is dict else parts[0 if parts[-1] is ... else int(step)]
-    while get_origin(kind) in {Annotated, Union, UnionType}:
-        kind, *more = get_args(kind)
-        marks = [*marks, *more]
-    marks = [each for mark in marks for each in (mark, *getattr(mark, "metadata", ()))]
-    assert kind is float, place
-    ends = [[getattr(mark, name) for mark in marks for name in names if getattr(mark, name, None) is not None]
-            for names in (("ge", "gt"), ("le", "lt"))]  # fmt: skip
-    low = max(ends[0])
-    return (low if any(getattr(mark, "ge", None) == low for mark in marks) else MIN_POSITIVE), min(ends[1])
+    return found and (found.record, found.name)
+
+
+def declaration_of(world, path):
+    """Dataclass and field of a number of a compiled world."""
+    found, value = None, world.parameters
+    for step in path:
+        if isinstance(step, str):
+            found = type(value), step
+        value = getattr(value, step) if isinstance(step, str) else value[step]
+    return found
 
 
 def replaced(place, file):
