@@ -13,6 +13,7 @@ from typing import Any, cast
 import numpy as np
 
 from vrx_mj.arguments import as_number, check_kind, check_name
+from vrx_mj.constants import PHYSICS_VERSION
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError, VrxWarning, first_names, shown
 from vrx_mj.runtime.commands import clipped_commands
 from vrx_mj.runtime.limits import processor
@@ -144,6 +145,8 @@ class Summary:
     """Simulated seconds per second of wall time."""
     state_sha256: str
     """Fingerprint of the final state."""
+    physics_version: int
+    """`constants.PHYSICS_VERSION`; runs of different ones differ."""
     platform: str
     """Kind of machine and versions for which equal runs are equal to the last bit."""
     interrupted: bool
@@ -387,6 +390,7 @@ def summarize(
         wall_time=wall,
         real_time_factor=elapsed / wall if wall > 0.0 else 0.0,
         state_sha256=sim.get_state().sha256,
+        physics_version=PHYSICS_VERSION,
         platform=fingerprint(),
         interrupted=interrupted,
         boats=boats,
