@@ -10,6 +10,7 @@ from dataclasses import asdict, dataclass, replace
 from importlib import import_module, metadata
 from typing import Any, cast
 
+import mujoco
 import numpy as np
 
 from vrx_mj.arguments import as_number, check_kind, check_name
@@ -318,7 +319,8 @@ def steady(sim: Simulation, thrust: Mapping[str, float]) -> Controller:
 
 def fingerprint() -> str:
     """What bit-equality depends on: processor, system, and the versions of what computes."""
-    versions = " ".join(f"{name}-{metadata.version(name)}" for name in ("mujoco", "numba", "numpy"))
+    core = mujoco.mj_versionString()  # pip updates it without the package `mujoco`
+    versions = " ".join([f"mujoco-{core}", *(f"{name}-{metadata.version(name)}" for name in ("numba", "numpy"))])
     return f"{processor()}; {platform.system()} {platform.machine()}; python-{platform.python_version()} {versions}"
 
 
