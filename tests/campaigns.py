@@ -23,12 +23,12 @@ def failed(controller, world, seed, error="it sank"):
     return Result(Cell(controller, world, seed), error=error)
 
 
-def campaign_of(folder, results, *, code="0.1.0 abc", platform="here", hashes=None, **options):
+def campaign_of(folder, results, *, code="0.1.0 abc", platform="here", physics=2, hashes=None, **options):
     """The campaign of these results: of every controller, world and seed that is among them."""
     cells = [result.cell for result in results]
     controllers = tuple(dict.fromkeys(cell.controller for cell in cells))
     worlds = tuple(dict.fromkeys(cell.world for cell in cells))
     plan = Plan(controllers, worlds, tuple(sorted({cell.seed for cell in cells})), **options)
     digests = hashes or dict.fromkeys(controllers, "1")
-    manifest = Manifest(plan, digests, code, platform, "2030-01-02T03:04:05+00:00")
+    manifest = Manifest(plan, digests, code, platform, "2030-01-02T03:04:05+00:00", physics)
     return Campaign(folder, manifest, {result.cell: result for result in results})

@@ -13,6 +13,7 @@ import numpy as np
 import trimesh
 
 from trees import partial
+from vrx_mj.constants import PHYSICS_VERSION
 from vrx_mj.recording.record_scene import RecordedBody, RecordedThruster, RecordScene, Surface
 from vrx_mj.recording.session import RecordWriter
 
@@ -85,7 +86,13 @@ def scene(boats=3, seed=7):
         for side, y in (("left", 1.03), ("right", -1.03))
     )
     return RecordScene(
-        properties={"world": "made_up", "fleet": "ring", "seed": seed, "versions": {"mujoco": "4.0.0"}},
+        properties={
+            "world": "made_up",
+            "fleet": "ring",
+            "seed": seed,
+            "versions": {"mujoco": "4.0.0"},
+            "physics_version": PHYSICS_VERSION,
+        },
         timestep=0.01,
         nq=7 * len(bodies),
         nv=6 * len(bodies),

@@ -2,7 +2,8 @@
 
 A spectrum is cut into bands of equal energy, and each is one wave at the mean frequency of its band: the variance and
 the mean frequency of the sea are those of its spectrum, and no two waves have a common period, so that the sea never
-repeats. Numbers are made by scalar functions, which give the same bits on every processor.
+repeats. How much energy a band has in one record is drawn from a run's seed, as in a Gaussian sea. Numbers are made by
+scalar functions, which give the same bits on every processor.
 
 Linear waves: their lengths, how high they can be, and what sea states are.
 
@@ -103,6 +104,9 @@ class Component(NamedTuple):
     """Unit vector of travel, east and north."""
     orbital: float
     """Amplitude of the water's horizontal velocity at the mean level [m/s]."""
+    energy_shape: float = 0.0
+    """Shape of the Gamma distribution from which a run draws its energy, whose mean is this wave's [1]; 0: it is fixed.
+    """
 
 
 def pierson_moskowitz(peak: float) -> Spectrum:
@@ -184,8 +188,8 @@ def _quantiles(edges: Sequence[float], masses: Sequence[float], shares: Sequence
     return found
 
 
-def _strata(edges: Sequence[float], masses: Sequence[float], number: int) -> list[float]:
-    """Means (number,) of parts of equal mass; the masses (n,) lie evenly between edges (n + 1,)."""
+def _strata(edges: Sequence[float], masses: Sequence[float], number: int) -> tuple[list[float], list[float]]:
+    """Means (number,) and widths of parts of equal mass; the masses (n,) lie evenly between edges (n + 1,)."""
     sums, moments = [0.0, *accumulate(masses)], [0.0]
     for index, mass in enumerate(masses):
         moments.append(moments[-1] + mass * 0.5 * (edges[index] + edges[index + 1]))
@@ -198,7 +202,8 @@ def _strata(edges: Sequence[float], masses: Sequence[float], number: int) -> lis
         mass = masses[cell] * (border - edges[cell]) / width
         upto.append(moments[cell] + mass * 0.5 * (edges[cell] + border))
     total = sums[-1] / number
-    return [(after - before) / total for before, after in pairwise(upto)]
+    means = [(after - before) / total for before, after in pairwise(upto)]
+    return means, [after - before for before, after in pairwise(borders)]
 
 
 def band_edges(first: float, last: float) -> list[float]:
@@ -207,8 +212,8 @@ def band_edges(first: float, last: float) -> list[float]:
     return [first * ratio**index for index in range(_SAMPLES)] + [last]
 
 
-def band_frequencies(spectrum: Spectrum, first: float, last: float, number: int) -> list[float]:
-    """Return the mean frequencies (number,) [rad/s] of bands of equal energy between two frequencies.
+def equal_energy_bands(spectrum: Spectrum, first: float, last: float, number: int) -> tuple[list[float], list[float]]:
+    """Return mean frequencies and widths (number,) [rad/s] of bands of equal energy between two frequencies.
 
     Raises:
         ValueError: the spectrum has no energy there.
@@ -230,7 +235,7 @@ def spread_angles(spreading: float, number: int) -> list[float]:
     half = 2000
     edges = [math.pi * (index / half - 1.0) for index in range(2 * half + 1)]
     masses = [math.cos(0.25 * (a + b)) ** (2.0 * spreading) for a, b in pairwise(edges)]
-    sorted_angles = _strata(edges, masses, number)
+    sorted_angles, _ = _strata(edges, masses, number)
     order = sorted(range(number), key=lambda index: math.fmod((index + 0.5) * _GOLDEN, 1.0))
     angles = [0.0] * number
     for angle, index in zip(sorted_angles, order, strict=True):
@@ -250,6 +255,19 @@ def rotated_direction(direction: Sequence[float], angle: float) -> tuple[float, 
     return math.cos(angle) * x - math.sin(angle) * y, math.sin(angle) * x + math.cos(angle) * y
 
 
+def _energy_shape(bandwidth: float) -> float:
+    """Shape of the Gamma distribution of a wave's energy in a record of T seconds: `bandwidth` is its band's, B T [1].
+
+    In a record of a Gaussian sea a band's energy has the variance 1 / (B T) of its mean squared (Bendat and
+    Piersol, 2010). The beats of the wave with its neighbours, B apart, make the part sum sinc^2(pi n B T), n from -inf
+    to inf but for 0, of it: all but 1 where the band is narrower than 1 / T, nothing where B T is whole. The rest is
+    the variance 1 / shape.
+    """
+    x = max(bandwidth, 1.0)
+    whole = math.floor(x)
+    return x * x / ((x - whole) ** 2 + whole)
+
+
 def irregular_sea(
     spectrum: Spectrum,
     height: float,
@@ -258,6 +276,7 @@ def irregular_sea(
     number: int,
     spreading: float | None = None,
     site: Site = Site(),  # noqa: B008
+    record: float = 0.0,
 ) -> list[Component]:
     """Return the waves of a sea: equal amplitudes, whose variance is that of the significant height exactly.
 
@@ -269,16 +288,18 @@ def irregular_sea(
         number: of waves.
         spreading: exponent s of cos^(2 s)(theta / 2); None: all waves travel alike.
         site: depth and gravity.
+        record: time T [s] over which significant heights differ from run to run as a Gaussian sea's do; 0: they do not.
 
     Raises:
         ValueError: the spectrum has no energy in the band.
     """
     amplitude = height / 4.0 * math.sqrt(2.0 / number)
-    frequencies = band_frequencies(spectrum, *band, number)
+    frequencies, widths = equal_energy_bands(spectrum, *band, number)
     angles = [0.0] * number if spreading is None else spread_angles(spreading, number)
+    shapes = [_energy_shape(record * width / (2.0 * math.pi)) if record else 0.0 for width in widths]
     return [
-        _linear(amplitude, frequency, rotated_direction(direction, angle), site)
-        for frequency, angle in zip(frequencies, angles, strict=True)
+        _linear(amplitude, frequency, rotated_direction(direction, angle), site)._replace(energy_shape=shape)
+        for frequency, angle, shape in zip(frequencies, angles, shapes, strict=True)
     ]
 
 
@@ -447,4 +468,4 @@ def gust_variance(spectrum: Spectrum) -> float:
 
 def gust_frequencies(spectrum: Spectrum, number: int) -> list[float]:
     """Return the angular frequencies (number,) [rad/s] of harmonics that have equal shares of the energy."""
-    return band_frequencies(spectrum, *_BAND, number)
+    return equal_energy_bands(spectrum, *_BAND, number)[0]

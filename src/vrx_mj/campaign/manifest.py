@@ -23,6 +23,7 @@ from vrx_mj.config.kinds import opener
 from vrx_mj.config.loading import fault_text
 from vrx_mj.config.search import find, is_path
 from vrx_mj.config.world import load_world
+from vrx_mj.constants import PHYSICS_VERSION
 from vrx_mj.errors import CommandError, RecordError, UnknownNameError, VrxError, VrxWarning, first_names
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.outputs import check_inside
@@ -49,6 +50,8 @@ class Manifest:
     platform: str
     began: str
     """Date and time, UTC, ISO 8601."""
+    physics_version: int = PHYSICS_VERSION
+    """`constants.PHYSICS_VERSION`; scores of different ones are of different boats and seas."""
 
 
 @dataclass(frozen=True)
@@ -182,7 +185,8 @@ def _read_manifest(folder: Path) -> Manifest:
     try:
         tree = read_json(file)
         plan = _PLAN.validate_python({**tree, "controllers": list(tree["controllers"])})
-        return Manifest(plan, tree["controllers"], tree["code"], tree["platform"], tree["began"])
+        physics = tree.get("physics_version", 1)
+        return Manifest(plan, tree["controllers"], tree["code"], tree["platform"], tree["began"], physics)
     except ValidationError as error:
         raise RecordError(f"{file} is damaged: {fault_text(error)}") from error
     except (ValueError, KeyError, TypeError) as error:

@@ -207,6 +207,8 @@ def _notes(now: Campaign, earlier: Campaign, names: Mapping[str, str]) -> Iterat
     new, old = now.manifest, earlier.manifest
     if new.code != old.code:
         yield f"vrx_mj was {old.code}, now {new.code}"
+    if new.physics_version != old.physics_version:
+        yield f"physics version was {old.physics_version}, now {new.physics_version}: equal runs differ"
     for name, before in names.items():
         if name != before:
             yield f"{name} is compared with {before}"

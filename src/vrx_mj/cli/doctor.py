@@ -25,6 +25,7 @@ from rich.text import Text
 
 from vrx_mj.cli.environment import EXTRAS, PACKAGES, missing_modules
 from vrx_mj.cli.screen import print_table, show
+from vrx_mj.constants import PHYSICS_VERSION
 from vrx_mj.errors import VrxError, first_names
 from vrx_mj.packages import install_command, install_extra
 from vrx_mj.runtime.limits import core_share, free_memory, processor
@@ -69,6 +70,7 @@ def examine() -> list[Row]:
         viewer = pool.submit(viewer_row)
         rows = [version_row(), python_row(sys.version_info[:3]), machine_row()]
         rows += [package_row(name, module) for name, module in _MODULES.items()]
+        rows += list(physics_rows())
         rows += [kernel_row(*_kernels())]
         rows += [display_row(os.environ, sys.platform), *drawn.result(), viewer.result()]
     rows += [ros_row(os.environ), ardupilot_row(shutil.which), *search_rows(os.environ), pythonpath_row(os.environ)]
@@ -116,6 +118,14 @@ def python_row(version: tuple[int, ...]) -> Row:
     if version >= _OLDEST_PYTHON and sys.maxsize > 2**32:
         return Row("python", f"{shown} in {sys.prefix}", core=True)
     return Row("python", shown, "no", "Python 3.11 or newer, 64 bit, is needed: see docs/install.md", core=True)
+
+
+def physics_rows() -> Iterator[Row]:
+    """What equal runs need besides the machine: the same physics, and MuJoCo's core, which pip updates by itself."""
+    with contextlib.suppress(ImportError):  # the package has a row of its own
+        import mujoco
+
+        yield Row("equal runs", f"physics version {PHYSICS_VERSION}, core of MuJoCo {mujoco.mj_versionString()}")
 
 
 def machine_row() -> Row:

@@ -301,7 +301,11 @@ class SeaConfig(InFolder):
     spreading: Annotated[Annotated[float, Field(gt=0, le=1000)] | None, Only("model", _SPECTRA)] = None
     """Exponent s of the spreading cos^(2 s)(theta / 2) of a spectrum; by default all waves travel alike."""
     components: Annotated[int, Field(ge=1, le=500), Only("model", _SPECTRA)] = 60
-    """Component waves of a spectrum, of equal energy."""
+    """Component waves of a spectrum, of equal energy on the average."""
+    amplitudes: Annotated[Literal["drawn", "fixed"], Only("model", _SPECTRA)] = "drawn"
+    """Whether the energies of components are drawn from the run's seed, or are those of the spectrum in every run."""
+    record: Annotated[Positive, Only("model", _SPECTRA)] = 3600.0
+    """Time over which a run's significant height differs from that of other seeds as in a Gaussian sea [s]."""
     height: Annotated[NonNegative | None, Only("model", _REGULAR, required=True)] = None
     """Height of a regular wave, crest over trough [m]."""
     file: Annotated[Annotated[str, loads(read_spectrum)] | None, Only("model", ("file",), required=True)] = None

@@ -15,6 +15,7 @@ from vrx_mj.config.kinds import opener
 from vrx_mj.config.loading import fault_text, problem_at
 from vrx_mj.config.wording import ros_names_note
 from vrx_mj.config.world import WorldConfig, load_world
+from vrx_mj.constants import PHYSICS_VERSION
 from vrx_mj.errors import CompileError, ConfigError, Problem, UnknownNameError, VrxWarning, first_names
 from vrx_mj.foreign import budget
 from vrx_mj.mjcf.afloat import boats_afloat
@@ -245,6 +246,7 @@ class _Compilation(Assembly):
             config,
             config.physics,
             format=FORMAT,
+            physics_version=PHYSICS_VERSION,
             fleet=self.fleet,
             seed=seed,
             sea=self.sea,

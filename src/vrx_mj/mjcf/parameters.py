@@ -68,7 +68,8 @@ def _ocean(sea: SeaConfig, physics: PhysicsConfig) -> Sea:
         kind, peak = SPECTRA[sea.model], 2.0 * math.pi / sea.tp
         spectrum = kind.shape(peak, site, **{key: getattr(sea, key) for key in kind.keys})
         band = (LONGEST * peak, SHORTEST * peak)
-        waves = irregular_sea(spectrum, sea.hs, band, sea.direction, sea.components, sea.spreading, site)
+        record = sea.record if sea.amplitudes == "drawn" else 0.0
+        waves = irregular_sea(spectrum, sea.hs, band, sea.direction, sea.components, sea.spreading, site, record)
     return record_from(
         Sea,
         sea,

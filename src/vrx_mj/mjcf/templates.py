@@ -1,6 +1,7 @@
 """MJCF text from the templates, and shapes of the configuration as the geoms and meshes that MJCF wants."""
 
 import hashlib
+import math
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -19,6 +20,8 @@ _MESH = "vrx_mj/mesh"
 """Name of a mesh that is tried alone."""
 _MUJOCO_SUFFIXES = (".obj", ".stl")
 """Suffixes of meshes that MuJoCo reads as they are."""
+_SIDES = 64
+"""Sides of the prism that a cylinder is where it collides."""
 
 
 @dataclass(frozen=True)
@@ -59,13 +62,13 @@ def render(template: str, **values: object) -> str:
 
 
 def geoms(shapes: Iterable[Shape]) -> list[Geom]:
-    """Shapes as geoms; a shape with a colour is seen and does not collide."""
+    """Shapes as geoms; a shape with a colour is seen and does not collide, a cylinder that collides is a prism."""
     return [
         Geom(
             name=shape.name,
-            type=shape.type,
-            size=_size(shape),
-            mesh=mesh(shape).name if shape.type == "mesh" else None,
+            type="mesh" if _is_mesh(shape) else shape.type,
+            size=() if _is_mesh(shape) else _size(shape),
+            mesh=mesh(shape).name if _is_mesh(shape) else None,
             pos=shape.pose[:3],
             euler=shape.pose[3:],
             rgba=getattr(shape, "color", None),
@@ -76,11 +79,19 @@ def geoms(shapes: Iterable[Shape]) -> list[Geom]:
 
 def meshes(shapes: Iterable[Shape]) -> list[Mesh]:
     """The meshes that these shapes need, each once, in the order of their first use."""
-    return list(dict.fromkeys(mesh(shape) for shape in shapes if shape.type == "mesh"))
+    return list(dict.fromkeys(mesh(shape) for shape in shapes if _is_mesh(shape)))
+
+
+def _is_mesh(shape: Shape) -> bool:
+    """Whether a shape is a mesh in MuJoCo: its cylinders touch differently in 4.0.0 and 4.0.1, its meshes do not."""
+    return shape.type == "mesh" or (shape.type == "cylinder" and not isinstance(shape, Visual))
 
 
 def mesh(shape: Shape) -> Mesh:
-    """The mesh of a shape of type `mesh`, read from its file; what MuJoCo cannot read becomes OBJ."""
+    """The mesh of a shape of type `mesh`, read from its file, or a cylinder's; what MuJoCo cannot read becomes OBJ."""
+    if shape.type == "cylinder":
+        radius, half = _size(shape)
+        return _scaled(_prism(), ".obj", (radius, radius, half))
     path = contained_file(str(shape.file), shape.folder)
     if not path.resolve().is_relative_to(root() / "assets"):
         stat = path.stat()
@@ -93,9 +104,26 @@ def mesh_of_file(path: Path, scale: tuple[float, ...] = (1.0, 1.0, 1.0)) -> Mesh
     content, suffix = mesh_bytes(path), path.suffix.lower()
     if suffix not in _MUJOCO_SUFFIXES or (suffix == ".stl" and not is_binary_stl(content)):
         content, suffix = obj_text(read_mesh(path)).encode(), ".obj"
+    return _scaled(content, suffix, scale)
+
+
+def _scaled(content: bytes, suffix: str, scale: tuple[float, ...]) -> Mesh:
     stem = f"mesh_{hashlib.sha256(content).hexdigest()[:16]}"
     scaled = "" if scale == (1.0, 1.0, 1.0) else "_" + "_".join(map(repr, scale))
     return Mesh(stem + scaled, stem + suffix, scale, content)
+
+
+@cache
+def _prism() -> bytes:
+    """OBJ of a prism inside of a cylinder of radius and half length 1: it lacks 0.12 % of the radius at most."""
+    angles = [2.0 * math.pi * side / _SIDES for side in range(_SIDES)]
+    lines = [f"v {math.cos(angle):.9f} {math.sin(angle):.9f} {z}" for z in (-1, 1) for angle in angles]
+    for side in range(1, _SIDES + 1):
+        after = side % _SIDES + 1
+        lines += [f"f {side} {after} {after + _SIDES}", f"f {side} {after + _SIDES} {side + _SIDES}"]
+    for side in range(2, _SIDES):
+        lines += [f"f 1 {side + 1} {side}", f"f {_SIDES + 1} {_SIDES + side} {_SIDES + side + 1}"]
+    return "\n".join([*lines, ""]).encode()
 
 
 @lru_cache(maxsize=256)

@@ -2,6 +2,7 @@
 
 import hashlib
 import os
+import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -10,10 +11,18 @@ from types import MappingProxyType
 
 from vrx_mj.arguments import as_path
 from vrx_mj.config.search import ReadingError, read_limited
-from vrx_mj.errors import StateError
+from vrx_mj.errors import StateError, VrxWarning
 from vrx_mj.mjcf.pieces import Piece, Pieces
 from vrx_mj.mjcf.saved import piece_files, read_world
-from vrx_mj.model.world import FORMER, MOST_BYTES, Parameters, joined_entries, json_entries, without_descriptions
+from vrx_mj.model.world import (
+    FORMER,
+    MOST_BYTES,
+    Parameters,
+    joined_entries,
+    json_entries,
+    other_physics,
+    without_descriptions,
+)
 from vrx_mj.outputs import write_files
 from vrx_mj.signals import delays_exit
 
@@ -117,13 +126,19 @@ class World:
 
         Raises:
             StateError: there is no saved world, or it is damaged or of another version.
+
+        Warns:
+            VrxWarning: it is of another version of the physics.
         """
         scene = _scene(as_path("source", source))
         path = scene.with_suffix(".json")
         if not (path.is_file() and scene.is_file()):
             raise StateError(f"no saved world at {source}: {scene.name} and {path.name} are needed in {scene.parent}")
         folder = scene.parent
-        return world_of(lambda name: _read_file(folder / name), scene.stem, f"{folder}{os.sep}")
+        world = world_of(lambda name: _read_file(folder / name), scene.stem, f"{folder}{os.sep}")
+        if other := other_physics(world.parameters.physics_version):
+            warnings.warn(f"the world {scene} is {other}", VrxWarning, stacklevel=2)
+        return world
 
 
 @delays_exit()

@@ -26,6 +26,9 @@ class Wave:
     """Share of the trochoid's horizontal motion; heights ignore it."""
     orbital: Annotated[Real, TIED] | None = field(default=None, metadata=LEFT_OUT)
     """Amplitude of the water's horizontal velocity at the mean level [m/s]; None: a linear wave's, g k a / omega."""
+    energy_shape: Annotated[NonNegative, TIED] = field(default=0.0, metadata=LEFT_OUT)
+    """Shape of the Gamma distribution from which a run draws its energy, whose mean is this wave's [1]; 0: it is fixed.
+    """
 
 
 @record

@@ -15,7 +15,7 @@ import pydantic
 from pydantic import BaseModel, TypeAdapter
 
 from vrx_mj.config.sensors import SensorConfig
-from vrx_mj.constants import LONGEST_STEP, SHORTEST_STEP
+from vrx_mj.constants import LONGEST_STEP, PHYSICS_VERSION, SHORTEST_STEP
 from vrx_mj.frames import compass
 from vrx_mj.model import tasks
 from vrx_mj.model.boats import Boat, Hull, Spawn, Station, Thruster
@@ -83,6 +83,8 @@ class Parameters:
 
     format: Literal[3, 4]
     """Version of the saved form."""
+    physics_version: Count = field(default=1, metadata=LEFT_OUT)
+    """`constants.PHYSICS_VERSION` that compiled it."""
     name: Text
     """Name of the world."""
     fleet: Text
@@ -305,6 +307,13 @@ def format_of(text: bytes) -> object:
         ValidationError: it gives none.
     """
     return _VERSIONED.validate_json(text).format
+
+
+def other_physics(version: object) -> str | None:
+    """What to say of a run of another version of the physics than this one; None of this one."""
+    if version == PHYSICS_VERSION:
+        return None
+    return f"of physics version {version}, and this is {PHYSICS_VERSION}: equal runs differ"
 
 
 @dataclass(frozen=True)

@@ -90,8 +90,9 @@ def _pair(z: float | Lanes, first: float, second: float) -> float | Lanes:
 @kernel
 def _less_half_turns(angle: float) -> tuple[float, float]:
     """Return an angle less the nearest number of half turns, and 1 or, where that is odd, -1."""
-    turns = np.floor(angle * (1.0 / math.pi) + 0.5)
-    odd = turns - 2.0 * np.floor(0.5 * turns)
+    shifted = angle * (1.0 / math.pi) + _SHIFT  # the last bits of this number are the half turns
+    turns = shifted - _SHIFT
+    odd = float(np.float64(shifted).view(np.int64) & 1)
     return ((angle - turns * _P1) - turns * _P2) - turns * _P3, 1.0 - 2.0 * odd
 
 

@@ -12,6 +12,7 @@ import math
 
 import numpy as np
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.kernel import kernel
 
 _GAMMA = np.uint64(0x9E3779B97F4A7C15)
@@ -50,6 +51,42 @@ def normal(key: int | np.uint64, counter: int | np.uint64) -> float:
     even = np.uint64(counter) * np.uint64(2)
     radius = math.sqrt(-2.0 * math.log(1.0 - uniform(key, even)))
     return radius * math.cos(2.0 * math.pi * uniform(key, even + _1))
+
+
+_NORMAL_RATIO = math.sqrt(8.0 / math.e)
+"""Width of the region of ratios of uniform numbers that are normal."""
+
+
+@kernel
+def _gamma_variate(key: int | np.uint64, shape: float) -> float:
+    """Return a number of the Gamma distribution of `shape` >= 1 and mean `shape`, from the numbers of stream `key`.
+
+    Marsaglia and Tsang (2000), of normal numbers that are ratios of uniform ones (Kinderman and Monahan, 1977): the
+    logarithm only decides what is rejected, so that the number has the same bits on every processor.
+    """
+    d = shape - 1.0 / 3.0
+    c = 1.0 / math.sqrt(9.0 * d)
+    counter = 0
+    while True:
+        u = 1.0 - uniform(key, np.uint64(counter))
+        x = _NORMAL_RATIO * (uniform(key, np.uint64(counter + 1)) - 0.5) / u
+        w = 1.0 - uniform(key, np.uint64(counter + 2))
+        counter += 3
+        v = 1.0 + c * x
+        if x * x <= -4.0 * math.log(u) and v > 0.0:
+            cube = v * v * v
+            if math.log(w) < 0.5 * x * x + d * (1.0 - cube + 3.0 * math.log(v)):
+                return d * cube
+
+
+@kernel
+def gamma_variates(key: int | np.uint64, shapes: FloatArray, out: FloatArray) -> None:
+    """Write numbers of mean 1 of Gamma distributions of `shapes` (n,) to `out` (n,); of shape 0 they are 1.
+
+    Another shape is at least 1. Each number has a stream of its own under `key`.
+    """
+    for i in range(shapes.size):
+        out[i] = _gamma_variate(bits(key, np.uint64(i)), shapes[i]) / shapes[i] if shapes[i] > 0.0 else 1.0
 
 
 _FORGOTTEN = 40.0

@@ -340,7 +340,7 @@ def restoring_of_vessel(vessel: Record, waves: Table, sea: Record, body: Motion,
     """
     height = sea.level + surface_height(waves, sea, body.x, body.y, t)
     east, north = surface_slope(waves, sea, body.x, body.y, t)
-    long = np.sqrt(1.0 + east * east + north * north)
+    long = math.sqrt(1.0 + east * east + north * north)
     normal = unrotate(body, (-east / long, -north / long, 1.0 / long))
     x, y, _ = normal
     rise = (body.z - height) / long + vessel.waterline

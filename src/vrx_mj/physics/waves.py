@@ -35,7 +35,7 @@ from vrx_mj.physics.lanes import (
     zeros_in_lines,
 )
 from vrx_mj.physics.motion import Vector
-from vrx_mj.physics.noise import stream_key, uniform
+from vrx_mj.physics.noise import gamma_variates, stream_key, uniform
 from vrx_mj.physics.tables import Record, Table, Waves
 from vrx_mj.spectra import rotated_direction
 
@@ -250,6 +250,16 @@ def random_phases(seed: int, number: int, *names: str) -> FloatArray:
     return np.array([2.0 * math.pi * uniform(key, np.uint64(index)) for index in range(number)])
 
 
+def random_heights(seed: int, shapes: FloatArray) -> FloatArray:
+    """Return factors (n,) [1] by which a run's seed makes waves higher than in the mean over seeds.
+
+    Their squares are of Gamma distributions of mean 1 and `shapes` (n,) [1]; of shape 0 they are 1.
+    """
+    energies = np.empty(len(shapes))
+    gamma_variates(np.uint64(stream_key(seed, "wave energies")), np.ascontiguousarray(shapes), energies)
+    return np.asarray(np.sqrt(energies))
+
+
 @kernel
 def ramp(sea: Record, t: float) -> float:
     """Return the share 1 - exp(-t / tau) to which the sea has grown by time `t` [s]; 1 for tau <= 0.
@@ -305,7 +315,9 @@ def surface_heights(
 
 
 @kernel
-def stretch_waves(waves: Table, sea: Record, change: Record, phases: FloatArray, out: Table) -> None:
+def stretch_waves(
+    waves: Table, sea: Record, change: Record, phases: FloatArray, heights: FloatArray, out: Table
+) -> None:
     """Write the waves of a sea that differs from `waves` by `change` into `out`; `sea` and `change` are as below.
 
     Heights grow by a factor; angular frequencies go from w to (p / f) (w / p)^b, with the peak's p, the period's
@@ -317,12 +329,14 @@ def stretch_waves(waves: Table, sea: Record, change: Record, phases: FloatArray,
         sea: peak [rad/s], direction (2,) and gravity [m/s2] of the world's sea.
         change: factors of `amplitude`, `period`, `band` and `spread`, and `turn` [rad].
         phases: (n,) of the waves at the origin at time 0 [rad].
+        heights: (n,) factors of their heights [1]: `random_heights`.
         out: `tables.WAVE`.
     """
     for i in range(waves.size):
         wave, own = waves[i], out[i]
-        own.amplitude, own.phase, own.steepness = wave.amplitude * change.amplitude, phases[i], wave.steepness
-        own.orbital = wave.orbital * change.amplitude
+        own.amplitude, own.phase = wave.amplitude * heights[i] * change.amplitude, phases[i]
+        own.steepness, own.energy_shape = wave.steepness, wave.energy_shape
+        own.orbital = wave.orbital * heights[i] * change.amplitude
         own.frequency, own.wavenumber = wave.frequency, wave.wavenumber
         if change.period != 1.0 or change.band != 1.0:
             own.frequency = sea.peak / change.period * (wave.frequency / sea.peak) ** change.band

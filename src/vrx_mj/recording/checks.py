@@ -116,6 +116,8 @@ def _word_differences(a: Record, b: Record) -> list[str]:
         for key in sorted({*a.properties, *b.properties})
         if key in _DECISIVE and a.properties.get(key) != b.properties.get(key)
     ]
+    if a.physics_version != b.physics_version:
+        found.append(f"physics_version: {a.physics_version!r} and {b.physics_version!r}")
     if a.timestep != b.timestep:
         found.append(f"timestep: {a.timestep} s and {b.timestep} s")
     names = [set(record.layout.names()) for record in (a, b)]

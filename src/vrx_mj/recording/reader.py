@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import math
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -18,8 +19,9 @@ from pydantic import ValidationError
 from vrx_mj.arguments import as_flag, as_number, as_path, as_text
 from vrx_mj.arrays import ByteArray, FloatArray, IntArray
 from vrx_mj.config.sensors import CameraConfig
-from vrx_mj.errors import RecordError, UnknownNameError, shown
+from vrx_mj.errors import RecordError, UnknownNameError, VrxWarning, shown
 from vrx_mj.frames import in_world_axes
+from vrx_mj.model.world import other_physics
 from vrx_mj.recording.boat_sets import (
     HUGE,
     BoatSet,
@@ -126,6 +128,16 @@ class Record:
     """Whether the sea is shown."""
     follow: str | None = None
     """The boat that the camera follows; None: the fleet."""
+
+    @property
+    def physics_version(self) -> object:
+        """`constants.PHYSICS_VERSION` of the run, 1 of one that did not say."""
+        return self.properties.get("physics_version", 1)
+
+    def warn_of_physics(self) -> None:
+        """Warn if the run was one of another version of the physics than this one."""
+        if other := other_physics(self.physics_version):
+            warnings.warn(f"'{self.path}' is {other}", VrxWarning, stacklevel=3)
 
     @property
     def time(self) -> FloatArray:

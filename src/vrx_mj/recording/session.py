@@ -410,6 +410,7 @@ def open_viewer(path: str | Path, *, follow: str | None = None, write: Callable[
     from vrx_mj.recording.viewer import LOOPBACK, Server, where_to_look
 
     record = read_record(path, whole=True)
+    record.warn_of_physics()
     with tempfile.TemporaryDirectory() as folder:
         file = viewable(record, follow, Path(folder))
         reason = no_window(mujoco=False)

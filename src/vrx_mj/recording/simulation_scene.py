@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.arrays import FloatArray
+from vrx_mj.constants import PHYSICS_VERSION
 from vrx_mj.errors import RecordError
 from vrx_mj.frames import matrix_quaternion
 from vrx_mj.mjcf.drawing import signed_spec
@@ -73,6 +74,7 @@ def scene_of(sim: Simulation, choices: Sequence[Choice] = (), *, looks_of: Seque
             "seed": sim.seed,
             "profile": parameters.profile,
             "world_sha256": world.sha256,
+            "physics_version": PHYSICS_VERSION,
             "platform": fingerprint(),
             "sea": {key: sea[key] for key in ("model", "significant_height", "period", "direction")},
             "wind": tree_of(parameters.wind),

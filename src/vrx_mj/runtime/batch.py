@@ -350,7 +350,8 @@ class Batch:
             wave_band: factor of the width of the spectrum's band, in logarithms of frequency: 0 for one period.
             wave_direction: direction in which the sea travels [rad], counter-clockwise from x.
             wave_spread: factor of the angles between the waves and that direction: 0 for a long-crested sea.
-            wave_phases: phase of each wave at the origin at time 0 [rad], (waves,) or (rows, waves).
+            wave_phases: phase of each wave at the origin at time 0 [rad], (waves,) or (rows, waves). Of a row that has
+                them no energies are drawn either.
             mass: factor of every boat's mass and inertia; such a row has its own model. Above `largest_masses` a
                 boat capsizes or sinks.
             thrust: factor of all thrusters' forces.

@@ -220,7 +220,7 @@ class LoopArrays:
         """Tables of sea, current and wind."""
         sea, current = parameters.sea, parameters.current
         self.waves, self.sea = wave_table(sea, seed), sea_table(sea)
-        self._random_sea = sea.random
+        self._random_sea = sea if sea.random else None
         self.wind_seed, self.current_seed = parameters.wind.seed, current.seed if current else 0
         currents, airs = [current] if current else [], [parameters.air] if parameters.air else []
         self.current = tables.table_of(tables.CURRENT, currents, key=[0])
@@ -421,7 +421,7 @@ class LoopArrays:
         for (table, column), drawn in self.streams(seed).items():
             getattr(self, table)[column] = drawn
         if self._random_sea:
-            self.waves["phase"] = random_phases(seed, len(self.waves))
+            self.waves[:] = wave_table(self._random_sea, seed)
 
     def streams(self, seed: int) -> Mapping[tuple[str, str], int | FloatArray]:
         """Keys and phases of the noise in the run of a seed, by table and column."""

@@ -30,6 +30,7 @@ from vrx_mj.runtime.loop_arrays import LoopArrays, mujoco_arrays, point_models
 from vrx_mj.runtime.rows import FEATURES, RowSeas, reset_rows, row_values
 from vrx_mj.runtime.state import integration_state, set_integration_state
 from vrx_mj.runtime.views import ARRAYS, OWN, PARAMETER, RUN, STATE, point, point_rows
+from vrx_mj.sensors.sea import wave_table
 
 _FIXED = 455_000
 """Memory of any row [bytes]: MuJoCo's `mjData` itself, mostly statistics of its solver; measured with MuJoCo 4.0."""
@@ -287,7 +288,7 @@ class Variation:
         """Start with all rows as the world is."""
         self._world, self._rows = world, rows
         arrays = rows.arrays
-        self.seas = RowSeas(arrays.waves, world.parameters.sea, rows.n)
+        self.seas = RowSeas(world.parameters.sea, rows.n)
         wind = arrays.wind[0]
         self._usual = dict.fromkeys(_COLUMNS, 1.0) | {
             "wind_speed": float(wind["mean"]), "gusts": float(wind["gain"]), "wave_phases": 0.0,
@@ -364,7 +365,7 @@ class Variation:
         arrays = self._rows.arrays.with_parameters(parameters, self._world.seed)
         self._rows.set_parameters(row, arrays)
         if any(name.startswith("sea.waves.") for name in self._own[row]):
-            self.seas.set_waves(row, arrays.waves)
+            self.seas.set_waves(row, wave_table(parameters.sea))
             self._rows.separate("waves")[row] = self.seas.waves(np.array([row]))[0]
 
     def differences(self, row: int) -> dict[str, tuple[float, float]]:

@@ -20,9 +20,10 @@ from vrx_mj.model.water import Sea
 from vrx_mj.physics.kernel import allocating_kernel, expanded_kernel, kernel
 from vrx_mj.physics.motion import motion
 from vrx_mj.physics.tables import Record, Table
-from vrx_mj.physics.waves import random_phases, stretch_waves, surface_height
+from vrx_mj.physics.waves import random_heights, random_phases, stretch_waves, surface_height
 from vrx_mj.runtime.loop import HUGE, advance, advance_vrx
 from vrx_mj.runtime.views import views
+from vrx_mj.sensors.sea import wave_table
 
 Rows = npt.ArrayLike | None
 """Which rows: a mask (n,) of truths, their numbers, or None for all."""
@@ -228,16 +229,17 @@ _LENGTHS = ("wave_period", "wave_band")
 class RowSeas:
     """What the sea of each row has of its own."""
 
-    def __init__(self, waves: Table, sea: Sea, n: int) -> None:
-        """Take a world's `tables.WAVE` and its sea; all `n` rows have that sea."""
+    def __init__(self, sea: Sea, n: int) -> None:
+        """Take a world's sea; all `n` rows have it."""
+        waves = wave_table(sea)
         self._world = np.broadcast_to(waves, (n, len(waves)))
         peak = 2.0 * math.pi / sea.period if sea.period else 1.0
         self._nominal = np.array([(peak, sea.direction, sea.gravity)], NOMINAL)
         self._deep, self._harmonic = sea.depth is None, sea.model == "stokes5"
         self.drawn = np.full(n, sea.random)
-        """Which rows have the phases of their seeds."""
+        """Which rows have the phases and energies of their seeds."""
         self._change = np.array([(1.0, 1.0, 1.0, 1.0, 0.0)] * n, _CHANGE)
-        self._phases = np.zeros((n, len(waves)))
+        self._phases, self._heights = np.zeros((n, len(waves))), np.ones((n, len(waves)))
 
     def set_waves(self, row: int, waves: Table) -> None:
         """Give a row the `tables.WAVE` of a world with other waves."""
@@ -268,7 +270,7 @@ class RowSeas:
             if own.shape not in {shape, shape[1:]} or not np.isfinite(own).all():
                 text = f"{shape} or {shape[1:]}, of finite numbers, is needed"
                 raise CommandError(f"invalid wave_phases of shape {own.shape}: {text}")
-            self._phases[which] = own
+            self._phases[which], self._heights[which] = own, 1.0
             self.drawn[which] = False
         for name, column in _FACTORS.items():
             if name in given:
@@ -278,24 +280,28 @@ class RowSeas:
         return self.waves(which)
 
     def draw(self, which: IntArray, seeds: IntArray) -> Table:
-        """Draw the phases of rows from their seeds, where none were given, and return their waves (rows, waves)."""
+        """Draw phases and energies of rows from their seeds, where no phases were given; their waves (rows, waves)."""
         for row, seed in zip(which.tolist(), seeds[which].tolist(), strict=True):
             if self.drawn[row]:
                 self._phases[row] = random_phases(seed, self._world.shape[1])
+                self._heights[row] = random_heights(seed, self._world["energy_shape"][row])
         return self.waves(which)
 
     def waves(self, which: IntArray) -> Table:
         """Waves of rows, (rows, waves)."""
         waves = np.zeros((len(which), self._world.shape[1]), self._world.dtype)
-        _stretch_rows(self._world[which], self._nominal, self._change[which], self._phases[which], waves)
+        drawn = self._phases[which], self._heights[which]
+        _stretch_rows(self._world[which], self._nominal, self._change[which], *drawn, waves)
         return waves
 
 
 @kernel
-def _stretch_rows(world: Table, nominal: Table, change: Table, phases: FloatArray, waves: Table) -> None:
+def _stretch_rows(
+    world: Table, nominal: Table, change: Table, phases: FloatArray, heights: FloatArray, waves: Table
+) -> None:
     """Write the waves of every row, (rows, waves)."""
     for i in range(change.size):
-        stretch_waves(world[i], nominal[0], change[i], phases[i], waves[i])
+        stretch_waves(world[i], nominal[0], change[i], phases[i], heights[i], waves[i])
 
 
 @kernel

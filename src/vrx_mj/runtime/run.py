@@ -10,9 +10,11 @@ from dataclasses import asdict, dataclass, replace
 from importlib import import_module, metadata
 from typing import Any, cast
 
+import mujoco
 import numpy as np
 
 from vrx_mj.arguments import as_number, check_kind, check_name
+from vrx_mj.constants import PHYSICS_VERSION
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError, VrxWarning, first_names, shown
 from vrx_mj.runtime.commands import clipped_commands
 from vrx_mj.runtime.limits import processor
@@ -144,6 +146,8 @@ class Summary:
     """Simulated seconds per second of wall time."""
     state_sha256: str
     """Fingerprint of the final state."""
+    physics_version: int
+    """`constants.PHYSICS_VERSION`; runs of different ones differ."""
     platform: str
     """Kind of machine and versions for which equal runs are equal to the last bit."""
     interrupted: bool
@@ -315,7 +319,8 @@ def steady(sim: Simulation, thrust: Mapping[str, float]) -> Controller:
 
 def fingerprint() -> str:
     """What bit-equality depends on: processor, system, and the versions of what computes."""
-    versions = " ".join(f"{name}-{metadata.version(name)}" for name in ("mujoco", "numba", "numpy"))
+    core = mujoco.mj_versionString()  # pip updates it without the package `mujoco`
+    versions = " ".join([f"mujoco-{core}", *(f"{name}-{metadata.version(name)}" for name in ("numba", "numpy"))])
     return f"{processor()}; {platform.system()} {platform.machine()}; python-{platform.python_version()} {versions}"
 
 
@@ -387,6 +392,7 @@ def summarize(
         wall_time=wall,
         real_time_factor=elapsed / wall if wall > 0.0 else 0.0,
         state_sha256=sim.get_state().sha256,
+        physics_version=PHYSICS_VERSION,
         platform=fingerprint(),
         interrupted=interrupted,
         boats=boats,

@@ -9,6 +9,7 @@ import re
 import shutil
 import stat
 import tempfile
+import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -22,7 +23,9 @@ from vrx_mj.arguments import as_path, check_kind
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.config.loading import fault_text
 from vrx_mj.config.wording import literal
-from vrx_mj.errors import StateError, VrxError, first_names, shortened
+from vrx_mj.constants import PHYSICS_VERSION
+from vrx_mj.errors import StateError, VrxError, VrxWarning, first_names, shortened
+from vrx_mj.model.world import other_physics
 from vrx_mj.outputs import atomic_write
 
 STATE_VERSION = 3
@@ -54,6 +57,7 @@ class Header:
     moving: _Size
     task: str
     varied: dict[_Parameter, tuple[_Finite, _Finite]] = field(default_factory=dict)
+    physics_version: int = 1
 
 
 _VERSION, _HEADER = TypeAdapter[Any](Version), TypeAdapter[Any](Header)
@@ -84,6 +88,8 @@ class State:
     """State of the referee as JSON; empty if the world has no task."""
     varied: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     """Parameters that `Batch.vary` has made differ from the world's: value of the row, and of the world."""
+    physics_version: int = PHYSICS_VERSION
+    """`constants.PHYSICS_VERSION` of the run; a run of another one can go on from it, with a warning."""
 
     @property
     def sha256(self) -> str:
@@ -101,6 +107,9 @@ class State:
         Raises:
             StateError: the state belongs to another world, to a row of a batch that differs from this world, or to
                 another version, or is not finite.
+
+        Warns:
+            VrxWarning: it is of another version of the physics.
         """
         _check_version(self.version)
         check_kind("check", world, str, "the sha256 of a world", StateError)
@@ -124,10 +133,12 @@ class State:
             raise StateError("invalid mujoco of a state: a flat array of float64 is needed")
         if not np.isfinite(self.mujoco).all():
             raise StateError(f"the state at t = {self.time:g} s is not finite")
+        if text := other_physics(self.physics_version):
+            warnings.warn(f"the state at t = {self.time:g} s is {text}", VrxWarning, stacklevel=2)
 
     def to_bytes(self) -> bytes:
         """The state as one block of bytes for `from_bytes`, without pickle."""
-        names = ("version", "world", "seed", "time", "mujoco", "moving", "task")
+        names = ("version", "world", "seed", "time", "mujoco", "moving", "task", "physics_version")
         header: dict[str, Any] = {name: getattr(self, name) for name in names}
         header |= {"time": self.time.hex(), "mujoco": len(self.mujoco)}
         if self.varied:
@@ -160,7 +171,8 @@ class State:
         numbers, ours = np.frombuffer(body[:size], "<f8").copy(), body[size:]
         if header.moving > len(ours):
             raise StateError(f"the saved state is truncated: {len(ours)} of {header.moving} bytes that move")
-        return State(version, header.world, header.seed, time, numbers, ours, header.moving, header.task, header.varied)
+        rest = header.moving, header.task, header.varied, header.physics_version
+        return State(version, header.world, header.seed, time, numbers, ours, *rest)
 
     def save(self, path: str | Path) -> None:
         """Write the state to a file, as a whole or not at all.

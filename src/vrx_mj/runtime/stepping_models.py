@@ -35,10 +35,10 @@ _SHAPES = [
     int(kind)
     for kind in (
         mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_CAPSULE, mujoco.mjtGeom.mjGEOM_ELLIPSOID,
-        mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_BOX,
+        mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_MESH,
     )
 ]  # fmt: skip
-"""Shapes of which it is known how many contacts two of them make; others keep MuJoCo's own choice."""
+"""Shapes of which it is known how many contacts two make, of a mesh at most four; others keep MuJoCo's own choice."""
 
 _CLOSE, FEW = 10.0, 4
 """Where more boats than these few are so near to each other [m], their contacts are counted when one is placed."""

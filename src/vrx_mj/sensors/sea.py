@@ -10,7 +10,7 @@ from vrx_mj.model.tables import SEA, WAVE, table_of
 from vrx_mj.model.water import Sea
 from vrx_mj.physics.surface import RINGS, SPOKES, draw_surface, ring_distances, ripples, spokes
 from vrx_mj.physics.tables import Table
-from vrx_mj.physics.waves import random_phases, surface_heights
+from vrx_mj.physics.waves import random_heights, random_phases, surface_heights
 from vrx_mj.sensors.view import View
 
 _SHOWN = 3
@@ -22,15 +22,20 @@ _FOAM_SEEN, _MOST = 40.0, 32
 _NOTHING = np.zeros((0, 7))
 
 
-def wave_table(sea: Sea, seed: int) -> Table:
-    """Waves of a world's sea in the run of a seed, `tables.WAVE`."""
-    phases = random_phases(seed, len(sea.waves)) if sea.random else np.zeros(len(sea.waves))
+def wave_table(sea: Sea, seed: int | None = None) -> Table:
+    """Waves of a world's sea in the run of a seed, `tables.WAVE`; without one phases are 0 and no energy is drawn."""
     slopes = [sea.gravity * wave.wavenumber * wave.amplitude for wave in sea.waves]
     orbital = [
         slope / wave.frequency if wave.orbital is None else wave.orbital
         for slope, wave in zip(slopes, sea.waves, strict=True)
     ]
-    return table_of(WAVE, sea.waves, phase=phases, orbital=orbital)
+    waves = table_of(WAVE, sea.waves, phase=np.zeros(len(sea.waves)), orbital=orbital)
+    if sea.random and seed is not None:
+        heights = random_heights(seed, waves["energy_shape"])
+        waves["phase"] = random_phases(seed, len(waves))
+        waves["amplitude"] *= heights
+        waves["orbital"] *= heights
+    return waves
 
 
 def sea_table(sea: Sea) -> Table:

@@ -17,6 +17,7 @@ from vrx_mj.draw.chart import Chart, Series, chart_svg, page_environment
 from vrx_mj.errors import UnknownNameError, VrxError
 from vrx_mj.outputs import write_files
 from vrx_mj.validation.cases import (
+    contacts,
     drifting,
     hulls,
     otter,
@@ -172,7 +173,7 @@ def write_report(folder: Path, results: Sequence[Result], left_out: Sequence[Cas
     return folder / PAGE
 
 
-_SUBJECTS = (waves, hulls, pressures, resolution, otter, propellers, spheres, drifting, winds, runs, vrx)
+_SUBJECTS = (waves, hulls, contacts, pressures, resolution, otter, propellers, spheres, drifting, winds, runs, vrx)
 CASES = tuple(each for subject in _SUBJECTS for each in vars(subject).values() if isinstance(each, Case))
 """All of them."""
 

@@ -95,9 +95,12 @@ def test_worlds_that_are_not_the_same_are_noted(tmp_path):
 
 def test_what_else_differs_is_noted(tmp_path):
     before, after = [scored("a:f", "hold", 0, 5.0)], [scored("a:f", "hold", 0, 4.0)]
-    result = both(tmp_path, before, after, code="0.2.0 def", platform="there", hashes={"a:f": "2"}, duration=9.0)
+    result = both(
+        tmp_path, before, after, code="0.2.0 def", platform="there", physics=1, hashes={"a:f": "2"}, duration=9.0
+    )
     assert result.notes == (
         "vrx_mj was 0.1.0 abc, now 0.2.0 def",
+        "physics version was 2, now 1: equal runs differ",
         "the controller a:f has changed",
         "--duration was None, now 9.0",
         "platform was here, now there: equal runs may differ in their last bits",

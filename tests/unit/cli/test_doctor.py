@@ -4,10 +4,12 @@ import os
 import stat
 from pathlib import Path
 
+import mujoco
 import pytest
 
 from vrx_mj.cli import doctor
-from vrx_mj.cli.doctor import Row
+from vrx_mj.cli.doctor import Row, physics_rows
+from vrx_mj.constants import PHYSICS_VERSION
 from vrx_mj.draw.display import Attempt
 from vrx_mj.packages import install_command
 
@@ -81,6 +83,11 @@ def test_what_we_ask_for_is_what_the_project_says():
     assert doctor.requirement("rerun-sdk").startswith("rerun-sdk")
     assert doctor.is_allowed(importlib.metadata.version("rerun-sdk"), doctor.requirement("rerun-sdk"))
     assert doctor.requirement("rerun") == "rerun"
+
+
+def test_what_equal_runs_need():
+    (row,) = physics_rows()
+    assert row.found == f"physics version {PHYSICS_VERSION}, core of MuJoCo {mujoco.mj_versionString()}"
 
 
 def test_an_old_python():

@@ -11,6 +11,7 @@ import pytest
 from vrx_mj import Simulation, read_record
 
 KEYS = {"world", "fleet", "seed", "steps", "sim_time", "wall_time", "real_time_factor", "state_sha256", "platform"}
+KEYS |= {"physics_version"}
 CONTROLLERS = """
 def left_half(obs, t):
     return {"wamv": {"left": 0.5}}

@@ -162,7 +162,7 @@ def test_shapes_stand_in_the_model_where_the_table_puts_them():
     mujoco.mju_quat2Mat(turn, beam.quat)
     assert beam.pos == pytest.approx([-0.55, -0.65, 1.17])
     assert turn.reshape(3, 3)[:, 2] == pytest.approx([sp * cr, -sr, cp * cr])  # Ry(pitch) Rx(roll) z
-    assert beam.size[:2] == pytest.approx([0.03, 0.15])
+    assert beam.size == pytest.approx([0.03, 0.03, 0.15])  # of the box around its prism
     assert model.geom("top_base").size == pytest.approx([0.925, 0.5, 0.05])
 
 

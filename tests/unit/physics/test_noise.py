@@ -5,10 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from vrx_mj.physics.noise import axis_error, bits, gauss_markov, normal, stream_key, uniform
+from vrx_mj.physics.noise import axis_error, bits, gamma_variates, gauss_markov, normal, stream_key, uniform
 
 COUNT = 20_000
 KEY = 2191722514422524094
+GAMMA = ["0x1.1c40d3a220951p+1", "0x1.9510e3c8bf183p-1", "0x1.0000000000000p+0", "0x1.e28e9c72fd285p-1"]
 
 
 def draw(function, key):
@@ -38,6 +39,25 @@ def test_normal_numbers_have_the_normal_moments():
     assert np.mean(values**3) == pytest.approx(0, abs=four_sigma * 15**0.5)
     assert np.mean(values**4) == pytest.approx(3, abs=four_sigma * 96**0.5)
     assert np.corrcoef(values[1:], values[:-1])[0, 1] == pytest.approx(0, abs=four_sigma)
+
+
+@pytest.mark.parametrize("shape", [1.0, 1.8, 30.0])
+def test_gamma_numbers_have_the_moments_of_their_distribution(shape):
+    """Mean 1, variance 1 / k, third and fourth central moments 2 / k^2 and 3 / k^2 + 6 / k^3."""
+    values = np.empty(COUNT)
+    gamma_variates(np.uint64(stream_key(1, "c")), np.full(COUNT, shape), values)
+    variance, fourth = 1.0 / shape, 3.0 / shape**2 + 6.0 / shape**3
+    assert np.mean(values) == pytest.approx(1.0, abs=4.0 * math.sqrt(variance / COUNT))
+    assert np.var(values) == pytest.approx(variance, abs=4.0 * math.sqrt((fourth - variance**2) / COUNT))
+    assert np.mean((values - 1.0) ** 3) == pytest.approx(2.0 / shape**2, rel=0.2)
+    assert np.corrcoef(values[1:], values[:-1])[0, 1] == pytest.approx(0, abs=4 / COUNT**0.5)
+
+
+def test_gamma_numbers_are_the_same_everywhere():
+    """Their values are made of products and square roots alone; a shape of 0 draws nothing."""
+    values = np.empty(4)
+    gamma_variates(np.uint64(KEY), np.array([1.0, 2.5, 0.0, 40.0]), values)
+    assert [value.hex() for value in values.tolist()] == GAMMA
 
 
 def test_streams_do_not_resemble_each_other():

@@ -182,7 +182,7 @@ def changed(phases=(0.0, 0.0, 0.0), **change):
     nominal = np.array([(2 * math.pi / 5, (1.0, 0.0), 9.8)], NOMINAL)
     row = {"amplitude": 1.0, "period": 1.0, "band": 1.0, "spread": 1.0, "turn": 0.0} | change
     given, out = np.array([tuple(row.values())], [(name, float) for name in row]), np.zeros(len(waves), WAVE)
-    stretch_waves(waves, nominal[0], given[0], np.array(phases), out)
+    stretch_waves(waves, nominal[0], given[0], np.array(phases), np.ones(len(waves)), out)
     return waves, out
 
 

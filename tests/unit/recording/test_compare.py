@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import recorded_run
+from vrx_mj.constants import PHYSICS_VERSION
 from vrx_mj.recording.checks import compare
 from vrx_mj.recording.reader import read_record
 
@@ -70,12 +71,13 @@ def test_other_seed_and_other_bodies_are_told(record, tmp_path):
 
 
 def test_equal_motion_of_fleets_with_other_names_is_equal(record):
-    properties = {**record.properties, "fleet": "harbour", "world_sha256": "0"}
+    properties = {**record.properties, "fleet": "harbour", "world_sha256": "0", "physics_version": 1}
     found = compare(record, replace(record, properties=properties))
     assert found.equal
     assert str(found).splitlines() == [
         f"fleet: {record.properties.get('fleet')!r} and 'harbour'",
         f"world_sha256: {record.properties.get('world_sha256')!r} and '0'",
+        f"physics_version: {PHYSICS_VERSION} and 1",
         "equal to the last bit: 61 rows",
     ]
 

@@ -6,7 +6,7 @@ import pytest
 from integration.sailing import same_bits, simulation
 from vrx_mj import Batch, Simulation, compile_world
 from vrx_mj.errors import CommandError
-from vrx_mj.spectra import SPECTRA
+from vrx_mj.spectra import SPECTRA, jonswap
 
 OCEAN = {"model": "jonswap", "significant_height": 0.5, "peak_period": 4.0, "spreading": 10.0}
 POINT = {"x": 3.0, "y": -2.0, "z": -0.5, "t": 4.0}
@@ -125,7 +125,61 @@ def test_every_spectrum_has_its_height_and_the_phases_of_its_seed(model, tmp_pat
     batch = Batch(compile_world({"name": "bay", "sea": sea}), 2)
     batch.reset(seed=5)
     one, other = batch.waves(0), batch.waves(1)
-    assert 4.0 * np.sqrt((one["amplitude"] ** 2).sum() / 2.0) == pytest.approx(0.5)
+    assert 4.0 * np.sqrt((one["amplitude"] ** 2).sum() / 2.0) == pytest.approx(0.5, rel=0.1)
+    assert not np.isclose(one["amplitude"], other["amplitude"]).all()
     assert abs(np.exp(1j * one["phase"]).mean()) < 0.5  # all 0 would give 1
     assert not np.isclose(one["phase"], other["phase"]).any()
     assert not np.isclose(batch.sea_height(np.zeros((2, 1)), np.zeros((2, 1))), one["amplitude"].sum()).any()
+    batch.vary(rows=[0], wave_phases=np.zeros(60))
+    fixed = compile_world({"name": "bay", "sea": {**sea, "amplitudes": "fixed"}})
+    assert same_bits(batch.waves(0)["amplitude"], np.array([wave.amplitude for wave in fixed.parameters.sea.waves]))
+
+
+def _gaussian_deviation(record):
+    """Standard deviation of Hs / Hs in records of `record` [s] of OCEAN: half of that of m0, int S^2 df / (m0^2 T)."""
+    peak = 2.0 * np.pi / 4.0
+    omega = np.linspace(0.25 * peak, 6.0 * peak, 20_000)
+    density = np.array([jonswap(peak)(each) for each in omega])
+    return 0.5 * np.sqrt(2.0 * np.pi * np.trapezoid(density**2, omega) / np.trapezoid(density, omega) ** 2 / record)
+
+
+@pytest.mark.parametrize("number", [60, 200])
+@pytest.mark.parametrize("record", [600.0, 3600.0])
+def test_energies_and_beats_make_the_deviation_of_a_gaussian_sea(number, record):
+    """Var m0 of records: that of the energies drawn, a^4 / 4 over the shape, and of the beats of all pairs of waves."""
+    waves = compile_world({"sea": {**OCEAN, "components": number, "record": record}}).parameters.sea.waves
+    hertz, shapes = np.array([(wave.frequency / (2.0 * np.pi), wave.energy_shape) for wave in waves]).T
+    beats = (np.sinc((hertz[:, None] - hertz) * record) ** 2).sum() - number
+    found = 0.5 * np.sqrt((1.0 / shapes).sum() + beats) / number
+    assert found == pytest.approx(_gaussian_deviation(record), rel=0.02)
+
+
+@pytest.mark.slow
+@pytest.mark.nightly
+@pytest.mark.parametrize("number", [60, 200])
+@pytest.mark.parametrize(("record", "band"), [(600.0, 0.2), (3600.0, 0.15)])
+def test_records_of_four_hundred_seeds_scatter_as_those_of_a_gaussian_sea_do(number, record, band):
+    world = compile_world({"sea": {**OCEAN, "components": number, "record": record}})
+    fixed = compile_world({"sea": {**OCEAN, "components": number, "amplitudes": "fixed"}})
+    drawn, before = (_records(each, np.arange(0.0, record, 0.8)) for each in (world, fixed))
+    assert np.std(drawn["hs"]) / 0.5 == pytest.approx(_gaussian_deviation(record), rel=band)
+    assert np.mean(drawn["hs"]) == pytest.approx(0.5, rel=0.01)
+    for name in ("period", "kurtosis", "group"):
+        assert np.mean(drawn[name]) == pytest.approx(np.mean(before[name]), rel=0.02)
+
+
+def _records(world, times):
+    """Hs [m], mean period between upward crossings [s], kurtosis and mean run of crests over Hs / 2, of 400 seeds."""
+    sim, found = Simulation(world), {"hs": [], "period": [], "kurtosis": [], "group": []}
+    for seed in range(400):
+        sim.reset(seed)
+        heights = sim.sea.height(0.0, 0.0, times)
+        deviation = heights.std()
+        starts = np.flatnonzero((heights[:-1] < 0.0) & (heights[1:] >= 0.0))
+        high = np.maximum.reduceat(heights, starts) > 2.0 * deviation
+        runs = np.count_nonzero(high[1:] & ~high[:-1]) + high[0]
+        found["hs"].append(4.0 * deviation)
+        found["period"].append((times[1] - times[0]) * (starts[-1] - starts[0]) / (len(starts) - 1))
+        found["kurtosis"].append(np.mean(heights**4) / deviation**4)
+        found["group"].append(np.count_nonzero(high) / max(runs, 1))
+    return found

@@ -8,7 +8,8 @@ import pytest
 
 import vrx_mj
 from integration.sailing import boats, simulation
-from vrx_mj.errors import StateError
+from vrx_mj.constants import PHYSICS_VERSION
+from vrx_mj.errors import StateError, VrxWarning
 
 
 @pytest.fixture(scope="module")
@@ -57,6 +58,23 @@ def test_a_state_of_another_version_is_refused(sim, state):
         sim.set_state(newer)
     with pytest.raises(StateError, match=message):
         vrx_mj.State.from_bytes(newer.to_bytes())
+
+
+def test_a_state_of_another_physics_goes_on_with_a_warning(sim, state):
+    older = vrx_mj.State.from_bytes(state.to_bytes().replace(b', "physics_version": %d' % PHYSICS_VERSION, b"", 1))
+    told = f"is of physics version 1, and this is {PHYSICS_VERSION}: equal runs differ"
+    with pytest.warns(VrxWarning) as warned:
+        sim.set_state(older)
+    assert [str(each.message) for each in warned] == [f"the state at t = {state.time:g} s {told}"]
+    assert sim.get_state().physics_version == PHYSICS_VERSION
+
+
+def test_a_world_of_another_physics_is_loaded_with_a_warning(sim, tmp_path):
+    file = sim.world.save(tmp_path).with_suffix(".json")
+    told = f' "physics_version": {PHYSICS_VERSION},\n'
+    file.write_text(file.read_text(encoding="utf-8").replace(told, ""), encoding="utf-8")
+    with pytest.warns(VrxWarning, match=r"^the world \S+ is of physics version 1, and this is \d+: equal runs differ$"):
+        assert vrx_mj.World.load(tmp_path).parameters.physics_version == 1
 
 
 def test_a_refused_state_changes_nothing(sim, state):

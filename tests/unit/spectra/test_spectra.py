@@ -9,7 +9,7 @@ import pytest
 from vrx_mj.resources import root
 from vrx_mj.spectra import (
     Site,
-    band_frequencies,
+    equal_energy_bands,
     irregular_sea,
     jonswap,
     pierson_moskowitz,
@@ -29,7 +29,8 @@ def test_bands_of_pierson_and_moskowitz_are_those_of_its_closed_form():
     quantiles = [
         (1.25 / -math.log(shares[0] + (shares[1] - shares[0]) * index / number)) ** 0.25 for index in range(number + 1)
     ]
-    found = band_frequencies(pierson_moskowitz(1.0), first, last, number)
+    found, widths = equal_energy_bands(pierson_moskowitz(1.0), first, last, number)
+    assert widths == pytest.approx(np.diff(quantiles), rel=0.01)
     assert all(a < frequency < b for a, frequency, b in zip(quantiles, found, quantiles[1:], strict=False))
 
 
@@ -114,4 +115,4 @@ def test_a_low_stokes_wave_is_linear():
 
 def test_a_spectrum_without_energy_is_refused():
     with pytest.raises(ValueError, match="the spectrum has no energy"):
-        band_frequencies(lambda _: 0.0, 0.5, 2.0, 10)
+        equal_energy_bands(lambda _: 0.0, 0.5, 2.0, 10)

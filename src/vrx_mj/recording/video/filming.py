@@ -100,6 +100,7 @@ def write_video(
     target = Path(path)
     encoder, size, fps = encoder_of(target)
     recorded = (source if isinstance(source, Record) else read_record(source)).sound()
+    recorded.warn_of_physics()
     film = Film(recorded, shot or Shot(), size=size, fps=fps, eye=eye)
     with (
         atomic_write(target, "the video", VideoError) as draft,

@@ -175,6 +175,31 @@ def sea_record() -> Outcome:
     yield Chart(title, "angular frequency [rad/s]", "density [m2 s/rad]", lines)
 
 
+@case(*_FILES)
+def sea_scatter() -> Outcome:
+    """Significant heights of records of different seeds.
+
+    A JONSWAP sea of Hs 1 m and Tp 7 s of 60 and 200 components; the height of the surface at one place for an hour, and
+    in a world of `record: 600` for ten minutes, every two seconds, with 400 seeds.
+
+    Reference: a Gaussian sea, whose variance m0 has in a record of T seconds the variance int S^2 df / T (Bendat and
+    Piersol, 2010); the deviation of Hs over Hs is half of that of m0 over m0.
+    """
+    density = _jonswap(np.linspace(0.25, 6.0, 20_001) * 2.0 * math.pi / PERIOD, 1.0)
+    roughness = PERIOD * 20_000 / 5.75 * float((density**2).sum() / density.sum() ** 2)
+    for count in (60, 200):
+        for record in (600.0, 3600.0):
+            sea = {"model": "jonswap", "significant_height": 1.0, "peak_period": PERIOD, "components": count}
+            sim, times = Simulation(marine_world(sea={**sea, "record": record})), np.arange(0.0, record, 2.0)
+            heights = []
+            for seed in range(400):
+                sim.reset(seed)
+                heights.append(4.0 * sim.sea.height(0.0, 0.0, times).std())
+            name = f"standard deviation of Hs over {record / 60.0:g} min, {count} components"
+            gaussian = 50.0 * math.sqrt(roughness / record)
+            yield near(name, "%", gaussian, 100.0 * np.std(heights), relative=0.15 if record > 600.0 else 0.2)
+
+
 def _periodogram(surface: FloatArray) -> FloatArray:
     """Density [m2 s/rad] by Welch's method, half-overlapping blocks under a Hann window."""
     window = np.hanning(_BLOCK)
