@@ -6,6 +6,8 @@ Matrices are about `point`, the phase of a wave is that at the origin of the bas
 with the water: real and imaginary part of F in Re(F e^(i (k x - omega t))), per metre of a wave's amplitude.
 """
 
+import itertools
+import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal, Self
@@ -13,7 +15,7 @@ from typing import Annotated, ClassVar, Literal, Self
 import numpy as np
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
-from vrx_mj.config.base import Config, Fault, InFolder, Only, column_faults, faults
+from vrx_mj.config.base import Config, Fault, InFolder, Only, column_faults, exclusive, faults
 from vrx_mj.config.loading import fault_text, loads
 from vrx_mj.config.search import ReadingError, contained_file, read_limited
 from vrx_mj.config.shapes import Shape
@@ -206,6 +208,27 @@ class HydrodynamicsConfig(Config):
 
 _Point = Annotated[tuple[Command, Number], numbers("command thrust")]
 
+_SERIES = "wageningen_b4_70"
+_STEP = 2
+"""Step between the rows of a series [degrees]: a sixth of its fastest harmonic's period."""
+_WIDEST = 30.0
+"""Widest step between the rows of a four-quadrant table [degrees]."""
+
+
+def _of_series(value: object) -> object:
+    """The rows of a series by its name; anything else as it is."""
+    if value != _SERIES:
+        return value
+    series = json.loads((Path(__file__).parent / "propellers.json").read_bytes())[_SERIES]["harmonics"]
+    angles = np.arange(-180, 181, _STEP)
+    turns = np.outer(np.radians(angles % 360), np.arange(len(series)))  # the same at -180 and 180
+    a, b, c, d = np.array(series).T
+    thrust, torque = (np.cos(turns) @ real + np.sin(turns) @ imaginary for real, imaginary in ((a, b), (c, d)))
+    return tuple(zip(angles.tolist(), thrust.tolist(), torque.tolist(), strict=True))
+
+
+_Quadrant = Annotated[tuple[Number, Number, Number], numbers("angle thrust torque")]
+
 
 class PropellerConfig(Config):
     """A propeller whose thrust was measured, in worlds of profile `marine`, instead of the thruster's own curve."""
@@ -219,6 +242,11 @@ class PropellerConfig(Config):
     """Diameter [m]; what of the disc is in air pushes nothing and draws no power."""
     vanishing_speed: Annotated[float, NumberOf(Propeller, "vanishing_speed"), Field(ge=0.1)] | None = None
     """Speed through the water, along the axis, at which full thrust vanishes [m/s]; by default it never does."""
+    four_quadrant: Annotated[tuple[_Quadrant, ...], Field(max_length=721), BeforeValidator(_of_series)] = ()
+    """Coefficients C_T* and C_Q* of thrust and torque over the angle of advance from -180 to 180 [degrees], instead of
+    `vanishing_speed`; or `wageningen_b4_70`, that propeller's with a pitch ratio of 1.
+
+    The angle is that of the speed ahead over 0.7 pi n D. Between rows are straight lines."""
     time_constant: Annotated[float, NumberOf(Propeller, "time_constant")] = 0.0
     """Time in which thrust at rest gets to 63 % of a new command's [s]; by default it follows at once."""
     dead_zone: Annotated[float, NumberOf(Propeller, "dead_zone"), Field(lt=1)] = 0.0
@@ -238,7 +266,26 @@ class PropellerConfig(Config):
             found.append((("thrust",), "a row [0, 0] is needed: add it, and rows astern if it can push astern"))
         if not found and not any(thrust for _, thrust in self.thrust):
             found.append((("thrust",), "a thrust other than 0 is needed: all are 0 N"))
-        return found
+        return [*found, *exclusive(self, "vanishing_speed", "four_quadrant"), *self._quadrant_faults()]
+
+    def _quadrant_faults(self) -> Iterator[Fault]:
+        """Rows go all around without gaps, and at rest a propeller pushes as it turns and takes torque."""
+        angles = [angle for angle, _, _ in self.four_quadrant]
+        if found := list(column_faults("four_quadrant", angles, "an angle", ends=(-180.0, 180.0))):
+            yield from found
+            return
+        for index, (before, angle) in enumerate(itertools.pairwise(angles), 1):
+            if angle - before > _WIDEST:
+                text = f"rows at most {_WIDEST:g} degrees apart are needed, got {before:g} and {angle:g}"
+                yield ("four_quadrant", index), text
+        for column, name in enumerate(("C_T*", "C_Q*"), 1) if angles else ():
+            values = [row[column] for row in self.four_quadrant]
+            ahead, astern, end = float(np.interp(0.0, angles, values)), values[0], values[-1]
+            if astern != end:
+                yield ("four_quadrant",), f"the same {name} at -180 and 180 is needed, got {astern:g} and {end:g}"
+            if not astern < 0.0 < ahead:
+                text = f"{name} above 0 at an angle of 0 and below 0 at 180 is needed, got {ahead:g} and {astern:g}"
+                yield ("four_quadrant",), text
 
 
 Row = Annotated[tuple[Number, Number, Number, Number, Number, Number], numbers("surge sway heave roll pitch yaw")]
@@ -278,6 +325,9 @@ def _floats(value: _Matrix) -> _Matrix:
 
 _Resistance = Annotated[_SixBySix, AfterValidator(_resists)]
 _Stiffness = Annotated[_SixBySix, AfterValidator(_floats)]
+
+
+_ResistancePoint = Annotated[tuple[NonNegative, NonNegative], numbers("speed force")]
 
 
 def _along(value: object) -> object:
@@ -349,6 +399,11 @@ class MarineHullConfig(InFolder):
     damping_linear: _Resistance | None = None
     """Linear damping [N s/m, N s, N m s], six rows of six, or the diagonal."""
     damping_quadratic: Annotated[Six | None, NumberOf(Vessel, "damping_quadratic")] = None
+    resistance: Annotated[tuple[_ResistancePoint, ...], Field(max_length=1000)] = ()
+    """Speeds through the water and the resistance to each [m/s, N], by rising speed from `[0, 0]`, in place of damping.
+
+    Between rows are straight lines, astern it is the same, and beyond the last row it goes with the square of the
+    speed. A speed is a Froude number times the root of g times the length of the waterline."""
     crossflow: CrossFlowConfig | None = None
     """Drag of the flow across the hull by strips; with it, quadratic damping of sway and yaw is 0 unless given."""
     skegs: Annotated[tuple[SkegConfig, ...], Field(max_length=MOST_SKEGS)] = ()
@@ -369,3 +424,20 @@ class MarineHullConfig(InFolder):
     def _faults(self) -> Iterator[Fault]:
         if self.hydro and self.added_mass:
             yield ("added_mass",), "not used with hydro, which has that; remove it"
+        if self.resistance:
+            yield from self._resistance_faults()
+
+    def _resistance_faults(self) -> Iterator[Fault]:
+        """Resistance begins at rest, does not fall, and is the only one in surge."""
+        yield from column_faults("resistance", [speed for speed, _ in self.resistance], "a speed", " m/s")
+        if len(self.resistance) < 2 or self.resistance[0] != (0.0, 0.0):
+            yield ("resistance",), "a first row [0, 0] and another one are needed"
+        for index, ((slow, less), (fast, more)) in enumerate(itertools.pairwise(self.resistance), 1):
+            if more < less:
+                text = f"resistance that does not fall is needed, got {less:g} N at {slow:g} m/s and {more:g} N at "
+                yield ("resistance", index), f"{text}{fast:g} m/s"
+        linear, quadratic = self.damping_linear, self.damping_quadratic
+        given = {"damping_linear": linear and linear[0][0], "damping_quadratic": quadratic and quadratic[0]}
+        for key, surge in given.items():
+            if surge:
+                yield (key,), f"0 in surge is needed beside `resistance`, got {surge:g}"

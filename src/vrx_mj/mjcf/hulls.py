@@ -242,8 +242,9 @@ def vessel_of(boat: Boat, density: float) -> Vessel | None:
     found = Vessel(
         added_mass=nested_tuples(added),
         munk=1 if config.munk else 0,
-        damping=nested_tuples(at_origin(config.damping_linear, water.drag_linear)),
+        damping=nested_tuples(at_origin(config.damping_linear, _without_surge(config, water.drag_linear))),
         damping_quadratic=_quadratic(config, water.drag_quadratic),
+        resistance=config.resistance,
         strips=(*_strips(config.crossflow, level, density), *(_skeg(each, density) for each in config.skegs)),
         memory=memory_of(hydro, density) if hydro else (),
         diffraction=diffraction_of(hydro, density) if hydro and config.diffraction else None,
@@ -255,10 +256,15 @@ def vessel_of(boat: Boat, density: float) -> Vessel | None:
 
 def _quadratic(config: MarineHullConfig, derived: Six) -> Six:
     """Quadratic damping; strips take the place of what a hull would else have in sway and yaw."""
-    if config.damping_quadratic or not config.crossflow:
-        return config.damping_quadratic or derived
-    surge, _, heave, roll, pitch, _ = derived
-    return surge, 0.0, heave, roll, pitch, 0.0
+    if config.damping_quadratic:
+        return config.damping_quadratic
+    surge, sway, heave, roll, pitch, yaw = _without_surge(config, derived)
+    return (surge, 0.0, heave, roll, pitch, 0.0) if config.crossflow else (surge, sway, heave, roll, pitch, yaw)
+
+
+def _without_surge(config: MarineHullConfig, derived: Six) -> Six:
+    """Damping of a hull's `hydrodynamics`, whose part in surge a `resistance` replaces."""
+    return (0.0, *derived[1:]) if config.resistance else derived
 
 
 def _skeg(config: SkegConfig, density: float) -> Strip:

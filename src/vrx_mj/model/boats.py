@@ -122,6 +122,9 @@ class Diffraction:
     Real parts, then imaginary ones, per metre of amplitude [N/m, N]."""
 
 
+ResistancePoint = Annotated[tuple[NonNegative, NonNegative], Parts("speed", "force")]
+
+
 @record
 class Vessel:
     """The model of a hull in profile `marine`; matrices are about the link's origin, body axes."""
@@ -156,6 +159,8 @@ class Vessel:
         default=(), metadata=LEFT_OUT
     )
     """Lateral area by strips, on which the flow across the hull acts, and skegs."""
+    resistance: Annotated[tuple[ResistancePoint, ...], Field(max_length=1000)] = field(default=(), metadata=LEFT_OUT)
+    """Rising speeds through the water along x of `point`, and resistance there [m/s, N]."""
     memory: Annotated[tuple[Memory, ...], Field(max_length=500)] = field(default=(), metadata=LEFT_OUT)
     """Memory of the waves that it makes."""
     diffraction: Diffraction | None = field(default=None, metadata=LEFT_OUT)
@@ -252,6 +257,9 @@ Command = Annotated[float, Field(ge=-1.0, le=1.0)]
 ThrustPoint = Annotated[tuple[Command, Real], Parts("command", "thrust")]
 
 
+QuadrantPoint = Annotated[tuple[Angle, Real, Real], Parts("angle", "thrust", "torque")]
+
+
 @record
 class Propeller:
     """A propeller whose thrust was measured, in profile `marine`."""
@@ -268,6 +276,10 @@ class Propeller:
     """Size of command up to which there is no thrust [1]."""
     power: NonNegative
     """Electric power at full thrust at rest [W]."""
+    four_quadrant: Annotated[tuple[QuadrantPoint, ...], Field(max_length=721), TIED] = field(
+        default=(), metadata=LEFT_OUT
+    )
+    """Rising angles of advance all around, and coefficients C_T* and C_Q* there [degrees, 1, 1]."""
 
     @property
     def full_ahead(self) -> float:

@@ -12,7 +12,18 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.model.boats import Hull, Memory, Propeller, SailPoint, Station, Strip, Thruster, ThrustPoint, Vessel
+from vrx_mj.model.boats import (
+    Hull,
+    Memory,
+    Propeller,
+    ResistancePoint,
+    SailPoint,
+    Station,
+    Strip,
+    Thruster,
+    ThrustPoint,
+    Vessel,
+)
 from vrx_mj.model.kinds import Parts
 from vrx_mj.model.things import Block, Element, Float, Follower, Mooring, PathPoint, Rope
 from vrx_mj.model.water import Air, Current, Layer, Sea, Wave, Wind
@@ -84,6 +95,7 @@ PART = _record(Part)
 VESSEL = _record(
     Vessel,
     **_rows("point", "pair", "part", "strip", "memory", "diffraction"),  # pairs count points from the mesh's first
+    **_rows("resistance"),  # by rising speed; none: damping in surge
     half=(_f, (3,)),  # half sides of the box of a part [m]
     wave_rows=_i,  # nodes of that box for the waves, across and over the depth
     wave_levels=_i,
@@ -92,6 +104,7 @@ VESSEL = _record(
     diffraction_step=_f,  # between its frequencies [rad/s]
 )
 STRIP = _record(Strip)
+RESISTANCE = _record(ResistancePoint)
 MEMORY = _record(Memory)
 WINDAGE = _record(WindageRow)
 STATION = _record(Station)
@@ -109,6 +122,11 @@ PROPELLER = _record(
     full_ahead=_f,  # largest thrust at rest [N]
     full_astern=_f,  # [N], at most 0
     **_rows("point"),  # by rising command
+    **_rows("quadrant"),  # at even angles of advance, from -pi to pi; none: thrust goes with `vanishing_speed`
+)
+QUADRANT = _record(
+    thrust=_f,  # C_T*
+    torque=_f,  # C_Q*
 )
 PROPELLER_POINT = _record(ThrustPoint)
 FLOAT = _record(Float, **_JOINT)

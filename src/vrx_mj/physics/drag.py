@@ -25,6 +25,8 @@ A strip of the lateral area T dx moves across the water with v + x r - z p, and 
 which acts at the strip, hence the moments -z Y_i of roll and x Y_i of yaw. A skeg is a wing that does not turn: its
 normal force, rho / 2 A f U^2 sin(alpha) of the MMG standard method (`thrust.normal_slope`), has U times the velocity
 across in the place of the square.
+
+Resistance over speed, as a towing tank measures it (ITTC 7.5-02-02-01).
 """
 
 import math
@@ -212,3 +214,20 @@ def crossflow_drag(strips: Table, through: Motion) -> Wrench:
         tx -= strip.z * force
         tz += strip.x * force
     return Wrench(0.0, fy, 0.0, tx, 0.0, tz)
+
+
+@kernel
+def resistance_at(curve: Table, speed: float) -> float:
+    """Return the resistance [N] against a speed ahead [m/s], below 0 astern, where it is the same.
+
+    Between the rows of `tables.RESISTANCE` are straight lines; beyond the last it goes with the square of the speed.
+    """
+    size, last = abs(speed), curve[curve.size - 1]
+    if size >= last.speed:
+        return float(last.force * (size / last.speed) ** 2 * math.copysign(1.0, speed))
+    row = 1
+    while curve[row].speed <= size:
+        row += 1
+    below, above = curve[row - 1], curve[row]
+    up = (size - below.speed) / (above.speed - below.speed)
+    return math.copysign(below.force + up * (above.force - below.force), speed)

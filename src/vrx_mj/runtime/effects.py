@@ -23,6 +23,7 @@ from vrx_mj.physics.thrust import (
     effective_command,
     engine_wrench,
     rudder_force,
+    rudder_force_at_sea,
     servo_step,
     servo_torque,
     steering_target,
@@ -81,7 +82,11 @@ EFFECTS = (
     ),
     Effect("hydrostatics", Hulls.VESSELS, lambda hull, now, a: now.pressure),
     Effect("drag", Hulls.STATIONS, lambda hull, now, a: drag_on_hull(hull, now.through)),
-    Effect("drag", Hulls.VESSELS, lambda hull, now, a: drag_on_vessel(hull, a.vessels[hull.vessel], a.strips, now)),
+    Effect(
+        "drag",
+        Hulls.VESSELS,
+        lambda hull, now, a: drag_on_vessel(hull, a.vessels[hull.vessel], a.strips, a.resistances, now),
+    ),
     Effect("added_mass_bias", Hulls.STATIONS, lambda hull, now, a: bias_on_hull(hull, now.through)),
     Effect("added_mass_bias", Hulls.VESSELS, lambda hull, now, a: bias_on_vessel(hull, a.vessels[hull.vessel], now)),
     Effect("wind", Hulls.ALL, lambda hull, now, a: wind_on_hull(hull, now.windage, now.body, now.air)),
@@ -236,6 +241,9 @@ def _thrust(hull: Record, body: Motion, a: Views, work: VesselWork | None, air: 
             own.angle, own.rate = servo_step(thruster, own.angle, own.rate, target, dt)
         if work is not None and thruster.measured >= 0:
             update_propeller(hull, thruster, own, a, work.columns, body, time, dt)
+        elif work is not None and thruster.mapping == RUDDER and hull.profile == MARINE:
+            race = a.thruster_state[thruster.race].thrust if thruster.race >= 0 else 0.0
+            own.thrust = rudder_force_at_sea(hull, thruster, own.angle, race, a, work.columns, body, time)
         else:
             _update_force(hull, thruster, own, a.thruster_state, a.sail_curves, body, a.air, air, time)
         along = own.applied if thruster.mapping == SAIL else 0.0

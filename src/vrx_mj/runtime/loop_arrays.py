@@ -16,7 +16,7 @@ from vrx_mj.config.sensors import BallShooterConfig
 from vrx_mj.errors import CompileError, StateError
 from vrx_mj.mjcf.world import World
 from vrx_mj.model import tables
-from vrx_mj.model.boats import Hull, Station, Thruster, Vessel, Windage
+from vrx_mj.model.boats import Hull, Propeller, Station, Thruster, Vessel, Windage
 from vrx_mj.model.things import Block, Float
 from vrx_mj.model.world import Parameters
 from vrx_mj.physics.lanes import WIDTH
@@ -92,6 +92,13 @@ def _kinds(owned: Iterable[_T | None]) -> list[_T]:
 def _starts(lists: Iterable[Sequence[object]]) -> list[int]:
     """Where each of some lists begins that lie one after another, and where the last one ends."""
     return list(itertools.accumulate(map(len, lists), initial=0))
+
+
+def _even_quadrants(own: Propeller) -> list[tuple[float, ...]]:
+    """C_T* and C_Q* of a propeller at every half degree all around."""
+    angles, *columns = zip(*own.four_quadrant, strict=True) if own.four_quadrant else ((),)
+    even = np.linspace(-180.0, 180.0, 721)
+    return list(zip(*(np.interp(even, angles, column).tolist() for column in columns), strict=True))
 
 
 def _flat(lists: Iterable[Sequence[_T]]) -> list[_T]:
@@ -260,6 +267,8 @@ class LoopArrays:
         kinds, sails = _kinds(measured), _kinds(own.sail for own in thrusters)
         points = dict(zip(kinds, _starts(own.thrust for own in kinds), strict=False))
         curves = dict(zip(sails, _starts(own.curve for own in sails), strict=False))
+        turned = {own: _even_quadrants(own) for own in kinds}
+        quadrants = dict(zip(kinds, _starts(turned.values()), strict=False))
         numbers = itertools.count()
         self.thrusters = tables.table_of(
             tables.THRUSTER,
@@ -278,7 +287,10 @@ class LoopArrays:
             vanishing_speed=[math.inf if own.vanishing_speed is None else own.vanishing_speed for own in measured],
             point_start=[points[own] for own in measured],
             point_count=[len(own.thrust) for own in measured],
+            quadrant_start=[quadrants[own] for own in measured],
+            quadrant_count=[len(turned[own]) for own in measured],
         )
+        self.quadrants = np.array(_flat(turned.values()), tables.QUADRANT)
         self.propeller_points = np.array(_flat(own.thrust for own in kinds), tables.PROPELLER_POINT)
 
     def _vessels(self, kinds: Sequence[Vessel]) -> None:
@@ -289,6 +301,7 @@ class LoopArrays:
             "point": [mesh.points.T for mesh in meshes], "pair": [mesh.pairs for mesh in meshes],
             "part": [mesh.parts for mesh in meshes], "strip": [kind.strips for kind in kinds],
             "memory": [kind.memory for kind in kinds], "diffraction": [_flat(own) for own in forces],
+            "resistance": [kind.resistance for kind in kinds],
         }  # fmt: skip
         columns: dict[str, Any] = {f"{name}_start": _starts(own)[:-1] for name, own in rows.items()}
         columns |= {f"{name}_count": list(map(len, own)) for name, own in rows.items()}
@@ -305,6 +318,7 @@ class LoopArrays:
         )
         self.strips = tables.table_of(tables.STRIP, _flat(rows["strip"]))
         self.memory = tables.table_of(tables.MEMORY, _flat(rows["memory"]))
+        self.resistances = np.array(_flat(rows["resistance"]), tables.RESISTANCE)
         self.diffraction = np.array(_flat(rows["diffraction"]), np.float64).reshape(-1, 12)
         self.parts = tables.table_of(tables.PART, _flat(rows["part"]))
         self.points = _in_lines([mesh.points for mesh in meshes])

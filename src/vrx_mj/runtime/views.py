@@ -85,6 +85,7 @@ class Views(NamedTuple):
     pairs: Annotated[IntArray, Array(np.dtype(np.uint32), ndim=2)]
     corner_shares: Annotated[FloatArray, Array(ndim=3)]
     strips: Annotated[Table, Array(tables.STRIP)]
+    resistances: Annotated[Table, Array(tables.RESISTANCE)]
     memory: Annotated[Table, Array(tables.MEMORY)]
     memory_state: Annotated[Table, Array(tables.MEMORY_STATE, use=STATE)]
     diffraction: _Matrix
@@ -94,6 +95,7 @@ class Views(NamedTuple):
     thruster_state: Annotated[Table, Array(tables.THRUSTER_STATE, use=STATE, rows="thrusters")]
     propellers: Annotated[Table, Array(tables.PROPELLER)]
     propeller_points: Annotated[Table, Array(tables.PROPELLER_POINT)]
+    quadrants: Annotated[Table, Array(tables.QUADRANT)]
     sail_curves: Annotated[Table, Array(tables.SAIL_CURVE)]
     propeller_state: Annotated[Table, Array(tables.PROPELLER_STATE, use=STATE, rows="propellers")]
     floats: Annotated[Table, Array(tables.FLOAT)]

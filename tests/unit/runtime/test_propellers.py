@@ -25,7 +25,7 @@ URDF = """<robot name="barge"><link name="base_link">
 CURVE = "[[-1, -100], [-0.4, -20], [0, 0], [0.3, 9], [0.5, 85], [1, 240]]"
 PROPELLER = f"thrust: {CURVE}, diameter: 0.3"
 BARGE, PLACE = "barge", (-2.25, 0.5, -0.4)
-KEYS = ("thrust", "diameter", "vanishing_speed", "time_constant", "dead_zone", "power")
+KEYS = ("thrust", "diameter", "vanishing_speed", "four_quadrant", "time_constant", "dead_zone", "power")
 STEERED = "thrusters: {main: {mapping: linear, propeller: screw, joint: engine, timeout: 0}}\n"
 NONE = "[0, 0, 0, 0, 0, 0]"
 STILL = f"{{added_mass: {NONE}, damping_linear: {NONE}, damping_quadratic: {NONE}}}"
@@ -85,7 +85,20 @@ def test_speed_through_the_water_takes_thrust_in_a_straight_line(barge):
         sim.command(boat, main=1.0)
         for speed in (0.0, 1.0, 3.9, 5.0):
             sim.set_boat(boat, velocity=(speed, 0, 0, 0, 0, 0))
-            assert thrust_of(sim) == pytest.approx(240.0 * max(0.0, 1.0 - (speed - stream) / 4.0))
+            assert thrust_of(sim) == pytest.approx(240.0 * np.clip(1.0 - (speed - stream) / 4.0, 0.0, 1.0))
+
+
+def test_a_four_quadrant_propeller_has_drag_at_rest_and_unloads_its_motor_at_speed(barge):
+    """Held, C_T* at 90 degrees; at J = 0.5, polynomials of the B series (Oosterveld and van Oossanen, 1975)."""
+    sim = barge(", four_quadrant: wageningen_b4_70, power: 2000", sea={"model": "none", "density": 1000.0})
+    (boat,) = sim.boats
+    sim.set_boat(boat, velocity=(2.0, 0, 0, 0, 0, 0))
+    assert sim.forces(boat)["thrust"][0] == pytest.approx(-0.772 * 500.0 * 4.0 * math.pi * 0.15**2, rel=1e-3)
+    rate = math.sqrt(240.0 / (0.4499 * 1000.0 * 0.3**4))
+    sim.set_boat(boat, velocity=(0.5 * rate * 0.3, 0, 0, 0, 0, 0))
+    sim.step({boat: {"main": 1.0}}, duration=sim.timestep)
+    assert sim.thrust(boat)["main"] == pytest.approx(240.0 * 0.272 / 0.4547, rel=0.03)
+    assert sim.energy(boat) == pytest.approx(2000.0 * sim.timestep * 0.435 / 0.6754, rel=0.05)
 
 
 def test_the_speed_is_that_along_the_axis_as_it_is_steered(barge):
@@ -117,7 +130,7 @@ def test_waves_move_the_water_at_the_propeller_and_over_it(barge):
         stream = float(sim.sea.velocity(x, y, z, then)[0])
         depth = float(sim.sea.height(x, y, then)) - z
         wet = widths[strips < depth].sum() / widths.sum()
-        assert thrust_of(sim) == pytest.approx(240.0 * wet * (1.0 + stream / 4.0), rel=1e-4, abs=1e-9)
+        assert thrust_of(sim) == pytest.approx(240.0 * wet * min(1.0 + stream / 4.0, 1.0), rel=1e-4, abs=1e-9)
         seen.add(round(wet, 1))
     assert {0.0, 1.0} < seen
 
@@ -175,6 +188,44 @@ def test_top_speed_is_where_drag_takes_the_thrust_that_is_left(barge):
     found = sim.forces(boat)
     assert found["thrust"][0] == pytest.approx(120.0, rel=1e-3)
     assert found["thrust"][0] + found["drag"][0] == pytest.approx(0.0, abs=0.1)
+
+
+RESISTANCE = "[[0, 0], [1, 40], [2, 300], [3, 320]]"
+
+
+def test_resistance_is_that_of_the_speed_through_the_water(barge):
+    """Straight lines, the square beyond the last row, the same astern; no damping in surge besides."""
+    hull = f"{{added_mass: {NONE}, resistance: {RESISTANCE}, point: [0, 0, 0]}}"
+    sim = barge(hull=hull, current={"speed": 0.5})
+    (boat,) = sim.boats
+    for speed, force in ((0.0, 0.0), (0.5, 20.0), (1.5, 170.0), (2.5, 310.0), (6.0, 4.0 * 320.0), (-1.5, -170.0)):
+        sim.set_boat(boat, velocity=(speed + 0.5, 0, 0, 0, 0, 0))
+        drag = sim.forces(boat)["drag"]
+        assert drag == pytest.approx([-force, *[0.0] * 5], abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("hull", "message"),
+    [
+        (
+            "resistance: [[0, 0], [1, 40], [2, 30]]",
+            "resistance[2]: resistance that does not fall is needed, got 40 N at 1 m/s and 30 N at 2 m/s",
+        ),
+        ("resistance: [[1, 40], [2, 90]]", "resistance: a first row [0, 0] and another one are needed"),
+        (
+            "resistance: [[0, 0], [2, 40], [1, 90]]",
+            "resistance[2]: a speed above that of the row before, 2 m/s, is needed, got 1",
+        ),
+        (
+            f"resistance: {RESISTANCE}, damping_quadratic: [18, 0, 0, 0, 0, 0]",
+            "damping_quadratic: 0 in surge is needed beside `resistance`, got 18",
+        ),
+    ],
+)
+def test_what_cannot_be_a_resistance(barge, hull, message):
+    with pytest.raises(ConfigError) as error:
+        barge(None, hull=f"{{{hull}}}")
+    assert str(error.value).partition(": hull.")[2] == message
 
 
 def test_looking_at_forces_changes_nothing(barge):
@@ -261,6 +312,16 @@ def test_energy_needs_a_power(barge):
         assert str(unknown.value) == f"no boat named 'x'; known: {boat}"
 
 
+GAP = json.dumps([[-180, -1, -1], [-160, -1, -1], *([a, 1, 1] for a in range(-100, 180, 20)), [180, -1, -1]])
+
+
+def quadrants(*rows):
+    """A four-quadrant table with some other rows."""
+    angles = np.arange(-180, 181, 30)
+    own = {int(a): [int(a), *[round(math.cos(math.radians(a)), 3)] * 2] for a in angles}
+    return json.dumps(sorted((own | {row[0]: list(row) for row in rows}).values()))
+
+
 @pytest.mark.parametrize(
     ("propeller", "message"),
     [
@@ -316,6 +377,26 @@ def test_energy_needs_a_power(barge):
         (f"{{{PROPELLER}, time_constant: -1}}", "propellers.main.time_constant: must be at least 0, got -1"),
         (f"{{{PROPELLER}, dead_zone: 1}}", "propellers.main.dead_zone: must be below 1, got 1"),
         (f"{{{PROPELLER}, power: -5}}", "propellers.main.power: must be at least 0, got -5"),
+        (
+            f"{{{PROPELLER}, vanishing_speed: 4, four_quadrant: wageningen_b4_70}}",
+            "propellers.main.four_quadrant: give vanishing_speed or four_quadrant, not both",
+        ),
+        (
+            f"{{{PROPELLER}, four_quadrant: {GAP}}}",
+            "propellers.main.four_quadrant[2]: rows at most 30 degrees apart are needed, got -160 and -100",
+        ),
+        (
+            f"{{{PROPELLER}, four_quadrant: [[-90, 0, 0], [90, 0, 0]]}}",
+            "propellers.main.four_quadrant: angles from -180 to 180 are needed, got -90 to 90",
+        ),
+        (
+            f"{{{PROPELLER}, four_quadrant: {quadrants((-180, -2, -1))}}}",
+            "propellers.main.four_quadrant: the same C_T* at -180 and 180 is needed, got -2 and -1",
+        ),
+        (
+            f"{{{PROPELLER}, four_quadrant: {quadrants((0, -3, 1))}}}",
+            "propellers.main.four_quadrant: C_T* above 0 at an angle of 0 and below 0 at 180 is needed, got -3 and -1",
+        ),
         ("{thrust: [[0, 0], [1, 9]], diameter: 300}", "propellers.main.diameter: must be at most 20, got 300"),
         ("{thrust: [[0, 0], [1, 9]], diameter: -0.3}", "propellers.main.diameter: must be above 0, got -0.3"),
     ],
@@ -357,6 +438,19 @@ def test_a_rudder_is_in_the_race_of_the_thrust_that_is_left(barge):
     sim.step(duration=sim.timestep)
     assert raced["aft"] > 10.0
     assert sim.thrust(boat) == pytest.approx({"main": 0.0, "aft": 0.0}, abs=0.01)
+
+
+def test_a_rudder_works_in_the_water_that_carries_the_boat(barge):
+    pushes = []
+    for stream in (0.0, 0.8):
+        sim = barge(thrusters="", more=RUDDER, current={"speed": stream, "direction": 90.0})
+        (boat,) = sim.boats
+        sim.step({boat: {"aft_angle": 0.3}}, duration=2.0)
+        sim.set_boat(boat, pose=NO_VELOCITY, velocity=(1.5, stream, 0, 0, 0, 0))
+        sim.step(duration=sim.timestep)
+        pushes.append(sim.thrust(boat)["aft"])
+    assert pushes[1] == pytest.approx(pushes[0], rel=1e-9)
+    assert pushes[0] > 10.0
 
 
 def test_an_engine_on_a_hinge_is_pushed_by_the_same_thrust(barge, tmp_path):

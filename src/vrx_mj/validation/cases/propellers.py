@@ -1,5 +1,7 @@
 """A measured propeller: its lag, what speed and air take off its thrust, and the energy that it draws.
 
+A propeller in four quadrants, and a rudder in a stream.
+
 The Heron of profile `marine`: its top speed.
 
 The WAM-V 16 of profile `marine`: what its propellers pull.
@@ -13,7 +15,7 @@ from scipy.optimize import brentq
 
 from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.validation.rows import Comparison, Outcome, case, folder, rows
+from vrx_mj.validation.rows import Comparison, Outcome, at_most, between, case, folder, near, rows
 from vrx_mj.validation.setups import marine_simulation, only_boat, packaged_simulation, record
 
 _TANK = "propeller_tank"
@@ -39,9 +41,9 @@ def _thrust_at(sim: Simulation, command: float, *, height: float = 0.0, speed: f
     return sim.thrust(boat)["propeller"]
 
 
-def _run_with_thrust(command: float, **keys: object) -> Simulation:
+def _run_with_thrust(command: float, world: str = _TANK, **keys: object) -> Simulation:
     """A run whose propeller has got to the thrust of a command: within 2e-6."""
-    sim = packaged_simulation(_TANK, **keys)
+    sim = packaged_simulation(world, **keys)
     sim.step({sim.boats[0]: {"propeller": command}}, duration=13.0 * _LAG)
     return sim
 
@@ -138,6 +140,86 @@ def propeller_ventilation() -> Outcome:
         Series("ours", depths, shares, kind="points"),
     )
     yield Chart("Thrust of a propeller at the surface", "depth of its centre / radius", "share of the thrust", lines)
+
+
+_ADVANCES = {0.0: (0.4547, 0.06754), 0.2: (0.3919, 0.05942), 0.4: (0.3142, 0.04921), 0.6: (0.2256, 0.03727),
+             0.8: (0.1297, 0.02397), 1.0: (0.0307, 0.00969)}  # fmt: skip
+"""K_T and K_Q of B4-70 with a pitch ratio of 1 over the advance ratio, by the polynomials of the series."""
+_HELD = {1.0: -0.772, -1.0: 0.695}
+"""C_T* of a held one at 90 and at -90 degrees, by the sign of the speed: sums of the series' harmonics."""
+
+
+@case(*_FILES, "config/propellers.json")
+def propeller_quadrants() -> Outcome:
+    """A propeller in four quadrants.
+
+    assets/validation/worlds/propeller_quadrants.yaml: a boat put back at speeds ahead of a propeller of 80 N at rest
+    and 900 W, 0.2 m across, with `four_quadrant: wageningen_b4_70`. Its shaft turns at the rate that gives 80 N. At
+    advance ratios of 0 to 1: thrust and power, as K_T and K_Q; without a command, the shaft held, its drag at 2 m/s
+    either way; and with full command in water from behind, J = -0.4, the thrust over that at rest.
+
+    Reference: Ahead, the polynomials of the B series (Oosterveld, M. W. C., van Oossanen, P., 1975, Further
+    computer-analyzed data of the Wageningen B-screw series, ISP 22, no. 251), another fit of the same tank's tests than
+    the file's Fourier series (Roddy, R. F., Hess, D. E., Faller, W., 2006, NSWCCD-50-TR-2006/004). The others are
+    sums of that series.
+    """
+    sim = _run_with_thrust(1.0, world="propeller_quadrants")
+    density = sim.world.parameters.sea.density
+    rest = _thrust_at(sim, 1.0)
+    ratio = _ADVANCES[0.0][0] / rest
+    rate = math.sqrt(rest / (0.4499 * density * _DIAMETER**4))
+    (boat,), found = sim.boats, []
+    for advance, (thrust, torque) in _ADVANCES.items():
+        before = sim.energy(boat)
+        pull = _thrust_at(sim, 1.0, speed=advance * rate * _DIAMETER)
+        found.append(ratio * pull)
+        power = (sim.energy(boat) - before) / sim.timestep / _POWER * _ADVANCES[0.0][1]
+        yield near(f"K_T at J = {advance:g}", "", thrust, found[-1], absolute=0.02)
+        yield near(f"10 K_Q at J = {advance:g}", "", 10.0 * torque, 10.0 * power, absolute=0.05)
+    behind = _thrust_at(sim, 1.0, speed=-0.4 * rate * _DIAMETER) / rest
+    yield near("thrust at J = -0.4 over that at rest", "", 0.865, behind, relative=0.01)
+    still = packaged_simulation("propeller_quadrants")
+    head = 0.5 * density * 4.0 * math.pi * (0.5 * _DIAMETER) ** 2
+    for way, coefficient in _HELD.items():
+        name = f"C_T* of the held propeller, {'ahead' if way > 0.0 else 'astern'}"
+        yield near(name, "", coefficient, _thrust_at(still, 0.0, speed=2.0 * way) / head, absolute=0.005)
+    thrusts = [thrust for thrust, _ in _ADVANCES.values()]
+    lines = Series("polynomials", list(_ADVANCES), thrusts, reference=True), Series("ours", list(_ADVANCES), found)
+    yield Chart("K_T of B4-70, pitch ratio 1", "J", "K_T", lines)
+
+
+_STREAM = 0.5, 0.64
+"""Velocity of the stream [m/s]."""
+_TOWARD = math.degrees(math.atan2(_STREAM[1], _STREAM[0]))
+
+
+@case("physics/thrust.py", "physics/conditions.py", "runtime/effects.py")
+def rudder_stream() -> Outcome:
+    """A rudder in a stream.
+
+    Robot skiff at 1 m/s through the water, its propeller at 0.6 and its rudder at 0.3 rad, for 60 s: in still water,
+    and in a current of 0.81 m/s, which carries it along. Then its rudder over the water.
+
+    Reference: Galileo's principle: the motion through the water is the same, and the paths are those of the stream
+    apart. In air a rudder has no force of water.
+    """
+    paths, fleet = [], {"robot": "skiff", "boats": [{"name": "a", "pose": [0.0] * 6}]}
+    currents = {(0.0, 0.0): {"speed": 0.0}, _STREAM: {"speed": math.hypot(*_STREAM), "direction": _TOWARD}}
+    sims = {velocity: marine_simulation(fleet, current=current) for velocity, current in currents.items()}
+    for (east, north), sim in sims.items():
+        sim.set_boat("a", velocity=(1.0 + east, north, 0.0, 0.0, 0.0, 0.0))
+        times, places = record(sim, lambda sim: only_boat(sim).position[:2], 60, 1.0, propeller=0.6, rudder_angle=0.3)
+        paths.append(places - np.outer(times, (east, north)))
+    (still, stream), sim = paths, sims[_STREAM]
+    yield at_most("distance between the paths, less the stream's", "m", 1e-9, np.abs(stream - still).max())
+    sim.set_boat("a", pose=(0.0, 0.0, 3.0, 0.0, 0.0, 0.0), velocity=(2.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+    sim.step(duration=sim.timestep)
+    yield at_most("force of the rudder 3 m over the water", "N", 0.0, abs(sim.thrust("a")["rudder"]))
+    lines = (
+        Series("still water", still[:, 0], still[:, 1], reference=True),
+        Series("in the stream", stream[:, 0], stream[:, 1]),
+    )
+    yield Chart("Path through the water", "x [m]", "y [m]", lines)
 
 
 _SLOWEST, _FASTEST = 1.597, 1.667
