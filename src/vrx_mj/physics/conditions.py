@@ -70,7 +70,7 @@ class WaterMotion(NamedTuple):
     stream: Vector
     """The current [m/s], world axes."""
     orbital: Orbital
-    """The waves' motion of the water there."""
+    """The waves' motion of the water there, in the mean over the hull's waterplane."""
     turning: Turning
     """The waves' turning of the water over the hull's waterplane."""
 
@@ -108,8 +108,9 @@ def water_motion(hull: Record, point: FloatArray, body: Motion, waves: Waves, a:
     sea = a.sea[0]
     x, y, z = place_of(body, point)
     east, north = current_velocity(a.current, a.current_state, a.layers, sea.level - z, time)
-    orbital = orbital_motion(waves, sea, x, y, z, time)
-    turning = orbital_turning(waves, sea, reach_of(hull, heading_of(body)), x, y, z, time)
+    reach = reach_of(hull, heading_of(body))
+    orbital = orbital_motion(waves, sea, x, y, z, time, reach)
+    turning = orbital_turning(waves, sea, reach, x, y, z, time)
     return WaterMotion((east, north, 0.0), orbital, turning)
 
 

@@ -14,18 +14,21 @@ from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.motion import Motion, Vector, cross, minus, plus, spin_of, unrotate, velocity_of, with_velocity
 from vrx_mj.physics.tables import Record, Table, Waves
 from vrx_mj.physics.waves import (
-    MORE,
     bottom_share,
     decay,
     elevation,
+    mean_share,
     motion_of_columns,
     ramp,
+    slope_share,
+    spread_squared,
     turning_of_columns,
     wave_phase,
 )
 
 _Slope = tuple[float, float]
 _QUARTER = 0.5 * math.pi
+_POINT = (0.0, 0.0, 0.0)
 
 
 class Orbital(NamedTuple):
@@ -62,23 +65,48 @@ def surface_slope(waves: Table, sea: Record, x: float, y: float, t: float) -> _S
 
 
 @kernel
-def orbital_motion(waves: Waves, sea: Record, x: float, y: float, z: float, t: float) -> Orbital:
+def surface_plane(waves: Table, sea: Record, reach: Vector, x: float, y: float, t: float) -> Vector:
+    """Return height [m] and slopes toward east and north of the plane that fits the grown sea best over a waterplane.
+
+    `reach` is that of `orbital_turning`, and (x, y) [m] the waterplane's middle.
+    """
+    height, east, north = 0.0, 0.0, 0.0
+    for i in range(waves.size):
+        wave = waves[i]
+        k_east, k_north = wave.wavenumber * wave.direction[0], wave.wavenumber * wave.direction[1]
+        cos, sin = cosine_and_sine(wave_phase(wave, x, y, t))
+        s = spread_squared(reach, k_east, k_north)
+        height += wave.amplitude * mean_share(s) * cos
+        rise = wave.amplitude * slope_share(s) * sin
+        east -= k_east * rise
+        north -= k_north * rise
+    grown = ramp(sea, t)
+    return grown * height, grown * east, grown * north
+
+
+@kernel
+def orbital_motion(
+    waves: Waves, sea: Record, x: float, y: float, z: float, t: float, reach: Vector = _POINT
+) -> Orbital:
     """Return how the waves move the water at (x, y, z) [m, world] and time `t` [s]; the current is not in it.
 
     With theta = k (d . x) - omega t + phase and U the amplitude of the horizontal velocity at the mean level:
     u = U cosh(k (z + h)) / cosh(k h) cos(theta) d, w = U sinh(k (z + h)) / cosh(k h) sin(theta).
+    With the `reach` of `orbital_turning` it is the mean over a hull's waterplane.
     """
     depth = min(max(z - sea.level, -sea.depth), 0.0)
     grown = ramp(sea, t)
     if waves.ndim == 2:
-        u, v, w, du, dv, dw = motion_of_columns(waves, x, y, depth, t)
+        u, v, w, du, dv, dw = motion_of_columns(waves, reach, x, y, depth, t)
         return Orbital(grown * u, grown * v, grown * w, grown * du, grown * dv, grown * dw)
     u, v, w, du, dv, dw = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(waves.size):
         wave = waves[i]
         cos, sin = cosine_and_sine(wave_phase(wave, x, y, t))
         level, upright = decay(wave.wavenumber, depth, bottom_share(wave.wavenumber, sea.depth))
-        level, upright = wave.orbital * level, wave.orbital * upright
+        k = wave.wavenumber
+        size = wave.orbital * mean_share(spread_squared(reach, k * wave.direction[0], k * wave.direction[1]))
+        level, upright = size * level, size * upright
         c, s, f = level * cos, level * sin, wave.frequency
         u += wave.direction[0] * c
         v += wave.direction[1] * c
@@ -117,8 +145,7 @@ def orbital_turning(waves: Waves, sea: Record, reach: Vector, x: float, y: float
         east, north = wave.wavenumber * wave.direction[0], wave.wavenumber * wave.direction[1]
         cos, sin = cosine_and_sine(wave_phase(wave, x, y, t))
         _, upright = decay(wave.wavenumber, depth, bottom_share(wave.wavenumber, sea.depth))
-        long = east * east * reach[0] + east * north * reach[1] + north * north * reach[2]
-        rise = wave.orbital * upright / (1.0 + long + MORE * long * long)
+        rise = wave.orbital * upright * slope_share(spread_squared(reach, east, north))
         p += north * (rise * cos)
         q -= east * (rise * cos)
         dp += north * (wave.frequency * (rise * sin))
@@ -128,7 +155,7 @@ def orbital_turning(waves: Waves, sea: Record, reach: Vector, x: float, y: float
 
 @kernel
 def reach_of(hull: Record, heading: tuple[float, float]) -> Vector:
-    """Return `reach` of `orbital_turning` for a hull, of `tables.HULL`, in a heading: its cosine and sine."""
+    """Return `reach` of `orbital_turning` in a heading, its cosine and sine, for a row of `tables.HULL` or `VESSEL`."""
     cos, sin = heading
     long, wide = 0.3 * hull.spread[0], 0.3 * hull.spread[1]
     return long * cos * cos + wide * sin * sin, 2.0 * (long - wide) * cos * sin, long * sin * sin + wide * cos * cos

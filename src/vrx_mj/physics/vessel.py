@@ -27,7 +27,7 @@ from vrx_mj.physics.conditions import Conditions
 from vrx_mj.physics.drag import added_mass_bias, crossflow_drag, matrix_times, resistance_at
 from vrx_mj.physics.elementary import cosine
 from vrx_mj.physics.kernel import allocating_kernel, inlined_kernel, kernel
-from vrx_mj.physics.kinematics import surface_slope
+from vrx_mj.physics.kinematics import reach_of, surface_plane
 from vrx_mj.physics.lanes import WIDTH, zeros_in_lines
 from vrx_mj.physics.motion import (
     Motion,
@@ -51,7 +51,7 @@ from vrx_mj.physics.motion import (
 from vrx_mj.physics.panels import CUT, panel_wrench, still_pressures
 from vrx_mj.physics.tables import MATRIX, Record, Table
 from vrx_mj.physics.wave_box import BOX_MEMORY, LEVELS, ROWS, heading_of, pressures_in_waves
-from vrx_mj.physics.waves import ramp, surface_height, wave_columns, wave_phase
+from vrx_mj.physics.waves import ramp, wave_columns, wave_phase
 
 _QUARTER = 0.5 * math.pi
 _FIRST = 12  # of the six velocities among the fields of a `Motion`
@@ -333,14 +333,14 @@ def _pressure_on_mesh(
 
 @kernel
 def restoring_of_vessel(vessel: Record, waves: Table, sea: Record, body: Motion, t: float) -> Wrench:
-    """Return W n - G d of a hull with a stiffness, on the plane that the surface is at the link's origin.
+    """Return W n - G d of a hull with a stiffness, on the plane that fits the surface best over its waterplane.
 
     W is the weight that it carries at rest, n the plane's normal, and d = (0, 0, rise, n_y, -n_x, 0) in body axes: the
     angles of small heel and trim against the plane. The water does not pull: once less than half of W is left, the
     moments go with what is, and out of the water there is nothing.
     """
-    height = sea.level + surface_height(waves, sea, body.x, body.y, t)
-    east, north = surface_slope(waves, sea, body.x, body.y, t)
+    rise, east, north = surface_plane(waves, sea, reach_of(vessel, heading_of(body)), body.x, body.y, t)
+    height = sea.level + rise
     long = math.sqrt(1.0 + east * east + north * north)
     normal = unrotate(body, (-east / long, -north / long, 1.0 / long))
     x, y, _ = normal

@@ -24,6 +24,7 @@ from vrx_mj.physics.elementary import FAR, cosine, cosine_and_sine, exponential,
 from vrx_mj.physics.kernel import allocating_kernel, kernel
 from vrx_mj.physics.lanes import (
     WIDTH,
+    Lanes,
     any_positive,
     broadcast,
     larger,
@@ -48,8 +49,8 @@ AMPLITUDE: Final = 5
 _ORBITAL: Final = 6
 BOTTOM: Final = 7  # `bottom_share`
 MEMORY: Final = 8  # and all rows from here on: what a kernel writes there is gone when the next one does
-MORE: Final = 9.0 / 14.0
-"""Second coefficient of what a wave's slope is less over a waterplane: `kinematics.orbital_turning`."""
+_PI2: Final = math.pi * math.pi
+_RISING: Final = (10.0 / 6.0 - 10.0 / _PI2, 100.0 * (1.0 / 36.0 - 1.0 / (6.0 * _PI2) - 1.0 / 120.0), 0.176)
 
 
 @kernel
@@ -86,6 +87,31 @@ def wave_columns(waves: Table, sea: Record, memory: int) -> FloatArray:
 
 
 @kernel
+def mean_share(s: float | Lanes) -> float | Lanes:
+    """Return what is left of a wave's height in its mean over a waterplane, whose `s` is that of `orbital_turning`.
+
+    Over a line of length L it is sin a / a with a = k L / 2 and s = a^2 / 10, for which
+    (1 - a^2 / pi^2) / (1 + c_1 s + c_2 s^2 + c_3 s^3) stands: c_1 and c_2 are of its series up to a^4, and its zero is
+    that of a line as long as the wave; c_3 makes its least value -0.217 at a = 4.49. Up to L = 1.4 wave lengths it is
+    0.006 off at most.
+    """
+    c = _RISING
+    return (s * (-10.0 / _PI2) + 1.0) / (s * (s * (s * c[2] + c[1]) + c[0]) + 1.0)
+
+
+@kernel
+def spread_squared(reach: Vector, east: float | Lanes, north: float | Lanes) -> float | Lanes:
+    """Return the `s` of `orbital_turning` of a wave, whose wavenumber's components [rad/m] are given."""
+    return east * east * reach[0] + east * north * reach[1] + north * north * reach[2]
+
+
+@kernel
+def slope_share(s: float | Lanes) -> float | Lanes:
+    """Return what is left of a wave's slope in that of the straight line that fits best: `orbital_turning`."""
+    return 1.0 / (s * (s * (9.0 / 14.0) + 1.0) + 1.0)
+
+
+@kernel
 def elevation_of_columns(columns: Waves, x: float, y: float, t: float) -> float:
     """Return `elevation` at (x, y) [m] and time `t` [s]."""
     east, north, wavenumber = columns[EAST], columns[NORTH], columns[WAVENUMBER]
@@ -106,7 +132,7 @@ def elevation_of_columns(columns: Waves, x: float, y: float, t: float) -> float:
 
 
 @kernel
-def motion_of_columns(columns: Waves, x: float, y: float, z: float, t: float) -> tuple[float, ...]:
+def motion_of_columns(columns: Waves, reach: Vector, x: float, y: float, z: float, t: float) -> tuple[float, ...]:
     """Return the six sums of `orbital_motion` at (x, y) [m], `z` [m] over the mean level, and time `t` [s]."""
     east, north, wavenumber = columns[EAST], columns[NORTH], columns[WAVENUMBER]
     frequency, phase, orbital, bottom = columns[FREQUENCY], columns[PHASE], columns[_ORBITAL], columns[BOTTOM]
@@ -125,13 +151,15 @@ def motion_of_columns(columns: Waves, x: float, y: float, z: float, t: float) ->
     above = columns[MEMORY + 2]
     u = v = w = du = dv = dw = broadcast(0.0)
     for i in range(0, cos.size, WIDTH):
-        own, f, bed = load(orbital, i), load(frequency, i), load(bottom, i)
-        down = exponential(load(wavenumber, i) * z)
+        own, f, bed, k = load(orbital, i), load(frequency, i), load(bottom, i), load(wavenumber, i)
+        down = exponential(k * z)
         level, upright = own * down, own * down
         if any_positive(bed):
             up, whole = bed / down, bed + 1.0
             level, upright = own * ((down + up) / whole), own * ((down - up) / whole)
         store(above, i, upright)
+        share = mean_share(spread_squared(reach, k * load(east, i), k * load(north, i)))
+        level, upright = level * share, upright * share
         c, s = level * load(cos, i), level * load(sin, i) * f
         u = product_and(load(east, i), c, u)
         v = product_and(load(north, i), c, v)
@@ -153,8 +181,7 @@ def turning_of_columns(columns: Waves, reach: Vector) -> tuple[float, ...]:
     for i in range(0, cos.size, WIDTH):
         k, f = load(wavenumber, i), load(frequency, i)
         along, across = k * load(east, i), k * load(north, i)
-        long = along * along * reach[0] + along * across * reach[1] + across * across * reach[2]
-        rise = load(above, i) / (long * (long * MORE + 1.0) + 1.0)
+        rise = load(above, i) * slope_share(spread_squared(reach, along, across))
         c, s = rise * load(cos, i), rise * load(sin, i) * f
         p = product_and(across, c, p)
         q = product_and(along, c, q)

@@ -12,6 +12,7 @@ from vrx_mj.physics.kinematics import (
     orbital_motion,
     orbital_turning,
     reach_of,
+    surface_plane,
     surface_slope,
     turned_with,
     water_pressure,
@@ -90,6 +91,32 @@ def test_over_a_line_it_is_the_slope_of_the_best_fit(share, bound, heading):
     rise = [velocity(waves, record, 1.0 + s * cos, 2.0 + s * sin, -0.1, 0.3)[2] for s in along]
     slope = np.trapezoid(along * rise, along) / np.trapezoid(along * along, along)
     assert turning[:2] == pytest.approx([slope * sin, -slope * cos], rel=bound)
+
+
+@pytest.mark.parametrize("share", [0.3, 0.9, 1.0, 1.1, 1.4])
+@pytest.mark.parametrize("heading", [0.0, 0.7])
+def test_a_long_hull_feels_the_mean_motion_of_the_water(share, heading):
+    """Over a line as long as a share of the waves: sin a / a of the motion at its middle, a = k L / 2."""
+    length, (cos, sin) = 10.0 * share, (math.cos(heading), math.sin(heading))
+    waves, record = water(regular_wave(0.4, math.sqrt(2.0 * math.pi * 10.0 / 9.81), (cos, sin), Site()))
+    hull = np.zeros(1, HULL)[0]
+    hull["spread"] = length**2 / 12.0, 0.0
+    reach, point = reach_of(hull, (cos, sin)), (1.0, 2.0, -0.1, 0.3)
+    left = math.sin(math.pi * share) / (math.pi * share)
+    here, mean = np.array(orbital_motion(waves, record, *point)), np.array(orbital_motion(waves, record, *point, reach))
+    assert mean == pytest.approx(left * here, abs=0.005 * np.abs(here).max())
+    along = np.linspace(-0.5, 0.5, 2001) * length
+    heights = [surface_height(waves, record, 1.0 + d * cos, 2.0 + d * sin, 0.3) for d in along]
+    assert surface_plane(waves, record, reach, 1.0, 2.0, 0.3)[0] == pytest.approx(
+        np.trapezoid(heights, along) / length, abs=0.001
+    )
+
+
+@pytest.mark.parametrize("waters", [DEEP, SHALLOW], ids=["deep", "shallow"])
+def test_the_plane_at_a_point_is_the_tangent_of_the_surface(waters):
+    at = 3.0, -2.0, 4.1
+    tangent = surface_height(*waters, *at), *surface_slope(*waters, *at)
+    assert surface_plane(*waters, (0.0, 0.0, 0.0), *at) == pytest.approx(tangent, abs=1e-12)
 
 
 def test_a_body_that_turns_with_the_water_has_no_motion_through_it():
