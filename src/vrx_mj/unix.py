@@ -23,11 +23,11 @@ _CODE = re.compile(r"^(\w+)-(\w+) r-xp \S+ \S+ [1-9]\d* .*\n(?:\w+: .*\n)*?Anony
 """Code of a file of which nothing was changed in memory, in Linux' list of what a process has mapped."""
 
 
-def release_memory() -> None:
-    """Give freed memory back where the C library keeps it, as glibc does, and on Linux code until it runs again."""
+def release_memory(*, code: bool = True) -> None:
+    """Give freed memory back where the C library keeps it, as glibc does, and on Linux `code` until it runs again."""
     if resource is not None and hasattr(library := ctypes.CDLL(None), "malloc_trim"):
         library.malloc_trim(0)
-        for begin, end in _untouched_code():
+        for begin, end in _untouched_code() if code else ():
             library.madvise(ctypes.c_void_p(begin), ctypes.c_size_t(end - begin), _DONTNEED)
 
 

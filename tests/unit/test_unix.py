@@ -24,14 +24,15 @@ with tempfile.TemporaryFile() as file:
     ctypes.CDLL(None).mprotect(ctypes.c_void_p(address), mmap.PAGESIZE, mmap.PROT_READ | mmap.PROT_EXEC)
     model = mujoco.MjModel.from_xml_string("<mujoco/>")
     before = code()
+    release_memory(code=False)
+    kept = code()
     release_memory()
-    after = code()
-    print(after < before / 2, changed[0:1])
+    print(kept == before, code() < before / 2, changed[0:1])
 mujoco.mj_step(model, mujoco.MjData(model))
 """
 
 
 @LINUX
-def test_code_is_given_back_and_runs_again_and_what_was_changed_stays():
+def test_code_is_given_back_where_it_may_and_runs_again_and_what_was_changed_stays():
     done = subprocess.run([sys.executable, "-c", PROGRAM], capture_output=True, encoding="utf-8", check=True)
-    assert done.stdout.split() == ["True", "b'b'"]
+    assert done.stdout.split() == ["True", "True", "b'b'"]

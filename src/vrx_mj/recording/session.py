@@ -258,6 +258,7 @@ class RunWriter(RecordWriter):
         super().__init__(
             path, dataclasses.replace(scene_of(sim, choices), begun=sim.time, sea_height=shown, follow=follow)
         )
+        release_memory(code=False)  # of the model that was looked at
 
     def boats_changed(self) -> None:
         """Boats, objects or docks have come or gone."""

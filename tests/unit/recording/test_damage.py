@@ -127,7 +127,7 @@ def test_files_with_other_bytes_are_refused_or_read():
 # The texts
 
 HEAD = {
-    "format": 5,
+    "format": 6,
     "properties": {"world": "bay"},
     "timestep": 0.01,
     "wind_direction": [1.0, 0.0],
@@ -157,7 +157,7 @@ def layout(**other):
     ("change", "reason"),
     [
         ({"format": "new"}, "format: expected a whole number, got 'new'"),
-        ({"format": 9}, "format 9; this version reads 5"),
+        ({"format": 9}, "format 9; this version reads 6"),
         ({"timestep": -1.0}, "timestep: must be above 0, got -1"),
         ({"timestep": None}, "timestep: expected a number, got nothing"),
         ({"wind_direction": [1.0]}, "wind_direction[1]: required, but missing"),
