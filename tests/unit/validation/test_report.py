@@ -151,13 +151,14 @@ OUTSIDE = {"sphere-decay": ["first trough, height", "second trough, height"]}
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("each", [each for each in CASES if each.quick], ids=lambda each: each.name)
-def test_quick_cases_are_inside_but_for_what_is_known(each):
-    (result,) = run_cases([each])
-    assert result.error == ""
-    found = [row for row in result.rows if not row.inside]
-    assert [row.quantity for row in found] == OUTSIDE.get(result.case.name, [])
-    assert {row.state for row in found} <= {"known"}
-    assert result.rows
-    for chart in result.charts:
-        assert any(series.reference for series in chart.series), chart.title
+@pytest.mark.parametrize("first", range(8))
+def test_quick_cases_are_inside_but_for_what_is_known(first):
+    """Every eighth case, so that the parts take about as long as each other."""
+    for result in run_cases(select_cases(quick=True)[first::8]):
+        assert result.error == "", result.case.name
+        found = [row for row in result.rows if not row.inside]
+        assert [row.quantity for row in found] == OUTSIDE.get(result.case.name, [])
+        assert {row.state for row in found} <= {"known"}, result.case.name
+        assert result.rows, result.case.name
+        for chart in result.charts:
+            assert any(series.reference for series in chart.series), chart.title
