@@ -34,9 +34,9 @@ AFLOAT = -0.1018635
 
 
 @cache
-def floating_objects():
-    """Names of the objects of the catalogue that float; reading all takes a second, so no test file does it."""
-    return [name for name in catalogue("objects") if load_object(name).kind == "floating"]
+def object_kinds():
+    """Kinds of the objects of the catalogue, by their names."""
+    return {name: load_object(name).kind for name in catalogue("objects")}
 
 
 def table(path):

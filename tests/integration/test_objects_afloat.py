@@ -10,22 +10,23 @@ import numpy as np
 import pytest
 
 import vrx_mj
-from integration.sailing import CALM, floating_objects, water
+from integration.sailing import CALM, object_kinds, water
 from vrx_mj.cli.files import copy_start_file
 from vrx_mj.config.objects import load_object
 from vrx_mj.runtime.observation import rotation_matrix
 
+FLOATING = [name for name, kind in object_kinds().items() if kind == "floating"]
 WAVES = {"model": "pms", "gain": 0.3, "period": 5.0, "scale": 1.5, "direction": [1.0, 0.0], "tau": 2.0}
 SPACING = 25.0
 
 
 def raft(*, z=0.0, sea=CALM, timestep=0.01, tilt=0.0):
     """A simulation with one of each, in a square."""
-    side = math.ceil(math.sqrt(len(floating_objects())))
-    places = [(SPACING * (n % side), SPACING * (n // side)) for n in range(len(floating_objects()))]
+    side = math.ceil(math.sqrt(len(FLOATING)))
+    places = [(SPACING * (n % side), SPACING * (n // side)) for n in range(len(FLOATING))]
     items = [
         {"name": name, "model": name, "pose": [x, y, z, tilt, -0.5 * tilt, 0.0], "path": None}  # animals swim else
-        for name, (x, y) in zip(floating_objects(), places, strict=True)
+        for name, (x, y) in zip(FLOATING, places, strict=True)
     ]
     spawn = {"pose": [-100, -100, 0, 0, 0, 0]}
     world = water(sea=sea, wind=None, timestep=timestep, objects=items, spawn=spawn)
@@ -34,7 +35,7 @@ def raft(*, z=0.0, sea=CALM, timestep=0.01, tilt=0.0):
 
 def places(sim):
     """(objects, 3): where they are [m]."""
-    return np.array([sim.observe_object(name).position for name in floating_objects()])
+    return np.array([sim.observe_object(name).position for name in FLOATING])
 
 
 def way(sim, seconds, every=0.1):
@@ -61,7 +62,7 @@ def test_it_comes_to_rest(rest, how):
         item = rest[how].observe_object(name)
         return np.abs([item.velocity, item.angular_velocity]).max()
 
-    assert {name: moves for name in floating_objects() if not (moves := motion(name)) < 2e-3} == {}
+    assert {name: moves for name in FLOATING if not (moves := motion(name)) < 2e-3} == {}
 
 
 @pytest.mark.slow
@@ -71,7 +72,7 @@ def test_at_rest_it_displaces_its_weight_under_its_centre_of_mass(rest, how):
 
     It is right within 1 %, and its centre within a few mm.
     """
-    for name in floating_objects():
+    for name in FLOATING:
         config, item = load_object(name), rest[how].observe_object(name)
         mass, center = displaced(config, item)
         assert mass == pytest.approx(config.mass, rel=0.01), name
@@ -149,7 +150,7 @@ def test_its_motion_in_waves_hardly_depends_on_the_step(steps, step, allowed):
     of 10 ms is 3 cm of that.
     """
     apart = np.linalg.norm(steps[step] - steps[0.001], axis=2).max(axis=0)
-    assert {name: most for name, most in zip(floating_objects(), apart, strict=True) if not most < allowed} == {}
+    assert {name: most for name, most in zip(FLOATING, apart, strict=True) if not most < allowed} == {}
 
 
 @pytest.fixture(scope="module")
@@ -175,7 +176,7 @@ def test_it_follows_the_waves_and_does_not_wander(voyage):
     over = rows[:, :, 2] - heights
     early, late = over[(times > 60) & (times < 90)], over[times > 90]
     drift = np.linalg.norm(rows[-1, :, :2] - rows[299, :, :2], axis=1)
-    for index, name in enumerate(floating_objects()):
+    for index, name in enumerate(FLOATING):
         assert np.ptp(late[:, index]) < 1.2 * np.ptp(early[:, index]) + 0.01, name
         assert late[:, index].mean() == pytest.approx(early[:, index].mean(), abs=0.01), name
         assert drift[index] < 0.05, name

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import vrx_mj
-from integration.sailing import CALM, boats, floating_objects, same_bits
+from integration.sailing import CALM, boats, object_kinds, same_bits
 from integration.vrx3_worlds import BREEZE, MOST, sailing
 from vrx_mj.config.world import load_world
 from vrx_mj.errors import VrxWarning
@@ -125,6 +125,7 @@ def test_gusts_are_the_same_when_asked_for_and_when_sailed():
 
 # Objects
 
+FLOATING = [name for name, kind in object_kinds().items() if kind == "floating"]
 SPACING = 25.0
 
 
@@ -132,7 +133,7 @@ def afloat(profile, sea, timestep=0.004, **more):
     """Every floating object of the catalogue in one world, somewhat heeled; none swims."""
     things = [
         {"name": f"item{k}", "model": name, "pose": [SPACING * k, 40.0, 0.2, 0.2, -0.1, 0.3], "path": None}
-        for k, name in enumerate(floating_objects())
+        for k, name in enumerate(FLOATING)
     ]
     text = {"physics": {"profile": profile, "timestep": timestep}, "sea": sea, "objects": things, **more}
     return vrx_mj.Simulation(vrx_mj.compile_world(text, fleet=boats((0.0, 0.0, 0.3), (0.0, -40.0, 2.0))))
@@ -144,7 +145,7 @@ def test_everything_that_floats_is_stable_in_the_roughest_sea():
     highest = 0.0
     for _ in range(60):
         sim.step({"a": {"left": MOST, "right": MOST}, "b": {"left": -1000.0, "right": MOST}}, duration=1.0)
-        for k, name in enumerate(floating_objects()):
+        for k, name in enumerate(FLOATING):
             item = sim.observe_object(f"item{k}")
             assert abs(item.position[2]) < 2.0, name
             assert np.abs(item.velocity).max() < 5.0, name
@@ -162,7 +163,7 @@ def test_in_calm_water_objects_move_as_in_classic_worlds():
     one, other = (afloat(profile, CALM) for profile in ("vrx", "vrx3"))
     for sim in (one, other):
         sim.advance(2000)
-    for number, name in enumerate(floating_objects()):
+    for number, name in enumerate(FLOATING):
         first, second = (sim.observe_object(f"item{number}") for sim in (one, other))
         for field in ("position", "quaternion", "velocity", "angular_velocity"):
             assert same_bits(getattr(first, field), getattr(second, field)), name
