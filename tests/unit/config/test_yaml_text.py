@@ -88,7 +88,8 @@ FRAGMENTS = (
 
 @pytest.mark.parametrize("folder", ["assets", "fleets", "tests/broken"])
 def test_files_have_the_same_nodes_and_places_from_both_parsers(folder):
-    texts = [file.read_text(encoding="utf-8", errors="replace") for file in (ROOT / folder).rglob("*.yaml")]
+    files = sorted((ROOT / folder).rglob("*.yaml"))[::3]  # PyYAML takes a second for all
+    texts = [file.read_text(encoding="utf-8", errors="replace") for file in files]
     assert texts
     for text in texts:
         assert nodes(yaml_text._compose, text) == nodes(by_pyyaml, text)

@@ -43,7 +43,7 @@ def test_the_tree_and_the_dataclasses_hold_the_same(text):
 def test_no_value_of_another_kind_is_taken(text):
     """Whatever takes the place of a table, an entry or a number is refused, or is a number that is allowed there."""
     chance, said = random.Random(1), []
-    for _ in range(500):
+    for _ in range(250):
         tree = json.loads(text)
         owner, key = tree, chance.choice(sorted(tree.keys() - {"lives", "format", "sensors"}))
         while isinstance(owner[key], dict | list) and owner[key] and chance.random() < 0.8:
@@ -58,7 +58,7 @@ def test_no_value_of_another_kind_is_taken(text):
         else:
             alike = {type(None): (str, list, dict), bool: (bool,), str: (str, type(None)), int: (int, float)}
             assert isinstance(before, alike.get(type(owner[key]), (dict, list, type(None)))), (key, owner[key])
-    assert len(said) > 300
+    assert len(said) > 150
 
 
 @pytest.mark.parametrize("number", ["NaN", "Infinity", "1e400", "1e13", "1" + "0" * 5000])

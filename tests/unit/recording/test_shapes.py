@@ -97,10 +97,10 @@ def test_boats_of_a_large_fleet_have_few_triangles_and_share_them():
 
 def test_making_a_scene_loads_neither_rerun_nor_a_library_of_meshes():
     code = """
-import sys, vrx_mj
+import sys, vrx_mj, vrx_mj.recording.session, vrx_mj.recording.record_scene
 from vrx_mj.recording.simulation_scene import scene_of
 scene_of(vrx_mj.Simulation(vrx_mj.compile_world("example_course")))
-print({"trimesh", "pandas", "rerun", "scipy.spatial", "pyarrow"} & set(sys.modules))
+print({"trimesh", "pandas", "rerun", "rerun_bindings", "scipy.spatial", "pyarrow"} & set(sys.modules))
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "set()"

@@ -90,23 +90,23 @@ def test_beside_a_gate_there_is_no_passage():
     assert passage(tasks.Gate(left="left", right="right"), "before", "wamv", seen) == ("outside", None)
 
 
-@pytest.mark.parametrize("course", COURSES)
-def test_the_shipped_courses_have_vrx_gates(course):
-    places = {thing.name: tuple(thing.pose[:2]) for thing in load_object(course).objects}
-    for number, (red, partner) in enumerate(COURSES[course]):
-        names = [name for name in places if name.endswith(f"_bound_{number}") and not name.startswith("red")]
-        assert len(names) == 1
-        assert places[f"red_bound_{number}"] == pytest.approx(red, abs=0.006)  # the table has centimetres
-        assert places[names[0]] == pytest.approx(partner, abs=0.006)
-    assert sum(name.startswith("red_bound") for name in places) == len(COURSES[course])
+def test_the_shipped_courses_have_vrx_gates():
+    for course, gates in COURSES.items():
+        places = {thing.name: tuple(thing.pose[:2]) for thing in load_object(course).objects}
+        for number, (red, partner) in enumerate(gates):
+            names = [name for name in places if name.endswith(f"_bound_{number}") and not name.startswith("red")]
+            assert len(names) == 1
+            assert places[f"red_bound_{number}"] == pytest.approx(red, abs=0.006)  # the table has centimetres
+            assert places[names[0]] == pytest.approx(partner, abs=0.006)
+        assert sum(name.startswith("red_bound") for name in places) == len(gates), course
 
 
-@pytest.mark.parametrize("course", COURSES)
-def test_every_gate_of_a_course_is_entered_before_and_left_after(course):
-    poses = buoys(COURSES[course])
-    for names, gate in zip(gate_names(len(COURSES[course])), COURSES[course], strict=True):
-        found = gate_between(poses[names["left"]], poses[names["right"]])
-        assert [side_of(found, *point) for point in through(gate)] == ["before", "after"]
+def test_every_gate_of_a_course_is_entered_before_and_left_after():
+    for course, gates in COURSES.items():
+        poses = buoys(gates)
+        for names, gate in zip(gate_names(len(gates)), gates, strict=True):
+            found = gate_between(poses[names["left"]], poses[names["right"]])
+            assert [side_of(found, *point) for point in through(gate)] == ["before", "after"], course
 
 
 # Follow the path, with points by hand
@@ -274,13 +274,12 @@ def test_a_course_sailed_with_red_to_starboard_is_finished_in_its_time(course):
     assert referee.status.score == pytest.approx(number / 20 / len(gates), rel=1e-12)
 
 
-@pytest.mark.parametrize("course", COURSES)
-def test_a_course_sailed_with_red_to_port_fails_at_its_first_gate(course):
-    gates = COURSES[course]
-    referee = channel(gates)
-    lines = sail_channel(referee, *reversed(through(gates[0])), gates=gates)
-    assert (referee.is_over, referee.status.score) == (True, FAILURE)
-    assert lines == ["gate 1 crossed backwards: failed"]
+def test_a_course_sailed_with_red_to_port_fails_at_its_first_gate():
+    for course, gates in COURSES.items():
+        referee = channel(gates)
+        lines = sail_channel(referee, *reversed(through(gates[0])), gates=gates)
+        assert (referee.is_over, referee.status.score) == (True, FAILURE), course
+        assert lines == ["gate 1 crossed backwards: failed"], course
 
 
 def test_a_gate_crossed_backwards_fails_even_if_it_is_not_its_turn():
