@@ -100,10 +100,13 @@ def test_every_number_of_a_file_has_limits():
 
 
 def test_a_key_repeats_no_limit_of_the_number_that_it_gives():
-    """The dataclass declares the range; a key has narrower limits alone."""
+    """The dataclass declares the range; a key has narrower limits alone, after it, where they win."""
     found = [(each, marks) for *each, marks in numbers_of_files() if any(isinstance(mark, NumberOf) for mark in marks)]
     assert len(found) > 50
     for each, marks in found:
         declared, own = (limits_of([mark for mark in marks if isinstance(mark, NumberOf) is is_declared])
                          for is_declared in (True, False))  # fmt: skip
         assert not {limit for limit in own & declared if abs(limit[1]) != MAX_NUMBER}, each
+        last = dict(limit for mark in marks for limit in sorted(limits_of([mark])))
+        for key, limit in own | declared:
+            assert last[key] >= limit if key in {"ge", "gt"} else last[key] <= limit, each

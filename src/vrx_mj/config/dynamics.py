@@ -33,6 +33,7 @@ from vrx_mj.config.values import (
 )
 from vrx_mj.config.wording import fault, literal
 from vrx_mj.errors import VrxError
+from vrx_mj.model import kinds
 from vrx_mj.model.boats import MOST_SKEGS, MOST_STRIPS, Command, Hull, Propeller, Thruster, Vessel
 
 FORMAT = 1
@@ -40,18 +41,13 @@ FORMAT = 1
 _MOST_BYTES, _MOST_POLES = 20_000_000, 40
 """Bytes and poles of a file, at most; each pole takes time in every step."""
 _FEWEST_ANGLES = 8
-_LARGEST = 1e12
-"""Largest number that a file may hold."""
 _FASTEST_POLE = 1e6
 """Largest part of a pole [1/s]."""
 _ASYMMETRY = 1e-3
 """Asymmetry that the added mass at infinite frequency may have, as a share of its largest entry."""
 
-_Number = Annotated[float, Field(ge=-_LARGEST, le=_LARGEST)]
-_Complex = tuple[_Number, _Number]
+_Complex = tuple[kinds.Real, kinds.Real]
 """Real and imaginary part."""
-_HydroRow = tuple[_Number, _Number, _Number, _Number, _Number, _Number]
-_HydroMatrix = tuple[_HydroRow, _HydroRow, _HydroRow, _HydroRow, _HydroRow, _HydroRow]
 _ComplexRow = tuple[_Complex, _Complex, _Complex, _Complex, _Complex, _Complex]
 _ComplexMatrix = tuple[_ComplexRow, _ComplexRow, _ComplexRow, _ComplexRow, _ComplexRow, _ComplexRow]
 
@@ -71,21 +67,21 @@ class Hydro(BaseModel):
     """Density of the water [kg/m3]."""
     gravity: Annotated[float, Field(ge=0.01, le=1000.0)]
     """Gravity [m/s2]."""
-    point: tuple[_Number, _Number, _Number]
+    point: kinds.Vec3
     """Point to which it belongs [m]."""
-    frequencies: Annotated[tuple[Annotated[_Number, Field(gt=0.0)], ...], Field(min_length=2)]
+    frequencies: Annotated[tuple[kinds.Positive, ...], Field(min_length=2)]
     """n rising angular frequencies [rad/s]."""
-    added_mass: tuple[_HydroMatrix, ...]
+    added_mass: tuple[kinds.SixBySix, ...]
     """(n, 6, 6) [kg, kg m, kg m2]."""
-    damping: tuple[_HydroMatrix, ...]
+    damping: tuple[kinds.SixBySix, ...]
     """(n, 6, 6) [kg/s, kg m/s, kg m2/s]."""
-    added_mass_infinite: _HydroMatrix
+    added_mass_infinite: kinds.SixBySix
     """Added mass at infinite frequency."""
     poles: Annotated[tuple[_Complex, ...], Field(max_length=_MOST_POLES)] = ()
     """k poles of the memory [1/s]."""
     residues: tuple[_ComplexMatrix, ...] = ()
     """(k, 6, 6) their residues, force i per memory of motion j."""
-    fit_error: Annotated[float, Field(ge=0.0, le=_LARGEST)]
+    fit_error: kinds.NonNegative
     """Error of the poles over all frequencies, as a share."""
     diffraction: tuple[tuple[_ComplexRow, ...], ...] = ()
     """(n, m, 6) force without that of the undisturbed wave's pressure, for waves that travel toward even angles from
@@ -233,14 +229,14 @@ _Quadrant = Annotated[tuple[Number, Number, Number], numbers("angle thrust torqu
 class PropellerConfig(Config):
     """A propeller whose thrust was measured, in worlds of profile `marine`, instead of the thruster's own curve."""
 
-    thrust: Annotated[tuple[_Point, ...], NumberOf(Propeller, "thrust"), Field(min_length=2, max_length=1000)]
+    thrust: Annotated[tuple[_Point, ...], NumberOf(Propeller, "thrust"), Field(max_length=1000)]
     """Commands -1..1 and the thrust at rest that each gives [N], by rising command, with `[0, 0]`.
 
     A command is a share of the thruster's `max_command`. Between rows are straight lines; a command beyond the first
     or the last gives that one's thrust."""
     diameter: Annotated[float, NumberOf(Propeller, "diameter"), Field(le=20)]
     """Diameter [m]; what of the disc is in air pushes nothing and draws no power."""
-    vanishing_speed: Annotated[float, NumberOf(Propeller, "vanishing_speed"), Field(ge=0.1)] | None = None
+    vanishing_speed: Annotated[float, Field(ge=0.1), NumberOf(Propeller, "vanishing_speed")] | None = None
     """Speed through the water, along the axis, at which full thrust vanishes [m/s]; by default it never does."""
     four_quadrant: Annotated[tuple[_Quadrant, ...], Field(max_length=721), BeforeValidator(_of_series)] = ()
     """Coefficients C_T* and C_Q* of thrust and torque over the angle of advance from -180 to 180 [degrees], instead of
@@ -249,7 +245,7 @@ class PropellerConfig(Config):
     The angle is that of the speed ahead over 0.7 pi n D. Between rows are straight lines."""
     time_constant: Annotated[float, NumberOf(Propeller, "time_constant")] = 0.0
     """Time in which thrust at rest gets to 63 % of a new command's [s]; by default it follows at once."""
-    dead_zone: Annotated[float, NumberOf(Propeller, "dead_zone"), Field(lt=1)] = 0.0
+    dead_zone: Annotated[float, NumberOf(Propeller, "dead_zone")] = 0.0
     """Commands up to this, either way, give no thrust at all."""
     power: Annotated[float, NumberOf(Propeller, "power")] = 0.0
     """Electric power at full thrust at rest [W]; by default it is not known. Less thrust takes its share^1.5 of it."""
@@ -262,6 +258,8 @@ class PropellerConfig(Config):
                 text = f"a thrust {side} is needed at command {command:g}, got {thrust:g} N"
                 found.append((("thrust", index), text))
         found += column_faults("thrust", [command for command, _ in self.thrust], "a command")
+        if len(self.thrust) < 2:
+            found.append((("thrust",), f"2 rows or more are needed, got {len(self.thrust)}"))
         if not found and 0.0 not in [command for command, _ in self.thrust]:
             found.append((("thrust",), "a row [0, 0] is needed: add it, and rows astern if it can push astern"))
         if not found and not any(thrust for _, thrust in self.thrust):

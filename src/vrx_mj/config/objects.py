@@ -206,7 +206,7 @@ class PathConfig(Config):
     """Force with which it swims, along its x axis [N]."""
     torque: NonNegative = 1.0
     """Torque with which it turns toward its waypoint [N m]."""
-    bearing_tolerance: Annotated[float, Field(le=180), NumberOf(Follower, "tolerance")] = 2.0
+    bearing_tolerance: Annotated[float, NumberOf(Follower, "tolerance"), Field(le=180)] = 2.0
     """How far off its bow a waypoint may be before it turns [degrees]."""
     range_tolerance: Annotated[Positive, NumberOf(Follower, "reach")] = 0.5
     loop: Switch = True

@@ -47,7 +47,7 @@ def _scalars(value: object) -> object:
     return {key: str(item).lower() if isinstance(item, bool) else str(item) for key, item in value.items()}
 
 
-_VoltagePoint = Annotated[tuple[Share, Positive], numbers("charge voltage")]
+_VoltagePoint = Annotated[tuple[Share, Positive], numbers("share voltage")]
 _ChannelNumber = Annotated[str, Field(pattern="^([1-9]|[12][0-9]|3[0-2])$")]
 _SailPoint = Annotated[tuple[Number, Number, NonNegative], numbers("angle lift drag")]
 Arguments = Annotated[dict[str, str], BeforeValidator(_scalars)]

@@ -165,7 +165,8 @@ Switch = Annotated[bool, BeforeValidator(as_switch)]
 class NumberOf(GroupedMetadata):
     """Mark of a number whose range, unit and meaning a dataclass of `model` declares.
 
-    A narrower range, or a docstring with other words or a file's degrees, that the key has besides goes before.
+    A narrower range that the key has after the mark goes before, and so does a docstring of its own, with other words
+    or for a file's degrees.
     """
 
     record: Any

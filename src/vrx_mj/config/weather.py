@@ -56,10 +56,7 @@ class TideConfig(Config):
     """Phase at time 0 [degrees]: 0 is the greatest speed along `direction`."""
 
 
-_Layer = Annotated[
-    tuple[Annotated[float, NumberOf(Layer, "depth")], Annotated[float, NumberOf(Layer, "share")]],
-    numbers("depth share"),
-]
+_Layer = tuple[Annotated[float, NumberOf(Layer, "depth")], Annotated[float, NumberOf(Layer, "share")]]
 
 
 class CurrentConfig(Config):
@@ -69,7 +66,7 @@ class CurrentConfig(Config):
     """Mean speed at the surface [m/s]."""
     direction: Number = 0.0
     """Direction in which the water moves [degrees], counter-clockwise from x, as for the wind."""
-    profile: Annotated[tuple[_Layer, ...], Field(max_length=10_000)] = ()
+    profile: Annotated[tuple[Annotated[_Layer, numbers("depth share")], ...], Field(max_length=10_000)] = ()
     """Share of the mean and of the tide at depths [m], with straight lines between them; by default 1 everywhere."""
     tide: TideConfig | None = None
     """A tide, which adds to the mean."""
@@ -96,7 +93,7 @@ class WindConfig(Config):
 
     direction: Number = 270.0
     """Direction in which the air moves [degrees], counter-clockwise from x."""
-    mean_velocity: Annotated[NonNegative, NumberOf(Wind, "mean")] = 0.0
+    mean_velocity: Annotated[float, NumberOf(Wind, "mean"), Field(ge=0)] = 0.0
     var_gain: Annotated[float, NumberOf(Wind, "gain"), Only("spectrum", ("gauss_markov",))] = 0.0
     var_time: Annotated[float, NumberOf(Wind, "time_constant"), Only("spectrum", ("gauss_markov",))] = 2.0
     seed: Annotated[Seed, NumberOf(Wind, "seed")] = 0
@@ -286,7 +283,7 @@ class SeaConfig(InFolder):
     """Peak (pms) or median (cwr) period, or that of a regular wave [s]."""
     direction: Annotated[_Direction, Only("model", (*VRX_SEAS, *_SPECTRA, *_REGULAR))] = (1.0, 0.0)
     """Direction in which the waves travel, along x and y; any length but zero."""
-    tau: Annotated[NonNegative, NumberOf(Sea, "tau"), Only("model", VRX_SEAS)] = 2.0
+    tau: Annotated[float, NumberOf(Sea, "tau"), Field(ge=0), Only("model", VRX_SEAS)] = 2.0
     """Time constant of the waves' growth at the start [s], of VRX's seas."""
     significant_height: Annotated[float | None, NumberOf(Sea, "significant_height"), Only("model", _SPECTRA)] = None
     """Significant height of a spectrum, Hs = 4 sqrt(m0) [m]; by default that of `sea_state`, or of the file.
@@ -316,7 +313,7 @@ class SeaConfig(InFolder):
     Echo sounders find the bottom. Waves have their lengths and motion by it; VRX's keep the lengths of deep water."""
     density: Annotated[float, NumberOf(Sea, "density")] = SEA_WATER_DENSITY
     """Density of the water [kg/m3], which presses on hulls; only in profile `marine`."""
-    ramp: Annotated[NonNegative, NumberOf(Sea, "tau"), Only("model", (*_SPECTRA, *_REGULAR))] = 0.0
+    ramp: Annotated[float, NumberOf(Sea, "tau"), Field(ge=0), Only("model", (*_SPECTRA, *_REGULAR))] = 0.0
     """Time constant of the growth of spectra and regular waves [s]; by default they are there from the start."""
 
     @model_validator(mode="before")

@@ -22,26 +22,13 @@ from vrx_mj.config.search import find_terrain
 from vrx_mj.config.shapes import Size
 from vrx_mj.config.tasks import Task
 from vrx_mj.config.tree import Loc, Section
-from vrx_mj.config.values import (
-    Cartesian,
-    Color,
-    NonNegative,
-    Number,
-    NumberOf,
-    Pose,
-    Switch,
-    as_switch,
-    by_type,
-    demand,
-)
+from vrx_mj.config.values import Cartesian, Color, NonNegative, Number, Pose, Switch, as_switch, by_type, demand
 from vrx_mj.config.weather import CurrentConfig, SeaConfig, WindConfig
 from vrx_mj.config.wording import fault, literal
 from vrx_mj.constants import GRAVITY, LONGEST_STEP, SHORTEST_STEP
 from vrx_mj.errors import VrxWarning
 from vrx_mj.frames import Geodetic
-from vrx_mj.model import things
-from vrx_mj.model.boats import Hull
-from vrx_mj.model.kinds import Seed, Share
+from vrx_mj.model.kinds import Degrees, Latitude, Longitude, Seed, Share
 from vrx_mj.spectra import VRX_SEAS
 
 
@@ -160,7 +147,7 @@ class PhysicsConfig(Config):
     """Whose physics the world has: VRX classic's, VRX 3's, or `marine`, that of naval architects."""
     timestep: Annotated[float, Field(ge=SHORTEST_STEP, le=LONGEST_STEP)] = 0.01
     """Physics step [s]; 0.004 in profile vrx3."""
-    gravity: Annotated[float, NumberOf(Hull, "gravity")] = GRAVITY
+    gravity: NonNegative = GRAVITY
     """Gravity of the world, downwards [m/s2]; 9.80665 in profile marine."""
     quirks: tuple[Literal["wind_stale_link"], ...] = ()
     """Defects of VRX's worlds to keep. `wind_stale_link`: no wind on boats, for VRX's names a link that they lack."""
@@ -174,10 +161,14 @@ class PhysicsConfig(Config):
 class Georeference(Geodetic, Config):
     """The place of the world's origin on Earth (WGS84)."""
 
-    latitude: Annotated[float, NumberOf(things.Georeference, "latitude")]
-    longitude: Annotated[float, NumberOf(things.Georeference, "longitude")]
-    elevation: Annotated[float, NumberOf(things.Georeference, "elevation")] = 0.0
-    heading: Annotated[float, NumberOf(things.Georeference, "heading")] = 0.0
+    latitude: Latitude
+    """Latitude [degrees]."""
+    longitude: Longitude
+    """Longitude [degrees]."""
+    elevation: Number = 0.0
+    """Height of the origin above the ellipsoid [m]."""
+    heading: Degrees = 0.0
+    """Direction of the world's x axis [degrees], counter-clockwise from east."""
 
 
 def _names(value: object) -> object:

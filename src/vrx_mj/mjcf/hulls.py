@@ -127,17 +127,16 @@ def _inertia(body: MassProperties) -> FloatArray:
     return about_origin(rigid, body.center)
 
 
-def check_rest(
-    name: str, vessel: Vessel, body: MassProperties, density: float, rest: Flotation | None, said: Sequence[str]
-) -> None:
-    """Warn of a hull that capsizes or lies oddly, unless that is in `said`; refuse one that its waves swing up.
+def check_rest(boat: Boat, vessel: Vessel, density: float, rest: Flotation | None) -> None:
+    """Warn of a hull that capsizes or lies oddly, unless its warnings say so; refuse one that its waves swing up.
 
     Raises:
         VrxError: small motions about its rest grow by its memory, or are too fast for any step.
     """
+    name, body = boat.name, boat_mass(boat)
     stiffness, notes = _stiffness_at_rest(vessel, body, density, rest)
     for note in notes:
-        if not any(note in other for other in said):
+        if not any(note in other for other in boat.warnings):
             warnings.warn(f"robot {name}: {note}", VrxWarning, stacklevel=2)
     rates = _rates(_inertia(body) + np.array(vessel.added_mass), stiffness, vessel)
     fastest = float(np.abs(rates).max())
@@ -250,7 +249,7 @@ def vessel_of(boat: Boat, density: float) -> Vessel | None:
         diffraction=diffraction_of(hydro, density) if hydro and config.diffraction else None,
         **carried,
     )
-    check_rest(boat.name, found, body, density, rest, boat.warnings)
+    check_rest(boat, found, density, rest)
     return found
 
 

@@ -272,7 +272,7 @@ class Propeller:
     """Speed through the water at which full thrust vanishes [m/s]; None: it never does."""
     time_constant: NonNegative
     """Time constant of thrust at rest [s]."""
-    dead_zone: Share
+    dead_zone: Annotated[float, Field(ge=0.0, lt=1.0)]
     """Size of command up to which there is no thrust [1]."""
     power: NonNegative
     """Electric power at full thrust at rest [W]."""

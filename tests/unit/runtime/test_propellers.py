@@ -363,7 +363,7 @@ def quadrants(*rows):
             "{thrust: [[0, 0], [1, 0]], diameter: 1}",
             "propellers.main.thrust: a thrust other than 0 is needed: all are 0 N",
         ),
-        ("{thrust: [[0, 0]], diameter: 1}", "propellers.main.thrust: at least 2 are needed, got 1"),
+        ("{thrust: [[0, 0]], diameter: 1}", "propellers.main.thrust: 2 rows or more are needed, got 1"),
         (
             "{thrust: [[0, 0], [1, 9, 9]], diameter: 1}",
             "propellers.main.thrust[1]: expected 2 numbers [command, thrust], got [1, 9, 9]",
