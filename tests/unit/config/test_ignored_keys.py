@@ -124,7 +124,8 @@ BLOCKS = {
     }, {
         "number": 2, "scale": 1.7, "angle": 0.1, "steepness": 0.2, "gain": 0.3, "amplitude": 0.3, "period": 6,
         "direction": [0, 1], "tau": 3, "significant_height": 0.4, "peak_period": 7, "sea_state": 2, "gamma": 5,
-        "spreading": 9, "components": 7, "height": 0.3, "file": "other.csv", "depth": 12, "density": 1000, "ramp": 4,
+        "spreading": 9, "components": 7, "amplitudes": "fixed", "record": 600,
+        "height": 0.3, "file": "other.csv", "depth": 12, "density": 1000, "ramp": 4,
     }),
     "wind.spectrum": Block(WindConfig, lambda content: world(wind=content), {
         "gauss_markov": {"mean_velocity": 5}, "npd": {"mean_velocity": 5},
@@ -283,6 +284,7 @@ LOOKED_AT = {"description"}
 REFERRED_TO = {(BuoyancyElement, "name"), (Visual, "name")}
 """Names for other keys to refer to."""
 FREE = {
+    "SeaConfig.amplitudes",
     "AnimalConfig.goal", "BoatConfig.ais", "BoatConfig.engines", "BoatEntry.ais", "BoatEntry.engines",
     "CameraConfig.antialiasing", "FleetConfig.ais", "FleetConfig.engines",
     "FleetConfig.headings", "FleetConfig.heading", "FleetConfig.origin", "HoleConfig.size", "Layout.headings",
