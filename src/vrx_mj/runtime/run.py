@@ -14,6 +14,8 @@ import numpy as np
 
 from vrx_mj.arguments import as_number, check_kind, check_name
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError, VrxWarning, first_names, shown
+from vrx_mj.model.boats import Vessel
+from vrx_mj.model.world import Parameters
 from vrx_mj.runtime.commands import clipped_commands
 from vrx_mj.runtime.limits import processor
 from vrx_mj.runtime.observation import TASK, BoatObservation, Observation
@@ -48,7 +50,9 @@ class MotionWarnings:
         self.lines: list[str] = []
         """Warnings so far."""
         self._reported: set[tuple[str, str]] = set()
-        self._sim = sim
+        self._world = sim.world.parameters if sim is not None else None
+        rows = zip(self._world.boats, self._world.hulls, strict=True) if self._world else ()
+        self._vessels = {boat.name: hull.vessel for boat, hull in rows if hull.vessel}
 
     def warn(self, seen: Observation, time: float) -> None:
         """Warn of what is wrong at a time [s] and was not reported of that boat before."""
@@ -61,7 +65,7 @@ class MotionWarnings:
             if (rate := spin(boat)) > FASTEST_SPIN:
                 text = f"spins at {rate:.3g} rad/s at t = {time:.1f} s, more than {FASTEST_SPIN:g}"
                 self._warn(name, "spins", f"{text}: check masses, inertias and floats of its robot")
-            if self._sim is not None and (text := _too_fast(self._sim, name, boat)):
+            if self._world and name in self._vessels and (text := _too_fast(self._world, self._vessels[name], boat)):
                 self._warn(name, "fast", f"{text} at t = {time:.1f} s")
 
     def _warn(self, boat: str, what: str, text: str) -> None:
@@ -71,12 +75,8 @@ class MotionWarnings:
             warnings.warn(self.lines[-1], VrxWarning, stacklevel=4)
 
 
-def _too_fast(sim: Simulation, name: str, boat: BoatObservation) -> str:
+def _too_fast(world: Parameters, vessel: Vessel, boat: BoatObservation) -> str:
     """How a boat of profile `marine` goes faster than its resistance is modelled; empty if it does not."""
-    world = sim.world.parameters
-    vessel = next((hull.vessel for each, hull in zip(world.boats, world.hulls, strict=True) if each.name == name), None)
-    if vessel is None:
-        return ""
     east, north = world.current.mean if world.current else (0.0, 0.0)
     speed = boat.velocity[0] - east * math.cos(boat.heading) - north * math.sin(boat.heading)
     froude = speed / math.sqrt(world.sea.gravity * vessel.length)
