@@ -23,7 +23,7 @@ from vrx_mj.mjcf.assembly import Assembly
 from vrx_mj.mjcf.boats import Boat
 from vrx_mj.mjcf.build import build_boat
 from vrx_mj.mjcf.docks import check_docks
-from vrx_mj.mjcf.hulls import warn_if_uncovered
+from vrx_mj.mjcf.hulls import warn_if_rough, warn_if_uncovered
 from vrx_mj.mjcf.objects import PlacedObject, parked_balls, place_docks, place_fields, place_objects
 from vrx_mj.mjcf.parameters import Rows, current_parameters, sea_parameters
 from vrx_mj.mjcf.pieces import Part, Piece, Pieces
@@ -123,9 +123,10 @@ class _Compilation(Assembly):
             self.add_dock(dock)
         for item in self.objects:
             self.add_object(item)
-        kinds = {(robot := self._build(boat)).name: self.add_boat(robot, boat) for boat in self.boats}
-        for robot_name, hull in kinds.items():
-            warn_if_uncovered(robot_name, hull.vessel, self.sea)
+        kinds = {(robot := self._build(boat)).name: (robot, self.add_boat(robot, boat)) for boat in self.boats}
+        for robot, hull in kinds.values():
+            warn_if_uncovered(robot.name, hull.vessel, self.sea)
+            warn_if_rough(robot, hull.vessel, self.sea, self.config.physics.timestep)
         self._check_wind()
         self.balls = parked_balls(self.rows.shooters)  # out of the way until they are fired
         for ball in self.balls:

@@ -91,10 +91,21 @@ _GRAVITY = 9.81
 """Gravity in the stiffness at rest [m/s2]; a world's own is within 1 %."""
 _FASTEST = 1000.0
 """Fastest motion about the rest [rad/s]: a boat of a draft of 0.01 mm has that."""
+_FADED = math.log(20.0)
+"""Times its time constant after which a swing is 5 % of what it was."""
 _GROWTH = 1e-3
 """Rate [1/s] up to which a motion that grows may be rounding."""
 _MOST_LOST = 0.01
 """Share of a sea's energy that may be beyond the last frequency of a hull's file without a remark."""
+_SHORT_SHARE = 0.1
+"""Share of a sea's energy that may be in waves shorter than a hull without a file, without a remark."""
+_TRANSIENT = 60.0
+"""Time [s] in which swinging may fade to 5 % that a sea without a ramp starts, without a remark."""
+_GAIN_PER_MINUTE = 0.01
+"""Share of its energy that a motion may gain in a minute by the length of the step, without a remark."""
+_DISPLACED = 0.4
+"""Froude number up to which boats are carried by their displacement (Faltinsen, 2005, 1.1)."""
+_VERTICAL = np.ix_((2, 3, 4), (2, 3, 4))
 _MOTIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
 
@@ -173,6 +184,78 @@ def warn_if_uncovered(name: str, vessel: Vessel | None, sea: Sea) -> None:
             VrxWarning,
             stacklevel=4,
         )
+
+
+def warn_if_rough(boat: Boat, vessel: Vessel | None, sea: Sea, timestep: float) -> None:
+    """Warn once of waves shorter than a hull without a file, a long transient, and a step that adds energy."""
+    if vessel is None:
+        return
+    notes, body = [], boat_mass(boat)
+    whole = math.fsum(wave.amplitude**2 for wave in sea.waves)
+    short = math.fsum(wave.amplitude**2 for wave in sea.waves if wave.wavenumber * vessel.length > 2.0 * math.pi)
+    if not vessel.diffraction and short > _SHORT_SHARE * whole:
+        notes.append(
+            f"{100.0 * short / whole:.3g} % of the sea's energy is in waves shorter than its waterline of "
+            f"{vessel.length:.3g} m, to which it answers too much without `hydro`; `vrx-mj robot hydro --bem` makes it"
+        )
+    corners = np.array(vessel.vertices)[np.array(vessel.triangles)] if vessel.hydrostatics == MESH else None
+    rest = None if corners is None else flotation(corners, body.mass / sea.density)
+    stiffness, _ = _stiffness_at_rest(vessel, body, sea.density, rest)
+    rates = _rates(_inertia(body) + np.array(vessel.added_mass), stiffness, vessel)
+    slowest = float(-rates.real[np.abs(rates.imag) > _GROWTH].max(initial=-math.inf))
+    if whole > 0.0 and sea.tau <= 0.0 and slowest * _TRANSIENT < _FADED:
+        fades = f"fades to 5 % in {_FADED / slowest:.3g} s" if slowest > _GROWTH else "does not fade"
+        notes.append(f"a sea that is there from the start makes it swing, which {fades}: give the sea a `ramp`")
+    speed = _DISPLACED * math.sqrt(_GRAVITY * vessel.length)
+    gain = 0.0 if vessel.memory else _gain(vessel, body, stiffness, speed, timestep)
+    if gain > _GAIN_PER_MINUTE:
+        grows = f"{100.0 * gain:.3g} %" if gain < 10.0 else "over 1,000 %"
+        notes.append(
+            f"at {speed:.3g} m/s, a Froude number of {_DISPLACED:g}, steps of {timestep:g} s add {grows} a minute to "
+            "the energy of heave, roll or pitch, besides what damping takes: give it more, or a shorter `timestep`"
+        )
+    if notes:
+        warnings.warn(f"robot {boat.name}: {'; '.join(notes)}", VrxWarning, stacklevel=4)
+
+
+def _gain(vessel: Vessel, body: MassProperties, stiffness: FloatArray, speed: float, timestep: float) -> float:
+    """Share of its energy that heave, roll and pitch gain in a minute at a speed ahead [m/s] by the length of the step.
+
+    Of v' = v + dt a(v, s), s' = s + dt v', the scheme of the loop, less what the differential equations gain.
+    """
+    added, damping = np.array(vessel.added_mass), np.array(vessel.damping)
+    tilted = np.zeros((6, 6))
+    tilted[2, 4] = speed  # of the water along the hull's z, by its trim
+    moving = _coriolis(added, np.array([speed, 0.0, 0.0]), munk=bool(vessel.munk)) - damping
+    mass, by_pose, by_velocity = (
+        about_origin(matrix, -body.center)[_VERTICAL]
+        for matrix in (_inertia(body) + added, moving @ tilted - stiffness, moving)
+    )
+    pose, velocity = np.linalg.solve(mass, by_pose), np.linalg.solve(mass, by_velocity)
+    one, none = np.eye(3), np.zeros((3, 3))
+    exact = np.linalg.eigvals(np.block([[none, one], [pose, velocity]])).real.max()
+    after = np.hstack([timestep * pose, one + timestep * velocity])
+    stepped = np.abs(np.linalg.eigvals(np.vstack([np.hstack([one, none]) + timestep * after, after]))).max()
+    return math.expm1(min(120.0 * (math.log(stepped) / timestep - max(float(exact), 0.0)), 100.0))
+
+
+def _coriolis(added: FloatArray, velocity: FloatArray, *, munk: bool) -> FloatArray:
+    """The (6, 6) from small velocities to the force of the added mass (6, 6) on a hull that moves with (3,) [m/s].
+
+    It is `physics.drag.added_mass_bias` in its first order.
+    """
+    along, linear, angular = (_cross(vector) for vector in (velocity, *np.split(added[:, :3] @ velocity, 2)))
+    found = np.zeros((6, 6))
+    found[:3, 3:] = linear - added[:3, :3] @ along
+    found[3:, 3:] = angular - added[3:, :3] @ along - along @ added[:3, 3:]
+    if munk:
+        found[3:, :3] = linear - along @ added[:3, :3]
+    return found
+
+
+def _cross(vector: FloatArray) -> FloatArray:
+    """The (3, 3) of the vector product with a vector (3,) on its left."""
+    return -_transform(vector)[:3, 3:]
 
 
 def _stiffness_at_rest(

@@ -167,6 +167,11 @@ class Vessel:
     """Forces of the waves that it scatters; None: it feels the water's motion with its added mass and memory."""
 
     @property
+    def length(self) -> float:
+        """Length of a rectangle with the waterplane's second moment along the hull [m]."""
+        return math.sqrt(12.0 * self.spread[0])
+
+    @property
     def is_mesh(self) -> bool:
         """Whether pressure on a mesh carries it, not a stiffness."""
         return self.hydrostatics == MESH

@@ -264,18 +264,18 @@ def quadrant_loads(
 
     Args:
         propeller: a row of `tables.PROPELLER`.
-        quadrants: its rows of `tables.QUADRANT`.
+        quadrants: `tables.QUADRANT`, in which it has rows.
         density: of the water [kg/m3].
         thrust: at rest [N].
         advance: speed [m/s] through the water along the axis.
     """
-    half = quadrants.size // 2
-    rest = quadrants[half] if thrust >= 0.0 else quadrants[0]
+    first, half = propeller.quadrant_start, propeller.quadrant_count // 2
+    rest = quadrants[first + half] if thrust >= 0.0 else quadrants[first]
     scale = 0.125 * math.pi * density * propeller.diameter**2  # [kg/m]
     turning = thrust / (scale * rest.thrust)  # square of 0.7 pi n D
     place = half * (1.0 + math.atan2(advance, math.copysign(math.sqrt(turning), thrust)) / math.pi)
-    low = min(int(place), quadrants.size - 2)
-    below, above, up = quadrants[low], quadrants[low + 1], place - low
+    low = min(int(place), propeller.quadrant_count - 2)
+    below, above, up = quadrants[first + low], quadrants[first + low + 1], place - low
     square = advance * advance + turning
     pushes = scale * square * (below.thrust + up * (above.thrust - below.thrust))
     if turning == 0.0:
@@ -314,7 +314,7 @@ def propeller_step(
         propeller: a row of `tables.PROPELLER`.
         state: its row of `tables.PROPELLER_STATE`.
         points: its rows of `tables.PROPELLER_POINT`.
-        quadrants: its rows of `tables.QUADRANT`, if it has any.
+        quadrants: `tables.QUADRANT`, in which it may have rows.
         command: -1..1.
         advance: speed [m/s] through the water along the axis.
         depth: of its centre under the surface there [m].
@@ -328,7 +328,7 @@ def propeller_step(
         state.thrust = target
     share = disc_share(0.5 * propeller.diameter, depth)
     power = propeller_power(propeller, state.thrust, share)
-    if quadrants.size > 0:
+    if propeller.quadrant_count > 0:
         thrust, load = quadrant_loads(propeller, quadrants, density, state.thrust, advance)
         state.energy += dt * power * max(load, 0.0)
         return float(share * thrust)
@@ -414,15 +414,14 @@ def update_propeller(
     """
     propeller, state = a.propellers[thruster.measured], a.propeller_state[thruster.measured]
     curve = a.propeller_points[propeller.point_start : propeller.point_start + propeller.point_count]
-    quadrants = a.quadrants[propeller.quadrant_start : propeller.quadrant_start + propeller.quadrant_count]
     command = effective_command(own, time)
     share = command / thruster.max_command
     own.applied, own.fresh, own.thrust = command, 1, 0.0
-    if state.thrust == 0.0 and quadrants.size == 0 and measured_thrust(propeller, curve, share) == 0.0:
+    if state.thrust == 0.0 and propeller.quadrant_count == 0 and measured_thrust(propeller, curve, share) == 0.0:
         return  # at rest: no need to look at the water
     depth = depth_of_force(hull, thruster, own.angle, a.sea[0], waves, body, time)
     advance = 0.0
-    if propeller.vanishing_speed < math.inf or quadrants.size > 0:
+    if propeller.vanishing_speed < math.inf or propeller.quadrant_count > 0:
         advance = advance_speed(thruster, motion_at_force(thruster, own.angle, a, waves, body, time), own.angle)
-    thrust = propeller_step(propeller, state, curve, quadrants, share, advance, depth, a.sea[0].density, dt)
+    thrust = propeller_step(propeller, state, curve, a.quadrants, share, advance, depth, a.sea[0].density, dt)
     own.thrust = thruster.gain * thrust

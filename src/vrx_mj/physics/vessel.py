@@ -226,8 +226,7 @@ def wet_share(vessel: Record, sea: Record, pressure: Wrench) -> float:
 def drag_on_vessel(hull: Record, vessel: Record, strips: Table, resistances: Table, now: Conditions) -> Wrench:
     """Return damping, resistance, and drag of the flow across the hull: world axes, about `hull.link_com`."""
     own = strips[vessel.strip_start : vessel.strip_start + vessel.strip_count]
-    curve = resistances[vessel.resistance_start : vessel.resistance_start + vessel.resistance_count]
-    drag = add(_damping_of_vessel(vessel, curve, now.through), crossflow_drag(own, now.through_level))
+    drag = add(_damping_of_vessel(vessel, resistances, now.through), crossflow_drag(own, now.through_level))
     return _at_link_com(scale_wrench(drag, now.wet), hull, now.body)
 
 
@@ -358,17 +357,18 @@ def restoring_of_vessel(vessel: Record, waves: Table, sea: Record, body: Motion,
 
 
 @kernel
-def _damping_of_vessel(vessel: Record, curve: Table, through: Motion) -> Wrench:
+def _damping_of_vessel(vessel: Record, resistances: Table, through: Motion) -> Wrench:
     """Return linear damping, and quadratic damping and resistance of the motion of `vessel.point`, through the water.
 
-    `curve` are the vessel's rows of `tables.RESISTANCE`.
+    `resistances` are `tables.RESISTANCE`, in which the vessel may have rows.
     """
     d, q, c = vessel.damping, vessel.damping_quadratic, vessel.point
     velocity, spin = velocity_of(through), spin_of(through)
     linear = Wrench(*matrix_times(d, 0, velocity, spin), *matrix_times(d, 3, velocity, spin))
     at_point = velocity_at(through, c)
     quadratic = Wrench(*_quadratic_drag(q, at_point), *_quadratic_drag(q[3:], spin))
-    if curve.size > 0:
+    if vessel.resistance_count > 0:
+        curve = resistances[vessel.resistance_start : vessel.resistance_start + vessel.resistance_count]
         resists = Wrench(-resistance_at(curve, at_point[0]), 0.0, 0.0, *zero_vector())
         quadratic = add(quadratic, resists)
     return add(scale_wrench(linear, -1.0), shift(quadratic, (c[0], c[1], c[2])))

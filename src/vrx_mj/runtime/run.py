@@ -16,6 +16,8 @@ import numpy as np
 from vrx_mj.arguments import as_number, check_kind, check_name
 from vrx_mj.constants import PHYSICS_VERSION
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError, VrxWarning, first_names, shown
+from vrx_mj.model.boats import Vessel
+from vrx_mj.model.world import Parameters
 from vrx_mj.runtime.commands import clipped_commands
 from vrx_mj.runtime.limits import processor
 from vrx_mj.runtime.observation import TASK, BoatObservation, Observation
@@ -44,12 +46,15 @@ def spin(boat: BoatObservation) -> float:
 
 
 class MotionWarnings:
-    """Warnings of boats that capsize or spin, once for each boat."""
+    """Warnings of boats that capsize, spin, or are faster than their resistance is modelled, once for each boat."""
 
-    def __init__(self) -> None:
+    def __init__(self, sim: Simulation | None = None) -> None:
         self.lines: list[str] = []
         """Warnings so far."""
         self._reported: set[tuple[str, str]] = set()
+        self._world = sim.world.parameters if sim is not None else None
+        rows = zip(self._world.boats, self._world.hulls, strict=True) if self._world else ()
+        self._vessels = {boat.name: hull.vessel for boat, hull in rows if hull.vessel}
 
     def warn(self, seen: Observation, time: float) -> None:
         """Warn of what is wrong at a time [s] and was not reported of that boat before."""
@@ -62,6 +67,8 @@ class MotionWarnings:
             if (rate := spin(boat)) > FASTEST_SPIN:
                 text = f"spins at {rate:.3g} rad/s at t = {time:.1f} s, more than {FASTEST_SPIN:g}"
                 self._warn(name, "spins", f"{text}: check masses, inertias and floats of its robot")
+            if self._world and name in self._vessels and (text := _too_fast(self._world, self._vessels[name], boat)):
+                self._warn(name, "fast", f"{text} at t = {time:.1f} s")
 
     def _warn(self, boat: str, what: str, text: str) -> None:
         if (boat, what) not in self._reported:
@@ -70,10 +77,25 @@ class MotionWarnings:
             warnings.warn(self.lines[-1], VrxWarning, stacklevel=4)
 
 
+def _too_fast(world: Parameters, vessel: Vessel, boat: BoatObservation) -> str:
+    """How a boat of profile `marine` goes faster than its resistance is modelled; empty if it does not."""
+    east, north = world.current.mean if world.current else (0.0, 0.0)
+    speed = boat.velocity[0] - east * math.cos(boat.heading) - north * math.sin(boat.heading)
+    froude = speed / math.sqrt(world.sea.gravity * vessel.length)
+    if vessel.resistance and speed > (last := vessel.resistance[-1][0]):
+        return f"makes {speed:.3g} m/s, more than the {last:g} m/s at which its `resistance` ends"
+    if not vessel.resistance and froude > _PLANING:
+        text = f"makes {speed:.3g} m/s on a waterline of {vessel.length:.3g} m, a Froude number of {froude:.3g}"
+        return f"{text}: planing, above {_PLANING:g}, is not modelled without a `resistance`"
+    return ""
+
+
 Controller = Callable[[Observation, float], Mapping[str, Any] | None]
 """`controller(obs, t) -> {boat: {thruster: command}}`; `"fire": True` among them shoots, and what is under `"task"`
 goes to the task, `{topic: content}`."""
 
+_PLANING = 1.0
+"""Froude number from which a boat planes (Faltinsen, Hydrodynamics of High-Speed Marine Vehicles, 2005, 1.1)."""
 _NO_TASK = 60.0
 """How long a world without a task runs by default [s]."""
 _PHASES = 3
@@ -198,7 +220,7 @@ def run(
     steps = sim.steps_in(planned_duration(sim) if duration is None else duration)
     per_call = 1.0 / (control_rate * sim.timestep)
     way = dict.fromkeys(sim.boats, 0.0)
-    before, begun, interrupted, upsets = sim.observe(), clock.perf_counter(), False, MotionWarnings()
+    before, begun, interrupted, upsets = sim.observe(), clock.perf_counter(), False, MotionWarnings(sim)
     done, calls, touches = 0, 0, list[Touch]()
     watch = sim.watch_contacts(touches.append)
     try:

@@ -112,7 +112,7 @@ def test_thrust_and_power_in_four_quadrants_are_sums_of_the_series(rate, advance
     """The shaft turns at `rate` [1/s]: thrust at rest, then thrust and 2 pi n Q at speed."""
     density, diameter = 1025.0, 0.25
     disc, turning = math.pi * diameter**2 / 4.0, 0.7 * math.pi * rate * diameter
-    own = propeller(diameter=diameter)
+    own = propeller(diameter=diameter, quadrant_count=721)
 
     def loads(speed):
         thrust, torque = coefficients(math.atan2(speed, turning))
@@ -128,7 +128,7 @@ def test_thrust_and_power_in_four_quadrants_are_sums_of_the_series(rate, advance
 
 
 def test_a_held_propeller_has_drag_both_ways_and_draws_nothing():
-    own, state = propeller(), fresh()
+    own, state = propeller(quadrant_count=721), fresh()
     (ahead, share), (astern, _) = (quadrant_loads(own, B4_70, 1025.0, 0.0, speed) for speed in (2.0, -2.0))
     head = 0.5 * 1025.0 * 4.0 * math.pi * 0.3**2 / 4.0
     assert (ahead / head, astern / head) == pytest.approx((-0.772, 0.695), abs=1e-3)
@@ -138,7 +138,7 @@ def test_a_held_propeller_has_drag_both_ways_and_draws_nothing():
 
 
 def test_a_propeller_that_the_water_drives_draws_nothing():
-    own, state = propeller(), fresh()
+    own, state = propeller(quadrant_count=721), fresh()
     _, share = quadrant_loads(own, B4_70, 1025.0, 9.0, 6.0)
     propeller_step(own, state, points(), B4_70, 0.3, 6.0, DEEP, 1025.0, 0.1)
     assert share < 0.0 == state["energy"]

@@ -168,6 +168,37 @@ def test_a_run_says_once_that_a_boat_has_capsized(calm_sim):
     assert summary.warnings == (text,)
 
 
+BOX = """<robot name="box"><link name="base_link"><inertial><mass value="60"/>
+<inertia ixx="2" iyy="8" izz="9" ixy="0" ixz="0" iyz="0"/></inertial>
+<collision><geometry><box size="1.2 0.5 0.4"/></geometry></collision></link></robot>"""
+FAST = "a makes 4 m/s on a waterline of 1.2 m"
+
+
+@pytest.mark.parametrize(
+    ("hull", "speed", "text"),
+    [
+        ("{}", 4.0, f"{FAST}, a Froude number of 1.17: planing, above 1, is not modelled without a `resistance`"),
+        ("{resistance: [[0, 0], [3, 60]]}", 4.0, "a makes 4 m/s, more than the 3 m/s at which its `resistance` ends"),
+        ("{}", 3.0, None),
+    ],
+)
+def test_a_boat_faster_than_its_resistance_is_modelled_is_said_once(tmp_path, hull, speed, text):
+    """A box 1.2 m long; in a current of 1 m/s that goes with it."""
+    (tmp_path / "box.urdf").write_text(BOX, encoding="utf-8")
+    (tmp_path / "box.yaml").write_text(f"urdf: box.urdf\nhull: {hull}\n", encoding="utf-8")
+    world = {"physics": {"profile": "marine"}, "sea": {"model": "none"}, "current": {"speed": 1.0}}
+    with warnings.catch_warnings(action="ignore"):
+        fleet = {"robot": str(tmp_path / "box.yaml"), "boats": [{"name": "a", "pose": [0.0] * 6}]}
+        sim = Simulation(compile_world(world, fleet=fleet))
+    sim.set_boat("a", velocity=(speed + 1.0, 0, 0, 0, 0, 0))
+    upsets = MotionWarnings(sim)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        for _ in range(2):
+            upsets.warn(sim.observe(), sim.time)
+    assert [str(item.message) for item in caught] == upsets.lines == ([f"{text} at t = 0.0 s"] if text else [])
+
+
 def test_a_boat_that_spins_is_said_with_its_rate(calm_sim):
     upsets = MotionWarnings()
     calm_sim.set_boat("a", velocity=(0, 0, 0, 0, 5, 12))

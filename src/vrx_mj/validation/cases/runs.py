@@ -1,16 +1,20 @@
 """Runs as a whole: what stays at rest, what is mirrored, what is equal to the last bit, and what must stay finite."""
 
+import contextlib
 import math
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from vrx_mj.draw.chart import Chart, Series
-from vrx_mj.errors import DivergedError
+from vrx_mj.errors import DivergedError, VrxWarning
+from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.runtime.batch import Batch
+from vrx_mj.runtime.run import run
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.validation.rows import Comparison, Outcome, case
+from vrx_mj.validation.rows import Comparison, Outcome, at_most, case, equal, folder, near
 from vrx_mj.validation.setups import (
     marine_simulation,
     marine_world,
@@ -27,6 +31,43 @@ _BREAKING = {"model": "regular", "height": 2.2, "period": 3.2}
 
 _POWER = ("propeller", "left", "right")
 """Commands of engines that push ahead."""
+
+
+_SWING = (0.0002914, -0.01), (0.0530641 - 2.505674 * 0.01, -0.000204)
+"""Height [m] and pitch [rad] of a barge at 2.51 m/s, and their rates in body axes: the motion that grows most."""
+_WARNED = (
+    "waves shorter than its waterline of 4 m",
+    "a sea that is there from the start makes it swing, which does not fade",
+    "at 2.51 m/s, a Froude number of 0.4, steps of 0.01 s add 118 % a minute",
+    "makes 7.5 m/s on a waterline of 4 m, a Froude number of 1.2",
+)
+"""What is said of the barge, in short waves that are there from the start, and at 7.5 m/s."""
+
+
+@case("mjcf/hulls.py", "runtime/run.py", "runtime/loop.py")
+def limits_said() -> Outcome:
+    """Warnings of what is beyond the model.
+
+    assets/validation/worlds/barge.yaml, whose hull nothing damps, in a regular wave of 1.4 s without a ramp, and for a
+    step at 7.5 m/s: each of four warnings is looked for with its figure. Then in still water at 2.51 m/s, a Froude
+    number of 0.4, set swinging in heave and pitch: what the squares of its pitch grow by in 25 s, as a share a minute.
+
+    Reference: Each warning once. The gain is that of the warning: 118 % a minute, by the eigenvalues of the scheme
+    v' = v + dt a(v, s), s' = s + dt v' with the linear forces of added mass at that speed.
+    """
+    with warnings.catch_warnings(record=True) as caught, contextlib.chdir(folder() / "worlds"):
+        warnings.simplefilter("always", VrxWarning)
+        wave = {"model": "regular", "height": 0.05, "period": 1.4}
+        sim = Simulation(compile_world({"extends": "./barge.yaml", "name": "barge", "sea": wave}))
+        sim.set_boat(sim.boats[0], velocity=(7.5, 0.0, 0.0, 0.0, 0.0, 0.0))
+        run(sim, sim.timestep)
+    said = " ".join(str(item.message) for item in caught)
+    yield from (equal(f"times that it says: {text}", "", 1.0, said.count(text)) for text in _WARNED)
+    sim, ((z, pitch), (w, q)) = packaged_simulation("barge"), _SWING
+    sim.set_boat(sim.boats[0], pose=(0.0, 0.0, z, 0.0, pitch, 0.0), velocity=(2.505674, 0.0, w, 0.0, q, 0.0))
+    _, found = record(sim, lambda sim: only_boat(sim).pitch, 3500, sim.timestep)
+    growth = np.square(found[2500:]).mean() / np.square(found[:1001]).mean()
+    yield near("gain of the run", "% a minute", 118.0, 100.0 * (growth ** (60.0 / 25.0) - 1.0), relative=0.15)
 
 
 @case("physics/panels.py", "physics/vessel.py", "runtime/loop.py")
