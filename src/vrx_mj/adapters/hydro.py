@@ -95,41 +95,34 @@ def hydro_of_hull(
     afloat, center = corners - (0.0, 0.0, waterline), np.subtract(point, (0.0, 0.0, waterline))
     highest = highest or math.sqrt(gravity * 2.0 * math.pi / (_SHORTEST * panel_hull(afloat, panels)[2]))
     omegas = np.linspace(0.0, highest, frequencies + 1)[1:]
-
-    def solver_of(count: int) -> _Solver:
-        mesh = _wet_mesh(capytaine, afloat, count, clustered=tolerance is not None)
-        return _Solver(capytaine, mesh, center, density, gravity)
-
-    solver, change = solver_of(panels), None
-    if tolerance is not None:
-        solver, change = _fine_solver(solver, solver_of, panels, tolerance, [share * highest for share in _PROBES])
-    zero, infinite = (_symmetric(solver.radiation(omega)[0]) for omega in (0.0, math.inf))
-    added, damping, scattered = _at_frequencies(omegas, solver, angles, progress)
+    solver, change = _fine_solver(
+        lambda count: _Solver(
+            capytaine, _wet_mesh(capytaine, afloat, count, clustered=tolerance is not None), center, density, gravity
+        ),
+        panels, tolerance, [share * highest for share in _PROBES],
+    )  # fmt: skip
     return {
         "format": FORMAT,
         "program": f"Capytaine {capytaine.__version__}, {solver.panels} panels",
         "density": density,
         "gravity": gravity,
         "point": list(map(float, point)),
-        "frequencies": omegas.tolist(),
-        "added_mass": _nested_lists(_symmetric(added)),
-        "damping": _nested_lists(_symmetric(damping)),
-        "added_mass_zero": _nested_lists(zero),
-        "added_mass_infinite": _nested_lists(infinite),
         "mesh_error": None if change is None else round(change, 6),
-        **_memory(fitted_memory(omegas, added, damping, infinite)),
-        "diffraction": _nested_lists(np.stack((np.real(scattered), np.imag(scattered)), axis=-1)),
+        **_at_frequencies(omegas, solver, angles, progress),
     }
 
 
 def _fine_solver(
-    solver: "_Solver", solver_of: Callable[[int], "_Solver"], panels: int, tolerance: float, probes: Sequence[float]
+    solver_of: Callable[[int], "_Solver"], panels: int, tolerance: float | None, probes: Sequence[float]
 ) -> tuple["_Solver", float | None]:
     """The solver whose forces change little when its panels are halved, or the finest, and that change as a share.
 
-    Of the finest it is what halving the panels before it changed; None if not even the first ones can be halved.
+    Of the finest it is what halving the panels before it changed; None if none are halved.
     """
-    change, forces = None, solver.forces(probes)
+    solver, change = solver_of(panels), None
+    if tolerance is None:
+        return solver, change
+    forces = solver.forces(probes)
     while True:
         panels *= 4
         try:
@@ -147,14 +140,23 @@ def _fine_solver(
 
 def _at_frequencies(
     omegas: FloatArray, solver: "_Solver", angles: int, progress: Callable[[int, int], None]
-) -> tuple[FloatArray, FloatArray, list[Any]]:
-    """Added mass and damping (n, 6, 6), and diffraction, at n frequencies [rad/s]."""
+) -> dict[str, Any]:
+    """Radiation, its memory, and diffraction at n frequencies [rad/s], as the file has them."""
+    zero, infinite = (_symmetric(solver.radiation(omega)[0]) for omega in (0.0, math.inf))
     (added, damping), scattered = np.zeros((2, omegas.size, 6, 6)), []
     for index, omega in enumerate(omegas.tolist()):
         progress(index, omegas.size)
         added[index], damping[index] = solver.radiation(omega)
         scattered.append(solver.diffraction(omega, angles))
-    return added, damping, scattered
+    return {
+        "frequencies": omegas.tolist(),
+        "added_mass": _nested_lists(_symmetric(added)),
+        "damping": _nested_lists(_symmetric(damping)),
+        "added_mass_zero": _nested_lists(zero),
+        "added_mass_infinite": _nested_lists(infinite),
+        **_memory(fitted_memory(omegas, added, damping, infinite)),
+        "diffraction": _nested_lists(np.stack((np.real(scattered), np.imag(scattered)), axis=-1)),
+    }
 
 
 def _check_number(frequencies: int) -> None:

@@ -191,7 +191,7 @@ def _eigenvalues(
 def _dense(frequencies: FloatArray) -> FloatArray:
     """Frequencies (n,) that cover those given, and go far beyond them."""
     last = frequencies[-1]
-    return np.concatenate((np.linspace(0.0, last, 400)[1:], np.geomspace(1.0, 20.0, 100)[1:] * last))
+    return np.concatenate((np.linspace(0.0, last, 800)[1:], np.geomspace(1.0, 20.0, 200)[1:] * last))
 
 
 def _residues(

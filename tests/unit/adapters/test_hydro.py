@@ -138,7 +138,7 @@ class _Coarse:
 @pytest.mark.parametrize(("tolerance", "panels", "change"), [(0.15, 100, 0.12), (0.07, 400, 0.06), (0.01, 1600, 0.06)])
 def test_panels_are_halved_until_little_changes(tolerance, panels, change):
     """Or until there would be too many: then the change is that which the finest came from."""
-    solver, found = _fine_solver(_Coarse(100), _Coarse, 100, tolerance, [1.0])
+    solver, found = _fine_solver(_Coarse, 100, tolerance, [1.0])
     assert (solver.panels, found) == (panels, pytest.approx(change, rel=0.15))
 
 
