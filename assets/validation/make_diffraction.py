@@ -15,7 +15,7 @@ import capytaine
 import numpy as np
 import trimesh
 
-from vrx_mj.adapters.hydro import hydro_of_hull, panelled
+from vrx_mj.adapters.hydro import hydro_of_hull, panel_hull
 
 FOLDER = Path(__file__).parent
 ROBOT = FOLDER / "worlds" / "bowed_box"
@@ -46,7 +46,7 @@ def hull() -> trimesh.Trimesh:
 def turned(heading: float, toward: float) -> dict[str, dict[str, complex]]:
     """Forces by kind and motion on the hull turned by a heading, of a wave toward an angle [rad]."""
     turn = trimesh.transformations.rotation_matrix(heading, (0, 0, 1))
-    vertices, faces, _ = panelled(np.array(hull().apply_transform(turn).triangles), PANELS)
+    vertices, faces, _ = panel_hull(np.array(hull().apply_transform(turn).triangles), PANELS)
     mesh = capytaine.Mesh(vertices=vertices, faces=faces).immersed_part()
     center = turn[:3, 0] * CENTER
     body = capytaine.FloatingBody(
@@ -83,7 +83,7 @@ def main() -> None:
     (ROBOT / "hull.obj").write_text("\n".join(lines) + "\n", encoding="utf-8")
     table = hydro_of_hull(
         np.array(mesh.triangles), 0.0, (CENTER, 0.0, 0.0), density=DENSITY, gravity=GRAVITY, frequencies=FREQUENCIES,
-        highest=4.0 * math.pi / PERIOD, panels=PANELS, angles=ANGLES,
+        highest=4.0 * math.pi / PERIOD, panels=PANELS, tolerance=None, angles=ANGLES,
     )  # fmt: skip
     (ROBOT / "hydro.json").write_text(json.dumps(table) + "\n", encoding="utf-8")
     with (FOLDER / "diffraction.csv").open("w", encoding="utf-8", newline="") as file:

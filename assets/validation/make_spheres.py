@@ -49,6 +49,8 @@ def main() -> None:
             density=own["density"],
             gravity=own["gravity"],
             frequencies=36,
+            panels=400,
+            tolerance=None,
             highest=own["highest"],
             angles=12,
         )

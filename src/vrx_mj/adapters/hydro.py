@@ -17,17 +17,25 @@ from vrx_mj.packages import importing
 
 FREQUENCIES = 10, 500
 """Fewest frequencies, which the ten poles of a memory need, and most."""
-PANELS = 400
-"""Panels into which the wet hull is cut at least."""
-_MOST_PANELS = 3000
+PANELS = 150
+"""Panels into which the wet hull is cut at least, before they are halved."""
+TOLERANCE = 0.02
+"""Share of a force's largest by which halving the panels may change it."""
+_MOST_PANELS = 4000
 """Time and memory grow with the square: 3000 panels take half an hour and 1 GB."""
+_PROBES, _PROBE_ANGLES = (0.3, 0.55, 0.8), 8
+"""Shares of the highest frequency, and directions, at which the forces of two meshes are compared."""
+_NEGLIGIBLE = 0.01
+"""Share of the largest force, or moment, that all are taken to have at least when they are compared."""
+_SHARP, _STRIPS = math.radians(50.0), (0.05, 0.25)
+"""Angle of an edge at which the flow is singular, and heights of the strips that are cut off the panels along it."""
 _ANGLES = 36
 """Directions of waves, over the circle."""
 _SHORTEST = 5.0
 """Shortest wave, in mean edges of wet panels."""
 _MOTIONS = ("Surge", "Sway", "Heave", "Roll", "Pitch", "Yaw")
-_WET = 1e-9
-"""Least depth of a wet point [m]."""
+_WET, _NEAR = 1e-9, 1e-6
+"""Least depth of a wet point, and distance of what is on an edge [m]."""
 
 
 @contextlib.contextmanager
@@ -55,6 +63,7 @@ def hydro_of_hull(
     frequencies: int = 40,
     highest: float | None = None,
     panels: int = PANELS,
+    tolerance: float | None = TOLERANCE,
     angles: int = _ANGLES,
     progress: Callable[[int, int], None] = lambda done, whole: None,
 ) -> dict[str, Any]:
@@ -69,6 +78,8 @@ def hydro_of_hull(
         frequencies: number of frequencies, evenly spread.
         highest: of them [rad/s]; None: that of a wave of five mean edges of the wet panels.
         panels: into which the wet hull is cut at least.
+        tolerance: those along sharp edges are cut again, and all are halved until that would change no force by more
+            than this share of its largest; None: the panels stay as asked.
         angles: directions of waves, even over the circle.
         progress: called with the number of frequencies that are done, and of all.
 
@@ -81,18 +92,63 @@ def hydro_of_hull(
     with importing("the radiation of a hull", "Capytaine", "hydro"):
         import capytaine
 
-    mesh, edge = _wet_mesh(capytaine, corners - (0.0, 0.0, waterline), panels)
-    highest = highest or math.sqrt(gravity * 2.0 * math.pi / (_SHORTEST * edge))
+    afloat, center = corners - (0.0, 0.0, waterline), np.subtract(point, (0.0, 0.0, waterline))
+    highest = highest or math.sqrt(gravity * 2.0 * math.pi / (_SHORTEST * panel_hull(afloat, panels)[2]))
     omegas = np.linspace(0.0, highest, frequencies + 1)[1:]
-    solver = _Solver(capytaine, mesh, np.subtract(point, (0.0, 0.0, waterline)), density, gravity)
-    zero, infinite = (_symmetric(solver.radiation(omega)[0]) for omega in (0.0, math.inf))
-    added, damping, scattered = _at_frequencies(omegas, solver, angles, progress)
+    solver, change = _fine_solver(
+        lambda count: _Solver(
+            capytaine, _wet_mesh(capytaine, afloat, count, clustered=tolerance is not None), center, density, gravity
+        ),
+        panels, tolerance, [share * highest for share in _PROBES],
+    )  # fmt: skip
     return {
         "format": FORMAT,
-        "program": f"Capytaine {capytaine.__version__}, {mesh.nb_faces} panels",
+        "program": f"Capytaine {capytaine.__version__}, {solver.panels} panels",
         "density": density,
         "gravity": gravity,
         "point": list(map(float, point)),
+        "mesh_error": None if change is None else round(change, 6),
+        **_at_frequencies(omegas, solver, angles, progress),
+    }
+
+
+def _fine_solver(
+    solver_of: Callable[[int], "_Solver"], panels: int, tolerance: float | None, probes: Sequence[float]
+) -> tuple["_Solver", float | None]:
+    """The solver whose forces change little when its panels are halved, or the finest, and that change as a share.
+
+    Of the finest it is what halving the panels before it changed; None if none are halved.
+    """
+    solver, change = solver_of(panels), None
+    if tolerance is None:
+        return solver, change
+    forces = solver.forces(probes)
+    while True:
+        panels *= 4
+        try:
+            finer = solver_of(panels)
+        except VrxError:
+            return solver, change
+        found = finer.forces(probes)
+        peaks = np.abs(found).max(axis=(0, 1)).reshape(2, 3)
+        least = np.maximum(peaks, _NEGLIGIBLE * peaks.max(axis=1, keepdims=True)).ravel()
+        change = float((np.abs(found - forces) / least).max())
+        if change <= tolerance:
+            return solver, change
+        solver, forces = finer, found
+
+
+def _at_frequencies(
+    omegas: FloatArray, solver: "_Solver", angles: int, progress: Callable[[int, int], None]
+) -> dict[str, Any]:
+    """Radiation, its memory, and diffraction at n frequencies [rad/s], as the file has them."""
+    zero, infinite = (_symmetric(solver.radiation(omega)[0]) for omega in (0.0, math.inf))
+    (added, damping), scattered = np.zeros((2, omegas.size, 6, 6)), []
+    for index, omega in enumerate(omegas.tolist()):
+        progress(index, omegas.size)
+        added[index], damping[index] = solver.radiation(omega)
+        scattered.append(solver.diffraction(omega, angles))
+    return {
         "frequencies": omegas.tolist(),
         "added_mass": _nested_lists(_symmetric(added)),
         "damping": _nested_lists(_symmetric(damping)),
@@ -103,31 +159,44 @@ def hydro_of_hull(
     }
 
 
-def _at_frequencies(
-    omegas: FloatArray, solver: "_Solver", angles: int, progress: Callable[[int, int], None]
-) -> tuple[FloatArray, FloatArray, list[Any]]:
-    """Added mass and damping (n, 6, 6), and diffraction, at n frequencies [rad/s]."""
-    (added, damping), scattered = np.zeros((2, omegas.size, 6, 6)), []
-    for index, omega in enumerate(omegas.tolist()):
-        progress(index, omegas.size)
-        added[index], damping[index] = solver.radiation(omega)
-        scattered.append(solver.diffraction(omega, angles))
-    return added, damping, scattered
-
-
 def _check_number(frequencies: int) -> None:
     fewest, most = FREQUENCIES
     if not fewest <= frequencies <= most:
         raise CommandError(f"invalid frequencies {frequencies}: {fewest} to {most} are needed")
 
 
-def _wet_mesh(package: ModuleType, corners: FloatArray, panels: int) -> tuple[Any, float]:
-    """Capytaine's mesh of what is under z = 0, and the mean edge of its panels [m]."""
-    vertices, faces, edge = panel_hull(corners, panels)
+def _wet_mesh(package: ModuleType, corners: FloatArray, panels: int, *, clustered: bool) -> Any:
+    """Capytaine's mesh of what is under z = 0, with strips of small panels along sharp edges if it is clustered."""
+    vertices, faces, _ = panel_hull(corners, panels)
+    if clustered:
+        cut = _cut_along_edges(corners, vertices[faces])
+        vertices, faces = cut.reshape(-1, 3), np.arange(3 * len(cut)).reshape(-1, 3)
     mesh = package.Mesh(vertices=vertices, faces=faces).immersed_part()
     if mesh.nb_faces > _MOST_PANELS:
         raise VrxError(f"{mesh.nb_faces:,} wet panels, more than {_MOST_PANELS:,}: simplify the mesh")
-    return mesh, edge
+    return mesh
+
+
+def _cut_along_edges(hull: FloatArray, panels: FloatArray) -> FloatArray:
+    """Triangles (m, 3, 3) of which those with a side on a sharp edge of `hull` (n, 3, 3) are cut parallel to that."""
+    import trimesh
+
+    points, index = np.unique(np.round(hull.reshape(-1, 3), 9), axis=0, return_inverse=True)
+    solid = trimesh.Trimesh(points, index.reshape(-1, 3), process=False)
+    starts, ends = np.moveaxis(points[solid.face_adjacency_edges[solid.face_adjacency_angles > _SHARP]], 1, 0)
+    along = ends - starts
+    arms = 0.5 * (panels + np.roll(panels, 1, axis=1))[:, :, None] - starts  # to the middles of sides
+    shares = np.clip((arms * along).sum(axis=-1) / np.square(along).sum(axis=-1), 0.0, 1.0)
+    near = (np.linalg.norm(arms - shares[..., None] * along, axis=-1) < _NEAR).any(axis=-1)
+    chosen = near.any(axis=1)
+    order = near[chosen].argmax(axis=1)[:, None] + (-1, 0, 1)
+    a, b, c = np.moveaxis(np.take_along_axis(panels[chosen], order[..., None] % 3, axis=1), 1, 0)
+    found, low, high = [panels[~chosen]], a, b
+    for share in _STRIPS:
+        p, q = low + share * (c - low), high + share * (c - high)
+        found += [np.stack((a, b, q), axis=1), np.stack((a, q, p), axis=1)]
+        a, b = p, q
+    return np.concatenate([*found, np.stack((a, b, c), axis=1)])
 
 
 def _symmetric(matrices: FloatArray) -> FloatArray:
@@ -183,8 +252,17 @@ class _Solver:
         dofs = package.rigid_body_dofs(rotation_center=center)
         body = package.FloatingBody(mesh=mesh, lid_mesh=mesh.generate_lid(), dofs=dofs, name="hull")
         self._package, self._common = package, {"body": body, "rho": density, "g": gravity}
+        self.panels: int = mesh.nb_faces
         # with as many panels the added mass of a hemisphere is within 0.5 %, with the indirect method within 4 %
         self._solver = package.BEMSolver(method="direct")
+
+    def forces(self, frequencies: Sequence[float]) -> Any:
+        """Complex forces (frequencies, n, 6): of `_PROBE_ANGLES` waves, and of unit velocities of all six motions."""
+        found = []
+        for omega in frequencies:
+            added, damping = self.radiation(omega)
+            found.append(np.concatenate((self.diffraction(omega, _PROBE_ANGLES), damping + 1j * omega * added)))
+        return np.array(found)
 
     def radiation(self, omega: float) -> tuple[FloatArray, FloatArray]:
         """Added mass and damping (6, 6) at a frequency [rad/s]."""

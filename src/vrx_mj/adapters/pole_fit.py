@@ -24,7 +24,7 @@ _NEGLIGIBLE = 1e-3
 """Entries less than this share of the geometric mean of their diagonals' peaks are left out."""
 _LITTLE = 0.01
 """Share of the largest diagonal's peak that all are taken to have at least [SI]."""
-_ORDERS = (4, 6, 8, 10)
+_ORDERS = (4, 6, 8, 10, 12, 14)
 """Numbers of poles, tried in this order."""
 _GOOD = 0.005
 """Error with which a fit is taken."""
@@ -191,7 +191,7 @@ def _eigenvalues(
 def _dense(frequencies: FloatArray) -> FloatArray:
     """Frequencies (n,) that cover those given, and go far beyond them."""
     last = frequencies[-1]
-    return np.concatenate((np.linspace(0.0, last, 400)[1:], np.geomspace(1.0, 20.0, 100)[1:] * last))
+    return np.concatenate((np.linspace(0.0, last, 800)[1:], np.geomspace(1.0, 20.0, 200)[1:] * last))
 
 
 def _residues(

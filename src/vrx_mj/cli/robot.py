@@ -199,7 +199,12 @@ def hydro(
         ),
     ] = None,
     frequencies: Annotated[int, typer.Option(min=10, max=500, help="Frequencies of --bem.")] = 40,
-    panels: Annotated[int, typer.Option(min=50, max=2000, help="Panels of --bem under water, at least.")] = 400,
+    panels: Annotated[
+        int, typer.Option(min=50, max=2000, help="Panels of --bem under water, before any is cut.")
+    ] = 150,
+    tolerance: Annotated[
+        float, typer.Option(min=0.001, max=1, help="Change by halving the panels of --bem up to which they are fine.")
+    ] = 0.02,
 ) -> None:
     """Print the hydrostatics of a hull: displacement, centres, metacentric heights, righting arms to 180 degrees.
 
@@ -220,7 +225,7 @@ def hydro(
     if output is not None:
         write_file(output, json.dumps(asdict(sheet), indent=1) + "\n", "the sheet")
     if bem is not None:
-        _write_bem(bem, corners, sheet, frequencies, panels)
+        _write_bem(bem, corners, sheet, frequencies, panels, tolerance)
 
 
 def read_hull(mesh: Path, scale: float) -> "FloatArray":
@@ -244,20 +249,27 @@ def read_hull(mesh: Path, scale: float) -> "FloatArray":
     return whole.corners
 
 
-def _write_bem(file: Path, corners: "FloatArray", sheet: "HullSheet", frequencies: int, panels: int) -> None:
+def _write_bem(
+    file: Path, corners: "FloatArray", sheet: "HullSheet", frequencies: int, panels: int, tolerance: float
+) -> None:
     """Write the radiation and diffraction of a hull, about its centre of mass."""
     from vrx_mj.adapters.hydro import hydro_of_hull
 
     with Bar("frequencies", frequencies) as bar:
         table = hydro_of_hull(
             corners, sheet.waterline, sheet.center_of_mass, density=sheet.density, gravity=sheet.gravity,
-            frequencies=frequencies, panels=panels, progress=lambda done, _: bar.update(done),
+            frequencies=frequencies, panels=panels, tolerance=tolerance, progress=lambda done, _: bar.update(done),
         )  # fmt: skip
+    table |= {"displacement": sheet.mass, "waterline": sheet.waterline}
     write_file(file, json.dumps(table) + "\n", "radiation and diffraction")
-    poles, error = len(table["poles"]), table["fit_error"]
-    typer.echo(
-        f"{file}: {table['program']}, to {table['frequencies'][-1]:.3g} rad/s; {poles} poles, off by {error:.1%}"
-    )
+    change, last = table["mesh_error"], table["frequencies"][-1]
+    typer.echo(f"{file}: {table['program']}, to {last:.3g} rad/s")
+    typer.echo(f"  memory of {len(table['poles'])} poles: {table['fit_error']:.1%} off the computed radiation")
+    halved = "too many panels to halve them" if change is None else f"up to {change:.1%} of a force"
+    typer.echo(f"  change by halving the panels: {halved}")
+    if change is None or change > tolerance:
+        limit = f"more than the {tolerance:.1%} asked for" if change else "no error is known"
+        warnings.warn(f"{file}: {limit}, and finer panels are too many: simplify the mesh", VrxWarning, stacklevel=2)
 
 
 def coordinates(text: str) -> tuple[float, float, float]:

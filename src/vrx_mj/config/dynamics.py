@@ -83,6 +83,10 @@ class Hydro(BaseModel):
     """(k, 6, 6) their residues, force i per memory of motion j."""
     fit_error: kinds.NonNegative
     """Error of the poles over all frequencies, as a share."""
+    displacement: Annotated[float, Field(gt=0.0, le=_LARGEST)] | None = None
+    """Mass that the hull displaces [kg]; none if it is not known."""
+    waterline: _Number | None = None
+    """Height of the water [m]; none if it is not known."""
     diffraction: tuple[tuple[_ComplexRow, ...], ...] = ()
     """(n, m, 6) force without that of the undisturbed wave's pressure, for waves that travel toward even angles from
     the bow on, counter-clockwise; none if it is not known."""

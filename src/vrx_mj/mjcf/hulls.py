@@ -29,6 +29,8 @@ from vrx_mj.physics.tables import MATRIX, MESH
 from vrx_mj.physics.thrust import normal_slope
 from vrx_mj.rigid_bodies import MassProperties
 
+_MISFIT = 0.2
+"""Share of the displacement, and of the draft, by which a hull may lie otherwise than that of its file."""
 _NIL = 1e-9
 """Share of the largest residue [SI] below which all of a motion's at a pole are left out."""
 
@@ -69,17 +71,22 @@ def memory_of(hydro: Hydro, density: float) -> tuple[Memory, ...]:
 
 
 def diffraction_of(hydro: Hydro, density: float) -> Diffraction | None:
-    """Diffraction of a hull in water of a density [kg/m3], at even frequencies from 0, where it vanishes."""
+    """Diffraction of a hull in water of a density [kg/m3], at even frequencies from 0, where it vanishes.
+
+    They are twice as many as the file's, on cubic splines through its forces, between which the loop goes straight.
+    """
     if not hydro.diffraction:
         return None
+    from scipy.interpolate import CubicSpline
+
     diffraction = np.array(hydro.diffraction)
     n, angles = diffraction.shape[:2]
     at_origin = np.einsum("ji,nmjc->nmci", _transform(hydro.point), diffraction).reshape(n, -1)
     frequencies = np.concatenate(([0.0], hydro.frequencies))
     forces = np.concatenate((np.zeros((1, at_origin.shape[1])), at_origin)) * density / hydro.density
-    step = float(frequencies[-1]) / n
-    even = np.stack([np.interp(step * np.arange(n + 1), frequencies, column) for column in forces.T], axis=1)
-    return Diffraction(step=step, forces=nested_tuples(even.reshape(n + 1, angles, 12)))
+    even = np.linspace(0.0, frequencies[-1], 2 * n + 1)
+    smooth = CubicSpline(frequencies, forces)(even)
+    return Diffraction(step=float(even[1]), forces=nested_tuples(smooth.reshape(2 * n + 1, angles, 12)))
 
 
 def nested_tuples(values: npt.NDArray[Any]) -> Any:
@@ -321,6 +328,8 @@ def vessel_of(boat: Boat, density: float) -> Vessel | None:
     matrix = config.hydrostatics == "matrix"
     rest, carried = (None, _stiffness(config, body, point)) if matrix else _mesh(boat, config, point, density)
     level = rest.level if rest else config.waterline
+    if hydro:
+        _check_fit(boat.name, hydro, body.mass * hydro.density / density, level, carried.get("vertices", ()))
     found = Vessel(
         added_mass=nested_tuples(added),
         munk=1 if config.munk else 0,
@@ -334,6 +343,21 @@ def vessel_of(boat: Boat, density: float) -> Vessel | None:
     )
     check_rest(boat, found, density, rest)
     return found
+
+
+def _check_fit(name: str, hydro: Hydro, mass: float, level: float, points: Sequence[Sequence[float]]) -> None:
+    """Refuse radiation of a hull that lies otherwise than one of a mass [kg] in its water, which is at a level [m]."""
+    if hydro.displacement is not None and abs(mass - hydro.displacement) > _MISFIT * hydro.displacement:
+        raise VrxError(
+            f"robot {name}: hull.hydro is of a hull that displaces {hydro.displacement:.4g} kg, and the boat has "
+            f"{mass:.4g} kg: more than {_MISFIT:.0%} apart; compute it again with `--mass {mass:.4g}`"
+        )
+    draft = level - min((point[2] for point in points), default=-math.inf)
+    if hydro.waterline is not None and abs(level - hydro.waterline) > _MISFIT * draft:
+        raise VrxError(
+            f"robot {name}: hull.hydro is of a hull with the water at z = {hydro.waterline:.4g} m, and the boat's is "
+            f"at {level:.4g} m, with a draft of {draft:.4g} m: compute it again, the mesh in the axes of the base link"
+        )
 
 
 def _quadratic(config: MarineHullConfig, derived: Six) -> Six:

@@ -11,7 +11,7 @@ import trimesh
 
 from needs import CAPYTAINE, needs
 from vrx_command import environment
-from vrx_mj.adapters.hydro import FREQUENCIES, hydro_of_hull, panel_hull
+from vrx_mj.adapters.hydro import FREQUENCIES, _cut_along_edges, _fine_solver, hydro_of_hull, panel_hull
 from vrx_mj.config.dynamics import read_hydro
 from vrx_mj.errors import CommandError, VrxError
 
@@ -52,7 +52,15 @@ def test_a_memory_needs_enough_frequencies(frequencies):
 @pytest.mark.filterwarnings("ignore")
 def test_the_fewest_frequencies_are_enough():
     found = hydro_of_hull(
-        SPHERE, 0.0, (0, 0, 0), density=1000.0, gravity=9.81, frequencies=FREQUENCIES[0], panels=100, angles=2
+        SPHERE,
+        0.0,
+        (0, 0, 0),
+        density=1000.0,
+        gravity=9.81,
+        frequencies=FREQUENCIES[0],
+        panels=100,
+        tolerance=None,
+        angles=2,
     )
     assert found["fit_error"] < 0.05
     k = found["frequencies"][-1] ** 2 / 9.81
@@ -95,13 +103,54 @@ def test_a_hull_in_the_air_has_no_panels():
     assert str(error.value) == "no part of the hull is under water; check --mass, and the mesh's unit (m)"
 
 
+def test_panels_along_sharp_edges_are_cut_and_stay_on_the_hull():
+    """The closed surface and its volume are those before; its smallest panels touch the edges."""
+    vertices, faces, _ = panel_hull(BOX, 100)
+    cut = _cut_along_edges(BOX, vertices[faces])
+    normals = 0.5 * np.cross(cut[:, 1] - cut[:, 0], cut[:, 2] - cut[:, 0])
+    areas = np.linalg.norm(normals, axis=1)
+    assert areas.sum() == pytest.approx(28.0)
+    assert (normals * cut.mean(axis=1)).sum() / 3.0 == pytest.approx(8.0)
+    ratio = np.abs(cut) / (2.0, 1.0, 0.5)
+    on_edges = (np.isclose(ratio, 1.0).sum(axis=2) >= 2).sum(axis=1) >= 2
+    assert areas[on_edges].max() < 0.2 * np.linalg.norm(
+        np.cross(*np.moveaxis(np.diff(vertices[faces], axis=1), 1, 0)), axis=1
+    ).max()  # fmt: skip
+    assert len(cut) > len(faces) + on_edges.sum()
+
+
+def test_a_smooth_hull_is_not_cut():
+    assert np.array_equal(_cut_along_edges(SPHERE, SPHERE), SPHERE)
+
+
+class _Coarse:
+    """A solver whose error falls as the edge of its panels, from 24 % with 100 on."""
+
+    def __init__(self, panels):
+        if panels > 4000:
+            raise VrxError("too many")
+        self.panels = panels
+
+    def forces(self, frequencies):
+        return np.full((len(frequencies), 2, 6), 1.0 + 2.4 / math.sqrt(self.panels))
+
+
+@pytest.mark.parametrize(("tolerance", "panels", "change"), [(0.15, 100, 0.12), (0.07, 400, 0.06), (0.01, 1600, 0.06)])
+def test_panels_are_halved_until_little_changes(tolerance, panels, change):
+    """Or until there would be too many: then the change is that which the finest came from."""
+    solver, found = _fine_solver(_Coarse, 100, tolerance, [1.0])
+    assert (solver.panels, found) == (panels, pytest.approx(change, rel=0.15))
+
+
 @needs(CAPYTAINE)
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
 def test_a_hemisphere(tmp_path, monkeypatch):
     """Added mass 0.831 and 0.5 of the displaced mass (Hulme, 1982); Haskind's relation of damping and forces."""
     monkeypatch.chdir(tmp_path)
-    found = hydro_of_hull(SPHERE, 0.0, (0, 0, 0), density=1000.0, gravity=9.81, frequencies=20, panels=150, angles=8)
+    found = hydro_of_hull(
+        SPHERE, 0.0, (0, 0, 0), density=1000.0, gravity=9.81, frequencies=20, panels=150, tolerance=None, angles=8
+    )
     displaced = 1000.0 * 2.0 / 3.0 * math.pi
     assert found["added_mass_zero"][2][2] / displaced == pytest.approx(0.831, rel=0.03)
     assert found["added_mass_infinite"][2][2] / displaced == pytest.approx(0.5, rel=0.03)

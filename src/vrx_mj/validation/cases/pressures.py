@@ -1,6 +1,8 @@
 """The pressure of waves on a hull, added up at nodes in a run, against its integral with all waves everywhere.
 
 Forces of waves that a fixed hull scatters, in any heading.
+
+Heave, roll and pitch of a free hull without a file of radiation in waves as short as it.
 """
 
 import math
@@ -16,7 +18,7 @@ from vrx_mj.frames import rotation_matrix
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.validation.rows import Comparison, Outcome, case
 from vrx_mj.validation.rows import rows as table_rows
-from vrx_mj.validation.setups import marine_simulation, packaged_simulation
+from vrx_mj.validation.setups import GRAVITY, marine_simulation, packaged_simulation
 
 _SEAS: Mapping[str, Mapping[str, Any]] = {
     "swell": {"model": "regular", "height": 4.96, "period": 20.0},
@@ -198,3 +200,50 @@ def _chart(samples: FloatArray, theirs: _Amplitudes, course: str) -> Chart:
         series.append(Series("Capytaine", times, _AMPLITUDE * (theirs[i] * turn).real, reference=True))
         series.append(Series(_MOTIONS[i], times, np.roll(samples[:, 0, i], -first)))
     return Chart(f"Diffraction of a wave of 1 cm, {course}", "time [s]", "force [N]", series)
+
+
+_FREE_AMPLITUDE, _PERIODS, _LAST = 0.005, 24, 8
+"""Amplitude of the wave [m]; how many of its periods are run, and how many of them count."""
+
+
+def _swing(period: float, toward: float) -> FloatArray:
+    """Heave of the WAM-V's centre of mass over the amplitude of a wave, and roll and pitch over its slope."""
+    along = [math.cos(math.radians(toward)), math.sin(math.radians(toward))]
+    sea = {
+        "model": "regular", "height": 2.0 * _FREE_AMPLITUDE, "period": period, "direction": along, "density": 1025.0
+    }  # fmt: skip
+    fleet = {"robot": "wamv", "boats": [{"name": "a", "pose": [0] * 6}], "sensors": "none"}
+    sim = marine_simulation(fleet, sea=sea)
+    center, omega = np.array(sim.world.parameters.hulls[0].body_com), 2.0 * math.pi / period
+    wavenumber, found = omega**2 / GRAVITY, []
+    for step in range(round(_PERIODS * period / sim.timestep)):
+        sim.advance(1)
+        if step >= round((_PERIODS - _LAST) * period / sim.timestep):
+            turn = rotation_matrix(sim.data.qpos[3:7])
+            x, y, z = sim.data.qpos[:3] + turn @ center
+            phase = omega * sim.time - wavenumber * (along[0] * x + along[1] * y)
+            found.append(np.array([z, turn[2, 1], -turn[2, 0]]) * np.exp(1j * phase))
+    swings: FloatArray = 2.0 * np.abs(np.mean(found, axis=0)) / _FREE_AMPLITUDE / (1.0, wavenumber, wavenumber)
+    return swings
+
+
+@case("physics/waves.py", "physics/kinematics.py", "physics/vessel.py", table="short_waves")
+def short_waves() -> Outcome:
+    """A boat in waves as long as its hulls, and shorter.
+
+    Robot wamv without sensors, 4.1 m long at the waterline and without a file of radiation, free in following and
+    beam waves of 5 mm; first harmonics of heave of the centre of mass, roll and pitch over the last 8 of 24 periods.
+    The wave of 1.5 s is 0.85 of the hulls' length: there no motion may be more than twice the reference's.
+    """
+    for row in table_rows("short_waves"):
+        period, toward = row["period"], row["toward"]
+        motions = zip(("heave", "roll", "pitch"), _swing(period, toward), ("", " per slope", " per slope"), strict=True)
+        for motion, ours, per in motions:
+            theirs = row[motion]
+            if theirs < 0.02:  # a beam sea does not pitch it, nor a head sea roll it
+                continue
+            name = f"{motion}{per or ' per metre'}, {period:g} s, wave toward {toward:g} degrees"
+            if period < 2.0:
+                yield at_most(name, "", 2.0 * theirs, ours)
+            else:
+                yield near(name, "", theirs, ours, relative=0.05)

@@ -25,7 +25,7 @@ _HEAVE = {3.0: (0.115, 0.118), 4.0: (0.99, 1.18), 4.4: (1.77, 1.88), 5.0: (1.42,
 _RADIUS = 5.0
 _NUMBERS = (0.3, 0.5, 0.7, 1.0, 1.4, 2.0)
 """Wavenumbers times radius at which radiation is compared; the decay's is 1.03."""
-_RELATIVE = {4.4: 1.56, 5.0: 1.41, 11.0: 1.00}
+_RELATIVE = {4.4: 1.70, 5.0: 1.48, 11.0: 1.00}
 """Heave over the amplitude by period [s] without diffraction, in the relative form, in the frequency domain."""
 
 
@@ -134,7 +134,8 @@ def sphere_heave() -> Outcome:
     its file; in iea_sphere_relative.yaml without, by the relative form.
 
     Reference: Wendt et al. (2019): lowest and highest of the codes, within 2 %. Relative form: (C_FK - omega2 A + i
-    omega B) of the water's motion at the centre of buoyancy, in the frequency domain.
+    omega B) of the water's motion at the depth of the centre of buoyancy, in the mean over the waterplane, 2 J1(k R) /
+    (k R) of that at its middle, in the frequency domain.
     """
     points = []
     for period in _HEAVE:
