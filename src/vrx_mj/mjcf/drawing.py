@@ -4,6 +4,7 @@ The sky is a painted cube; the surface of the sea takes its colours from a palet
 """
 
 import math
+from collections.abc import Iterator
 from itertools import chain
 
 import mujoco
@@ -161,7 +162,13 @@ def sky_cube(side: int, zenith: FloatArray, horizon: FloatArray, sun: FloatArray
         sun: unit vector to the sun.
         light: the sun's colour; a weak one has no disc.
     """
-    rays = _rays(side)
+    return np.concatenate([_sky_face(rays, zenith, horizon, sun, light) for rays in _rays(side)])
+
+
+def _sky_face(
+    rays: FloatArray, zenith: FloatArray, horizon: FloatArray, sun: FloatArray, light: FloatArray
+) -> ByteArray:
+    """The sky where rays (side, side, 3) point, as `sky_cube` has it: a face at a time needs little memory."""
     color = _sky_color(rays[..., 2], zenith, horizon)
     if np.any(zenith != horizon):
         toward = np.clip(rays @ sun, 0.0, 1.0)[..., None]
@@ -169,7 +176,7 @@ def sky_cube(side: int, zenith: FloatArray, horizon: FloatArray, sun: FloatArray
         disc = np.clip((toward - 0.9998) / 0.0001, 0.0, 1.0) * (light.max() > 0.4)  # 2 degrees wide, with a soft rim
         warm = np.clip(light / max(float(light.max()), 1e-6), 0.0, 1.0)
         color += (warm - color) * np.clip(light.max() * glow + disc, 0.0, 1.0) * (rays[..., 2:] > -0.02)
-    return _bytes(color).reshape(6 * side, side, 3)
+    return _bytes(color)
 
 
 def _sky_color(sine: FloatArray, zenith: FloatArray, horizon: FloatArray) -> FloatArray:
@@ -194,8 +201,8 @@ def sea_palette(width: int, height: int, zenith: FloatArray, horizon: FloatArray
     return _bytes(mirrored + light * np.any(zenith != horizon) * glitter + (FOAM * day - mirrored) * foam)
 
 
-def _rays(side: int) -> FloatArray:
-    """Where the middles of the cube's pixels lie, unit vectors (6, side, side, 3), world axes.
+def _rays(side: int) -> Iterator[FloatArray]:
+    """Where the middles of the pixels of the cube's six faces lie, unit vectors (side, side, 3), world axes.
 
     MuJoCo's faces are east, west, up, down, south, north, seen from inside and mirrored left to right.
     """
@@ -203,8 +210,9 @@ def _rays(side: int) -> FloatArray:
     b, a = np.meshgrid(line, line, indexing="ij")
     one = np.ones_like(a)
     faces = [(one, a, -b), (-one, -a, -b), (a, -b, one), (a, b, -one), (a, -one, -b), (-a, one, -b)]
-    rays = np.stack([np.stack(face, axis=-1) for face in faces])
-    return np.asarray(rays / np.linalg.norm(rays, axis=-1, keepdims=True))
+    for face in faces:
+        rays = np.stack(face, axis=-1)
+        yield rays / np.linalg.norm(rays, axis=-1, keepdims=True)
 
 
 def _bytes(color: FloatArray) -> ByteArray:

@@ -56,14 +56,15 @@ def sky_distance(height: float) -> float:
     return 1.2 * horizon(height) / math.cos(_STRAIGHT)
 
 
-def ring_distances(height: float, deviation: float, lowest: float, highest: float) -> FloatArray:
-    """Return the rings' distances (RINGS,) [m] for an eye at a height [m] over the mean level.
+def ring_distances(height: float, deviation: float, lowest: float, highest: float, count: int = RINGS) -> FloatArray:
+    """Return the rings' distances (count,) [m] for an eye at a height [m] over the mean level.
 
     Args:
         height: of the eye [m].
         deviation: standard deviation of the surface [m]: crests may stand before what a calm sea would show.
         lowest: direction down to which the eye sees, from the horizon [rad].
         highest: direction up to which it does; the horizon is 0.
+        count: of the rings.
     """
     slack, far = 3.0 * deviation + 0.2, horizon(height)
     near = 0.0 if lowest < -1.5 else max(height - slack, 0.0) / math.tan(max(-lowest, 1e-3))
@@ -73,7 +74,7 @@ def ring_distances(height: float, deviation: float, lowest: float, highest: floa
     near = min(near, 0.5 * far)
     tries = np.geomspace(near + scale, max(far, near + 1.0) + scale, 400) - scale
     number = np.arctan(tries / scale) / _ANGLE + np.log1p((tries / scale) ** 2) / (2.0 * _GROWTH)
-    return np.asarray(np.interp(np.linspace(number[0], number[-1], RINGS), number, tries))
+    return np.asarray(np.interp(np.linspace(number[0], number[-1], count), number, tries))
 
 
 def spokes() -> FloatArray:
@@ -162,6 +163,7 @@ def draw_surface(
     sun: FloatArray,
     half: float,
     distances: FloatArray,
+    cell: float,
     floats: FloatArray,
     sums: FloatArray,
     vertices: npt.NDArray[np.float32],
@@ -170,16 +172,17 @@ def draw_surface(
 ) -> None:
     """Write points (n, 3) [m, world], unit normals (n, 3) and places on the palette (n, 2) at time `t` [s].
 
-    The fan's apex lies under `eye` (3,) [m]; `half` [rad] is half its angle. `sun` (3,) points to the sun. `shading`
-    are waves that only tilt the normals. `floats` (m, 7) stand in the water: east, north, direction of an edge (2,),
-    half its length and half the other's [m], and how much foam surrounds them, 0 to 1. `sums` (8, spokes) begins with
-    the directions of the spokes, to the east and north; the rest is overwritten. Near the eye heights are
+    The fan's apex lies under `eye` (3,) [m]; `half` [rad] is half its angle. `cell` is the length by which waves are
+    drawn or fade, in gaps between rings. `sun` (3,) points to the sun. `shading` are waves that only tilt the normals.
+    `floats` (m, 7) stand in the water: east, north, direction of an edge (2,), half its length and half the other's
+    [m], and how much foam surrounds them, 0 to 1. `sums` (8, spokes) begins with the directions of the spokes, to the
+    east and north; the rest is overwritten. Near the eye heights are
     `surface_height`.
     """
     grown, count = ramp(sea, t), sums.shape[1]
     for ring in range(distances.size):
         r = distances[ring]
-        gap = 0.5 * (distances[min(ring + 1, distances.size - 1)] - distances[max(ring - 1, 0)])
+        gap = 0.5 * cell * (distances[min(ring + 1, distances.size - 1)] - distances[max(ring - 1, 0)])
         beside = r * half * 2.0 / (count - 1)
         sums[2:] = 0.0
         for i in range(waves.size + shading.size):

@@ -211,6 +211,7 @@ class Canvas:
         self._gl.make_current()
         self._context = _context(model)
         self._functions: Any = importlib.import_module("OpenGL.GL")
+        self._drop_stencil()
         self._simplify_textures()
         self._simplify_cylinders()
 
@@ -225,6 +226,7 @@ class Canvas:
         if (wider, higher) != self._size:
             self._size = (wider, higher)
             mujoco.mjr_resizeOffscreen(wider, higher, self._context)
+            self._drop_stencil()
         self._collect(data, view)
         self._move(skins[: self._model.nskin])
         area = mujoco.MjrRect(0, 0, width, height)
@@ -265,6 +267,16 @@ class Canvas:
         _LEFT.setdefault(self.thread, []).append((self._gl, self._context))
         self._gl = self._context = None
         _free_left()
+
+    def _drop_stencil(self) -> None:
+        """Keep depths alone: beside MuJoCo's stencil, which no picture needs, they take twice the memory and time."""
+        gl, context = self._functions, self._context
+        gl.glBindFramebuffer(gl.GL_FRAMEBUFFER, int(context.offFBO))
+        gl.glBindRenderbuffer(gl.GL_RENDERBUFFER, int(context.offDepthStencil))
+        gl.glRenderbufferStorageMultisample(
+            gl.GL_RENDERBUFFER, int(context.offSamples), gl.GL_DEPTH_COMPONENT32F, *self._size
+        )
+        gl.glFramebufferRenderbuffer(gl.GL_FRAMEBUFFER, gl.GL_STENCIL_ATTACHMENT, gl.GL_RENDERBUFFER, 0)
 
     def _simplify_textures(self) -> None:
         """Look up one pixel of sea and sky instead of eight: without a graphics card that saves a sixth of the time."""

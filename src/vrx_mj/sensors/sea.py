@@ -69,6 +69,7 @@ class SeaSkin(Skin):
         self._shading = ripples(self._waves)
         self._sea = sea_table(sea)
         self._spokes, self._sums = spokes(), np.zeros((8, SPOKES))
+        self._rings = 1 + int(model.skin_facenum[0]) // (2 * (SPOKES - 1)) if self.wet else 0
         half = model.geom_aabb[:, 3:].max(axis=1)
         afloat = (model.geom_bodyid > 0) & (model.geom_group < _SHOWN) & (half > _SMALLEST) & (half < _LARGEST)
         self._geoms, self._boxes = np.flatnonzero(afloat), model.geom_aabb[afloat]
@@ -90,12 +91,13 @@ class SeaSkin(Skin):
         """Heights [m] of the facets that `move` made last, at x, y [m, equal shapes]; beside them, of their rim."""
         east, north = x - self._eye[0], y - self._eye[1]
         angle = (np.arctan2(north, east) - self._course + math.pi) % (2.0 * math.pi) - math.pi
-        outward = np.interp(np.hypot(east, north), self._distances, np.arange(RINGS))
+        outward = np.interp(np.hypot(east, north), self._distances, np.arange(self._rings))
         across = (angle / self._half + 1.0) * 0.5 * (SPOKES - 1)
         (ring, u), (spoke, v) = (
-            np.divmod(np.clip(place, 0.0, count - 1.001), 1.0) for place, count in ((outward, RINGS), (across, SPOKES))
+            np.divmod(np.clip(place, 0.0, count - 1.001), 1.0)
+            for place, count in ((outward, self._rings), (across, SPOKES))
         )
-        z, i, j = self.vertices[:, 2].reshape(RINGS, SPOKES), ring.astype(int), spoke.astype(int)
+        z, i, j = self.vertices[:, 2].reshape(-1, SPOKES), ring.astype(int), spoke.astype(int)
         first, last, other = z[i, j], z[i + 1, j + 1], np.where(u > v, z[i + 1, j], z[i, j + 1])
         return np.asarray(first + (other - first) * np.maximum(u, v) + (last - other) * np.minimum(u, v), np.float64)
 
@@ -147,7 +149,7 @@ class SeaSkin(Skin):
             self._sums[:2] = np.cos(course + half * self._spokes), np.sin(course + half * self._spokes)
             sea, deviation = self._sea[0], math.sqrt(0.5 * float(np.sum(self._waves["amplitude"] ** 2)))
             self._eye, self._course, self._half = np.asarray(eye, np.float64), course, float(half)
-            self._distances = ring_distances(float(eye[2] - sea["level"]), deviation, *elevations)
+            self._distances = ring_distances(float(eye[2] - sea["level"]), deviation, *elevations, self._rings)
             draw_surface(
                 self._waves,
                 self._shading,
@@ -157,6 +159,7 @@ class SeaSkin(Skin):
                 np.asarray(sun, np.float64),
                 self._half,
                 self._distances,
+                self._rings / RINGS,
                 floats,
                 self._sums,
                 self.vertices,

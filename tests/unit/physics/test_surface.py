@@ -39,7 +39,7 @@ def surface(waves, water, *, height=1.8, elevations=LEVEL_VIEW, shading=NO_RIPPL
     eye, sums = np.array([3.0, -2.0, height]), np.zeros((8, SPOKES))
     sums[:2] = np.cos(COURSE + HALF * spokes()), np.sin(COURSE + HALF * spokes())
     draw_surface(
-        waves, shading, water, TIME, eye, sun, HALF, distances, floats, sums, points, normals, palette
+        waves, shading, water, TIME, eye, sun, HALF, distances, 1.0, floats, sums, points, normals, palette
     )  # fmt: skip
     return distances, *(values.astype(float).reshape(RINGS, SPOKES, -1) for values in (points, normals, palette))
 

@@ -172,10 +172,13 @@ def test_no_crest_of_the_drawn_sea_hides_foam(storm_skin, eye, half, elevations)
 
 
 def test_a_calm_sea_is_drawn_all_over_by_half_of_its_triangles():
-    model = drawing_model(vrx_mj.compile_world("ocean", nudge=False))
+    world = vrx_mj.compile_world("ocean", nudge=False)
+    model = drawing_model(world)
 
     def area():
-        corners = model.skin_vert[model.skin_face[: model.skin_facenum[0]]]
+        skin = SeaSkin(model, world.parameters.sea)
+        skin.move(np.array([0.0, 0.0, 3.0]), np.array([0.0, 0.0, 1.0]), 0.0, 0.5, 0.0, (-0.4, 0.1))
+        corners = skin.vertices[model.skin_face[: model.skin_facenum[0]]].astype(float)
         return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2].sum() / 2.0
 
     whole, count = area(), model.skin_facenum[0]

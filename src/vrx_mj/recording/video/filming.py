@@ -11,6 +11,7 @@ from contextlib import closing
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, lru_cache
+from importlib.metadata import distribution
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -382,10 +383,10 @@ def name_tile(text: str, color: _Rgb, size: int, phase: int) -> ByteArray:
 @cache
 def _font_of(size: int) -> ImageFont.FreeTypeFont:
     """Letters of a height [pixels]."""
-    import matplotlib as mpl
     from PIL import ImageFont
 
-    return ImageFont.truetype(str(Path(mpl.get_data_path()) / "fonts" / "ttf" / _FONT), size)
+    font = distribution("matplotlib").locate_file(f"matplotlib/mpl-data/fonts/ttf/{_FONT}")  # its import takes longer
+    return ImageFont.truetype(str(font), size)
 
 
 def draw_video(recording: Path, video: Path, shot: Shot) -> str:
