@@ -20,6 +20,7 @@ from vrx_mj.config.solids import enclosed_volume, solid
 from vrx_mj.errors import VrxError, VrxWarning
 from vrx_mj.mjcf.boats import Boat, boat_mass, push_center
 from vrx_mj.mjcf.derive import hull_corners
+from vrx_mj.mjcf.drift import with_drift
 from vrx_mj.mjcf.flotation import flotation, lift_fault
 from vrx_mj.mjcf.surfaces import checked_surface, panels_of
 from vrx_mj.model.boats import MOST_TRIANGLES, Diffraction, Memory, Strip, Vessel
@@ -72,14 +73,20 @@ def diffraction_of(hydro: Hydro, density: float) -> Diffraction | None:
     """Diffraction of a hull in water of a density [kg/m3], at even frequencies from 0, where it vanishes."""
     if not hydro.diffraction:
         return None
+    from scipy.interpolate import CubicSpline
+
     diffraction = np.array(hydro.diffraction)
     n, angles = diffraction.shape[:2]
     at_origin = np.einsum("ji,nmjc->nmci", _transform(hydro.point), diffraction).reshape(n, -1)
     frequencies = np.concatenate(([0.0], hydro.frequencies))
     forces = np.concatenate((np.zeros((1, at_origin.shape[1])), at_origin)) * density / hydro.density
-    step = float(frequencies[-1]) / n
-    even = np.stack([np.interp(step * np.arange(n + 1), frequencies, column) for column in forces.T], axis=1)
-    return Diffraction(step=step, forces=nested_tuples(even.reshape(n + 1, angles, 12)))
+    if not hydro.drift_scattered:
+        step, count = float(frequencies[-1]) / n, n
+        even = np.stack([np.interp(step * np.arange(n + 1), frequencies, column) for column in forces.T], axis=1)
+    else:  # motions, and the mean forces on what moves, turn faster at resonance than forces
+        step, count = 0.5 * float(frequencies[-1]) / n, 2 * n
+        even = CubicSpline(frequencies, forces)(step * np.arange(count + 1))
+    return Diffraction(step=step, forces=nested_tuples(even.reshape(count + 1, angles, 12)))
 
 
 def nested_tuples(values: npt.NDArray[Any]) -> Any:
@@ -95,6 +102,8 @@ _GROWTH = 1e-3
 """Rate [1/s] up to which a motion that grows may be rounding."""
 _MOST_LOST = 0.01
 """Share of a sea's energy that may be beyond the last frequency of a hull's file without a remark."""
+_UNFIT = 0.2
+"""Share of its volume, and of that's cube root, by which a boat may differ from the hull of a file: other loads."""
 _MOTIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
 
@@ -236,6 +245,8 @@ def vessel_of(boat: Boat, density: float) -> Vessel | None:
     check_mass(boat.name, added, body, "hydro" if hydro else "added_mass")
     matrix = config.hydrostatics == "matrix"
     level, carried = _stiffness(config, body, point) if matrix else _mesh(boat, config, point, density)
+    if hydro:
+        _check_fit(boat.name, hydro, level, carried["displacement"] / density)
     found = Vessel(
         added_mass=nested_tuples(added),
         munk=1 if config.munk else 0,
@@ -247,7 +258,28 @@ def vessel_of(boat: Boat, density: float) -> Vessel | None:
         **carried,
     )
     check_rest(boat.name, found, body, density, boat.warnings)
+    if hydro and hydro.drift_scattered and found.diffraction:
+        stiffness, _ = _stiffness_at_rest(found, body, density)
+        return with_drift(found, hydro, _inertia(body), stiffness, _transform(hydro.point), -level, density)
     return found
+
+
+def _check_fit(name: str, hydro: Hydro, level: float, volume: float) -> None:
+    """Refuse a file of another hull, or of this one at another draft.
+
+    Raises:
+        VrxError: its volume under water or its waterline is off by more than `_UNFIT`.
+    """
+    if hydro.volume is not None and abs(hydro.volume - volume) > _UNFIT * volume:
+        raise VrxError(
+            f"robot {name}: its `hydro` is of a hull that displaces {hydro.volume:.4g} m3, and the boat displaces "
+            f"{volume:.4g} m3: compute it anew with the boat's --mass"
+        )
+    if hydro.waterline is not None and abs(hydro.waterline - level) > _UNFIT * volume ** (1.0 / 3.0):
+        raise VrxError(
+            f"robot {name}: its `hydro` is of a hull with the water at z = {hydro.waterline:.4g} m, and the boat's is "
+            f"at {level:.4g} m: compute it anew from a mesh in axes of the base link"
+        )
 
 
 def _quadratic(config: MarineHullConfig, derived: Six) -> Six:

@@ -175,6 +175,8 @@ def test_the_file_s_point_and_density_are_those_of_its_matrices(tmp_path):
     assert moved.diffraction.forces[0] == ((0.0,) * 12,) * 12
 
 
+NO_DRIFT = np.zeros((3, 7, 2)).tolist()
+NO_MOTION = np.zeros((3, 6, 6, 2)).tolist()
 HOLES = content()["diffraction"]
 HOLES[7][3][2][0] = None
 ODD = INFINITE.copy()
@@ -206,12 +208,51 @@ ODD[0, 4] = 50.0
         ({"residues": [[1.0]]}, "residues[0][0]: expected a list, got 1"),
         ({"residues": []}, "residues: 1 are needed, got 0"),
         ({"point": "here"}, "point: expected a list, got 'here'"),
+        (
+            {"drift_scattered": [[NO_DRIFT] * 8] * STEPS, "drift_radiated": [NO_MOTION] * STEPS},
+            "drift_scattered: 24 of 12 angles are needed, got 24 of 8",
+        ),
+        (
+            {"drift_scattered": [[NO_DRIFT] * 12] * STEPS, "drift_radiated": [NO_MOTION]},
+            "drift_radiated: 24 are needed, got 1",
+        ),
     ],
 )
 def test_files_that_cannot_be(tmp_path, changes, message):
     with pytest.raises(ConfigError) as error:
         bay(barge(tmp_path, **changes))
     assert str(error.value).endswith(f"hull.hydro: hydro 'barge.json': {message}")
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        (
+            {"volume": 2.5},
+            "that displaces 2.5 m3, and the boat displaces 4 m3: compute it anew with the boat's --mass",
+        ),
+        (
+            {"volume": 4.2, "waterline": -0.5},
+            "with the water at z = -0.5 m, and the boat's is at 0 m: compute it anew from a mesh",
+        ),
+    ],
+)
+def test_files_of_another_hull(tmp_path, changes, message):
+    with pytest.raises(VrxError) as error:
+        bay(barge(tmp_path, **changes))
+    assert str(error.value).startswith(f"robot ./barge.urdf: its `hydro` is of a hull {message}")
+
+
+@QUIET
+@pytest.mark.parametrize("diffraction", [True, False])
+def test_damping_turns_with_the_water_only_without_diffraction(tmp_path, diffraction):
+    robot = barge(tmp_path, diffraction)
+    path = tmp_path / "barge.yaml"
+    path.write_text(path.read_text(encoding="utf-8").replace(f"{DRAG}, 0, 0, 0]", "0, 800, 0, 0]"), encoding="utf-8")
+    sea = {"model": "regular", "height": 0.4, "period": 4.0, "direction": [0, 1]}
+    sim = Simulation(bay(robot, sea=sea))
+    sim.step(duration=sim.timestep)
+    assert (abs(sim.forces(sim.boats[0])["drag"][3]) < 1.0) == diffraction
 
 
 @QUIET
