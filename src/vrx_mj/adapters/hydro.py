@@ -104,8 +104,7 @@ def hydro_of_hull(
         "added_mass_infinite": _nested_lists(infinite),
         **_memory(fitted_memory(omegas, added, damping, infinite)),
         "diffraction": _complex_lists(scattered),
-        "drift_scattered": _complex_lists([scattered for scattered, _ in drift]),
-        "drift_radiated": _complex_lists([radiated for _, radiated in drift]),
+        **dict(zip(("drift_scattered", "drift_radiated"), map(_complex_lists, zip(*drift, strict=True)), strict=True)),
     }
 
 

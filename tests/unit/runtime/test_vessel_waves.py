@@ -224,6 +224,7 @@ def test_files_that_cannot_be(tmp_path, changes, message):
     assert str(error.value).endswith(f"hull.hydro: hydro 'barge.json': {message}")
 
 
+@QUIET
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
