@@ -31,6 +31,8 @@ _SHARP, _STRIPS = math.radians(50.0), (0.05, 0.25)
 """Angle of an edge at which the flow is singular, and heights of the strips that are cut off the panels along it."""
 _ANGLES = 36
 """Directions of waves, over the circle."""
+_DIRECTIONS = 2 * _ANGLES
+"""Directions in which the waves that a hull makes and scatters are looked at far off, over the circle."""
 _SHORTEST = 5.0
 """Shortest wave, in mean edges of wet panels."""
 _MOTIONS = ("Surge", "Sway", "Heave", "Roll", "Pitch", "Yaw")
@@ -141,13 +143,16 @@ def _fine_solver(
 def _at_frequencies(
     omegas: FloatArray, solver: "_Solver", angles: int, progress: Callable[[int, int], None]
 ) -> dict[str, Any]:
-    """Radiation, its memory, and diffraction at n frequencies [rad/s], as the file has them."""
+    """Radiation, its memory, diffraction and mean drift at n frequencies [rad/s], as the file has them."""
     zero, infinite = (_symmetric(solver.radiation(omega)[0]) for omega in (0.0, math.inf))
-    (added, damping), scattered = np.zeros((2, omegas.size, 6, 6)), []
+    (added, damping), scattered, drift = np.zeros((2, omegas.size, 6, 6)), [], []
     for index, omega in enumerate(omegas.tolist()):
         progress(index, omegas.size)
-        added[index], damping[index] = solver.radiation(omega)
-        scattered.append(solver.diffraction(omega, angles))
+        added[index], damping[index], made = solver.radiation(omega)
+        forces, thrown = solver.diffraction(omega, angles)
+        scattered.append(forces)
+        drift.append(mean_drift(omega, thrown, made, solver.density, solver.gravity))
+    from_waves, of_motions = zip(*drift, strict=True)
     return {
         "frequencies": omegas.tolist(),
         "added_mass": _nested_lists(_symmetric(added)),
@@ -155,8 +160,52 @@ def _at_frequencies(
         "added_mass_zero": _nested_lists(zero),
         "added_mass_infinite": _nested_lists(infinite),
         **_memory(fitted_memory(omegas, added, damping, infinite)),
-        "diffraction": _nested_lists(np.stack((np.real(scattered), np.imag(scattered)), axis=-1)),
+        "diffraction": _complex_lists(scattered),
+        "drift_scattered": _complex_lists(from_waves),
+        "drift_radiated": _complex_lists(of_motions),
     }
+
+
+def mean_drift(omega: float, scattered: Any, radiated: Any, density: float, gravity: float) -> tuple[Any, Any]:
+    """Coefficients of the mean force of waves on a hull in deep water, from its Kochin functions, per metre squared.
+
+    With u_j the motions per metre of amplitude and u_0 = 1 the mean surge and sway forces and the yaw moment about the
+    vertical through the origin are Re(sum a_j u_j + sum conj(u_i) b_ij u_j). They are the momentum that waves carry
+    away far off (Maruo, 1960; Newman, 1967), in the form that holds for a hull which takes energy from them, too:
+
+        F = -2 pi rho (omega e(beta) Re H(beta) + k^2 integral of |H|^2 e(theta)),         e(a) = (cos a, sin a),
+        M = -2 pi rho (omega / k Im H'(beta) + k integral of Im(conj(H) H')),     H = H_0(beta) + sum u_j H_j.
+
+    Args:
+        omega: frequency [rad/s].
+        scattered: Kochin functions (m, n) of the waves that the held hull scatters: m angles toward which waves
+            travel, at n angles theta, both even over the circle; n is a multiple of m.
+        radiated: Kochin functions (6, n) of motions of one metre or radian.
+        density: [kg/m3]
+        gravity: [m/s2]
+
+    Returns:
+        a, (m, 3, 7), and b, (3, 6, 6), complex.
+    """
+    m, n = scattered.shape
+    assert n % m == 0
+    k, share = omega**2 / gravity, 2.0 * math.pi * density
+    order = np.fft.fftfreq(n, 1.0 / n) * (np.abs(np.fft.fftfreq(n)) < 0.5)
+    beta, theta = (2.0 * math.pi / count * np.arange(count) for count in (m, n))
+    weights = np.stack((np.cos(theta), np.sin(theta)))
+    linear, quadratic = np.zeros((m, 3, 7), complex), np.zeros((m, 3, 7, 7), complex)
+    for index in range(m):
+        own = np.concatenate((scattered[index, None], radiated))
+        slope = np.fft.ifft(1j * order * np.fft.fft(own))
+        ahead = index * n // m
+        forward = np.array([np.cos(beta[index]) * own[:, ahead], np.sin(beta[index]) * own[:, ahead]])
+        linear[index] = -share * omega * np.concatenate((forward, -1j / k * slope[None, :, ahead]))
+        mean = 2.0 * math.pi / n * own.conj()
+        quadratic[index, :2] = -share * k**2 * np.einsum("it,ct,jt->cij", mean, weights, own)
+        quadratic[index, 2] = 1j * share * k * mean @ slope.T
+    linear += quadratic[:, :, 0] + quadratic[:, :, :, 0].conj()
+    linear[:, :, 0] -= quadratic[:, :, 0, 0].conj()
+    return linear, quadratic[0, :, 1:, 1:]
 
 
 def _check_number(frequencies: int) -> None:
@@ -223,6 +272,11 @@ def _nested_lists(values: object) -> Any:
     return np.array(flat).reshape(array.shape).tolist()
 
 
+def _complex_lists(values: object) -> Any:
+    """`_nested_lists` of complex numbers, each a pair of its parts."""
+    return _nested_lists(np.stack((np.real(values), np.imag(values)), axis=-1))  # type: ignore[call-overload]
+
+
 def panel_hull(corners: FloatArray, panels: int) -> tuple[FloatArray, IntArray, float]:
     """Vertices (n, 3), triangles (m, 3) of a hull whose wet part has at least so many, and that part's mean edge [m].
 
@@ -251,8 +305,8 @@ class _Solver:
         """A mesh whose water is at z = 0, and the point to which its motions belong [m]."""
         dofs = package.rigid_body_dofs(rotation_center=center)
         body = package.FloatingBody(mesh=mesh, lid_mesh=mesh.generate_lid(), dofs=dofs, name="hull")
-        self._package, self._common = package, {"body": body, "rho": density, "g": gravity}
-        self.panels: int = mesh.nb_faces
+        self._package, self._common, self._mesh = package, {"body": body, "rho": density, "g": gravity}, mesh
+        self.density, self.gravity, self.panels = density, gravity, int(mesh.nb_faces)
         # with as many panels the added mass of a hemisphere is within 0.5 %, with the indirect method within 4 %
         self._solver = package.BEMSolver(method="direct")
 
@@ -260,26 +314,43 @@ class _Solver:
         """Complex forces (frequencies, n, 6): of `_PROBE_ANGLES` waves, and of unit velocities of all six motions."""
         found = []
         for omega in frequencies:
-            added, damping = self.radiation(omega)
-            found.append(np.concatenate((self.diffraction(omega, _PROBE_ANGLES), damping + 1j * omega * added)))
+            added, damping, _ = self.radiation(omega)
+            found.append(np.concatenate((self.diffraction(omega, _PROBE_ANGLES)[0], damping + 1j * omega * added)))
         return np.array(found)
 
-    def radiation(self, omega: float) -> tuple[FloatArray, FloatArray]:
-        """Added mass and damping (6, 6) at a frequency [rad/s]."""
-        added, damping = np.zeros((6, 6)), np.zeros((6, 6))
+    def radiation(self, omega: float) -> tuple[FloatArray, FloatArray, Any]:
+        """Added mass and damping (6, 6) at a frequency [rad/s], and the motions' Kochin functions (6, n)."""
+        added, damping, results = np.zeros((6, 6)), np.zeros((6, 6)), []
         for j, motion in enumerate(_MOTIONS):
             problem = self._package.RadiationProblem(omega=omega, radiating_dof=motion, **self._common)
             found = self._solver.solve(problem)
+            results.append((problem, found))
             for i, other in enumerate(_MOTIONS):
                 added[i, j], damping[i, j] = found.added_masses[other], found.radiation_dampings[other]
-        return added, damping
+        return added, damping, self._kochin(omega, results)
 
-    def diffraction(self, omega: float, angles: int) -> Any:
-        """Complex force (angles, 6) of waves of a frequency [rad/s] toward angles from the bow on."""
-        found = np.zeros((angles, 6), complex)
+    def diffraction(self, omega: float, angles: int) -> tuple[Any, Any]:
+        """Complex force (angles, 6) of waves of a frequency [rad/s] toward angles from the bow on, and Kochin ones."""
+        found, results = np.zeros((angles, 6), complex), []
         for index in range(angles):
             angle = 2.0 * math.pi * index / angles
             problem = self._package.DiffractionProblem(omega=omega, wave_direction=angle, **self._common)
-            forces = self._solver.solve(problem).forces
-            found[index] = [forces[motion] for motion in _MOTIONS]
-        return found
+            result = self._solver.solve(problem)
+            results.append((problem, result))
+            found[index] = [result.forces[motion] for motion in _MOTIONS]
+        return found, self._kochin(omega, results)
+
+    def _kochin(self, omega: float, results: Sequence[tuple[Any, Any]]) -> Any:
+        """Kochin functions of solved problems at `_DIRECTIONS` angles, by Green's theorem on the hull.
+
+        H(theta) = 1/(4 pi) integral of (d(phi)/dn - phi d/dn) e^(k z - i k (x cos theta + y sin theta)).
+        """
+        if not 0.0 < omega < math.inf:
+            return None
+        k, theta = omega**2 / self.gravity, 2.0 * math.pi / _DIRECTIONS * np.arange(_DIRECTIONS)
+        way = np.stack((-1j * np.cos(theta), -1j * np.sin(theta), np.ones(_DIRECTIONS)))
+        wave = np.exp(k * self._mesh.faces_centers @ way) * self._mesh.faces_areas[:, None]
+        across, faces = k * wave * (self._mesh.faces_normals @ way), self._mesh.nb_faces
+        return np.array([
+            problem.boundary_condition[:faces] @ wave - found.potential[:faces] @ across for problem, found in results
+        ]) / (4.0 * math.pi)  # fmt: skip

@@ -51,6 +51,8 @@ _Complex = tuple[kinds.Real, kinds.Real]
 _ComplexRow = tuple[_Complex, _Complex, _Complex, _Complex, _Complex, _Complex]
 _ComplexMatrix = tuple[_ComplexRow, _ComplexRow, _ComplexRow, _ComplexRow, _ComplexRow, _ComplexRow]
 
+_DriftRow = tuple[_Complex, _Complex, _Complex, _Complex, _Complex, _Complex, _Complex]
+
 
 class Hydro(BaseModel):
     """Radiation and diffraction of a hull about a point, in axes of the base link. Other keys of a file are ignored."""
@@ -90,6 +92,11 @@ class Hydro(BaseModel):
     diffraction: tuple[tuple[_ComplexRow, ...], ...] = ()
     """(n, m, 6) force without that of the undisturbed wave's pressure, for waves that travel toward even angles from
     the bow on, counter-clockwise; none if it is not known."""
+    drift_scattered: tuple[tuple[tuple[_DriftRow, _DriftRow, _DriftRow], ...], ...] = ()
+    """(n, m, 3, 7) a of the mean surge and sway force and yaw moment by a wave of one metre, Re(sum a_j u_j + sum
+    conj(u_i) b_ij u_j), with u_0 = 1 and u_1 to u_6 the motions of `point`; none if it is not known."""
+    drift_radiated: tuple[tuple[_ComplexMatrix, _ComplexMatrix, _ComplexMatrix], ...] = ()
+    """(n, 3, 6, 6) b of these."""
 
     @model_validator(mode="after")
     def _is_consistent(self) -> Self:
@@ -105,6 +112,12 @@ class Hydro(BaseModel):
         if angles and (len(self.diffraction) != n or len(angles) > 1 or min(angles) < _FEWEST_ANGLES):
             sizes = f"{len(self.diffraction)} of {' and '.join(map(str, sorted(angles)))}"
             yield ("diffraction",), f"{n} frequencies of {_FEWEST_ANGLES} angles or more are needed, got {sizes}"
+        elif self.drift_scattered or self.drift_radiated:
+            if (own := [len(row) for row in self.drift_scattered]) != [len(row) for row in self.diffraction]:
+                sizes = f"{len(own)} of {max(own, default=0)}"
+                yield ("drift_scattered",), f"{n} of {max(angles, default=0)} angles are needed, got {sizes}"
+            if (got := len(self.drift_radiated)) != n:
+                yield ("drift_radiated",), f"{n} are needed, got {got}"
 
     def _faults(self) -> Iterator[Fault]:
         """Frequencies rise, the added mass is symmetric, and memories fade."""

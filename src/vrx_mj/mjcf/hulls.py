@@ -20,6 +20,7 @@ from vrx_mj.config.solids import enclosed_volume, solid
 from vrx_mj.errors import VrxError, VrxWarning
 from vrx_mj.mjcf.boats import Boat, boat_mass, push_center
 from vrx_mj.mjcf.derive import hull_corners
+from vrx_mj.mjcf.drift import with_drift
 from vrx_mj.mjcf.flotation import Flotation, flotation, lift_fault
 from vrx_mj.mjcf.surfaces import checked_surface, panels_of
 from vrx_mj.model.boats import MOST_TRIANGLES, Diffraction, Memory, Strip, Vessel
@@ -342,6 +343,9 @@ def vessel_of(boat: Boat, density: float) -> Vessel | None:
         **carried,
     )
     check_rest(boat, found, density, rest)
+    if hydro and hydro.drift_scattered and found.diffraction:
+        stiffness, _ = _stiffness_at_rest(found, body, density, rest)
+        return with_drift(found, hydro, _inertia(body), stiffness, _transform(hydro.point), -level, density)
     return found
 
 

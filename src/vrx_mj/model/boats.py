@@ -112,14 +112,17 @@ Forces = tuple[Real, Real, Real, Real, Real, Real, Real, Real, Real, Real, Real,
 
 @record
 class Diffraction:
-    """Forces of the waves that a hull scatters, about the link's origin, in axes level with the water."""
+    """Forces of the waves that a hull scatters, about the link's origin, in body axes."""
 
     step: Positive
     """Step between frequencies, of which the first is 0 [rad/s]."""
-    forces: Annotated[tuple[Annotated[tuple[Forces, ...], Field(max_length=360)], ...], Field(max_length=501), TIED]
+    forces: Annotated[tuple[Annotated[tuple[Forces, ...], Field(max_length=360)], ...], Field(max_length=1001), TIED]
     """Forces by frequency and by angle toward which waves travel, even over the circle from the bow on.
 
     Real parts, then imaginary ones, per metre of amplitude [N/m, N]."""
+    drift: Annotated[tuple[tuple[Vec3, ...], ...], Field(max_length=1001), TIED] = field(default=(), metadata=LEFT_OUT)
+    """What the other forces' mean lacks of the waves' mean surge and sway force and yaw moment, by the same
+    frequencies and angles, per metre squared of amplitude [N/m2, N/m], in the hull's heading; none if not known."""
 
 
 ResistancePoint = Annotated[tuple[NonNegative, NonNegative], Parts("speed", "force")]

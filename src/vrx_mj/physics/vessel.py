@@ -14,11 +14,13 @@ exactly, at any length of the step.
 Diffraction: the force F(omega, beta) per metre of a wave that meets the hull, held in its place, at an angle beta, as
 boundary element codes give it, besides that of the undisturbed wave's pressure (Froude-Krylov).
 
-All about the link's origin; memory in body axes, diffraction in level axes in the hull's heading.
+Mean drift: these forces, all in body axes at the place where the hull is, hold a part of the second-order mean force
+of waves, and not the rest. What is missing, the momentum that waves carry away far off less the mean of the forces
+here, is tabulated with diffraction when a world is compiled, and added.
 """
 
 import math
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -31,11 +33,14 @@ from vrx_mj.physics.kinematics import reach_of, surface_plane
 from vrx_mj.physics.lanes import WIDTH, zeros_in_lines
 from vrx_mj.physics.motion import (
     Motion,
+    Rows,
     Vector,
     Wrench,
     add,
     from_origin,
     minus,
+    motion_at_rest,
+    plus,
     relative_motion,
     rotated_wrench,
     scale_wrench,
@@ -55,6 +60,21 @@ from vrx_mj.physics.waves import ramp, wave_columns, wave_phase
 
 _QUARTER = 0.5 * math.pi
 _FIRST = 12  # of the six velocities among the fields of a `Motion`
+
+
+DIFFRACTION: Final = 15
+"""Numbers of an entry of a hull's table of waves: force and torque, real and imaginary, and the drift in the plane."""
+
+
+class Scattered(NamedTuple):
+    """Sum over the waves that meet a hull."""
+
+    force: Wrench
+    """Of diffraction: body axes."""
+    even: Vector
+    """Height [m] times what the mean force lacks [N/m2]."""
+    odd: Vector
+    """The same a quarter of a period later."""
 
 
 @kernel
@@ -98,14 +118,18 @@ def _real_part(real: FloatArray, imaginary: FloatArray, c: float, s: float) -> W
 
 
 @kernel
-def _entry(table: FloatArray, weight: float, c: float, s: float, total: Wrench) -> Wrench:
-    """Return a total and the weighted force of one entry of the table at a phase: Re(F e^(i theta))."""
-    return add(total, scale_wrench(_real_part(table, table[6:], c, s), weight))
+def _add_entry(entry: FloatArray, weight: float, c: float, s: float, total: Scattered) -> Scattered:
+    """Return a total and the weighted share of one entry of the table at a phase: Re(F e^(i theta)), and the drift."""
+    force = scale_wrench(_real_part(entry[:6], entry[6:12], c, s), weight)
+    drift = entry[12:]
+    return Scattered(
+        add(total.force, force), plus(total.even, times(weight * c, drift)), plus(total.odd, times(weight * s, drift))
+    )
 
 
 @kernel
-def _add_scattered(table: FloatArray, place: float, angle: float, c: float, s: float, total: Wrench) -> Wrench:
-    """Return a total and the force of one wave, in the hull's heading.
+def _add_scattered(table: FloatArray, place: float, angle: float, c: float, s: float, total: Scattered) -> Scattered:
+    """Return a total and the share of one wave, in the hull's axes.
 
     Args:
         table: as that of `diffraction_load`.
@@ -113,7 +137,7 @@ def _add_scattered(table: FloatArray, place: float, angle: float, c: float, s: f
         angle: off the hull's heading, toward which the wave travels [rad], -pi to pi.
         c: height of the wave [m] at the hull.
         s: the same a quarter of a period later.
-        total: force so far.
+        total: sum so far.
     """
     angles = table.shape[1]
     turn = angle * angles / (2.0 * math.pi)
@@ -123,23 +147,26 @@ def _add_scattered(table: FloatArray, place: float, angle: float, c: float, s: f
     up, on = place - low, turn - near
     near = near % angles
     far = (near + 1) % angles
-    total = _entry(table[low, near], (1.0 - up) * (1.0 - on), c, s, total)
-    total = _entry(table[low, far], (1.0 - up) * on, c, s, total)
-    total = _entry(table[low + 1, near], up * (1.0 - on), c, s, total)
-    return _entry(table[low + 1, far], up * on, c, s, total)
+    total = _add_entry(table[low, near], (1.0 - up) * (1.0 - on), c, s, total)
+    total = _add_entry(table[low, far], (1.0 - up) * on, c, s, total)
+    total = _add_entry(table[low + 1, near], up * (1.0 - on), c, s, total)
+    return _add_entry(table[low + 1, far], up * on, c, s, total)
 
 
 @kernel
 def diffraction_load(
     table: FloatArray, step: float, waves: Table, sea: Record, body: Motion, heading: tuple[float, float], t: float
 ) -> Wrench:
-    """Return the force of the waves that a hull scatters: world axes, about the link's origin.
+    """Return the force of the waves that a hull scatters, and what the mean lacks: world axes, about the link's origin.
 
-    Between the table's entries it is linear in frequency and angle. A wave beyond the last frequency exerts none.
+    Between the table's entries it is linear in frequency and angle. A wave beyond the last frequency exerts none. The
+    mean is that of Newman's approximation (1974): with a_i, theta_i the waves' amplitudes and phases at the hull and
+    D_i what a square metre of each lacks, sum over i and j of a_i a_j (D_i + D_j) / 2 cos(theta_i - theta_j).
 
     Args:
-        table: (frequencies, angles, 12): real and imaginary part of the force [N/m] and torque [N] per metre of a
-            wave's amplitude, at multiples of `step` from 0 on and at even angles over the circle.
+        table: (frequencies, angles, DIFFRACTION): real and imaginary part of the force [N/m] and torque [N] in body
+            axes per metre of a wave's amplitude, and the surge and sway force [N/m2] and yaw moment [N/m] in its
+            heading that the mean lacks, at multiples of `step` from 0 on and at even angles over the circle.
         step: between frequencies [rad/s].
         waves: `tables.WAVE`.
         sea: a row of `tables.SEA`.
@@ -148,7 +175,8 @@ def diffraction_load(
         t: time [s].
     """
     cos, sin = heading
-    total, last = zero_wrench(), table.shape[0] - 1
+    last, even, odd = table.shape[0] - 1, 0.0, 0.0
+    total = Scattered(zero_wrench(), zero_vector(), zero_vector())
     for i in range(waves.size):
         wave = waves[i]
         place = wave.frequency / step
@@ -158,11 +186,15 @@ def diffraction_load(
             theta = wave_phase(wave, body.x, body.y, t)
             height, later = wave.amplitude * cosine(theta), wave.amplitude * cosine(theta - _QUARTER)
             total = _add_scattered(table, place, angle, height, later, total)
-    (x, y, z), (k, m, n) = total[:3], total[3:]
-    turned = Wrench(cos * x - sin * y, sin * x + cos * y, z, cos * k - sin * m, sin * k + cos * m, n)
-    return scale_wrench(turned, ramp(sea, t))
+            even, odd = even + height, odd + later
+    grown = ramp(sea, t)
+    x, y, turn = times(grown * grown, plus(times(even, total.even), times(odd, total.odd)))
+    drift = Wrench(cos * x - sin * y, sin * x + cos * y, 0.0, 0.0, 0.0, turn)
+    return add(scale_wrench(rotated_wrench(body, total.force), grown), drift)
 
 
+_PHASES = 8
+"""Phases of a period over which means are taken."""
 _AWASH = 0.25
 """Share of its weight that the water carries of a hull about to leave it."""
 
@@ -224,9 +256,16 @@ def wet_share(vessel: Record, sea: Record, pressure: Wrench) -> float:
 
 @inlined_kernel
 def drag_on_vessel(hull: Record, vessel: Record, strips: Table, resistances: Table, now: Conditions) -> Wrench:
-    """Return damping, resistance, and drag of the flow across the hull: world axes, about `hull.link_com`."""
+    """Return damping, resistance, and drag of the flow across the hull: world axes, about `hull.link_com`.
+
+    Damping acts on the hull's rotation against the water that waves turn; with a table of diffraction, which has the
+    moments of that water, on the hull's own.
+    """
     own = strips[vessel.strip_start : vessel.strip_start + vessel.strip_count]
-    drag = add(_damping_of_vessel(vessel, resistances, now.through), crossflow_drag(own, now.through_level))
+    through = now.through
+    if vessel.diffraction_frequencies > 0:
+        through = now.through_level
+    drag = add(_damping_of_vessel(vessel, resistances, through), crossflow_drag(own, now.through_level))
     return _at_link_com(scale_wrench(drag, now.wet), hull, now.body)
 
 
@@ -269,15 +308,15 @@ def radiation_on_vessel(hull: Record, vessel: Record, memory: Table, state: Tabl
 def diffraction_on_vessel(
     hull: Record, vessel: Record, table: FloatArray, waves: Table, sea: Record, now: Conditions
 ) -> Wrench:
-    """Return the force of the waves that a hull scatters: world axes, about `hull.link_com`.
+    """Return the force of the waves that a hull scatters, and what their mean lacks: world axes, about `hull.link_com`.
 
-    `table` has the forces on all vessels, (n, 12).
+    `table` has the forces on all vessels, (n, DIFFRACTION).
     """
     frequencies, angles = vessel.diffraction_frequencies, vessel.diffraction_angles
     if frequencies == 0:
         return zero_wrench()
     first = vessel.diffraction_start
-    entries = table[first : first + frequencies * angles].reshape((frequencies, angles, 12))
+    entries = table[first : first + frequencies * angles].reshape((frequencies, angles, DIFFRACTION))
     load = diffraction_load(entries, vessel.diffraction_step, waves, sea, now.body, heading_of(now.body), now.time)
     return scale_wrench(from_origin(load, now.body, hull.link_com), now.wet)
 
@@ -328,6 +367,62 @@ def _pressure_on_mesh(
     first, last = vessel.pair_start, vessel.pair_start + vessel.pair_count
     pairs, corner_shares = meshes.pairs[first:last], meshes.corner_shares[first:last]
     return panel_wrench(shares, pairs, corner_shares, pressures, work.wet, work.found, work.cut)
+
+
+@allocating_kernel
+def pressure_harmonics(
+    vessel: Record, meshes: HullMeshes, waves: Table, sea: Record, rest: float, motions: FloatArray, out: FloatArray
+) -> None:
+    """Write mean and first harmonic of the undisturbed water's pressure on a moving hull into `out`, (n, 18).
+
+    Wrenches are in world axes, about the moving origin of the link: the mean, and the real and imaginary parts of F in
+    Re(F e^(-i omega t)).
+
+    Args:
+        vessel: a row of `tables.VESSEL`.
+        meshes: of this vessel alone.
+        waves: n waves, `tables.WAVE`, each alone.
+        sea: a row of `tables.SEA`.
+        rest: height of the link's origin at rest [m].
+        motions: (n, 12) real and imaginary parts of its motion X, Re(X e^(-i omega t)): translations [m], and small
+            turns [rad].
+        out: result.
+    """
+    out[:] = 0.0
+    for i in range(waves.size):
+        own = waves[i : i + 1]
+        work = vessel_work(meshes, own, sea)
+        for n in range(_PHASES):
+            angle = 2.0 * math.pi * n / _PHASES
+            c, s = math.cos(angle), math.sin(angle)
+            x = plus(times(c, motions[i]), times(s, motions[i, 6:]))
+            turn = plus(times(c, motions[i, 3:]), times(s, motions[i, 9:]))
+            body = motion_at_rest((x[0], x[1], rest + x[2]), _turned_rows(turn))
+            time = angle / own[0].frequency
+            if vessel.hydrostatics == MATRIX:
+                load = restoring_of_vessel(vessel, own, sea, body, time)
+            else:
+                load = _pressure_on_mesh(vessel, meshes, own, sea, body, time, work)
+            wrench = rotated_wrench(body, load)
+            for k in range(6):
+                out[i, k] += wrench[k] / _PHASES
+                out[i, 6 + k] += 2.0 * c * wrench[k] / _PHASES
+                out[i, 12 + k] += 2.0 * s * wrench[k] / _PHASES
+
+
+@kernel
+def _turned_rows(turn: Vector) -> Rows:
+    """Return the rotation matrix of roll, pitch and yaw [rad], row by row."""
+    (cr, sr), (cp, sp), (cy, sy) = (
+        (math.cos(turn[0]), math.sin(turn[0])),
+        (math.cos(turn[1]), math.sin(turn[1])),
+        (math.cos(turn[2]), math.sin(turn[2])),
+    )
+    return (
+        cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr,
+        sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr,
+        -sp, cp * sr, cp * cr,
+    )  # fmt: skip
 
 
 @kernel

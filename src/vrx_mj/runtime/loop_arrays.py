@@ -1,7 +1,6 @@
 """The tables of the compiled loop for one world: parameters, state, and views of MuJoCo's arrays."""
 
 import copy
-import functools
 import itertools
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -14,18 +13,15 @@ import numpy.typing as npt
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.config.sensors import BallShooterConfig
 from vrx_mj.errors import CompileError, StateError
+from vrx_mj.mjcf.hull_tables import flat, hull_tables, starts
 from vrx_mj.mjcf.world import World
 from vrx_mj.model import tables
 from vrx_mj.model.boats import Hull, Propeller, Station, Thruster, Vessel, Windage
 from vrx_mj.model.things import Block, Float
 from vrx_mj.model.world import Parameters
-from vrx_mj.physics.lanes import WIDTH
 from vrx_mj.physics.noise import stream_key
-from vrx_mj.physics.panels import Panels, panels_of
 from vrx_mj.physics.raft import RAFT_WORK
 from vrx_mj.physics.tables import MARINE, VRX3, Record, Table
-from vrx_mj.physics.vessel import HullMeshes
-from vrx_mj.physics.wave_box import LEVELS, ROWS, SHALLOW_LEVELS, SLENDER_ROWS
 from vrx_mj.physics.waves import random_phases
 from vrx_mj.physics.wind import Areas, WindageRow, blendermann_curve, three_number_curve, windage_rows
 from vrx_mj.runtime.loop import HUGE
@@ -89,28 +85,11 @@ def _kinds(owned: Iterable[_T | None]) -> list[_T]:
     return list(dict.fromkeys(own for own in owned if own is not None))
 
 
-def _starts(lists: Iterable[Sequence[object]]) -> list[int]:
-    """Where each of some lists begins that lie one after another, and where the last one ends."""
-    return list(itertools.accumulate(map(len, lists), initial=0))
-
-
 def _even_quadrants(own: Propeller) -> list[tuple[float, ...]]:
     """C_T* and C_Q* of a propeller at every half degree all around."""
     angles, *columns = zip(*own.four_quadrant, strict=True) if own.four_quadrant else ((),)
     even = np.linspace(-180.0, 180.0, 721)
     return list(zip(*(np.interp(even, angles, column).tolist() for column in columns), strict=True))
-
-
-def _flat(lists: Iterable[Sequence[_T]]) -> list[_T]:
-    """Lists one after another."""
-    return list(itertools.chain.from_iterable(lists))
-
-
-@functools.lru_cache(maxsize=32)
-def _mesh(kind: Vessel) -> Panels:
-    """The mesh of a hull's model: the loop's arrays are made anew with every boat that comes or goes."""
-    vertices, triangles = np.array(kind.vertices, np.float64), np.array(kind.triangles, np.int64)
-    return panels_of(vertices.reshape(-1, 3), triangles.reshape(-1, 3))
 
 
 def _second_moments(stations: Sequence[Station], hull: Hull) -> tuple[float, float]:
@@ -129,16 +108,6 @@ def _second_moments(stations: Sequence[Station], hull: Hull) -> tuple[float, flo
 def memories_of(hulls: Sequence[Hull]) -> list[int]:
     """How many rows of `tables.MEMORY_STATE` each hull has."""
     return [len(hull.vessel.memory) if hull.vessel else 0 for hull in hulls]
-
-
-def _in_lines(parts: Sequence[FloatArray]) -> FloatArray:
-    """The numbers of arrays one after another, from where a line of the cache begins: `lanes.zeros_in_lines`."""
-    numbers = np.concatenate([np.zeros(0), *map(np.ravel, parts)])
-    room = np.empty(numbers.size + WIDTH)
-    start = -(room.ctypes.data // room.itemsize) % WIDTH
-    lines = room[start : start + numbers.size]
-    lines[:] = numbers
-    return lines
 
 
 class Run:
@@ -242,7 +211,7 @@ class LoopArrays:
         """Tables of hulls, and of their coefficients in the wind and models, which hulls of a kind share."""
         shown = _kinds(hull.windage for hull in hulls)
         curves = [_windage(own) for own in shown]
-        found = dict(zip(shown, zip(_starts(curves), map(len, curves), strict=False), strict=True))
+        found = dict(zip(shown, zip(starts(curves), map(len, curves), strict=False), strict=True))
         kinds = _kinds(hull.vessel for hull in hulls)
         *remembered, _ = itertools.accumulate(memories_of(hulls), initial=0)
         windage = [found[hull.windage] if hull.windage else (0, 0) for hull in hulls]
@@ -258,17 +227,17 @@ class LoopArrays:
             vessel=[kinds.index(hull.vessel) if hull.vessel else _NO_ROW for hull in hulls],
             memory_start=remembered,
         )
-        self.windage = tables.table_of(tables.WINDAGE, _flat(curves))
+        self.windage = tables.table_of(tables.WINDAGE, flat(curves))
         self._vessels(kinds)
 
     def _thrusters(self, thrusters: Sequence[Thruster]) -> None:
         """Tables of thrusters, and of measured propellers and sails, whose curves those of a kind share."""
         measured = [own.measured for own in thrusters if own.measured]
         kinds, sails = _kinds(measured), _kinds(own.sail for own in thrusters)
-        points = dict(zip(kinds, _starts(own.thrust for own in kinds), strict=False))
-        curves = dict(zip(sails, _starts(own.curve for own in sails), strict=False))
+        points = dict(zip(kinds, starts(own.thrust for own in kinds), strict=False))
+        curves = dict(zip(sails, starts(own.curve for own in sails), strict=False))
         turned = {own: _even_quadrants(own) for own in kinds}
-        quadrants = dict(zip(kinds, _starts(turned.values()), strict=False))
+        quadrants = dict(zip(kinds, starts(turned.values()), strict=False))
         numbers = itertools.count()
         self.thrusters = tables.table_of(
             tables.THRUSTER,
@@ -280,7 +249,7 @@ class LoopArrays:
             curve_count=[len(own.sail.curve) if own.sail else 0 for own in thrusters],
             sheeted=[bool(own.sail and own.sail.sheet) for own in thrusters],
         )
-        self.sail_curves = np.array(_flat(own.curve for own in sails), tables.SAIL_CURVE)
+        self.sail_curves = np.array(flat(own.curve for own in sails), tables.SAIL_CURVE)
         self.propellers = tables.table_of(
             tables.PROPELLER,
             measured,
@@ -290,46 +259,13 @@ class LoopArrays:
             quadrant_start=[quadrants[own] for own in measured],
             quadrant_count=[len(turned[own]) for own in measured],
         )
-        self.quadrants = np.array(_flat(turned.values()), tables.QUADRANT)
-        self.propeller_points = np.array(_flat(own.thrust for own in kinds), tables.PROPELLER_POINT)
+        self.quadrants = np.array(flat(turned.values()), tables.QUADRANT)
+        self.propeller_points = np.array(flat(own.thrust for own in kinds), tables.PROPELLER_POINT)
 
     def _vessels(self, kinds: Sequence[Vessel]) -> None:
-        """Tables of the models of hulls in profile `marine`; what each has in other tables follows the one before."""
-        meshes = [_mesh(kind) for kind in kinds]
-        forces = [kind.diffraction.forces if kind.diffraction else () for kind in kinds]
-        rows: dict[str, list[Any]] = {
-            "point": [mesh.points.T for mesh in meshes], "pair": [mesh.pairs for mesh in meshes],
-            "part": [mesh.parts for mesh in meshes], "strip": [kind.strips for kind in kinds],
-            "memory": [kind.memory for kind in kinds], "diffraction": [_flat(own) for own in forces],
-            "resistance": [kind.resistance for kind in kinds],
-        }  # fmt: skip
-        columns: dict[str, Any] = {f"{name}_start": _starts(own)[:-1] for name, own in rows.items()}
-        columns |= {f"{name}_count": list(map(len, own)) for name, own in rows.items()}
-        self.vessels = tables.table_of(
-            tables.VESSEL,
-            kinds,
-            **columns,
-            half=[mesh.half for mesh in meshes],
-            wave_rows=[SLENDER_ROWS if mesh.is_slender else ROWS for mesh in meshes],
-            wave_levels=[SHALLOW_LEVELS if mesh.is_shallow else LEVELS for mesh in meshes],
-            diffraction_frequencies=list(map(len, forces)),
-            diffraction_angles=[len(own[0]) if own else 0 for own in forces],
-            diffraction_step=[kind.diffraction.step if kind.diffraction else 0.0 for kind in kinds],
-        )
-        self.strips = tables.table_of(tables.STRIP, _flat(rows["strip"]))
-        self.memory = tables.table_of(tables.MEMORY, _flat(rows["memory"]))
-        self.resistances = np.array(_flat(rows["resistance"]), tables.RESISTANCE)
-        self.diffraction = np.array(_flat(rows["diffraction"]), np.float64).reshape(-1, 12)
-        self.parts = tables.table_of(tables.PART, _flat(rows["part"]))
-        self.points = _in_lines([mesh.points for mesh in meshes])
-        self.shares = _in_lines([mesh.shares for mesh in meshes])
-        self.pairs = np.concatenate([np.zeros((0, 4), np.uint32), *(mesh.pairs for mesh in meshes)])
-        self.corner_shares = _in_lines([mesh.corner_shares for mesh in meshes]).reshape(-1, 6, WIDTH)
-
-    @property
-    def meshes(self) -> HullMeshes:
-        """Meshes of all vessels."""
-        return HullMeshes(self.parts, self.points, self.shares, self.pairs, self.corner_shares)
+        """Tables of the models of hulls in profile `marine`."""
+        self.vessels, self.strips, self.memory, self.resistances, self.diffraction, self.meshes = hull_tables(kinds)
+        self.parts, self.points, self.shares, self.pairs, self.corner_shares = self.meshes
 
     def _mount(self, world: World, known: "LoopArrays | None") -> None:
         """Sensors, lights and placards, and what the sensors' clocks keep."""

@@ -11,7 +11,7 @@ import trimesh
 
 from needs import CAPYTAINE, needs
 from vrx_command import environment
-from vrx_mj.adapters.hydro import FREQUENCIES, _cut_along_edges, _fine_solver, hydro_of_hull, panel_hull
+from vrx_mj.adapters.hydro import FREQUENCIES, _cut_along_edges, _fine_solver, hydro_of_hull, mean_drift, panel_hull
 from vrx_mj.config.dynamics import read_hydro
 from vrx_mj.errors import CommandError, VrxError
 
@@ -66,6 +66,51 @@ def test_the_fewest_frequencies_are_enough():
     k = found["frequencies"][-1] ** 2 / 9.81
     wet = panel_hull(SPHERE, 100)[2]
     assert 2.0 * math.pi / k == pytest.approx(5.0 * wet)
+
+
+OMEGA, WATER, GRAVITY = 2.0, 1000.0, 9.81
+THETA = 2.0 * math.pi / 72 * np.arange(72)
+
+
+def kochin_functions():
+    """Smooth ones (12, 72) and (6, 72)."""
+    draw = np.random.default_rng(4).normal(0.0, 0.3, (18, 7, 2))
+    orders = np.exp(1j * np.arange(-3, 4)[:, None] * THETA)
+    found = (draw[..., 0] + 1j * draw[..., 1]) @ orders
+    return found[:12], found[12:]
+
+
+def drift(scattered, radiated, motions):
+    """Forces and moment (12, 3)."""
+    a, b = mean_drift(OMEGA, scattered, radiated, WATER, GRAVITY)
+    return (a[:, :, 0] + a[:, :, 1:] @ motions).real + np.einsum("i,cij,j->c", motions.conj(), b, motions).real
+
+
+MOTIONS = np.array([0.3 + 0.2j, -0.1j, 0.8 + 0.4j, 0.2, 0.1 - 0.3j, 0.05j])
+
+
+def test_mean_drift_is_that_of_the_sum_of_all_waves():
+    scattered, radiated = kochin_functions()
+    total = scattered + MOTIONS @ radiated
+    together = drift(total, 0.0 * radiated, MOTIONS)
+    assert drift(scattered, radiated, MOTIONS) == pytest.approx(together, rel=1e-9, abs=1e-9 * np.abs(together).max())
+    k, share = OMEGA**2 / GRAVITY, 2.0 * math.pi * WATER
+    for index in range(12):
+        spread = k**2 * np.mean(np.abs(total[index]) ** 2 * np.exp(1j * THETA)) * 2.0 * math.pi
+        force = -share * (OMEGA * np.exp(1j * THETA[6 * index]) * total[index, 6 * index].real + spread)
+        assert together[index, :2] == pytest.approx([force.real, force.imag], rel=1e-9)
+
+
+def test_the_moment_of_mean_drift_is_that_of_its_force_when_the_hull_is_moved():
+    """Of a hull at (0.4, -0.7) m the waves that meet it, and those that it throws back, have other phases."""
+    scattered, radiated = kochin_functions()
+    way, place = np.exp(1j * THETA), 0.4 - 0.7j
+    path = OMEGA**2 / GRAVITY * (way.conj() * place).real
+    moved = scattered * np.exp(1j * (path[::6, None] - path))
+    none = np.zeros(6)
+    here, there = (drift(own, radiated, none) for own in (scattered, moved))
+    assert there[:, :2] == pytest.approx(here[:, :2], rel=1e-9)
+    assert there[:, 2] == pytest.approx(here[:, 2] + 0.4 * here[:, 1] + 0.7 * here[:, 0], rel=1e-6)
 
 
 LOGGING = """

@@ -99,11 +99,11 @@ def forces(frequency, angle):
 
 
 def scattering():
-    found = np.zeros((40, ANGLES, 12))
+    found = np.zeros((40, ANGLES, 15))
     for i in range(40):
         for j in range(ANGLES):
             f = forces(STEP * i, 2.0 * math.pi * j / ANGLES)
-            found[i, j] = np.concatenate((f.real, f.imag))
+            found[i, j, :12] = np.concatenate((f.real, f.imag))
     return found
 
 
@@ -159,3 +159,37 @@ def test_any_heading_and_direction_stay_inside_the_table(yaw, angle):
     waves, water = wave_rows(regular_wave(0.1, 4.0, (math.cos(angle), math.sin(angle)), Site(gravity=9.81)), [0.0])
     found = diffraction_load(TABLE, STEP, waves, water, OFFSHORE, (math.cos(yaw), math.sin(yaw)), 1.0)
     assert np.abs(np.array(found)).max() < 0.05 * np.abs(TABLE).max() * 2.0
+
+
+def test_what_the_mean_lacks_is_by_newmans_approximation_in_the_hulls_heading():
+    table = np.zeros_like(TABLE)
+    table[:, :, 12:] = np.random.default_rng(2).normal(0.0, 100.0, (40, ANGLES, 3))
+    components = [
+        regular_wave(
+            height, 2.0 * math.pi / frequency, (math.cos(0.6 + angle), math.sin(0.6 + angle)), Site(gravity=9.81)
+        )[0]
+        for height, frequency, angle in ((0.4, 9 * STEP, 0.0), (0.7, 12 * STEP, 7 * 2.0 * math.pi / ANGLES))
+    ]
+    waves, water = wave_rows(components, [0.7, -0.2])
+    time, lacks = 2.5, (table[9, 0, 12:], table[12, 7, 12:])
+    phases = [
+        one.wavenumber * (one.direction[0] * 12.0 - one.direction[1] * 7.0) - one.frequency * time + phase
+        for one, phase in zip(components, (0.7, -0.2), strict=True)
+    ]
+    beat = 2.0 * 0.2 * 0.35 * math.cos(phases[0] - phases[1])
+    x, y, turn = 0.2**2 * lacks[0] + 0.35**2 * lacks[1] + beat * 0.5 * (lacks[0] + lacks[1])
+    found = diffraction_load(table, STEP, waves, water, OFFSHORE, (math.cos(0.6), math.sin(0.6)), time)
+    assert np.array(found) == pytest.approx(turned(np.array([x, y, 0.0, 0.0, 0.0, turn]), 0.6), rel=1e-9, abs=1e-12)
+
+
+def test_diffraction_turns_with_the_hull():
+    body = moving((12.0, -7.0, 0.2), (0.1, -0.2, 0.6))
+    components = regular_wave(0.4, 4.0, (1.0, 0.0), Site(gravity=9.81))
+    waves, water = wave_rows(components, [0.7])
+    heading = (math.cos(0.6), math.sin(0.6))
+    level = turned(np.array(diffraction_load(TABLE, STEP, waves, water, OFFSHORE, heading, 1.0)), -0.6)
+    rows = np.array(body[3:12]).reshape(3, 3)
+    expected = np.concatenate((rows @ level[:3], rows @ level[3:]))
+    assert np.array(diffraction_load(TABLE, STEP, waves, water, body, heading, 1.0)) == pytest.approx(
+        expected, rel=1e-9
+    )

@@ -207,6 +207,8 @@ def test_a_file_of_another_hull_is_refused_with_both_numbers(tmp_path, changes, 
     bay(barge(tmp_path, displacement=4000.0, waterline=0.02))
 
 
+NO_DRIFT = np.zeros((3, 7, 2)).tolist()
+NO_MOTION = np.zeros((3, 6, 6, 2)).tolist()
 HOLES = content()["diffraction"]
 HOLES[7][3][2][0] = None
 ODD = INFINITE.copy()
@@ -238,12 +240,32 @@ ODD[0, 4] = 50.0
         ({"residues": [[1.0]]}, "residues[0][0]: expected a list, got 1"),
         ({"residues": []}, "residues: 1 are needed, got 0"),
         ({"point": "here"}, "point: expected a list, got 'here'"),
+        (
+            {"drift_scattered": [[NO_DRIFT] * 8] * STEPS, "drift_radiated": [NO_MOTION] * STEPS},
+            "drift_scattered: 24 of 12 angles are needed, got 24 of 8",
+        ),
+        (
+            {"drift_scattered": [[NO_DRIFT] * 12] * STEPS, "drift_radiated": [NO_MOTION]},
+            "drift_radiated: 24 are needed, got 1",
+        ),
     ],
 )
 def test_files_that_cannot_be(tmp_path, changes, message):
     with pytest.raises(ConfigError) as error:
         bay(barge(tmp_path, **changes))
     assert str(error.value).endswith(f"hull.hydro: hydro 'barge.json': {message}")
+
+
+@QUIET
+@pytest.mark.parametrize("diffraction", [True, False])
+def test_damping_turns_with_the_water_only_without_diffraction(tmp_path, diffraction):
+    robot = barge(tmp_path, diffraction)
+    path = tmp_path / "barge.yaml"
+    path.write_text(path.read_text(encoding="utf-8").replace(f"{DRAG}, 0, 0, 0]", "0, 800, 0, 0]"), encoding="utf-8")
+    sea = {"model": "regular", "height": 0.4, "period": 4.0, "direction": [0, 1]}
+    sim = Simulation(bay(robot, sea=sea))
+    sim.step(duration=sim.timestep)
+    assert (abs(sim.forces(sim.boats[0])["drag"][3]) < 1.0) == diffraction
 
 
 @QUIET

@@ -5,6 +5,7 @@ The current, as drogues show it: its profile, its tide and its random part.
 A mooring in a current: where it holds what floats, and how that swings.
 """
 
+import json
 import math
 from itertools import pairwise
 
@@ -15,8 +16,17 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.frames import rotation_matrix
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.validation.rows import Comparison, Outcome, case
-from vrx_mj.validation.setups import GRAVITY, autocorrelation, marine_simulation, only_boat, packaged_simulation, record
+from vrx_mj.validation.rows import Comparison, Outcome, case, folder
+from vrx_mj.validation.rows import rows as table_rows
+from vrx_mj.validation.setups import (
+    GRAVITY,
+    autocorrelation,
+    marine_simulation,
+    only_boat,
+    packaged_simulation,
+    record,
+    with_boat_at,
+)
 
 _ADRIFT = (
     ("skiff", "stern to it", 0.0), ("wamv", "stern to it", 0.0), ("wamv", "beam to it", 0.5 * math.pi),
@@ -101,6 +111,53 @@ def swell_adrift() -> Outcome:
         series.append(Series(f"{robot}, {name}", times, way))
     line = Series("Stokes drift", times, stokes * (times - times[0]), reference=True)
     yield Chart("Drift of the boats along the swell", "time [s]", "distance [m]", (line, *series))
+
+
+@case("physics/vessel.py", "mjcf/drift.py", "adapters/hydro.py", table="drift")
+def mean_drift() -> Outcome:
+    """Mean force of waves on a free barge.
+
+    assets/validation/worlds/drift_barge.yaml: a box of 3.2 x 1.4 m with a draft of 0.35 m that only its waves damp,
+    roll apart, in regular waves 2 or 4 cm high. The force is the acceleration of its track over 25 s, times its mass
+    with the added one at frequency 0.
+
+    Reference: Capytaine's far-field force (Maruo, 1960; Newman, 1967) with its own motions, by its indirect method;
+    the band is 10 %, or 2 % of the largest of head waves.
+    """
+    found = [(row, _mean_force(row["sea"], row["period"])) for row in table_rows("drift")]
+    largest = max(abs(row["force"]) for row, _ in found if row["sea"] == "head")
+    for row, force in found:
+        name = f"{row['sea']} waves of {row['period']:g} s, force over amplitude squared"
+        yield near(name, "N/m2", row["force"], force, relative=0.1, absolute=0.02 * largest)
+    head = [(row["period"], row["force"], force) for row, force in found if row["sea"] == "head"]
+    period, theirs, ours = np.array(head).T
+    lines = Series("Capytaine", period, theirs, kind="points", reference=True), Series("ours", period, ours)
+    yield Chart("Mean force of head waves over amplitude squared", "period [s]", "force [N/m2]", lines)
+
+
+def _mean_force(sea: str, period: float) -> float:
+    """Mean force [N/m2] along waves of a period [s] on the free barge, over their amplitude squared.
+
+    Three runs find the speed that the start gives it; the last one starts with the opposite, and so stays where it is:
+    at 1 cm/s it would meet waves of another frequency, and near the resonance of roll another force.
+    """
+    amplitude, omega = (0.01 if period < 2.0 else 0.02), 2.0 * math.pi / period
+    heading, axis = (math.pi, 0) if sea == "head" else (0.5 * math.pi, 1)
+    water = {"model": "regular", "height": 2.0 * amplitude, "period": period, "density": 1025.0}
+    start, acceleration = np.zeros(6), 0.0
+    for _ in range(4):
+        sim = packaged_simulation("drift_barge", sea=water)
+        with_boat_at(sim, (0.0, 0.0, 0.0, 0.0, 0.0, heading), start.tolist())
+        sim.step(duration=15.0)
+        times, x = record(sim, lambda sim: only_boat(sim).position[0], 500, 0.05)
+        t = times - times.mean()
+        waves = [f(n * omega * t) for n in (1, 2) for f in (np.cos, np.sin)]
+        basis = np.column_stack([0.5 * t**2, t, np.ones(t.size), *waves, *(t * own for own in waves[:2])])
+        acceleration, speed = np.linalg.lstsq(basis, x, rcond=None)[0][:2]
+        start[axis] += speed  # along the hull's own axis, which points against the waves
+    table = json.loads((folder() / "worlds" / "drift_barge" / "hydro.json").read_text(encoding="utf-8"))
+    mass = table["density"] * table["volume"] + table["added_mass_zero"][axis][axis]
+    return float(acceleration * mass / amplitude**2)
 
 
 @case("physics/wind.py", "physics/drag.py", "runtime/loop.py")
