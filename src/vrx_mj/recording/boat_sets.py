@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import Annotated, Any, TypeVar
 
@@ -66,7 +66,7 @@ def boat_set_cells(scene: RecordScene, before: RecordScene, number: int) -> tupl
     new = {name: content for name, content in scene.files.items() if before.files.get(name) != content}
     head = {
         "number": number,
-        "layout": scene.layout().to_json(),
+        "layout": asdict(scene.layout()),
         "world_sha256": scene.properties["world_sha256"],
         "files": sorted(scene.files),
     }
@@ -214,11 +214,12 @@ class Version:
     format: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Head:
     """Header of a recording: its run, columns and sensors."""
 
-    properties: dict[str, Any]
+    properties: Mapping[str, Any]
+    """The run: world, fleet, seed, versions, platform."""
     timestep: Annotated[float, Field(gt=0.0, le=1.0)]
     """Physics step [s]."""
     wind_direction: tuple[_Finite, _Finite]
@@ -226,6 +227,7 @@ class Head:
     layout: RowLayout
     """Columns of the rows of the first boat set."""
     sensors: Annotated[tuple[RecordedSensor, ...], FailFast()] = ()
+    """The sensors whose readings are recorded."""
     begun: _Finite = 0.0
     """Simulated time at which it begins [s]."""
     sea: bool = True

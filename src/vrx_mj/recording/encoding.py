@@ -28,10 +28,10 @@ from vrx_mj.recording.blueprint import save_views
 from vrx_mj.recording.eyes import plan_chunks
 from vrx_mj.recording.motion_chunks import (
     MovingChunks,
-    SensedChunks,
     event_chunk,
     part_chunk,
     part_poses,
+    sensed_chunks,
     sensor_chunks,
     transforms,
 )
@@ -103,7 +103,7 @@ class Encoder:
         self._scenes = scenes
         self._first = self._scene = next(scenes)
         self._boat_set = 0
-        self._moving, self._sensed = MovingChunks(self._first), SensedChunks(self._first)
+        self._moving = MovingChunks(self._first)
         self._task, self._end = TaskChunks(self._first.parameters), 0.0
         self.error: Exception | None = None
         """What went wrong while chunks were made."""
@@ -154,7 +154,7 @@ class Encoder:
             yield frame_chunk(frames)
         self._task.look(states, frames)
         for parts in batch.values():
-            yield from self._sensed(parts)
+            yield from sensed_chunks(self._first, parts)
         for part in found[COMPANIES]:
             before, self._scene = self._scene, next(self._scenes)
             self._boat_set += 1

@@ -25,6 +25,7 @@ from rerun.chunk import Chunk
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.config.sensors import CameraConfig, LidarConfig
 from vrx_mj.frames import compass, in_world_axes, quaternion_product
+from vrx_mj.model.things import Georeference
 from vrx_mj.recording.eyes import FLEET, PLAN, PLAN_SLOPE, RATE, Places, WeatherChunks, plan_eye
 from vrx_mj.recording.parts import EVENTS, Part
 from vrx_mj.recording.reader import Event, RecordedReadings
@@ -410,12 +411,11 @@ def _mount(sensor: RecordedSensor, turn: FloatArray | None = None) -> rr.Transfo
 
 
 def _pinhole(sensor: RecordedSensor) -> rr.Pinhole:
-    """A camera's view: the axis goes through the middle of the picture."""
+    """A camera's view: rerun has the axis go through the middle of the picture."""
     config = sensor.config
     assert isinstance(config, CameraConfig), f"{sensor.name} is a {sensor.type}"
     return rr.Pinhole(
         focal_length=focal_length(config),
-        principal_point=[config.width / 2.0, config.height / 2.0],
         width=config.width,
         height=config.height,
         image_plane_distance=_PICTURE_AT,
@@ -424,41 +424,37 @@ def _pinhole(sensor: RecordedSensor) -> rr.Pinhole:
     )
 
 
-class SensedChunks:
-    """Turns readings into chunks, a few for every sensor at a time."""
+def sensed_chunks(scene: RecordScene, parts: Sequence[Part]) -> Iterator[Chunk]:
+    """Chunks of the parts of one sensor, in the order of time: a few at a time."""
+    sensor = next(sensor for sensor in scene.sensors if sensor.readings_path == parts[0].entity)
+    readings = RecordedReadings.of(sensor, parts)
+    if sensor.type == "camera":
+        yield from _pictures(sensor, readings)
+        yield from (_boxes(sensor, part) for part in parts if "labels" in part.columns)
+        return
+    time, data, kept = readings.time, [reading.data for reading in readings], kept_columns(parts)
+    if sensor.readings_path != sensor.path:
+        yield part_chunk(parts)
+        kept = ()
+    yield from _plots(sensor, time, data)
+    if sensor.type == "lidar":
+        yield _points(sensor, time, data, kept)
+    elif sensor.type == "gps":
+        yield from _fixes(sensor, scene.parameters.georeference, time, data)
+    elif sensor.type == "pinger":
+        yield sound(sensor, time, data)
 
-    def __init__(self, scene: RecordScene) -> None:
-        self._scene = scene
-        self._sensors = {sensor.readings_path: sensor for sensor in scene.sensors}
 
-    def __call__(self, parts: Sequence[Part]) -> Iterator[Chunk]:
-        """Chunks of the parts of one sensor, in the order of time."""
-        sensor = self._sensors[parts[0].entity]
-        readings = RecordedReadings.of(sensor, parts)
-        if sensor.type == "camera":
-            yield from _pictures(sensor, readings)
-            yield from (_boxes(sensor, part) for part in parts if "labels" in part.columns)
-            return
-        time, data, kept = readings.time, [reading.data for reading in readings], kept_columns(parts)
-        if sensor.readings_path != sensor.path:
-            yield part_chunk(parts)
-            kept = ()
-        yield from _plots(sensor, time, data)
-        if sensor.type == "lidar":
-            yield _points(sensor, time, data, kept)
-        elif sensor.type == "gps":
-            yield from self._fixes(sensor, time, data)
-        elif sensor.type == "pinger":
-            yield sound(sensor, time, data)
-
-    def _fixes(self, sensor: RecordedSensor, time: FloatArray, fixes: Sequence[Any]) -> Iterator[Chunk]:
-        """A receiver's fixes as points at the mean water, as trails; and on the Earth."""
-        angles = np.array([(fix.latitude, fix.longitude) for fix in fixes])
-        yield numbers(f"/earth/{sensor.boat}/{sensor.name}", time, rr.GeoPoints, positions=angles)
-        if georeference := self._scene.parameters.georeference:
-            places = np.array([georeference.to_enu(fix.latitude, fix.longitude, fix.altitude) for fix in fixes])
-            places[:, 2] = 0.0
-            yield numbers(track_path(sensor), time, rr.Points3D, positions=places.astype(np.float32))
+def _fixes(
+    sensor: RecordedSensor, georeference: Georeference | None, time: FloatArray, fixes: Sequence[Any]
+) -> Iterator[Chunk]:
+    """A receiver's fixes as points at the mean water, as trails; and on the Earth."""
+    angles = np.array([(fix.latitude, fix.longitude) for fix in fixes])
+    yield numbers(f"/earth/{sensor.boat}/{sensor.name}", time, rr.GeoPoints, positions=angles)
+    if georeference:
+        places = np.array([georeference.to_enu(fix.latitude, fix.longitude, fix.altitude) for fix in fixes])
+        places[:, 2] = 0.0
+        yield numbers(track_path(sensor), time, rr.Points3D, positions=places.astype(np.float32))
 
 
 def _pictures(sensor: RecordedSensor, readings: RecordedReadings) -> Iterator[Chunk]:

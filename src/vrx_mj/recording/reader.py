@@ -25,6 +25,7 @@ from vrx_mj.model.world import other_physics
 from vrx_mj.recording.boat_sets import (
     HUGE,
     BoatSet,
+    Head,
     all_rows,
     head_of,
     joint_layout,
@@ -90,30 +91,20 @@ class Track:
     """Steering angle by thruster, (n,) [rad]."""
 
 
-@dataclass(frozen=True, eq=False)
-class Record:
-    """A recording."""
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Record(Head):
+    """A recording: its header, but for the layout, which is that of `rows`, and what was recorded."""
 
     path: Path
     """The file that was read."""
-    properties: Mapping[str, Any]
-    """The run: world, fleet, seed, versions, platform."""
     companies: tuple[BoatSet, ...]
     """The boats that sailed together at first, and one more whenever one joined or left."""
-    timestep: float
-    """Physics step [s]."""
-    wind_direction: tuple[float, float]
-    """Unit vector the wind blows toward, along x and y."""
-    sensors: tuple[RecordedSensor, ...]
-    """The sensors whose readings are recorded."""
     events: tuple[Event, ...]
     """What happened, in order of time."""
     states: tuple[SavedState, ...]
     """States from which the run can go on."""
     frames: tuple[RecordedFrame, ...]
     """What the referee of the world's task looked at: boat set, a row of `tasks.layout`, and what was sent with it."""
-    layout: RowLayout
-    """Which column of `rows` is what."""
     rows: FloatArray
     """Rows (n, columns) as they were; `layout.names()` names the columns. NaN while a body was not there."""
     row_companies: IntArray
@@ -122,12 +113,6 @@ class Record:
     """Whether the recording was closed; a killed run leaves one that was not."""
     has_views: bool
     """Whether the file opens with its views."""
-    begun: float = 0.0
-    """Simulated time at which it begins [s]."""
-    sea: bool = True
-    """Whether the sea is shown."""
-    follow: str | None = None
-    """The boat that the camera follows; None: the fleet."""
 
     @property
     def physics_version(self) -> object:
@@ -233,23 +218,16 @@ def read_record(path: str | Path, *, whole: bool = False) -> Record:
         if not all((np.abs(row) < HUGE).all() for _, row, _ in frames):
             raise RecordError(f"{FRAMES}: block: a number is not finite, or huge")
         return Record(
+            **{**vars(head), "layout": joint_layout(layouts)},
             path=file,
-            properties=head.properties,
             companies=companies,
-            timestep=head.timestep,
-            wind_direction=head.wind_direction,
-            sensors=head.sensors,
             events=all_events(parsed.of(EVENTS)),
             states=all_states(parsed.of(STATES)),
             frames=frames,
-            layout=joint_layout(layouts),
             rows=rows,
             row_companies=numbers,
             complete=parsed.footer,
             has_views=parsed.views,
-            begun=head.begun,
-            sea=head.sea,
-            follow=head.follow,
         )
 
 

@@ -7,7 +7,7 @@ columns `RowLayout` names.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -316,7 +316,3 @@ class RowLayout:
             names[self.pose(body)] = [f"{body.name} {axis}" for axis in POSITION]
             names[self.velocity(body)] = [f"{body.name} {axis}" for axis in VELOCITY]
         return tuple(names)
-
-    def to_json(self) -> dict[str, Any]:
-        """A JSON tree, from which `boat_sets` makes it again."""
-        return asdict(self)

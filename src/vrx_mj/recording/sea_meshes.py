@@ -111,14 +111,15 @@ class Grid(NamedTuple):
     """Coordinates (columns,) [m]."""
     y: FloatArray
     """Coordinates (rows,) [m]."""
-    cells: FloatArray
-    """Sizes of the cells around each vertex (rows, columns) [m]."""
+    cells: tuple[FloatArray, FloatArray]
+    """Sizes (columns,) and (rows,) of the cells around each line [m]."""
     haze: FloatArray
     """How much of the horizon's colour each vertex has, 0 to 1."""
 
     def heights(self, sea: Swell, time: FloatArray) -> FloatArray:
         """Heights (n, rows, columns) [m] at times (n,) [s]: waves as far as cells resolve them."""
-        shown = np.clip((CALM[1] - self.cells) / (CALM[1] - CALM[0]), 0.0, 1.0)
+        cells = np.maximum(self.cells[0], self.cells[1][:, None])
+        shown = np.clip((CALM[1] - cells) / (CALM[1] - CALM[0]), 0.0, 1.0)
         row, column = np.nonzero(shown)
         z = np.full((len(time), *shown.shape), sea.level)
         waves = np.asarray(sea.height(self.x[column], self.y[row], time[:, None])) - sea.level
@@ -135,8 +136,8 @@ class Grid(NamedTuple):
     def near(self, places: FloatArray, reach: FloatArray) -> BoolArray:
         """Which vertices (n, rows, columns) are within `reach` (boats,) [m] and a cell of places (n, boats, 2) [m]."""
         inside = [
-            (np.abs(line - places[..., axis, None]) < reach[:, None] + np.gradient(line)).astype(np.float32)
-            for axis, line in enumerate((self.x, self.y))
+            (np.abs(line - places[..., axis, None]) < reach[:, None] + cells).astype(np.float32)
+            for axis, (line, cells) in enumerate(zip((self.x, self.y), self.cells, strict=True))
         ]
         found: BoolArray = np.swapaxes(inside[1], 1, 2) @ inside[0] > 0.0
         return found
@@ -178,10 +179,9 @@ def _cell(line: FloatArray, at: float, near: int) -> int:
 def grid_around(places: FloatArray) -> Grid:
     """The grid for boats at places (n, 2) [m]."""
     x, y = _lines(places[:, 0]), _lines(places[:, 1])
-    cells = np.maximum(np.gradient(y)[:, None], np.gradient(x))
     low, high = places.min(axis=0), places.max(axis=0)
     east, north = (np.maximum(np.maximum(low[i] - line, line - high[i]), 0.0) for i, line in enumerate((x, y)))
-    return Grid(x, y, cells, 1.0 - np.exp(-np.hypot(north[:, None], east) / 600.0))
+    return Grid(x, y, (np.gradient(x), np.gradient(y)), 1.0 - np.exp(-np.hypot(north[:, None], east) / 600.0))
 
 
 def _lines(places: FloatArray) -> FloatArray:

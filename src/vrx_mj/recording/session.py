@@ -8,7 +8,6 @@ A process that is killed leaves a file that reads up to its last flush.
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 import json
 import math
 import subprocess
@@ -17,9 +16,8 @@ import uuid
 import warnings
 import weakref
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
@@ -79,14 +77,14 @@ class RecordWriter:
             "timestep": scene.timestep,
             "properties": dict(scene.properties),
             "wind_direction": list(scene.parameters.wind.direction),
-            "layout": scene.layout().to_json(),
+            "layout": asdict(scene.layout()),
             "sensors": tree_of(scene.sensors),
             "begun": scene.begun or 0.0,
             "sea": scene.sea_height is not None,
             "follow": scene.follow,
         }
         self._append(RUN, {"head": [json.dumps(head)], "files": [pack_files(scene.files)]})
-        self._scenes.append(dataclasses.replace(scene, files={}))
+        self._scenes.append(replace(scene, files={}))
 
     @property
     def path(self) -> Path:
@@ -111,10 +109,10 @@ class RecordWriter:
         assert scene.begun is not None, "boats come and go at a time"
         self._boat_set += 1
         head, files = boat_set_cells(scene, self._scene, self._boat_set)
-        scene = dataclasses.replace(scene, earlier=self._scene.roster())
+        scene = replace(scene, earlier=self._scene.roster())
         self._append(COMPANIES, {"time": [np.array([scene.begun])], "head": [head], "files": [files]})
         self._take(scene)
-        self._scenes.append(dataclasses.replace(scene, files={}))
+        self._scenes.append(replace(scene, files={}))
 
     def event(self, t: float, text: str, level: str = "INFO", touch: str = "") -> None:
         """Record that something happened at simulated time `t` [s]; `touch`: the JSON of a `Touch` that it is about."""
@@ -123,7 +121,7 @@ class RecordWriter:
 
     def touch(self, touch: Touch) -> None:
         """Record that a boat has touched something, when that is over: as an event, a mark, and an arrow."""
-        self.event(touch.time, str(touch), "WARN", json.dumps(dataclasses.asdict(touch)))
+        self.event(touch.time, str(touch), "WARN", json.dumps(asdict(touch)))
 
     def frame(self, t: float, row: FloatArray, messages: Sequence[Message]) -> None:
         """Record a frame that a task's referee looked at, at simulated time `t` [s], with what its team sent."""
@@ -163,9 +161,7 @@ class RecordWriter:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
 
@@ -179,6 +175,7 @@ def finish(path: Path, file: RawFile, scenes: Sequence[RecordScene]) -> None:
         encode(path, scenes, path)
     except (OSError, UnwrittenError) as error:
         warnings.warn(f"{error}; what is in it reads, and vrx-mj replay shows it", VrxWarning, stacklevel=2)
+    release_memory(code=False)  # of what was encoded, before what comes after the run
 
 
 def _reading_columns(sensor: RecordedSensor, reading: Reading) -> dict[str, list[Cell]]:
@@ -255,9 +252,7 @@ class RunWriter(RecordWriter):
     ) -> None:
         self._sim, self._choices = sim, choices
         shown = sim.sea.height if as_flag("sea", sea) else None
-        super().__init__(
-            path, dataclasses.replace(scene_of(sim, choices), begun=sim.time, sea_height=shown, follow=follow)
-        )
+        super().__init__(path, replace(scene_of(sim, choices), begun=sim.time, sea_height=shown, follow=follow))
         release_memory(code=False)  # of the model that was looked at
 
     def boats_changed(self) -> None:

@@ -154,7 +154,7 @@ class Held:
         shown = np.array(values, np.float64).reshape(len(values), count)
         if len(self._last) != count:
             self._last = np.full(count, np.nan)
-        step, within = (np.broadcast_to(each, count) for each in (self._step, self._within))
+        step, within = (np.full(count, each) for each in (self._step, self._within))
         keep = (self._keep + 1e-9) * step
         _hold(shown, step, keep, np.maximum(within, keep), self._last, taken)
         return taken, shown.reshape(values.shape)
