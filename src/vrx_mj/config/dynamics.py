@@ -85,9 +85,9 @@ class Hydro(BaseModel):
     """(k, 6, 6) their residues, force i per memory of motion j."""
     fit_error: kinds.NonNegative
     """Error of the poles over all frequencies, as a share."""
-    displacement: Annotated[float, Field(gt=0.0, le=_LARGEST)] | None = None
+    displacement: kinds.Positive | None = None
     """Mass that the hull displaces [kg]; none if it is not known."""
-    waterline: _Number | None = None
+    waterline: kinds.Real | None = None
     """Height of the water [m]; none if it is not known."""
     diffraction: tuple[tuple[_ComplexRow, ...], ...] = ()
     """(n, m, 6) force without that of the undisturbed wave's pressure, for waves that travel toward even angles from
