@@ -19,6 +19,7 @@ import functools
 import hashlib
 import importlib.metadata
 import inspect
+import itertools
 import pickle
 import platform
 import re
@@ -239,9 +240,14 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
             return None
 
     def save_overload(self, sig: object, data: object) -> None:
-        """Keep what was compiled for a signature, if the disk takes it."""
+        """Keep what was compiled for a signature, if the disk takes it.
+
+        A module that was edited after the folder was chosen, and before it was imported, is none of those by whose
+        digest the folder is named.
+        """
         try:
-            super().save_overload(sig, data)
+            if source_stamps() == _STAMPS:
+                super().save_overload(sig, data)
         except OSError as error:
             why = error.strerror or type(error).__name__
             _say_once("unsaved", f"compiled kernels cannot be kept in {self._cache_path}: {why}")
@@ -296,6 +302,13 @@ def source_hash() -> str:
     return digest.hexdigest()
 
 
+def source_stamps() -> list[int]:
+    """Return the times [ns] at which modules were last written that may decide what kernels compile to."""
+    root = Path(__file__).resolve().parent.parent
+    paths = itertools.chain((root / name for name in _TAKEN_OVER), *((root / own).glob("*.py") for own in _PACKAGES))
+    return sorted(path.stat().st_mtime_ns for path in paths)
+
+
 def _mujoco_version() -> str:
     """Return the installed version's line; `importlib.metadata.version` reads the whole file, in 4 ms."""
     try:
@@ -319,6 +332,7 @@ def cache_choice() -> Choice:
     return chosen_folder(source_hash())
 
 
+_STAMPS = source_stamps()
 _FOLDER, _REFUSED = cache_choice()
 _INSTEAD = f"{_FOLDER} is used instead" if _FOLDER else "they are compiled in every process"
 say_before_the_first(f"{reason}; {_INSTEAD}" for reason in _REFUSED)

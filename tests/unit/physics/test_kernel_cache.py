@@ -209,6 +209,17 @@ def test_a_folder_that_is_removed_meanwhile_is_made_again(folder):
     assert came_from_the_cache()
 
 
+def test_nothing_is_kept_once_a_source_was_edited(folder, monkeypatch):
+    """The folder is named by a digest of the sources; a module that is imported later has another text than that."""
+    stamps = list(module._STAMPS)
+    monkeypatch.setattr(module, "_STAMPS", [*stamps[:-1], stamps[-1] - 1])
+    assert not came_from_the_cache()
+    assert not [file for file in folder.rglob("*") if file.is_file()]
+    monkeypatch.setattr(module, "_STAMPS", stamps)
+    assert not came_from_the_cache()
+    assert came_from_the_cache()
+
+
 @pytest.mark.slow
 def test_a_process_that_is_killed_leaves_nothing_that_harms(folder):
     program = "from vrx_mj.physics.elementary import cosine; print('here', flush=True); print(cosine(0.0))"
