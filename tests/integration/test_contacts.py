@@ -61,7 +61,7 @@ def test_two_boats_bow_to_bow_end_where_every_core_of_mujoco_4_has_them():
 
 
 def test_a_run_sums_touches_up_by_pair_after_its_task_has_finished_too(capsys):
-    """Boat a rams the quay, and b its stern and the quay; each pair is as often and as long as the watch says."""
+    """Boat a rams the quay, and b its stern; each pair is as often and as long as the watch of the test says."""
     phases = {"initial_state_duration": 0.5, "ready_state_duration": 0.5, "running_state_duration": 1}
     task = {"type": "stationkeeping", "goal_cart": [0, 0, 0], **phases}
     near = {"boats": [FLEET["boats"][0], {"name": "b", "pose": [-8, 0, 0.1, 0, 0, 0]}]}
@@ -80,7 +80,7 @@ def test_a_run_sums_touches_up_by_pair_after_its_task_has_finished_too(capsys):
         assert (found.count, found.time) == (len(own), own[0].time)
         assert found.force == max(touch.force for touch in own) > 100.0
         assert found.duration == pytest.approx(sum(touch.duration for touch in own))
-    assert {(found.boat, found.other) for found in summary.touches} == {("a", "quay"), ("a", "b"), ("b", "quay")}
+    assert {(found.boat, found.other) for found in summary.touches} == {("a", "quay"), ("a", "b")}
     assert [touch.force for touch in summary.touches] == sorted(
         (touch.force for touch in summary.touches), reverse=True
     )

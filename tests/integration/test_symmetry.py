@@ -10,6 +10,7 @@ from vrx_mj import Simulation, compile_world
 LEVELS = {"barge_4m": 0.0, "barge_10m": 0.0, "wamv": -0.1, "heron": 0.0, "blueboat": 0.0, "cylinder": 0.0}
 
 
+@pytest.mark.filterwarnings("ignore:.*waves shorter than its waterline")
 @pytest.mark.parametrize("toward", [0.0, math.pi])
 @pytest.mark.parametrize("robot", LEVELS)
 def test_waves_along_a_hull_do_not_push_it_aside(robot, toward):

@@ -20,9 +20,11 @@ import hashlib
 import importlib.metadata
 import inspect
 import itertools
+import os
 import pickle
 import platform
 import re
+import secrets
 import shutil
 import sys
 from collections.abc import Callable, Iterable
@@ -31,6 +33,7 @@ from typing import Any, TypeVar
 
 import numba
 from llvmlite import binding
+from numba.core.bytecode import FunctionIdentity
 from numba.core.caching import (
     CompileResultCacheImpl,
     FunctionCache,
@@ -77,6 +80,19 @@ class _LinkedLibrary(JITCodeLibrary):  # type: ignore[misc]
         super()._finalize_final_module()
         self._final_module = whole
 
+
+def _name_apart() -> None:
+    """Have numba's names of what this process compiles be no other process's.
+
+    A name is that of the function, the types of its arguments and a number, which counts from 1 in every process:
+    operators of `lanes` of one number, from two processes, were one to the linker, and a run went wrong in silence.
+    """
+    FunctionIdentity._unique_ids = itertools.count(secrets.randbits(62))
+
+
+_name_apart()
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_name_apart)
 
 _PACKAGE = Path(__file__).parents[1]
 _DIGEST = 32

@@ -181,9 +181,8 @@ def draw_surface(
     """
     grown, count = ramp(sea, t), sums.shape[1]
     for ring in range(distances.size):
-        r = distances[ring]
+        r, beside = distances[ring], distances[ring] * half * 2.0 / (count - 1)
         gap = 0.5 * cell * (distances[min(ring + 1, distances.size - 1)] - distances[max(ring - 1, 0)])
-        beside = r * half * 2.0 / (count - 1)
         sums[2:] = 0.0
         for i in range(waves.size + shading.size):
             own, lift = (waves[i], 1.0) if i < waves.size else (shading[i - waves.size], 0.0)

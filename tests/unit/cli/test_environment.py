@@ -7,7 +7,7 @@ import pytest
 import vrx_mj
 from vrx_mj.cli.environment import PACKAGES, installed_first, intruder
 
-PARTS = {"vrx_mj", "pydantic_core", "rerun_bindings"}  # ours, and what comes with pydantic and rerun
+PARTS = {"vrx_mj", "annotated_types", "pydantic_core", "rerun_bindings"}  # ours, and what comes with pydantic and rerun
 
 
 def test_the_packages_are_those_that_the_sources_import():

@@ -251,6 +251,7 @@ BLOCKS = {
         "damping_linear": SIX, "damping_quadratic": SIX,
         "crossflow": {"stern": -1, "bow": 1, "draft": 0.2, "coefficient": 1}, "restoring": [0, 0, 8000, 9000, 9000, 0],
         "displacement": 900, "waterline": 0.1, "hydro": "hydro.json", "diffraction": False,
+        "resistance": [[0, 0], [1, 30], [2, 200]],
         "skegs": [{"x": -1, "z": -0.2, "area": 0.1, "aspect_ratio": 1}],
     }),
     "thruster.joint": Block(ThrusterEntry, thruster, {

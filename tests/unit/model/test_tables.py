@@ -47,7 +47,7 @@ def test_what_is_no_number_or_of_any_length_has_no_column(kind):
         (HULL, Hull, {"joint", "windage", "inertia"}),
         (FLOAT, Float, set()),
         (MEMORY, Memory, set()),
-        (PROPELLER, Propeller, {"thrust"}),
+        (PROPELLER, Propeller, {"thrust", "four_quadrant"}),
         (WAYPOINT, PathPoint, set()),
     ],
 )

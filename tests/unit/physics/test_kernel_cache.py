@@ -8,6 +8,7 @@ import time
 from pathlib import Path
 
 import pytest
+from numba.core.bytecode import FunctionIdentity
 from numba.core.registry import cpu_target
 
 import vrx_mj.physics.kernel as module
@@ -218,6 +219,58 @@ def test_nothing_is_kept_once_a_source_was_edited(folder, monkeypatch):
     monkeypatch.setattr(module, "_STAMPS", stamps)
     assert not came_from_the_cache()
     assert came_from_the_cache()
+
+
+PARTS = """
+import operator, sys
+from vrx_mj.physics.kernel import kernel
+
+def binary(operation):
+    return kernel(lambda x, y: operation(x, y))
+
+plus, by = binary(operator.add), binary(operator.mul)
+
+@kernel
+def total(x, y):
+    return plus(x, y)
+
+@kernel
+def product(x, y):
+    return by(x, y)
+
+@kernel
+def total_alone(x, y):
+    return total(x, y)
+
+@kernel
+def both(x, y):
+    return 100.0 * total(x, y) + product(x, y)
+
+print(globals()[sys.argv[1]](2.0, 3.0))
+"""
+
+
+@pytest.mark.slow
+def test_kernels_of_two_processes_are_linked_as_those_of_one(folder, tmp_path):
+    """Operators of one name, each the same in the order of its process: they were taken for one."""
+    file = tmp_path / "parts.py"
+    file.write_text(PARTS, encoding="utf-8")
+    place = os.environ | {"VRX_MJ_CACHE": str(folder), "PYTHONPATH": str(SOURCE)}
+    for name, result in (("total_alone", "5.0"), ("both", "506.0"), ("both", "506.0")):
+        done = subprocess.run([sys.executable, file, name], env=place, capture_output=True, text=True, check=True)
+        assert done.stdout.split() == [result]
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+def test_a_forked_process_has_names_of_its_own():
+    read, write = os.pipe()
+    if not (child := os.fork()):
+        os.write(write, str(next(FunctionIdentity._unique_ids)).encode())
+        os._exit(0)
+    os.waitpid(child, 0)
+    assert abs(int(os.read(read, 99)) - next(FunctionIdentity._unique_ids)) > 1_000_000
+    os.close(read)
+    os.close(write)
 
 
 @pytest.mark.slow

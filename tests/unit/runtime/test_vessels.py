@@ -221,7 +221,7 @@ class TestMatrix:
 
     @pytest.mark.parametrize("heading", [0.0, 0.5, math.pi])
     def test_in_a_long_wave_it_pitches_as_its_slope_turns(self, tmp_path, heading):
-        """Pitch over the slope: (C + f (i w D - w^2 A)) / (C + i w D - w^2 (A + I)), f the waterplane's share."""
+        """Pitch over the slope: f (C + i w D - w^2 A) / (C + i w D - w^2 (A + I)), f the waterplane's share."""
         c, d, a, inertia, period, height = 90_000.0, 30_000.0, 4000.0, 6000.0, 6.0, 0.02
         hull = f"{{hydrostatics: matrix, restoring: [0, 0, 20000, 20000, {c}, 0], added_mass: [0, 0, 50, 0, {a}, 0], "
         hull += f"damping_linear: [0, 0, 3000, 9000, {d}, 0], damping_quadratic: {NONE}, displacement: 100}}"
@@ -242,7 +242,7 @@ class TestMatrix:
         spread = 0.3 * k**2 * (c / 20_000.0 * cos**2 + 1.0 * math.sin(heading) ** 2)
         share = 1.0 / (1.0 + spread + 9.0 / 14.0 * spread**2)
         water = -1j * omega * d - omega**2 * a  # e^(-i omega t), as the sums above
-        closed = (c + share * water) / (c + water - omega**2 * inertia)
+        closed = share * (c + water) / (c + water - omega**2 * inertia)
         assert -pitch / (slope * cos) == pytest.approx(closed, rel=2e-3)
 
     def test_more_mass_sinks_it_by_its_stiffness(self, tmp_path):
