@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterable
 from pathlib import Path
 from typing import Any
 
-from vrx_mj.errors import CommandError, UnknownNameError, VrxError, shown
+from vrx_mj.errors import CommandError, UnknownNameError, VrxError, quote
 
 
 def check_kind(taker: str, given: object, kind: type, wanted: str, error: type[VrxError] = CommandError) -> None:
@@ -21,7 +21,7 @@ def check_kind(taker: str, given: object, kind: type, wanted: str, error: type[V
         VrxError: it is not; of the class `error`.
     """
     if not isinstance(given, kind):
-        raise error(f"{taker} takes {wanted}, not {shown(given)}")
+        raise error(f"{taker} takes {wanted}, not {quote(given)}")
 
 
 def check_name(kind: str, name: object, known: Collection[str]) -> None:
@@ -53,7 +53,7 @@ def as_path(name: str, given: object, error: type[VrxError] = CommandError) -> P
             pass
         else:
             return path
-    raise error(f"invalid {name} {shown(given)}: {wanted}")
+    raise error(f"invalid {name} {quote(given)}: {wanted}")
 
 
 def as_text(name: str, given: object) -> str:
@@ -64,10 +64,10 @@ def as_text(name: str, given: object) -> str:
     """
     if isinstance(given, str) and given.encode(errors="replace").decode() == given:
         return given
-    raise CommandError(f"invalid {name} {shown(given)}: text is needed")
+    raise CommandError(f"invalid {name} {quote(given)}: text is needed")
 
 
-def whole(name: str, given: object, least: float = -math.inf, most: float = math.inf) -> int:
+def as_int(name: str, given: object, least: float = -math.inf, most: float = math.inf) -> int:
     """The value as an int.
 
     Raises:
@@ -76,10 +76,10 @@ def whole(name: str, given: object, least: float = -math.inf, most: float = math
     try:
         value = operator.index(given)  # type: ignore[arg-type]
     except TypeError:
-        raise CommandError(f"invalid {name} {shown(given)}: a whole number is needed") from None
+        raise CommandError(f"invalid {name} {quote(given)}: a whole number is needed") from None
     if not least <= value <= most:
         limits = f"from {least:g} to {most:.15g}" if math.isfinite(most) else f"of {least:g} or more"
-        raise CommandError(f"invalid {name} {shown(given)}: a whole number {limits} is needed")
+        raise CommandError(f"invalid {name} {quote(given)}: a whole number {limits} is needed")
     return value
 
 
@@ -89,9 +89,9 @@ def as_seed(given: object) -> int:
     Raises:
         CommandError: it is not a whole number from 0 to 2^63 - 1.
     """
-    value = whole("seed", given)
+    value = as_int("seed", given)
     if not 0 <= value < 2**63:
-        raise CommandError(f"invalid seed {shown(given)}: a whole number from 0 to 2^63 - 1 is needed")
+        raise CommandError(f"invalid seed {quote(given)}: a whole number from 0 to 2^63 - 1 is needed")
     return value
 
 
@@ -117,11 +117,11 @@ def as_flag(name: str, given: object) -> bool:
     """
     value = as_number(given)
     if value not in {0.0, 1.0}:
-        raise CommandError(f"invalid {name} {shown(given)}: True or False is needed")
+        raise CommandError(f"invalid {name} {quote(given)}: True or False is needed")
     return bool(value)
 
 
-def several(name: str, given: object, count: int, most: float) -> tuple[float, ...]:
+def as_numbers(name: str, given: object, count: int, most: float) -> tuple[float, ...]:
     """The values as so many floats.
 
     Raises:
@@ -133,5 +133,5 @@ def several(name: str, given: object, count: int, most: float) -> tuple[float, .
             values = tuple(map(as_number, itertools.islice(given, count + 1)))
     if len(values) != count or not all(abs(value) < most for value in values):
         words = {3: "three", 6: "six"}[count]
-        raise CommandError(f"invalid {name} {shown(given)}: {words} numbers below {most:g} are needed")
+        raise CommandError(f"invalid {name} {quote(given)}: {words} numbers below {most:g} are needed")
     return values

@@ -30,7 +30,7 @@ def first_names(names: Iterable[str], most: int) -> str:
     return ", ".join(known[:most]) + (f" and {len(known) - most} more" if len(known) > most else "")
 
 
-def shortened(text: object, most: int = LONGEST_NAME) -> str:
+def shorten(text: object, most: int = LONGEST_NAME) -> str:
     """A user's text as a message shows it: on one line, without control characters, cut in the middle if long.
 
     Args:
@@ -55,7 +55,7 @@ def _cut_text(text: str) -> str:
     if len(text) <= LONGEST_LINE:
         return text
     lines = text.split("\n", _MOST_LINES)
-    return "\n".join(line if len(line) <= LONGEST_LINE else shortened(line, LONGEST_LINE) for line in lines)
+    return "\n".join(line if len(line) <= LONGEST_LINE else shorten(line, LONGEST_LINE) for line in lines)
 
 
 class VrxError(Exception):
@@ -102,7 +102,7 @@ class ChoiceError(VrxError):
         return "\n  ".join([head, *first_lines(rows, _SHOWN_PROBLEMS)])
 
 
-def shown(value: object) -> str:
+def quote(value: object) -> str:
     """A value as Python writes it, in one line and shortened; a large object by its type."""
     try:
         text = repr(value)
@@ -110,7 +110,7 @@ def shown(value: object) -> str:
         return f"a value of type {type(value).__name__}"
     if len(text) > _LONGEST and text.startswith("<"):
         return type(value).__name__
-    return shortened(" ".join(text.split()), _LONGEST)
+    return shorten(" ".join(text.split()), _LONGEST)
 
 
 def nearest(name: str, known: Iterable[str]) -> str | None:
@@ -133,9 +133,9 @@ class UnknownNameError(VrxError):
         self.name = name
         self.known = tuple(known)
         self.advice = advice
-        text = name if isinstance(name, str) else shown(name)
+        text = name if isinstance(name, str) else quote(name)
         self._close = nearest(text, self.known)
-        super().__init__(f"no {kind} named '{shortened(text)}'; {self._hint()}")
+        super().__init__(f"no {kind} named '{shorten(text)}'; {self._hint()}")
 
     def __reduce__(self) -> tuple[type["UnknownNameError"], tuple[str, object, tuple[str, ...], str | None]]:
         return type(self), (self.kind, self.name, self.known, self.advice)
@@ -149,8 +149,8 @@ class UnknownNameError(VrxError):
         if self.advice is not None:
             return self.advice
         if self._close is not None:
-            return f"did you mean '{shortened(self._close)}'?"
-        return f"known: {first_names(map(shortened, self.known), _SHOWN_NAMES) or 'none'}"
+            return f"did you mean '{shorten(self._close)}'?"
+        return f"known: {first_names(map(shorten, self.known), _SHOWN_NAMES) or 'none'}"
 
 
 @dataclass(frozen=True)
@@ -169,9 +169,9 @@ class Problem:
     """What is wrong, the value, and what is allowed."""
 
     def __str__(self) -> str:
-        parts = (shortened(self.file, _LONGEST_PATH), self.line, self.column)
+        parts = (shorten(self.file, _LONGEST_PATH), self.line, self.column)
         place = ":".join(str(part) for part in parts if part is not None)
-        key = f"{shortened(self.key, _LONGEST_PATH)}: " if self.key else ""
+        key = f"{shorten(self.key, _LONGEST_PATH)}: " if self.key else ""
         return f"{place}: {key}{self.message}"
 
 

@@ -40,13 +40,13 @@ def rigid(mass: float, center: Sequence[float], inertia: Sequence[float]) -> Mas
     return MassProperties(mass, np.array(center, dtype=np.float64), tensor)
 
 
-def posed(part: MassProperties, pose: Pose) -> MassProperties:
+def with_pose(part: MassProperties, pose: Pose) -> MassProperties:
     """The part in a frame in which its own is at `pose`."""
     turn = np.array(rotation(*pose[3:]))
     return MassProperties(part.mass, turn @ part.center + np.array(pose[:3]), turn @ part.inertia @ turn.T)
 
 
-def joined(parts: Iterable[MassProperties]) -> MassProperties:
+def combine(parts: Iterable[MassProperties]) -> MassProperties:
     """The rigid union of parts given in one frame.
 
     Parallel axes (Steiner): I = sum I_i + m_i (|d|^2 1 - d d^T), d from the common centre of mass.

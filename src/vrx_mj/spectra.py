@@ -140,7 +140,7 @@ def tma(peak: float, site: Site, gamma: float = 3.3) -> Spectrum:
     return density
 
 
-def tabulated(frequencies: Sequence[float], densities: Sequence[float]) -> Spectrum:
+def tabular(frequencies: Sequence[float], densities: Sequence[float]) -> Spectrum:
     """Return a spectrum with straight lines between points (n,) [rad/s], [m2 s/rad], and nothing beyond them."""
 
     def density(frequency: float) -> float:
@@ -168,7 +168,7 @@ SPECTRA: Mapping[str, SpectrumKind] = {
     "pm": SpectrumKind(lambda peak, _site: pierson_moskowitz(peak)),
     "tma": SpectrumKind(tma, ("gamma",)),
     "file": SpectrumKind(
-        lambda _peak, _site, spectrum: tabulated([2.0 * math.pi * f for f in spectrum.frequencies], spectrum.densities),
+        lambda _peak, _site, spectrum: tabular([2.0 * math.pi * f for f in spectrum.frequencies], spectrum.densities),
         ("spectrum",),
     ),
 }

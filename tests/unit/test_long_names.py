@@ -19,7 +19,7 @@ from vrx_mj.errors import (
     UnknownNameError,
     VrxError,
     VrxWarning,
-    shortened,
+    shorten,
 )
 from vrx_mj.formats.parts.read import load_parts
 from vrx_mj.formats.urdf.expand import expand
@@ -155,7 +155,7 @@ def test_a_name_among_names_is_cut():
 
 @given(text=st.text(max_size=200), most=st.integers(4, 100))
 def test_a_shortened_text_is_one_line_of_what_it_was(text, most):
-    shown = shortened(text, most)
+    shown = shorten(text, most)
     assert shown.isprintable()
     assert len(shown) <= 10 * most  # a control character takes up to ten: \U0010ffff
     if len(text) <= most and text.isprintable():

@@ -11,7 +11,7 @@ import typer
 
 from vrx_mj.bar import Bar
 from vrx_mj.cli.options import Arguments, Folder, Strict, named_values, reads_files
-from vrx_mj.errors import CommandError, VrxError, shortened
+from vrx_mj.errors import CommandError, VrxError, shorten
 from vrx_mj.outputs import Content, begins, write_files
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ def generate(
     from vrx_mj.formats.series.worlds import HEAD, series_world, side_text, world_text
 
     if other := wrong_kind(Path(file), "an axes file"):
-        raise VrxError(f"'{shortened(file)}' is {other}")
+        raise VrxError(f"'{shorten(file)}' is {other}")
     series = read_series(file_of("worlds", file))
     made = [series_world(series, number) for number in range(series.count)]
     texts: dict[str, str] = {}

@@ -18,7 +18,7 @@ from vrx_mj.config.loading import Loading, read_file, validate
 from vrx_mj.config.search import ReadingError, display, read_limited
 from vrx_mj.config.values import NonNegative, Number, Pose, Positive
 from vrx_mj.config.wording import choice, literal
-from vrx_mj.errors import ConfigError, VrxError, shortened
+from vrx_mj.errors import ConfigError, VrxError, shorten
 from vrx_mj.model.kinds import Seed
 
 SIGNALS: dict[str, str] = {
@@ -132,7 +132,7 @@ def _columns(name: str, reader: "csv.DictReader[str]", wanted: tuple[str, ...]) 
     reader.fieldnames = [column.strip() for column in reader.fieldnames or ()]
     for column in wanted:
         if column not in reader.fieldnames:
-            listed = shortened(", ".join(reader.fieldnames[:100]) or "none", 1000)
+            listed = shorten(", ".join(reader.fieldnames[:100]) or "none", 1000)
             raise VrxError(f"{name}: no column '{column}' in its first line; it has {listed}")
     return wanted
 

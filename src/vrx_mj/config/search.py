@@ -13,7 +13,7 @@ from itertools import chain
 from pathlib import Path, PurePosixPath
 
 from vrx_mj.config.kinds import KINDS, function_of, kind_of, needs
-from vrx_mj.errors import LONGEST_NAME, UnknownNameError, VrxError, nearest, shortened
+from vrx_mj.errors import LONGEST_NAME, UnknownNameError, VrxError, nearest, shorten
 from vrx_mj.resources import root
 
 _NO_FILES = {"d": "a folder", "p": "a pipe", "s": "a socket", "c": "a device", "b": "a device"}
@@ -72,7 +72,7 @@ def _refuse_foreign(kind: str, text: str, folder: Path, known: Container[str]) -
     ours = in_vrx(kind, text, known)
     name, use = found or (f"a file that does not end in {'.txt' if kind == 'docks' else '.yaml'}", "")
     advice = ours or use.replace("FILE", text if len(text) < LONGEST_NAME else "FILE") or needs(kind)
-    raise VrxError(f"'{shortened(text)}' is {name}, not {'an' if kind == 'objects' else 'a'} {KINDS[kind]}: {advice}")
+    raise VrxError(f"'{shorten(text)}' is {name}, not {'an' if kind == 'objects' else 'a'} {KINDS[kind]}: {advice}")
 
 
 def of_format(kind: str, text: str, file: Path, folder: Path) -> Path:
@@ -87,7 +87,7 @@ def near_names(file: Path) -> str:
     """A suggestion for a path that leads nowhere, as the end of a message: a file beside it; empty without one."""
     try:
         if file.is_symlink():
-            return f"; it is a link to '{shortened(file.readlink())}'"
+            return f"; it is a link to '{shorten(file.readlink())}'"
         names = [entry.name for entry in sorted(file.parent.iterdir())[:_MOST_NAMES]]
     except (OSError, ValueError):
         there = os.path.isdir(file.parent)  # noqa: PTH112 - Path.is_dir raises an OSError for a name that is too long
@@ -319,8 +319,8 @@ def find(kind: str, name: str, near: Path | None = None, skip: Path | None = Non
         _refuse_foreign(kind, name, near or Path.cwd(), known)
     if name.startswith(("./", "../", "/", "~")):
         if not inside:
-            raise leaves_folder(shortened(name))
-        raise VrxError(f"no such file: '{shortened(name)}'{near_names((near or Path.cwd()) / name)}")
+            raise leaves_folder(shorten(name))
+        raise VrxError(f"no such file: '{shorten(name)}'{near_names((near or Path.cwd()) / name)}")
     raise UnknownNameError(KINDS[kind], name, known, in_vrx(kind, name, known))
 
 
@@ -355,7 +355,7 @@ def contained_file(text: str, folder: Path | None) -> Path:
     if folder and "\\" in text:
         raise VrxError(f"path '{text}' has a backslash; type '/'")
     base = (folder or Path.cwd()).resolve()
-    missing = f"no file '{shortened(text)}'{'' if Path(text).is_absolute() else f' in {display(base)}'}"
+    missing = f"no file '{shorten(text)}'{'' if Path(text).is_absolute() else f' in {display(base)}'}"
     try:
         file = (base / text).resolve()
         if folder and not is_inside(file, base, *allowed_folders()):

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from pydantic_core import PydanticCustomError
 
-from vrx_mj.errors import first_names, nearest, shortened
-from vrx_mj.errors import shown as in_python
+from vrx_mj.errors import first_names, nearest, shorten
+from vrx_mj.errors import quote as in_python
 
 _TABLES = json.loads((Path(__file__).parent / "wording.json").read_bytes())
 PYDANTIC: Mapping[str, str] = _TABLES["pydantic"]
@@ -62,7 +62,7 @@ def unknown_key(key: str, known: Iterable[str]) -> str:
 
 
 def _short(text: str) -> str:
-    return shortened(text, _LONGEST)
+    return shorten(text, _LONGEST)
 
 
 ALLOWED = "a letter, then letters, digits and '_'"

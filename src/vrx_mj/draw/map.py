@@ -12,11 +12,11 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 
-from vrx_mj.arguments import as_path, check_kind, whole
+from vrx_mj.arguments import as_int, as_path, check_kind
 from vrx_mj.draw.course import MapScene, nice_length
 from vrx_mj.draw.plan import SOFT, Box, Row, course_rows, draw_arrow, draw_plan, ground, view_of
 from vrx_mj.draw.style import INK, font_warnings_hidden, write
-from vrx_mj.errors import CommandError, VrxError, shown
+from vrx_mj.errors import CommandError, VrxError, quote
 from vrx_mj.frames import compass as compass_degrees
 from vrx_mj.outputs import atomic_write
 
@@ -42,7 +42,7 @@ def draw_map(scene: MapScene, path: str | Path, size: tuple[int, int] = (1600, 1
     """
     file = as_path("path", path)
     if file.suffix.lower() not in FORMATS:
-        raise VrxError(f"invalid file name {shown(file.name)} for a map: it must end in {', '.join(FORMATS)}")
+        raise VrxError(f"invalid file name {quote(file.name)} for a map: it must end in {', '.join(FORMATS)}")
     with atomic_write(file, "the map") as target:
         file.parent.mkdir(parents=True, exist_ok=True)
         _save(scene, size, target, file.suffix.lower())
@@ -64,8 +64,8 @@ def _save(scene: MapScene, size: tuple[int, int], target: Path | io.BytesIO, suf
 def _pixels(size: object) -> tuple[int, int]:
     """Width and height of a picture."""
     if not isinstance(size, Sequence) or len(size) != 2:
-        raise CommandError(f"invalid size {shown(size)}: width and height are needed")
-    width, height = (whole("size", value, 1, _LARGEST) for value in size)
+        raise CommandError(f"invalid size {quote(size)}: width and height are needed")
+    width, height = (as_int("size", value, 1, _LARGEST) for value in size)
     return width, height
 
 

@@ -34,7 +34,7 @@ from vrx_mj.config.weather import WindageConfig
 from vrx_mj.errors import CompileError, ConfigError, Problem, UnknownNameError
 from vrx_mj.formats.urdf.model import ZERO, Gazebo, Inertial, Joint, Urdf, UrdfThruster
 from vrx_mj.frames import Pose, apply, compose, facing, inverse, rotation
-from vrx_mj.rigid_bodies import MassProperties, joined, posed, rigid
+from vrx_mj.rigid_bodies import MassProperties, combine, rigid, with_pose
 
 _TURNING = ("revolute", "continuous")
 """Types of joints that can steer."""
@@ -476,13 +476,13 @@ def push_center(boat: Boat) -> FloatArray:
     if boat.pushed is not None:
         return np.array(boat.pushed)
     lumped = list(_masses(part for part in boat.parts if part.lumped))
-    return joined(lumped).center if lumped else boat_mass(boat).center
+    return combine(lumped).center if lumped else boat_mass(boat).center
 
 
 def turning_mass(thruster: AssembledThruster) -> MassProperties | None:
     """An engine with its propeller, in the frame of the hinge it steers on; None if it weighs nothing."""
     parts = list(_masses(thruster.parts))
-    return joined(parts) if parts else None
+    return combine(parts) if parts else None
 
 
 def boat_mass(boat: Boat) -> MassProperties:
@@ -492,12 +492,12 @@ def boat_mass(boat: Boat) -> MassProperties:
         CompileError: nothing of it has a mass, or no body has its mass and moments of inertia.
     """
     turning = [
-        posed(mass, thruster.pose) for thruster in boat.thrusters if (mass := turning_mass(thruster)) is not None
+        with_pose(mass, thruster.pose) for thruster in boat.thrusters if (mass := turning_mass(thruster)) is not None
     ]
     parts = [*_masses(boat.parts), *turning]
     if not parts:
         raise CompileError(f"robot {boat.name}: no link has a mass of {_LEAST:g} kg or more")
-    return check_moments(joined(parts), f"robot {boat.name}")
+    return check_moments(combine(parts), f"robot {boat.name}")
 
 
 def body_mass(boat: Boat, engines: Engines) -> MassProperties:
@@ -509,7 +509,7 @@ def body_mass(boat: Boat, engines: Engines) -> MassProperties:
     parts = list(_masses(boat.parts))
     if not parts:
         raise CompileError(f"robot {boat.name}: only its engines have a mass; build it with engines: fixed")
-    return check_moments(joined(parts), f"robot {boat.name} without its engines")
+    return check_moments(combine(parts), f"robot {boat.name} without its engines")
 
 
 def check_moments(body: MassProperties, name: str) -> MassProperties:
@@ -528,5 +528,5 @@ def check_moments(body: MassProperties, name: str) -> MassProperties:
 def _masses(parts: Iterable[Part]) -> Iterator[MassProperties]:
     for part in parts:
         if part.inertial is not None and part.inertial.mass >= _LEAST:
-            own = posed(rigid(part.inertial.mass, (0.0, 0.0, 0.0), part.inertial.tensor), part.inertial.pose)
-            yield posed(own, part.pose)
+            own = with_pose(rigid(part.inertial.mass, (0.0, 0.0, 0.0), part.inertial.tensor), part.inertial.pose)
+            yield with_pose(own, part.pose)

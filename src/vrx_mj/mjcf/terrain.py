@@ -18,7 +18,7 @@ import numpy as np
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.search import ReadingError, find_terrain, read_limited
 from vrx_mj.config.values import MAX_COORDINATE
-from vrx_mj.errors import ConfigError, Problem, shortened
+from vrx_mj.errors import ConfigError, Problem, shorten
 from vrx_mj.mjcf.pieces import Piece
 from vrx_mj.model.things import Ring
 
@@ -299,7 +299,7 @@ def _read_polygons(path: Path) -> list[_Rings]:
 
 def _invalid(path: Path, reason: str) -> ConfigError:
     wanted = "expected {land: [{exterior: [[x, y], ...], holes: [...]}]}"
-    message = f"invalid shoreline: {shortened(reason, 200)}; {wanted}"
+    message = f"invalid shoreline: {shorten(reason, 200)}; {wanted}"
     return ConfigError([Problem(str(path), None, None, "land", message)])
 
 

@@ -13,7 +13,7 @@ from pydantic import TypeAdapter, ValidationError
 from vrx_mj.arguments import as_number, check_name
 from vrx_mj.config.base import own_docstrings
 from vrx_mj.config.loading import fault_text
-from vrx_mj.errors import CommandError, shown
+from vrx_mj.errors import CommandError, quote
 from vrx_mj.model.boats import MJCF_FIELDS
 from vrx_mj.model.kinds import HEADING, STRICT, TIED, Angle, Parts, Unless
 from vrx_mj.model.world import Parameters
@@ -55,7 +55,7 @@ class Number:
         """
         value = as_number(given)
         if not math.isfinite(value) or isinstance(given, bool):
-            raise CommandError(f"invalid {self.name} {shown(given)}: a finite number [{self.unit}] is needed")
+            raise CommandError(f"invalid {self.name} {quote(given)}: a finite number [{self.unit}] is needed")
         heading = self.kind is HEADING
         try:
             _adapter(Angle if heading else self.kind).validate_python(value)

@@ -19,7 +19,7 @@ import numpy as np
 from vrx_mj.arguments import as_number, as_path, as_text, check_name
 from vrx_mj.arrays import BoolArray, FloatArray
 from vrx_mj.bar import Bar
-from vrx_mj.errors import CommandError, RecordError, UnknownNameError, shown
+from vrx_mj.errors import CommandError, RecordError, UnknownNameError, quote
 from vrx_mj.outputs import atomic_write, write_files
 from vrx_mj.recording.reader import Record, Track, read_record
 from vrx_mj.recording.record_scene import POSITION, VELOCITY
@@ -79,7 +79,7 @@ class CocoWriter:
         """
         labels = getattr(getattr(reading, "data", None), "labels", None)
         if not isinstance(labels, Labels):
-            raise CommandError(f"invalid reading {shown(reading)}: one with labels is needed, as sim.labelled gives it")
+            raise CommandError(f"invalid reading {quote(reading)}: one with labels is needed, as sim.labelled gives it")
         number, boat = len(self._images) + 1, reading.frame.partition("/")[0]
         name = f"{number:06}_{boat}_{reading.name}.jpg"
         write_files(self._folder, {f"images/{name}": reading.data.jpeg(_JPEG_QUALITY)}, "the data set", RecordError)
@@ -128,7 +128,7 @@ def write_coco(
     seconds = {round(saved.time, 6): saved for saved in recorded.states}  # the end may be saved twice
     states = [saved for time, saved in seconds.items() if low <= time <= high]
     if not states:
-        span = f"invalid begin {shown(begin)} or end {shown(end)}"
+        span = f"invalid begin {quote(begin)} or end {quote(end)}"
         raise RecordError(f"{span}: '{recorded.path}' has no state in that span; one is saved every second")
     about = f"{recorded.properties.get('world')}, seed {recorded.properties.get('seed')}"
     with CocoWriter(folder, about) as coco, Bar("drawing", len(states), "seconds") as bar:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from vrx_mj.arguments import as_number, check_kind
 from vrx_mj.bar import Bar
-from vrx_mj.errors import CommandError, VrxError, shown
+from vrx_mj.errors import CommandError, VrxError, quote
 from vrx_mj.packages import install_extra, shell_word
 from vrx_mj.tasks.frame import score_text
 
@@ -136,7 +136,7 @@ def progress(sim: "Simulation", duration: float | None = None) -> Iterator[_Tick
     check_kind("progress", sim, Simulation, "a simulation, as Simulation(world)")
     total = planned_duration(sim) if duration is None else as_number(duration)
     if not 0.0 < total < math.inf:
-        raise CommandError(f"invalid duration {shown(duration)}: a number of seconds above 0 is needed")
+        raise CommandError(f"invalid duration {quote(duration)}: a number of seconds above 0 is needed")
     with notebook_bar(sim, total) if in_notebook() else terminal_bar(sim, total) as tick:
         yield tick
 

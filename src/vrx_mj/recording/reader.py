@@ -19,7 +19,7 @@ from pydantic import ValidationError
 from vrx_mj.arguments import as_flag, as_number, as_path, as_text
 from vrx_mj.arrays import ByteArray, FloatArray, IntArray
 from vrx_mj.config.sensors import CameraConfig
-from vrx_mj.errors import RecordError, UnknownNameError, VrxWarning, shown
+from vrx_mj.errors import RecordError, UnknownNameError, VrxWarning, quote
 from vrx_mj.frames import in_world_axes
 from vrx_mj.model.world import other_physics
 from vrx_mj.recording.boat_sets import (
@@ -171,7 +171,7 @@ class Record(Head):
         """The last state saved at or before `time` [s]."""
         moment = as_number(time)
         if math.isnan(moment):
-            raise RecordError(f"invalid time {shown(time)}: a number of seconds is needed")
+            raise RecordError(f"invalid time {quote(time)}: a number of seconds is needed")
         before = [state for state in self.states if state.time <= moment + 1e-9]
         if not before:
             first = f"; the first is at {self.states[0].time:g} s" if self.states else ""

@@ -25,7 +25,7 @@ import numpy as np
 from vrx_mj.arguments import as_flag, as_path, check_kind, check_name
 from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.display import no_window
-from vrx_mj.errors import CommandError, RecordError, UnknownNameError, VrxWarning, shown
+from vrx_mj.errors import CommandError, RecordError, UnknownNameError, VrxWarning, quote
 from vrx_mj.mjcf.objects import ball_names
 from vrx_mj.model.world import tree_of
 from vrx_mj.recording.boat_sets import boat_set_cells
@@ -347,7 +347,7 @@ def choices_of(words: str | Sequence[str], rates: _Rates) -> tuple[Choice, ...]:
     given: Any = [words] if isinstance(words, str) else words
     if not isinstance(given, Sequence) or not all(isinstance(word, str) for word in given):
         raise CommandError(
-            f"invalid sensors {shown(words)}: text, or a list of it, is needed, as in wamv1:lidar_wamv@5"
+            f"invalid sensors {quote(words)}: text, or a list of it, is needed, as in wamv1:lidar_wamv@5"
         )
     found: dict[tuple[str, str], float] = {}
     boat = next(iter(rates)) if len(rates) == 1 else None

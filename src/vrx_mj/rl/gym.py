@@ -11,7 +11,7 @@ from gymnasium.vector.utils import batch_space
 
 from vrx_mj.arguments import check_name
 from vrx_mj.arrays import BoolArray, ByteArray, FloatArray
-from vrx_mj.errors import shown
+from vrx_mj.errors import quote
 from vrx_mj.mjcf.compile import Source
 from vrx_mj.rl.environment import BOUND, Environment, Floats32, Info, ProblemRows, row_info
 from vrx_mj.rl.options import (
@@ -264,7 +264,7 @@ def _reset_mode(mode: object) -> AutoresetMode:
         return AutoresetMode(mode)
     except (TypeError, ValueError):
         known = ", ".join(repr(one.value) for one in AutoresetMode)
-        raise gymnasium.error.Error(f"invalid autoreset_mode {shown(mode)}: one of {known} is needed") from None
+        raise gymnasium.error.Error(f"invalid autoreset_mode {quote(mode)}: one of {known} is needed") from None
 
 
 def _alone(info: Info) -> Info:

@@ -14,7 +14,7 @@ from gymnasium.utils import seeding
 
 from vrx_mj.arguments import as_number, check_name
 from vrx_mj.arrays import BoolArray, IntArray
-from vrx_mj.errors import shown
+from vrx_mj.errors import quote
 from vrx_mj.rl.neighbours import NeighbourView
 from vrx_mj.rl.problem import RefereedRow, Rows
 from vrx_mj.runtime.batch import Batch
@@ -44,9 +44,9 @@ class ActionError(gymnasium.error.InvalidAction, AssertionError):
 def episode_steps(duration: object) -> int:
     """Steps of an episode; gymnasium.error.Error: its duration [s] is invalid."""
     if not is_number(duration) or duration < PERIOD:
-        raise gymnasium.error.Error(f"invalid duration {shown(duration)}: a number of {PERIOD:g} s or more is needed")
+        raise gymnasium.error.Error(f"invalid duration {quote(duration)}: a number of {PERIOD:g} s or more is needed")
     if duration > _LONGEST:
-        raise gymnasium.error.Error(f"invalid duration {shown(duration)}: at most {_LONGEST:g} s")
+        raise gymnasium.error.Error(f"invalid duration {quote(duration)}: at most {_LONGEST:g} s")
     return round(float(duration) / PERIOD)
 
 
@@ -65,32 +65,32 @@ def step_limit(duration: object, most: object, default: float) -> int:
         return episode_steps(default if duration is None else duration)
     if not isinstance(most, int | np.integer) or isinstance(most, bool) or (most < 1 and most != -1):
         text = "a whole number above 0 is needed, or -1 for no limit"
-        raise gymnasium.error.Error(f"invalid max_episode_steps {shown(most)}: {text}")
+        raise gymnasium.error.Error(f"invalid max_episode_steps {quote(most)}: {text}")
     limit = _ENDLESS if most == -1 else min(int(most), _ENDLESS)
     steps = limit if duration is None else episode_steps(duration)
     if steps > limit:
         text = f"truncates an episode after {limit * PERIOD:g} s; give max_episode_steps={steps} instead"
-        raise gymnasium.error.Error(f"invalid duration {shown(duration)}: max_episode_steps={limit} {text}")
+        raise gymnasium.error.Error(f"invalid duration {quote(duration)}: max_episode_steps={limit} {text}")
     return steps
 
 
 def check_count(name: str, value: object) -> None:
     """gymnasium.error.Error: the option of that name is not a whole number from 1 to a million."""
     if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < 1:
-        raise gymnasium.error.Error(f"invalid {name} {shown(value)}: a whole number above 0 is needed")
+        raise gymnasium.error.Error(f"invalid {name} {quote(value)}: a whole number above 0 is needed")
     if value > _MOST:
-        raise gymnasium.error.Error(f"invalid {name} {shown(value)}: at most {_MOST} are possible")
+        raise gymnasium.error.Error(f"invalid {name} {quote(value)}: at most {_MOST} are possible")
 
 
 def check_picture(mode: object, modes: Sequence[str], width: object, height: object) -> None:
     """gymnasium.error.Error: `mode` is not one of the ways to draw, or pictures have no such size [pixels]."""
     if mode is not None and not (isinstance(mode, str) and mode in modes):
         possible = ", ".join(["None", *map(repr, modes[:-1])])
-        raise gymnasium.error.Error(f"invalid render_mode {shown(mode)}: {possible} or {modes[-1]!r} is needed")
+        raise gymnasium.error.Error(f"invalid render_mode {quote(mode)}: {possible} or {modes[-1]!r} is needed")
     for name, size in (("width", width), ("height", height)):
         if not isinstance(size, int | np.integer) or isinstance(size, bool) or not 1 <= size <= _LARGEST:
             text = f"a whole number of pixels from 1 to {_LARGEST} is needed"
-            raise gymnasium.error.Error(f"invalid {name} {shown(size)}: {text}")
+            raise gymnasium.error.Error(f"invalid {name} {quote(size)}: {text}")
 
 
 def reset_options(options: object, *known: str) -> Mapping[str, Any]:
@@ -102,7 +102,7 @@ def reset_options(options: object, *known: str) -> Mapping[str, Any]:
     """
     given = {} if options is None else options
     if not isinstance(given, Mapping):
-        raise gymnasium.error.Error(f"invalid options {shown(options)}: a mapping is needed")
+        raise gymnasium.error.Error(f"invalid options {quote(options)}: a mapping is needed")
     for name in given:
         check_name("reset option", name, known)
     return given
@@ -130,22 +130,22 @@ def as_actions(action: object, name: str = "action") -> npt.NDArray[np.float32]:
 def neighbour_view(neighbours: object, reach: object, noise: object, delay: object) -> NeighbourView:
     """How boats see each other; gymnasium.error.Error: an option is invalid."""
     if not isinstance(neighbours, int | np.integer) or neighbours < 0:
-        raise gymnasium.error.Error(f"invalid neighbours {shown(neighbours)}: a whole number of 0 or more is needed")
+        raise gymnasium.error.Error(f"invalid neighbours {quote(neighbours)}: a whole number of 0 or more is needed")
     if neighbours > _MOST_NEIGHBOURS:
-        raise gymnasium.error.Error(f"invalid neighbours {shown(neighbours)}: at most {_MOST_NEIGHBOURS} are possible")
+        raise gymnasium.error.Error(f"invalid neighbours {quote(neighbours)}: at most {_MOST_NEIGHBOURS} are possible")
     if not is_number(reach) or reach <= 0.0:
-        raise gymnasium.error.Error(f"invalid range {shown(reach)}: a number of metres above 0 is needed")
+        raise gymnasium.error.Error(f"invalid range {quote(reach)}: a number of metres above 0 is needed")
     given = tuple(noise) if isinstance(noise, Sequence | np.ndarray) else ()
     if len(given) != 3 or not all(is_number(one) and one >= 0.0 for one in given):
         text = "three numbers of 0 or more are needed, of places [m], velocities [m/s] and headings [rad]"
-        raise gymnasium.error.Error(f"invalid noise {shown(noise)}: {text}")
+        raise gymnasium.error.Error(f"invalid noise {quote(noise)}: {text}")
     if (
         not is_number(delay)
         or not 0.0 <= delay <= _LONGEST_DELAY
         or not math.isclose(delay / PERIOD, round(delay / PERIOD), abs_tol=1e-6)
     ):
         raise gymnasium.error.Error(
-            f"invalid delay {shown(delay)}: a multiple of {PERIOD:g} s, up to {_LONGEST_DELAY:g} s, is needed"
+            f"invalid delay {quote(delay)}: a multiple of {PERIOD:g} s, up to {_LONGEST_DELAY:g} s, is needed"
         )
     return NeighbourView(
         int(neighbours), float(reach), (float(given[0]), float(given[1]), float(given[2])), round(delay / PERIOD)
@@ -155,7 +155,7 @@ def neighbour_view(neighbours: object, reach: object, noise: object, delay: obje
 def chance(name: str, value: object) -> float:
     """A share of boats; gymnasium.error.Error: not from 0 to 1."""
     if not is_number(value) or not 0.0 <= value <= 1.0:
-        raise gymnasium.error.Error(f"invalid {name} {shown(value)}: a share from 0 to 1 is needed")
+        raise gymnasium.error.Error(f"invalid {name} {quote(value)}: a share from 0 to 1 is needed")
     return float(value)
 
 
@@ -165,7 +165,7 @@ def team_share(reward: object) -> float:
         return float(reward == "team")
     if not is_number(reward) or not 0.0 <= reward <= 1.0:
         text = "'team', 'individual' or the team's share, from 0 to 1, is needed"
-        raise gymnasium.error.Error(f"invalid reward {shown(reward)}: {text}")
+        raise gymnasium.error.Error(f"invalid reward {quote(reward)}: {text}")
     return float(reward)
 
 
@@ -250,13 +250,13 @@ def _seeds_of_rows(seed: object, n: int) -> list[int | None]:
         given = list(seed)
     else:
         text = f"a whole number of 0 or more is needed, or one for each of {n} rows"
-        raise gymnasium.error.Error(f"invalid seed {shown(seed)}: {text}")
+        raise gymnasium.error.Error(f"invalid seed {quote(seed)}: {text}")
     if len(given) != n:
         raise gymnasium.error.Error(f"{len(given)} seeds for {n} rows: one seed, or one for each row, is needed")
     for row, own in enumerate(given):
         if own is not None and (not isinstance(own, int | np.integer) or own < 0):
             text = "a whole number of 0 or more is needed"
-            raise gymnasium.error.Error(f"invalid seed {shown(own)} of row {row}: {text}")
+            raise gymnasium.error.Error(f"invalid seed {quote(own)} of row {row}: {text}")
     return [None if own is None else int(own) for own in given]
 
 
@@ -309,7 +309,7 @@ def _range(name: str, value: object) -> tuple[float, float]:
     least = _LEAST.get(name, 0.0)
     if len(pair) != 2 or not all(map(is_number, pair)) or not least <= pair[0] <= pair[1] <= _GREATEST:
         number = "a number" if least == -_GREATEST else f"a number of {least:g} or more"
-        raise gymnasium.error.Error(f"invalid {name} {shown(value)}: {number}, or a pair (least, greatest), is needed")
+        raise gymnasium.error.Error(f"invalid {name} {quote(value)}: {number}, or a pair (least, greatest), is needed")
     return float(pair[0]), float(pair[1])
 
 
@@ -319,4 +319,4 @@ def _check_mass(batch: Batch, given: Range, most: float) -> None:
     boat = int(np.argmin(limits))
     if most > limits[boat]:
         text = f"at most {limits[boat]:.3g} is needed; with more an end of {batch.boats[boat]} goes under water"
-        raise gymnasium.error.Error(f"invalid mass {shown(given)}: {text}")
+        raise gymnasium.error.Error(f"invalid mass {quote(given)}: {text}")

@@ -21,7 +21,7 @@ from typing import Any, TypeVar
 
 import psutil
 
-from vrx_mj.errors import LONGEST_LINE, CommandError, shortened
+from vrx_mj.errors import LONGEST_LINE, CommandError, shorten
 
 _Result = TypeVar("_Result")
 _CLOSING = 2.0
@@ -134,7 +134,7 @@ class Notices:
         if (kind, who) in self._written or len(self._written) >= _MOST_NOTICES:
             return
         self._written.add((kind, who))
-        line = shortened(text, LONGEST_LINE)  # parts of it come from unknown publishers
+        line = shorten(text, LONGEST_LINE)  # parts of it come from unknown publishers
         _logger.log({"INFO": logging.INFO, "WARN": logging.WARNING}.get(level, logging.ERROR), "%s", line)
         if self.listener is not None:
             self.listener(level, line)

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from vrx_mj.constants import EARLY
-from vrx_mj.errors import CommandError, ConfigError, SensorError, VrxError, shortened
+from vrx_mj.errors import CommandError, ConfigError, SensorError, VrxError, shorten
 from vrx_mj.formats.gazebo.text_models import model_of_text
 from vrx_mj.formats.urdf.reader import in_namespace
 from vrx_mj.frames import compose
@@ -227,7 +227,7 @@ def _named_text(name: str) -> Iterator[None]:
 
 def _error_text(error: Exception) -> str:
     """An error for who sent what raised it, in one line if it is not a VrxError."""
-    return str(error) if isinstance(error, VrxError) else f"{type(error).__name__}: {shortened(error)}"
+    return str(error) if isinstance(error, VrxError) else f"{type(error).__name__}: {shorten(error)}"
 
 
 def _check_length(name: str, kind: str, text: str) -> None:

@@ -11,9 +11,9 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.arguments import as_number, check_kind, check_name, whole
+from vrx_mj.arguments import as_int, as_number, check_kind, check_name
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
-from vrx_mj.errors import CommandError, DivergedError, shown
+from vrx_mj.errors import CommandError, DivergedError, quote
 from vrx_mj.frames import in_world_axes
 from vrx_mj.libmujoco import without_timers
 from vrx_mj.mjcf.world import World
@@ -82,9 +82,9 @@ class Batch:
         for name, count in counts.items():
             value = as_number(count)
             if not isinstance(count, Real) or not value >= 1 or value % 1 != 0:
-                raise CommandError(f"invalid {name} {shown(count)}: a whole number above 0 is needed")
+                raise CommandError(f"invalid {name} {quote(count)}: a whole number above 0 is needed")
             if value > _MOST:
-                raise CommandError(f"invalid {name} {shown(count)}: at most {_MOST} are possible")
+                raise CommandError(f"invalid {name} {quote(count)}: at most {_MOST} are possible")
         if world.parameters.task:
             text = 'compile it without one, {"extends": name, "task": None}'
             raise CommandError(f"the world {world.name} has a task, and a Batch has no referee: {text}")
@@ -254,7 +254,7 @@ class Batch:
             DivergedError: the state of some rows is not finite or too large; they stop until they are reset, and the
                 others have been advanced.
         """
-        left = whole("number of steps", steps, 0, MOST_STEPS)
+        left = as_int("number of steps", steps, 0, MOST_STEPS)
         self._going[:] = rows is None
         if rows is not None:
             self._going[which_rows(self.n, rows)] = True
@@ -381,7 +381,7 @@ class Batch:
         Raises:
             CommandError: the row does not exist.
         """
-        row = whole("row", row, 0, self.n - 1)
+        row = as_int("row", row, 0, self.n - 1)
         stacks, arrays, time = self._rows.stacks, self._arrays, float(self._rows.time[row])
         moving = b"".join(stacks[name][row].tobytes() for name, array in ARRAYS.items() if array.use == STATE)
         ours, flat = moving + arrays.sample_clocks.pack(), self._rows.integration_state(row)
@@ -400,7 +400,7 @@ class Batch:
     @in_turn
     def waves(self, row: int) -> Table:
         """Waves of a row's sea, a copy: records of amplitude [m], wavenumber, frequency, direction and phase [rad]."""
-        return self._rows.part("waves", whole("row", row, 0, self.n - 1)).copy()
+        return self._rows.part("waves", as_int("row", row, 0, self.n - 1)).copy()
 
     @in_turn
     def sea_height(self, x: npt.ArrayLike, y: npt.ArrayLike) -> FloatArray:

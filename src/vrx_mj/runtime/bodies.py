@@ -6,7 +6,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from vrx_mj.arguments import several
+from vrx_mj.arguments import as_numbers
 from vrx_mj.arrays import FloatArray
 from vrx_mj.frames import in_world_axes, quaternion, rotation_matrix
 from vrx_mj.mjcf.world import World
@@ -66,9 +66,9 @@ class FreeBodies:
     def set_motion(self, name: str, pose: Sequence[float] | None, velocity: Sequence[float] | None) -> None:
         """Set pose [m, rad, ENU] and velocity [m/s, rad/s, body axes] of a link's origin."""
         qpos, dof = self._address[name]
-        motion = None if velocity is None else several(f"velocity of {name}", velocity, 6, HUGE)
+        motion = None if velocity is None else as_numbers(f"velocity of {name}", velocity, 6, HUGE)
         if pose is not None:
-            write_pose(self._data.qpos, qpos, several(f"pose of {name}", pose, 6, HUGE))
+            write_pose(self._data.qpos, qpos, as_numbers(f"pose of {name}", pose, 6, HUGE))
         if motion is not None:
             turn = self._data.qpos[qpos + 3 : qpos + 7]
             self._data.qvel[dof : dof + 3] = in_world_axes(turn, np.array(motion[:3]))

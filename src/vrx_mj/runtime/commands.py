@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 from vrx_mj.arguments import as_number, check_name
-from vrx_mj.errors import CommandError, shown
+from vrx_mj.errors import CommandError, quote
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Thruster
 from vrx_mj.physics.tables import Table
@@ -41,7 +41,7 @@ class Channel(NamedTuple):
         number = as_number(value)
         if not math.isfinite(number):
             needed = "a finite number is needed"
-            raise CommandError(f"invalid command {shown(value)} for {self.name} of {self.boat}{where}: {needed}")
+            raise CommandError(f"invalid command {quote(value)} for {self.name} of {self.boat}{where}: {needed}")
         return number
 
     def write(self, state: Table, value: float, time: float, hold: float) -> None:
@@ -120,7 +120,7 @@ class CommandNames:
         names = self.names(boat)
         example = f"command({boat!r}, {names[0]}=0.5)" if names else f"command({boat!r})"
         raise CommandError(
-            f"invalid commands {', '.join(map(shown, given))} for {boat}: each needs its name, as in {example}; known: "
+            f"invalid commands {', '.join(map(quote, given))} for {boat}: each needs its name, as in {example}; known: "
             f"{', '.join(names) or 'none'}"
         )
 
@@ -138,13 +138,13 @@ class CommandNames:
 
     def _channel_values(self, commands: Commands) -> list[tuple[Channel, float]]:
         if not isinstance(commands, Mapping):
-            raise CommandError(f"invalid commands {shown(commands)}: a mapping by boat is needed, " + _EXAMPLE)
+            raise CommandError(f"invalid commands {quote(commands)}: a mapping by boat is needed, " + _EXAMPLE)
         checked = []
         for boat, values in commands.items():
             names = self.names(boat)
             if not isinstance(values, Mapping):
                 raise CommandError(
-                    f"invalid commands {shown(values)} for {boat}: a mapping by thruster is needed, {_EXAMPLE}"
+                    f"invalid commands {quote(values)} for {boat}: a mapping by thruster is needed, {_EXAMPLE}"
                 )
             for name, value in values.items():
                 check_name(f"thruster of {boat}", name, names)

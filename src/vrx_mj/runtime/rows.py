@@ -14,7 +14,7 @@ import numpy.typing as npt
 from numba import types
 
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
-from vrx_mj.errors import CommandError, shown
+from vrx_mj.errors import CommandError, quote
 from vrx_mj.libmujoco import c_function
 from vrx_mj.model.water import Sea
 from vrx_mj.physics.kernel import allocating_kernel, expanded_kernel, kernel
@@ -52,7 +52,7 @@ def which_rows(n: int, rows: Rows) -> IntArray:
         return np.zeros(0, np.int64)
     if given.ndim == 1 and np.issubdtype(given.dtype, np.integer) and (given >= 0).all() and (given < n).all():
         return given.astype(np.int64)
-    raise CommandError(f"invalid rows {shown(rows)}: a mask of {n} booleans, or numbers from 0 to {n - 1}, is needed")
+    raise CommandError(f"invalid rows {quote(rows)}: a mask of {n} booleans, or numbers from 0 to {n - 1}, is needed")
 
 
 def _array(values: object) -> npt.NDArray[Any]:
@@ -74,7 +74,7 @@ def row_seeds(which: IntArray, seed: Any) -> IntArray:
         return int(seed) + which
     given = _array(seed)
     if given.shape != which.shape or not np.issubdtype(given.dtype, np.integer) or (given < 0).any():
-        raise CommandError(f"invalid seed {shown(seed)}: one whole number, or {len(which)} of them, is needed")
+        raise CommandError(f"invalid seed {quote(seed)}: one whole number, or {len(which)} of them, is needed")
     return given.astype(np.int64)
 
 
@@ -90,7 +90,7 @@ def as_numbers(what: str, values: npt.ArrayLike) -> FloatArray:
             return given.astype(np.float64, copy=False)
     except (TypeError, ValueError, OverflowError):
         pass
-    raise CommandError(f"invalid {what} {shown(values)}: an array of numbers is needed")
+    raise CommandError(f"invalid {what} {quote(values)}: an array of numbers is needed")
 
 
 def row_vectors(what: str, values: npt.ArrayLike, count: int, size: int = 6) -> FloatArray:
@@ -115,9 +115,9 @@ def row_values(what: str, value: npt.ArrayLike, count: int, least: float, most: 
     given = as_numbers(what, value)
     if given.shape not in {(), (count,)} or not (np.isfinite(given) & (given >= least)).all():
         at_least = "" if least < 0 else " of 0 or more" if least == 0 else " above 0"
-        raise CommandError(f"invalid {what} {shown(value)}: one finite number{at_least}, or {count} of them, is needed")
+        raise CommandError(f"invalid {what} {quote(value)}: one finite number{at_least}, or {count} of them, is needed")
     if (np.abs(given) > most).any():
-        raise CommandError(f"invalid {what} {shown(value)}: at most {most:g}")
+        raise CommandError(f"invalid {what} {quote(value)}: at most {most:g}")
     return np.broadcast_to(given, (count,)).copy()
 
 

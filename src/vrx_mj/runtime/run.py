@@ -15,7 +15,7 @@ import numpy as np
 
 from vrx_mj.arguments import as_number, check_kind, check_name
 from vrx_mj.constants import PHYSICS_VERSION
-from vrx_mj.errors import CommandError, UnknownNameError, VrxError, VrxWarning, first_names, shown
+from vrx_mj.errors import CommandError, UnknownNameError, VrxError, VrxWarning, first_names, quote
 from vrx_mj.model.boats import Vessel
 from vrx_mj.model.world import Parameters
 from vrx_mj.runtime.commands import clipped_commands
@@ -296,12 +296,12 @@ def _check_arguments(sim: object, controller: object, rate: object, progress: ob
     """Whether there is a controller, or none, to be called at such a rate, and the other functions can be called."""
     check_kind("run", sim, Simulation, "a simulation, as Simulation(world)")
     if controller is not None:
-        _check_callable(getattr(controller, "__name__", shown(controller).strip("'")), controller)
+        _check_callable(getattr(controller, "__name__", quote(controller).strip("'")), controller)
     for name, given in (("progress", progress), ("advance", advance)):
         if given is not None and not callable(given):
-            raise CommandError(f"invalid {name} {shown(given)}: a function is needed")
+            raise CommandError(f"invalid {name} {quote(given)}: a function is needed")
     if not 0.0 < as_number(rate) < math.inf:
-        raise CommandError(f"invalid control_rate {shown(rate)}: a number of calls per second above 0 is needed")
+        raise CommandError(f"invalid control_rate {quote(rate)}: a number of calls per second above 0 is needed")
 
 
 def _check_callable(name: str, controller: object) -> None:
@@ -367,7 +367,7 @@ def obey(sim: Simulation, commands: Mapping[str, Any] | None) -> None:
 def _send(sim: Simulation, messages: object) -> None:
     """Send a controller's messages to the task, each topic with a content or a list of them."""
     if not isinstance(messages, Mapping):
-        raise CommandError(f"the controller sent {shown(messages)} to the task: a mapping by topic is needed")
+        raise CommandError(f"the controller sent {quote(messages)} to the task: a mapping by topic is needed")
     for topic, content in messages.items():
         several = isinstance(content, list) and content and all(isinstance(item, Mapping | list) for item in content)
         for item in content if several else [content]:
@@ -506,5 +506,5 @@ def _commands(returned: object, who: str = "controller") -> Mapping[str, Any]:
     if returned is None:
         return {}
     if not isinstance(returned, Mapping):
-        raise CommandError(f"the {who} returned {shown(returned)}: a mapping by boat, or None, is needed")
+        raise CommandError(f"the {who} returned {quote(returned)}: a mapping by boat, or None, is needed")
     return returned

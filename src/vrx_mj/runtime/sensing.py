@@ -16,11 +16,11 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.arguments import check_kind, check_name, several
+from vrx_mj.arguments import as_numbers, check_kind, check_name
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.docks import LIGHT_COLORS, OFF, SYMBOLS
 from vrx_mj.config.sensors import LidarConfig
-from vrx_mj.errors import CommandError, SensorError, shown
+from vrx_mj.errors import CommandError, SensorError, quote
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.things import Georeference
 from vrx_mj.physics.kernel import is_cached
@@ -319,7 +319,7 @@ class Sensing:
             CommandError: not three finite numbers.
         """
         sensor = self._find(boat, name, "pinger")
-        place = several(f"position of {name}'s beacon", position, 3, HUGE)
+        place = as_numbers(f"position of {name}'s beacon", position, 3, HUGE)
         self.arrays.sample_clocks.device_state[sensor.marks] = place
         self.renew()
 
@@ -491,7 +491,7 @@ class Displays:
         given: Any = colors
         three = isinstance(given, Sequence) and not isinstance(given, str) and len(given) == 3
         if not three or not all(isinstance(color, str) and color in known for color in given):
-            raise CommandError(f"invalid colours {shown(colors)} of {name}: three of {', '.join(known)} are needed")
+            raise CommandError(f"invalid colours {quote(colors)} of {name}: three of {', '.join(known)} are needed")
         new_pattern(self._arrays.display_marks[display.marks], colors, float(self._arrays.data.time))
         self._sensing.renew()
 

@@ -8,9 +8,9 @@ from threading import get_ident
 
 import mujoco
 
-from vrx_mj.arguments import as_flag, as_number, as_seed, as_text, check_kind, check_name, whole
+from vrx_mj.arguments import as_flag, as_int, as_number, as_seed, as_text, check_kind, check_name
 from vrx_mj.arrays import FloatArray
-from vrx_mj.errors import CommandError, StateError, shown
+from vrx_mj.errors import CommandError, StateError, quote
 from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.commands import Commands
 from vrx_mj.runtime.forces import Forces, boat_forces
@@ -198,7 +198,7 @@ class Simulation(Roster):
         try:
             if claim.setdefault(HOLDER, thread) is not thread or self._subscriptions.busy:
                 self._wait(thread)
-            self._live.advance(whole("number of steps", steps, 0, MOST_STEPS))
+            self._live.advance(as_int("number of steps", steps, 0, MOST_STEPS))
         finally:  # with no call, in which Ctrl-C could come first
             if claim and claim[HOLDER] is thread:
                 del claim[HOLDER]
@@ -437,7 +437,7 @@ class Simulation(Roster):
             CommandError: `tell` cannot be called.
         """
         if not callable(tell):
-            raise CommandError(f"invalid tell {shown(tell)}: a function that takes a touch is needed")
+            raise CommandError(f"invalid tell {quote(tell)}: a function that takes a touch is needed")
         watch = ContactWatch(tell, ended=as_flag("ended", ended))
         self._subscriptions.watch(watch)
         return watch
@@ -458,7 +458,7 @@ class Simulation(Roster):
         """
         check_listener(listener)
         if not 0.0 < as_number(rate) < math.inf:
-            raise CommandError(f"invalid rate {shown(rate)}: a number of rows per second above 0 is needed")
+            raise CommandError(f"invalid rate {quote(rate)}: a number of rows per second above 0 is needed")
         self._sampler.add(listener, as_number(rate))
         self._live.renew_arguments()
         try:
@@ -472,7 +472,7 @@ class Simulation(Roster):
     def detach(self, listener: Listener) -> None:
         """Deliver the remaining rows to a listener and detach it; CommandError if it is not attached."""
         if not any(one is listener for one in self._sampler.listeners):
-            raise CommandError(f"invalid listener {shown(listener)}: one that is attached is needed")
+            raise CommandError(f"invalid listener {quote(listener)}: one that is attached is needed")
         self._live.keep()
         self._sampler.remove(listener)
         listener.rows(self.row()[None])

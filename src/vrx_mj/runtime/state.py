@@ -24,7 +24,7 @@ from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.config.loading import fault_text
 from vrx_mj.config.wording import literal
 from vrx_mj.constants import PHYSICS_VERSION
-from vrx_mj.errors import StateError, VrxError, VrxWarning, first_names, shortened
+from vrx_mj.errors import StateError, VrxError, VrxWarning, first_names, shorten
 from vrx_mj.model.world import other_physics
 from vrx_mj.outputs import atomic_write
 
@@ -121,7 +121,7 @@ class State:
                 )
         if self.world != world:
             raise StateError(
-                f"the state belongs to the world {self.world[:12]}, not to this one, {shortened(world[:12])}"
+                f"the state belongs to the world {self.world[:12]}, not to this one, {shorten(world[:12])}"
             )
         if self.varied:
             other = ", ".join(f"{name} {value:.6g}, not {usual:.6g}" for name, (value, usual) in self.varied.items())

@@ -20,7 +20,7 @@ import numpy as np
 from vrx_mj.arguments import as_number, check_kind, check_name
 from vrx_mj.arrays import FloatArray
 from vrx_mj.constants import EARLY
-from vrx_mj.errors import CommandError, shown
+from vrx_mj.errors import CommandError, quote
 from vrx_mj.model.kinds import STRICT, Vec3
 from vrx_mj.runtime.loop_arrays import LoopArrays
 from vrx_mj.runtime.mounted import Mounted
@@ -250,11 +250,11 @@ class Subscriptions:
         rates = self._rates.get(boat, {})
         check_name(f"sensor of {boat}", sensor, rates)
         if not callable(callback):
-            raise CommandError(f"invalid callback {shown(callback)}: a function that takes a reading is needed")
+            raise CommandError(f"invalid callback {quote(callback)}: a function that takes a reading is needed")
         own = rates[sensor]
         wanted = own if rate is None else as_number(rate)
         if not 0.0 < wanted <= own:
-            given = f"{wanted:g}" if math.isfinite(wanted) else shown(rate)
+            given = f"{wanted:g}" if math.isfinite(wanted) else quote(rate)
             raise CommandError(
                 f"invalid rate {given} Hz for {sensor} of {boat}: above 0, and at most the sensor's {own:g} Hz"
             )
@@ -372,7 +372,7 @@ def check_listener(listener: object) -> None:
     lacks = [name for name in _METHODS if not callable(getattr(listener, name, None))]
     if lacks or isinstance(listener, type):
         raise CommandError(
-            f"invalid listener {shown(listener)}: an object with the methods {', '.join(_METHODS)} is needed"
+            f"invalid listener {quote(listener)}: an object with the methods {', '.join(_METHODS)} is needed"
         )
 
 

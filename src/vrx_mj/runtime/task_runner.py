@@ -14,7 +14,7 @@ from pydantic import Field, TypeAdapter, ValidationError
 from vrx_mj.arguments import as_text
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.loading import fault_text
-from vrx_mj.errors import CommandError, StateError, shown
+from vrx_mj.errors import CommandError, StateError, quote
 from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.loop_arrays import LoopArrays
 from vrx_mj.runtime.timing import steps_to_multiple
@@ -111,12 +111,12 @@ class TaskRunner:
         """
         as_text("topic", topic)
         if self.referee is None:
-            raise CommandError(f"{shown(topic)} cannot be sent: this world has no task")
+            raise CommandError(f"{quote(topic)} cannot be sent: this world has no task")
         try:
             plain = json.loads(json.dumps(content, allow_nan=False))
         except (TypeError, ValueError, RecursionError) as error:
             raise CommandError(
-                f"invalid message {shown(topic)}: plain data with finite numbers is needed: {error}"
+                f"invalid message {quote(topic)}: plain data with finite numbers is needed: {error}"
             ) from None
         self._sent.append(self.referee.accept(topic, self._in_world(plain)))
 

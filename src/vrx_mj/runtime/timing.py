@@ -16,7 +16,7 @@ import numpy as np
 from vrx_mj.arguments import as_number
 from vrx_mj.arrays import FloatArray
 from vrx_mj.constants import EARLY
-from vrx_mj.errors import CommandError, StateError, shown
+from vrx_mj.errors import CommandError, StateError, quote
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.tables import Table
 
@@ -34,7 +34,7 @@ def whole_steps(duration: float, timestep: float) -> int:
     """
     given = as_number(duration)
     if math.isnan(given) and not isinstance(duration, float):
-        raise CommandError(f"invalid duration {shown(duration)}: a number of seconds is needed")
+        raise CommandError(f"invalid duration {quote(duration)}: a number of seconds is needed")
     if not given >= timestep * (1.0 - 1e-6) or math.isinf(given):
         raise CommandError(f"invalid duration {given:g} s: at least one timestep, {timestep:g} s, is needed")
     if given > _LONGEST:

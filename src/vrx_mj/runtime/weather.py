@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.errors import CommandError, shown
+from vrx_mj.errors import CommandError, quote
 from vrx_mj.physics.kinematics import orbital_motions, pressures, surface_slopes
 from vrx_mj.physics.waves import surface_heights
 from vrx_mj.physics.wind import wind_series, wind_share
@@ -128,7 +128,7 @@ class Wind:
         times = as_numbers("t", t)
         latest = max(_FORESEEN, 2.0 * float(self._arrays.data.time))
         if not (np.abs(times) <= latest).all():
-            raise CommandError(f"invalid t {shown(t)}: times up to {latest:g} s are needed")
+            raise CommandError(f"invalid t {quote(t)}: times up to {latest:g} s are needed")
         own = np.ones(()) if z is None else self._shares(as_numbers("z", z))
         _, shares = _broadcast({"t": times, "z": own})
         steps = np.floor(times / self._arrays.timestep + 1e-6).astype(np.int64)
@@ -149,7 +149,7 @@ class Wind:
     def _shares(self, heights: FloatArray) -> FloatArray:
         """Speeds at heights over that at the wind's own."""
         if not np.isfinite(heights).all():
-            raise CommandError(f"invalid z {shown(heights.tolist())}: finite numbers are needed")
+            raise CommandError(f"invalid z {quote(heights.tolist())}: finite numbers are needed")
         found = [wind_share(self._arrays.air, height) for height in heights.reshape(-1).tolist()]
         return np.array(found, np.float64).reshape(heights.shape)
 

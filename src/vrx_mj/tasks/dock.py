@@ -11,7 +11,7 @@ from typing import Any
 
 from vrx_mj.config.docks import LIGHT_COLORS
 from vrx_mj.constants import EARLY
-from vrx_mj.errors import CommandError, StateError, shown
+from vrx_mj.errors import CommandError, StateError, quote
 from vrx_mj.model import tasks
 from vrx_mj.tasks.frame import Frame, Phase, Place, Pose, TaskStatus
 from vrx_mj.tasks.referee import LightUp, Outputs, Referee, Rules, ShowSymbol
@@ -263,5 +263,5 @@ def _colors(content: object) -> list[str]:
     words = content if isinstance(content, list | tuple) else ()
     colors = [word.lower() for word in words if isinstance(word, str)]
     if len(words) != 3 or len(colors) != 3 or not set(colors) <= set(LIGHT_COLORS):
-        raise CommandError(f"invalid {_TOPIC} {shown(content)}: a list of three of {', '.join(LIGHT_COLORS)} is needed")
+        raise CommandError(f"invalid {_TOPIC} {quote(content)}: a list of three of {', '.join(LIGHT_COLORS)} is needed")
     return colors

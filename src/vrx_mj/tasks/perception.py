@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from vrx_mj.constants import EARLY
-from vrx_mj.errors import CommandError, shown
+from vrx_mj.errors import CommandError, quote
 from vrx_mj.model import tasks
 from vrx_mj.tasks.frame import Count, Frame, Pose, TaskStatus
 from vrx_mj.tasks.referee import Outputs, PlaceObject, Referee, Rules
@@ -92,7 +92,7 @@ class Perception(Rules):
             return super().accept(topic, content)
         if not isinstance(content, Mapping) or set(content) != _LANDMARK:
             what = (
-                f"the keys {', '.join(map(str, content)) or 'none'}" if isinstance(content, Mapping) else shown(content)
+                f"the keys {', '.join(map(str, content)) or 'none'}" if isinstance(content, Mapping) else quote(content)
             )
             needs = "type, and x and y [m] or latitude and longitude [degrees]"
             raise CommandError(f"invalid landmark: the keys {needs} are needed, got {what}")
@@ -145,5 +145,5 @@ class Perception(Rules):
 
 def _metres(key: str, value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise CommandError(f"invalid {key} {shown(value)} of a landmark: a number of metres is needed")
+        raise CommandError(f"invalid {key} {quote(value)} of a landmark: a number of metres is needed")
     return float(value)

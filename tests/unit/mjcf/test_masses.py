@@ -14,13 +14,13 @@ from vrx_mj.errors import CompileError
 from vrx_mj.mjcf.boats import axis_inertia, body_mass
 from vrx_mj.mjcf.build import build_boat
 from vrx_mj.mjcf.robots import station_rows, thruster_rows
-from vrx_mj.rigid_bodies import joined, rigid
+from vrx_mj.rigid_bodies import combine, rigid
 
 
 def test_a_body_turns_about_an_axis_as_its_points_do():
     """Point masses, against the sum over them."""
     places, masses = np.array([[1.0, 2.0, 3.0], [-2.0, 0.5, 1.0], [0.0, -1.0, 4.0]]), np.array([1.0, 2.0, 5.0])
-    whole = joined(rigid(m, place, (0.0, 0.0, 0.0)) for m, place in zip(masses, places, strict=True))
+    whole = combine(rigid(m, place, (0.0, 0.0, 0.0)) for m, place in zip(masses, places, strict=True))
     assert axis_inertia(whole) == pytest.approx(sum(masses * (places[:, 0] ** 2 + places[:, 1] ** 2)))
 
 

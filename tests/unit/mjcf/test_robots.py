@@ -21,7 +21,7 @@ from vrx_mj.mjcf.build import build_boat
 from vrx_mj.mjcf.robots import LIGHTEST, hull_row, robot_piece, stiffness, thruster_rows
 from vrx_mj.model.boats import Hull, Inertia
 from vrx_mj.resources import root
-from vrx_mj.rigid_bodies import joined, posed, rigid
+from vrx_mj.rigid_bodies import combine, rigid, with_pose
 
 LAYOUTS = ("H", "T", "X")
 ENGINES = ("fixed", "hinged")
@@ -324,13 +324,13 @@ def test_stiffness_is_the_share_of_the_velocity_that_drag_takes():
 
 def test_two_balls_on_a_stick_have_the_inertia_of_a_dumbbell():
     balls = [rigid(2.0, (0, y, 0), (0.1, 0.1, 0.1)) for y in (-1.5, 1.5)]
-    both = joined(balls)
+    both = combine(balls)
     assert both.inertia == pytest.approx(np.diag([0.2 + 2 * 2.0 * 1.5**2, 0.2, 0.2 + 2 * 2.0 * 1.5**2]))
     assert axis_inertia(both) == pytest.approx(9.2)
 
 
 def test_mounting_turns_a_part_with_its_inertia():
-    part = posed(rigid(3.0, (1.0, 0.0, 0.0), (1.0, 2.0, 3.0)), (0.0, 0.0, 5.0, 0.0, 0.0, math.pi / 2))
+    part = with_pose(rigid(3.0, (1.0, 0.0, 0.0), (1.0, 2.0, 3.0)), (0.0, 0.0, 5.0, 0.0, 0.0, math.pi / 2))
     assert part.center == pytest.approx([0.0, 1.0, 5.0])
     assert part.inertia == pytest.approx(np.diag([2.0, 1.0, 3.0]))
 

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrx_mj.arguments import whole
+from vrx_mj.arguments import as_int
 from vrx_mj.errors import CommandError
 from vrx_mj.runtime.timing import (
     Pause,
@@ -40,9 +40,9 @@ def test_other_durations_are_refused(duration):
 
 
 def test_whole_numbers_of_any_kind_are_whole():
-    assert whole("steps", True) == 1
+    assert as_int("steps", True) == 1
     with pytest.raises(CommandError):
-        whole("steps", 2.0)
+        as_int("steps", 2.0)
 
 
 @given(rate=st.floats(0.1, 1e4), time=st.floats(0.0, 1e5))

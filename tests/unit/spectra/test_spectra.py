@@ -16,7 +16,7 @@ from vrx_mj.spectra import (
     regular_wave,
     spread_angles,
     stokes_wave,
-    tabulated,
+    tabular,
     tma,
 )
 
@@ -73,7 +73,7 @@ def test_directions_spread_as_the_cosine_does(s, number):
 
 
 def test_a_table_is_a_spectrum_with_straight_lines():
-    shape = tabulated([0.5, 1.0, 2.0], [0.0, 4.0, 0.0])
+    shape = tabular([0.5, 1.0, 2.0], [0.0, 4.0, 0.0])
     assert [shape(value) for value in (0.4, 0.5, 0.75, 1.0, 1.5, 2.0, 2.1)] == [0.0, 0.0, 2.0, 4.0, 2.0, 0.0, 0.0]
     mean = sum(wave.frequency for wave in irregular_sea(shape, 1.0, (0.25, 6.0), (1.0, 0.0), 50)) / 50
     assert mean == pytest.approx((0.5 + 1.0 + 2.0) / 3.0, rel=1e-6)  # of a triangle

@@ -20,7 +20,7 @@ from vrx_mj.config.robots import load_robot, robot_section
 from vrx_mj.config.search import SCHEME, XML_SUFFIXES, display, kind_name, package_paths
 from vrx_mj.config.tree import File, Items, Place, Section
 from vrx_mj.config.world import WorldConfig
-from vrx_mj.errors import UnknownNameError, VrxError, VrxWarning, shortened
+from vrx_mj.errors import UnknownNameError, VrxError, VrxWarning, shorten
 from vrx_mj.foreign import budget
 from vrx_mj.formats.gazebo.document import Fate, Note, Report, is_file, label
 from vrx_mj.formats.gazebo.launch import launch_of
@@ -79,7 +79,7 @@ class Imported:
     def table(self) -> str:
         """The table, as Markdown."""
         notes = sorted(dict.fromkeys(self.notes), key=lambda note: (note.place.file.name, note.place.line or 0))
-        places = (f"{shortened(note.place.file.name)}:{note.place.line or 1}" for note in notes)
+        places = (f"{shorten(note.place.file.name)}:{note.place.line or 1}" for note in notes)
         table = ((place, note.what, note.fate, note.ours) for place, note in zip(places, notes, strict=True))
         cells = (
             (html.escape(" ".join(text.split()), quote=False).replace("|", "\\|") for text in row) for row in table
@@ -111,7 +111,7 @@ class Imported:
             self.add_object(_model_name(str(file)), file, str(file))
         else:
             if not os.path.lexists(file):
-                raise VrxError(f"no file or folder '{shortened(file)}'")
+                raise VrxError(f"no file or folder '{shorten(file)}'")
             wanted = f"a file to import, which ends in {', '.join(_KINDS)}; or a folder"
             raise VrxError(f"'{file}' is {wrong_kind(file, wanted) or f'not {wanted}'}")
 
@@ -286,7 +286,7 @@ class Imported:
 
     def text(self, source: Path, section: Section) -> str:
         """A file of ours."""
-        return f"{HEAD}{shortened(source.name)}\n{section_text(section)}"
+        return f"{HEAD}{shorten(source.name)}\n{section_text(section)}"
 
 
 @budget()

@@ -15,7 +15,7 @@ from typing import Any, TypeGuard
 from vrx_mj.config.search import MISSING, SCHEME, catalogue, display, package_paths
 from vrx_mj.config.tree import File, Place
 from vrx_mj.config.wording import literal
-from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, nearest, shortened
+from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, nearest, shorten
 from vrx_mj.foreign import budget, spend
 from vrx_mj.formats.gazebo.document import Element, Fate, Note, faults_at, home_path, is_file, read_document
 from vrx_mj.formats.gazebo.launched import ENDING, POSE, Launch, Spawned, checked_fleet, pose_of_words, spawn_options
@@ -349,7 +349,7 @@ class _Run:
         self.launch.unlocked = self.launch.unlocked or unlocks(stock, given)
         for name, value in given.items():
             if instead := advice(stock, name, value):
-                self.report.notes.append(Note(place, f"{name}:={shortened(value)}", "ignored", instead))
+                self.report.notes.append(Note(place, f"{name}:={shorten(value)}", "ignored", instead))
         for boat in stock.boats_with(given, place):
             self.spawn(element, replace(boat, **own), self.launch.boats)
         if element is not None:
@@ -456,7 +456,7 @@ class _Run:
                 return model, {}
             if has_model(model, folder):
                 return model_file(f"{SCHEME}{model}", folder), {}
-            self.report.note(element, "ignored", f"no model named '{shortened(model)}'; {NO_MODEL}", what)
+            self.report.note(element, "ignored", f"no model named '{shorten(model)}'; {NO_MODEL}", what)
             return None
         try:
             robot, arguments = self.robot_description(element, options, scope)

@@ -39,7 +39,7 @@ from vrx_mj.errors import (
     VrxWarning,
     first_lines,
     first_names,
-    shortened,
+    shorten,
 )
 from vrx_mj.formats.gazebo.document import read_document
 from vrx_mj.formats.gazebo.launch import is_launch, launch_of, read_launch
@@ -74,7 +74,7 @@ def launch_document(source: str | Path) -> tuple[Section, str] | None:
     if found is None:
         raise file_error(str(source), "spawns no boats")
     if launch.objects:
-        names = shortened(", ".join(thing.name for thing in launch.objects))
+        names = shorten(", ".join(thing.name for thing in launch.objects))
         text = f"{source}: a fleet has its boats alone; it spawns other models too: {names}"
         warnings.warn(f"{text}; vrx-mj run {source} has them, where it opens a world", VrxWarning, stacklevel=4)
     return found, Path(source).stem
@@ -236,7 +236,7 @@ def open_source(world: Source, fleet: Source | None, arguments: Mapping[str, str
         warn_of_losses(launch.report.notes, str(world), stacklevel=4)
         if fleet is None and launch.fleet is not None:
             text = f"its <rosparam> loads a fleet, as --fleet {shell_word(display(launch.fleet))} does"
-            warnings.warn(f"{shortened(world)}: {text}", VrxWarning, stacklevel=4)
+            warnings.warn(f"{shorten(world)}: {text}", VrxWarning, stacklevel=4)
         fleet = fleet_of(launch) or launch.fleet_of_world if fleet is None else fleet
         if launch.objects or launch.unlocked:
             return joined_world(launch.world, launch, fleet)
@@ -259,7 +259,7 @@ def open_source(world: Source, fleet: Source | None, arguments: Mapping[str, str
 
 def _no_world(source: str | Path, launch: Launch, arguments: Mapping[str, str]) -> ConfigError:
     """The error about a launch file that opens no world, and what to do with it."""
-    name, file = Path(source).name, shell_word(shortened(source))
+    name, file = Path(source).name, shell_word(shorten(source))
     beside = f" and spawns no boat; start it beside one: vrx-mj serve WORLD --ros1, then roslaunch {file}"
     sails = f"; its boats sail in one: vrx-mj run WORLD --fleet {file}"
     text = f"opens no world of Gazebo{sails if launch.boats or launch.fleet else beside}"
@@ -288,7 +288,7 @@ def _fleet_in(found: GazeboWorld, world: str | Path) -> Source | None:
     """The boats of a world of Gazebo, with a warning where it has none."""
     if found.fleet == NO_BOATS:
         text = "no boat is in this world, and none is added; --fleet FLEET adds some, as --fleet trio"
-        warnings.warn(f"{shortened(world)}: {text}", VrxWarning, stacklevel=5)
+        warnings.warn(f"{shorten(world)}: {text}", VrxWarning, stacklevel=5)
     return found.fleet
 
 

@@ -19,7 +19,7 @@ from vrx_mj.formats.urdf.elements import LARGEST, Node
 from vrx_mj.formats.urdf.links import length_one
 from vrx_mj.formats.urdf.model import ZERO, Limits, LinkRow, relative
 from vrx_mj.frames import Pose, apply, compose, rotation
-from vrx_mj.rigid_bodies import MassProperties, joined, posed, rigid
+from vrx_mj.rigid_bodies import MassProperties, combine, rigid, with_pose
 
 _AXIS_OF_JOINT = (1, 5)
 """Version of SDF from which the axis of a joint is in the joint's frame, not in the model's."""
@@ -270,10 +270,10 @@ class Tree:
 def mass_of(body: Body) -> MassProperties | None:
     """Mass and inertia of all links of a body together, along its axes; None without a mass."""
     weights = ((row.link.inertial, pose) for row, pose in body.parts)
-    parts = [posed(rigid(own.mass, ZERO[:3], own.tensor), compose(pose, own.pose)) for own, pose in weights if own]
+    parts = [with_pose(rigid(own.mass, ZERO[:3], own.tensor), compose(pose, own.pose)) for own, pose in weights if own]
     if not parts:
         return None
-    whole = joined(parts)
+    whole = combine(parts)
     return replace(whole, inertia=_possible(whole.inertia))
 
 

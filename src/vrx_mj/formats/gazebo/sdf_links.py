@@ -13,7 +13,7 @@ from vrx_mj.formats.urdf.elements import FIELDS, Node, Values
 from vrx_mj.formats.urdf.links import gazebo_color, inertial_of, read_shapes, shape_name
 from vrx_mj.formats.urdf.meshes import solid_mesh
 from vrx_mj.formats.urdf.model import ZERO, Color, Inertial, Link, LinkRow, MeshRow
-from vrx_mj.rigid_bodies import MassProperties, joined, posed
+from vrx_mj.rigid_bodies import MassProperties, combine, with_pose
 
 _UNIT = 1.0
 """Mass [kg] and moments of inertia [kg m2] of a link that gives none, by SDF."""
@@ -49,12 +49,12 @@ def _inertial(
 def _solid_inertial(node: Node, felt: Sequence[tuple[Node, Shape]]) -> Inertial | None:
     """Mass properties of shapes that are full of something, whose density is that of each, or of the link."""
     usual = node.value("density", _WATER, above=0)
-    full = (posed(_full(shape, part.value("density", usual, above=0)), shape.pose) for part, shape in felt)
+    full = (with_pose(_full(shape, part.value("density", usual, above=0)), shape.pose) for part, shape in felt)
     parts = [one for one in full if one.mass > 0.0]
     if not parts:
         node.fault("the mass is to be that of the collisions (auto), which have no volume")
         return None
-    whole = joined(parts)
+    whole = combine(parts)
     (x, y, z), (xx, yy, zz, xy, xz, yz) = whole.center.tolist(), whole.tensor()
     return Inertial(whole.mass, (x, y, z, 0.0, 0.0, 0.0), (xx, yy, zz, xy, xz, yz))
 

@@ -11,7 +11,7 @@ from vrx_mj.config.shapes import MESH_SUFFIXES, BuoyancyConfig, BuoyancyElement,
 from vrx_mj.config.tree import Section
 from vrx_mj.config.wording import literal
 from vrx_mj.constants import WATER_DENSITY
-from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, shortened
+from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, shorten
 from vrx_mj.formats.gazebo.document import Element, Fate, Note, Report, as_node, is_file, plugin_name, spot
 from vrx_mj.formats.gazebo.models import (
     Source,
@@ -113,7 +113,7 @@ def _composite(source: Source, report: Report) -> Content:
         report.note(include, "taken over", "`objects`")
     if not objects:
         names = ", ".join(dict.fromkeys(map(model_name, source.model.all("include"))))
-        raise source.model.fault(f"none of the models in it is known: {shortened(names)}")
+        raise source.model.fault(f"none of the models in it is known: {shorten(names)}")
     own = _distinct([one["name"] for one in objects], first=1)
     return {"objects": [one | {"name": name} for one, name in zip(objects, own, strict=True)]}
 
@@ -147,13 +147,13 @@ class _Object:
             self.report.note(node, "ignored", text)
         for kind, things in findings.odd.items():
             if kind not in _QUIET:
-                self.report.note(self.element, "approximated", f"{ODD[kind]}: {shortened(', '.join(things))}")
+                self.report.note(self.element, "approximated", f"{ODD[kind]}: {shorten(', '.join(things))}")
         moving = [joint for joint in joints if joint.type != "gearbox"]
         tree = Tree(rows, places, moving, is_static=self.is_static)
         for joint in joints:
             self.report.note(joint.node, *(_STATIC if self.is_static else _fate(joint, tree)))
         if tree.loose:
-            text = f"no joint holds {shortened(', '.join(tree.loose))}: part of the first link's rigid body"
+            text = f"no joint holds {shorten(', '.join(tree.loose))}: part of the first link's rigid body"
             self.report.note(model.links[tree.loose[0]][0], "approximated", text)
         return tree
 

@@ -13,7 +13,7 @@ from typing import Any
 
 from vrx_mj.config.search import catalogue, is_built_in
 from vrx_mj.config.tree import File, Place
-from vrx_mj.errors import ConfigError, UnknownNameError, shortened
+from vrx_mj.errors import ConfigError, UnknownNameError, shorten
 from vrx_mj.formats.gazebo.document import LIBRARIES, home_path, is_file
 from vrx_mj.formats.gazebo.launched import POSE, Spawned, pose_of_words
 from vrx_mj.formats.urdf.elements import truth
@@ -220,7 +220,7 @@ def robot_named(path: str) -> str | None:
 
 def package_left_out(path: str) -> str:
     """The name of the package that a path of one that is missing leads into."""
-    return shortened(path.removeprefix(LEFT_OUT).partition("/")[0])
+    return shorten(path.removeprefix(LEFT_OUT).partition("/")[0])
 
 
 def _link_target(path: str) -> Path | None:

@@ -18,7 +18,7 @@ from vrx_mj.config.search import SCHEME, WORLD_SUFFIXES, catalogue
 from vrx_mj.config.tree import File, Place, Section
 from vrx_mj.config.wording import literal
 from vrx_mj.config.world import WorldConfig
-from vrx_mj.errors import ConfigError, Problem, VrxError, VrxWarning, first_lines, nearest, shortened
+from vrx_mj.errors import ConfigError, Problem, VrxError, VrxWarning, first_lines, nearest, shorten
 from vrx_mj.formats.gazebo.document import STRICT, Element, Note, Report, as_node, label, plugin_name, read_document
 from vrx_mj.formats.gazebo.models import (
     NO_MODEL,
@@ -228,7 +228,7 @@ class _Reader:
         self.report.settle()
         place = self.root.place
         name = safe_name(self.root.attributes.get("name") or self.file.name.partition(".")[0])
-        section = assemble({"description": f"{shortened(self.file.name)}, a world of Gazebo"}, place, self.pieces)
+        section = assemble({"description": f"{shorten(self.file.name)}, a world of Gazebo"}, place, self.pieces)
         whole = section.holding({"name": name, **section})
         fleet: Section | str | None = NO_BOATS if self.terrain is None else None
         if self.boats:

@@ -19,7 +19,7 @@ from vrx_mj.config.tree import File, Items, Loc, Place, Section, key_path
 from vrx_mj.config.values import MAX_COORDINATE, as_switch
 from vrx_mj.config.wording import literal, unknown_key
 from vrx_mj.config.yaml_text import parse, read_lines
-from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxWarning, shortened
+from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxWarning, shorten
 from vrx_mj.formats.urdf.elements import numbers_of, truth
 from vrx_mj.formats.urdf.expand import Result, evaluate
 from vrx_mj.formats.urdf.xml_document import file_error
@@ -223,7 +223,7 @@ def _substitute(text: str) -> str:
     if not isinstance(text, Expression):
         return text
     if text.result.problem:
-        raise ValueError(f"'{shortened(text)}': {text.result.problem}")
+        raise ValueError(f"'{shorten(text)}': {text.result.problem}")
     return str(text.result.value)
 
 

@@ -26,7 +26,7 @@ from vrx_mj.config.base import Config
 from vrx_mj.config.loading import problems_of
 from vrx_mj.config.tree import File, of_python
 from vrx_mj.config.wording import choice, literal
-from vrx_mj.errors import ConfigError, Problem, nearest, shown
+from vrx_mj.errors import ConfigError, Problem, nearest, quote
 from vrx_mj.formats.urdf.model import Loss, Place
 from vrx_mj.formats.urdf.xml_document import Markup
 
@@ -365,7 +365,7 @@ def _losses_in(element: Any, section: str, base: str, side: _Side) -> Iterator[t
         why = _why(rows, path, child.text or "", side)
         if why:
             name = child.get("name")
-            yield (section, path), Loss(child.place, f"<{child.tag}>{f' {shown(name)}' if name else ''}", why)
+            yield (section, path), Loss(child.place, f"<{child.tag}>{f' {quote(name)}' if name else ''}", why)
         elif not (side == "world" and child.tag == "model"):
             yield from _losses_in(child, *section_below(section, path), side)
 

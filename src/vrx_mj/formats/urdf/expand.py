@@ -29,7 +29,7 @@ from vrx_mj.config.search import (
     workspace_packages,
 )
 from vrx_mj.config.tree import Place
-from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, VrxWarning, first_lines, first_names, shortened
+from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, VrxWarning, first_lines, first_names, shorten
 from vrx_mj.foreign import ReaderError, ask
 from vrx_mj.formats.urdf.xml_document import Table, file_error, read_bytes, read_text
 from vrx_mj.resources import root
@@ -95,7 +95,7 @@ class Files:
             found = Path(path).resolve()
         except (OSError, ValueError, RuntimeError):
             raise VrxError(f"'{path[:200]}' is not a path") from None
-        shown = shortened(display(Path(path)))
+        shown = shorten(display(Path(path)))
         if not is_inside(found, *self.bases):
             raise VrxError(f"may not read '{shown}': {OUTSIDE}")
         if os.path.isfile(found):  # noqa: PTH113 - Path.is_file raises an OSError for a name that is too long

@@ -20,7 +20,7 @@ from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.config.search import ALLOW, ReadingError, display, is_inside, read_limited
 from vrx_mj.config.shapes import MESH_SUFFIXES, Shape, Visual
 from vrx_mj.config.wording import literal, one_of
-from vrx_mj.errors import VrxError, first_names, shortened
+from vrx_mj.errors import VrxError, first_names, shorten
 from vrx_mj.foreign import ask
 from vrx_mj.formats.urdf.elements import Findings
 from vrx_mj.formats.urdf.expand import Files
@@ -186,7 +186,7 @@ def mesh_bytes(path: Path) -> bytes:
     try:
         return read_limited(path, _MAX_BYTES)
     except ReadingError as error:
-        raise VrxError(f"mesh {shortened(path.name)} {error}") from None
+        raise VrxError(f"mesh {shorten(path.name)} {error}") from None
 
 
 @lru_cache(maxsize=64)
@@ -201,7 +201,7 @@ def mesh_glb(path: Path) -> bytes:
 
 def _ask(what: str, path: Path, size: int, returns: type[_Found]) -> _Found:
     """What the process without rights gives of a mesh file."""
-    name = shortened(path.name)
+    name = shorten(path.name)
     if path.suffix.lower() not in MESH_SUFFIXES:
         raise VrxError(f"expected a mesh that ends in {one_of(MESH_SUFFIXES)}, got '{name}'")
     return ask(

@@ -16,9 +16,9 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.arguments import as_number, several
+from vrx_mj.arguments import as_number, as_numbers
 from vrx_mj.arrays import ByteArray, FloatArray
-from vrx_mj.errors import CommandError, RecordError, shown
+from vrx_mj.errors import CommandError, RecordError, quote
 from vrx_mj.mjcf.drawing import add_skin, compiled_spec, drawing_spec
 from vrx_mj.physics.surface import EDGE, PLAIN, RINGS, SPOKES, draw_surface, sky_distance
 from vrx_mj.recording.antialiasing import antialias, smooth
@@ -72,12 +72,12 @@ def looking(position: Sequence[float], target: Sequence[float], up: Sequence[flo
         CommandError: one of them is not three numbers, the direction is not known, or `field` is no angle [rad].
     """
     given = {"position": position, "target": target, "up": up}
-    place, aim, above = (np.array(several(name, value, 3, HUGE)) for name, value in given.items())
+    place, aim, above = (np.array(as_numbers(name, value, 3, HUGE)) for name, value in given.items())
     ahead = aim - place
     if not np.cross(above, ahead).any():
-        raise CommandError(f"invalid target {shown(target)}: a place away from the position and not along up is needed")
+        raise CommandError(f"invalid target {quote(target)}: a place away from the position and not along up is needed")
     if not 0.0 < as_number(field) < math.pi:
-        raise CommandError(f"invalid field {shown(field)}: an angle from 0 to pi rad is needed")
+        raise CommandError(f"invalid field {quote(field)}: an angle from 0 to pi rad is needed")
     ahead /= np.linalg.norm(ahead)
     left = np.cross(above, ahead)
     left /= np.linalg.norm(left)
