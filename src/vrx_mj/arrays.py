@@ -3,6 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
+ComplexArray = npt.NDArray[np.complex128]
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.integer]
 """Integers of any width: the width is the table's."""

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from vrx_mj.adapters.pole_fit import Memory, fitted_memory
-from vrx_mj.arrays import FloatArray, IntArray
+from vrx_mj.arrays import ComplexArray, FloatArray, IntArray
 from vrx_mj.config.dynamics import FORMAT
 from vrx_mj.errors import CommandError, VrxError
 from vrx_mj.packages import importing
@@ -166,7 +166,9 @@ def _at_frequencies(
     }
 
 
-def mean_drift(omega: float, scattered: Any, radiated: Any, density: float, gravity: float) -> tuple[Any, Any]:
+def mean_drift(
+    omega: float, scattered: ComplexArray, radiated: ComplexArray, density: float, gravity: float
+) -> tuple[ComplexArray, ComplexArray]:
     """Coefficients of the mean force of waves on a hull in deep water, from its Kochin functions, per metre squared.
 
     With u_j the motions per metre of amplitude and u_0 = 1 the mean surge and sway forces and the yaw moment about the
@@ -310,7 +312,7 @@ class _Solver:
         # with as many panels the added mass of a hemisphere is within 0.5 %, with the indirect method within 4 %
         self._solver = package.BEMSolver(method="direct")
 
-    def forces(self, frequencies: Sequence[float]) -> Any:
+    def forces(self, frequencies: Sequence[float]) -> ComplexArray:
         """Complex forces (frequencies, n, 6): of `_PROBE_ANGLES` waves, and of unit velocities of all six motions."""
         found = []
         for omega in frequencies:
@@ -318,7 +320,7 @@ class _Solver:
             found.append(np.concatenate((self.diffraction(omega, _PROBE_ANGLES)[0], damping + 1j * omega * added)))
         return np.array(found)
 
-    def radiation(self, omega: float) -> tuple[FloatArray, FloatArray, Any]:
+    def radiation(self, omega: float) -> tuple[FloatArray, FloatArray, ComplexArray]:
         """Added mass and damping (6, 6) at a frequency [rad/s], and the motions' Kochin functions (6, n)."""
         added, damping, results = np.zeros((6, 6)), np.zeros((6, 6)), []
         for j, motion in enumerate(_MOTIONS):
@@ -329,7 +331,7 @@ class _Solver:
                 added[i, j], damping[i, j] = found.added_masses[other], found.radiation_dampings[other]
         return added, damping, self._kochin(omega, results)
 
-    def diffraction(self, omega: float, angles: int) -> tuple[Any, Any]:
+    def diffraction(self, omega: float, angles: int) -> tuple[ComplexArray, ComplexArray]:
         """Complex force (angles, 6) of waves of a frequency [rad/s] toward angles from the bow on, and Kochin ones."""
         found, results = np.zeros((angles, 6), complex), []
         for index in range(angles):
@@ -340,17 +342,18 @@ class _Solver:
             found[index] = [result.forces[motion] for motion in _MOTIONS]
         return found, self._kochin(omega, results)
 
-    def _kochin(self, omega: float, results: Sequence[tuple[Any, Any]]) -> Any:
+    def _kochin(self, omega: float, results: Sequence[tuple[Any, Any]]) -> ComplexArray:
         """Kochin functions of solved problems at `_DIRECTIONS` angles, by Green's theorem on the hull.
 
         H(theta) = 1/(4 pi) integral of (d(phi)/dn - phi d/dn) e^(k z - i k (x cos theta + y sin theta)).
         """
         if not 0.0 < omega < math.inf:
-            return None
+            return np.zeros((len(results), 0), np.complex128)
         k, theta = omega**2 / self.gravity, 2.0 * math.pi / _DIRECTIONS * np.arange(_DIRECTIONS)
         way = np.stack((-1j * np.cos(theta), -1j * np.sin(theta), np.ones(_DIRECTIONS)))
         wave = np.exp(k * self._mesh.faces_centers @ way) * self._mesh.faces_areas[:, None]
         across, faces = k * wave * (self._mesh.faces_normals @ way), self._mesh.nb_faces
-        return np.array([
+        over = [
             problem.boundary_condition[:faces] @ wave - found.potential[:faces] @ across for problem, found in results
-        ]) / (4.0 * math.pi)  # fmt: skip
+        ]
+        return np.array(over, np.complex128) / (4.0 * math.pi)

@@ -9,17 +9,14 @@ sign. What they lack is tabulated here when a world is compiled, for a hull that
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
-from vrx_mj.arrays import FloatArray
+from vrx_mj.arrays import ComplexArray, FloatArray
 from vrx_mj.config.dynamics import Hydro
 from vrx_mj.mjcf.hull_tables import hull_tables
 from vrx_mj.model import tables
 from vrx_mj.model.boats import Vessel
 from vrx_mj.physics.tables import Table
 from vrx_mj.physics.vessel import pressure_harmonics
-
-_Complex = npt.NDArray[np.complex128]
 
 _STEEP = 0.01
 """Amplitude times wavenumber of the waves whose mean is taken; it is of second order up to 0.1 and more."""
@@ -80,7 +77,7 @@ class _Loads:
         sea["gravity"], sea["density"], sea["depth"] = gravity, density, np.inf
         self._sea = sea[0]
 
-    def __call__(self, motions: _Complex) -> tuple[FloatArray, _Complex]:
+    def __call__(self, motions: ComplexArray) -> tuple[FloatArray, ComplexArray]:
         """Mean per amplitude squared and first harmonic per amplitude, (n, 6) each, at motions per amplitude (n, 6)."""
         a, found = self._waves["amplitude"][:, None], np.zeros((len(self._waves), 18))
         moved = a * np.concatenate((motions.real, motions.imag), axis=1)
@@ -88,7 +85,7 @@ class _Loads:
         return found[:, :6] / a**2, (found[:, 6:12] + 1j * found[:, 12:]) / a
 
 
-def _memory(vessel: Vessel, omega: FloatArray) -> _Complex:
+def _memory(vessel: Vessel, omega: FloatArray) -> ComplexArray:
     """Force over velocity of the waves that a hull makes, (n, 6, 6), at frequencies (n,) in e^(-i omega t)."""
     found = np.zeros((omega.size, 6, 6), np.complex128)
     for row in vessel.memory:
@@ -99,7 +96,7 @@ def _memory(vessel: Vessel, omega: FloatArray) -> _Complex:
     return found
 
 
-def _orbital(vessel: Vessel, waves: Table) -> _Complex:
+def _orbital(vessel: Vessel, waves: Table) -> ComplexArray:
     """Velocity of the water at the centre of buoyancy per amplitude (n, 3), the link's origin being at the surface."""
     (x, y), (east, north) = vessel.buoyancy[:2], waves["direction"].T
     at = waves["frequency"] * np.exp(1j * waves["wavenumber"] * (x * east + y * north))
@@ -107,8 +104,8 @@ def _orbital(vessel: Vessel, waves: Table) -> _Complex:
 
 
 def _motions(
-    vessel: Vessel, waves: Table, loads: _Loads, forces: _Complex, inertia: FloatArray, stiffness: FloatArray
-) -> _Complex:
+    vessel: Vessel, waves: Table, loads: _Loads, forces: ComplexArray, inertia: FloatArray, stiffness: FloatArray
+) -> ComplexArray:
     """Motions of the free hull's origin per amplitude, (n, 6)."""
     omega = waves["frequency"]
     damping = np.array(vessel.damping)
@@ -120,7 +117,7 @@ def _motions(
     return np.asarray(np.linalg.solve(system, excited[..., None])[..., 0], np.complex128)
 
 
-def _far_field(hydro: Hydro, density: float, omega: FloatArray, angles: int, motions: _Complex) -> FloatArray:
+def _far_field(hydro: Hydro, density: float, omega: FloatArray, angles: int, motions: ComplexArray) -> FloatArray:
     """Mean surge and sway force and yaw moment (n, 3) of the momentum that waves carry away far off."""
     scattered, radiated = (
         np.array(own)[..., 0] + 1j * np.array(own)[..., 1] for own in (hydro.drift_scattered, hydro.drift_radiated)
@@ -131,7 +128,7 @@ def _far_field(hydro: Hydro, density: float, omega: FloatArray, angles: int, mot
     return np.asarray(own.real.reshape(-1, 3) * density / hydro.density, np.float64)
 
 
-def _between(omega: FloatArray, frequencies: tuple[float, ...], values: _Complex) -> _Complex:
+def _between(omega: FloatArray, frequencies: tuple[float, ...], values: ComplexArray) -> ComplexArray:
     """Values at frequencies, on a cubic spline through those of the file and 0 at 0."""
     from scipy.interpolate import CubicSpline
 
@@ -140,7 +137,7 @@ def _between(omega: FloatArray, frequencies: tuple[float, ...], values: _Complex
 
 
 def _own_mean(
-    vessel: Vessel, waves: Table, loads: _Loads, forces: _Complex, motions: _Complex, inertia: FloatArray,
+    vessel: Vessel, waves: Table, loads: _Loads, forces: ComplexArray, motions: ComplexArray, inertia: FloatArray,
     angles: int,
 ) -> FloatArray:  # fmt: skip
     """Mean surge and sway force and yaw moment (n, 3) of the loop's forces on a hull with these motions.
