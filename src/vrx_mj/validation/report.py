@@ -4,6 +4,7 @@ import json
 import math
 import platform
 import time
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -14,7 +15,7 @@ from jinja2 import Environment
 from numba.core import event
 
 from vrx_mj.draw.chart import Chart, Series, chart_svg, page_environment
-from vrx_mj.errors import UnknownNameError, VrxError
+from vrx_mj.errors import UnknownNameError, VrxError, VrxWarning
 from vrx_mj.outputs import write_files
 from vrx_mj.validation.cases import (
     contacts,
@@ -66,7 +67,8 @@ def run_cases(cases: Sequence[Case], begun: Callable[[int, Case], None] = lambda
     for number, case in enumerate(cases):
         begun(number, case)
         start = time.monotonic()
-        with event.install_timer("numba:compile", lambda _seconds: None) as timer:
+        with event.install_timer("numba:compile", lambda _seconds: None) as timer, warnings.catch_warnings():
+            warnings.simplefilter("ignore", VrxWarning)  # a case may be of what is beyond the model
             try:
                 found = [each.row(case.name) if isinstance(each, Comparison) else each for each in case.run()]
                 error = ""

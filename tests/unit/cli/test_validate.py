@@ -81,4 +81,4 @@ def test_measurements_of_a_user(cli, folder):
 def test_a_real_case(cli):
     found = cli("validate", "--only", "airy")
     assert found.code == 0
-    assert found.out.splitlines()[-1] == "3 of 3 inside"
+    assert found.out.splitlines()[-1] == "3 of 3 inside: closed form 3 of 3"

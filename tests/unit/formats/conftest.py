@@ -17,7 +17,9 @@ CONFINED = {
 }  # fmt: skip
 """Files with tests of that process, of its limits, or of files that need them."""
 WALLS = ("outside", "upwards", "absolute_path", "environment", "eval_", "many_threads")
-"""Parts of the names of such tests in other files: the process is what refuses it, or what has one job at a time."""
+"""Parts of the names of such tests in other files: the process is what refuses it, or what has one job at a time.
+
+Slow tests have it, too: what never ends is ended there."""
 
 
 class _NoLog(AccessLog):
@@ -43,5 +45,6 @@ def in_this_process(monkeypatch):
 
 @pytest.fixture(autouse=True)
 def _as_the_file_needs_it(request):
-    if request.path.name not in CONFINED and not any(word in request.node.name for word in WALLS):
+    walled = request.path.name in CONFINED or any(word in request.node.name for word in WALLS)
+    if not walled and request.node.get_closest_marker("slow") is None:
         request.getfixturevalue("in_this_process")

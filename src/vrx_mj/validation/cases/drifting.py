@@ -155,7 +155,7 @@ def _mean_force(sea: str, period: float) -> float:
         acceleration, speed = np.linalg.lstsq(basis, x, rcond=None)[0][:2]
         start[axis] += speed  # along the hull's own axis, which points against the waves
     table = json.loads((folder() / "worlds" / "drift_barge" / "hydro.json").read_text(encoding="utf-8"))
-    mass = table["density"] * table["volume"] + table["added_mass_zero"][axis][axis]
+    mass = table["displacement"] + table["added_mass_zero"][axis][axis]
     return float(acceleration * mass / amplitude**2)
 
 
