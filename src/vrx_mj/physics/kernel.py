@@ -82,10 +82,11 @@ class _LinkedLibrary(JITCodeLibrary):  # type: ignore[misc]
 
 
 def _name_apart() -> None:
-    """Have numba's names of what this process compiles be no other process's.
+    """Make the names that numba gives to compiled code differ from those of every other process.
 
-    A name is that of the function, the types of its arguments and a number, which counts from 1 in every process:
-    operators of `lanes` of one number, from two processes, were one to the linker, and a run went wrong in silence.
+    A name is that of the function, the types of its arguments and a number, which numba counts from 1 in each process.
+    Different functions with equal names, such as the operators of `lanes`, are one to the linker, which meets code of
+    several processes in the cache.
     """
     FunctionIdentity._unique_ids = itertools.count(secrets.randbits(62))
 
@@ -258,8 +259,8 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
     def save_overload(self, sig: object, data: object) -> None:
         """Keep what was compiled for a signature, if the disk takes it.
 
-        A module that was edited after the folder was chosen, and before it was imported, is none of those by whose
-        digest the folder is named.
+        The folder's name is a digest of the sources as they were when this process began: code of a module that is
+        edited since is not kept there.
         """
         try:
             if source_stamps() == _STAMPS:
