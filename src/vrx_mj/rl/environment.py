@@ -8,6 +8,7 @@ import gymnasium
 import numpy as np
 import numpy.typing as npt
 
+from vrx_mj.arguments import check_name
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.errors import DivergedError
 from vrx_mj.mjcf.compile import Source, compile_world
@@ -28,7 +29,7 @@ from vrx_mj.rl.options import (
 from vrx_mj.rl.picture import Picture
 from vrx_mj.rl.problem import OWN, Entry, Judged, Problem, RefereedRow, Rows, Spot, Team, mean_of, team_of
 from vrx_mj.rl.problems import PROBLEMS, SCORE
-from vrx_mj.runtime.batch import Batch
+from vrx_mj.runtime.batch import Batch, Engine
 
 _Random = list[np.random.Generator]
 SUNK = 2.0
@@ -218,6 +219,7 @@ class Environment:
         duration: float | None,
         max_episode_steps: int | None = None,
         threads: int | None,
+        engine: Engine,
         size: tuple[int, int],
         variety: Mapping[str, Range],
     ) -> None:
@@ -226,7 +228,10 @@ class Environment:
         The other arguments are those of `VectorEnv`; `size` is the width and height of the pictures.
         """
         compiled = _world_of(problem, n, world, fleet, team)
-        self.batch = RefereedRow(compiled) if problem == SCORE else Batch(compiled, n, threads=threads)
+        if problem == SCORE:
+            check_name("engine of Score", engine, ["mujoco"])
+        alone = problem == SCORE
+        self.batch = RefereedRow(compiled) if alone else Batch(compiled, n, threads=threads, engine=engine)
         self.problem = PROBLEMS[problem](self.batch)
         self.most = step_limit(duration, max_episode_steps, self.problem.duration)
         self._horizon = episode_steps(self.problem.duration if duration is None else duration)

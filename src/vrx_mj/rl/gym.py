@@ -26,6 +26,7 @@ from vrx_mj.rl.options import (
     row_mask,
 )
 from vrx_mj.rl.problems import ALONE, PROBLEMS
+from vrx_mj.runtime.batch import Engine
 
 _Arrays = tuple[Floats32, FloatArray, BoolArray, BoolArray, Info]
 
@@ -61,6 +62,7 @@ class VectorEnv(ProblemRows, gymnasium.vector.VectorEnv[Floats32, Floats32, npt.
         duration: float | None = None,
         max_episode_steps: int | None = None,
         threads: int | None = None,
+        engine: Engine = "mujoco",
         render_mode: str | None = None,
         width: int = 480,
         height: int = 320,
@@ -78,6 +80,7 @@ class VectorEnv(ProblemRows, gymnasium.vector.VectorEnv[Floats32, Floats32, npt.
             max_episode_steps: number of steps, 0.1 s each, after which an episode is truncated at the latest, -1 for
                 no such number; where it is given, `duration` has no default. `gymnasium.make_vec` always gives it.
             threads: number of threads, as for `vrx_mj.Batch`.
+            engine: what integrates, `mujoco` or `free`, as for `vrx_mj.Batch`.
             render_mode: None, rgb_array, or rgb_array_list, which draws in every step, for `render` to return all.
             width: width of the pictures [pixels].
             height: height of the pictures [pixels].
@@ -102,7 +105,7 @@ class VectorEnv(ProblemRows, gymnasium.vector.VectorEnv[Floats32, Floats32, npt.
         self.metadata = type(self).metadata | {"autoreset_mode": self._mode}
         self._core = Environment(
             problem, num_envs, world=world, fleet=fleet, duration=duration, max_episode_steps=max_episode_steps,
-            threads=threads, size=(width, height), variety=variety,
+            threads=threads, engine=engine, size=(width, height), variety=variety,
         )  # fmt: skip
         box = gymnasium.spaces.Box
         self.single_observation_space = box(-BOUND, BOUND, (len(self.observation_names),), np.float32)

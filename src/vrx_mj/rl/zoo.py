@@ -32,6 +32,7 @@ from vrx_mj.rl.options import (
 )
 from vrx_mj.rl.picture import show
 from vrx_mj.rl.problems import SCORE, TEAMS
+from vrx_mj.runtime.batch import Engine
 
 with importing("vrx_mj.rl.zoo", "PettingZoo", "rl"):
     import pettingzoo
@@ -83,6 +84,7 @@ class TeamVectorEnv(ProblemRows):
         joining: float = 0.0,
         leaving: float = 0.0,
         threads: int | None = None,
+        engine: Engine = "mujoco",
         render_mode: str | None = None,
         width: int = 480,
         height: int = 320,
@@ -106,6 +108,7 @@ class TeamVectorEnv(ProblemRows):
             joining: share of the boats, except the first, that join in the first half of an episode.
             leaving: share of them that leave in its second half; they are truncated.
             threads: number of threads, as for `vrx_mj.Batch`.
+            engine: what integrates, `mujoco` or `free`, as for `vrx_mj.Batch`; Score has `mujoco` alone.
             render_mode: None, rgb_array, or human, which draws in the terminal.
             width: width of the pictures [pixels].
             height: height of the pictures [pixels].
@@ -125,7 +128,7 @@ class TeamVectorEnv(ProblemRows):
         self.num_envs, self.render_mode, self.autoreset = num_envs, render_mode, as_flag("autoreset", autoreset)
         self._core = Environment(
             problem, num_envs, world=world, fleet=fleet, team=TeamOptions(boats, view, moving), duration=duration,
-            threads=threads, size=(width, height), variety=variety,
+            threads=threads, engine=engine, size=(width, height), variety=variety,
         )  # fmt: skip
 
     @property

@@ -5,7 +5,7 @@ import time as clock
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from numbers import Real
-from typing import Any
+from typing import Any, Literal, get_args
 
 import mujoco
 import numpy as np
@@ -20,6 +20,7 @@ from vrx_mj.mjcf.world import World
 from vrx_mj.physics.tables import Table
 from vrx_mj.runtime.bodies import write_pose
 from vrx_mj.runtime.commands import channels_of
+from vrx_mj.runtime.free import check_free, free_bodies
 from vrx_mj.runtime.hull import energy_of
 from vrx_mj.runtime.limits import ThreadPool, thread_count
 from vrx_mj.runtime.loop_arrays import LoopArrays
@@ -50,6 +51,9 @@ _SLICE = 0.05
 _MOST = 10**6
 """Rows, or threads, of a batch."""
 
+Engine = Literal["mujoco", "free"]
+"""What integrates the rows of a batch."""
+
 
 class Batch:
     """`n` independent copies (rows) of one world, advanced in parallel on all cores.
@@ -64,7 +68,10 @@ class Batch:
     """
 
     @delays_exit()
-    def __init__(self, world: World, n: int, *, seed: int | Sequence[int] | None = None, threads: int | None = None):
+    def __init__(
+        self, world: World, n: int, *, seed: int | Sequence[int] | None = None, threads: int | None = None,
+        engine: Engine = "mujoco",
+    ) -> None:  # fmt: skip
         """Create the rows of a world.
 
         Args:
@@ -72,10 +79,14 @@ class Batch:
             n: number of rows.
             seed: seed of the rows, as in `reset`.
             threads: number of threads; by default OMP_NUM_THREADS, SLURM_CPUS_PER_TASK or the number of cores.
+            engine: what integrates. `mujoco`; or `free`, for worlds in which all that moves are single free bodies:
+                their own step, which is MuJoCo's to rounding (1e-12 m after 10 s), two to three times as fast, with
+                2 kB a row instead of 490. From when a row comes within reach of anything MuJoCo steps it, until the
+                next look finds it clear.
 
         Raises:
-            CommandError: `world` is not a World or has a task, `n` or `threads` is below 1, or there is no memory for
-                so many rows.
+            CommandError: `world` is not a World or has a task, `n` or `threads` is below 1, there is no memory for so
+                many rows, or the engine cannot step this world.
         """
         check_kind("Batch", world, World, "a World, as compile_world returns it")
         counts: dict[str, Any] = {"n": n, "threads": 1 if threads is None else threads}
@@ -88,13 +99,18 @@ class Batch:
         if world.parameters.task:
             text = 'compile it without one, {"extends": name, "task": None}'
             raise CommandError(f"the world {world.name} has a task, and a Batch has no referee: {text}")
-        self.world, self.n = world, int(n)
+        check_name("engine", engine, get_args(Engine))
+        self.world, self.n, self.engine = world, int(n), engine
         self._world_id = world.sha256
         model, contact_free = stepping_models(world)
         arrays = self._arrays = LoopArrays(world, model, contact_free, mujoco.MjData(model))
         arrays.reset(0)
+        if engine == "free":
+            check_free(arrays, world.name)
+            arrays.free_bodies = free_bodies(arrays, contact_free, arrays.hulls, arrays.vessels)
+            arrays.solve_work = np.zeros(min(len(arrays.floats), 1), arrays.solve_work.dtype)
         self._pool = ThreadPool(int(threads or thread_count()))
-        check_memory(self.n, arrays.data)
+        check_memory(self.n, arrays)
         with allocating(self.n, arrays.data):
             self._rows = RowTables(arrays, self.n)
         self._variation, self._equilibrium = Variation(world, self._rows), Equilibrium(self._rows)
@@ -108,7 +124,7 @@ class Batch:
 
     def __reduce__(self) -> tuple[Callable[..., "Batch"], tuple[World, int], tuple[Any, ...]]:
         carried = self._seeds, self._rows.snapshot(), self._variation.snapshot()
-        return partial(type(self), threads=self.threads), (self.world, self.n), carried
+        return partial(type(self), threads=self.threads, engine=self.engine), (self.world, self.n), carried
 
     def __setstate__(self, state: tuple[Any, ...]) -> None:
         self._seeds, rows, variation = state
@@ -446,10 +462,13 @@ class Batch:
     # Inside
 
     def _advance(self, first: int, last: int, steps: int) -> None:
-        rows = self._rows
-        self._loop(
-            first, last, rows.runs, rows.qpos, rows.qvel, rows.time, rows.done, self._going, self.timestep, steps
-        )
+        rows, dt = self._rows, self.timestep
+        own = rows.runs, rows.qpos, rows.qvel, rows.time, rows.done, self._going, dt
+        self._loop(first, last, *own, steps)
+        stopped = self._going[first:last] & (rows.done[first:last] >= 0) & (rows.done[first:last] < steps)
+        for row in (first + np.flatnonzero(stopped)).tolist():  # something is near
+            rows.give_data(row)
+            self._loop(row, row + 1, *own, steps - int(rows.done[row]))
         observe_rows(first, last, rows.stacks["hulls"], rows.qpos, rows.qvel, rows.features)
 
     def _observe(self) -> None:

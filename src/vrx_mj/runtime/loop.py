@@ -22,6 +22,7 @@ from vrx_mj.physics.flotation import (
     water_at_elements,
     water_rise,
 )
+from vrx_mj.physics.free_body import step_free_bodies
 from vrx_mj.physics.kernel import allocating_kernel, expanded_kernel, inlined_kernel, kernel
 from vrx_mj.physics.kinematics import orbital_motion
 from vrx_mj.physics.motion import Motion, Wrench, add, motion, zero_wrench
@@ -74,8 +75,9 @@ _Address = int
 def advance(runs: Table, row: int, time: float, dt: float, steps: int) -> int:
     """Advance the run of a row of `runs`, a table of `RUN`, by `steps` physics steps of `dt` [s] from `time` [s].
 
-    The model without collision shapes steps while nothing can touch anything. Returns the number of steps done: fewer
-    when the sample buffer is full or a touch has begun, -1 when the state has diverged.
+    While nothing can touch anything the model without collision shapes steps, or the run's free bodies by themselves.
+    Returns the number of steps done: fewer when the sample buffer is full, a touch has begun, or something is near and
+    the run has no data of MuJoCo's; -1 when the state has diverged.
     """
     a = views(runs[row])
     work = vessel_work(hull_meshes(a), a.waves, a.sea[0])
@@ -98,6 +100,9 @@ def _advance(runs: Table, row: int, time: float, dt: float, steps: int, work: Ve
     done, free_before, touched = 0, False, False
     turning = _any_turns_by_added_mass(a.hulls)
     while done < steps and not touched and not _full(a.sampling, a.samples) and not _has_diverged(a.qpos, a.qvel):
+        free = contact_free(a.movers, a.obstacles, a.qpos, flags)
+        if not free and run.data == 0:
+            break
         _sample(a, time)
         latch(a.clocks, a.latched, a.qpos, a.qvel, a.device_state, time)
         time += dt
@@ -109,14 +114,17 @@ def _advance(runs: Table, row: int, time: float, dt: float, steps: int, work: Ve
             _mj_fwd_kinematics(run.contact_free, run.data)
             _push_links(a, work, waves, air, damping, time, dt)
         _push_docks(a, work, waves, air, time, dt)
-        free = contact_free(a.movers, a.obstacles, a.qpos, flags)
         idle = free and free_before and flags.unconstrained != 0  # the step before found nothing, nor would this one
-        _move(run.contact_free if free else run.model, run.data, a, work, added, damping, turning, idle)
+        if free and a.free_bodies.size > 0:
+            step_free_bodies(a.free_bodies, a.solve_work, a.float_state, damping, a.qpos, a.qvel, a.xfrc_applied, dt)
+        else:
+            _move(run.contact_free if free else run.model, run.data, a, work, added, damping, turning, idle)
         free_before = free
         _note_touches(a.sensordata, a.touches, time - dt)
         touched = touch_begins(flags, free, a.hulls, a.qfrc_constraint)
         done += 1
-    _mj_kinematics(run.model, run.data)
+    if run.data != 0:
+        _mj_kinematics(run.model, run.data)
     return -1 if _has_diverged(a.qpos, a.qvel) else done
 
 

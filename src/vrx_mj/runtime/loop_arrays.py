@@ -19,6 +19,7 @@ from vrx_mj.model import tables
 from vrx_mj.model.boats import Hull, Propeller, Station, Thruster, Vessel, Windage
 from vrx_mj.model.things import Block, Float
 from vrx_mj.model.world import Parameters
+from vrx_mj.physics.free_body import FREE_BODY, SOLVE_WORK
 from vrx_mj.physics.noise import stream_key
 from vrx_mj.physics.raft import RAFT_WORK
 from vrx_mj.physics.tables import MARINE, VRX3, Record, Table
@@ -162,6 +163,7 @@ class LoopArrays:
         self.blocks = tables.table_of(tables.BLOCK, parameters.blocks, **self._whole_bodies(parameters.blocks))
         self.memory_state = np.zeros(sum(memories_of(parameters.hulls)), tables.MEMORY_STATE)
         self.raft_work = np.zeros(len(self.blocks), RAFT_WORK)
+        self.free_bodies, self.solve_work = np.zeros(0, FREE_BODY), np.zeros(0, SOLVE_WORK)
         for name, array in ARRAYS.items():
             if array.rows:
                 setattr(self, name, np.zeros(len(getattr(self, array.rows)), array.dtype))

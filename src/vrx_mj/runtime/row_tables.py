@@ -7,7 +7,7 @@ Parameters in which rows of a batch differ from their world, as `Batch.vary` set
 
 import copy
 import warnings
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cached_property
 from typing import Any
@@ -25,6 +25,7 @@ from vrx_mj.model.world import Parameters
 from vrx_mj.physics.hydrostatics import greatest_lift, settle
 from vrx_mj.physics.tables import Table
 from vrx_mj.physics.waves import surface_height
+from vrx_mj.runtime.free import free_bodies
 from vrx_mj.runtime.limits import total_memory
 from vrx_mj.runtime.loop_arrays import LoopArrays, mujoco_arrays, point_models
 from vrx_mj.runtime.rows import FEATURES, RowSeas, reset_rows, row_values
@@ -48,16 +49,18 @@ _STACKED = (*SEPARATE, *_KEPT, "waves")
 """Tables of which rows may have a part in a stack."""
 
 
-def check_memory(n: int, data: mujoco.MjData) -> None:
+def check_memory(n: int, arrays: LoopArrays) -> None:
     """Check that `n` rows like this one fit into the memory of this machine or container: else it ends the process.
 
     Raises:
         CommandError: they do not.
     """
-    each, most = _FIXED + int(data.nbuffer), total_memory()
+    own = sum(getattr(arrays, name).nbytes for name in SEPARATE)
+    each = own + RUN.itemsize if len(arrays.free_bodies) else own + _FIXED + int(arrays.data.nbuffer)
+    most = total_memory()
     if n * each > most:
         text = f"{_size(n * each)} are needed, {_size(each)} a row, and at most {_size(most)} can be had"
-        raise CommandError(f"no memory for {n} rows: {text}; make fewer rows")
+        raise CommandError(f"no memory for {n} rows: {text}; make at most {most // each} rows")
 
 
 @contextmanager
@@ -94,31 +97,59 @@ def _with_scaled_mass(model: mujoco.MjModel, roots: Iterable[int], factor: float
 
 
 class RowTables:
-    """MuJoCo's data of the rows, and the tables of which each may have its own part."""
+    """MuJoCo's data of the rows, and the tables of which each may have its own part.
+
+    Rows of free bodies have data only from when something was near until their next reset.
+    """
 
     def __init__(self, arrays: LoopArrays, n: int) -> None:
         """All `n` rows have the world of these arrays."""
         model = arrays.model
-        self.n, self.arrays = n, arrays
-        self.data = [mujoco.MjData(model) for _ in range(n)]
+        self.n, self.arrays, self._free = n, arrays, len(arrays.free_bodies) > 0
+        self._data: dict[int, mujoco.MjData] = {}
         self.runs = np.zeros(n, RUN)
         shared = arrays.by_name(np.zeros(3, np.int64), np.zeros((0, arrays.columns)))
         self.stacks = {name: array[None] for name, array in shared.items()}
         """A table by its name, of all rows, (1, ...), or a part for each, (n, ...)."""
         point_rows(self.runs, **self.stacks)
-        for row, data in enumerate(self.data):
-            run = self.runs[row : row + 1]
-            point_models(run, model, arrays.contact_free, data)
-            point(run, **mujoco_arrays(data))
         self.time, self.done = np.zeros(n), np.zeros(n, np.int64)
         self.qpos, self.qvel = np.zeros((n, model.nq)), np.zeros((n, model.nv))
+        self._pushed = np.zeros((n if self._free else 0, model.nbody, 6))
         self.features = np.zeros((n, len(arrays.hulls), FEATURES))
         self.masses = np.ones(n)
         """Factors of the boats' masses."""
         self._models: dict[int, tuple[mujoco.MjModel, mujoco.MjModel]] = {}
-        self._own: list[dict[str, Table]] = [{} for _ in range(n)]
+        self._own: dict[int, dict[str, Table]] = {}
         for name in (*SEPARATE, "current", "wind", "gust_bands", "air"):
             self.separate(name)
+        if self._free:
+            self._start_free(np.arange(n))
+        else:
+            for row in range(n):
+                self.give_data(row)
+
+    def give_data(self, row: int) -> None:
+        """Give a row data of MuJoCo's, in the state in which the row is."""
+        model, contact_free = self._models.get(row, (self.arrays.model, self.arrays.contact_free))
+        data, run = mujoco.MjData(model), self.runs[row : row + 1]
+        self._write(row, data)
+        point_models(run, model, contact_free, data)
+        point(run, **mujoco_arrays(data))
+        self._data[row] = data
+
+    def _write(self, row: int, data: mujoco.MjData) -> None:
+        data.qpos[:], data.qvel[:], data.time = self.qpos[row], self.qvel[row], self.time[row]
+
+    def _start_free(self, which: IntArray) -> None:
+        """Let rows of free bodies go on without data of MuJoCo's."""
+        for row in which.tolist():
+            self._data.pop(row, None)
+        self.runs["data"][which] = 0
+        own = {"qpos": self.qpos, "qvel": self.qvel, "xfrc_applied": self._pushed}
+        for name in mujoco_arrays(self.arrays.data):
+            stack = own.get(name, self.stacks[name])
+            step = stack.strides[0] if len(stack) > 1 else 0
+            self.runs[name][which, 0] = stack.__array_interface__["data"][0] + which * step
 
     def separate(self, name: str) -> Table:
         """The stack of a table in which every row has its own part."""
@@ -131,7 +162,7 @@ class RowTables:
     def part(self, name: str, row: int) -> Table:
         """The table of a row."""
         stack = self.stacks[name]
-        part: Table = self._own[row].get(name, stack[row if len(stack) > 1 else 0])
+        part: Table = self._own.get(row, {}).get(name, stack[row if len(stack) > 1 else 0])
         return part
 
     def set_parameters(self, row: int, arrays: LoopArrays) -> None:
@@ -149,8 +180,16 @@ class RowTables:
             else:
                 usual = self.stacks[name][0]
                 same = table.shape == usual.shape and table.tobytes() == usual.tobytes()
-                own = self._own[row][name] = usual if same else table
+                own = self._own.setdefault(row, {})[name] = usual if same else table
                 point(self.runs[row : row + 1], **{name: own})
+        self._set_bodies(row)
+
+    def _set_bodies(self, row: int) -> None:
+        """Give a row the free bodies of its model and tables."""
+        if self._free:
+            model = self._models.get(row, (self.arrays.model,))[0]
+            parts = self.part("hulls", row), self.part("vessels", row)
+            self.separate("free_bodies")[row] = free_bodies(self.arrays, model, *parts)
 
     def weigh(self, which: IntArray, factors: FloatArray) -> None:
         """Give rows models of their own with all boats' masses and inertias times a factor."""
@@ -163,26 +202,34 @@ class RowTables:
                     _with_scaled_mass(model, boats, factor) for model in (arrays.model, arrays.contact_free)
                 )
             self._models[row] = stepping, contact_free
-            point_models(self.runs[row], stepping, contact_free, self.data[row])
+            if row in self._data:
+                point_models(self.runs[row], stepping, contact_free, self._data[row])
             hulls["mass"][row] = arrays.hulls["mass"] * factor
+            self._set_bodies(row)
 
     def reset(self, which: IntArray) -> None:
         """Bring MuJoCo's part of some rows back to the start."""
         self.time[which], self.done[which] = 0.0, 0
-        reset_rows(which, self.runs, self.qpos, self.qvel)
+        if self._free:
+            self._start_free(which)
+            self.qpos[which], self.qvel[which] = self.arrays.model.qpos0, 0.0
+        else:
+            reset_rows(which, self.runs, self.qpos, self.qvel)
 
     def integration_state(self, row: int) -> FloatArray:
         """MuJoCo's state of a row."""
-        return integration_state(self._model(row), self.data[row])
+        if row not in self._data:
+            self._write(row, self.arrays.data)
+        return integration_state(self._model(row), self._data.get(row, self.arrays.data))
 
     def snapshot(self) -> tuple[Any, ...]:
         """What a copy needs for `restore`."""
-        flats = [self.integration_state(row) for row in range(self.n)]
+        flats = {row: self.integration_state(row) for row in self._data}
         stacks = {name: self.stacks[name] for name in _STACKED}
         return self.masses, flats, stacks, self.time, self.done, self.qpos, self.qvel
 
     def restore(
-        self, masses: FloatArray, flats: Sequence[FloatArray], stacks: Mapping[str, Table], *moving: Any
+        self, masses: FloatArray, flats: Mapping[int, FloatArray], stacks: Mapping[str, Table], *moving: Any
     ) -> None:
         """Go on as the rows do of which this is the `snapshot`."""
         heavy = np.flatnonzero(masses != 1.0)
@@ -190,8 +237,12 @@ class RowTables:
         self.time, self.done, self.qpos, self.qvel = moving
         self.stacks.update(stacks)
         point_rows(self.runs, **stacks)
-        for row, flat in enumerate(flats):
-            set_integration_state(self._model(row), self.data[row], flat)
+        if self._free:
+            self._start_free(np.arange(self.n))
+        for row, flat in flats.items():
+            if row not in self._data:
+                self.give_data(row)
+            set_integration_state(self._model(row), self._data[row], flat)
 
     def _model(self, row: int) -> mujoco.MjModel:
         return self._models.get(row, (self.arrays.model,))[0]

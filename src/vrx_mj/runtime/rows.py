@@ -145,8 +145,9 @@ def advance_rows(
 ) -> None:  # fmt: skip
     """Advance the rows from `first` up to `last` by `steps` physics steps of `dt` [s].
 
-    `done` holds the steps done of each row, -1 where it has diverged; such a row stays, as one does that is not
-    `going`. `qpos` and `qvel`, (n, nq) and (n, nv), and `time` [s], (n,), follow.
+    `done` holds the steps done of each row, fewer where MuJoCo is needed and the row has no data of it, -1 where it has
+    diverged; such a row stays, as one does that is not `going`. `qpos` and `qvel`, (n, nq) and (n, nv), and `time` [s],
+    (n,), follow.
     """
     _advance_rows(first, last, runs, qpos, qvel, time, done, going, dt, steps, None)
 
@@ -173,7 +174,7 @@ def _advance_rows(
             done[i] = advance(runs, i, time[i], dt, steps)
         else:
             done[i] = advance_vrx(runs, i, time[i], dt, steps)
-        for _ in range(steps):  # as MuJoCo adds it up
+        for _ in range(steps if done[i] < 0 else done[i]):  # as MuJoCo adds it up
             time[i] += dt
         own = views(runs[i])
         qpos[i], qvel[i] = own.qpos, own.qvel
@@ -195,7 +196,8 @@ def write_rows(which: IntArray, runs: Table, qpos: FloatArray, qvel: FloatArray)
     for i in which:
         own = views(runs[i])
         own.qpos[:], own.qvel[:] = qpos[i], qvel[i]
-        _mj_forward(runs[i].model, runs[i].data)
+        if runs[i].data != 0:
+            _mj_forward(runs[i].model, runs[i].data)
 
 
 @kernel

@@ -17,6 +17,7 @@ from numba.extending import intrinsic
 
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.model import tables
+from vrx_mj.physics.free_body import FREE_BODY, SOLVE_WORK
 from vrx_mj.physics.raft import RAFT_WORK
 from vrx_mj.physics.tables import Table
 from vrx_mj.runtime.proximity import BROADPHASE, MOVER, OBSTACLE
@@ -112,6 +113,9 @@ class Views(NamedTuple):
     raft_work: Annotated[Table, Array(RAFT_WORK, use=OWN)]
     moorings: Annotated[Table, Array(tables.MOORING)]
     ropes: Annotated[Table, Array(tables.ROPE)]
+    free_bodies: Annotated[Table, Array(FREE_BODY)]
+    """Everything that moves, where a batch steps without MuJoCo while nothing can touch; else none."""
+    solve_work: Annotated[Table, Array(SOLVE_WORK, use=OWN)]
     touches: Annotated[FloatArray, Array(use=STATE)]
     """Time [s] of the last contact that each of MuJoCo's contact sensors found."""
     movers: Annotated[Table, Array(MOVER, use=OWN)]
