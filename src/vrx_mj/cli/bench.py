@@ -24,7 +24,7 @@ from contextlib import ExitStack, suppress
 from functools import cache, partial
 from multiprocessing import get_context
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args
 
 import mujoco
 import numpy as np
@@ -37,7 +37,7 @@ from vrx_mj.bar import Bar
 from vrx_mj.cli.screen import print_table, show
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.packages import needs_extra
-from vrx_mj.runtime.batch import Batch
+from vrx_mj.runtime.batch import Batch, Engine
 from vrx_mj.runtime.limits import process_memory
 from vrx_mj.runtime.simulation import Simulation
 
@@ -61,6 +61,8 @@ _OCEAN = {**SEA, "sea": {"model": "jonswap", "sea_state": 2, "spreading": 10}}
 """Open water with a sea of 60 waves."""
 _MARINE = {**_OCEAN, "physics": {"profile": "marine"}, "current": {"speed": 0.3, "var_gain": 0.05}}
 """Open water in profile `marine`, with a sea of 60 waves and a current."""
+_FREE_BARS = ("vrx", 64, 2.0), ("vrx", 1024, 2.0), ("60_waves", 64, 1.3), ("60_waves", 1024, 1.5)
+_SEAS = {"vrx": SEA, "60_waves": _OCEAN}
 
 
 def fleet(count: int) -> Mapping[str, object]:
@@ -78,7 +80,7 @@ def sailing(count: int, world: Mapping[str, object] = SEA) -> Simulation:
 
 Row = dict[str, Any]
 _ROUNDS = 15
-_FIGURES = 17
+_FIGURES = 23
 """Figures that `measure` takes: for the progress only."""
 _VERDICTS = {True: "yes", False: "no", None: ""}
 
@@ -137,6 +139,17 @@ def batch_rows() -> list[Row]:
         bench_row("batch_scaling_2_threads", threads / processes, "of 2 processes", 0.85, at_least=True, parts=parts),
         bench_row("vector_env_steps_per_s", environment_steps_per_second(), "env steps/s", None, missing=without),
         bench_row("batch_mb_per_row", megabytes_per_row(), "MB", None),
+        *(
+            bench_row(f"free_ratio_{rows}_{sea}", engine_ratio(rows, sea), "x engine mujoco", least, at_least=True)
+            for sea, rows, least in (
+                ("vrx", 64, 2.0),
+                ("vrx", 1024, 2.0),
+                ("60_waves", 64, 1.3),
+                ("60_waves", 1024, 1.5),
+            )
+        ),
+        bench_row("free_row_of_4096", row_cost(4096, 64), "x a row of 64", 1.15),
+        bench_row("free_kb_per_row", 1e3 * megabytes_per_row(100_000, "free"), "kB", 2.5),
     ]
 
 
@@ -314,9 +327,9 @@ def fresh_process() -> ProcessPoolExecutor:
 
 
 @cache
-def batch_of(rows: int, threads: int | None = None) -> Batch:
-    """Rows under way, warmed up, which this process keeps; `threads` as `Batch` takes it."""
-    batch = Batch(compile_world(SEA, fleet=fleet(1)), rows, threads=threads)
+def batch_of(rows: int, threads: int | None = None, engine: Engine = "mujoco", sea: str = "vrx") -> Batch:
+    """Rows under way, warmed up, which this process keeps; `threads` and `engine` as `Batch` takes them."""
+    batch = Batch(compile_world(_SEAS[sea], fleet=fleet(1)), rows, threads=threads, engine=engine)
     batch.step([[_THROTTLE] * len(batch.channels)] * rows, duration=2.0)
     return batch
 
@@ -345,6 +358,20 @@ def two_threads_and_two_processes(rounds: int = _BATCH_ROUNDS, window: float = _
 def rate_on_one_thread(rows: int, window: float) -> float:
     """Boat steps per second of rows of this process in a window [s]."""
     return rate(batch_of(rows, threads=1), window)
+
+
+def engine_ratio(rows: int, sea: str, rounds: int = _BATCH_ROUNDS, window: float = _WINDOW) -> float:
+    """Boat steps of the engine `free` over those of `mujoco` on one thread, by turns: the median of `rounds`."""
+    batches = [batch_of(rows, 1, engine, sea) for engine in get_args(Engine)]
+    pairs = ([rate(batch, window) for batch in batches] for _ in range(rounds))
+    return statistics.median(free / ours for ours, free in pairs)
+
+
+def row_cost(many: int, few: int, rounds: int = _BATCH_ROUNDS, window: float = _WINDOW) -> float:
+    """What a row of the engine `free` costs among `many` over what it costs among `few`, on one thread, by turns."""
+    batches = [batch_of(rows, 1, "free") for rows in (many, few)]
+    pairs = ([rate(batch, window) for batch in batches] for _ in range(rounds))
+    return statistics.median(among_few / among_many for among_many, among_few in pairs)
 
 
 def per_second(call: Callable[[], object], window: float) -> float:
@@ -381,17 +408,17 @@ def decisions(rows: "VectorEnv", actions: npt.NDArray[np.float32], window: float
     return per_second(lambda: rows.step(actions), window) * int(rows.num_envs)
 
 
-def megabytes_per_row(rows: int = 1000) -> float:
+def megabytes_per_row(rows: int = 1000, engine: Engine = "mujoco") -> float:
     """Memory that each of so many rows takes [MB], in a fresh process."""
     with fresh_process() as process:
-        return process.submit(megabytes, rows).result() / rows
+        return process.submit(megabytes, rows, engine).result() / rows
 
 
-def megabytes(rows: int) -> float:
+def megabytes(rows: int, engine: Engine) -> float:
     """Memory that rows take of this process [MB], after a few have brought in all the code."""
-    batch_of(8)
+    batch_of(8, engine=engine)
     before = process_memory()
-    batch_of(rows)
+    batch_of(rows, engine=engine)
     return (process_memory() - before) / 1e6
 
 

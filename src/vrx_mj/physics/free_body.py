@@ -36,13 +36,14 @@ from vrx_mj.physics.tables import Record, Table
 
 _f, _i = np.float64, np.int64
 FREE_BODY = np.dtype(
-    [("body", _i), ("qpos", _i), ("dof", _i), ("float", _i), ("mass", _f), ("weight", _f), ("center", _f, (3,)),
-     ("pushed", _f, (3,)), ("inertia", _f, (3, 3)), ("matrix", _f, (6, 6)), ("inverse", _f, (6, 6))],
+    [*((name, _i) for name in ("body", "qpos", "dof", "float", "diagonal")), ("mass", _f), ("weight", _f),
+     ("center", _f, (3,)), ("pushed", _f, (3,)), ("inertia", _f, (3, 3)), ("matrix", _f, (6, 6)),
+     ("inverse", _f, (6, 6))],
     align=True,
 )  # fmt: skip
-"""A body on a free joint, with all that is welded to it: MuJoCo's body and addresses; its row of FLOAT, or -1; mass
-[kg] and weight [N]; centre of mass and the point about which it is pushed [m]; inertia about the origin [kg m2]; M
-with what water adds, and its inverse."""
+"""A body on a free joint, with all that is welded to it: MuJoCo's body and addresses; its row of FLOAT, or -1; 1 where
+M is diagonal; mass [kg] and weight [N]; centre of mass and the point about which it is pushed [m]; inertia about the
+origin [kg m2]; M with what water adds, and its inverse."""
 SOLVE_WORK = np.dtype([("rows", _f, (6, 7))])
 """Memory of an elimination."""
 
@@ -63,8 +64,9 @@ def free_body_row(rigid: FloatArray, added: FloatArray, **columns: Any) -> npt.N
     mass = rigid[0, 0]
     table["mass"], table["inertia"] = mass, rigid[3:, 3:]
     table["center"] = np.array([rigid[5, 1], rigid[3, 2], rigid[4, 0]]) / mass
-    table["matrix"] = rigid + added
-    table["inverse"] = np.linalg.inv(rigid + added)
+    table["matrix"] = whole = rigid + added
+    table["diagonal"] = not (whole - np.diag(np.diag(whole))).any()
+    table["inverse"] = np.linalg.inv(whole)
     return table
 
 
@@ -78,24 +80,35 @@ def free_step(body: Record, qpos: FloatArray, qvel: FloatArray, pushed: FloatArr
 
 @kernel
 def damped_step(
-    body: Record, work: FloatArray, damping: FloatArray, qpos: FloatArray, qvel: FloatArray, pushed: FloatArray,
-    dt: float,
-) -> None:  # fmt: skip
-    """`free_step` with `damping` dt (k, k_z, kappa) [kg, kg, kg m2] in world axes; `work` is (6, 7)."""
+    body: Record, work: Table, damping: FloatArray, qpos: FloatArray, qvel: FloatArray, pushed: FloatArray, dt: float
+) -> None:
+    """`free_step` with `damping` dt (k, k_z, kappa) [kg, kg, kg m2] in world axes; `work` is for one to solve."""
     now = motion(qpos, qvel, body.qpos, body.dof)
-    up = unrotate(now, (0.0, 0.0, 1.0))
-    for i in range(6):
-        for j in range(6):
-            work[i, j] = body.matrix[i, j]
-    for i in range(3):
-        for j in range(3):
-            work[i, j] += (damping[1] - damping[0]) * up[i] * up[j]
-        work[i, i] += damping[0]
-        work[i + 3, i + 3] += damping[2]
     force, torque = _load(body, now, pushed)
-    work[0, 6], work[1, 6], work[2, 6] = force
-    work[3, 6], work[4, 6], work[5, 6] = torque
-    _advance(body, now, _eliminated(work), qpos, qvel, dt)
+    if body.diagonal:
+        acceleration = _divided(body, now, damping, force, torque)
+    else:
+        rows, up = work[0].rows, unrotate(now, (0.0, 0.0, 1.0))
+        for i in range(6):
+            for j in range(6):
+                rows[i, j] = body.matrix[i, j]
+        for i in range(3):
+            for j in range(3):
+                rows[i, j] += (damping[1] - damping[0]) * up[i] * up[j]
+            rows[i, i] += damping[0]
+            rows[i + 3, i + 3] += damping[2]
+            rows[i, 6], rows[i + 3, 6] = force[i], torque[i]
+        acceleration = _eliminated(rows)
+    _advance(body, now, acceleration, qpos, qvel, dt)
+
+
+@kernel
+def _divided(body: Record, now: Motion, damping: FloatArray, force: Vector, torque: Vector) -> _Pair:
+    """Return the accelerations of a body whose frame is its principal one."""
+    (x, y, z), (p, q, r), a = rotate(now, force), torque, body.matrix
+    across, up, turning = a[0, 0] + damping[0], a[0, 0] + damping[1], damping[2]
+    turn = p / (a[3, 3] + turning), q / (a[4, 4] + turning), r / (a[5, 5] + turning)
+    return unrotate(now, (x / across, y / across, z / up)), turn
 
 
 @kernel
@@ -166,4 +179,4 @@ def step_free_bodies(
         if body.float < 0:
             free_step(body, qpos, qvel, pushed, dt)
         elif held[body.float].held == 0:
-            damped_step(body, work[0].rows, damping[body.float], qpos, qvel, pushed, dt)
+            damped_step(body, work, damping[body.float], qpos, qvel, pushed, dt)

@@ -17,6 +17,7 @@ from vrx_mj.errors import CommandError, DivergedError, quote
 from vrx_mj.frames import in_world_axes
 from vrx_mj.libmujoco import without_timers
 from vrx_mj.mjcf.world import World
+from vrx_mj.physics.free_body import SOLVE_WORK
 from vrx_mj.physics.tables import Table
 from vrx_mj.runtime.bodies import write_pose
 from vrx_mj.runtime.commands import channels_of
@@ -108,7 +109,8 @@ class Batch:
         if engine == "free":
             check_free(arrays, world.name)
             arrays.free_bodies = free_bodies(arrays, contact_free, arrays.hulls, arrays.vessels)
-            arrays.solve_work = np.zeros(min(len(arrays.floats), 1), arrays.solve_work.dtype)
+            solved = (arrays.free_bodies["float"] >= 0) & (arrays.free_bodies["diagonal"] == 0)
+            arrays.solve_work = np.zeros(int(solved.any()), SOLVE_WORK)
         self._pool = ThreadPool(int(threads or thread_count()))
         check_memory(self.n, arrays)
         with allocating(self.n, arrays.data):

@@ -7,6 +7,7 @@ Parameters in which rows of a batch differ from their world, as `Batch.vary` set
 
 import copy
 import warnings
+from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cached_property
@@ -348,8 +349,8 @@ class Variation:
         }  # fmt: skip
         self._values = {name: np.full(rows.n, usual) for name, usual in self._usual.items()}
         """Arguments, of each row; of phases, the largest."""
-        self._own: list[dict[str, float]] = [{} for _ in range(rows.n)]
-        """Numbers by name, of each row."""
+        self._own: defaultdict[int, dict[str, float]] = defaultdict(dict)
+        """Numbers by name, of the rows that have any."""
 
     @cached_property
     def _numbers(self) -> dict[str, Number]:
@@ -369,7 +370,7 @@ class Variation:
         each = {name: row_values(name, value, len(which), -np.inf, np.inf) for name, value in numbers.items()}
         own = [{name: float(values[k]) for name, values in each.items()} for k in range(len(which) if each else 0)]
         worlds = [
-            with_numbers(self._world.parameters, self._own[row] | more, self._numbers)
+            with_numbers(self._world.parameters, self._own.get(row, {}) | more, self._numbers)
             for row, more in zip(which.tolist(), own, strict=False)
         ]
         given = {_WINDS[name]: each[name] for name in _WINDS if name in each} | given
@@ -404,12 +405,11 @@ class Variation:
         """What a copy needs for `restore`."""
         return self.seas, self._values, self._own
 
-    def restore(self, seas: RowSeas, values: dict[str, FloatArray], own: list[dict[str, float]]) -> None:
+    def restore(self, seas: RowSeas, values: dict[str, FloatArray], own: defaultdict[int, dict[str, float]]) -> None:
         """Go on as the variation does of which this is the `snapshot`."""
         self.seas, self._values, self._own = seas, values, own
-        for row, numbers in enumerate(own):
-            if numbers:
-                self._set_tables(row, with_numbers(self._world.parameters, numbers, self._numbers))
+        for row, numbers in own.items():
+            self._set_tables(row, with_numbers(self._world.parameters, numbers, self._numbers))
 
     def _set_tables(self, row: int, parameters: Parameters) -> None:
         """Give a row the tables of its world with other numbers."""
@@ -429,7 +429,7 @@ class Variation:
                 continue
             if own.tobytes() != common.tobytes() and (name not in _SHARED or value != usual):
                 found[name] = value, usual
-        for name, value in sorted(self._own[row].items()):
+        for name, value in sorted(self._own.get(row, {}).items()):
             if value != self._numbers[name].value:
                 found[name] = value, self._numbers[name].value
         return found

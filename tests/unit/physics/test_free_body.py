@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from vrx_mj.physics.free_body import damped_step, free_body_row, free_step
+from vrx_mj.physics.free_body import SOLVE_WORK, damped_step, free_body_row, free_step
 
 DT, GRAVITY = 0.01, 9.8
 BODY = """<mujoco><option timestep="0.01" gravity="0 0 {}"/><worldbody><body><freejoint/>
@@ -82,8 +82,12 @@ def test_added_mass_is_inertia_alone(model):
     assert qvel == pytest.approx(expected, rel=1e-13)
 
 
-def test_damping_is_in_world_axes_of_the_velocity_and_alike_for_all_turns(model):
+@pytest.mark.parametrize("inertial", ['pos="0 0 0" diaginertia="5 9 11"', None])
+def test_damping_is_in_world_axes_of_the_velocity_and_alike_for_all_turns(model, inertial):
     """MuJoCo takes it on the diagonal of its coordinates: velocities in world axes, rates in body axes."""
+    if inertial:  # the frame is the principal one
+        text = BODY.format(-GRAVITY).replace('pos="0.2 -0.1 0.3"', inertial)
+        model = mujoco.MjModel.from_xml_string(text.replace('fullinertia="5 9 11 0.5 -0.4 0.3"', ""))
     body, data, damping = row_of(model), started(model), np.array([3.0, 11.0, 2.5])
     mujoco.mj_forward(model, data)
     whole = np.zeros((6, 6))
@@ -91,5 +95,6 @@ def test_damping_is_in_world_axes_of_the_velocity_and_alike_for_all_turns(model)
     whole += np.diag([3.0, 3.0, 11.0, 2.5, 2.5, 2.5])
     expected = data.qvel + DT * np.linalg.solve(whole, data.qfrc_smooth)
     qpos, qvel = data.qpos.copy(), data.qvel.copy()
-    damped_step(body, np.zeros((6, 7)), damping, qpos, qvel, np.zeros(6), DT)
+    damped_step(body, np.zeros(1, SOLVE_WORK), damping, qpos, qvel, np.zeros(6), DT)
+    assert bool(body["diagonal"]) == (inertial is not None)
     assert qvel == pytest.approx(expected, rel=1e-12)
