@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, lru_cache
 from importlib.metadata import distribution
-from itertools import pairwise
+from itertools import chain, pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -141,8 +141,9 @@ class Film:
         if not len(found[boat]):
             raise VideoError(f"invalid boat '{boat}': it is in no row of the recording")
         paths = {name: path for name, path in found.items() if len(path)}
-        boats = [boat for sailed in recorded.companies for boat in sailed.parameters.boats]
-        self._paths, self._colors = paths, boat_colors(recorded.boats, boats)
+        sets = [boat_set.parameters.boats for boat_set in recorded.companies]
+        self._labels = [{boat.name: boat_label(boat.name, boat.robot) for boat in boats} for boats in sets]
+        self._paths, self._colors = paths, boat_colors(recorded.boats, list(chain.from_iterable(sets)))
         self._eyes = (eye,) if eye else self._views(list(paths.values()), paths[boat])
         self._stage: tuple[int, Stage] | None = None
         self._inset: tuple[float, _Picture] | None = None
@@ -194,9 +195,8 @@ class Film:
         moment, eye = self._footage.at(time), eye_at(time)
         shown = self._stage_of(moment.boat_set).draw(moment, eye, size)
         if self._shot.captions:
-            boats = self._footage.recorded.companies[moment.boat_set].parameters.boats
-            labels = {boat.name: boat_label(boat.name, boat.robot) for boat in boats}
-            _name_boats(shown, view_of(eye, *size), self._footage.places(moment), self._colors, labels)
+            places = self._footage.places(moment)
+            _name_boats(shown, view_of(eye, *size), places, self._colors, self._labels[moment.boat_set])
         return shown
 
     def _stage_of(self, boat_set: int) -> Stage:
