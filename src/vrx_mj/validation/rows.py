@@ -31,7 +31,7 @@ TableRow = dict[str, Any]
 def rows(name: str) -> list[TableRow]:
     """The rows of a table by column; what reads as a number is one."""
     with (folder() / f"{name}.csv").open(encoding="utf-8", newline="") as file:
-        found = csv.DictReader(line for line in file if not line.startswith("#"))
+        found = csv.DictReader((line for line in file if not line.startswith("#")), restval="")
         return [{column: _value(text) for column, text in row.items()} for row in found]
 
 
@@ -96,11 +96,9 @@ class Band:
 def bands() -> Mapping[tuple[str, str], Band]:
     """The bands of all rows of the report by case and quantity, from `assets/validation/bands.csv`."""
     with (folder() / "bands.csv").open(encoding="utf-8", newline="") as file:
-        table = csv.DictReader(line for line in file if not line.startswith("#"))
-        return {
-            (row["case"], row["quantity"]): Band(row["evidence"], row["band"], row["known"] or "", row["why"] or "")
-            for row in table
-        }
+        table = csv.DictReader((line for line in file if not line.startswith("#")), restval="")
+        columns = "evidence", "band", "known", "why"
+        return {(row["case"], row["quantity"]): Band(*(row[column] for column in columns)) for row in table}
 
 
 _KNOWN = 0.002
