@@ -20,6 +20,7 @@ from vrx_mj.outputs import write_files
 from vrx_mj.validation.cases import (
     contacts,
     drifting,
+    flume,
     hulls,
     otter,
     pressures,
@@ -114,7 +115,7 @@ def _case_fields(result: Result) -> dict[str, object]:
 
 def _row_fields(row: Row) -> dict[str, object]:
     plain = {name: getattr(row, name) for name in ("quantity", "unit", "reference", "ours", "theory", "low", "high")}
-    judged = {"evidence": row.band.evidence, "band": row.band.words(row.unit), "use": row.use}
+    judged = {"evidence": row.band.evidence, "band": row.band.words(row.unit), "use": row.use, "why": row.band.why}
     fields = {**plain, **judged, "difference": row.difference, "inside": row.inside, "state": row.state}
     infinite = {name: None for name, value in fields.items() if isinstance(value, float) and not math.isfinite(value)}
     return fields | infinite
@@ -175,7 +176,9 @@ def write_report(folder: Path, results: Sequence[Result], left_out: Sequence[Cas
     return folder / PAGE
 
 
-_SUBJECTS = (waves, hulls, contacts, pressures, resolution, otter, propellers, spheres, drifting, winds, runs, vrx)
+_SUBJECTS = (
+    waves, hulls, contacts, pressures, resolution, otter, propellers, spheres, drifting, flume, winds, runs, vrx
+)  # fmt: skip
 CASES = tuple(each for subject in _SUBJECTS for each in vars(subject).values() if isinstance(each, Case))
 """All of them."""
 

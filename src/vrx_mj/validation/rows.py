@@ -31,7 +31,7 @@ TableRow = dict[str, Any]
 def rows(name: str) -> list[TableRow]:
     """The rows of a table by column; what reads as a number is one."""
     with (folder() / f"{name}.csv").open(encoding="utf-8", newline="") as file:
-        found = csv.DictReader(line for line in file if not line.startswith("#"))
+        found = csv.DictReader((line for line in file if not line.startswith("#")), restval="")
         return [{column: _value(text) for column, text in row.items()} for row in found]
 
 
@@ -69,6 +69,10 @@ class Band:
     """One of `EVIDENCE`."""
     width: str
     """`1 %` of the reference to either side, `0.05` of the row's unit to either side, or the range `0.7 to 0.8`."""
+    known: str = ""
+    """Range outside the band in which our value is known to be; empty where there is none."""
+    why: str = ""
+    """Why it is."""
 
     def limits(self, reference: float | None) -> tuple[float, float]:
         """Smallest and largest value that is inside, in the row's unit."""
@@ -92,8 +96,9 @@ class Band:
 def bands() -> Mapping[tuple[str, str], Band]:
     """The bands of all rows of the report by case and quantity, from `assets/validation/bands.csv`."""
     with (folder() / "bands.csv").open(encoding="utf-8", newline="") as file:
-        table = csv.DictReader(line for line in file if not line.startswith("#"))
-        return {(row["case"], row["quantity"]): Band(row["evidence"], row["band"]) for row in table}
+        table = csv.DictReader((line for line in file if not line.startswith("#")), restval="")
+        columns = "evidence", "band", "known", "why"
+        return {(row["case"], row["quantity"]): Band(*(row[column] for column in columns)) for row in table}
 
 
 _KNOWN = 0.002
@@ -134,9 +139,14 @@ class Row:
 
     @property
     def state(self) -> str:
-        """`inside`, `outside`, or `known`: outside, where exact theory is outside, too, and within 0.2 % of it."""
-        if self.inside or self.theory is None or self.low <= self.theory <= self.high:
-            return "inside" if self.inside else "outside"
+        """`inside`, `outside`, or `known`: outside where `bands.csv` says so, or within 0.2 % of theory that is."""
+        if self.inside:
+            return "inside"
+        if self.band.known:
+            low, high = Band("", self.band.known).limits(None)
+            return "known" if low <= self.ours <= high else "outside"
+        if self.theory is None or self.low <= self.theory <= self.high:
+            return "outside"
         return "known" if math.isclose(self.ours, self.theory, rel_tol=_KNOWN) else "outside"
 
     @property

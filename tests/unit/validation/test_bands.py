@@ -18,6 +18,7 @@ def test_each_row_of_the_file_has_a_case_a_kind_and_a_band():
     for band in bands().values():
         low, high = band.limits(None if " to " in band.width else 1.0)
         assert low <= high
+        assert bool(band.known) == bool(band.why)
 
 
 def read(text):

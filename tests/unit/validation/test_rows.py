@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from vrx_mj.validation.rows import Band, Comparison
+from vrx_mj.validation.rows import Band, Comparison, Row
 
 
 def judged(ours, width, reference=None, **what):
@@ -56,6 +56,12 @@ def test_a_band_may_be_a_distance():
 )
 def test_a_row_is_known_to_be_outside_where_exact_theory_is_too(ours, theory, state):
     assert judged(ours, "1 to 2", theory=theory).state == state
+
+
+@pytest.mark.parametrize(("ours", "state"), [(1.5, "inside"), (2.5, "known"), (2.7, "outside"), (0.5, "outside")])
+def test_a_row_is_known_to_be_outside_in_a_range_of_its_band(ours, state):
+    band = Band("measured", "1 to 2", known="2.4 to 2.6", why="it is known")
+    assert Row("force", "N", None, ours, band, theory=ours).state == state
 
 
 @pytest.mark.parametrize(("ours", "difference", "inside"), [(2.0, 0.0, True), (0.5, -0.5, False), (3.25, 0.25, False)])
