@@ -61,11 +61,12 @@ def map_png(scene: MapScene, size: tuple[int, int]) -> bytes:
 
 def _picture(scene: MapScene, size: tuple[int, int], suffix: str) -> bytes:
     check_kind("a map", scene, MapScene, "a MapScene, as map_of(world)")
-    figure, picture = chart(scene, _pixels(size)), io.BytesIO()
-    haloed = figure.findobj(lambda artist: isinstance(artist, Text) and bool(artist.get_path_effects()))
-    for number, name in enumerate(haloed if suffix == ".svg" else ()):
-        name.set(path_effects=[], gid=f"halo{number}")
+    picture = io.BytesIO()
     with font_warnings_hidden(), rc_context(_SVG):
+        figure = chart(scene, _pixels(size))
+        haloed = figure.findobj(lambda artist: isinstance(artist, Text) and bool(artist.get_path_effects()))
+        for number, name in enumerate(haloed if suffix == ".svg" else ()):
+            name.set(path_effects=[], gid=f"halo{number}")
         figure.savefig(picture, format=suffix[1:], metadata=FORMATS[suffix])
     drawn = picture.getvalue()
     return drawn.replace(b"</style>", f"{_HALO}</style>".encode(), 1) if suffix == ".svg" else drawn
