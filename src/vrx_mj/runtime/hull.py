@@ -223,7 +223,8 @@ def _thruster(name: str, arrays: LoopArrays, number: int) -> Propeller:
         commands, forces, rising = _mapping_table(**{field: row[field].item() for field in _DRIVE})
     else:
         own = arrays.propellers[row["measured"]]
-        water = own, arrays.quadrants, float(arrays.sea[0]["density"])
+        if own["quadrant_count"] or own["vanishing_speed"] < np.inf:
+            water = own.copy(), arrays.quadrants, float(arrays.sea[0]["density"])
         points = arrays.propeller_points[own["point_start"] :][: own["point_count"]]
         commands, forces, rising = _measured_table(
             float(row["max_command"]), float(own["dead_zone"]), tuple(points.tolist())
