@@ -201,7 +201,7 @@ def test_panels_are_halved_until_little_changes(tolerance, panels, change):
 @pytest.mark.filterwarnings("ignore")
 def test_panels_of_a_box_are_halved_until_its_forces_stay():
     """Roll in beam waves of 2 rad/s is 1816.9 N m/m with 1920 panels, and 3 % off with 368 of one size."""
-    import capytaine
+    capytaine = pytest.importorskip("capytaine")
 
     def solver(count, *, clustered=True):
         return _Solver(capytaine, _wet_mesh(capytaine, BOX, count, clustered=clustered), np.zeros(3), 1025.0, 9.81)
