@@ -11,7 +11,8 @@ from unit.physics.rows import moving
 from vrx_mj.config.fleet import Order
 from vrx_mj.config.search import catalogue
 from vrx_mj.control import Captain
-from vrx_mj.control.velocity import WAMV, WAMV_VRX3, craft_of
+from vrx_mj.control.pilot import Pilot
+from vrx_mj.control.velocity import WAMV, WAMV_VRX3, VelocityKeeper, craft_of
 from vrx_mj.mjcf.build import build_boat
 from vrx_mj.physics.thrust import rudder_force
 
@@ -65,7 +66,7 @@ def distances(robot, profile, duration):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("profile", ["vrx", "vrx3"])
+@pytest.mark.parametrize("profile", ["vrx", "vrx3", "marine"])
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_the_captain_brings_a_robot_to_its_goal_and_keeps_it_there(robot, profile):
     found, length = distances(robot, profile, 100.0), boat(robot, profile).hull.length
@@ -92,6 +93,48 @@ def test_other_boats_are_steered_by_their_own_figures():
     assert skiff.mass == pytest.approx(60.0 + 3.0)
     assert (skiff.surge_drag, skiff.sway_drag, skiff.yaw_drag) == ((12, 18), (60, 220), (40, 60))
     assert skiff.rudders["rudder"].max_angle == pytest.approx(0.61)
+
+
+RESISTS = "hull: {damping_quadratic: [0, 99.99, 10, 5, 5, 17.3], resistance: [[0, 0], [0.6, 12], [1.2, 39]]}\n"
+
+
+@pytest.mark.parametrize(
+    ("keys", "speed"),
+    [
+        (RESISTS, 1.2 * math.sqrt(48.0 / 39.0)),
+        ("propellers: {left: &jet {vanishing_speed: 4}, right: *jet}\n", 1.3559),  # 48 (1 - u / 4) = 17.26 u^2
+        ("propellers: {left: &jet {four_quadrant: wageningen_b4_70}, right: *jet}\n", None),
+    ],
+)
+def test_a_boats_top_speed_is_the_one_that_it_makes(tmp_path, keys, speed):
+    (tmp_path / "own.yaml").write_text(f"extends: heron\n{keys}", encoding="utf-8")
+    fleet = {"robot": str(tmp_path / "own.yaml"), "boats": [{"name": "a", "pose": [0] * 6}], "sensors": "none"}
+    sim = vrx_mj.Simulation(vrx_mj.compile_world(world_of("heron", "marine"), fleet=fleet))
+    seen = sim.observe()["a"]
+    pilot, keeper = Pilot(seen.thrusters, craft_of(seen)), VelocityKeeper(seen.thrusters, craft_of(seen))
+    sim.step({"a": {"left": 1.0, "right": 1.0}}, duration=20.0)
+    assert pilot.top_speed == pytest.approx(keeper.top_speed)
+    assert pilot.top_speed == pytest.approx(sim.observe()["a"].velocity[0], rel=0.005)  # its trim takes the rest
+    assert speed is None or pilot.top_speed == pytest.approx(speed, rel=1e-3)
+
+
+def test_a_hulls_figures_are_those_of_profile_marine():
+    """Of the WAM-V's forces in this profile, with the drag of flow across its hulls."""
+    hull = boat("wamv", "marine").hull
+    sim = vrx_mj.Simulation(
+        vrx_mj.compile_world(world_of("wamv", "marine"), fleet={"robot": "wamv", "sensors": "none"})
+    )
+    sim.step(duration=10.0)
+    vessel, (x, y, z, *_) = sim.world.parameters.hulls[0].vessel, sim.observe()["wamv"].position
+    assert hull.added_mass == tuple(vessel.added_mass[axis][axis] for axis in range(6))
+    for axis in (0, 1, 5):
+        velocity = np.zeros(6)
+        velocity[axis] = 0.8
+        sim.set_boat("wamv", pose=(x, y, z, 0, 0, 0), velocity=velocity)
+        force = -0.8 * (hull.drag_linear[axis] + 0.8 * hull.drag_quadratic[axis])
+        drag = sim.forces("wamv")["drag"]
+        drag[3:] += np.cross(hull.centre, drag[:3])  # about the origin
+        assert drag[axis] == pytest.approx(force, rel=1e-3)
 
 
 @pytest.mark.parametrize("engines", ["fixed", "hinged"])

@@ -128,7 +128,7 @@ class Config(BaseModel):
         given = self.model_fields_set
         ignored: list[Fault] = [
             ((key,), error)
-            for key, only in limited_keys(type(self)).items()
+            for key, only in limited_keys(type(self))
             if (error := only.fault(getattr(self, only.selector), getattr(self, key) if key in given else None))
         ]
         if found := ignored or list(self._faults()):
@@ -192,10 +192,10 @@ def own_docstrings(owner: type) -> dict[str, str]:
 
 
 @cache
-def limited_keys(model: type[Config]) -> Mapping[str, Only]:
-    """Fields of a model that have a meaning only with some values of another one."""
+def limited_keys(model: type[Config]) -> Sequence[tuple[str, Only]]:
+    """Fields of a model that have a meaning only with some values of another one; a field may need several."""
     marks = ((key, mark) for key, field in model.model_fields.items() for mark in field.metadata)
-    return {key: mark for key, mark in marks if isinstance(mark, Only)}
+    return [(key, mark) for key, mark in marks if isinstance(mark, Only)]
 
 
 def without_ignored_keys(
@@ -208,7 +208,7 @@ def without_ignored_keys(
     depth = {} if section is None else {key: entry.depth for key, entry in section.entries.items()}
     ignored = {
         key
-        for key, only in limited_keys(model).items()
+        for key, only in limited_keys(model)
         if key in content
         and (section is None or depth.get(only.selector, math.inf) < depth.get(key, math.inf))
         and not only.allows(content.get(only.selector, model.model_fields[only.selector].default))

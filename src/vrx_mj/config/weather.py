@@ -301,7 +301,7 @@ class SeaConfig(InFolder):
     """Component waves of a spectrum, of equal energy on the average."""
     amplitudes: Annotated[Literal["drawn", "fixed"], Only("model", _SPECTRA)] = "drawn"
     """Whether the energies of components are drawn from the run's seed, or are those of the spectrum in every run."""
-    record: Annotated[Positive, Only("model", _SPECTRA)] = 3600.0
+    record: Annotated[Positive, Only("model", _SPECTRA), Only("amplitudes", ("drawn",))] = 3600.0
     """Time over which a run's significant height differs from that of other seeds as in a Gaussian sea [s]."""
     height: Annotated[NonNegative | None, Only("model", _REGULAR, required=True)] = None
     """Height of a regular wave, crest over trough [m]."""

@@ -7,7 +7,7 @@ the sway at zero, so that the course is the heading and a turn has the radius of
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -35,6 +35,8 @@ _SLACK = 1.0
 """Thrusters that miss what is asked of them by more than this [N, N m] are at their limits."""
 _HALVINGS = 6
 """Halvings of the interval in which the share of the force to port is sought: to 1/64."""
+_FASTEST, _SPEEDS = 1024.0, 40
+"""No boat is faster [m/s]; halvings of the interval in which its top speed is sought."""
 _INTEGRAL = 0.2
 """What the integral takes over of that each second, as a share of the rate: wind and unknown drag, in some 5 s."""
 
@@ -59,10 +61,15 @@ class Craft:
     """Length of the hull [m]."""
     rudders: Mapping[str, "Rudder"] = field(default_factory=dict)
     """Rudders by name."""
+    resistance: Callable[[float], float] | None = None
+    """Force [N] at a speed ahead [m/s] besides `surge_drag`; None: none was measured."""
+    thrust_share: Callable[[float], float] | None = None
+    """Share of full thrust ahead that is left at a speed ahead [m/s]; None: speed takes none of it."""
 
     def drag(self, surge: float, sway: float) -> tuple[float, float]:
         """What holds the boat back at a velocity [m/s] ahead and to port: the forces [N] that keep it up."""
-        return _drag(self.surge_drag, surge), _drag(self.sway_drag, sway)
+        resistance = self.resistance(surge) if self.resistance else 0.0
+        return _drag(self.surge_drag, surge) + resistance, _drag(self.sway_drag, sway)
 
     def turning_drag(self, turn: float) -> float:
         """The moment [N m] that keeps a turning rate [rad/s] up."""
@@ -82,8 +89,18 @@ class Craft:
         return commands
 
     def top_speed(self, force: float) -> float:
-        """The speed [m/s] that a force ahead [N] keeps up."""
-        return steady_rate(self.surge_drag, force)
+        """The speed [m/s] that full thrust keeps up, a force ahead of so much [N] at rest."""
+        if self.resistance is None and self.thrust_share is None:
+            return steady_rate(self.surge_drag, force)
+
+        def is_reached(speed: float) -> bool:
+            left = self.thrust_share(speed) if self.thrust_share else 1.0
+            return force * left >= self.drag(speed, 0.0)[0]
+
+        most = 1.0
+        while is_reached(most) and most < _FASTEST:
+            most *= 2.0
+        return most * largest_share(lambda share: is_reached(share * most), _SPEEDS)
 
 
 def steady_rate(drag: tuple[float, float], push: float) -> float:
@@ -141,7 +158,21 @@ def craft_of(boat: "BoatObservation") -> Craft:
         yaw_drag=(hull.drag_linear[5], hull.drag_quadratic[5]),
         length=hull.length,
         rudders=hull.rudders,
+        resistance=hull.resistance_at if hull.resistance else None,
+        thrust_share=_thrust_share(boat.thrusters),
     )
+
+
+def _thrust_share(thrusters: "Mapping[str, Propeller]") -> Callable[[float], float] | None:
+    """Share of full thrust ahead that is left at a speed ahead [m/s]; None if speed takes nothing of it."""
+    ways = [(own, own.direction[0]) for own in thrusters.values() if own.direction[0] != 0.0]
+    pushes = [(own, way, own.max_forward if way > 0.0 else own.max_reverse) for own, way in ways]
+
+    def thrust(speed: float) -> float:
+        return sum(way * own.thrust_at(way * speed, force) for own, way, force in pushes)
+
+    full = sum(way * force for _, way, force in pushes)
+    return (lambda speed: thrust(speed) / full) if full and thrust(1.0) != full else None
 
 
 def wamv_of(thrusters: "Mapping[str, Propeller]") -> Craft:

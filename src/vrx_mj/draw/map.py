@@ -7,10 +7,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
+from matplotlib.text import Text
 
 from vrx_mj.arguments import as_int, as_path, check_kind
 from vrx_mj.draw.course import MapScene, nice_length
@@ -22,6 +24,10 @@ from vrx_mj.outputs import atomic_write
 
 FORMATS = {".png": {"Software": None}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
 """Kinds of pictures, and what is left out of each so that the same scene gives the same file."""
+_SVG = {"svg.fonttype": "none", "svg.hashsalt": "vrx_mj"}
+"""Settings of matplotlib: texts of an SVG stay texts, and the same scene gives the same one."""
+_HALO = "[id^=halo] text{paint-order: stroke; stroke: #fff; stroke-opacity: 0.8; stroke-width: 2.4}"
+"""Style of the names in an SVG, whose white edges would else be paths."""
 _DPI = 100
 _LARGEST = 16384
 """Width and height of a map, at most [px]."""
@@ -30,7 +36,7 @@ _AXIS = 75
 
 
 def draw_map(scene: MapScene, path: str | Path, size: tuple[int, int] = (1600, 1100)) -> None:
-    """Draw a scene as PNG, PDF or SVG, by the path's suffix. A PNG is the same bytes every time.
+    """Draw a scene as PNG, PDF or SVG, by the path's suffix. A PNG or SVG is the same bytes every time.
 
     Args:
         scene: what to draw.
@@ -45,20 +51,25 @@ def draw_map(scene: MapScene, path: str | Path, size: tuple[int, int] = (1600, 1
         raise VrxError(f"invalid file name {quote(file.name)} for a map: it must end in {', '.join(FORMATS)}")
     with atomic_write(file, "the map") as target:
         file.parent.mkdir(parents=True, exist_ok=True)
-        _save(scene, size, target, file.suffix.lower())
+        target.write_bytes(_picture(scene, size, file.suffix.lower()))
 
 
 def map_png(scene: MapScene, size: tuple[int, int]) -> bytes:
     """A scene as a PNG of `size` pixels."""
-    picture = io.BytesIO()
-    _save(scene, size, picture, ".png")
-    return picture.getvalue()
+    return _picture(scene, size, ".png")
 
 
-def _save(scene: MapScene, size: tuple[int, int], target: Path | io.BytesIO, suffix: str) -> None:
+def _picture(scene: MapScene, size: tuple[int, int], suffix: str) -> bytes:
     check_kind("a map", scene, MapScene, "a MapScene, as map_of(world)")
-    with font_warnings_hidden():
-        chart(scene, _pixels(size)).savefig(target, format=suffix[1:], metadata=FORMATS[suffix])
+    picture = io.BytesIO()
+    with font_warnings_hidden(), rc_context(_SVG):
+        figure = chart(scene, _pixels(size))
+        haloed = figure.findobj(lambda artist: isinstance(artist, Text) and bool(artist.get_path_effects()))
+        for number, name in enumerate(haloed if suffix == ".svg" else ()):
+            name.set(path_effects=[], gid=f"halo{number}")
+        figure.savefig(picture, format=suffix[1:], metadata=FORMATS[suffix])
+    drawn = picture.getvalue()
+    return drawn.replace(b"</style>", f"{_HALO}</style>".encode(), 1) if suffix == ".svg" else drawn
 
 
 def _pixels(size: object) -> tuple[int, int]:

@@ -257,7 +257,7 @@ def spare_ball(boat: str, shooter: str, taken: AbstractSet[tuple[float, ...]]) -
     return PlacedObject(ball_name(boat, shooter), BALL, load_object(BALL), (*place, 0.0, 0.0, 0.0))
 
 
-_SHAPES: Mapping[str, Literal[0, 1, 2]] = {"box": 0, "sphere": 1, "cylinder": 2}
+_SHAPES = {"box": 0, "sphere": 1, "cylinder": 2}
 DENSITY = 997.0
 """Density of the water [kg/m3] in profile vrx3, where an object's file gives none. VRX 3's PolyhedraBuoyancyDrag.cc."""
 _ROPE_STIFFNESS = 10.0

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from typing import Any, Literal
+from typing import Any
 
 from vrx_mj.arguments import check_kind
 from vrx_mj.config.weather import CurrentConfig, SeaConfig, TideConfig
@@ -53,7 +53,7 @@ def sea_parameters(sea: SeaConfig, physics: PhysicsConfig) -> Sea:
     )
 
 
-def _moving(physics: PhysicsConfig) -> Literal[0, 1]:
+def _moving(physics: PhysicsConfig) -> int:
     """Whether what floats feels how the water moves."""
     return 1 if PROFILES[physics.profile] == MARINE else 0
 

@@ -28,6 +28,7 @@ MANY, _GROUP = 100, 50
 _SLEEP_OPTIONS = ("enableflags", "sleep_tolerance")
 """Options that the first sleeping part changes."""
 _SENSOR_FIELDS = ("name", "type", "objtype", "objname", "reftype", "refname", "intprm", "datatype", "needstage", "dim")
+_MESH_FIELDS = ("name", "file", "scale", "inertia")
 _SECTIONS = {
     "assets": "asset", "bodies": "worldbody", "contacts": "contact", "equalities": "equality", "sensors": "sensor",
 }  # fmt: skip
@@ -253,10 +254,7 @@ class Pieces:
             ValueError: MuJoCo refuses the MJCF.
         """
         first, *groups = self._groups()
-        files = {} if detail is Detail.CONTACT_FREE else dict(self.files)
-        if detail is Detail.WITHOUT_VISUALS:
-            files |= {file: content for piece in self._kinds for file, content in piece.hulls.items()}
-        spec = mujoco.MjSpec.from_string(self._document(first, detail), assets=files)
+        spec = mujoco.MjSpec.from_string(self._document(first, detail), assets=self._files(detail))
         spec.compiler.discardvisual = detail is not Detail.WHOLE
         for group in groups:
             self._attach(spec, group, detail)
@@ -270,11 +268,14 @@ class Pieces:
         """
         count = len(before.parts)
         new = self.parts[count:]
-        plain = all(
-            part.is_prefixed and not any(part.assets.values()) and not part.block("equalities").strip() for part in new
-        )
+        plain = all(part.is_prefixed and not part.block("equalities").strip() for part in new)
         if not plain or self.parts[:count] != before.parts or len({part.name[0] for part in new}) != 1:
             return False
+        known = {*before._elements(detail)}
+        if more := [element for element in self._elements(detail) if element not in known]:
+            spec.assets |= self._files(detail)
+            for mesh in mujoco.MjSpec.from_string(f"<mujoco><asset>{_lines(more)}</asset></mujoco>").meshes:
+                spec.add_mesh(**{name: getattr(mesh, name) for name in _MESH_FIELDS})
         self._attach(spec, new, detail, with_contacts=True)
         touches = self.own.blocks["sensors"].removeprefix(before.own.blocks["sensors"])
         read = mujoco.MjSpec.from_string(f"<mujoco><sensor>{touches}</sensor></mujoco>").sensors if touches else []
@@ -295,15 +296,25 @@ class Pieces:
 
     def _document(self, parts: Sequence[Part], detail: Detail) -> str:
         """An MJCF of all but the bodies of other parts than these."""
-        lines: Iterable[str] = () if detail is Detail.CONTACT_FREE else self.assets
-        if detail is Detail.WITHOUT_VISUALS:
-            lines = filter(None, self.assets.values())
         pairs = {
             name: self.own.blocks[name] + "".join(part.block(name) for part in self.parts)
             for name in ("contacts", "equalities")
         }
         bodies = self.own.block("bodies", detail) + "".join(part.bodies(detail) for part in parts)
-        return _document(**{**self.own.blocks, **pairs, "assets": _lines(lines), "bodies": bodies})
+        return _document(**{**self.own.blocks, **pairs, "assets": _lines(self._elements(detail)), "bodies": bodies})
+
+    def _elements(self, detail: Detail) -> Iterable[str]:
+        """Its assets with what a detail leaves in them."""
+        if detail is Detail.WITHOUT_VISUALS:
+            return filter(None, self.assets.values())
+        return self.assets if detail is Detail.WHOLE else ()
+
+    def _files(self, detail: Detail) -> dict[str, bytes]:
+        """Contents of the files that these name, by file name."""
+        if detail is Detail.CONTACT_FREE:
+            return {}
+        hulls = {} if detail is Detail.WHOLE else dict(pair for piece in self._kinds for pair in piece.hulls.items())
+        return {**self.files, **hulls}
 
     def _groups(self) -> list[Sequence[Part]]:
         """The parts that are read together; but for the first ones, names of a group have one first letter."""

@@ -10,12 +10,12 @@ A robot as a model for MuJoCo's viewer, in which a control of each joint is its 
 import itertools
 import math
 from collections import Counter
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import chain
 from pathlib import Path
-from typing import Any, Literal, TypeVar
+from typing import Any, TypeVar
 
 import mujoco
 import numpy as np
@@ -76,7 +76,7 @@ _Vector = tuple[float, float, float]
 
 _WORLD = "world"
 """Name of a root link that stays where the boat is put, by Gazebo's convention."""
-_MAPPINGS: Mapping[str, Literal[0, 1, 3]] = {"linear": LINEAR, "glf": GLF, "newtons": NEWTONS}
+_MAPPINGS = {"linear": LINEAR, "glf": GLF, "newtons": NEWTONS}
 """Codes of the thrust mappings in the runtime's table."""
 
 

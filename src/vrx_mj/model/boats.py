@@ -132,7 +132,7 @@ ResistancePoint = Annotated[tuple[NonNegative, NonNegative], Parts("speed", "for
 class Vessel:
     """The model of a hull in profile `marine`; matrices are about the link's origin, body axes."""
 
-    hydrostatics: Literal[0, 1]
+    hydrostatics: Flag
     """`physics.tables.MESH` or `MATRIX`."""
     added_mass: SixBySix
     """Added mass [kg, kg m, kg m2]."""
@@ -337,7 +337,7 @@ class Thruster:
     """Centre of mass of `body` [m], that body's axes."""
     inertia: Annotated[Positive, TIED]
     """Inertia about the hinge [kg m2]."""
-    mapping: Literal[0, 1, 2, 3, 4]
+    mapping: Annotated[int, Field(ge=0, le=4)]
     """From command to force: linear, generalised logistic, rudder, newtons, or sail."""
     max_command: Annotated[Real, Unless("is_blade")]
     """Largest command [1]; with commands in newtons, that in [N]."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from typing import Annotated, Any, Literal, TypeVar, cast, dataclass_transform
+from typing import Annotated, Any, TypeVar, cast, dataclass_transform
 
 from pydantic import AfterValidator, ConfigDict, Field, StringConstraints
 from pydantic_core import PydanticCustomError
@@ -125,8 +125,8 @@ Row = Annotated[int, Field(ge=0, le=_MOST_ROWS)]
 """Number of a row in another table."""
 Index = Annotated[int, Field(ge=-1, le=_MOST_ROWS)]
 """Number of a row in another table, or -1 for none."""
-Flag = Literal[0, 1]
-ProfileCode = Literal[0, 1, 2]
+Flag = Annotated[int, Field(ge=0, le=1)]
+ProfileCode = Annotated[int, Field(ge=0, le=2)]
 """`physics.tables.VRX`, `VRX3` or `MARINE`."""
 Text = Annotated[str, StringConstraints(max_length=_LONGEST)]
 Description = Annotated[str, StringConstraints(max_length=LONGEST_DESCRIPTION)]

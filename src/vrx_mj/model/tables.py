@@ -7,7 +7,7 @@ in MuJoCo's `qpos` and `qvel`; `body` is a body's number. `..._start` and `..._c
 
 from collections.abc import Sequence
 from types import UnionType
-from typing import Annotated, Any, Literal, Union, get_args, get_origin
+from typing import Annotated, Any, Union, get_args, get_origin
 
 import numpy as np
 import numpy.typing as npt
@@ -41,8 +41,6 @@ def form(kind: Any) -> _Column | None:
     own, inner = get_origin(kind), get_args(kind)
     if own in {Annotated, Union, UnionType}:
         return form(inner[0])
-    if own is Literal:
-        return form(type(inner[0]))
     if own is tuple and inner[-1] is not ...:
         parts = [form(part) for part in inner]
         return (parts[0][0], (len(parts), *parts[0][1])) if parts[0] else None

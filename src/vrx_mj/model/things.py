@@ -75,7 +75,7 @@ class Float:
 class Element:
     """A shape that displaces water."""
 
-    shape: Literal[0, 1, 2]
+    shape: Annotated[int, Field(ge=0, le=2)]
     """0: box; 1: sphere; 2: cylinder with axis z."""
     size: tuple[NonNegative, NonNegative, NonNegative]
     """Edges [m] of a box; radius, 0, 0 of a sphere; radius, length, 0 of a cylinder."""

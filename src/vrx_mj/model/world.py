@@ -81,7 +81,7 @@ class Sensor:
 class Parameters:
     """Tables and names that belong to an MJCF."""
 
-    format: Literal[3, 4]
+    format: Annotated[int, pydantic.Field(ge=3, le=4)]
     """Version of the saved form."""
     physics_version: Count = field(default=1, metadata=LEFT_OUT)
     """`constants.PHYSICS_VERSION` that compiled it."""

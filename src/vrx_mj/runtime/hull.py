@@ -9,9 +9,10 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import CommandError
-from vrx_mj.model.tables import PROPELLER, PROPELLER_POINT, THRUSTER
+from vrx_mj.model.tables import PROPELLER, PROPELLER_POINT, RESISTANCE, THRUSTER
+from vrx_mj.physics.drag import resistance_at
 from vrx_mj.physics.tables import BLADES, NEWTONS, RUDDER, Record, Table
-from vrx_mj.physics.thrust import force_point, measured_thrust, race_speed, thrust_force
+from vrx_mj.physics.thrust import advance_thrust, force_point, measured_thrust, quadrant_loads, race_speed, thrust_force
 from vrx_mj.runtime.loop_arrays import LoopArrays
 
 _Six = tuple[float, float, float, float, float, float]
@@ -42,7 +43,10 @@ class Rudder:
 
 @dataclass(frozen=True)
 class Hull:
-    """Figures of a boat; drag is linear and quadratic in surge, sway, heave, roll, pitch and yaw, body axes."""
+    """Figures of a boat; drag is linear and quadratic in surge, sway, heave, roll, pitch and yaw, body axes.
+
+    In profile `marine` they are those of its `hull`, its cross-flow drag among them.
+    """
 
     mass: float
     """Mass of the boat with what it carries [kg]."""
@@ -60,6 +64,12 @@ class Hull:
     """Length of the floats [m]."""
     rudders: Mapping[str, Rudder] = field(default_factory=dict)
     """Rudders by name."""
+    resistance: tuple[tuple[float, float], ...] = ()
+    """Speeds ahead and the resistance there [m/s, N], beside the drag in surge; empty where none was measured."""
+
+    def resistance_at(self, speed: float) -> float:
+        """The force [N] of `resistance` that holds it back at a speed ahead [m/s], below 0 astern."""
+        return float(resistance_at(np.array([*self.resistance], RESISTANCE), speed)) if self.resistance else 0.0
 
 
 def hull_of(arrays: LoopArrays, row: Record, names: Mapping[str, int]) -> Hull:
@@ -67,24 +77,33 @@ def hull_of(arrays: LoopArrays, row: Record, names: Mapping[str, int]) -> Hull:
     mass, inertia, centre = _masses(arrays.model, int(row["body"]))
     stations = arrays.stations[row["station_start"] : row["station_start"] + row["station_count"]]
     along, half = stations["position"][:, 0], 0.5 * stations["length"]
+    added, linear, quadratic, resistance = row["added_mass"], row["drag_linear"], row["drag_quadratic"], ()
+    if row["vessel"] >= 0:
+        vessel = arrays.vessels[row["vessel"]]
+        added, linear = np.diag(vessel["added_mass"]), np.diag(vessel["damping"])
+        strips = arrays.strips[vessel["strip_start"] :][: vessel["strip_count"]]
+        sway, yaw = strips["drag"].sum(), (strips["drag"] * np.abs(strips["x"]) ** 3).sum()
+        quadratic = vessel["damping_quadratic"] + (0.0, sway, 0.0, 0.0, 0.0, yaw)
+        resistance = tuple(arrays.resistances[vessel["resistance_start"] :][: vessel["resistance_count"]].tolist())
     return Hull(
         mass,
         inertia,
         centre,
-        _six(row, "added_mass"),
-        _six(row, "drag_linear"),
-        _six(row, "drag_quadratic"),
+        _six(added),
+        _six(linear),
+        _six(quadratic),
         float((along + half).max() - (along - half).min()),
         {
             name: _rudder(name, arrays.thrusters[k])
             for name, k in names.items()
             if arrays.thrusters["mapping"][k] == RUDDER and arrays.thrusters["max_angle"][k] > 0.0
         },
+        resistance,
     )
 
 
-def _six(row: Record, name: str) -> _Six:
-    surge, sway, heave, roll, pitch, yaw = (float(value) for value in row[name])
+def _six(values: FloatArray) -> _Six:
+    surge, sway, heave, roll, pitch, yaw = (float(value) for value in values)
     return surge, sway, heave, roll, pitch, yaw
 
 
@@ -145,6 +164,8 @@ class Propeller:
     """Whether a command is the force itself [N]; else it is a share of full power."""
     _commands: FloatArray = field(repr=False, compare=False)
     _forces: FloatArray = field(repr=False, compare=False)
+    _water: tuple[Record, Table, float] | None = field(default=None, repr=False, compare=False)
+    """Rows of what was measured of it, and the density of the water [kg/m3]; None: speed takes none of its force."""
 
     @property
     def max_command(self) -> float:
@@ -156,6 +177,15 @@ class Propeller:
         if force == 0.0:
             return 0.0
         return float(np.interp(force, self._forces, self._commands))
+
+    def thrust_at(self, speed: float, force: float) -> float:
+        """What is left of a `force` at rest [N] at a `speed` through the water along its direction [m/s]."""
+        if self._water is None:
+            return force
+        own, quadrants, density = self._water
+        if own["quadrant_count"]:
+            return float(quadrant_loads(own, quadrants, density, force, speed)[0])
+        return float(advance_thrust(own, force, speed))
 
 
 def thrusters(arrays: LoopArrays, rows: dict[str, int]) -> dict[str, Propeller]:
@@ -188,11 +218,13 @@ def energy_of(arrays: LoopArrays, boat: str, index: int, states: Table) -> Float
 
 
 def _thruster(name: str, arrays: LoopArrays, number: int) -> Propeller:
-    row = arrays.thrusters[number]
+    row, water = arrays.thrusters[number], None
     if row["measured"] < 0:
         commands, forces, rising = _mapping_table(**{field: row[field].item() for field in _DRIVE})
     else:
         own = arrays.propellers[row["measured"]]
+        if own["quadrant_count"] or own["vanishing_speed"] < np.inf:
+            water = own.copy(), arrays.quadrants, float(arrays.sea[0]["density"])
         points = arrays.propeller_points[own["point_start"] :][: own["point_count"]]
         commands, forces, rising = _measured_table(
             float(row["max_command"]), float(own["dead_zone"]), tuple(points.tolist())
@@ -209,6 +241,7 @@ def _thruster(name: str, arrays: LoopArrays, number: int) -> Propeller:
         bool(row["mapping"] == NEWTONS),
         commands,
         rising,
+        water,
     )
 
 

@@ -268,6 +268,10 @@ BLOCKS = {
     }),
 }  # fmt: skip
 _hull = BLOCKS["hull.hydrostatics"]
+BLOCKS["sea.amplitudes"] = Block(
+    SeaConfig, lambda content: world(sea={"model": "jonswap", "significant_height": 1, **content}),
+    {"drawn": {}, "fixed": {}}, {**BLOCKS["sea.model"].values, "model": "pm"},
+)  # fmt: skip
 BLOCKS["hull.hydro"] = Block(
     MarineHullConfig, _hull.place, {"": {}, "hydro.json": {}}, {**_hull.values, "hydrostatics": "matrix"}
 )
@@ -285,7 +289,6 @@ LOOKED_AT = {"description"}
 REFERRED_TO = {(BuoyancyElement, "name"), (Visual, "name")}
 """Names for other keys to refer to."""
 FREE = {
-    "SeaConfig.amplitudes",
     "AnimalConfig.goal", "BoatConfig.ais", "BoatConfig.engines", "BoatEntry.ais", "BoatEntry.engines",
     "CameraConfig.antialiasing", "FleetConfig.ais", "FleetConfig.engines",
     "FleetConfig.headings", "FleetConfig.heading", "FleetConfig.origin", "HoleConfig.size", "Layout.headings",
@@ -352,7 +355,7 @@ def is_choice(annotation: object) -> bool:
 def test_every_choice_of_a_file_is_tried():
     choices = {(model, key) for model in models() for key, field in model.model_fields.items()
                if is_choice(field.annotation)}  # fmt: skip
-    choices |= {(model, only.selector) for model in models() for only in limited_keys(model).values()}
+    choices |= {(model, only.selector) for model in models() for _, only in limited_keys(model)}
     tried = [(block.model, name.partition(".")[2]) for name, block in BLOCKS.items()]
     left = {f"{model.__name__}.{key}" for model, key in choices
             if not any(issubclass(other, model) and key == selector for other, selector in tried)}  # fmt: skip

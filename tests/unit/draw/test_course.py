@@ -1,4 +1,5 @@
 import math
+import xml.etree.ElementTree as ET
 from dataclasses import fields, replace
 
 import numpy as np
@@ -19,6 +20,8 @@ from vrx_mj.draw.course import (
 from vrx_mj.draw.map import draw_map
 from vrx_mj.draw.plan import view_of
 from vrx_mj.model.tasks import Box
+
+SVG = "{http://www.w3.org/2000/svg}"
 
 
 def thing(name, x, y, yaw=0.0):
@@ -185,6 +188,19 @@ def test_a_map_of_everything_is_the_same_bytes_twice_and_shows_it(tmp_path):
     for color in ("#0f7b5f", "#2a9d3a", "#c0392b", "#1c6fb5", "#5a4fa3", "#b3261e"):  # gate, bay, animals, path, beacon
         wanted = np.array([int(color[i : i + 2], 16) / 255 for i in (1, 3, 5)])
         assert np.any(np.all(np.abs(picture - wanted) < 0.02, axis=2)), color
+
+
+def test_names_in_an_svg_are_texts_with_one_style_for_their_edges(tmp_path):
+    draw_map(full_scene(), tmp_path / "a.svg", size=(900, 650))
+    draw_map(full_scene(), tmp_path / "b.svg", size=(900, 650))
+    assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
+    root = ET.parse(tmp_path / "a.svg").getroot()
+    groups = [group for group in root.iter(f"{SVG}g") if group.get("id", "").startswith("halo")]
+    assert len({group.get("id") for group in groups}) == len(groups)
+    names = [text.text for group in groups for text in group.iter(f"{SVG}text")]
+    assert {"wamv", "d"} <= {*names}
+    assert len(names) == len(groups)
+    assert "[id^=halo] text{paint-order: stroke;" in next(root.iter(f"{SVG}style")).text
 
 
 def test_a_plan_holds_the_course_but_not_where_objects_wait_to_come_up():

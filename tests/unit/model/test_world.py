@@ -61,6 +61,16 @@ def test_no_value_of_another_kind_is_taken(text):
     assert len(said) > 150
 
 
+@pytest.mark.parametrize(("key", "number"), [("format", 4), ("profile", 0), ("mapping", 1)])
+@pytest.mark.parametrize("other", ["true", "1.0", "-1"])
+def test_codes_are_whole_numbers(text, key, number, other):
+    """Python takes `True` and 1.0 for 1."""
+    wrong = text.replace(f'"{key}": {number}'.encode(), f'"{key}": {other}'.encode(), 1)
+    assert wrong != text
+    with pytest.raises(ValidationError, match=rf"{key}\n  Input should be"):
+        parameters_of(wrong)
+
+
 @pytest.mark.parametrize("number", ["NaN", "Infinity", "1e400", "1e13", "1" + "0" * 5000])
 def test_a_number_is_finite_and_of_a_size_that_can_be(text, number):
     wrong = text.replace(b'"tau": 2.0', b'"tau": ' + number.encode(), 1)

@@ -1,3 +1,4 @@
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -5,8 +6,11 @@ import pytest
 
 import recorded_run
 from vrx_mj.constants import PHYSICS_VERSION
+from vrx_mj.errors import RecordError, VrxWarning
+from vrx_mj.recording import open_viewer, session
 from vrx_mj.recording.checks import compare
 from vrx_mj.recording.reader import read_record
+from vrx_mj.recording.video import write_video
 
 
 @pytest.fixture(scope="module")
@@ -80,6 +84,19 @@ def test_equal_motion_of_fleets_with_other_names_is_equal(record):
         f"physics_version: {PHYSICS_VERSION} and 1",
         "equal to the last bit: 61 rows",
     ]
+
+
+@pytest.mark.parametrize("version", [1, PHYSICS_VERSION + 1])
+def test_whoever_replays_a_run_of_other_physics_is_warned(tmp_path, monkeypatch, version):
+    monkeypatch.setattr(recorded_run, "PHYSICS_VERSION", version)
+    other = recorded_run.record_run(tmp_path / "other.rrd", 0.1, boats=1)
+    told = f"'{other}' is of physics version {version}, and this is {PHYSICS_VERSION}: equal runs differ"
+    monkeypatch.setattr(session, "no_window", lambda **_: None)
+    monkeypatch.setattr(session, "viewer_binary", lambda: "true")  # a program that does nothing
+    with pytest.warns(VrxWarning, match=f"^{re.escape(told)}$"):
+        assert open_viewer(other) == 0
+    with pytest.warns(VrxWarning, match=f"^{re.escape(told)}$"), pytest.raises(RecordError, match="no world to draw"):
+        write_video(other, tmp_path / "other.mp4")
 
 
 def test_boats_that_both_have_are_compared_where_one_recording_has_more(record, tmp_path):

@@ -89,7 +89,9 @@ def test_what_differs_is_told():
     assert {"nbody", "body_mass"} <= different(stepping_models(world)[0], stepping_models(moved)[0])
 
 
-def test_who_comes_last_is_joined_and_nothing_is_read_again(monkeypatch):
+@pytest.mark.parametrize(("robot", "read_alone"), [("wamv", 2), ("barge_4m", 2), ("cora", 3)])
+def test_who_comes_last_is_joined_and_nothing_is_read_again(monkeypatch, robot, read_alone):
+    """Each of both models reads the boat, and the one with shapes the meshes that it has not."""
     world = vrx_mj.compile_world("ocean", fleet=TWO)
     stepping = PhysicsModels(roomy=False)
     stepping.models(world)
@@ -98,8 +100,8 @@ def test_who_comes_last_is_joined_and_nothing_is_read_again(monkeypatch):
     monkeypatch.setattr(
         mujoco.MjSpec, "from_string", lambda text, **said: lengths.append(len(text)) or read(text, **said)
     )
-    stepping.models(with_boat(world, near_first(world, name="late", robot="barge_4m")))  # it has no meshes that touch
-    assert len(lengths) == 2
+    stepping.models(with_boat(world, near_first(world, name="late", robot=robot)))
+    assert len(lengths) == read_alone
     assert max(lengths) < len(world.mjcf) / 2
 
 

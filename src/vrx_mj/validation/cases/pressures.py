@@ -18,7 +18,7 @@ from vrx_mj.frames import rotation_matrix
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.validation.rows import Comparison, Outcome, case
 from vrx_mj.validation.rows import rows as table_rows
-from vrx_mj.validation.setups import GRAVITY, marine_simulation, packaged_simulation
+from vrx_mj.validation.setups import GRAVITY, marine_simulation, only_boat, packaged_simulation, record
 
 _SEAS: Mapping[str, Mapping[str, Any]] = {
     "swell": {"model": "regular", "height": 4.96, "period": 20.0},
@@ -200,6 +200,33 @@ def _chart(samples: FloatArray, theirs: _Amplitudes, course: str) -> Chart:
         series.append(Series("Capytaine", times, _AMPLITUDE * (theirs[i] * turn).real, reference=True))
         series.append(Series(_MOTIONS[i], times, np.roll(samples[:, 0, i], -first)))
     return Chart(f"Diffraction of a wave of 1 cm, {course}", "time [s]", "force [N]", series)
+
+
+_ROLL_DAMPING = 400.0
+"""Linear damping of the barge's roll [N m s]."""
+
+
+@case("physics/vessel.py")
+def roll_damping() -> Outcome:
+    """Damping of roll of a hull with diffraction.
+
+    assets/validation/worlds/drift_barge.yaml, free from rest in beam waves of 2 s and 4 cm for 20 s: the moment of its
+    linear damping in roll, 400 N m s, every 50 ms.
+
+    Reference: Minus 400 N m s times the hull's own rate of roll, as the forces that waves scatter are those on a hull
+    that does not turn.
+    """
+    wave = {"model": "regular", "height": 0.04, "period": 2.0, "direction": [0.0, 1.0], "density": 1025.0}
+    sim = packaged_simulation("drift_barge", sea=wave)
+
+    def moments(sim: Simulation) -> tuple[float, float]:
+        return sim.forces(sim.boats[0])["drag"][3], -_ROLL_DAMPING * only_boat(sim).angular_velocity[0]
+
+    times, (ours, expected) = (each.T for each in record(sim, moments, 400, 0.05))
+    largest = np.abs(expected).max()
+    yield Comparison("greatest difference, over the largest moment", "", None, np.abs(ours - expected).max() / largest)
+    lines = Series("damping times rate", times, expected, reference=True), Series("ours", times, ours)
+    yield Chart("Moment of roll damping", "time [s]", "moment [N m]", lines)
 
 
 _FREE_AMPLITUDE, _PERIODS, _LAST = 0.005, 24, 8

@@ -41,9 +41,9 @@ def _thrust_at(sim: Simulation, command: float, *, height: float = 0.0, speed: f
     return sim.thrust(boat)["propeller"]
 
 
-def _run_with_thrust(command: float, world: str = _TANK, **keys: object) -> Simulation:
+def _run_with_thrust(command: float, **keys: object) -> Simulation:
     """A run whose propeller has got to the thrust of a command: within 2e-6."""
-    sim = packaged_simulation(world, **keys)
+    sim = packaged_simulation(_TANK, **keys)
     sim.step({sim.boats[0]: {"propeller": command}}, duration=13.0 * _LAG)
     return sim
 
@@ -145,6 +145,7 @@ def propeller_ventilation() -> Outcome:
 _ADVANCES = {0.0: (0.4547, 0.06754), 0.2: (0.3919, 0.05942), 0.4: (0.3142, 0.04921), 0.6: (0.2256, 0.03727),
              0.8: (0.1297, 0.02397), 1.0: (0.0307, 0.00969)}  # fmt: skip
 """K_T and K_Q of B4-70 with a pitch ratio of 1 over the advance ratio, by the polynomials of the series."""
+_QUADRANTS = {"robot": "propeller_boat/b4_70.yaml", "pose": [0] * 6, "sensors": "none"}
 _HELD = {1.0: -0.772, -1.0: 0.695}
 """C_T* of a held one at 90 and at -90 degrees, by the sign of the speed: sums of the series' harmonics."""
 
@@ -153,17 +154,18 @@ _HELD = {1.0: -0.772, -1.0: 0.695}
 def propeller_quadrants() -> Outcome:
     """A propeller in four quadrants.
 
-    assets/validation/worlds/propeller_quadrants.yaml: a boat put back at speeds ahead of a propeller of 80 N at rest
-    and 900 W, 0.2 m across, with `four_quadrant: wageningen_b4_70`. Its shaft turns at the rate that gives 80 N. At
-    advance ratios of 0 to 1: thrust and power, as K_T and K_Q; without a command, the shaft held, its drag at 2 m/s
-    either way; and with full command in water from behind, J = -0.4, the thrust over that at rest.
+    assets/validation/worlds/propeller_tank.yaml with propeller_boat/b4_70.yaml: a boat put back at speeds ahead of a
+    propeller of 80 N at rest and 900 W, 0.2 m across, with `four_quadrant: wageningen_b4_70`. Its shaft turns at the
+    rate that gives 80 N. At advance ratios of 0 to 1: thrust and power, as K_T and K_Q; without a command, the shaft
+    held, its drag at 2 m/s either way; and with full command in water from behind, J = -0.4, the thrust over that at
+    rest.
 
     Reference: Ahead, the polynomials of the B series (Oosterveld, M. W. C., van Oossanen, P., 1975, Further
     computer-analyzed data of the Wageningen B-screw series, ISP 22, no. 251), another fit of the same tank's tests than
     the file's Fourier series (Roddy, R. F., Hess, D. E., Faller, W., 2006, NSWCCD-50-TR-2006/004). The others are
     sums of that series.
     """
-    sim = _run_with_thrust(1.0, world="propeller_quadrants")
+    sim = _run_with_thrust(1.0, spawn=_QUADRANTS)
     density = sim.world.parameters.sea.density
     rest = _thrust_at(sim, 1.0)
     ratio = _ADVANCES[0.0][0] / rest
@@ -178,7 +180,7 @@ def propeller_quadrants() -> Outcome:
         yield Comparison(f"10 K_Q at J = {advance:g}", "", 10.0 * torque, 10.0 * power)
     behind = _thrust_at(sim, 1.0, speed=-0.4 * rate * _DIAMETER) / rest
     yield Comparison("thrust at J = -0.4 over that at rest", "", 0.865, behind)
-    still = packaged_simulation("propeller_quadrants")
+    still = packaged_simulation(_TANK, spawn=_QUADRANTS)
     head = 0.5 * density * 4.0 * math.pi * (0.5 * _DIAMETER) ** 2
     for way, coefficient in _HELD.items():
         name = f"C_T* of the held propeller, {'ahead' if way > 0.0 else 'astern'}"
@@ -256,6 +258,30 @@ def heron_speed() -> Outcome:
             yield Comparison(f"speed, {thrust:g} N a side", "m/s", reference, speeds[-1])
         series.append(Series(f"{thrust:g} N a side", times, speeds))
     yield Chart("Speed of the Heron", "time [s]", "speed [m/s]", (*edges, *series))
+
+
+_TABLE = [0.0, 0.6, 1.2], [0.0, 12.0, 39.0]
+"""Speeds [m/s] and the resistance there [N] of heron_resistance."""
+
+
+@case("physics/drag.py", "physics/vessel.py", "runtime/loop.py")
+def hull_resistance() -> Outcome:
+    """Speed of a hull with a table of resistance.
+
+    assets/validation/worlds/heron_resistance: robot heron with `resistance` in place of its damping in surge, in still
+    water and still air, from rest, with both jets at three commands for 30 s.
+
+    Reference: The speed at which the table has the thrust of both jets, by straight lines between its rows, and beyond
+    the last one by the square of the speed.
+    """
+    boat = {"name": "a", "pose": [0, 0, 0, 0, 0, 0]}
+    sim = marine_simulation({"robot": str(folder() / "worlds" / "heron_resistance" / "robot.yaml"), "boats": [boat]})
+    for command, thrust in _THRUSTS.items():
+        sim.reset()
+        sim.step({"a": {"left": command, "right": command}}, duration=30.0)
+        beyond = max(2.0 * thrust / _TABLE[1][-1], 1.0)
+        speed = np.interp(2.0 * thrust, *_TABLE[::-1]) * math.sqrt(beyond)
+        yield Comparison(f"speed, {thrust:g} N a side", "m/s", speed, only_boat(sim).velocity[0])
 
 
 _MEASURED = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
