@@ -15,12 +15,13 @@ def scored(controller, world, seed, score, *, kind="stationkeeping", state=None,
         "elapsed": 300.0, "timed_out": phase == "finished", "num_collisions": 0, "events": [],
     }  # fmt: skip
     cell = Cell(controller, world, seed)
-    return Result(cell, task=task, sim_time=320.0, state_sha256=state or f"{cell} {score}", tracks=tracks or {})
+    ended = {"finished": "finished", "running": "cut"}.get(phase, "not started")
+    return Result(cell, ended, task=task, sim_time=320.0, state_sha256=state or f"{cell} {score}", tracks=tracks or {})
 
 
 def failed(controller, world, seed, error="it sank"):
     """A trial that failed."""
-    return Result(Cell(controller, world, seed), error=error)
+    return Result(Cell(controller, world, seed), "failed", error=error)
 
 
 def campaign_of(folder, results, *, code="0.1.0 abc", platform="here", physics=2, hashes=None, **options):

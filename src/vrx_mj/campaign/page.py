@@ -260,7 +260,7 @@ def _cell(result: Result | None, seed: int, scores: Sequence[float], task: Mappi
     return {
         **row,
         "kind": "score",
-        "text": f"{result.score:.4g}{' ✂' if result.status == 'cut' else ''}",
+        "text": f"{result.score:.4g}{' ✂' if result.state == 'cut' else ''}",
         "value": f"{result.score:.6g}",
         "color": _color(result.score, scores, task["better"]),
         "title": f"seed {seed}: {result.score:.4g} {task['unit']}{_how(result.task or {})}",

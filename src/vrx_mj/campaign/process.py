@@ -146,6 +146,7 @@ class TrialProcess:
             text = reason or (self._hung() if late > -0.1 else _exit_text(self._process.exitcode))
             found = Result(
                 self.trial.cell,
+                "failed",
                 error=f"at t = {self._shared[REACHED]:g} s: {text}",
                 sim_time=self._shared[REACHED],
                 wall_time=time.monotonic() - self._begun,
@@ -396,11 +397,11 @@ def _result(ray: Any, reference: Any, trial: Trial, root: Path) -> Result:
     try:
         files: _Files = ray.get(reference)
     except ray.exceptions.RayError as error:
-        result = Result(cell, error=f"Ray lost the trial: {str(error).strip().splitlines()[0]}")
+        result = Result(cell, "lost", error=f"Ray lost the trial: {str(error).strip().splitlines()[0]}")
         write_result(root / cell.folder, result)
         return result
     sketch = sketch_file(root, cell.world)
     for name, content in sorted(files.items(), key=lambda item: item[0].endswith("result.json")):
         if root / name != sketch or not sketch.is_file():
             write_files(root, {name: content}, WHAT)
-    return read_result(root / cell.folder) or Result(cell, error="Ray returned no result")
+    return read_result(root / cell.folder) or Result(cell, "lost", error="Ray returned no result")

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.campaign.plan import Cell, folder_name
+from vrx_mj.campaign.plan import Cell, State, folder_name
 from vrx_mj.errors import RecordError
 from vrx_mj.outputs import write_files
 
@@ -25,8 +25,8 @@ Tree = dict[str, Any]
 WHAT = "the campaign"
 """What is written, for messages."""
 _COLUMNS = (
-    "controller", "world", "seed", "status", "task", "score", "unit", "better", "state", "timed_out", "collisions",
-    "elapsed", "sim_time", "wall_time", "state_sha256", "error",
+    "controller", "world", "seed", "state", "task", "score", "unit", "better", "timed_out", "collisions", "elapsed",
+    "sim_time", "wall_time", "state_sha256", "error",
 )  # fmt: skip
 
 
@@ -35,6 +35,7 @@ class Result:
     """How a trial ended."""
 
     cell: Cell
+    state: State = "finished"
     error: str | None = None
     """Error that ended the trial; None where it did not fail."""
     task: Mapping[str, Any] | None = None
@@ -55,19 +56,13 @@ class Result:
 
     @property
     def has_failed(self) -> bool:
-        """Whether the trial has no result."""
-        return self.error is not None
-
-    @property
-    def status(self) -> str:
-        """How it ended: `failed`, `not started` or `cut` (before or while its task ran), or else `done`."""
-        phase = "finished" if self.task is None else self.task["state"]
-        return "failed" if self.has_failed else {"finished": "done", "running": "cut"}.get(phase, "not started")
+        """Whether the trial has no result: it failed, or was lost."""
+        return self.state in {"failed", "lost"}
 
     @property
     def score(self) -> float | None:
         """The task's score; None where the trial failed, its task has not started, or the world has no task."""
-        return float(self.task["score"]) if self.task is not None and self.status in ("cut", "done") else None
+        return float(self.task["score"]) if self.task is not None and self.state in {"cut", "finished"} else None
 
 
 def write_result(folder: Path, result: Result) -> None:
@@ -119,10 +114,10 @@ def _row(result: Result) -> dict[str, object]:
     task = result.task or {}
     return {
         **asdict(result.cell),
-        "status": result.status,
+        "state": result.state,
         "task": task.get("type"),
         "score": result.score,
-        **{key: task.get(key) for key in ("unit", "better", "state", "timed_out", "elapsed")},
+        **{key: task.get(key) for key in ("unit", "better", "timed_out", "elapsed")},
         "collisions": task.get("num_collisions"),
         "sim_time": result.sim_time,
         "wall_time": round(result.wall_time, 3),

@@ -272,7 +272,7 @@ def mean_of(results: Iterable[Result]) -> Mean:
     """The scores of these trials together."""
     found = list(results)
     scores = tuple(result.score for result in found if result.score is not None)
-    return Mean(scores, *(sum(result.status == how for result in found) for how in ("failed", "not started", "cut")))
+    return Mean(scores, *(sum(result.state == how for result in found) for how in ("failed", "not started", "cut")))
 
 
 def seedless_worlds(results: Iterable[Result]) -> list[str]:

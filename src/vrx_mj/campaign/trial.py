@@ -4,12 +4,12 @@ import math
 import sys
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import Any
 
-from vrx_mj.campaign.plan import Cell, Trial
+from vrx_mj.campaign.plan import Cell, State, Trial
 from vrx_mj.campaign.results import Result, Stopwatch, Tracks
 from vrx_mj.errors import VrxError
 from vrx_mj.mjcf.compile import compile_world
@@ -24,6 +24,8 @@ _EXTRA_TIME = 60.0
 """Wall time that a trial gets on top of its simulated time [s]."""
 INTERRUPTED = "interrupted"
 """The error of a trial that was interrupted."""
+_STATES: Mapping[str, State] = {"initial": "not started", "ready": "not started", "running": "cut"}
+"""The states of trials that end in these phases of a task."""
 _EVENTS = 200
 """Lines of the referee that are kept, at most."""
 
@@ -70,7 +72,7 @@ def sail(trial: Trial, folder: Path, stopwatch: Stopwatch, keep: Callable[[World
     begun, tracks, sim = time.perf_counter(), Tracks(), None
     stopwatch.allow(PREPARATION)
     try:
-        world = compile_world(trial.cell.world, fleet=trial.fleet, seed=trial.cell.seed)
+        world = compile_world(trial.cell.world, fleet=trial.fleet, seed=trial.cell.seed, parameters=trial.parameters)
         keep(world)
         sim = Simulation(world)
         with _recording(sim, folder / _RECORDING if trial.record else None):
@@ -79,6 +81,7 @@ def sail(trial: Trial, folder: Path, stopwatch: Stopwatch, keep: Callable[[World
     except Exception as error:
         return Result(
             trial.cell,
+            "failed",
             error=_error_text(error, sim),
             sim_time=sim.time if sim else 0.0,
             wall_time=time.perf_counter() - begun,
@@ -114,6 +117,7 @@ def _result(trial: Trial, summary: Summary, world: str, tracks: Tracks) -> Resul
         task["events"] = [list(event) for event in task["events"][-_EVENTS:]]
     return Result(
         trial.cell,
+        "failed" if summary.interrupted else _STATES.get(summary.task.state if summary.task else "", "finished"),
         error=INTERRUPTED if summary.interrupted else None,
         task=task,
         sim_time=summary.sim_time,

@@ -275,7 +275,7 @@ def _print_leaderboard(campaign: "Campaign") -> None:
 def _outcome(result: "Result") -> str:
     if result.has_failed:
         return f"failed: {result.error}"
-    outcome = "no task" if result.task is None else result.status
+    outcome = "no task" if result.task is None else result.state
     if result.task is not None and result.score is not None:
-        outcome = f"{result.score:.4g} {result.task['unit']}{', cut' if result.status == 'cut' else ''}"
+        outcome = f"{result.score:.4g} {result.task['unit']}{', cut' if result.state == 'cut' else ''}"
     return f"{outcome} ({result.sim_time:g} s in {result.wall_time:.1f} s)"

@@ -52,9 +52,9 @@ def test_the_table_has_a_line_for_each_result(tmp_path):
     write_csv(tmp_path / "results.csv", [GOOD, BAD])
     with (tmp_path / "results.csv").open(encoding="utf-8", newline="") as file:
         good, bad = csv.DictReader(file)
-    assert (good["controller"], good["world"], good["seed"], good["status"]) == ("a:f", "w/1", "3", "done")
+    assert (good["controller"], good["world"], good["seed"], good["state"]) == ("a:f", "w/1", "3", "finished")
     assert (good["task"], good["score"], good["unit"], good["better"]) == ("stationkeeping", "1.25", "m", "lower")
-    assert (bad["status"], bad["score"], bad["error"]) == ("failed", "", BAD.error)
+    assert (bad["state"], bad["score"], bad["error"]) == ("failed", "", BAD.error)
 
 
 ROUNDING = 0.05 * math.sqrt(2.0)  # to a decimetre, both ways [m]

@@ -148,13 +148,13 @@ def test_a_controller_that_failed_everywhere_is_last():
 
 def test_a_task_that_never_started_has_no_score_and_no_rank():
     never = scored("b:f", "hold", 0, 0.0, phase="ready")
-    assert (never.status, never.score, str(mean_of([never]))) == ("not started", None, "not started")
+    assert (never.state, never.score, str(mean_of([never]))) == ("not started", None, "not started")
     results = [scored("a:f", "hold", 0, 99.0), never, scored("c:f", "hold", 0, 50.0, phase="running")]
     lines = {line.controller: line for line in leaderboard(results, ("a:f", "b:f", "c:f"))}
     assert {who: (line.ranks["stationkeeping"], line.total) for who, line in lines.items()} == {
         "c:f": (1, 1), "a:f": (2, 2), "b:f": (None, 3)
     }  # fmt: skip
-    assert results[2].status == "cut"
+    assert results[2].state == "cut"
     assert lines["c:f"].means["stationkeeping"].cut == 1
 
 
