@@ -6,11 +6,13 @@ import time
 import traceback
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, nullcontext
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
 from vrx_mj.campaign.plan import Cell, State, Trial
 from vrx_mj.campaign.results import Result, Stopwatch, Tracks
+from vrx_mj.campaign.vary import varied_world
 from vrx_mj.errors import VrxError
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.mjcf.world import World
@@ -72,12 +74,12 @@ def sail(trial: Trial, folder: Path, stopwatch: Stopwatch, keep: Callable[[World
     begun, tracks, sim = time.perf_counter(), Tracks(), None
     stopwatch.allow(PREPARATION)
     try:
-        world = compile_world(trial.cell.world, fleet=trial.fleet, seed=trial.cell.seed, parameters=trial.parameters)
-        keep(world)
-        sim = Simulation(world)
+        base = compile_world(trial.cell.world, fleet=trial.fleet, seed=trial.cell.seed)
+        keep(base)
+        sim = Simulation(varied_world(trial.cell.world, trial.parameters, fleet=trial.fleet, base=base))
         with _recording(sim, folder / _RECORDING if trial.record else None):
             summary = _summary(trial, sim, folder, tracks, stopwatch)
-        return _result(trial, summary, world.sha256, tracks)
+        return _result(trial, summary, base.sha256, tracks)
     except Exception as error:
         return Result(
             trial.cell,
@@ -86,6 +88,7 @@ def sail(trial: Trial, folder: Path, stopwatch: Stopwatch, keep: Callable[[World
             sim_time=sim.time if sim else 0.0,
             wall_time=time.perf_counter() - begun,
             tracks=tracks.lines(),
+            parameters=trial.parameters,
         )
 
 
@@ -123,10 +126,12 @@ def _result(trial: Trial, summary: Summary, world: str, tracks: Tracks) -> Resul
         sim_time=summary.sim_time,
         wall_time=summary.wall_time,
         state_sha256=summary.state_sha256,
+        poses_sha256=sha256(repr(summary.boats).encode()).hexdigest(),
         world_sha256=world,
         platform=summary.platform,
         tracks=tracks.lines(),
         recording=_RECORDING if trial.record else None,
+        parameters=trial.parameters,
     )
 
 
