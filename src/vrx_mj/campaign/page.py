@@ -333,15 +333,16 @@ def _cell(result: Result | None, seed: int, scores: Sequence[float], task: Mappi
         "text": f"{result.score:.4g}{' ✂' if result.state == 'cut' else ''}",
         "value": f"{result.score:.6g}",
         "color": _color(result.score, scores, task["better"]),
-        "title": f"seed {seed}: {result.score:.4g} {task['unit']}{_how(result.task or {})}",
+        "title": f"seed {seed}: {result.score:.4g} {task['unit']}{_how(result)}",
     }
 
 
-def _how(task: Mapping[str, object]) -> str:
+def _how(result: Result) -> str:
     """How a task ended, in words."""
+    task = result.task or {}
     hits = task["num_collisions"]
     collided = f", {hits} collision{'s' if hits != 1 else ''}" if hits else ""
-    end = "cut while running" if task["state"] == "running" else "finished"
+    end = "cut while running" if result.state == "cut" else "finished"
     return f" after {task['elapsed']:.1f} s, {end}{', timed out' if task['timed_out'] else ''}{collided}"
 
 

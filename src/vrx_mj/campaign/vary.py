@@ -6,6 +6,8 @@ import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError, VrxWarning
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.mjcf.parameters import parameters
@@ -37,7 +39,7 @@ class Quantity:
 
     def drawn(self, seed: int) -> float:
         """Value in the trials of a seed: neither the number of trials nor other quantities change it."""
-        return self.low + (self.high - self.low) * uniform(stream_key(seed, "vary", self.name), 0)
+        return self.low + (self.high - self.low) * uniform(np.uint64(stream_key(seed, "vary", self.name)), 0)
 
 
 def parse_vary(texts: Iterable[str]) -> tuple[Quantity, ...]:
