@@ -302,19 +302,21 @@ def _charts(campaign: Campaign) -> Iterator[Markup]:
     for quantity in plan.vary:
         for kind, task in task_types(results).items():
             found = [dependence(groups.get((who, kind), []), quantity, who) for who in plan.controllers]
-            series = []
+            points, curves = [], []
             for color, own in enumerate(found):
+                if not own.x:
+                    continue
                 stride = 1 + len(own.x) // _SHOWN_POINTS
                 rank = "" if math.isnan(own.correlation) else f", rank correlation {own.correlation:+.2f}"
-                ends = np.array([mean.interval or (mean.mean, mean.mean) for mean in own.means]).reshape(-1, 2)
-                series += [
-                    Series("", own.x[::stride], own.scores[::stride], kind="points", color=color),
+                ends = np.array([mean.interval or (math.nan, math.nan) for mean in own.means])
+                points.append(Series("", own.x[::stride], own.scores[::stride], kind="points", color=color))
+                curves.append(
                     Series(f"{own.controller}{rank}", own.centers, [mean.mean for mean in own.means], color=color,
-                           low=ends[:, 0], high=ends[:, 1]),
-                ]  # fmt: skip
+                           low=ends[:, 0], high=ends[:, 1])
+                )  # fmt: skip
             unit = f"{quantity.name} [{quantity.unit}]" if quantity.unit else quantity.name
             better = f"{task['unit']}, {task['better']} is better"
-            yield chart_svg(Chart(kind.replace("_", " "), unit, f"score [{better}]", series))
+            yield chart_svg(Chart(kind.replace("_", " "), unit, f"score [{better}]", [*points, *curves]))
 
 
 def _cell(result: Result | None, seed: int, scores: Sequence[float], task: Mapping[str, str] | None) -> _Row:
