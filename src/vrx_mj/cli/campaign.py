@@ -1,7 +1,7 @@
 """`vrx-mj campaign`: controllers on worlds with seeds, in parallel, to a table and a page."""
 
 import math
-from collections.abc import Generator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -14,8 +14,9 @@ from vrx_mj.errors import CommandError
 from vrx_mj.outputs import writing
 
 if TYPE_CHECKING:
+    from vrx_mj.campaign.engines import Engine
     from vrx_mj.campaign.manifest import Campaign
-    from vrx_mj.campaign.plan import Plan, Serving, Trial
+    from vrx_mj.campaign.plan import Plan, Serving
     from vrx_mj.campaign.results import Result
     from vrx_mj.campaign.scores import Comparison, Mean
 
@@ -51,6 +52,12 @@ _Waits = Annotated[
     str | None,
     typer.Option(help="With --exec: topics A,B that the simulation waits for; step: the service /vrx_mj/step."),
 ]
+_Ray = Annotated[
+    str | None,
+    typer.Option(
+        metavar="[<address>]", help="Run on a Ray cluster; without an address on that of RAY_ADDRESS, or here."
+    ),
+]
 
 
 @reads_files
@@ -70,7 +77,7 @@ def campaign(
     lockstep: _Waits = None,
     rosbridge: Annotated[bool, typer.Option("--rosbridge", help="With --exec: rosbridge in every trial.")] = False,
     ardupilot: Annotated[bool, typer.Option("--ardupilot", help="With --exec: ArduPilot's SITL, without ROS.")] = False,
-    ray: Annotated[bool, typer.Option("--ray", help="Run on Ray: the cluster of RAY_ADDRESS, or here.")] = False,
+    ray: _Ray = None,
     restart: Annotated[bool, typer.Option("--restart", help="Discard the folder's results, start again.")] = False,
 ) -> None:
     """Sail controllers in many worlds, and compare their scores. Every controller sails every world with every seed.
@@ -83,6 +90,7 @@ def campaign(
     from vrx_mj.campaign.manifest import begin, check_files, read_campaign
     from vrx_mj.campaign.page import with_new_results, write_report
     from vrx_mj.campaign.scores import compare
+    from vrx_mj.campaign.worker import check_controllers
 
     serving = _serving(controllers, programs, rate, lockstep, rosbridge=rosbridge, ardupilot=ardupilot)
     plan = _plan(
@@ -90,10 +98,12 @@ def campaign(
         serving=serving,
     )  # fmt: skip
     check_files(plan)
+    if serving is None:
+        check_controllers(plan.controllers)
     earlier = read_campaign(against) if against is not None else None
     with writing("the campaign", output):
         begun = begin(output, plan, restart=restart)
-        stopped = _carry_out(begun, jobs, ray=ray)
+        stopped = _carry_out(begun, _engine(jobs, ray))
         now = with_new_results(begun)
         comparison = compare(now, earlier) if earlier is not None else None
         page = write_report(now, comparison)
@@ -140,17 +150,21 @@ def _plan(controllers: Sequence[str], worlds: Sequence[str], seeds: str, **optio
     return Plan(tuple(controllers), choose_worlds(worlds), parse_seeds(seeds), **options)
 
 
-def _carry_out(begun: "Campaign", jobs: int | None, *, ray: bool) -> bool:
+def _carry_out(begun: "Campaign", engine: "Engine") -> bool:
     """Sail what is left; whether it was stopped before its end."""
+    from vrx_mj.campaign.engines import run_trials
+    from vrx_mj.campaign.results import write_result
+
     plan, left = begun.manifest.plan, begun.remaining
     if len(left) < len(plan.cells):
         typer.echo(f"{begun.folder}: {len(plan.cells) - len(left)} of {len(plan.cells)} trials are finished", err=True)
     trials = [plan.trial(cell) for cell in left]
     with Bar("campaign", len(trials), "trials") as bar:
         progress = CampaignProgress(bar, len(trials))
-        sailed = _results_of(trials, begun.folder, jobs, progress, ray=ray)
+        sailed = run_trials(trials, begun.folder, engine, running=progress.running)
         try:
             for result in sailed:
+                write_result(begun.folder / result.cell.folder, result)
                 progress.note_result(result)
         except KeyboardInterrupt:
             return True
@@ -159,17 +173,11 @@ def _carry_out(begun: "Campaign", jobs: int | None, *, ray: bool) -> bool:
     return False
 
 
-def _results_of(
-    trials: "Sequence[Trial]", folder: Path, jobs: int | None, progress: "CampaignProgress", *, ray: bool
-) -> "Generator[Result, None, None]":
-    if ray:
-        from vrx_mj.campaign.process import sail_on_ray
-
-        return sail_on_ray(trials, folder, jobs, running=progress.running)
-    from vrx_mj.campaign.process import sail_all
+def _engine(jobs: int | None, ray: str | None) -> "Engine":
+    from vrx_mj.campaign.engines import ProcessPool, RayCluster
     from vrx_mj.runtime.limits import core_share
 
-    return sail_all(trials, folder, jobs or max(1, int(core_share()[1])), running=progress.running)
+    return ProcessPool(jobs or max(1, int(core_share()[1]))) if ray is None else RayCluster(ray or None, jobs)
 
 
 def _conclude(now: "Campaign", comparison: "Comparison | None", page: Path, *, stopped: bool) -> None:
@@ -275,7 +283,7 @@ def _print_leaderboard(campaign: "Campaign") -> None:
 def _outcome(result: "Result") -> str:
     if result.has_failed:
         return f"failed: {result.error}"
-    outcome = "no task" if result.task is None else result.state
+    outcome: str = "no task" if result.task is None else result.state
     if result.task is not None and result.score is not None:
         outcome = f"{result.score:.4g} {result.task['unit']}{', cut' if result.state == 'cut' else ''}"
     return f"{outcome} ({result.sim_time:g} s in {result.wall_time:.1f} s)"
