@@ -98,9 +98,9 @@ def campaign(
         serving=serving,
     )  # fmt: skip
     check_files(plan)
+    earlier = read_campaign(against) if against is not None else None
     if serving is None:
         check_controllers(plan.controllers)
-    earlier = read_campaign(against) if against is not None else None
     with writing("the campaign", output):
         begun = begin(output, plan, restart=restart)
         stopped = _carry_out(begun, _engine(jobs, ray))
