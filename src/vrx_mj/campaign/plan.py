@@ -10,6 +10,7 @@ from itertools import product
 from pathlib import Path
 from typing import Literal
 
+from vrx_mj.campaign.vary import Quantity
 from vrx_mj.config.search import catalogue, find, is_path
 from vrx_mj.errors import CommandError
 
@@ -81,7 +82,7 @@ class Trial(_TrialOptions):
 
     cell: Cell
     parameters: Mapping[str, float] = field(default_factory=dict)
-    """Numbers of the world that differ in this trial, by their names in `vrx_mj.parameters`."""
+    """Values of the quantities that are drawn, for `vary.varied_world`."""
 
 
 @dataclass(frozen=True)
@@ -91,10 +92,13 @@ class Plan(_TrialOptions):
     controllers: tuple[str, ...]
     worlds: tuple[str, ...]
     seeds: tuple[int, ...]
+    vary: tuple[Quantity, ...] = ()
+    """Quantities that are drawn for each trial."""
 
     def trial(self, cell: Cell) -> Trial:
         """The trial of a cell."""
-        return Trial(cell, **{option.name: getattr(self, option.name) for option in fields(_TrialOptions)})
+        options = {option.name: getattr(self, option.name) for option in fields(_TrialOptions)}
+        return Trial(cell, {quantity.name: quantity.drawn(cell.seed) for quantity in self.vary}, **options)
 
     @property
     def cells(self) -> tuple[Cell, ...]:

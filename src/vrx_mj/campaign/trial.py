@@ -7,11 +7,13 @@ import time
 import traceback
 from collections.abc import Mapping
 from contextlib import AbstractContextManager, nullcontext
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
 from vrx_mj.campaign.plan import Cell, State, Trial
 from vrx_mj.campaign.results import Result, Stopwatch, Tracks
+from vrx_mj.campaign.vary import varied_world
 from vrx_mj.errors import VrxError
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.runtime.run import Controller, Summary, load_controller, planned_duration, run
@@ -83,13 +85,15 @@ def sail(trial: Trial, folder: Path, stopwatch: Stopwatch, warm: Simulation | No
     begun, tracks, sim = time.perf_counter(), Tracks(), None
     stopwatch.allow(PREPARATION)
     try:
-        if warm is None or trial.parameters:
-            warm = Simulation(compile_world(trial.cell.world, fleet=trial.fleet, parameters=trial.parameters))
+        warm = warm or Simulation(compile_world(trial.cell.world, fleet=trial.fleet))
+        base = warm.world
+        if trial.parameters:
+            warm = Simulation(varied_world(trial.cell.world, trial.parameters, fleet=trial.fleet, base=base))
         warm.reset(trial.cell.seed)
         sim = warm
         with _recording(sim, folder / _RECORDING if trial.record else None):
             summary = _summary(trial, sim, folder, tracks, stopwatch)
-        return _result(trial, summary, "" if trial.parameters else sim.world.sha256, tracks)
+        return _result(trial, summary, base.sha256, tracks)
     except Exception as error:
         return Result(
             trial.cell,
@@ -98,6 +102,7 @@ def sail(trial: Trial, folder: Path, stopwatch: Stopwatch, warm: Simulation | No
             sim_time=sim.time if sim else 0.0,
             wall_time=time.perf_counter() - begun,
             tracks=tracks.lines(),
+            parameters=trial.parameters,
         )
 
 
@@ -135,10 +140,12 @@ def _result(trial: Trial, summary: Summary, world: str, tracks: Tracks) -> Resul
         sim_time=summary.sim_time,
         wall_time=summary.wall_time,
         state_sha256=summary.state_sha256,
+        poses_sha256=sha256(repr(summary.boats).encode()).hexdigest(),
         world_sha256=world,
         platform=summary.platform,
         tracks=tracks.lines(),
         recording=_RECORDING if trial.record else None,
+        parameters=trial.parameters,
     )
 
 

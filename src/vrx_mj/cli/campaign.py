@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -16,6 +17,7 @@ from vrx_mj.outputs import writing
 if TYPE_CHECKING:
     from vrx_mj.campaign.engines import Engine
     from vrx_mj.campaign.manifest import Campaign
+    from vrx_mj.campaign.page import LivePage
     from vrx_mj.campaign.plan import Plan, Serving
     from vrx_mj.campaign.results import Result
     from vrx_mj.campaign.scores import Comparison, Mean
@@ -67,6 +69,13 @@ def campaign(
     controllers: _Controllers = None,
     programs: _Programs = None,
     seeds: Annotated[str, typer.Option(help="Seeds, as in 0..9 or 0,3,7.")] = "0",
+    vary: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=LOW..HIGH",
+            help="Draw a quantity for every trial, as wind.mean_velocity=0..8; may be repeated.",
+        ),
+    ] = None,
     jobs: Annotated[int | None, typer.Option(min=1, help="Trials at a time; default: one for each core.")] = None,
     against: Annotated[Path | None, typer.Option(help="Folder of an earlier campaign to compare with.")] = None,
     fleet: Fleet = None,
@@ -88,26 +97,26 @@ def campaign(
     Example: vrx-mj campaign my_boat:controller --worlds 'vrx2022/*' --seeds 0..9 --jobs 2 -o results/
     """
     from vrx_mj.campaign.manifest import begin, check_files, read_campaign
-    from vrx_mj.campaign.page import with_new_results, write_report
-    from vrx_mj.campaign.scores import compare
+    from vrx_mj.campaign.page import LivePage
+    from vrx_mj.campaign.vary import check_vary, parse_vary
     from vrx_mj.campaign.worker import check_controllers
 
     serving = _serving(controllers, programs, rate, lockstep, rosbridge=rosbridge, ardupilot=ardupilot)
     plan = _plan(
         programs or controllers or (), worlds, seeds, fleet=fleet, duration=duration, timeout=timeout, record=record,
-        serving=serving,
+        serving=serving, vary=parse_vary(vary or ()),
     )  # fmt: skip
     check_files(plan)
+    plan = replace(plan, vary=check_vary(plan.vary, plan.worlds, plan.fleet))
     earlier = read_campaign(against) if against is not None else None
     if serving is None:
         check_controllers(plan.controllers)
     with writing("the campaign", output):
         begun = begin(output, plan, restart=restart)
-        stopped = _carry_out(begun, _engine(jobs, ray))
-        now = with_new_results(begun)
-        comparison = compare(now, earlier) if earlier is not None else None
-        page = write_report(now, comparison)
-    _conclude(now, comparison, page, stopped=stopped)
+        page = LivePage(begun, earlier)
+        stopped = _carry_out(begun, _engine(jobs, ray), page)
+        now, comparison = page.write()
+    _conclude(now, comparison, page.file, stopped=stopped)
 
 
 def _serving(
@@ -150,22 +159,24 @@ def _plan(controllers: Sequence[str], worlds: Sequence[str], seeds: str, **optio
     return Plan(tuple(controllers), choose_worlds(worlds), parse_seeds(seeds), **options)
 
 
-def _carry_out(begun: "Campaign", engine: "Engine") -> bool:
+def _carry_out(begun: "Campaign", engine: "Engine", page: "LivePage") -> bool:
     """Sail what is left; whether it was stopped before its end."""
     from vrx_mj.campaign.engines import run_trials
-    from vrx_mj.campaign.results import write_result
+    from vrx_mj.campaign.results import ResultStore
 
     plan, left = begun.manifest.plan, begun.remaining
     if len(left) < len(plan.cells):
         typer.echo(f"{begun.folder}: {len(plan.cells) - len(left)} of {len(plan.cells)} trials are finished", err=True)
     trials = [plan.trial(cell) for cell in left]
-    with Bar("campaign", len(trials), "trials") as bar:
+    with ResultStore(begun.folder, plan.cells) as store, Bar("campaign", len(trials), "trials") as bar:
+        page.refresh()
         progress = CampaignProgress(bar, len(trials))
         sailed = run_trials(trials, begun.folder, engine, running=progress.running)
         try:
             for result in sailed:
-                write_result(begun.folder / result.cell.folder, result)
+                store.add(result)
                 progress.note_result(result)
+                page.refresh()
         except KeyboardInterrupt:
             return True
         finally:

@@ -16,6 +16,7 @@ from vrx_mj.config.loading import fault_text
 from vrx_mj.errors import CommandError, quote
 from vrx_mj.model.boats import MJCF_FIELDS
 from vrx_mj.model.kinds import HEADING, STRICT, TIED, Angle, Parts, Unless
+from vrx_mj.model.water import Sea
 from vrx_mj.model.world import Parameters
 
 _UNIT = re.compile(r" \[([^]]+)\]")
@@ -101,10 +102,12 @@ def _adapter(kind: Any) -> TypeAdapter[Any]:
     return TypeAdapter(kind, config=STRICT)
 
 
-def _with_value(whole: Any, path: _Path, value: object) -> Any:
+def _with_value(whole: Any, path: _Path, value: Any) -> Any:
     if not path:
         return value
     step, *rest = path
+    if isinstance(whole, Sea) and step == "significant_height":
+        return whole.scaled(value)
     if isinstance(step, int):
         return (*whole[:step], _with_value(whole[step], tuple(rest), value), *whole[step + 1 :])
     return replace(whole, **{step: _with_value(getattr(whole, step), tuple(rest), value)})

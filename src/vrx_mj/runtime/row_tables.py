@@ -364,7 +364,7 @@ class Variation:
         """Give a row the tables of its world with other numbers."""
         arrays = self._rows.arrays.with_parameters(parameters, self._world.seed)
         self._rows.set_parameters(row, arrays)
-        if any(name.startswith("sea.waves.") for name in self._own[row]):
+        if any(name.startswith(("sea.waves.", "sea.significant_height")) for name in self._own[row]):
             self.seas.set_waves(row, wave_table(parameters.sea))
             self._rows.separate("waves")[row] = self.seas.waves(np.array([row]))[0]
 
