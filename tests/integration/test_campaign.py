@@ -9,8 +9,8 @@ import time
 import pytest
 
 from vrx_command import ended, start, vrx
+from vrx_mj.campaign.engines import ProcessPool, run_trials
 from vrx_mj.campaign.plan import Cell, Trial
-from vrx_mj.campaign.process import sail_all
 
 pytestmark = pytest.mark.slow
 
@@ -146,11 +146,16 @@ def test_the_page_and_the_table_are_there(sailed, folder):
     assert len(table) == 1 + 2 + len(FAILURES)
 
 
+def made(folder):
+    folder.mkdir()
+    return folder
+
+
 def test_results_depend_neither_on_the_jobs_nor_on_their_order(folder, monkeypatch):
     monkeypatch.chdir(folder)
     trials = [Trial(Cell("crew:counting", "bay.yaml", seed)) for seed in range(3)]
-    one = {result.cell: result for result in sail_all(trials, folder / "one", 1)}
-    two = {result.cell: result for result in sail_all(trials[::-1], folder / "two", 2)}
+    one = {result.cell: result for result in run_trials(trials, made(folder / "one"), ProcessPool(1))}
+    two = {result.cell: result for result in run_trials(trials[::-1], made(folder / "two"), ProcessPool(2))}
     assert all(result.error is None for result in one.values())
     assert {cell: result.state_sha256 for cell, result in one.items()} == {
         cell: result.state_sha256 for cell, result in two.items()

@@ -146,13 +146,13 @@ def _differences(old: Manifest, new: Manifest) -> Iterator[str]:
 
 
 def _changed_worlds(plan: Plan, results: Mapping[Cell, Result]) -> Iterator[str]:
-    """Which worlds and fleets of the user's own are not what results were sailed in: one cell of each is compiled."""
+    """Which worlds and fleets of the user's own are not what results were sailed in: each is compiled."""
     own_fleet = plan.fleet is not None and not _is_shipped("fleets", plan.fleet)
-    sailed = {cell.world: (cell, result.world_sha256) for cell, result in results.items() if result.world_sha256}
-    for world, (cell, before) in sailed.items():
+    sailed = {cell.world: result.world_sha256 for cell, result in results.items() if result.world_sha256}
+    for world, before in sailed.items():
         if own_fleet or not _is_shipped("worlds", world):
             try:
-                same = compile_world(world, fleet=plan.fleet, seed=cell.seed).sha256 == before
+                same = compile_world(world, fleet=plan.fleet).sha256 == before
             except VrxError:
                 same = False
             if not same:

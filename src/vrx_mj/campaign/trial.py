@@ -1,10 +1,11 @@
-"""One trial: compile the world, load the controller, sail until the task is over, return the score."""
+"""One trial: have the world, load the controller, sail until the task is over, return the score."""
 
+import errno
 import math
 import sys
 import time
 import traceback
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import AbstractContextManager, nullcontext
 from hashlib import sha256
 from pathlib import Path
@@ -15,7 +16,6 @@ from vrx_mj.campaign.results import Result, Stopwatch, Tracks
 from vrx_mj.campaign.vary import varied_world
 from vrx_mj.errors import VrxError
 from vrx_mj.mjcf.compile import compile_world
-from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.run import Controller, Summary, load_controller, planned_duration, run
 from vrx_mj.runtime.simulation import Simulation
 
@@ -28,11 +28,13 @@ INTERRUPTED = "interrupted"
 """The error of a trial that was interrupted."""
 _STATES: Mapping[str, State] = {"initial": "not started", "ready": "not started", "running": "cut"}
 """The states of trials that end in these phases of a task."""
+_MACHINE = {errno.EDQUOT, errno.EIO, errno.ENOMEM, errno.ENOSPC, errno.ENOTCONN, errno.EROFS, errno.ESTALE}
+"""Errors of files that say nothing of a controller."""
 _EVENTS = 200
 """Lines of the referee that are kept, at most."""
 
 
-class _RaisedError(VrxError):
+class RaisedError(VrxError):
     """What a controller raised, in words; the error itself is its cause."""
 
 
@@ -41,13 +43,7 @@ class _Watched:
 
     def __init__(self, cell: Cell, boats: tuple[str, ...], tracks: Tracks, stopwatch: Stopwatch) -> None:
         self._boats, self._tracks, self._stopwatch = boats, tracks, stopwatch
-        sys.path.insert(0, str(Path.cwd()))
-        try:
-            self._controller: Controller = load_controller(cell.controller, cell.seed)
-        except VrxError:
-            raise
-        except (Exception, SystemExit) as error:
-            raise _RaisedError(f"loading the controller raised {_in_words(error)}") from error
+        self._controller = load_own_controller(cell.controller, cell.seed)
 
     def __call__(self, obs: Any, moment: float) -> Any:
         """Call it, at simulated time `moment` [s]."""
@@ -59,31 +55,49 @@ class _Watched:
         except VrxError:
             raise
         except (Exception, SystemExit) as error:
-            raise _RaisedError(f"at t = {moment:g} s the controller raised {_in_words(error)}") from error
+            raise RaisedError(f"at t = {moment:g} s the controller raised {_in_words(error)}") from error
 
 
-def sail(trial: Trial, folder: Path, stopwatch: Stopwatch, keep: Callable[[World], None]) -> Result:
+def load_own_controller(name: str, seed: int) -> Controller:
+    """A controller, looked for in the current folder first.
+
+    Raises:
+        VrxError: it does not exist, or takes other arguments; a `RaisedError` if loading it raised something else.
+    """
+    sys.path.insert(0, str(Path.cwd()))
+    try:
+        return load_controller(name, seed)
+    except VrxError:
+        raise
+    except (Exception, SystemExit) as error:
+        raise RaisedError(f"loading the controller raised {_in_words(error)}") from error
+
+
+def sail(trial: Trial, folder: Path, stopwatch: Stopwatch, warm: Simulation | None) -> Result:
     """Sail a trial; its result, failed or not.
 
     Args:
         trial: what to sail.
         folder: where its recording goes, if there is to be one; a traceback goes to stderr.
         stopwatch: takes how far it is.
-        keep: is given the compiled world.
+        warm: a simulation of its world as the files have it, of any seed; None: compile it.
     """
     begun, tracks, sim = time.perf_counter(), Tracks(), None
     stopwatch.allow(PREPARATION)
     try:
-        base = compile_world(trial.cell.world, fleet=trial.fleet, seed=trial.cell.seed)
-        keep(base)
-        sim = Simulation(varied_world(trial.cell.world, trial.parameters, fleet=trial.fleet, base=base))
+        warm = warm or Simulation(compile_world(trial.cell.world, fleet=trial.fleet))
+        base = warm.world
+        if trial.parameters:
+            warm = Simulation(varied_world(trial.cell.world, trial.parameters, fleet=trial.fleet, base=base))
+        warm.reset(trial.cell.seed)
+        sim = warm
         with _recording(sim, folder / _RECORDING if trial.record else None):
             summary = _summary(trial, sim, folder, tracks, stopwatch)
         return _result(trial, summary, base.sha256, tracks)
     except Exception as error:
         return Result(
             trial.cell,
-            "failed",
+            "lost" if _is_the_machines(error) else "failed",
             error=_error_text(error, sim),
             sim_time=sim.time if sim else 0.0,
             wall_time=time.perf_counter() - begun,
@@ -135,9 +149,15 @@ def _result(trial: Trial, summary: Summary, world: str, tracks: Tracks) -> Resul
     )
 
 
+def _is_the_machines(error: Exception) -> bool:
+    """Whether an error is of a machine without memory, or with a folder that is full or gone."""
+    source = error.__cause__ if isinstance(error, RaisedError) else error
+    return isinstance(source, MemoryError) or (isinstance(source, OSError) and source.errno in _MACHINE)
+
+
 def _error_text(error: Exception, sim: Simulation | None) -> str:
     """An error in words; its traceback goes to stderr unless the words are enough."""
-    if isinstance(error, _RaisedError):
+    if isinstance(error, RaisedError):
         traceback.print_exception(error.__cause__)
         return str(error)
     if isinstance(error, VrxError):

@@ -1,7 +1,7 @@
 """`vrx-mj campaign`: controllers on worlds with seeds, in parallel, to a table and a page."""
 
 import math
-from collections.abc import Generator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -15,9 +15,10 @@ from vrx_mj.errors import CommandError
 from vrx_mj.outputs import writing
 
 if TYPE_CHECKING:
+    from vrx_mj.campaign.engines import Engine
     from vrx_mj.campaign.manifest import Campaign
     from vrx_mj.campaign.page import LivePage
-    from vrx_mj.campaign.plan import Plan, Serving, Trial
+    from vrx_mj.campaign.plan import Plan, Serving
     from vrx_mj.campaign.results import Result
     from vrx_mj.campaign.scores import Comparison, Mean
 
@@ -53,6 +54,12 @@ _Waits = Annotated[
     str | None,
     typer.Option(help="With --exec: topics A,B that the simulation waits for; step: the service /vrx_mj/step."),
 ]
+_Ray = Annotated[
+    str | None,
+    typer.Option(
+        metavar="[<address>]", help="Run on a Ray cluster; without an address on that of RAY_ADDRESS, or here."
+    ),
+]
 
 
 @reads_files
@@ -79,7 +86,7 @@ def campaign(
     lockstep: _Waits = None,
     rosbridge: Annotated[bool, typer.Option("--rosbridge", help="With --exec: rosbridge in every trial.")] = False,
     ardupilot: Annotated[bool, typer.Option("--ardupilot", help="With --exec: ArduPilot's SITL, without ROS.")] = False,
-    ray: Annotated[bool, typer.Option("--ray", help="Run on Ray: the cluster of RAY_ADDRESS, or here.")] = False,
+    ray: _Ray = None,
     restart: Annotated[bool, typer.Option("--restart", help="Discard the folder's results, start again.")] = False,
 ) -> None:
     """Sail controllers in many worlds, and compare their scores. Every controller sails every world with every seed.
@@ -92,6 +99,7 @@ def campaign(
     from vrx_mj.campaign.manifest import begin, check_files, read_campaign
     from vrx_mj.campaign.page import LivePage
     from vrx_mj.campaign.vary import check_vary, parse_vary
+    from vrx_mj.campaign.worker import check_controllers
 
     serving = _serving(controllers, programs, rate, lockstep, rosbridge=rosbridge, ardupilot=ardupilot)
     plan = _plan(
@@ -101,10 +109,12 @@ def campaign(
     check_files(plan)
     plan = replace(plan, vary=check_vary(plan.vary, plan.worlds, plan.fleet))
     earlier = read_campaign(against) if against is not None else None
+    if serving is None:
+        check_controllers(plan.controllers)
     with writing("the campaign", output):
         begun = begin(output, plan, restart=restart)
         page = LivePage(begun, earlier)
-        stopped = _carry_out(begun, jobs, page, ray=ray)
+        stopped = _carry_out(begun, _engine(jobs, ray), page)
         now, comparison = page.write()
     _conclude(now, comparison, page.file, stopped=stopped)
 
@@ -149,8 +159,9 @@ def _plan(controllers: Sequence[str], worlds: Sequence[str], seeds: str, **optio
     return Plan(tuple(controllers), choose_worlds(worlds), parse_seeds(seeds), **options)
 
 
-def _carry_out(begun: "Campaign", jobs: int | None, page: "LivePage", *, ray: bool) -> bool:
+def _carry_out(begun: "Campaign", engine: "Engine", page: "LivePage") -> bool:
     """Sail what is left; whether it was stopped before its end."""
+    from vrx_mj.campaign.engines import run_trials
     from vrx_mj.campaign.results import ResultStore
 
     plan, left = begun.manifest.plan, begun.remaining
@@ -160,7 +171,7 @@ def _carry_out(begun: "Campaign", jobs: int | None, page: "LivePage", *, ray: bo
     with ResultStore(begun.folder, plan.cells) as store, Bar("campaign", len(trials), "trials") as bar:
         page.refresh()
         progress = CampaignProgress(bar, len(trials))
-        sailed = _results_of(trials, begun.folder, jobs, progress, ray=ray)
+        sailed = run_trials(trials, begun.folder, engine, running=progress.running)
         try:
             for result in sailed:
                 store.add(result)
@@ -173,17 +184,11 @@ def _carry_out(begun: "Campaign", jobs: int | None, page: "LivePage", *, ray: bo
     return False
 
 
-def _results_of(
-    trials: "Sequence[Trial]", folder: Path, jobs: int | None, progress: "CampaignProgress", *, ray: bool
-) -> "Generator[Result, None, None]":
-    if ray:
-        from vrx_mj.campaign.process import sail_on_ray
-
-        return sail_on_ray(trials, folder, jobs, running=progress.running)
-    from vrx_mj.campaign.process import sail_all
+def _engine(jobs: int | None, ray: str | None) -> "Engine":
+    from vrx_mj.campaign.engines import ProcessPool, RayCluster
     from vrx_mj.runtime.limits import core_share
 
-    return sail_all(trials, folder, jobs or max(1, int(core_share()[1])), running=progress.running)
+    return ProcessPool(jobs or max(1, int(core_share()[1]))) if ray is None else RayCluster(ray or None, jobs)
 
 
 def _conclude(now: "Campaign", comparison: "Comparison | None", page: Path, *, stopped: bool) -> None:
