@@ -7,7 +7,7 @@ import json
 import sqlite3
 import time
 from collections.abc import Iterable, Iterator, Mapping, MutableSequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import asdict, dataclass, field
 from hashlib import sha256
 from pathlib import Path
@@ -39,11 +39,13 @@ _COLUMNS: Mapping[str, str] = {
 }  # fmt: skip
 """Columns of the table `trials`, and their types."""
 _SCHEMA = f"""
+begin;
 create table trials ({", ".join(f"{name} {kind}" for name, kind in _COLUMNS.items())},
   primary key (controller, world, seed));
 create table details (controller text not null, world text not null, seed integer not null, tracks text, events text,
   primary key (controller, world, seed));
 pragma user_version = {_DATABASE_FORMAT};
+commit;
 """
 
 
@@ -120,10 +122,10 @@ class ResultStore(AbstractContextManager["ResultStore"]):
             self.add(*_former_results(folder, cells or ()).values())
 
     def __exit__(self, *_: object) -> None:
-        with self._translated():
+        with suppress(sqlite3.OperationalError):  # somebody reads
             if self._writes:
                 self._base.execute("pragma journal_mode = delete")  # one file again
-            self._base.close()
+        self._base.close()
 
     def add(self, *results: Result) -> None:
         """Store results; those that their cells had before go.
