@@ -7,7 +7,7 @@ import json
 import sqlite3
 import time
 from collections.abc import Iterable, Iterator, Mapping, MutableSequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import asdict, dataclass, field
 from hashlib import sha256
 from pathlib import Path
@@ -102,7 +102,7 @@ class ResultStore(AbstractContextManager["ResultStore"]):
         is_new = self._writes and not self._file.is_file()
         with self._translated():
             mode = "rwc" if self._writes else "rw"
-            self._base = sqlite3.connect(f"{self._file.absolute().as_uri()}?mode={mode}", uri=True)
+            self._base = sqlite3.connect(f"{self._file.absolute().as_uri()}?mode={mode}", timeout=60.0, uri=True)
             if is_new:
                 self._base.executescript(_SCHEMA)
             version = self._base.execute("pragma user_version").fetchone()[0]
@@ -120,10 +120,10 @@ class ResultStore(AbstractContextManager["ResultStore"]):
             self.add(*_former_results(folder, cells or ()).values())
 
     def __exit__(self, *_: object) -> None:
-        with self._translated():
+        with suppress(sqlite3.OperationalError):  # somebody reads
             if self._writes:
                 self._base.execute("pragma journal_mode = delete")  # one file again
-            self._base.close()
+        self._base.close()
 
     def add(self, *results: Result) -> None:
         """Store results; those that their cells had before go.
