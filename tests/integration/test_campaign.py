@@ -1,6 +1,5 @@
 """Campaigns as users start them: whatever a controller does, the others are sailed and the page is made."""
 
-import json
 import re
 import signal
 import sys
@@ -8,6 +7,7 @@ import time
 
 import pytest
 
+from campaigns import results_in
 from vrx_command import ended, start, vrx
 from vrx_mj.campaign.engines import ProcessPool, run_trials
 from vrx_mj.campaign.plan import Cell, Trial
@@ -98,9 +98,8 @@ def campaign(folder, names, *words, output="results", **how):
 
 def results(folder, output="results"):
     """Each result by controller and seed."""
-    files = sorted((folder / output).glob("cells/*/*/*/result.json"))
-    found = [json.loads(file.read_text(encoding="utf-8")) for file in files]
-    return {(each["cell"]["controller"].removeprefix("crew:"), each["cell"]["seed"]): each for each in found}
+    found = results_in(folder / output)
+    return {(controller.removeprefix("crew:"), seed): each for (controller, seed), each in found.items()}
 
 
 @pytest.fixture(scope="module")
@@ -113,8 +112,8 @@ def sailed(folder):
 @pytest.mark.parametrize("name", FAILURES)
 def test_a_bad_controller_is_one_failed_cell(sailed, folder, name):
     cell = results(folder)[name, 0]
-    assert re.match(FAILURES[name], cell["error"]), cell["error"]
-    assert cell["task"] is None
+    assert re.match(FAILURES[name], cell.error), cell.error
+    assert cell.task is None
 
 
 @POSIX
@@ -123,10 +122,10 @@ def test_the_others_have_scores_and_the_campaign_succeeds(sailed, folder):
     assert (code, "Traceback" in err) == (0, False), err
     assert f"2 of {2 + len(FAILURES)} trials finished, {len(FAILURES)} failed" in out
     good = results(folder)["steady", 0]
-    assert good["error"] is None
-    assert good["task"]["state"] == "finished"
-    assert 0.0 < good["task"]["score"] < 20.0
-    assert good["tracks"]["wamv"][0] == [0.0, 0.0]
+    assert good.error is None
+    assert good.state == "finished"
+    assert 0.0 < good.score < 20.0
+    assert good.tracks["wamv"][0] == [0.0, 0.0]
 
 
 @POSIX
@@ -185,7 +184,7 @@ def test_ctrl_c_keeps_what_is_finished_and_the_same_command_goes_on(folder):
     after = results(folder, "stopped")
     assert (code, len(after)) == (0, 3)
     assert f"stopped: {len(before)} of 3 trials are finished" in err
-    assert {key: after[key]["wall_time"] for key in before} == {key: each["wall_time"] for key, each in before.items()}
+    assert {key: after[key].wall_time for key in before} == {key: each.wall_time for key, each in before.items()}
 
 
 def test_a_changed_controller_is_not_mixed_in_and_is_compared(folder):

@@ -39,11 +39,13 @@ _COLUMNS: Mapping[str, str] = {
 }  # fmt: skip
 """Columns of the table `trials`, and their types."""
 _SCHEMA = f"""
+begin;
 create table trials ({", ".join(f"{name} {kind}" for name, kind in _COLUMNS.items())},
   primary key (controller, world, seed));
 create table details (controller text not null, world text not null, seed integer not null, tracks text, events text,
   primary key (controller, world, seed));
 pragma user_version = {_DATABASE_FORMAT};
+commit;
 """
 
 

@@ -358,10 +358,14 @@ class FailureClass:
         return tuple(dict.fromkeys(result.cell.controller for result in self.results))
 
 
+def failure_kind(result: Result) -> tuple[str, str]:
+    """State and message without numbers: equal for failures of one class."""
+    return result.state, _NUMBERS.sub("#", result.error or "")
+
+
 def failure_classes(results: Iterable[Result]) -> list[FailureClass]:
     """Failures by what happened, the most frequent first."""
-    failed = (result for result in results if result.has_failed)
-    found = grouped(failed, lambda result: (result.state, _NUMBERS.sub("#", result.error or "")))
+    found = grouped((result for result in results if result.has_failed), failure_kind)
     return [FailureClass(tuple(own)) for own in sorted(found.values(), key=len, reverse=True)]
 
 

@@ -207,10 +207,11 @@ _SHOWN_FAILURES = 10
 
 
 class CampaignProgress:
-    """Shows how far a campaign is: failed trials and a bar in a terminal, else a line for each trial."""
+    """Shows how far a campaign is: in a terminal a bar and the first failure of each kind, else a line for each trial."""
 
     def __init__(self, bar: Bar, total: int) -> None:
         self._bar, self._total, self._done, self._failed, self._running = bar, total, 0, 0, 0
+        self._kinds: set[tuple[str, str]] = set()
 
     def running(self, count: int) -> None:
         """So many trials are under way."""
@@ -219,9 +220,14 @@ class CampaignProgress:
 
     def note_result(self, result: "Result") -> None:
         """A trial has ended."""
+        from vrx_mj.campaign.scores import failure_kind
+
         self._done += 1
         self._failed += result.has_failed
-        if result.has_failed or not self._bar.watched:
+        known = len(self._kinds)
+        if result.has_failed:
+            self._kinds.add(failure_kind(result))
+        if len(self._kinds) > known or not self._bar.watched:
             line = f"[{self._done}/{self._total}] {result.cell}: {_outcome(result)}"
             self._bar.print(line, "red" if result.has_failed else None)
         self._show()
@@ -232,12 +238,12 @@ class CampaignProgress:
 
 def print_tables(campaign: "Campaign", comparison: "Comparison | None") -> None:
     """Scores by world, the leaderboard where there are several controllers, what changed, and failures."""
-    from vrx_mj.campaign.scores import seedless_worlds
+    from vrx_mj.campaign.scores import failure_classes, seedless_worlds
 
     _print_scores(campaign)
     for world in seedless_worlds(campaign.results.values()):
         seeds = len(campaign.manifest.plan.seeds)
-        show(f"{world}: nothing in its runs is random: {seeds} seeds give one run", result=True)
+        show(f"{world}: all {seeds} seeds give the same motion; --vary draws weather or boats for each", result=True)
     if len(campaign.manifest.plan.controllers) > 1:
         _print_leaderboard(campaign)
     if comparison is not None:
@@ -248,11 +254,12 @@ def print_tables(campaign: "Campaign", comparison: "Comparison | None") -> None:
             counts = (str(test.pairs), str(test.better), str(test.worse), f"{test.gain:+.3g} {test.unit}", p)
             rows.append((test.controller, test.task.replace("_", " "), *counts, test.verdict))
         print_table(title, ("controller", "task"), ("pairs", "better", "worse", "gain", "p", "verdict"), rows)
-    failed = [result for result in campaign.results.values() if result.has_failed]
-    for result in failed[:_SHOWN_FAILURES]:
-        show(f"{result.cell}: {result.error}", "red", result=True)
-    if len(failed) > _SHOWN_FAILURES:
-        show(f"and {len(failed) - _SHOWN_FAILURES} more failures: the page has them all", "red", result=True)
+    classes = failure_classes(campaign.results.values())
+    for failure in classes[:_SHOWN_FAILURES]:
+        more = f" (and {len(failure.results) - 1} more like it)" if len(failure.results) > 1 else ""
+        show(f"{failure.results[0].cell}: {failure.error}{more}", "red", result=True)
+    if len(classes) > _SHOWN_FAILURES:
+        show(f"and {len(classes) - _SHOWN_FAILURES} other kinds of failures: the page has them", "red", result=True)
 
 
 def _print_scores(campaign: "Campaign") -> None:
@@ -272,9 +279,9 @@ def _print_scores(campaign: "Campaign") -> None:
 
 
 def _mean(mean: "Mean", count: int, *, has_task: bool) -> str:
-    kinds = {"failed": mean.failed, "not started": mean.unstarted, "cut": mean.cut}
+    kinds = {"failed": mean.failed, "lost": mean.lost, "not started": mean.unstarted, "cut": mean.cut}
     notes = [f"{number} of {count} {how}" for how, number in kinds.items() if number]
-    text = str(mean) if has_task else "no task" if count > mean.failed else "failed"
+    text = str(mean) if has_task else "no task" if count > mean.failed + mean.lost else "failed"
     return "not sailed" if not count else ", ".join([text, *notes] if text not in kinds else notes)
 
 
