@@ -1,6 +1,8 @@
 """Campaigns on real Ray clusters of this machine: they give what this machine gives, whatever dies meanwhile."""
 
+import contextlib
 import dataclasses
+import os
 import signal
 import sqlite3
 import sys
@@ -37,11 +39,13 @@ def slow(obs, t):
 def leaves(obs, t):
     os._exit(3)
 """
-ON_RAY = [
-    needs(RAY),
-    pytest.mark.slow,
-    pytest.mark.filterwarnings("ignore"),  # Ray's own
-]
+
+
+def on_ray(test):
+    """Mark a test that runs on Ray."""
+    for mark in (needs(RAY), pytest.mark.slow, pytest.mark.nightly, pytest.mark.filterwarnings("ignore")):  # Ray's own
+        test = mark(test)
+    return test
 
 
 @pytest.fixture
@@ -73,9 +77,8 @@ def trials_of(controller, count):
     return [Trial(Cell(f"crew:{controller}", "bay.yaml", seed)) for seed in range(count)]
 
 
+@on_ray
 class TestOnRay:
-    pytestmark = [*ON_RAY, pytest.mark.nightly]
-
     def test_a_cluster_gives_what_this_machine_gives(self, folder):
         trials = [*trials_of("steady", 2), *trials_of("leaves", 1)]
         there = {result.cell: result for result in run_trials(trials, folder / "there", RayCluster(jobs=2))}
@@ -96,8 +99,7 @@ class TestOnRay:
             if len(ended) == 2:
                 cluster.remove_node(cluster.list_all_nodes()[-1], allow_graceful=False)
             if len(ended) == 5:
-                actor = next(one for one in psutil.process_iter(["cmdline"]) if is_actor_below(one, folder))
-                actor.kill()
+                next(one for one in psutil.process_iter() if is_worker(one)).kill()
         here = run_trials(trials, folder / "here", ProcessPool(2))
         assert sorted(map(lasting, ended), key=lambda one: one.cell) == sorted(
             map(lasting, here), key=lambda one: one.cell
@@ -138,15 +140,17 @@ class TestOnRay:
             list(run_trials(trials_of("steady", 1), folder / "there", RayCluster(jobs=1)))
 
 
-def is_actor_below(process, folder):
-    """Whether a process is an actor that has a campaign's worker."""
-    return "ray::_NodeWorker" in " ".join(process.info["cmdline"] or ()) and str(folder)
+def is_worker(process):
+    """Whether a process is an actor of this test's cluster."""
+    with contextlib.suppress(psutil.Error):
+        return "ray::_NodeWorker" in " ".join(process.cmdline()) and os.getpid() in {p.pid for p in process.parents()}
+    return False
 
 
 def rows(folder):
     """State and fingerprint by seed, as far as the database is there."""
     try:
-        with sqlite3.connect(f"file:{folder / 'results.sqlite'}?mode=ro", uri=True) as base:
+        with contextlib.closing(sqlite3.connect(f"file:{folder / 'results.sqlite'}?mode=ro", uri=True)) as base:
             found = base.execute("select seed, state, state_sha256 from trials").fetchall()
     except sqlite3.OperationalError:
         return {}

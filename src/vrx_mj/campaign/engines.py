@@ -225,8 +225,8 @@ class _Run:
         self._failed_starts = 0
 
     def results(self, running: Callable[[int], None]) -> Generator[Result, None, None]:
+        self._most = min(self._engine.open(self._root), len(self._waiting))
         try:
-            self._most = min(self._engine.open(self._root), len(self._waiting))
             while self._waiting or any(self._chunks.values()):
                 while len(self._chunks) < self._most:
                     with signals_held():

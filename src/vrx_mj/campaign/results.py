@@ -104,7 +104,7 @@ class ResultStore(AbstractContextManager["ResultStore"]):
         is_new = self._writes and not self._file.is_file()
         with self._translated():
             mode = "rwc" if self._writes else "rw"
-            self._base = sqlite3.connect(f"{self._file.absolute().as_uri()}?mode={mode}", uri=True)
+            self._base = sqlite3.connect(f"{self._file.absolute().as_uri()}?mode={mode}", timeout=60.0, uri=True)
             if is_new:
                 self._base.executescript(_SCHEMA)
             version = self._base.execute("pragma user_version").fetchone()[0]
