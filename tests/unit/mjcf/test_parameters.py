@@ -360,6 +360,10 @@ def test_parameters_of_no_world_are_an_error():
         vrx_mj.parameters("ocean")
 
 
+SHAPES = r"com\.|propeller\.[xyz]|stations\.|anchor|point|voltage|thrust\.|race|memory|strips|curve"
+"""Places and curves, which not any factor leaves valid."""
+
+
 @pytest.mark.parametrize("label", ["vrx wamv", "marine skiff", "marine otter", "dock"])
 def test_a_run_with_numbers_of_its_own_is_that_of_a_world_compiled_with_them(worlds, label):
     """The run before, with other numbers, and the one after, without, leave no trace."""
@@ -367,9 +371,7 @@ def test_a_run_with_numbers_of_its_own_is_that_of_a_world_compiled_with_them(wor
     numbers = {
         name: number.value * 0.8 if number.value else 0.1
         for name, number in run_numbers(base.parameters).items()
-        if not re.search(
-            r"com\.|rotation|propeller\.[xyz]|stations\.|anchor|point|voltage|thrust\.|race|memory|strips|curve", name
-        )
+        if not re.search(SHAPES, name)
     }
     runs = []
     sim = Simulation(base)
