@@ -9,7 +9,6 @@ import time
 from collections.abc import Iterable, Iterator, Mapping, MutableSequence
 from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import asdict, dataclass, field
-from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -94,16 +93,16 @@ class ResultStore(AbstractContextManager["ResultStore"]):
     A result is there as a whole or not at all, whatever ends the process, and once for each cell.
     """
 
-    def __init__(self, folder: Path, cells: Iterable[Cell] | None = None) -> None:
-        """Open it to read, or to write if `cells` are given: it is made with what version 0.1 has of these, if need be.
+    def __init__(self, folder: Path, *, writes: bool = False) -> None:
+        """Open it to read, or to write, when it is made if need be.
 
         Raises:
             RecordError: it is missing, damaged, of another version, or cannot be written.
         """
-        self._file, self._writes = folder / DATABASE, cells is not None
-        is_new = self._writes and not self._file.is_file()
+        self._file, self._writes = folder / DATABASE, writes
+        is_new = writes and not self._file.is_file()
         with self._translated():
-            mode = "rwc" if self._writes else "rw"
+            mode = "rwc" if writes else "rw"
             self._base = sqlite3.connect(f"{self._file.absolute().as_uri()}?mode={mode}", timeout=60.0, uri=True)
             if is_new:
                 self._base.executescript(_SCHEMA)
@@ -114,12 +113,10 @@ class ResultStore(AbstractContextManager["ResultStore"]):
                 f"{self._file} has format {version}; this version reads {_DATABASE_FORMAT}: use the vrx_mj that wrote "
                 "it, or --restart"
             )
-        if self._writes:
+        if writes:
             with self._translated():
                 self._base.execute("pragma journal_mode = wal")  # readers do not wait
                 self._base.execute("pragma synchronous = normal")  # a power cut may take the last rows, not the file
-        if is_new:
-            self.add(*_former_results(folder, cells or ()).values())
 
     def __exit__(self, *_: object) -> None:
         with suppress(sqlite3.OperationalError):  # somebody reads
@@ -170,31 +167,21 @@ class ResultStore(AbstractContextManager["ResultStore"]):
 
 
 def read_results(folder: Path, cells: Iterable[Cell]) -> dict[Cell, Result]:
-    """The results of these cells, as far as there are any, without tracks.
+    """The results of these cells, as far as there are any, without tracks; version 0.1 has a file for each.
 
     Raises:
         RecordError: they are damaged, or of another version.
     """
-    if not (folder / DATABASE).is_file():
-        return _former_results(folder, cells)
-    with ResultStore(folder) as store:
-        found = {result.cell: result for result in store.results()}
-    return {cell: found[cell] for cell in cells if cell in found}
+    if (folder / DATABASE).is_file():
+        with ResultStore(folder) as store:
+            found = {result.cell: result for result in store.results()}
+        return {cell: found[cell] for cell in cells if cell in found}
+    former = ((cell, _former_result(folder / cell.folder)) for cell in cells)
+    return {cell: result for cell, result in former if result is not None and result.cell == cell}
 
 
-def _former_results(folder: Path, cells: Iterable[Cell]) -> dict[Cell, Result]:
-    """The results that version 0.1 has written for these cells, a file for each."""
-    found = ((cell, read_result(folder / cell.folder)) for cell in cells)
-    return {cell: result for cell, result in found if result is not None and result.cell == cell}
-
-
-def write_result(folder: Path, result: Result) -> None:
-    """Write a cell's result into its folder; a reader meanwhile sees all of it or nothing."""
-    write_json(folder / _RESULT, {"format": FORMAT, **asdict(result)})
-
-
-def read_result(folder: Path) -> Result | None:
-    """The result in a cell's folder; None where it is missing or cut short.
+def _former_result(folder: Path) -> Result | None:
+    """The result that version 0.1 has in a cell's folder; None where it is missing or cut short.
 
     Raises:
         RecordError: it is of another version.
@@ -203,9 +190,7 @@ def read_result(folder: Path) -> Result | None:
         tree = read_json(folder / _RESULT)
         phase = tree["task"]["state"] if tree["task"] else "finished"
         ended = {"finished": "finished", "running": "cut"}.get(phase, "not started")
-        poses = sha256(json.dumps(tree["tracks"]).encode()).hexdigest()
-        former = {"state": "failed" if tree["error"] else ended, "poses_sha256": poses}
-        return Result(**{**former, **tree, "cell": Cell(**tree["cell"])})
+        return Result(**{**tree, "cell": Cell(**tree["cell"]), "state": "failed" if tree["error"] else ended})
     except (FileNotFoundError, ValueError, TypeError, KeyError):
         return None
 

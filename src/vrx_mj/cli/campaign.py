@@ -168,7 +168,7 @@ def _carry_out(begun: "Campaign", engine: "Engine", page: "LivePage") -> bool:
     if len(left) < len(plan.cells):
         typer.echo(f"{begun.folder}: {len(plan.cells) - len(left)} of {len(plan.cells)} trials are finished", err=True)
     trials = [plan.trial(cell) for cell in left]
-    with ResultStore(begun.folder, plan.cells) as store, Bar("campaign", len(trials), "trials") as bar:
+    with ResultStore(begun.folder, writes=True) as store, Bar("campaign", len(trials), "trials") as bar:
         page.refresh()
         progress = CampaignProgress(bar, len(trials))
         sailed = run_trials(trials, begun.folder, engine, running=progress.running)

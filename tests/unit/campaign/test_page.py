@@ -170,7 +170,7 @@ def test_a_large_campaign_makes_a_page_of_bounded_size(tmp_path, worlds, seeds, 
     names = [f"vrx2022/phase2/world{i}" for i in range(worlds)]
     results = [scored("a:f", world, seed, float(seed), tracks=long) for world in names for seed in range(seeds)]
     campaign = campaign_of(tmp_path, results)
-    with ResultStore(tmp_path, ()) as store:
+    with ResultStore(tmp_path, writes=True) as store:
         store.add(*results)
     for world in names:
         write_json(sketch_file(tmp_path, world), {"format": 1, **sketch()})
