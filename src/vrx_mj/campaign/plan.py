@@ -82,7 +82,7 @@ class Trial(_TrialOptions):
 
     cell: Cell
     parameters: Mapping[str, float] = field(default_factory=dict)
-    """Values of the quantities that are drawn, for `vary.varied_world`."""
+    """Values of the quantities that are drawn, as `vary.numbers_by_name` takes them."""
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,10 @@ from typing import Any
 
 from vrx_mj.campaign.plan import Cell, State, Trial
 from vrx_mj.campaign.results import Result, Stopwatch, Tracks
-from vrx_mj.campaign.vary import varied_world
+from vrx_mj.campaign.vary import numbers_by_name
 from vrx_mj.errors import VrxError
 from vrx_mj.mjcf.compile import compile_world
+from vrx_mj.model.numbers import run_numbers
 from vrx_mj.runtime.run import Controller, Summary, load_controller, planned_duration, run
 from vrx_mj.runtime.simulation import Simulation
 
@@ -87,9 +88,11 @@ def sail(trial: Trial, folder: Path, stopwatch: Stopwatch, warm: Simulation | No
     try:
         warm = warm or Simulation(compile_world(trial.cell.world, fleet=trial.fleet))
         base = warm.world
-        if trial.parameters:
-            warm = Simulation(varied_world(trial.cell.world, trial.parameters, fleet=trial.fleet, base=base))
-        warm.reset(trial.cell.seed)
+        numbers = numbers_by_name(base, trial.parameters)
+        if not numbers.keys() <= run_numbers(base.parameters).keys():
+            warm = Simulation(compile_world(trial.cell.world, fleet=trial.fleet, parameters=numbers))
+            numbers = {}
+        warm.reset(trial.cell.seed, parameters=numbers)
         sim = warm
         with _recording(sim, folder / _RECORDING if trial.record else None):
             summary = _summary(trial, sim, folder, tracks, stopwatch)

@@ -3,7 +3,7 @@
 import fnmatch
 import re
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,8 +12,6 @@ from vrx_mj.errors import CommandError, UnknownNameError, VrxError, VrxWarning
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.mjcf.parameters import parameters
 from vrx_mj.mjcf.world import World
-from vrx_mj.model.numbers import with_numbers
-from vrx_mj.model.world import checked_parameters
 from vrx_mj.physics.noise import stream_key, uniform
 from vrx_mj.runtime.batch import Batch
 
@@ -73,63 +71,44 @@ def check_vary(quantities: Iterable[Quantity], worlds: Iterable[str], fleet: str
         with warnings.catch_warnings(action="ignore", category=VrxWarning):  # in the logs of the trials
             base = compile_world(world, fleet=fleet)
             for quantity in found.values():
-                number = parameters(base)[_names(base, quantity.name)[0]]
-                found[quantity.name] = replace(quantity, unit=number.unit)
+                names = numbers_by_name(base, {quantity.name: quantity.low})
+                found[quantity.name] = replace(quantity, unit=parameters(base)[next(iter(names))].unit)
                 for end in (quantity.low, quantity.high):
-                    _check_end(quantity, end, varied_world(world, {quantity.name: end}, fleet=fleet, base=base), base)
+                    _check_end(quantity, end, base, lambda own: compile_world(world, fleet=fleet, parameters=own))  # noqa: B023
     return tuple(found.values())
 
 
-def _check_end(quantity: Quantity, end: float, world: World, base: World) -> None:
-    """Check that every boat floats that floats in the world as it is, if it can depend on the quantity."""
+def _check_end(quantity: Quantity, end: float, base: World, compiled: Callable[[Mapping[str, float]], World]) -> None:
+    """Check that a world takes a value, and that every boat floats that floats in the world as it is."""
+    try:
+        world = compiled(numbers_by_name(base, {quantity.name: end}))
+    except VrxError as error:
+        raise CommandError(f"--vary in {base.name}: {error}") from None
     if not re.search(r"\.(hull|stations)\.", quantity.name):
-        return
+        return  # no boat's draft depends on it
     factors, usual = (Batch(each, 1).largest_masses for each in (world, base))
     sunk = [boat for boat, own, before in zip(world.boats, factors, usual, strict=True) if own < 1.0 <= before]
     if sunk:
         raise CommandError(f"--vary {quantity}: with {end:g} the boat {sunk[0]} does not float in {world.name}")
 
 
-def varied_world(
-    source: str, values: Mapping[str, float], *, fleet: str | None = None, seed: int | None = None,
-    base: World | None = None,
-) -> World:  # fmt: skip
-    """A world with values of quantities.
-
-    Args:
-        source: its name or path.
-        values: by name or pattern, as `Quantity` has it.
-        fleet: as for `compile_world`.
-        seed: as for `compile_world`.
-        base: the same without the values, of any seed, if that was compiled before: nothing is compiled again then,
-            unless a value belongs to the MJCF, as a mass does.
+def numbers_by_name(world: World, values: Mapping[str, float]) -> dict[str, float]:
+    """Values of quantities by the names of the world's numbers that each means.
 
     Raises:
-        VrxError: as `compile_world` and `check_vary`.
+        CommandError: it has none of a name.
     """
-    base = base or compile_world(source, fleet=fleet, seed=seed)
-    if seed is not None and seed != base.seed:
-        base = replace(base, parameters=replace(base.parameters, seed=seed))
-    if not values:
-        return base
-    known = parameters(base)
-    numbers = {name: value for quantity, value in values.items() for name in _names(base, quantity)}
-    try:
-        if any(known[name].in_mjcf for name in numbers):
-            return compile_world(source, fleet=fleet, seed=seed, parameters=numbers)
-        return replace(base, parameters=checked_parameters(with_numbers(base.parameters, numbers, known)))
-    except VrxError as error:
-        raise CommandError(f"--vary in {base.name}: {error}") from None
+    known = parameters(world) if values else {}
+    return {name: value for quantity, value in values.items() for name in _names(world.name, known, quantity)}
 
 
-def _names(world: World, name: str) -> list[str]:
+def _names(world: str, known: Mapping[str, object], name: str) -> list[str]:
     """Names of the numbers that a name or a pattern means."""
-    known = parameters(world)
     found = fnmatch.filter(known, _KEYS.get(name, name))
     if not found and name == "sea.significant_height":
         text = "is flat or a Stokes wave; give it `sea: {model: jonswap, significant_height: 0.3}`"
-        raise CommandError(f"--vary {name}: the sea of {world.name} {text}")
+        raise CommandError(f"--vary {name}: the sea of {world} {text}")
     if not found:
         unknown = UnknownNameError("parameter", name, [*known, *_KEYS])
-        raise CommandError(f"--vary {name}: world {world.name} has {unknown}; vrx_mj.parameters lists all")
+        raise CommandError(f"--vary {name}: world {world} has {unknown}; vrx_mj.parameters lists all")
     return found

@@ -207,7 +207,7 @@ _SHOWN_FAILURES = 10
 
 
 class CampaignProgress:
-    """Shows how far a campaign is: in a terminal a bar and the first failure of each kind, else a line for each trial."""
+    """Shows how far a campaign is: in a terminal by a bar and the first failure of each kind, else by lines."""
 
     def __init__(self, bar: Bar, total: int) -> None:
         self._bar, self._total, self._done, self._failed, self._running = bar, total, 0, 0, 0

@@ -81,6 +81,13 @@ def numbers_of(world: Parameters) -> dict[str, Number]:
     return {number.name: number for number in found}
 
 
+def run_numbers(world: Parameters) -> dict[str, Number]:
+    """Numbers that runs of one compiled world may have of their own, by name: those in no MJCF, and not a battery's."""
+    return {
+        name: number for name, number in numbers_of(world).items() if number.path[0] != "boats" and not number.in_mjcf
+    }
+
+
 def with_numbers(
     world: Parameters, values: Mapping[str, object], known: Mapping[str, Number] | None = None
 ) -> Parameters:

@@ -20,7 +20,7 @@ from vrx_mj.arguments import check_kind
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.errors import CommandError, VrxWarning
 from vrx_mj.mjcf.world import World
-from vrx_mj.model.numbers import Number, numbers_of, with_numbers
+from vrx_mj.model.numbers import Number, run_numbers, with_numbers
 from vrx_mj.model.world import Parameters
 from vrx_mj.physics.hydrostatics import greatest_lift, settle
 from vrx_mj.physics.tables import Table
@@ -277,8 +277,6 @@ _SHARED = {"waves", "wave_period", "wave_band", "wave_direction", "wave_spread"}
 """Arguments whose column also follows from another argument, or from a number."""
 _WINDS = {"wind.mean": "wind_speed", "wind.direction": "wind_direction", "wind.gain": "gusts"}
 """Numbers that are arguments, too."""
-_ROOTS = ("sea", "current", "wind", "air", "moorings", "ropes", "hulls", "stations", "thrusters")
-"""Fields of a world from which the tables of a row are made."""
 
 
 class Variation:
@@ -303,8 +301,7 @@ class Variation:
     @cached_property
     def _numbers(self) -> dict[str, Number]:
         """Numbers that only the loop's tables have: what MuJoCo's model has too, as masses, rows share."""
-        known = numbers_of(self._world.parameters)
-        return {name: number for name, number in known.items() if number.path[0] in _ROOTS and not number.in_mjcf}
+        return run_numbers(self._world.parameters)
 
     def change(
         self,
