@@ -46,16 +46,12 @@ _MOST_POINTS = 1500
 """Points of all tracks of a map together, at most."""
 _ALL_POINTS = 60_000
 """Points of all maps together, but for 60 of each."""
-_MOST_TRACKS = 2000
-"""Tracks of all maps together, at most but for three of each."""
 _MAP_SIZE = 900_000
 """Characters of all maps together: no more are drawn beyond."""
-_MOST_COLUMNS = 30
+_SHOWN_SEEDS = 30
 """Seeds up to which each has a column of its own."""
-_MOST_CELLS = 5000
-"""Trials up to which each has a cell of its own."""
-_MOST_ROWS = 2500
-"""Rows of the table of scores, at most."""
+_SHOWN_CELLS = 3000
+"""Trials up to which each has a cell of its own, and rows of the table of scores, at most."""
 _SHOWN_CLASSES = 100
 """Kinds of failures that are shown, at most."""
 _SHOWN_POINTS = 200
@@ -252,7 +248,7 @@ def page(
             tasks=task_types(results),
             board=leaderboard(results, plan.controllers),
             detailed=_is_detailed(campaign),
-            rows=rows[:_MOST_ROWS],
+            rows=rows[:_SHOWN_CELLS],
             row_count=len(rows),
             maps=maps,
             charts=list(_charts(campaign)),
@@ -270,7 +266,7 @@ def page(
 def _is_detailed(campaign: Campaign) -> bool:
     """Whether each trial has a cell of its own on the page, and its recording a link."""
     plan = campaign.manifest.plan
-    return len(plan.seeds) <= _MOST_COLUMNS and len(campaign.results) <= _MOST_CELLS
+    return len(plan.seeds) <= _SHOWN_SEEDS and len(campaign.results) <= _SHOWN_CELLS
 
 
 def _rows(campaign: Campaign) -> Iterator[_Row]:
@@ -384,7 +380,7 @@ def _maps(campaign: Campaign, sketches: Mapping[str, _Row]) -> Iterator[_Row]:
 
 def _with_tracks(campaign: Campaign) -> Campaign:
     """The campaign with the tracks that the maps show: of each world some trials from the best to the worst."""
-    most = max(3, _MOST_TRACKS // max(1, len(campaign.manifest.plan.worlds)))
+    most = max(3, _ALL_POINTS // 30 // len(campaign.manifest.plan.worlds))
     chosen = []
     for own in grouped(campaign.results.values(), lambda result: result.cell.world).values():
         order = sorted(own, key=lambda result: (result.has_failed, result.score or 0.0))

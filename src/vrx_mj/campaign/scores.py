@@ -22,8 +22,7 @@ _SIGNIFICANT = 0.05
 _SHOWN = 3
 """How many names a note lists."""
 _RESAMPLES = 1000
-_MOST_RESAMPLED = 1000
-"""Scores above which resampling shows the normal distribution."""
+"""Resamples of a bootstrap; so many scores show the normal distribution."""
 _WORTH_SEEING = 5
 _BINS = 10
 _NUMBERS = re.compile(r"\d+(\.\d+)?([eE][-+]?\d+)?")
@@ -270,7 +269,7 @@ class Mean:
         scores = np.array(self.scores)
         if len(scores) < 2:
             return None
-        if len(scores) > _MOST_RESAMPLED:
+        if len(scores) > _RESAMPLES:
             reach = 1.96 * self.deviation / math.sqrt(len(scores))
             return self.mean - reach, self.mean + reach
         means = scores[np.random.default_rng(0).integers(len(scores), size=(_RESAMPLES, len(scores)))].mean(axis=1)

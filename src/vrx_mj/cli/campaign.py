@@ -54,6 +54,12 @@ _Waits = Annotated[
     str | None,
     typer.Option(help="With --exec: topics A,B that the simulation waits for; step: the service /vrx_mj/step."),
 ]
+_Vary = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="NAME=LOW..HIGH", help="Draw a quantity for each seed, as wind.mean_velocity=0..8; may be repeated."
+    ),
+]
 _Ray = Annotated[
     str | None,
     typer.Option(
@@ -69,13 +75,7 @@ def campaign(
     controllers: _Controllers = None,
     programs: _Programs = None,
     seeds: Annotated[str, typer.Option(help="Seeds, as in 0..9 or 0,3,7.")] = "0",
-    vary: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NAME=LOW..HIGH",
-            help="Draw a quantity for every trial, as wind.mean_velocity=0..8; may be repeated.",
-        ),
-    ] = None,
+    vary: _Vary = None,
     jobs: Annotated[int | None, typer.Option(min=1, help="Trials at a time; default: one for each core.")] = None,
     against: Annotated[Path | None, typer.Option(help="Folder of an earlier campaign to compare with.")] = None,
     fleet: Fleet = None,
@@ -96,18 +96,15 @@ def campaign(
 
     Example: vrx-mj campaign my_boat:controller --worlds 'vrx2022/*' --seeds 0..9 --jobs 2 -o results/
     """
-    from vrx_mj.campaign.manifest import begin, check_files, read_campaign
+    from vrx_mj.campaign.manifest import begin, read_campaign
     from vrx_mj.campaign.page import LivePage
-    from vrx_mj.campaign.vary import check_vary, parse_vary
     from vrx_mj.campaign.worker import check_controllers
 
     serving = _serving(controllers, programs, rate, lockstep, rosbridge=rosbridge, ardupilot=ardupilot)
     plan = _plan(
         programs or controllers or (), worlds, seeds, fleet=fleet, duration=duration, timeout=timeout, record=record,
-        serving=serving, vary=parse_vary(vary or ()),
+        serving=serving, vary=vary or (),
     )  # fmt: skip
-    check_files(plan)
-    plan = replace(plan, vary=check_vary(plan.vary, plan.worlds, plan.fleet))
     earlier = read_campaign(against) if against is not None else None
     if serving is None:
         check_controllers(plan.controllers)
@@ -151,12 +148,17 @@ def _serving(
     )
 
 
-def _plan(controllers: Sequence[str], worlds: Sequence[str], seeds: str, **options: Any) -> "Plan":
+def _plan(controllers: Sequence[str], worlds: Sequence[str], seeds: str, vary: Sequence[str], **options: Any) -> "Plan":
+    """The plan, whose worlds can be read and have the quantities that vary."""
+    from vrx_mj.campaign.manifest import check_files
     from vrx_mj.campaign.plan import Plan, choose_worlds, parse_seeds
+    from vrx_mj.campaign.vary import check_vary, parse_vary
 
     if twice := next((name for name in controllers if controllers.count(name) > 1), None):
         raise CommandError(f"the {'program' if options['serving'] else 'controller'} {twice} is named twice")
-    return Plan(tuple(controllers), choose_worlds(worlds), parse_seeds(seeds), **options)
+    plan = Plan(tuple(controllers), choose_worlds(worlds), parse_seeds(seeds), parse_vary(vary), **options)
+    check_files(plan)
+    return replace(plan, vary=check_vary(plan.vary, plan.worlds, plan.fleet))
 
 
 def _carry_out(begun: "Campaign", engine: "Engine", page: "LivePage") -> bool:
