@@ -1,9 +1,11 @@
 """Campaigns as users start them: whatever a controller does, the others are sailed and the page is made."""
 
 import re
+import shutil
 import signal
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
@@ -58,6 +60,22 @@ def quits(obs, t):
 def slow(obs, t):
     if not os.path.exists("hurry"):
         time.sleep(0.05)
+
+def killed(obs, t):  # twice, by what ends processes when memory runs out
+    if t > 1.05 and len(os.listdir("kills")) < 2:
+        open(f"kills/{os.getpid()}", "w").close()
+        os.kill(os.getpid(), 9)
+    return steady(obs, t)
+
+def orphaned(obs, t):  # twice, with its worker
+    if t > 1.05 and len(os.listdir("kills")) < 2:
+        open(f"kills/{os.getpid()}", "w").close()
+        os.kill(os.getppid(), 9)
+        time.sleep(60)
+    return steady(obs, t)
+
+def one_argument(obs):
+    return steady(obs, 0.0)
 """
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="signals of other systems")
 
@@ -160,6 +178,26 @@ def test_results_depend_neither_on_the_jobs_nor_on_their_order(folder, monkeypat
         cell: result.state_sha256 for cell, result in two.items()
     }
     assert {cell: result.score for cell, result in one.items()} == {cell: result.score for cell, result in two.items()}
+
+
+@POSIX
+@pytest.mark.parametrize("how", ["killed", "orphaned"])
+def test_a_trial_that_the_machine_ends_is_run_again(folder, monkeypatch, tmp_path, how):
+    monkeypatch.chdir(folder)
+    shutil.rmtree("kills", ignore_errors=True)
+    Path("kills").mkdir()
+    trials = [Trial(Cell(f"crew:{name}", "bay.yaml", seed)) for seed in (0, 1) for name in ("steady", how)]
+    ended = {result.cell: result for result in run_trials(trials, tmp_path, ProcessPool(1))}
+    assert [ended[trial.cell].state for trial in trials] == ["finished"] * 4
+    fates = [{ended[trial.cell].state_sha256 for trial in trials if trial.cell.seed == seed} for seed in (0, 1)]
+    assert ([len(own) for own in fates], len(list(Path("kills").iterdir()))) == ([1, 1], 2)
+
+
+def test_a_controller_of_another_signature_is_refused_before_the_first_trial(folder):
+    code, _, err = campaign(folder, ["steady", "one_argument"], output="refused")
+    assert (code, len(err.splitlines())) == (2, 1)
+    assert err.startswith("invalid controller 'crew:one_argument(obs)': two arguments are needed, the observations by")
+    assert not (folder / "refused").exists()
 
 
 @POSIX
