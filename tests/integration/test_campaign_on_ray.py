@@ -61,9 +61,7 @@ def folder(tmp_path, monkeypatch):
 @pytest.fixture
 def cluster():
     """Two nodes of one processor each."""
-    from ray.cluster_utils import Cluster
-
-    nodes = Cluster(initialize_head=True, head_node_args={"num_cpus": 1})
+    nodes = pytest.importorskip("ray.cluster_utils").Cluster(initialize_head=True, head_node_args={"num_cpus": 1})
     nodes.add_node(num_cpus=1)
     yield nodes
     nodes.shutdown()

@@ -30,7 +30,7 @@ _PROBE, _ROOM = ".probe", 65_536
 """A file that is written to see whether there is room, and its size [bytes]."""
 _AHEAD = 16
 """Results that a worker may be ahead of those taken."""
-_LONGEST = 64
+_CHUNK = 64
 """Trials that a worker gets at a time, at most."""
 
 
@@ -245,7 +245,7 @@ class _Run:
     def _hand_out(self) -> None:
         """Give idle workers trials: fewer at a time towards the end, so that all end together."""
         while self._waiting and self._idle:
-            count = min(_LONGEST, 1 + len(self._waiting) // (4 * self._most))
+            count = min(_CHUNK, 1 + len(self._waiting) // (4 * self._most))
             chunk = [self._waiting.popleft() for _ in range(min(count, len(self._waiting)))]
             worker = self._idle.pop()
             self._chunks[worker].extend(chunk)
