@@ -1,16 +1,18 @@
 """Campaigns as users start them: whatever a controller does, the others are sailed and the page is made."""
 
-import json
 import re
+import shutil
 import signal
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
+from campaigns import results_in
 from vrx_command import ended, start, vrx
+from vrx_mj.campaign.engines import ProcessPool, run_trials
 from vrx_mj.campaign.plan import Cell, Trial
-from vrx_mj.campaign.process import sail_all
 
 pytestmark = pytest.mark.slow
 
@@ -58,6 +60,22 @@ def quits(obs, t):
 def slow(obs, t):
     if not os.path.exists("hurry"):
         time.sleep(0.05)
+
+def killed(obs, t):  # twice, by what ends processes when memory runs out
+    if t > 1.05 and len(os.listdir("kills")) < 2:
+        open(f"kills/{os.getpid()}", "w").close()
+        os.kill(os.getpid(), 9)
+    return steady(obs, t)
+
+def orphaned(obs, t):  # twice, with its worker
+    if t > 1.05 and len(os.listdir("kills")) < 2:
+        open(f"kills/{os.getpid()}", "w").close()
+        os.kill(os.getppid(), 9)
+        time.sleep(60)
+    return steady(obs, t)
+
+def one_argument(obs):
+    return steady(obs, 0.0)
 """
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="signals of other systems")
 
@@ -98,9 +116,8 @@ def campaign(folder, names, *words, output="results", **how):
 
 def results(folder, output="results"):
     """Each result by controller and seed."""
-    files = sorted((folder / output).glob("cells/*/*/*/result.json"))
-    found = [json.loads(file.read_text(encoding="utf-8")) for file in files]
-    return {(each["cell"]["controller"].removeprefix("crew:"), each["cell"]["seed"]): each for each in found}
+    found = results_in(folder / output)
+    return {(controller.removeprefix("crew:"), seed): each for (controller, seed), each in found.items()}
 
 
 @pytest.fixture(scope="module")
@@ -113,8 +130,8 @@ def sailed(folder):
 @pytest.mark.parametrize("name", FAILURES)
 def test_a_bad_controller_is_one_failed_cell(sailed, folder, name):
     cell = results(folder)[name, 0]
-    assert re.match(FAILURES[name], cell["error"]), cell["error"]
-    assert cell["task"] is None
+    assert re.match(FAILURES[name], cell.error), cell.error
+    assert cell.task is None
 
 
 @POSIX
@@ -123,10 +140,10 @@ def test_the_others_have_scores_and_the_campaign_succeeds(sailed, folder):
     assert (code, "Traceback" in err) == (0, False), err
     assert f"2 of {2 + len(FAILURES)} trials finished, {len(FAILURES)} failed" in out
     good = results(folder)["steady", 0]
-    assert good["error"] is None
-    assert good["task"]["state"] == "finished"
-    assert 0.0 < good["task"]["score"] < 20.0
-    assert good["tracks"]["wamv"][0] == [0.0, 0.0]
+    assert good.error is None
+    assert good.state == "finished"
+    assert 0.0 < good.score < 20.0
+    assert good.tracks["wamv"][0] == [0.0, 0.0]
 
 
 @POSIX
@@ -146,16 +163,41 @@ def test_the_page_and_the_table_are_there(sailed, folder):
     assert len(table) == 1 + 2 + len(FAILURES)
 
 
+def made(folder):
+    folder.mkdir()
+    return folder
+
+
 def test_results_depend_neither_on_the_jobs_nor_on_their_order(folder, monkeypatch):
     monkeypatch.chdir(folder)
     trials = [Trial(Cell("crew:counting", "bay.yaml", seed)) for seed in range(3)]
-    one = {result.cell: result for result in sail_all(trials, folder / "one", 1)}
-    two = {result.cell: result for result in sail_all(trials[::-1], folder / "two", 2)}
+    one = {result.cell: result for result in run_trials(trials, made(folder / "one"), ProcessPool(1))}
+    two = {result.cell: result for result in run_trials(trials[::-1], made(folder / "two"), ProcessPool(2))}
     assert all(result.error is None for result in one.values())
     assert {cell: result.state_sha256 for cell, result in one.items()} == {
         cell: result.state_sha256 for cell, result in two.items()
     }
     assert {cell: result.score for cell, result in one.items()} == {cell: result.score for cell, result in two.items()}
+
+
+@POSIX
+@pytest.mark.parametrize("how", ["killed", "orphaned"])
+def test_a_trial_that_the_machine_ends_is_run_again(folder, monkeypatch, tmp_path, how):
+    monkeypatch.chdir(folder)
+    shutil.rmtree("kills", ignore_errors=True)
+    Path("kills").mkdir()
+    trials = [Trial(Cell(f"crew:{name}", "bay.yaml", seed)) for seed in (0, 1) for name in ("steady", how)]
+    ended = {result.cell: result for result in run_trials(trials, tmp_path, ProcessPool(1))}
+    assert [ended[trial.cell].state for trial in trials] == ["finished"] * 4
+    fates = [{ended[trial.cell].state_sha256 for trial in trials if trial.cell.seed == seed} for seed in (0, 1)]
+    assert ([len(own) for own in fates], len(list(Path("kills").iterdir()))) == ([1, 1], 2)
+
+
+def test_a_controller_of_another_signature_is_refused_before_the_first_trial(folder):
+    code, _, err = campaign(folder, ["steady", "one_argument"], output="refused")
+    assert (code, len(err.splitlines())) == (2, 1)
+    assert err.startswith("invalid controller 'crew:one_argument(obs)': two arguments are needed, the observations by")
+    assert not (folder / "refused").exists()
 
 
 @POSIX
@@ -180,7 +222,7 @@ def test_ctrl_c_keeps_what_is_finished_and_the_same_command_goes_on(folder):
     after = results(folder, "stopped")
     assert (code, len(after)) == (0, 3)
     assert f"stopped: {len(before)} of 3 trials are finished" in err
-    assert {key: after[key]["wall_time"] for key in before} == {key: each["wall_time"] for key, each in before.items()}
+    assert {key: after[key].wall_time for key in before} == {key: each.wall_time for key, each in before.items()}
 
 
 def test_a_changed_controller_is_not_mixed_in_and_is_compared(folder):

@@ -1,10 +1,10 @@
 """Campaigns of ArduPilot's SITL: each trial has its own, at ports of its own."""
 
-import json
 from pathlib import Path
 
 import pytest
 
+from campaigns import results_in
 from vrx_command import vrx
 
 pytestmark = pytest.mark.slow
@@ -40,11 +40,6 @@ while True:
 """
 
 
-def results(folder):
-    found = [json.loads(file.read_text(encoding="utf-8")) for file in folder.rglob("result.json")]
-    return sorted(found, key=lambda each: each["cell"]["seed"])
-
-
 def test_a_campaign_of_autopilots_sails_the_same_bits_twice(tmp_path):
     (tmp_path / "sea.yaml").write_text(WORLD)
     (tmp_path / "two.yaml").write_text(FLEET)
@@ -56,7 +51,7 @@ def test_a_campaign_of_autopilots_sails_the_same_bits_twice(tmp_path):
     for name in ("first", "second"):
         code, out, err = vrx("campaign", *words, "-o", name, cwd=tmp_path)
         assert code == 0, (out, err)
-        runs.append([each["state_sha256"] for each in results(tmp_path / name)])
+        runs.append([each.state_sha256 for _, each in sorted(results_in(tmp_path / name).items())])
     assert runs[0] == runs[1]
     assert len(set(runs[0])) == 2
 

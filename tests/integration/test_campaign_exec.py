@@ -1,11 +1,11 @@
 """Campaigns of programs: each trial has a ROS master of its own, and ends whatever the program does."""
 
-import json
 import os
 import re
 
 import pytest
 
+from campaigns import results_in
 from needs import ROS1_TOOLS, needs
 from vrx_command import vrx
 from vrx_mj import Simulation, compile_world
@@ -84,11 +84,9 @@ def campaign(folder, programs, *words, output):
 
 
 def results(folder, output):
-    files = sorted((folder / output).glob("cells/*/*/*/result.json"))
-    found = [(json.loads(file.read_text(encoding="utf-8")), file.parent) for file in files]
     return {
-        (each["cell"]["controller"], each["cell"]["seed"]): (each, (place / "log.txt").read_text(encoding="utf-8"))
-        for each, place in found
+        key: (each, (folder / output / each.cell.folder / "log.txt").read_text(encoding="utf-8"))
+        for key, each in results_in(folder / output).items()
     }
 
 
@@ -102,12 +100,12 @@ def sailed(folder):
 def test_a_program_holds_station_and_is_scored(sailed, folder):
     (code, out, err), found = sailed
     held, log = found[HOLDS, 3]
-    assert (code, held["error"], "Traceback" in err) == (0, None, False), (err, log)
+    assert (code, held.error, "Traceback" in err) == (0, None, False), (err, log)
     assert "2 of 3 trials finished, 1 failed" in out
-    assert held["task"]["state"] == "finished"
-    assert held["sim_time"] == pytest.approx(4.0, abs=0.02)  # 0.5 s + 0.5 s + 3 s, and a frame of the referee's
-    assert held["task"]["score"] < found[FINISHES, 3][0]["task"]["score"] - 0.05  # who does nothing drifts at 8 m
-    track = held["tracks"]["wamv"]
+    assert held.state == "finished"
+    assert held.sim_time == pytest.approx(4.0, abs=0.02)  # 0.5 s + 0.5 s + 3 s, and a frame of the referee's
+    assert held.score < found[FINISHES, 3][0].score - 0.05  # who does nothing drifts at 8 m
+    track = held.tracks["wamv"]
     assert track[0] == [0.0, 0.0]
     assert track[-1][0] > 0.3
     assert re.search(r"^bay\.yaml 3 ws://127\.0\.0\.1:\d+$", log, re.MULTILINE)
@@ -127,14 +125,14 @@ def test_a_program_that_fails_is_a_failed_trial_with_its_last_lines(sailed):
     _, found = sailed
     failed, log = found[FAILS, 3]
     pattern = r"(at t = [\d.]+ s: )?the program ended with exit code 4; its last lines: about to fail"
-    assert re.fullmatch(pattern, failed["error"])
+    assert re.fullmatch(pattern, failed.error)
     assert "\nabout to fail\n" in log
 
 
 def test_one_that_ends_well_before_the_task_is_no_failure(sailed):
     _, found = sailed
     ended, log = found[FINISHES, 3]
-    assert (ended["error"], ended["task"]["state"]) == (None, "finished")
+    assert (ended.error, ended.state) == (None, "finished")
     assert "\ndone here\n" in log
 
 

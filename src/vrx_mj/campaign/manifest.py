@@ -17,7 +17,7 @@ from pydantic import TypeAdapter, ValidationError
 
 import vrx_mj
 from vrx_mj.campaign.plan import Cell, Plan, Serving
-from vrx_mj.campaign.results import FORMAT, WHAT, Result, read_json, read_results, write_json
+from vrx_mj.campaign.results import DATABASE, FORMAT, WHAT, Result, read_json, read_results, write_json
 from vrx_mj.config.fleet import load_fleet
 from vrx_mj.config.kinds import opener
 from vrx_mj.config.loading import fault_text
@@ -31,7 +31,7 @@ from vrx_mj.resources import root
 from vrx_mj.runtime.run import fingerprint, split_name
 
 _MANIFEST = "campaign.json"
-_MADE = ("cells", "worlds", _MANIFEST, "results.csv", "index.html")
+_MADE = ("cells", "worlds", _MANIFEST, DATABASE, f"{DATABASE}-wal", f"{DATABASE}-shm", "results.csv", "index.html")
 """What a campaign writes into its folder."""
 _SHOWN = 3
 """How many names a message lists."""
@@ -137,7 +137,7 @@ def _differences(old: Manifest, new: Manifest) -> Iterator[str]:
         gone = [str(item) for item in getattr(old.plan, kind) if item not in getattr(new.plan, kind)]
         if gone:
             yield f"it also has the {kind} {first_names(gone, _SHOWN)}"
-    for option in ("fleet", "duration", "record"):
+    for option in ("fleet", "duration", "record", "vary"):
         was, now = getattr(old.plan, option), getattr(new.plan, option)
         if was != now:
             yield f"its --{option} was {_option_text(was)}, now {_option_text(now)}"
@@ -146,13 +146,13 @@ def _differences(old: Manifest, new: Manifest) -> Iterator[str]:
 
 
 def _changed_worlds(plan: Plan, results: Mapping[Cell, Result]) -> Iterator[str]:
-    """Which worlds and fleets of the user's own are not what results were sailed in: one cell of each is compiled."""
+    """Which worlds and fleets of the user's own are not what results were sailed in: each is compiled."""
     own_fleet = plan.fleet is not None and not _is_shipped("fleets", plan.fleet)
-    sailed = {cell.world: (cell, result.world_sha256) for cell, result in results.items() if result.world_sha256}
-    for world, (cell, before) in sailed.items():
+    sailed = {cell.world: result.world_sha256 for cell, result in results.items() if result.world_sha256}
+    for world, before in sailed.items():
         if own_fleet or not _is_shipped("worlds", world):
             try:
-                same = compile_world(world, fleet=plan.fleet, seed=cell.seed).sha256 == before
+                same = compile_world(world, fleet=plan.fleet).sha256 == before
             except VrxError:
                 same = False
             if not same:
@@ -160,6 +160,8 @@ def _changed_worlds(plan: Plan, results: Mapping[Cell, Result]) -> Iterator[str]
 
 
 def _option_text(value: object) -> str:
+    if isinstance(value, tuple):
+        value = " ".join(map(str, value)) or None
     return "not given" if value is None else ("off", "on")[value] if isinstance(value, bool) else f"{value}"
 
 

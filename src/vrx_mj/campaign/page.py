@@ -4,12 +4,14 @@ Maps of a campaign's page: what is in a world, and the numbers of the template t
 """
 
 import math
+import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from datetime import UTC, datetime
 from functools import cache
-from pathlib import Path
 from typing import Any
 
+import numpy as np
 from jinja2 import Environment
 from markupsafe import Markup
 from shapely import LinearRing, MultiPoint, Point, Polygon, box
@@ -17,9 +19,21 @@ from shapely.geometry.base import BaseGeometry
 
 from vrx_mj.campaign.manifest import Campaign
 from vrx_mj.campaign.plan import Cell
-from vrx_mj.campaign.results import LOG, Result, read_results, read_sketches, write_csv, write_text
-from vrx_mj.campaign.scores import Comparison, leaderboard, mean_of, seedless_worlds, task_types, tasks_of_worlds
-from vrx_mj.draw.chart import page_environment
+from vrx_mj.campaign.results import LOG, Result, ResultStore, read_results, read_sketches, write_csv, write_text
+from vrx_mj.campaign.scores import (
+    Comparison,
+    compare,
+    dependence,
+    failure_classes,
+    grouped,
+    leaderboard,
+    mean_of,
+    remarkable_trials,
+    seedless_worlds,
+    task_types,
+    tasks_of_worlds,
+)
+from vrx_mj.draw.chart import Chart, Series, chart_svg, page_environment
 from vrx_mj.draw.course import Bay, Course, ground_of, map_of, nice_length, object_color, rounded
 from vrx_mj.draw.style import boat_color, hex_color
 from vrx_mj.mjcf.world import World
@@ -30,6 +44,18 @@ _PIXELS = 720.0
 """Width of a map when it is shown large [px]: sizes that must stay visible go by it."""
 _MOST_POINTS = 1500
 """Points of all tracks of a map together, at most."""
+_ALL_POINTS = 60_000
+"""Points of all maps together, but for 60 of each."""
+_MAP_SIZE = 900_000
+"""Characters of all maps together: no more are drawn beyond."""
+_SHOWN_SEEDS = 30
+"""Seeds up to which each has a column of its own."""
+_SHOWN_CELLS = 3000
+"""Trials up to which each has a cell of its own, and rows of the table of scores, at most."""
+_SHOWN_CLASSES = 100
+"""Kinds of failures that are shown, at most."""
+_SHOWN_POINTS = 200
+"""Trials of each controller that a chart shows as points, at most."""
 _BEND = 1.0
 """Details of the shore that are smaller than this are left out [m]."""
 _NEAR = 40.0
@@ -40,11 +66,13 @@ _Line = Sequence[Sequence[float]]
 _Values = dict[str, Any]
 
 
-def map_values(sketch: _Values, results: Sequence[Result], controllers: Sequence[str]) -> _Values:
+def map_values(
+    sketch: _Values, results: Sequence[Result], controllers: Sequence[str], most_points: int = _MOST_POINTS
+) -> _Values:
     """What the template of a map takes: the frame, the land in it, a scale bar, and the tracks of these trials."""
     tracks = [(result, line) for result in results for line in result.tracks.values() if line]
     west, south, east, north = view = _view(sketch, [line for _, line in tracks])
-    pixel, stride = (east - west) / _PIXELS, 1 + sum(len(line) for _, line in tracks) // _MOST_POINTS
+    pixel, stride = (east - west) / _PIXELS, 1 + sum(len(line) for _, line in tracks) // most_points
     length = nice_length((east - west) / 4.0)
     x, y = west + 14.0 * pixel, south + 16.0 * pixel
     return {
@@ -197,54 +225,94 @@ _MOST_CHANGES = 200
 _Row = dict[str, Any]
 
 
-def page(campaign: Campaign, sketches: Mapping[str, _Row], comparison: Comparison | None = None) -> str:
+def page(
+    campaign: Campaign, sketches: Mapping[str, _Row], comparison: Comparison | None = None, *, running: bool = False
+) -> str:
     """The page as HTML. Names, messages and descriptions are escaped, wherever they come from."""
     plan, results = campaign.manifest.plan, list(campaign.results.values())
+    rows = list(_rows(campaign))
+    maps = list(_maps(campaign, sketches))
     return (
         _environment()
         .get_template("page.html.j2")
         .render(
             manifest=campaign.manifest,
             plan=plan,
+            running=running,
+            written=datetime.now(UTC).isoformat(" ", "seconds").removesuffix("+00:00"),
             colors=[hex_color(boat_color(number)) for number in range(len(plan.controllers))],
+            total=len(plan.worlds) * len(plan.seeds) * len(plan.controllers),
+            counts=mean_of(results),
             done=sum(not result.has_failed for result in results),
-            failed=sum(result.has_failed for result in results),
             hours=sum(result.sim_time for result in results) / 3600.0,
             tasks=task_types(results),
             board=leaderboard(results, plan.controllers),
-            rows=list(_rows(campaign)),
-            maps=list(_maps(campaign, sketches)),
+            detailed=_is_detailed(campaign),
+            rows=rows[:_SHOWN_CELLS],
+            row_count=len(rows),
+            maps=maps,
+            charts=list(_charts(campaign)),
             seedless=seedless_worlds(results),
-            failures=[
-                {"cell": result.cell, "error": result.error, "log": f"{result.cell.folder}/{LOG}"}
-                for result in results
-                if result.has_failed
-            ],
+            remarkable=remarkable_trials(results),
+            failures=failure_classes(results),
+            shown_classes=_SHOWN_CLASSES,
+            log=LOG,
             comparison=comparison,
             most_changes=_MOST_CHANGES,
         )
     )
 
 
+def _is_detailed(campaign: Campaign) -> bool:
+    """Whether each trial has a cell of its own on the page, and its recording a link."""
+    plan = campaign.manifest.plan
+    return len(plan.seeds) <= _SHOWN_SEEDS and len(campaign.results) <= _SHOWN_CELLS
+
+
 def _rows(campaign: Campaign) -> Iterator[_Row]:
-    """Rows of the table of scores: each controller in each world, its cells by seed."""
+    """Rows of the table of scores: each controller in each world, with its cells by seed where they are few."""
     plan, tasks = campaign.manifest.plan, tasks_of_worlds(campaign.results.values())
+    groups = grouped(campaign.results.values(), lambda result: (result.cell.world, result.cell.controller))
+    seeds = plan.seeds if _is_detailed(campaign) else ()
     for number, world in enumerate(plan.worlds):
-        task, found = tasks.get(world), _in_world(campaign, world)
-        scores = [result.score for result in found if result.score is not None]
+        task = tasks.get(world)
+        scores = [
+            result.score
+            for who in plan.controllers
+            for result in groups.get((world, who), ())
+            if result.score is not None
+        ]
         for index, controller in enumerate(plan.controllers):
-            mean = mean_of(result for result in found if result.cell.controller == controller)
-            cells = [
-                _cell(campaign.results.get(Cell(controller, world, seed)), seed, scores, task) for seed in plan.seeds
-            ]
+            own = groups.get((world, controller), [])
+            cells = [_cell(campaign.results.get(Cell(controller, world, seed)), seed, scores, task) for seed in seeds]
             yield {
                 "world": world, "number": number, "controller": controller, "index": index, "task": task,
-                "mean": mean, "cells": cells,
+                "mean": mean_of(own), "count": len(own), "cells": cells,
             }  # fmt: skip
 
 
-def _in_world(campaign: Campaign, world: str) -> list[Result]:
-    return [result for result in campaign.results.values() if result.cell.world == world]
+def _charts(campaign: Campaign) -> Iterator[Markup]:
+    """Scores over each quantity that was varied, a chart for each type of task."""
+    plan, results = campaign.manifest.plan, campaign.results.values()
+    groups = grouped(results, lambda result: (result.cell.controller, (result.task or {}).get("type")))
+    for quantity in plan.vary:
+        for kind, task in task_types(results).items():
+            found = [dependence(groups.get((who, kind), []), quantity, who) for who in plan.controllers]
+            points, curves = [], []
+            for color, own in enumerate(found):
+                if not own.x:
+                    continue
+                stride = 1 + len(own.x) // _SHOWN_POINTS
+                rank = "" if math.isnan(own.correlation) else f", rank correlation {own.correlation:+.2f}"
+                ends = np.array([mean.interval or (math.nan, math.nan) for mean in own.means])
+                points.append(Series("", own.x[::stride], own.scores[::stride], kind="points", color=color))
+                curves.append(
+                    Series(f"{own.controller}{rank}", own.centers, [mean.mean for mean in own.means], color=color,
+                           low=ends[:, 0], high=ends[:, 1])
+                )  # fmt: skip
+            unit = f"{quantity.name} [{quantity.unit}]" if quantity.unit else quantity.name
+            better = f"{task['unit']}, {task['better']} is better"
+            yield chart_svg(Chart(kind.replace("_", " "), unit, f"score [{better}]", [*points, *curves]))
 
 
 def _cell(result: Result | None, seed: int, scores: Sequence[float], task: Mapping[str, str] | None) -> _Row:
@@ -260,18 +328,19 @@ def _cell(result: Result | None, seed: int, scores: Sequence[float], task: Mappi
     return {
         **row,
         "kind": "score",
-        "text": f"{result.score:.4g}{' ✂' if result.status == 'cut' else ''}",
+        "text": f"{result.score:.4g}{' ✂' if result.state == 'cut' else ''}",
         "value": f"{result.score:.6g}",
         "color": _color(result.score, scores, task["better"]),
-        "title": f"seed {seed}: {result.score:.4g} {task['unit']}{_how(result.task or {})}",
+        "title": f"seed {seed}: {result.score:.4g} {task['unit']}{_how(result)}",
     }
 
 
-def _how(task: Mapping[str, object]) -> str:
+def _how(result: Result) -> str:
     """How a task ended, in words."""
+    task = result.task or {}
     hits = task["num_collisions"]
     collided = f", {hits} collision{'s' if hits != 1 else ''}" if hits else ""
-    end = "cut while running" if task["state"] == "running" else "finished"
+    end = "cut while running" if result.state == "cut" else "finished"
     return f" after {task['elapsed']:.1f} s, {end}{', timed out' if task['timed_out'] else ''}{collided}"
 
 
@@ -288,26 +357,50 @@ def _color(score: float, scores: Sequence[float], better: str) -> str:
 
 def _maps(campaign: Campaign, sketches: Mapping[str, _Row]) -> Iterator[_Row]:
     plan, tasks = campaign.manifest.plan, tasks_of_worlds(campaign.results.values())
+    groups, detailed = grouped(campaign.results.values(), lambda result: result.cell.world), _is_detailed(campaign)
+    left, most_points = _MAP_SIZE, min(_MOST_POINTS, max(60, _ALL_POINTS // len(plan.worlds)))
     for number, world in enumerate(plan.worlds):
-        if world not in sketches:
+        if world not in sketches or left < 0:
             continue
-        found = _in_world(campaign, world)
+        found = groups.get(world, [])
         lines = []
         for index, controller in enumerate(plan.controllers):
             own = [result for result in found if result.cell.controller == controller]
             if own:
-                recorded = [result for result in own if result.recording]
+                recorded = [result for result in own if result.recording and detailed]
                 lines.append({"controller": controller, "index": index, "mean": mean_of(own), "recorded": recorded})
+        svg = map_svg(world, sketches[world], found, plan.controllers, most_points)
+        left -= len(svg)
         yield {
             "world": world, "number": number, "task": tasks.get(world), "lines": lines,
-            "description": sketches[world]["description"],
-            "svg": map_svg(world, sketches[world], found, plan.controllers),
+            "description": sketches[world]["description"], "svg": svg,
+            "tracks": sum(bool(result.tracks) for result in found), "count": len(found),
         }  # fmt: skip
 
 
-def map_svg(world: str, sketch: _Row, results: Sequence[Result], controllers: Sequence[str]) -> Markup:
+def _with_tracks(campaign: Campaign) -> Campaign:
+    """The campaign with the tracks that the maps show: of each world some trials from the best to the worst."""
+    most = max(3, _ALL_POINTS // 30 // len(campaign.manifest.plan.worlds))
+    chosen = []
+    for own in grouped(campaign.results.values(), lambda result: result.cell.world).values():
+        order = sorted(own, key=lambda result: (result.has_failed, result.score or 0.0))
+        chosen += [order[k].cell for k in np.linspace(0, len(order) - 1, min(most, len(order)), dtype=int)]
+    with ResultStore(campaign.folder) as store:
+        tracks = store.tracks(chosen)
+    return replace(
+        campaign,
+        results={
+            cell: replace(result, tracks=tracks[cell]) if cell in tracks else result
+            for cell, result in campaign.results.items()
+        },
+    )
+
+
+def map_svg(
+    world: str, sketch: _Row, results: Sequence[Result], controllers: Sequence[str], most_points: int = _MOST_POINTS
+) -> Markup:
     """A world from above with the tracks of these trials."""
-    values = {"world": world, **map_values(sketch, results, controllers)}
+    values = {"world": world, **map_values(sketch, results, controllers, most_points)}
     return Markup(_environment().get_template("map.svg.j2").render(map=values, sketch=sketch))
 
 
@@ -328,17 +421,34 @@ def _number(value: float | None, digits: int = 3) -> str:
 PAGE = "index.html"
 
 
-def with_new_results(campaign: Campaign) -> Campaign:
-    """The campaign with the results that are in its folder now."""
-    return replace(campaign, results=read_results(campaign.folder, campaign.manifest.plan.cells))
+_REFRESH = 5.0
+"""Least time between two writings of the page while trials run [s]."""
+_SHARE = 0.05
+"""Share of the time that writing it may take."""
 
 
-def write_report(campaign: Campaign, comparison: Comparison | None = None) -> Path:
-    """Write `results.csv` and the page into the campaign's folder; the path of the page."""
-    plan = campaign.manifest.plan
-    write_csv(
-        campaign.folder / "results.csv", (campaign.results[cell] for cell in plan.cells if cell in campaign.results)
-    )
-    text = page(campaign, read_sketches(campaign.folder, plan.worlds), comparison)
-    write_text(campaign.folder / PAGE, text)
-    return campaign.folder / PAGE
+class LivePage:
+    """The page of a campaign in its folder, written again while trials run."""
+
+    def __init__(self, campaign: Campaign, earlier: Campaign | None = None) -> None:
+        """`earlier`: a campaign to compare with."""
+        self._campaign, self._earlier, self._due = campaign, earlier, 0.0
+        self.file = campaign.folder / PAGE
+
+    def refresh(self) -> None:
+        """Write the page if that is due."""
+        begun = time.monotonic()
+        if begun >= self._due:
+            self.write(running=True)
+            now = time.monotonic()
+            self._due = now + max(_REFRESH, (now - begun) / _SHARE)
+
+    def write(self, *, running: bool = False) -> tuple[Campaign, Comparison | None]:
+        """Write the page, and `results.csv` unless trials are running; what it shows."""
+        folder, plan = self._campaign.folder, self._campaign.manifest.plan
+        now = replace(self._campaign, results=read_results(folder, plan.cells))
+        comparison = compare(now, self._earlier) if self._earlier is not None else None
+        if not running:
+            write_csv(folder / "results.csv", now.results.values())
+        write_text(self.file, page(_with_tracks(now), read_sketches(folder, plan.worlds), comparison, running=running))
+        return now, comparison

@@ -3,15 +3,22 @@
 import fnmatch
 import glob
 import re
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, fields
 from hashlib import sha256
 from itertools import product
 from pathlib import Path
+from typing import Literal
 
+from vrx_mj.campaign.vary import Quantity
 from vrx_mj.config.search import catalogue, find, is_path
 from vrx_mj.errors import CommandError
 
+State = Literal["not started", "cut", "finished", "failed", "lost"]
+"""How a trial ended: before its task started, while it ran, after it; by an error of the controller, or of the machine.
+
+A failed or lost trial has no score, one whose task has not started neither; a lost one says nothing of its controller.
+"""
 _MOST_SEEDS = 100_000
 _GLOB = re.compile(r"[*?\[]")
 _PLAIN = (re.compile(r"[a-z0-9_][a-z0-9_-]*(/[a-z0-9_][a-z0-9_-]*)*"), re.compile(r"\w+(\.\w+)*:\w+", re.ASCII))
@@ -74,6 +81,8 @@ class Trial(_TrialOptions):
     """A cell and how to sail it."""
 
     cell: Cell
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    """Values of the quantities that are drawn, as `vary.numbers_by_name` takes them."""
 
 
 @dataclass(frozen=True)
@@ -83,10 +92,13 @@ class Plan(_TrialOptions):
     controllers: tuple[str, ...]
     worlds: tuple[str, ...]
     seeds: tuple[int, ...]
+    vary: tuple[Quantity, ...] = ()
+    """Quantities that are drawn for each trial."""
 
     def trial(self, cell: Cell) -> Trial:
         """The trial of a cell."""
-        return Trial(cell, **{option.name: getattr(self, option.name) for option in fields(_TrialOptions)})
+        options = {option.name: getattr(self, option.name) for option in fields(_TrialOptions)}
+        return Trial(cell, {quantity.name: quantity.drawn(cell.seed) for quantity in self.vary}, **options)
 
     @property
     def cells(self) -> tuple[Cell, ...]:

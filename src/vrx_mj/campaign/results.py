@@ -1,17 +1,19 @@
-"""Results of trials: what is noted while they run, a small JSON for each cell in the folder, and all of them as CSV."""
+"""Results of trials: what is noted while they run, a database of them in the campaign's folder, and all as CSV."""
 
 import csv
 import faulthandler
 import io
 import json
+import sqlite3
 import time
-from collections.abc import Iterable, Mapping, MutableSequence
+from collections.abc import Iterable, Iterator, Mapping, MutableSequence
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.campaign.plan import Cell, folder_name
+from vrx_mj.campaign.plan import Cell, State, folder_name
 from vrx_mj.errors import RecordError
 from vrx_mj.outputs import write_files
 
@@ -19,15 +21,31 @@ FORMAT = 1
 """Version of the files; others are refused."""
 LOG = "log.txt"
 """What a trial printed, with the traceback of a controller that raised."""
+DATABASE = "results.sqlite"
 _RESULT = "result.json"
+"""What version 0.1 wrote for each cell in place of the database."""
 Tree = dict[str, Any]
 """Content of a JSON file."""
 WHAT = "the campaign"
 """What is written, for messages."""
-_COLUMNS = (
-    "controller", "world", "seed", "status", "task", "score", "unit", "better", "state", "timed_out", "collisions",
-    "elapsed", "sim_time", "wall_time", "state_sha256", "error",
-)  # fmt: skip
+_DATABASE_FORMAT = 2
+_COLUMNS: Mapping[str, str] = {
+    **dict.fromkeys(("controller", "world"), "text not null"), "seed": "integer not null",
+    **dict.fromkeys(("state", "task", "task_name"), "text"), "score": "real", "unit": "text", "better": "text",
+    "timed_out": "boolean", "collisions": "integer", **dict.fromkeys(("elapsed", "sim_time", "wall_time"), "real"),
+    **dict.fromkeys(("state_sha256", "poses_sha256", "world_sha256", "platform", "recording"), "text"),
+    "parameters": "text", "error": "text",
+}  # fmt: skip
+"""Columns of the table `trials`, and their types."""
+_SCHEMA = f"""
+begin;
+create table trials ({", ".join(f"{name} {kind}" for name, kind in _COLUMNS.items())},
+  primary key (controller, world, seed));
+create table details (controller text not null, world text not null, seed integer not null, tracks text, events text,
+  primary key (controller, world, seed));
+pragma user_version = {_DATABASE_FORMAT};
+commit;
+"""
 
 
 @dataclass(frozen=True)
@@ -35,6 +53,7 @@ class Result:
     """How a trial ended."""
 
     cell: Cell
+    state: State = "finished"
     error: str | None = None
     """Error that ended the trial; None where it did not fail."""
     task: Mapping[str, Any] | None = None
@@ -45,6 +64,8 @@ class Result:
     """Wall time [s]."""
     state_sha256: str = ""
     """Fingerprint of the last state: equal runs have equal ones."""
+    poses_sha256: str = ""
+    """Fingerprint of where the boats ended and how far they went: equal where two seeds gave the same motion."""
     world_sha256: str = ""
     platform: str = ""
     """What bit-equality depends on."""
@@ -52,47 +73,126 @@ class Result:
     """x and y [m] of each boat's way."""
     recording: str | None = None
     """Name of its recording's file in the cell's folder; None without one."""
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    """Values of the quantities that `--vary` draws, by their names there."""
 
     @property
     def has_failed(self) -> bool:
-        """Whether the trial has no result."""
-        return self.error is not None
-
-    @property
-    def status(self) -> str:
-        """How it ended: `failed`, `not started` or `cut` (before or while its task ran), or else `done`."""
-        phase = "finished" if self.task is None else self.task["state"]
-        return "failed" if self.has_failed else {"finished": "done", "running": "cut"}.get(phase, "not started")
+        """Whether the trial has no result: it failed, or was lost."""
+        return self.state in {"failed", "lost"}
 
     @property
     def score(self) -> float | None:
         """The task's score; None where the trial failed, its task has not started, or the world has no task."""
-        return float(self.task["score"]) if self.task is not None and self.status in ("cut", "done") else None
+        return float(self.task["score"]) if self.task is not None and self.state in {"cut", "finished"} else None
 
 
-def write_result(folder: Path, result: Result) -> None:
-    """Write a cell's result into its folder; a reader meanwhile sees all of it or nothing."""
-    write_json(folder / _RESULT, {"format": FORMAT, **asdict(result)})
+class ResultStore(AbstractContextManager["ResultStore"]):
+    """The database of results in a campaign's folder, which one process writes, and others may read meanwhile.
+
+    A result is there as a whole or not at all, whatever ends the process, and once for each cell.
+    """
+
+    def __init__(self, folder: Path, *, writes: bool = False) -> None:
+        """Open it to read, or to write, when it is made if need be.
+
+        Raises:
+            RecordError: it is missing, damaged, of another version, or cannot be written.
+        """
+        self._file, self._writes = folder / DATABASE, writes
+        is_new = writes and not self._file.is_file()
+        with self._translated():
+            mode = "rwc" if writes else "rw"
+            self._base = sqlite3.connect(f"{self._file.absolute().as_uri()}?mode={mode}", timeout=60.0, uri=True)
+            if is_new:
+                self._base.executescript(_SCHEMA)
+            version = self._base.execute("pragma user_version").fetchone()[0]
+        if version != _DATABASE_FORMAT:
+            self._base.close()
+            raise RecordError(
+                f"{self._file} has format {version}; this version reads {_DATABASE_FORMAT}: use the vrx_mj that wrote "
+                "it, or --restart"
+            )
+        if writes:
+            with self._translated():
+                self._base.execute("pragma journal_mode = wal")  # readers do not wait
+                self._base.execute("pragma synchronous = normal")  # a power cut may take the last rows, not the file
+
+    def __exit__(self, *_: object) -> None:
+        with suppress(sqlite3.OperationalError):  # somebody reads
+            if self._writes:
+                self._base.execute("pragma journal_mode = delete")  # one file again
+        self._base.close()
+
+    def add(self, *results: Result) -> None:
+        """Store results; those that their cells had before go.
+
+        Raises:
+            RecordError: they cannot be written.
+        """
+        rows = [tuple(_row(result).values()) for result in results]
+        details = [
+            (*asdict(result.cell).values(), json.dumps(result.tracks), json.dumps((result.task or {}).get("events")))
+            for result in results
+        ]
+        with self._translated(), self._base:
+            self._base.executemany(f"replace into trials values ({', '.join('?' * len(_COLUMNS))})", rows)
+            self._base.executemany("replace into details values (?, ?, ?, ?, ?)", details)
+
+    def results(self) -> Iterator[Result]:
+        """All results, without their tracks and the events of their tasks."""
+        with self._translated():
+            for row in self._base.execute(f"select {', '.join(_COLUMNS)} from trials"):
+                yield _result(dict(zip(_COLUMNS, row, strict=True)))
+
+    def tracks(self, cells: Iterable[Cell]) -> dict[Cell, Mapping[str, list[list[float]]]]:
+        """Tracks of the boats of these cells, as far as they have a result."""
+        query, found = "select tracks from details where controller = ? and world = ? and seed = ?", {}
+        with self._translated():
+            for cell in cells:
+                for (text,) in self._base.execute(query, (cell.controller, cell.world, cell.seed)):
+                    found[cell] = json.loads(text)
+        return found
+
+    @contextmanager
+    def _translated(self) -> Iterator[None]:
+        """Have errors of the database be one line."""
+        try:
+            yield
+        except sqlite3.Error as error:
+            raise RecordError(
+                f"cannot use the results {self._file}: {error}; free the disk or stop what else writes there, and "
+                "repeat the command, or give --restart"
+            ) from None
 
 
-def read_result(folder: Path) -> Result | None:
-    """The result in a cell's folder; None where it is missing or cut short.
+def read_results(folder: Path, cells: Iterable[Cell]) -> dict[Cell, Result]:
+    """The results of these cells, as far as there are any, without tracks; version 0.1 has a file for each.
+
+    Raises:
+        RecordError: they are damaged, or of another version.
+    """
+    if (folder / DATABASE).is_file():
+        with ResultStore(folder) as store:
+            found = {result.cell: result for result in store.results()}
+        return {cell: found[cell] for cell in cells if cell in found}
+    former = ((cell, _former_result(folder / cell.folder)) for cell in cells)
+    return {cell: result for cell, result in former if result is not None and result.cell == cell}
+
+
+def _former_result(folder: Path) -> Result | None:
+    """The result that version 0.1 has in a cell's folder; None where it is missing or cut short.
 
     Raises:
         RecordError: it is of another version.
     """
-    file = folder / _RESULT
     try:
-        tree = read_json(file)
-        return Result(**{**tree, "cell": Cell(**tree["cell"])})
+        tree = read_json(folder / _RESULT)
+        phase = tree["task"]["state"] if tree["task"] else "finished"
+        ended = {"finished": "finished", "running": "cut"}.get(phase, "not started")
+        return Result(**{**tree, "cell": Cell(**tree["cell"]), "state": "failed" if tree["error"] else ended})
     except (FileNotFoundError, ValueError, TypeError, KeyError):
         return None
-
-
-def read_results(folder: Path, cells: Iterable[Cell]) -> dict[Cell, Result]:
-    """The results of these cells, as far as there are any; errors are those of `read_result`."""
-    found = ((cell, read_result(folder / cell.folder)) for cell in cells)
-    return {cell: result for cell, result in found if result is not None and result.cell == cell}
 
 
 def read_sketches(folder: Path, worlds: Iterable[str]) -> dict[str, Tree]:
@@ -107,28 +207,39 @@ def sketch_file(folder: Path, world: str) -> Path:
 
 
 def write_csv(file: Path, results: Iterable[Result]) -> None:
-    """All results as a table, a line for each."""
+    """All results as a table, a line for each; quantities that were varied have columns of their own."""
+    rows = [_row(result) | dict(result.parameters) for result in results]
+    names = dict.fromkeys(name for row in rows for name in row) or _COLUMNS
     text = io.StringIO()
-    writer = csv.DictWriter(text, _COLUMNS, lineterminator="\n")
+    writer = csv.DictWriter(
+        text, [name for name in names if name != "parameters"], lineterminator="\n", extrasaction="ignore"
+    )
     writer.writeheader()
-    writer.writerows(_row(result) for result in results)
+    writer.writerows(rows)
     write_text(file, text.getvalue())
 
 
-def _row(result: Result) -> dict[str, object]:
-    task = result.task or {}
-    return {
-        **asdict(result.cell),
-        "status": result.status,
-        "task": task.get("type"),
-        "score": result.score,
-        **{key: task.get(key) for key in ("unit", "better", "state", "timed_out", "elapsed")},
-        "collisions": task.get("num_collisions"),
-        "sim_time": result.sim_time,
-        "wall_time": round(result.wall_time, 3),
-        "state_sha256": result.state_sha256,
-        "error": result.error,
-    }
+_OF_TASK: Mapping[str, str] = {
+    "task": "type", "task_name": "name", "unit": "unit", "better": "better", "timed_out": "timed_out",
+    "collisions": "num_collisions", "elapsed": "elapsed",
+}  # fmt: skip
+"""Columns of what a result has of its task."""
+
+
+def _row(result: Result) -> dict[str, Any]:
+    """The columns of a result, in their order."""
+    task, whole = result.task or {}, {**vars(result), **asdict(result.cell)}
+    own = {column: task.get(key) for column, key in _OF_TASK.items()}
+    own |= {"score": result.score, "parameters": json.dumps(result.parameters)}
+    return {column: own[column] if column in own else whole[column] for column in _COLUMNS}
+
+
+def _result(row: Mapping[str, Any]) -> Result:
+    """The result of a row of columns."""
+    task = {key: row[column] for column, key in _OF_TASK.items()} | {"score": row["score"]} if row["task"] else None
+    own = {"cell": Cell(row["controller"], row["world"], row["seed"]), "task": task}
+    same = {name: row[name] for name in _COLUMNS if name in Result.__dataclass_fields__}
+    return Result(**{**same, **own, "parameters": json.loads(row["parameters"])})
 
 
 def write_json(file: Path, tree: Mapping[str, object]) -> None:

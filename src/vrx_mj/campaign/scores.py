@@ -1,18 +1,32 @@
 """Scores of a campaign: the ranking, and what changed since an earlier one, with paired tests by type of task."""
 
+import heapq
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+import re
+from collections import Counter, defaultdict
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from statistics import fmean, median, stdev
+from typing import TypeVar
+
+import numpy as np
 
 from vrx_mj.campaign.manifest import Campaign
 from vrx_mj.campaign.plan import Cell
 from vrx_mj.campaign.results import Result
+from vrx_mj.campaign.vary import Quantity
 from vrx_mj.errors import first_names
 
 _SIGNIFICANT = 0.05
 _SHOWN = 3
 """How many names a note lists."""
+_RESAMPLES = 1000
+"""Resamples of a bootstrap; so many scores show the normal distribution."""
+_WORTH_SEEING = 5
+_BINS = 10
+_NUMBERS = re.compile(r"\d+(\.\d+)?([eE][-+]?\d+)?")
+_Key = TypeVar("_Key", bound=Hashable)
 _FEWEST = 6
 """Fewest pairs that differ for a test: with five of them no two-sided p-value of signed ranks is below 2 / 2^5."""
 
@@ -232,6 +246,8 @@ class Mean:
     """Trials without a score because their task never started."""
     cut: int = 0
     """Trials whose score is of a task that was cut."""
+    lost: int = 0
+    """Trials that say nothing, because their machine failed."""
 
     @property
     def mean(self) -> float:
@@ -243,9 +259,32 @@ class Mean:
         """Standard deviation of the sample; NaN for fewer than two."""
         return stdev(self.scores) if len(self.scores) > 1 else math.nan
 
+    @cached_property
+    def interval(self) -> tuple[float, float] | None:
+        """Where the mean of all such trials lies, with 95 %; None for fewer than two scores.
+
+        Percentiles of the means of resamples (bootstrap: Efron 1979), which are always the same ones. For many scores
+        they are those of the normal distribution, which is used from there on.
+        """
+        scores = np.array(self.scores)
+        if len(scores) < 2:
+            return None
+        if len(scores) > _RESAMPLES:
+            reach = 1.96 * self.deviation / math.sqrt(len(scores))
+            return self.mean - reach, self.mean + reach
+        means = scores[np.random.default_rng(0).integers(len(scores), size=(_RESAMPLES, len(scores)))].mean(axis=1)
+        low, high = np.quantile(means, (0.025, 0.975)).tolist()
+        return low, high
+
+    @property
+    def notes(self) -> str:
+        """How many trials ended otherwise than with their task, in words."""
+        counts = {"failed": self.failed, "lost": self.lost, "not started": self.unstarted, "cut": self.cut}
+        return ", ".join(f"{count} {how}" for how, count in counts.items() if count)
+
     def __str__(self) -> str:
         if not self.scores:
-            return "failed" if self.failed else "not started" if self.unstarted else "-"
+            return "failed" if self.failed else "not started" if self.unstarted else "lost" if self.lost else "-"
         spread = f" ± {self.deviation:.2g}" if len(self.scores) > 1 else ""
         return f"{self.mean:.4g}{spread}"
 
@@ -271,27 +310,140 @@ class Line:
 def mean_of(results: Iterable[Result]) -> Mean:
     """The scores of these trials together."""
     found = list(results)
-    scores = tuple(result.score for result in found if result.score is not None)
-    return Mean(scores, *(sum(result.status == how for result in found) for how in ("failed", "not started", "cut")))
+    states = Counter(result.state for result in found)
+    return Mean(
+        tuple(score for result in found if (score := result.score) is not None),
+        *(states[how] for how in ("failed", "not started", "cut", "lost")),
+    )
+
+
+def grouped(results: Iterable[Result], key: Callable[[Result], _Key]) -> dict[_Key, list[Result]]:
+    """Results by what a function says of each."""
+    groups: dict[_Key, list[Result]] = defaultdict(list)
+    for result in results:
+        groups[key(result)].append(result)
+    return groups
 
 
 def seedless_worlds(results: Iterable[Result]) -> list[str]:
-    """Worlds in which each controller sailed one and the same run with all of several seeds, by score and track."""
-    groups: dict[tuple[str, str], list[Result]] = {}
-    for result in results:
-        groups.setdefault((result.cell.world, result.cell.controller), []).append(result)
-    runs = {key: [(one.has_failed, one.score, one.sim_time, one.tracks) for one in own] for key, own in groups.items()}
-    varied = {key[0] for key, own in runs.items() if len(own) < 2 or own[0][0] or any(one != own[0] for one in own)}
-    return [world for world in dict.fromkeys(world for world, _ in groups) if world not in varied]
+    """Worlds in which each controller's boats moved alike, to the last bit, with all of several seeds."""
+    worlds: dict[str, bool] = {}
+    for (world, _), own in grouped(results, lambda result: (result.cell.world, result.cell.controller)).items():
+        runs = {(one.has_failed, one.score, one.sim_time, one.poses_sha256) for one in own}
+        alike = len(own) > 1 and len(runs) == 1 and not own[0].has_failed
+        worlds[world] = alike and worlds.get(world, True)
+    return [world for world, alike in worlds.items() if alike]
+
+
+@dataclass(frozen=True)
+class FailureClass:
+    """Trials that failed or were lost with the same message but for its numbers."""
+
+    results: tuple[Result, ...]
+
+    @property
+    def state(self) -> str:
+        """Failed or lost."""
+        return self.results[0].state
+
+    @property
+    def error(self) -> str:
+        """Message of the first."""
+        return self.results[0].error or ""
+
+    @property
+    def controllers(self) -> tuple[str, ...]:
+        """Those that it concerns."""
+        return tuple(dict.fromkeys(result.cell.controller for result in self.results))
+
+
+def failure_kind(result: Result) -> tuple[str, str]:
+    """State and message without numbers: equal for failures of one class."""
+    return result.state, _NUMBERS.sub("#", result.error or "")
+
+
+def failure_classes(results: Iterable[Result]) -> list[FailureClass]:
+    """Failures by what happened, the most frequent first."""
+    found = grouped((result for result in results if result.has_failed), failure_kind)
+    return [FailureClass(tuple(own)) for own in sorted(found.values(), key=len, reverse=True)]
+
+
+@dataclass(frozen=True)
+class Remarkable:
+    """A trial that is worth seeing."""
+
+    why: str
+    result: Result
+    place: float
+    """How much worse it is than the median of its world, in interquartile ranges."""
+
+
+def remarkable_trials(results: Iterable[Result]) -> list[Remarkable]:
+    """The five worst scores and the five nearest to the median, each by the scores in its world; recorded ones, if any.
+
+    Worlds have units of their own: scores are compared by their distance from the median of the world.
+    """
+    scored = [result for result in results if result.score is not None]
+    places: list[tuple[float, Result]] = []
+    for own in grouped(scored, lambda result: result.cell.world).values():
+        scores = np.array([result.score for result in own])
+        low, middle, high = np.quantile(scores, (0.25, 0.5, 0.75))
+        sign = 1.0 if (own[0].task or {})["better"] == "lower" else -1.0
+        places += zip((sign * (scores - middle) / ((high - low) or 1.0)).tolist(), own, strict=True)
+    if any(result.recording for result in scored):
+        places = [(place, result) for place, result in places if result.recording]
+    worst = heapq.nlargest(_WORTH_SEEING, places, key=lambda pair: pair[0])
+    rest = [pair for pair in places if pair not in worst]
+    median = heapq.nsmallest(_WORTH_SEEING, rest, key=lambda pair: abs(pair[0]))
+    return [
+        Remarkable(why, result, place) for why, own in (("worst", worst), ("median", median)) for place, result in own
+    ]
+
+
+@dataclass(frozen=True)
+class Dependence:
+    """Scores of a controller in a type of task over a quantity that was varied."""
+
+    controller: str
+    x: tuple[float, ...]
+    """Values of the quantity, of each trial."""
+    scores: tuple[float, ...]
+    centers: tuple[float, ...]
+    """Middle of each bin of the quantity's range that has trials."""
+    means: tuple[Mean, ...]
+    """Scores in each of these."""
+    correlation: float
+    """Spearman's rank correlation; NaN where there is none."""
+
+
+def dependence(results: Sequence[Result], quantity: Quantity, controller: str) -> Dependence:
+    """Scores of a controller's trials of one task over a quantity, in ten bins of its range."""
+    from scipy.stats import spearmanr
+
+    own = [result for result in results if result.score is not None and quantity.name in result.parameters]
+    x = np.array([result.parameters[quantity.name] for result in own])
+    scores = [float(result.score or 0.0) for result in own]
+    width = (quantity.high - quantity.low) / _BINS
+    bins = grouped(own, lambda result: min(int((result.parameters[quantity.name] - quantity.low) / width), _BINS - 1))
+    order = sorted(bins)
+    varied = len({*x.tolist()}) > 1 and len({*scores}) > 1
+    return Dependence(
+        controller,
+        tuple(x.tolist()),
+        tuple(scores),
+        tuple(quantity.low + (number + 0.5) * width for number in order),
+        tuple(mean_of(bins[number]) for number in order),
+        float(spearmanr(x, scores).statistic) if varied else math.nan,
+    )
 
 
 def tasks_of_worlds(results: Iterable[Result]) -> dict[str, Mapping[str, str]]:
     """Type, name, unit and direction of the task in each world, as far as some trial there came to its end."""
-    return {
-        result.cell.world: {key: str(result.task[key]) for key in ("type", "name", "unit", "better")}
-        for result in results
-        if result.task is not None
-    }
+    found: dict[str, Mapping[str, str]] = {}
+    for result in results:
+        if result.task is not None and result.cell.world not in found:
+            found[result.cell.world] = {key: str(result.task[key]) for key in ("type", "name", "unit", "better")}
+    return found
 
 
 def task_types(results: Iterable[Result]) -> dict[str, Mapping[str, str]]:
@@ -306,13 +458,8 @@ def leaderboard(results: Sequence[Result], controllers: Sequence[str]) -> list[L
     That is how VRX ranks teams. Within a task, fewer trials without a score come first and then the better mean score.
     """
     worlds, kinds = tasks_of_worlds(results), task_types(results)
-    tasks = [(result, worlds.get(result.cell.world, {}).get("type")) for result in results]  # of failed ones, too
-    means = {
-        who: {
-            kind: mean_of(one for one, task in tasks if task == kind and one.cell.controller == who) for kind in kinds
-        }
-        for who in controllers
-    }
+    groups = grouped(results, lambda one: (one.cell.controller, worlds.get(one.cell.world, {}).get("type")))
+    means = {who: {kind: mean_of(groups.get((who, kind), ())) for kind in kinds} for who in controllers}
     ranks = {kind: _ranks({who: means[who][kind] for who in controllers}, kinds[kind]["better"]) for kind in kinds}
     lines = []
     for who in controllers:

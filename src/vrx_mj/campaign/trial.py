@@ -1,19 +1,22 @@
-"""One trial: compile the world, load the controller, sail until the task is over, return the score."""
+"""One trial: have the world, load the controller, sail until the task is over, return the score."""
 
+import errno
 import math
 import sys
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Mapping
 from contextlib import AbstractContextManager, nullcontext
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from vrx_mj.campaign.plan import Cell, Trial
+from vrx_mj.campaign.plan import Cell, State, Trial
 from vrx_mj.campaign.results import Result, Stopwatch, Tracks
+from vrx_mj.campaign.vary import numbers_by_name
 from vrx_mj.errors import VrxError
 from vrx_mj.mjcf.compile import compile_world
-from vrx_mj.mjcf.world import World
+from vrx_mj.model.numbers import run_numbers
 from vrx_mj.runtime.run import Controller, Summary, load_controller, planned_duration, run
 from vrx_mj.runtime.simulation import Simulation
 
@@ -24,11 +27,15 @@ _EXTRA_TIME = 60.0
 """Wall time that a trial gets on top of its simulated time [s]."""
 INTERRUPTED = "interrupted"
 """The error of a trial that was interrupted."""
+_STATES: Mapping[str, State] = {"initial": "not started", "ready": "not started", "running": "cut"}
+"""The states of trials that end in these phases of a task."""
+_MACHINE = {errno.EDQUOT, errno.EIO, errno.ENOMEM, errno.ENOSPC, errno.ENOTCONN, errno.EROFS, errno.ESTALE}
+"""Errors of files that say nothing of a controller."""
 _EVENTS = 200
 """Lines of the referee that are kept, at most."""
 
 
-class _RaisedError(VrxError):
+class RaisedError(VrxError):
     """What a controller raised, in words; the error itself is its cause."""
 
 
@@ -37,13 +44,7 @@ class _Watched:
 
     def __init__(self, cell: Cell, boats: tuple[str, ...], tracks: Tracks, stopwatch: Stopwatch) -> None:
         self._boats, self._tracks, self._stopwatch = boats, tracks, stopwatch
-        sys.path.insert(0, str(Path.cwd()))
-        try:
-            self._controller: Controller = load_controller(cell.controller, cell.seed)
-        except VrxError:
-            raise
-        except (Exception, SystemExit) as error:
-            raise _RaisedError(f"loading the controller raised {_in_words(error)}") from error
+        self._controller = load_own_controller(cell.controller, cell.seed)
 
     def __call__(self, obs: Any, moment: float) -> Any:
         """Call it, at simulated time `moment` [s]."""
@@ -55,34 +56,56 @@ class _Watched:
         except VrxError:
             raise
         except (Exception, SystemExit) as error:
-            raise _RaisedError(f"at t = {moment:g} s the controller raised {_in_words(error)}") from error
+            raise RaisedError(f"at t = {moment:g} s the controller raised {_in_words(error)}") from error
 
 
-def sail(trial: Trial, folder: Path, stopwatch: Stopwatch, keep: Callable[[World], None]) -> Result:
+def load_own_controller(name: str, seed: int) -> Controller:
+    """A controller, looked for in the current folder first.
+
+    Raises:
+        VrxError: it does not exist, or takes other arguments; a `RaisedError` if loading it raised something else.
+    """
+    sys.path.insert(0, str(Path.cwd()))
+    try:
+        return load_controller(name, seed)
+    except VrxError:
+        raise
+    except (Exception, SystemExit) as error:
+        raise RaisedError(f"loading the controller raised {_in_words(error)}") from error
+
+
+def sail(trial: Trial, folder: Path, stopwatch: Stopwatch, warm: Simulation | None) -> Result:
     """Sail a trial; its result, failed or not.
 
     Args:
         trial: what to sail.
         folder: where its recording goes, if there is to be one; a traceback goes to stderr.
         stopwatch: takes how far it is.
-        keep: is given the compiled world.
+        warm: a simulation of its world as the files have it, of any seed; None: compile it.
     """
     begun, tracks, sim = time.perf_counter(), Tracks(), None
     stopwatch.allow(PREPARATION)
     try:
-        world = compile_world(trial.cell.world, fleet=trial.fleet, seed=trial.cell.seed)
-        keep(world)
-        sim = Simulation(world)
+        warm = warm or Simulation(compile_world(trial.cell.world, fleet=trial.fleet))
+        base = warm.world
+        numbers = numbers_by_name(base, trial.parameters)
+        if not numbers.keys() <= run_numbers(base.parameters).keys():
+            warm = Simulation(compile_world(trial.cell.world, fleet=trial.fleet, parameters=numbers))
+            numbers = {}
+        warm.reset(trial.cell.seed, parameters=numbers)
+        sim = warm
         with _recording(sim, folder / _RECORDING if trial.record else None):
             summary = _summary(trial, sim, folder, tracks, stopwatch)
-        return _result(trial, summary, world.sha256, tracks)
+        return _result(trial, summary, base.sha256, tracks)
     except Exception as error:
         return Result(
             trial.cell,
+            "lost" if _is_the_machines(error) else "failed",
             error=_error_text(error, sim),
             sim_time=sim.time if sim else 0.0,
             wall_time=time.perf_counter() - begun,
             tracks=tracks.lines(),
+            parameters=trial.parameters,
         )
 
 
@@ -114,21 +137,30 @@ def _result(trial: Trial, summary: Summary, world: str, tracks: Tracks) -> Resul
         task["events"] = [list(event) for event in task["events"][-_EVENTS:]]
     return Result(
         trial.cell,
+        "failed" if summary.interrupted else _STATES.get(summary.task.state if summary.task else "", "finished"),
         error=INTERRUPTED if summary.interrupted else None,
         task=task,
         sim_time=summary.sim_time,
         wall_time=summary.wall_time,
         state_sha256=summary.state_sha256,
+        poses_sha256=sha256(repr(summary.boats).encode()).hexdigest(),
         world_sha256=world,
         platform=summary.platform,
         tracks=tracks.lines(),
         recording=_RECORDING if trial.record else None,
+        parameters=trial.parameters,
     )
+
+
+def _is_the_machines(error: Exception) -> bool:
+    """Whether an error is of a machine without memory, or with a folder that is full or gone."""
+    source = error.__cause__ if isinstance(error, RaisedError) else error
+    return isinstance(source, MemoryError) or (isinstance(source, OSError) and source.errno in _MACHINE)
 
 
 def _error_text(error: Exception, sim: Simulation | None) -> str:
     """An error in words; its traceback goes to stderr unless the words are enough."""
-    if isinstance(error, _RaisedError):
+    if isinstance(error, RaisedError):
         traceback.print_exception(error.__cause__)
         return str(error)
     if isinstance(error, VrxError):

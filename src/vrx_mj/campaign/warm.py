@@ -3,6 +3,9 @@
 import contextlib
 import warnings
 
+import shapely  # noqa: F401 - of tracks
+
+import vrx_mj.control  # noqa: F401 - of many controllers
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.runtime.simulation import Simulation
 

@@ -1,7 +1,8 @@
 """`vrx-mj campaign`: controllers on worlds with seeds, in parallel, to a table and a page."""
 
 import math
-from collections.abc import Generator, Sequence
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -14,8 +15,10 @@ from vrx_mj.errors import CommandError
 from vrx_mj.outputs import writing
 
 if TYPE_CHECKING:
+    from vrx_mj.campaign.engines import Engine
     from vrx_mj.campaign.manifest import Campaign
-    from vrx_mj.campaign.plan import Plan, Serving, Trial
+    from vrx_mj.campaign.page import LivePage
+    from vrx_mj.campaign.plan import Plan, Serving
     from vrx_mj.campaign.results import Result
     from vrx_mj.campaign.scores import Comparison, Mean
 
@@ -51,6 +54,18 @@ _Waits = Annotated[
     str | None,
     typer.Option(help="With --exec: topics A,B that the simulation waits for; step: the service /vrx_mj/step."),
 ]
+_Vary = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="NAME=LOW..HIGH", help="Draw a quantity for each seed, as wind.mean_velocity=0..8; may be repeated."
+    ),
+]
+_Ray = Annotated[
+    str | None,
+    typer.Option(
+        metavar="[<address>]", help="Run on a Ray cluster; without an address on that of RAY_ADDRESS, or here."
+    ),
+]
 
 
 @reads_files
@@ -60,6 +75,7 @@ def campaign(
     controllers: _Controllers = None,
     programs: _Programs = None,
     seeds: Annotated[str, typer.Option(help="Seeds, as in 0..9 or 0,3,7.")] = "0",
+    vary: _Vary = None,
     jobs: Annotated[int | None, typer.Option(min=1, help="Trials at a time; default: one for each core.")] = None,
     against: Annotated[Path | None, typer.Option(help="Folder of an earlier campaign to compare with.")] = None,
     fleet: Fleet = None,
@@ -70,7 +86,7 @@ def campaign(
     lockstep: _Waits = None,
     rosbridge: Annotated[bool, typer.Option("--rosbridge", help="With --exec: rosbridge in every trial.")] = False,
     ardupilot: Annotated[bool, typer.Option("--ardupilot", help="With --exec: ArduPilot's SITL, without ROS.")] = False,
-    ray: Annotated[bool, typer.Option("--ray", help="Run on Ray: the cluster of RAY_ADDRESS, or here.")] = False,
+    ray: _Ray = None,
     restart: Annotated[bool, typer.Option("--restart", help="Discard the folder's results, start again.")] = False,
 ) -> None:
     """Sail controllers in many worlds, and compare their scores. Every controller sails every world with every seed.
@@ -80,24 +96,24 @@ def campaign(
 
     Example: vrx-mj campaign my_boat:controller --worlds 'vrx2022/*' --seeds 0..9 --jobs 2 -o results/
     """
-    from vrx_mj.campaign.manifest import begin, check_files, read_campaign
-    from vrx_mj.campaign.page import with_new_results, write_report
-    from vrx_mj.campaign.scores import compare
+    from vrx_mj.campaign.manifest import begin, read_campaign
+    from vrx_mj.campaign.page import LivePage
+    from vrx_mj.campaign.worker import check_controllers
 
     serving = _serving(controllers, programs, rate, lockstep, rosbridge=rosbridge, ardupilot=ardupilot)
     plan = _plan(
         programs or controllers or (), worlds, seeds, fleet=fleet, duration=duration, timeout=timeout, record=record,
-        serving=serving,
+        serving=serving, vary=vary or (),
     )  # fmt: skip
-    check_files(plan)
     earlier = read_campaign(against) if against is not None else None
+    if serving is None:
+        check_controllers(plan.controllers)
     with writing("the campaign", output):
         begun = begin(output, plan, restart=restart)
-        stopped = _carry_out(begun, jobs, ray=ray)
-        now = with_new_results(begun)
-        comparison = compare(now, earlier) if earlier is not None else None
-        page = write_report(now, comparison)
-    _conclude(now, comparison, page, stopped=stopped)
+        page = LivePage(begun, earlier)
+        stopped = _carry_out(begun, _engine(jobs, ray), page)
+        now, comparison = page.write()
+    _conclude(now, comparison, page.file, stopped=stopped)
 
 
 def _serving(
@@ -132,26 +148,37 @@ def _serving(
     )
 
 
-def _plan(controllers: Sequence[str], worlds: Sequence[str], seeds: str, **options: Any) -> "Plan":
+def _plan(controllers: Sequence[str], worlds: Sequence[str], seeds: str, vary: Sequence[str], **options: Any) -> "Plan":
+    """The plan, whose worlds can be read and have the quantities that vary."""
+    from vrx_mj.campaign.manifest import check_files
     from vrx_mj.campaign.plan import Plan, choose_worlds, parse_seeds
+    from vrx_mj.campaign.vary import check_vary, parse_vary
 
     if twice := next((name for name in controllers if controllers.count(name) > 1), None):
         raise CommandError(f"the {'program' if options['serving'] else 'controller'} {twice} is named twice")
-    return Plan(tuple(controllers), choose_worlds(worlds), parse_seeds(seeds), **options)
+    plan = Plan(tuple(controllers), choose_worlds(worlds), parse_seeds(seeds), parse_vary(vary), **options)
+    check_files(plan)
+    return replace(plan, vary=check_vary(plan.vary, plan.worlds, plan.fleet))
 
 
-def _carry_out(begun: "Campaign", jobs: int | None, *, ray: bool) -> bool:
+def _carry_out(begun: "Campaign", engine: "Engine", page: "LivePage") -> bool:
     """Sail what is left; whether it was stopped before its end."""
+    from vrx_mj.campaign.engines import run_trials
+    from vrx_mj.campaign.results import ResultStore
+
     plan, left = begun.manifest.plan, begun.remaining
     if len(left) < len(plan.cells):
         typer.echo(f"{begun.folder}: {len(plan.cells) - len(left)} of {len(plan.cells)} trials are finished", err=True)
     trials = [plan.trial(cell) for cell in left]
-    with Bar("campaign", len(trials), "trials") as bar:
+    with ResultStore(begun.folder, writes=True) as store, Bar("campaign", len(trials), "trials") as bar:
+        page.refresh()
         progress = CampaignProgress(bar, len(trials))
-        sailed = _results_of(trials, begun.folder, jobs, progress, ray=ray)
+        sailed = run_trials(trials, begun.folder, engine, running=progress.running)
         try:
             for result in sailed:
+                store.add(result)
                 progress.note_result(result)
+                page.refresh()
         except KeyboardInterrupt:
             return True
         finally:
@@ -159,17 +186,11 @@ def _carry_out(begun: "Campaign", jobs: int | None, *, ray: bool) -> bool:
     return False
 
 
-def _results_of(
-    trials: "Sequence[Trial]", folder: Path, jobs: int | None, progress: "CampaignProgress", *, ray: bool
-) -> "Generator[Result, None, None]":
-    if ray:
-        from vrx_mj.campaign.process import sail_on_ray
-
-        return sail_on_ray(trials, folder, jobs, running=progress.running)
-    from vrx_mj.campaign.process import sail_all
+def _engine(jobs: int | None, ray: str | None) -> "Engine":
+    from vrx_mj.campaign.engines import ProcessPool, RayCluster
     from vrx_mj.runtime.limits import core_share
 
-    return sail_all(trials, folder, jobs or max(1, int(core_share()[1])), running=progress.running)
+    return ProcessPool(jobs or max(1, int(core_share()[1]))) if ray is None else RayCluster(ray or None, jobs)
 
 
 def _conclude(now: "Campaign", comparison: "Comparison | None", page: Path, *, stopped: bool) -> None:
@@ -188,10 +209,11 @@ _SHOWN_FAILURES = 10
 
 
 class CampaignProgress:
-    """Shows how far a campaign is: failed trials and a bar in a terminal, else a line for each trial."""
+    """Shows how far a campaign is: in a terminal by a bar and the first failure of each kind, else by lines."""
 
     def __init__(self, bar: Bar, total: int) -> None:
         self._bar, self._total, self._done, self._failed, self._running = bar, total, 0, 0, 0
+        self._kinds: set[tuple[str, str]] = set()
 
     def running(self, count: int) -> None:
         """So many trials are under way."""
@@ -200,9 +222,14 @@ class CampaignProgress:
 
     def note_result(self, result: "Result") -> None:
         """A trial has ended."""
+        from vrx_mj.campaign.scores import failure_kind
+
         self._done += 1
         self._failed += result.has_failed
-        if result.has_failed or not self._bar.watched:
+        known = len(self._kinds)
+        if result.has_failed:
+            self._kinds.add(failure_kind(result))
+        if len(self._kinds) > known or not self._bar.watched:
             line = f"[{self._done}/{self._total}] {result.cell}: {_outcome(result)}"
             self._bar.print(line, "red" if result.has_failed else None)
         self._show()
@@ -213,12 +240,12 @@ class CampaignProgress:
 
 def print_tables(campaign: "Campaign", comparison: "Comparison | None") -> None:
     """Scores by world, the leaderboard where there are several controllers, what changed, and failures."""
-    from vrx_mj.campaign.scores import seedless_worlds
+    from vrx_mj.campaign.scores import failure_classes, seedless_worlds
 
     _print_scores(campaign)
     for world in seedless_worlds(campaign.results.values()):
         seeds = len(campaign.manifest.plan.seeds)
-        show(f"{world}: nothing in its runs is random: {seeds} seeds give one run", result=True)
+        show(f"{world}: all {seeds} seeds give the same motion; --vary draws weather or boats for each", result=True)
     if len(campaign.manifest.plan.controllers) > 1:
         _print_leaderboard(campaign)
     if comparison is not None:
@@ -229,11 +256,12 @@ def print_tables(campaign: "Campaign", comparison: "Comparison | None") -> None:
             counts = (str(test.pairs), str(test.better), str(test.worse), f"{test.gain:+.3g} {test.unit}", p)
             rows.append((test.controller, test.task.replace("_", " "), *counts, test.verdict))
         print_table(title, ("controller", "task"), ("pairs", "better", "worse", "gain", "p", "verdict"), rows)
-    failed = [result for result in campaign.results.values() if result.has_failed]
-    for result in failed[:_SHOWN_FAILURES]:
-        show(f"{result.cell}: {result.error}", "red", result=True)
-    if len(failed) > _SHOWN_FAILURES:
-        show(f"and {len(failed) - _SHOWN_FAILURES} more failures: the page has them all", "red", result=True)
+    classes = failure_classes(campaign.results.values())
+    for failure in classes[:_SHOWN_FAILURES]:
+        more = f" (and {len(failure.results) - 1} more like it)" if len(failure.results) > 1 else ""
+        show(f"{failure.results[0].cell}: {failure.error}{more}", "red", result=True)
+    if len(classes) > _SHOWN_FAILURES:
+        show(f"and {len(classes) - _SHOWN_FAILURES} other kinds of failures: the page has them", "red", result=True)
 
 
 def _print_scores(campaign: "Campaign") -> None:
@@ -253,9 +281,9 @@ def _print_scores(campaign: "Campaign") -> None:
 
 
 def _mean(mean: "Mean", count: int, *, has_task: bool) -> str:
-    kinds = {"failed": mean.failed, "not started": mean.unstarted, "cut": mean.cut}
+    kinds = {"failed": mean.failed, "lost": mean.lost, "not started": mean.unstarted, "cut": mean.cut}
     notes = [f"{number} of {count} {how}" for how, number in kinds.items() if number]
-    text = str(mean) if has_task else "no task" if count > mean.failed else "failed"
+    text = str(mean) if has_task else "no task" if count > mean.failed + mean.lost else "failed"
     return "not sailed" if not count else ", ".join([text, *notes] if text not in kinds else notes)
 
 
@@ -275,7 +303,7 @@ def _print_leaderboard(campaign: "Campaign") -> None:
 def _outcome(result: "Result") -> str:
     if result.has_failed:
         return f"failed: {result.error}"
-    outcome = "no task" if result.task is None else result.status
+    outcome: str = "no task" if result.task is None else result.state
     if result.task is not None and result.score is not None:
-        outcome = f"{result.score:.4g} {result.task['unit']}{', cut' if result.status == 'cut' else ''}"
+        outcome = f"{result.score:.4g} {result.task['unit']}{', cut' if result.state == 'cut' else ''}"
     return f"{outcome} ({result.sim_time:g} s in {result.wall_time:.1f} s)"

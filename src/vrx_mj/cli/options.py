@@ -113,6 +113,8 @@ _LEFT_OUT = {
     "--nmea": ("10110", r"\d+|[^-]\S*:\d+"),
 }
 """Options whose value may be left out, with that which they then have, and the form of their values."""
+_LEFT_OUT_BY_CAMPAIGN = {"--ray": ("", r"auto|local|[^-]\S*:\d+")}
+"""The same for `vrx-mj campaign`, where others of these options are flags."""
 
 
 _T = TypeVar("_T")
@@ -190,12 +192,11 @@ def named_values(words: Sequence[str] | None) -> dict[str, str]:
 
 
 def with_default_port(arguments: Sequence[str]) -> list[str]:
-    """The words of a command line, with the values that may be left out, but for a campaign."""
-    if "campaign" in arguments[:1]:
-        return list(arguments)
+    """The words of a command line, with the values that may be left out."""
+    left_out = _LEFT_OUT_BY_CAMPAIGN if "campaign" in arguments[:1] else _LEFT_OUT
     words = []
     for index, word in enumerate(arguments):
-        default, form = _LEFT_OUT.get(word, ("", ".*"))
+        default, form = left_out.get(word, ("", ".*"))
         after = "".join(arguments[index + 1 : index + 2])
         words.append(word if re.fullmatch(form, after, re.DOTALL) else f"{word}={default}")
     return words

@@ -44,6 +44,12 @@ class Series:
     """Whether it is what is compared with: in the colour of text, and dashed if it is a curve."""
     kind: Literal["line", "points"] = "line"
     """How it is drawn."""
+    color: int | None = None
+    """Number of its colour; None: its own among the series."""
+    low: npt.ArrayLike | None = None
+    """Lower edge of a band around the curve; None: there is none."""
+    high: npt.ArrayLike | None = None
+    """Upper edge."""
 
 
 @dataclass(frozen=True)
@@ -85,8 +91,10 @@ def _figure(chart: Chart) -> "Figure":
     axes.set_aspect("equal" if chart.equal else "auto", adjustable="datalim")
     for number, series in enumerate(chart.series):
         style = "o" if series.kind == "points" else "--" if series.reference else "-"
-        color = INK if series.reference else hex_color(boat_color(number))
+        color = INK if series.reference else hex_color(boat_color(number if series.color is None else series.color))
         axes.plot(series.x, series.y, style, color=color, label=series.label)
+        if series.low is not None and series.high is not None:
+            axes.fill_between(series.x, series.low, series.high, color=color, alpha=0.25, linewidth=0)
     named = {series.label: line for line, series in zip(axes.lines, chart.series, strict=True) if series.label}
     for text in axes.legend(handles=list(named.values()), framealpha=0.7).get_texts():
         text.set(**literal)

@@ -16,6 +16,7 @@ from vrx_mj.config.loading import fault_text
 from vrx_mj.errors import CommandError, quote
 from vrx_mj.model.boats import MJCF_FIELDS
 from vrx_mj.model.kinds import HEADING, STRICT, TIED, Angle, Parts, Unless
+from vrx_mj.model.water import Sea
 from vrx_mj.model.world import Parameters
 
 _UNIT = re.compile(r" \[([^]]+)\]")
@@ -80,6 +81,13 @@ def numbers_of(world: Parameters) -> dict[str, Number]:
     return {number.name: number for number in found}
 
 
+def run_numbers(world: Parameters) -> dict[str, Number]:
+    """Numbers that runs of one compiled world may have of their own, by name: those in no MJCF, and not a battery's."""
+    return {
+        name: number for name, number in numbers_of(world).items() if number.path[0] != "boats" and not number.in_mjcf
+    }
+
+
 def with_numbers(
     world: Parameters, values: Mapping[str, object], known: Mapping[str, Number] | None = None
 ) -> Parameters:
@@ -101,10 +109,12 @@ def _adapter(kind: Any) -> TypeAdapter[Any]:
     return TypeAdapter(kind, config=STRICT)
 
 
-def _with_value(whole: Any, path: _Path, value: object) -> Any:
+def _with_value(whole: Any, path: _Path, value: Any) -> Any:
     if not path:
         return value
     step, *rest = path
+    if isinstance(whole, Sea) and step == "significant_height":
+        return whole.scaled(value)
     if isinstance(step, int):
         return (*whole[:step], _with_value(whole[step], tuple(rest), value), *whole[step + 1 :])
     return replace(whole, **{step: _with_value(getattr(whole, step), tuple(rest), value)})

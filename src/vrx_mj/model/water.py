@@ -1,13 +1,28 @@
 """Sea and wind of a compiled world."""
 
-from dataclasses import field
+import math
+from dataclasses import field, replace
 from typing import Annotated
 
 from pydantic import Field
 
 from vrx_mj.constants import WATER_DENSITY, WAVE_GRAVITY
-from vrx_mj.model.kinds import LEFT_OUT, TIED, Flag, Heading, NonNegative, Positive, Real, Seed, Share, Vec2, record
-from vrx_mj.spectra import SPECTRA, SeaModel
+from vrx_mj.errors import CommandError
+from vrx_mj.model.kinds import (
+    LEFT_OUT,
+    TIED,
+    Flag,
+    Heading,
+    NonNegative,
+    Positive,
+    Real,
+    Seed,
+    Share,
+    Unless,
+    Vec2,
+    record,
+)
+from vrx_mj.spectra import REGULAR, SPECTRA, SeaModel, Site, breaking_height, steepest_sea
 
 
 @record
@@ -43,8 +58,8 @@ class Sea:
     """Height of the mean surface [m]."""
     waves: Annotated[tuple[Wave, ...], Field(max_length=10_000)]
     """The components."""
-    significant_height: Annotated[NonNegative, TIED]
-    """Significant wave height [m]."""
+    significant_height: Annotated[NonNegative, Unless("has_fixed_height")]
+    """Significant wave height [m]; set by name, it scales all components and leaves their periods."""
     period: Annotated[NonNegative, TIED]
     """Period that the file gives [s]."""
     direction: Annotated[Vec2, TIED]
@@ -62,6 +77,29 @@ class Sea:
     def random(self) -> bool:
         """Whether the phases of its waves are drawn from a run's seed."""
         return self.model in SPECTRA
+
+    @property
+    def has_fixed_height(self) -> bool:
+        """Whether its height cannot be scaled: it is flat, or a steep wave, whose harmonics grow otherwise."""
+        return not self.significant_height or self.model == "stokes5"
+
+    def scaled(self, height: float) -> "Sea":
+        """The sea with waves of the same periods and another significant height [m].
+
+        Raises:
+            CommandError: it breaks.
+        """
+        site = Site(math.inf if self.depth is None else self.depth, self.gravity)
+        most = (breaking_height if self.model in REGULAR else steepest_sea)(self.period, site)
+        if height > most:
+            text = f"a sea of {self.period:.3g} s breaks at {most:.3g} m"
+            raise CommandError(f"invalid sea.significant_height [m]: {text}, got {height:.3g} m")
+        factor = height / self.significant_height
+        waves = tuple(
+            replace(wave, amplitude=factor * wave.amplitude, orbital=wave.orbital and factor * wave.orbital)
+            for wave in self.waves
+        )
+        return replace(self, significant_height=height, waves=waves)
 
 
 @record

@@ -4,7 +4,7 @@ import contextlib
 import dataclasses
 import time as clock
 import weakref
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache, partial
 
 import mujoco
@@ -14,6 +14,8 @@ from vrx_mj.errors import CommandError, DivergedError, StateError
 from vrx_mj.libmujoco import without_timers
 from vrx_mj.mjcf.drawing import drawing_model
 from vrx_mj.mjcf.world import World
+from vrx_mj.model.numbers import run_numbers, with_numbers
+from vrx_mj.model.world import checked_parameters
 from vrx_mj.runtime.bodies import FreeBodies
 from vrx_mj.runtime.commands import CommandNames
 from vrx_mj.runtime.forces import RunCopy
@@ -185,12 +187,22 @@ class LiveWorld:
 
     # States
 
-    def restart(self, seed: int) -> None:
-        """Begin the run of a seed, with the boats, objects and docks of the first world."""
+    def restart(self, seed: int, numbers: Mapping[str, object]) -> None:
+        """Begin the run of a seed, with the boats, objects and docks of the first world, and numbers of its own.
+
+        Raises:
+            VrxError: the world has no such number, or a value is outside its range.
+        """
+        world = self.first
+        if numbers:
+            own = with_numbers(world.parameters, numbers, run_numbers(world.parameters))
+            world = dataclasses.replace(world, parameters=checked_parameters(own))
         self.seed = seed
-        if self.world is not self.first:
+        if self.world is not world:
             self.thrusters = {}  # a boat that was spawned may have had the name of another
-            self.bind(self.first, loop_arrays_of(self.first, self.physics_models))
+            known = self.world.pieces is world.pieces
+            arrays = self.arrays if known else loop_arrays_of(world, self.physics_models)
+            self.bind(world, arrays.with_parameters(world.parameters, seed))
         mujoco.mj_resetData(self.arrays.model, self.arrays.data)
         self.arrays.reset(seed)
         self.wind.forget()

@@ -21,7 +21,7 @@ from vrx_mj.arguments import check_kind
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.errors import CommandError, VrxWarning
 from vrx_mj.mjcf.world import World
-from vrx_mj.model.numbers import Number, numbers_of, with_numbers
+from vrx_mj.model.numbers import Number, run_numbers, with_numbers
 from vrx_mj.model.world import Parameters
 from vrx_mj.physics.hydrostatics import greatest_lift, settle
 from vrx_mj.physics.tables import Table
@@ -329,8 +329,6 @@ _SHARED = {"waves", "wave_period", "wave_band", "wave_direction", "wave_spread"}
 """Arguments whose column also follows from another argument, or from a number."""
 _WINDS = {"wind.mean": "wind_speed", "wind.direction": "wind_direction", "wind.gain": "gusts"}
 """Numbers that are arguments, too."""
-_ROOTS = ("sea", "current", "wind", "air", "moorings", "ropes", "hulls", "stations", "thrusters")
-"""Fields of a world from which the tables of a row are made."""
 
 
 class Variation:
@@ -355,8 +353,7 @@ class Variation:
     @cached_property
     def _numbers(self) -> dict[str, Number]:
         """Numbers that only the loop's tables have: what MuJoCo's model has too, as masses, rows share."""
-        known = numbers_of(self._world.parameters)
-        return {name: number for name, number in known.items() if number.path[0] in _ROOTS and not number.in_mjcf}
+        return run_numbers(self._world.parameters)
 
     def change(
         self,
@@ -415,7 +412,7 @@ class Variation:
         """Give a row the tables of its world with other numbers."""
         arrays = self._rows.arrays.with_parameters(parameters, self._world.seed)
         self._rows.set_parameters(row, arrays)
-        if any(name.startswith("sea.waves.") for name in self._own[row]):
+        if any(name.startswith(("sea.waves.", "sea.significant_height")) for name in self._own[row]):
             self.seas.set_waves(row, wave_table(parameters.sea))
             self._rows.separate("waves")[row] = self.seas.waves(np.array([row]))[0]
 

@@ -7,6 +7,7 @@ import time as clock
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import cache
 from importlib import import_module, metadata
 from typing import Any, cast
 
@@ -339,6 +340,7 @@ def steady(sim: Simulation, thrust: Mapping[str, float]) -> Controller:
     return lambda _observation, _time: commands
 
 
+@cache
 def fingerprint() -> str:
     """What bit-equality depends on: processor, system, and the versions of what computes."""
     core = mujoco.mj_versionString()  # pip updates it without the package `mujoco`

@@ -127,18 +127,27 @@ class Simulation(Roster):
     # Running
 
     @in_turn
-    def reset(self, seed: int | None = None) -> Observation:
+    def reset(self, seed: int | None = None, *, parameters: Mapping[str, float] | None = None) -> Observation:
         """Restart the run with the world's seed or the given one, and return the first observation.
 
         Boats, objects and docks are those of the world that was given to the simulation: spawning and removing are
         undone.
 
+        Args:
+            seed: seed of everything random; None: that of the world.
+            parameters: values of numbers of the world in this run by name, as `vrx_mj.parameters` lists them; those of
+                batteries, and those that the MJCF has, too, as masses, cannot be changed. None: those of the world.
+
         Raises:
-            CommandError: the seed is not a whole number from 0 to 2^63 - 1, or the run is being recorded.
+            CommandError: the seed is not a whole number from 0 to 2^63 - 1, a value of `parameters` is not a number in
+                its range, or the run is being recorded.
+            UnknownNameError: no such number can be changed.
         """
+        numbers = {} if parameters is None else parameters
+        check_kind("parameters", numbers, Mapping, "a mapping of numbers, as {'wind.mean': 5.0}")
         self._subscriptions.check_idle("reset")
         self._sampler.check_free("reset")
-        self._live.restart(self._live.first.seed if seed is None else as_seed(seed))
+        self._live.restart(self._live.first.seed if seed is None else as_seed(seed), numbers)
         return self.observe()
 
     def command(self, boat: str, *given: object, **commands: float) -> None:

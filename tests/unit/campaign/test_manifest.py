@@ -5,7 +5,7 @@ import pytest
 from campaigns import failed, scored
 from vrx_mj.campaign.manifest import begin, read_campaign
 from vrx_mj.campaign.plan import Cell, Plan, Serving
-from vrx_mj.campaign.results import write_json, write_result
+from vrx_mj.campaign.results import ResultStore, write_json
 from vrx_mj.errors import CommandError, RecordError
 from vrx_mj.mjcf.compile import compile_world
 
@@ -36,10 +36,14 @@ def another(folder, *lines):
     )
 
 
+def store(folder, *results):
+    with ResultStore(folder, writes=True) as database:
+        database.add(*results)
+
+
 def test_missing_and_failed_cells_are_left(folder):
     assert begin(folder, PLAN).remaining == PLAN.cells
-    write_result(folder / PLAN.cells[0].folder, scored("boat:f", "hold", 0, 1.0))
-    write_result(folder / PLAN.cells[1].folder, failed("boat:f", "hold", 1))
+    store(folder, scored("boat:f", "hold", 0, 1.0), failed("boat:f", "hold", 1))
     again = begin(folder, PLAN)
     assert again.remaining == PLAN.cells[1:]
     assert read_campaign(folder) == again
@@ -47,7 +51,7 @@ def test_missing_and_failed_cells_are_left(folder):
 
 def test_more_of_the_same_may_be_added(folder):
     begin(folder, PLAN)
-    write_result(folder / PLAN.cells[0].folder, scored("boat:f", "hold", 0, 1.0))
+    store(folder, scored("boat:f", "hold", 0, 1.0))
     wider = Plan(("boat:f", "ship:f"), ("bay", "hold", "open"), (0, 1, 2), duration=10.0)
     assert set(wider.cells) - set(begin(folder, wider).remaining) == {Cell("boat:f", "hold", 0)}
 
@@ -103,7 +107,7 @@ def test_a_changed_world_or_fleet_of_ones_own_is_noticed(folder):
     begin(folder, plan)
     for cell in plan.cells:
         sha256 = compile_world(cell.world, fleet=plan.fleet, seed=cell.seed).sha256
-        write_result(folder / cell.folder, replace(scored(*vars(cell).values(), 1.0), world_sha256=sha256))
+        store(folder, replace(scored(*vars(cell).values(), 1.0), world_sha256=sha256))
     assert not begin(folder, plan).remaining
     world.write_text("sea: {gain: 0.3}\n", encoding="utf-8")
     told = "the world bay.yaml, or the fleet pair.yaml, has changed since"
@@ -114,7 +118,7 @@ def test_a_changed_world_or_fleet_of_ones_own_is_noticed(folder):
 
 def test_restart_forgets_the_campaign_and_nothing_else(folder):
     begin(folder, PLAN)
-    write_result(folder / PLAN.cells[0].folder, scored("boat:f", "hold", 0, 1.0))
+    store(folder, scored("boat:f", "hold", 0, 1.0))
     (folder / "notes.txt").write_text("mine", encoding="utf-8")
     assert begin(folder, Plan(("ship:f",), ("hold",), (0,)), restart=True).remaining == (Cell("ship:f", "hold", 0),)
     assert sorted(file.name for file in folder.iterdir()) == ["campaign.json", "notes.txt"]

@@ -1,12 +1,14 @@
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import pytest
 
 from campaigns import campaign_of, failed, scored
-from vrx_mj.campaign.page import page
-from vrx_mj.campaign.results import Result
+from vrx_mj.campaign.page import LivePage, page
+from vrx_mj.campaign.results import Result, ResultStore, sketch_file, write_json
 from vrx_mj.campaign.scores import compare
+from vrx_mj.campaign.vary import Quantity
 
 EVIL = "<script>alert('no')</script> & \"more\""
 VOID = {"meta", "input", "br", "link"}
@@ -102,7 +104,32 @@ def test_the_page_needs_no_network(parsed):
     assert links
     assert not [link for link in links if re.match(r"[a-z]+:|//", link)]
     assert not parsed.of("link")
-    assert not re.search(r"url\(|@import|fetch\(|XMLHttp", "".join(parsed.words))
+    assert not re.search(r"url\(|@import|fetch\(|XMLHttp|location.reload", "".join(parsed.words))
+
+
+def test_a_page_that_is_written_while_trials_run_says_so_and_loads_itself_again():
+    words = "".join(Parsed(page(campaign_of("results", RESULTS), {}, running=True)).words)
+    assert "running: as of 20" in words
+    assert "location.reload()" in words
+
+
+def test_quantities_that_were_varied_are_charts_and_recordings_worth_seeing_are_links():
+    vary = (Quantity("wind.mean", 0.0, 8.0, "m/s"), Quantity(EVIL, 0.0, 1.0))
+    results = [replace(scored(who, "w", seed, seed + 0.1), parameters={"wind.mean": seed * 0.5, EVIL: 0.1},
+                       recording="run.rrd") for seed in range(16) for who in ("a:f", "b:f")]  # fmt: skip
+    parsed = Parsed(page(campaign_of("results", results, vary=vary), {}))
+    assert len(parsed.of("svg", "chart")) == 2
+    assert "a:f, rank correlation +1.00" in parsed.words
+    assert "wind.mean [m/s]" in parsed.words
+    links = [at["href"] for at in parsed.of("a") if at["href"].endswith("run.rrd")]
+    assert links[0] == "cells/a.f/w/seed_15/run.rrd"
+    assert len(links) == 10
+
+
+def test_worlds_that_no_seed_changes_are_named_with_what_would():
+    results = [replace(scored("a:f", "w", seed, 1.0), poses_sha256="1") for seed in (0, 1)]
+    words = "".join(Parsed(page(campaign_of("results", results), {})).words)
+    assert "seeds change nothing in w. Draw weather or boats for each trial with --vary" in words
 
 
 def test_maps_show_the_tracks_of_each_controller_and_seed(parsed):
@@ -136,10 +163,21 @@ def test_trials_without_a_task_and_those_not_sailed_have_cells_too():
 
 
 @pytest.mark.slow
-def test_a_large_campaign_makes_a_page_of_bounded_size():
-    long = {"wamv": [[0.1 * i, 0.2 * i] for i in range(400)]}
-    worlds, seeds = [f"vrx2022/phase2/world{i}" for i in range(100)], range(10)
-    results = [scored("a:f", world, seed, float(seed), tracks=long) for world in worlds for seed in seeds]
-    text = page(campaign_of("results", results), {world: sketch() for world in worlds})
-    assert text.count('class="track') == 1000
-    assert len(text) < 4_000_000
+@pytest.mark.parametrize(("worlds", "seeds", "tracks"), [(100, 10, 1000), (10, 2500, 2000)])
+def test_a_large_campaign_makes_a_page_of_bounded_size(tmp_path, worlds, seeds, tracks):
+    """Many worlds, and many seeds, of which none has a cell of its own."""
+    long = {"wamv": [[0.1 * i, 0.2 * i] for i in range(100)]}
+    names = [f"vrx2022/phase2/world{i}" for i in range(worlds)]
+    results = [scored("a:f", world, seed, float(seed), tracks=long) for world in names for seed in range(seeds)]
+    campaign = campaign_of(tmp_path, results)
+    with ResultStore(tmp_path, writes=True) as store:
+        store.add(*results)
+    for world in names:
+        write_json(sketch_file(tmp_path, world), {"format": 1, **sketch()})
+    LivePage(campaign).write()
+    text = (tmp_path / "index.html").read_text(encoding="utf-8")
+    assert text.count('class="track') == tracks
+    assert len(text) < 2_000_000
+    assert ("data-s" in text.partition('<section id="maps"')[0]) == (seeds < 30)
+    with (tmp_path / "results.csv").open(encoding="utf-8") as table:
+        assert sum(1 for _ in table) == len(results) + 1

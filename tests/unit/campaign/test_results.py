@@ -1,5 +1,11 @@
 import csv
 import math
+import shutil
+import sqlite3
+import subprocess
+import sys
+from dataclasses import asdict, replace
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -11,13 +17,12 @@ from vrx_mj.campaign.plan import Cell
 from vrx_mj.campaign.results import (
     MOST,
     TOLERANCE,
+    ResultStore,
     Tracks,
-    read_result,
     read_results,
     simplified_track,
     write_csv,
     write_json,
-    write_result,
 )
 from vrx_mj.errors import RecordError
 
@@ -25,36 +30,83 @@ GOOD = scored("a:f", "w/1", 3, 1.25, tracks={"wamv": [[0.0, 1.5], [2.0, 3.0]]})
 BAD = failed("a:f", "w/1", 4, 'it said "no, 测试"\nand sank')
 
 
-@pytest.mark.parametrize("result", [GOOD, BAD])
-def test_a_result_reads_back_as_it_was(tmp_path, result):
-    write_result(tmp_path, result)
-    assert read_result(tmp_path) == result
-    assert [file.name for file in tmp_path.iterdir()] == ["result.json"]
+def test_results_read_back_as_they_were_once_for_each_cell(tmp_path):
+    good = replace(GOOD, parameters={"wind.mean": 3.5}, recording="run.rrd", poses_sha256="ab")
+    with ResultStore(tmp_path, writes=True) as store:
+        store.add(failed("a:f", "w/1", 3))
+        store.add(good, BAD)
+        assert store.tracks([GOOD.cell, BAD.cell, Cell("a:f", "w/1", 5)]) == {GOOD.cell: GOOD.tracks, BAD.cell: {}}
+        found = read_results(tmp_path, [BAD.cell, GOOD.cell, Cell("a:f", "w/1", 5)])  # while it is written
+    assert list(found) == [BAD.cell, GOOD.cell]
+    assert found == read_results(tmp_path, [BAD.cell, GOOD.cell])
+    assert found[BAD.cell] == BAD
+    kept = {key: value for key, value in good.task.items() if key not in {"state", "events"}}
+    assert found[GOOD.cell] == replace(good, task=kept, tracks={})
+    assert [file.name for file in tmp_path.iterdir()] == ["results.sqlite"]
 
 
-def test_only_whole_results_of_the_right_cell_count(tmp_path):
-    cells = [Cell("a:f", "w", seed) for seed in range(4)]
-    right = scored("a:f", "w", 0, 1.0)
-    write_result(tmp_path / cells[0].folder, right)
-    write_result(tmp_path / cells[1].folder, right)
-    (tmp_path / cells[2].folder).mkdir(parents=True)
-    (tmp_path / cells[2].folder / "result.json").write_text('{"format": 1, "cell"', encoding="utf-8")
-    assert read_results(tmp_path, cells) == {cells[0]: right}
+WRITER = """
+import os, signal, sys
+from pathlib import Path
+from campaigns import scored
+from vrx_mj.campaign.results import ResultStore
+with ResultStore(Path(sys.argv[1]), writes=True) as store:
+    for seed in range(1000):
+        store.add(scored("a:f", "w", seed, float(seed)))
+        if seed == 20:
+            os.kill(os.getpid(), signal.SIGKILL)
+"""
 
 
-def test_a_result_of_another_version_is_refused(tmp_path):
-    write_json(tmp_path / "result.json", {"format": 9})
-    with pytest.raises(RecordError, match=r"result\.json has format 9; this version reads 1$"):
-        read_result(tmp_path)
+@pytest.mark.slow
+def test_results_are_there_after_a_kill(tmp_path):
+    here = Path(__file__).parents[2]
+    subprocess.run([sys.executable, "-c", WRITER, str(tmp_path)], check=False, cwd=here)
+    cells = [Cell("a:f", "w", seed) for seed in range(1000)]
+    assert [cell.seed for cell in read_results(tmp_path, cells)] == list(range(21))
+    with ResultStore(tmp_path, writes=True) as store:
+        store.add(scored("a:f", "w", 20, 1.0), scored("a:f", "w", 21, 1.0))
+    assert len(read_results(tmp_path, cells)) == 22
+
+
+def test_results_of_version_0_1_are_read(tmp_path):
+    """A file for each cell, without state; one that was cut short or is of another cell does not count."""
+    cells = [Cell("a:f", "w", seed) for seed in range(5)]
+    trees = [
+        asdict(scored("a:f", "w", seed, 1.0, phase=phase))
+        for seed, phase in enumerate(("running", "finished", "ready"))
+    ]
+    for cell, tree in zip(cells, trees, strict=False):
+        former = {key: tree[key] for key in tree if key not in {"state", "poses_sha256", "parameters"}}
+        write_json(tmp_path / cell.folder / "result.json", {"format": 1, **former})
+    shutil.copytree(tmp_path / cells[0].folder, tmp_path / cells[3].folder)
+    (tmp_path / cells[4].folder).mkdir(parents=True)
+    (tmp_path / cells[4].folder / "result.json").write_text('{"format": 1, "cell"', encoding="utf-8")
+    assert [result.state for result in read_results(tmp_path, cells).values()] == ["cut", "finished", "not started"]
+
+
+@pytest.mark.parametrize(("statement", "message"), [
+    ("pragma user_version = 9", r"results\.sqlite has format 9; this version reads 2: use the vrx_mj that wrote it"),
+    (None, r"^cannot use the results .*results\.sqlite: file is not a database; free the disk or"),
+])  # fmt: skip
+def test_results_that_cannot_be_read_are_refused(tmp_path, statement, message):
+    file = tmp_path / "results.sqlite"
+    if statement:
+        sqlite3.connect(file).execute(statement).close()
+    else:
+        file.write_bytes(b"no database" * 1000)
+    with pytest.raises(RecordError, match=message):
+        read_results(tmp_path, [])
 
 
 def test_the_table_has_a_line_for_each_result(tmp_path):
-    write_csv(tmp_path / "results.csv", [GOOD, BAD])
+    write_csv(tmp_path / "results.csv", [replace(GOOD, parameters={"wind.mean": 3.5}), BAD])
     with (tmp_path / "results.csv").open(encoding="utf-8", newline="") as file:
         good, bad = csv.DictReader(file)
-    assert (good["controller"], good["world"], good["seed"], good["status"]) == ("a:f", "w/1", "3", "done")
+    assert (good["controller"], good["world"], good["seed"], good["state"]) == ("a:f", "w/1", "3", "finished")
     assert (good["task"], good["score"], good["unit"], good["better"]) == ("stationkeeping", "1.25", "m", "lower")
-    assert (bad["status"], bad["score"], bad["error"]) == ("failed", "", BAD.error)
+    assert (good["wind.mean"], bad["wind.mean"], "parameters" in good) == ("3.5", "", False)
+    assert (bad["state"], bad["score"], bad["error"]) == ("failed", "", BAD.error)
 
 
 ROUNDING = 0.05 * math.sqrt(2.0)  # to a decimetre, both ways [m]

@@ -2,13 +2,28 @@ import math
 from dataclasses import replace
 from itertools import product
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from campaigns import campaign_of, failed, scored
+from vrx_mj.campaign.plan import Cell
+from vrx_mj.campaign.results import Result
+from vrx_mj.campaign.scores import (
+    Mean,
+    _holm_adjustment,
+    compare,
+    dependence,
+    failure_classes,
+    leaderboard,
+    mean_of,
+    paired_test,
+    remarkable_trials,
+    seedless_worlds,
+)
 from vrx_mj.campaign.scores import Test as PairedTest
-from vrx_mj.campaign.scores import _holm_adjustment, compare, leaderboard, mean_of, paired_test, seedless_worlds
+from vrx_mj.campaign.vary import Quantity
 
 SEEDS = range(8)
 
@@ -148,13 +163,13 @@ def test_a_controller_that_failed_everywhere_is_last():
 
 def test_a_task_that_never_started_has_no_score_and_no_rank():
     never = scored("b:f", "hold", 0, 0.0, phase="ready")
-    assert (never.status, never.score, str(mean_of([never]))) == ("not started", None, "not started")
+    assert (never.state, never.score, str(mean_of([never]))) == ("not started", None, "not started")
     results = [scored("a:f", "hold", 0, 99.0), never, scored("c:f", "hold", 0, 50.0, phase="running")]
     lines = {line.controller: line for line in leaderboard(results, ("a:f", "b:f", "c:f"))}
     assert {who: (line.ranks["stationkeeping"], line.total) for who, line in lines.items()} == {
         "c:f": (1, 1), "a:f": (2, 2), "b:f": (None, 3)
     }  # fmt: skip
-    assert results[2].status == "cut"
+    assert results[2].state == "cut"
     assert lines["c:f"].means["stationkeeping"].cut == 1
 
 
@@ -176,13 +191,13 @@ def test_a_score_that_comes_or_goes_is_no_gain(tmp_path, before, after, kind):
 
 
 def test_worlds_in_which_all_seeds_give_one_run_are_found():
-    def sailed(world, seed, score, track=0.0, who="a:f"):
-        return scored(who, world, seed, score, tracks={"wamv": [[0.0, 0.0], [9.0, track]]})
+    def sailed(world, seed, score, poses="1", who="a:f"):
+        return replace(scored(who, world, seed, score), poses_sha256=poses)
 
     results = [
         *(sailed("calm", seed, 1.0, who=who) for seed in (0, 1, 2) for who in ("a:f", "b:f")),
         *(sailed("gusty", seed, 1.0 + seed) for seed in (0, 1)),
-        *(sailed("points", seed, 1.0, track=float(seed)) for seed in (0, 1)),
+        *(sailed("points", seed, 1.0, poses=str(seed)) for seed in (0, 1)),
         sailed("once", 0, 1.0),
         *(failed("a:f", "sunk", seed) for seed in (0, 1)),
     ]
@@ -200,3 +215,64 @@ def test_tasks_of_one_type_may_have_names_of_their_own():
     results[1] = replace(results[1], task={**results[1].task, "name": "another"})
     (line,) = leaderboard(results, ("a:f",))
     assert line.means["stationkeeping"].scores == (1.0, 3.0)
+
+
+def lost(controller, world, seed):
+    return Result(Cell(controller, world, seed), "lost", error="the node ended")
+
+
+def test_a_lost_trial_costs_no_rank():
+    results = [
+        scored("a:f", "hold", 0, 1.0),
+        lost("a:f", "hold", 1),
+        *(scored("b:f", "hold", seed, 2.0) for seed in (0, 1)),
+    ]
+    first, second = leaderboard(results, ("b:f", "a:f"))
+    assert (first.controller, first.total, first.means["stationkeeping"].notes) == ("a:f", 1, "1 lost")
+    assert second.total == 2
+
+
+def test_the_interval_is_that_of_the_normal_distribution_for_many_scores_and_covers_as_often_as_it_says():
+    """Of 400 samples of 40 exponential numbers about 95 % (percentile bootstrap: a little less) cover the mean, 1."""
+    rng = np.random.default_rng(1)
+    hits = 0
+    for _ in range(400):
+        low, high = Mean(tuple(rng.exponential(size=40)), 0).interval
+        hits += low <= 1.0 <= high
+    assert 0.90 * 400 <= hits <= 0.97 * 400
+    many = tuple(rng.exponential(size=1000))
+    resampled, limit = Mean(many, 0).interval, Mean((*many, 1.0), 0).interval
+    assert resampled == pytest.approx(limit, abs=0.006)
+    assert Mean((1.0,), 0).interval is None
+
+
+def test_failures_that_differ_by_numbers_alone_are_one_class():
+    results = [failed("a:f", "hold", seed, f"at t = {seed}.5 s it sank") for seed in range(9)]
+    results += [failed("b:f", "hold", 0, "it flew"), lost("b:f", "hold", 1)]
+    found = failure_classes([*results, scored("a:f", "hold", 10, 1.0)])
+    assert [(len(each.results), each.state, each.controllers) for each in found] == [
+        (9, "failed", ("a:f",)), (1, "failed", ("b:f",)), (1, "lost", ("b:f",)),
+    ]  # fmt: skip
+
+
+def test_the_worst_of_every_world_and_the_median_are_worth_seeing():
+    """Worlds with scores of very different size count alike; recorded trials go before others."""
+    results = [scored("a:f", "hold", seed, float(seed)) for seed in range(41)]
+    results += [scored("a:f", "bay", seed, 1e6 * seed, kind="dock") for seed in range(41)]
+    found = [(each.why, each.result.cell.world, each.result.cell.seed) for each in remarkable_trials(results)]
+    assert len(found) == 10
+    assert {*found[:4]} == {("worst", "hold", 40), ("worst", "hold", 39), ("worst", "bay", 0), ("worst", "bay", 1)}
+    assert {("median", "hold", 20), ("median", "bay", 20)} <= {*found}
+    results[7] = replace(results[7], recording="run.rrd")
+    assert [each.result.cell.seed for each in remarkable_trials(results)] == [7]
+
+
+def test_a_dependence_has_a_mean_for_each_part_of_the_range():
+    quantity = Quantity("wind.mean", 0.0, 10.0)
+    results = [replace(scored("a:f", "hold", k, 3.0 * x), parameters={"wind.mean": x})
+               for k, x in enumerate((0.5, 1.5, 1.6, 10.0))]  # fmt: skip
+    found = dependence([*results, scored("a:f", "hold", 9, 1.0)], quantity, "a:f")
+    assert found.centers == pytest.approx((0.5, 1.5, 9.5))
+    assert [mean.mean for mean in found.means] == pytest.approx([1.5, 4.65, 30.0])
+    assert found.correlation == pytest.approx(1.0)
+    assert math.isnan(dependence([], quantity, "a:f").correlation)

@@ -18,7 +18,7 @@ from vrx_mj.config.robots import RobotConfig
 from vrx_mj.config.values import NumberOf
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import CommandError, CompileError, UnknownNameError
-from vrx_mj.model.numbers import with_numbers
+from vrx_mj.model.numbers import run_numbers, with_numbers
 from vrx_mj.resources import root
 from vrx_mj.runtime.loop_arrays import LoopArrays
 from vrx_mj.runtime.views import ARRAYS
@@ -125,6 +125,7 @@ GIVEN = {
     "current.tide_phase": ("current.tide.phase", DEGREE),
     **{f"current.layers.#.{part}": f"current.profile.#.{i}" for i, part in enumerate(("depth", "share"))},
     "sea.tau": "sea.ramp",
+    "sea.significant_height": "sea.significant_height",
     "moorings.#.stiffness": "docks.0.mooring.stiffness",
     "moorings.#.damping": "docks.0.mooring.damping",
 }  # fmt: skip
@@ -301,7 +302,7 @@ def test_numbers_at_their_values_leave_the_world_as_it_is(worlds):
 
 def test_what_follows_from_other_numbers_is_not_listed(worlds):
     vrx, marine = parameters(worlds["vrx wamv"]), parameters(worlds["marine wamv"])
-    assert not {"wamv1.stations.0.count", "sea.significant_height", "sea.waves.0.frequency"} & {*vrx, *marine}
+    assert not {"wamv1.stations.0.count", "sea.waves.0.frequency"} & {*vrx, *marine}
     assert "wamv1.hull.drag_linear.surge" in vrx
     assert "wamv1.hull.drag_linear.surge" not in marine
     assert marine["wamv1.hull.vessel.damping.surge.surge"].unit == "N s/m"
@@ -357,3 +358,36 @@ def test_parameters_are_a_mapping(given):
 def test_parameters_of_no_world_are_an_error():
     with pytest.raises(CommandError, match=r"^parameters takes a compiled world, as compile_world returns it, not "):
         vrx_mj.parameters("ocean")
+
+
+SHAPES = r"com\.|propeller\.[xyz]|stations\.|anchor|point|voltage|thrust\.|race|memory|strips|curve"
+"""Places and curves, which not any factor leaves valid."""
+
+
+@pytest.mark.parametrize("label", ["vrx wamv", "marine skiff", "marine otter", "dock"])
+def test_a_run_with_numbers_of_its_own_is_that_of_a_world_compiled_with_them(worlds, label):
+    """The run before, with other numbers, and the one after, without, leave no trace."""
+    base = worlds[label]
+    numbers = {
+        name: number.value * 0.8 if number.value else 0.1
+        for name, number in run_numbers(base.parameters).items()
+        if not re.search(SHAPES, name)
+    }
+    runs = []
+    sim = Simulation(base)
+    for seed, own in ((1, {"wind.mean": 9.0}), (3, numbers), (3, None)):
+        sim.reset(seed, parameters=own)
+        sim.step({base.boats[0]: dict.fromkeys(sim.command_names(base.boats[0])[:1], 0.5)}, duration=1.0)
+        runs.append(sim.data.qpos.tobytes())
+    whole = Simulation(World(base.pieces, with_numbers(base.parameters, numbers)))
+    plain = Simulation(base)
+    for fresh in (whole, plain):
+        fresh.reset(3)
+        fresh.step({base.boats[0]: dict.fromkeys(sim.command_names(base.boats[0])[:1], 0.5)}, duration=1.0)
+    assert runs[1:] == [whole.data.qpos.tobytes(), plain.data.qpos.tobytes()]
+    assert runs[1] != runs[2]
+
+
+def test_a_run_cannot_have_another_mass(worlds):
+    with pytest.raises(UnknownNameError, match=r"^no parameter named 'wamv1\.hull\.mass'"):
+        Simulation(worlds["vrx wamv"]).reset(parameters={"wamv1.hull.mass": 300.0})

@@ -1,0 +1,303 @@
+"""What runs the trials of a campaign: workers on this machine, or on a Ray cluster."""
+
+import logging
+import os
+import platform
+import secrets
+from collections import Counter, deque
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import suppress
+from multiprocessing.connection import wait
+from pathlib import Path
+from typing import Any, Protocol
+
+from vrx_mj.campaign.manifest import code_version
+from vrx_mj.campaign.plan import Cell, Trial
+from vrx_mj.campaign.process import LOOK, signals_held, start_server
+from vrx_mj.campaign.results import WHAT, Result
+from vrx_mj.campaign.worker import WorkerLostError, WorkerProcess
+from vrx_mj.errors import VrxError
+from vrx_mj.outputs import write_files
+from vrx_mj.packages import needs_extra
+
+_RETRIES = 3
+"""How often a lost trial is run again."""
+_TICKET = ".cluster"
+"""File by which a node knows the campaign's folder."""
+_EXCLUDED_FILES = ("*.rrd", ".git", ".venv", "__pycache__", "*.pyc")
+"""Files of the current folder that no node needs."""
+_PROBE, _ROOM = ".probe", 65_536
+"""A file that is written to see whether there is room, and its size [bytes]."""
+_AHEAD = 16
+"""Results that a worker may be ahead of those taken."""
+_CHUNK = 64
+"""Trials that a worker gets at a time, at most."""
+
+
+class _Worker(Protocol):
+    """A worker as the loop sees it: `WorkerProcess`, or one on a cluster."""
+
+    def submit(self, chunk: Sequence[Trial]) -> None: ...
+    def take(self) -> Result | None: ...
+    def close(self) -> None: ...
+    def join(self) -> None: ...
+
+
+class Engine(Protocol):
+    """Has workers."""
+
+    def open(self, root: Path) -> int:
+        """Get ready to run trials in the campaign's folder `root`; how many workers there may be at a time."""
+
+    def start(self) -> _Worker:
+        """Begin a worker; what it gives first is None, when it is ready."""
+
+    def ready(self, workers: Sequence[Any]) -> Sequence[Any]:
+        """Those workers that have something to take, after a moment at most."""
+
+    def close(self) -> None:
+        """End what `open` has begun."""
+
+
+class ProcessPool:
+    """Workers on this machine."""
+
+    def __init__(self, jobs: int) -> None:
+        self._jobs = jobs
+
+    def open(self, root: Path) -> int:
+        """Load everything that workers need."""
+        self._root, self._context = root, start_server()
+        return self._jobs
+
+    def start(self) -> _Worker:
+        """Begin a process."""
+        return WorkerProcess(self._context, self._root)
+
+    def ready(self, workers: Sequence[Any]) -> Sequence[Any]:
+        """Wait for one of them."""
+        return wait(workers, timeout=LOOK)
+
+    def close(self) -> None:
+        """Nothing is left when the workers have ended."""
+
+
+class RayCluster:
+    """Workers on the nodes of a Ray cluster, which have vrx_mj, and the campaign's folder at the same path.
+
+    The files of the current folder go to the nodes, with controllers and worlds in it.
+    """
+
+    def __init__(self, address: str | None = None, jobs: int | None = None) -> None:
+        """Choose a cluster.
+
+        Args:
+            address: of the cluster; None: that of RAY_ADDRESS, or one that is started on this machine.
+            jobs: number of workers; None: one for each processor that the cluster has now.
+        """
+        self._address, self._jobs = address, jobs
+
+    def open(self, root: Path) -> int:
+        """Connect to the cluster.
+
+        Raises:
+            VrxError: Ray is not installed, or the cluster does not exist.
+        """
+        try:
+            import ray
+        except ImportError:
+            raise VrxError(needs_extra("--ray", "Ray", "ray")) from None
+        self._ray, self._root, self._ticket = ray, root.resolve(), secrets.token_hex(8)
+        excluded = list(_EXCLUDED_FILES)
+        with suppress(ValueError):
+            excluded.append(f"/{self._root.relative_to(Path.cwd()).as_posix()}/")
+        named = {name: value for name, value in os.environ.items() if name.startswith("VRX_MJ_")}
+        environment = {"working_dir": str(Path.cwd()), "excludes": excluded, "env_vars": named}
+        try:
+            ray.init(self._address, runtime_env=environment, log_to_driver=False, logging_level=logging.ERROR)
+        except (ConnectionError, RuntimeError, ValueError, OSError) as error:
+            raise VrxError(f"cannot use a Ray cluster: {error}") from error
+        write_files(self._root, {_TICKET: self._ticket}, WHAT)
+        self._actor = ray.remote(num_cpus=1, scheduling_strategy="SPREAD")(_NodeWorker)
+        return self._jobs or max(1, int(ray.cluster_resources().get("CPU", 1)))
+
+    def start(self) -> _Worker:
+        """Ask for an actor; it begins when a node has a processor for it."""
+        return _RayWorker(self._ray, self._actor.remote(self._root, self._ticket, code_version()))
+
+    def ready(self, workers: Sequence[Any]) -> Sequence[Any]:
+        """Wait for one of them."""
+        streams = {worker.stream: worker for worker in workers}
+        found, _ = self._ray.wait(list(streams), timeout=LOOK)
+        return [streams[stream] for stream in found]
+
+    def close(self) -> None:
+        """Leave the cluster, or end the one that was started."""
+        with suppress(OSError):
+            (self._root / _TICKET).unlink(missing_ok=True)
+        self._ray.shutdown()
+
+
+class _RayWorker:
+    """A worker on a node, seen from here: Ray's handle of an actor, and the stream of results of its chunk."""
+
+    def __init__(self, ray: Any, actor: Any) -> None:
+        self._ray, self._actor = ray, actor
+        self.submit([])
+
+    def submit(self, chunk: Sequence[Trial]) -> None:
+        how = {"num_returns": "streaming", "_generator_backpressure_num_objects": _AHEAD}
+        self.stream = self._actor.run.options(**how).remote(list(chunk))
+
+    def take(self) -> Result | None:
+        try:
+            return self._ray.get(next(self.stream))  # type: ignore[no-any-return]
+        except StopIteration:
+            return None
+        except self._ray.exceptions.RayError as error:
+            if isinstance(cause := getattr(error, "cause", None), VrxError):
+                raise cause from None
+            if "No module named 'vrx_mj" in str(error):
+                raise VrxError(f"a node of the Ray cluster has no vrx_mj {code_version()}: install it there") from None
+            raise WorkerLostError(f"Ray lost its worker: {str(error).strip().splitlines()[0]}") from None
+
+    def close(self) -> None:
+        self._ray.kill(self._actor)
+
+    def join(self) -> None: ...
+
+
+class _NodeWorker:
+    """The actor: holds a worker of this machine, with the folder of the campaign that all nodes share."""
+
+    def __init__(self, root: Path, ticket: str, code: str) -> None:
+        self._root, self._ticket, self._code = root, ticket, code
+        self._worker: WorkerProcess | None = None
+
+    def run(self, chunk: Sequence[Trial]) -> Iterator[Result]:
+        if self._worker is None:
+            self._check()
+            self._worker = WorkerProcess(start_server(), self._root)
+        else:
+            self._worker.submit(chunk)
+        while (result := self._worker.take()) is not None:
+            yield result
+
+    def _check(self) -> None:
+        node = platform.node()
+        if code_version() != self._code:
+            raise VrxError(f"the node {node} has vrx_mj {code_version()}: install {self._code} there, as here")
+        file = self._root / _TICKET
+        if not (file.is_file() and file.read_text(encoding="utf-8") == self._ticket):
+            raise VrxError(f"the node {node} has not the folder '{self._root}': -o needs one that all nodes share")
+
+
+def run_trials(
+    trials: Sequence[Trial], root: Path, engine: Engine, *, running: Callable[[int], None] = lambda _count: None
+) -> Generator[Result, None, None]:
+    """Run trials in the campaign's folder `root`; the result of each, once, as soon as it has ended.
+
+    A trial that the machine lost is run again, up to three times, before it is `lost`. Closed early, by Ctrl-C too,
+    this ends what is under way and removes what that has written.
+
+    Args:
+        trials: those of one world should follow each other.
+        root: folder of the campaign; logs and recordings are written below it.
+        engine: has the workers.
+        running: is called with the number of trials under way, when that changes.
+
+    Raises:
+        VrxError: the engine cannot start workers, or the folder is full or gone.
+    """
+    if trials:
+        yield from _Run(trials, root, engine).results(running)
+
+
+class _Run:
+    """Trials that wait, and those that workers have."""
+
+    def __init__(self, trials: Sequence[Trial], root: Path, engine: Engine) -> None:
+        self._waiting, self._root, self._engine = deque(trials), root, engine
+        self._losses: Counter[Cell] = Counter()
+        self._chunks: dict[_Worker, deque[Trial]] = {}
+        """The workers, with the trials that each has not ended yet."""
+        self._idle: list[_Worker] = []
+        self._failed_starts = 0
+
+    def results(self, running: Callable[[int], None]) -> Generator[Result, None, None]:
+        self._most = min(self._engine.open(self._root), len(self._waiting))
+        try:
+            while self._waiting or any(self._chunks.values()):
+                while len(self._chunks) < self._most:
+                    with signals_held():
+                        self._chunks[self._engine.start()] = deque()
+                self._hand_out()
+                running(sum(map(bool, self._chunks.values())))
+                for worker in self._engine.ready([one for one in self._chunks if one not in self._idle]):
+                    yield from self._take(worker)
+        finally:
+            for worker in self._chunks:
+                worker.close()
+            for worker in self._chunks:
+                worker.join()
+            self._engine.close()
+
+    def _hand_out(self) -> None:
+        """Give idle workers trials: fewer at a time towards the end, so that all end together."""
+        while self._waiting and self._idle:
+            count = min(_CHUNK, 1 + len(self._waiting) // (4 * self._most))
+            chunk = [self._waiting.popleft() for _ in range(min(count, len(self._waiting)))]
+            worker = self._idle.pop()
+            self._chunks[worker].extend(chunk)
+            worker.submit(chunk)
+
+    def _take(self, worker: _Worker) -> Iterator[Result]:
+        """What a worker has: a result, or that it is idle, or has ended."""
+        chunk = self._chunks[worker]
+        try:
+            result = worker.take()
+        except WorkerLostError as error:
+            del self._chunks[worker]
+            worker.close()
+            if chunk:
+                result = Result(chunk[0].cell, "lost", error=str(error))
+                self._waiting.extendleft(reversed(list(chunk)[1:]))
+                yield from self._settle(chunk[0], result)
+            else:
+                self._count_failed_start(error)
+            return
+        self._failed_starts = 0
+        if result is None:
+            self._idle.append(worker)
+        else:
+            yield from self._settle(chunk.popleft(), result)
+
+    def _settle(self, trial: Trial, result: Result) -> Iterator[Result]:
+        """The result of a trial, unless it is to be run again."""
+        if result.state == "lost":
+            self._losses[trial.cell] += 1
+            self._check_folder()
+            if self._losses[trial.cell] <= _RETRIES:
+                self._waiting.appendleft(trial)
+                return
+        yield result
+
+    def _check_folder(self) -> None:
+        """Stop where the folder is the reason.
+
+        Raises:
+            VrxError: it cannot be written.
+        """
+        then = "once it can be written, the same command continues"
+        if not self._root.is_dir():
+            raise VrxError(f"the campaign's folder '{self._root}' is gone; {then}")
+        try:
+            write_files(self._root, {_PROBE: b"0" * _ROOM}, WHAT)
+            (self._root / _PROBE).unlink()
+        except VrxError as error:
+            raise VrxError(f"{error}; {then}") from None
+
+    def _count_failed_start(self, error: WorkerLostError) -> None:
+        self._failed_starts += 1
+        if self._failed_starts > self._most + _RETRIES:
+            raise VrxError(f"no worker starts: {error}")

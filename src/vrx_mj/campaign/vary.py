@@ -1,0 +1,114 @@
+"""Quantities of worlds that a campaign draws for every trial: `--vary wind.mean_velocity=0..8`."""
+
+import fnmatch
+import re
+import warnings
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vrx_mj.errors import CommandError, UnknownNameError, VrxError, VrxWarning
+from vrx_mj.mjcf.compile import compile_world
+from vrx_mj.mjcf.parameters import parameters
+from vrx_mj.mjcf.world import World
+from vrx_mj.physics.noise import stream_key, uniform
+from vrx_mj.runtime.batch import Batch
+
+_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+_RANGE = re.compile(rf"\s*([^=\s]+)\s*=\s*({_NUMBER})\s*\.\.\s*({_NUMBER})\s*")
+_KEYS = {"wind.mean_velocity": "wind.mean", "wind.var_gain": "wind.gain", "wind.var_time": "wind.time_constant"}
+"""Keys of world files that a compiled world has under other names."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A quantity that is drawn for every trial, uniformly between two values."""
+
+    name: str
+    """Name in `vrx_mj.parameters`, or a pattern, as `*.hull.drag_linear.surge`, all of whose numbers get one value."""
+    low: float
+    high: float
+    unit: str = ""
+    """Unit, SI."""
+
+    def __str__(self) -> str:
+        return f"{self.name}={self.low:g}..{self.high:g}"
+
+    def drawn(self, seed: int) -> float:
+        """Value in the trials of a seed: neither the number of trials nor other quantities change it."""
+        return self.low + (self.high - self.low) * uniform(np.uint64(stream_key(seed, "vary", self.name)), 0)
+
+
+def parse_vary(texts: Iterable[str]) -> tuple[Quantity, ...]:
+    """Quantities from texts such as `wind.mean_velocity=0..8`.
+
+    Raises:
+        CommandError: one is not of that form, its range is empty, or it is there twice.
+    """
+    found: dict[str, Quantity] = {}
+    for text in texts:
+        match = _RANGE.fullmatch(text)
+        if match is None:
+            raise CommandError(f"invalid --vary '{text}': NAME=LOW..HIGH is needed, as in wind.mean_velocity=0..8")
+        quantity = Quantity(match[1], float(match[2]), float(match[3]))
+        if quantity.high <= quantity.low:
+            raise CommandError(f"invalid --vary '{text}': the range is empty; write the smaller number first")
+        if quantity.name in found:
+            raise CommandError(f"--vary {quantity.name} is given twice")
+        found[quantity.name] = quantity
+    return tuple(found.values())
+
+
+def check_vary(quantities: Iterable[Quantity], worlds: Iterable[str], fleet: str | None = None) -> tuple[Quantity, ...]:
+    """The quantities with their units, once every world has them and takes both ends of their ranges.
+
+    Raises:
+        VrxError: a world has no number of a name, a value is out of its range, or a boat does not float with it.
+    """
+    found = {quantity.name: quantity for quantity in quantities}
+    for world in worlds if found else ():
+        with warnings.catch_warnings(action="ignore", category=VrxWarning):  # in the logs of the trials
+            base = compile_world(world, fleet=fleet)
+            for quantity in found.values():
+                names = numbers_by_name(base, {quantity.name: quantity.low})
+                found[quantity.name] = replace(quantity, unit=parameters(base)[next(iter(names))].unit)
+                for end in (quantity.low, quantity.high):
+                    _check_end(quantity, end, base, lambda own: compile_world(world, fleet=fleet, parameters=own))  # noqa: B023
+    return tuple(found.values())
+
+
+def _check_end(quantity: Quantity, end: float, base: World, compiled: Callable[[Mapping[str, float]], World]) -> None:
+    """Check that a world takes a value, and that every boat floats that floats in the world as it is."""
+    try:
+        world = compiled(numbers_by_name(base, {quantity.name: end}))
+    except VrxError as error:
+        raise CommandError(f"--vary in {base.name}: {error}") from None
+    if not re.search(r"\.(hull|stations)\.", quantity.name):
+        return  # no boat's draft depends on it
+    factors, usual = (Batch(each, 1).largest_masses for each in (world, base))
+    sunk = [boat for boat, own, before in zip(world.boats, factors, usual, strict=True) if own < 1.0 <= before]
+    if sunk:
+        raise CommandError(f"--vary {quantity}: with {end:g} the boat {sunk[0]} does not float in {world.name}")
+
+
+def numbers_by_name(world: World, values: Mapping[str, float]) -> dict[str, float]:
+    """Values of quantities by the names of the world's numbers that each means.
+
+    Raises:
+        CommandError: it has none of a name.
+    """
+    known = parameters(world) if values else {}
+    return {name: value for quantity, value in values.items() for name in _names(world.name, known, quantity)}
+
+
+def _names(world: str, known: Mapping[str, object], name: str) -> list[str]:
+    """Names of the numbers that a name or a pattern means."""
+    found = fnmatch.filter(known, _KEYS.get(name, name))
+    if not found and name == "sea.significant_height":
+        text = "is flat or a Stokes wave; give it `sea: {model: jonswap, significant_height: 0.3}`"
+        raise CommandError(f"--vary {name}: the sea of {world} {text}")
+    if not found:
+        unknown = UnknownNameError("parameter", name, [*known, *_KEYS])
+        raise CommandError(f"--vary {name}: world {world} has {unknown}; vrx_mj.parameters lists all")
+    return found

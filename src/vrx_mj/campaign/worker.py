@@ -1,0 +1,183 @@
+"""Workers: processes that keep a world compiled and sail trials of it, many one after the other."""
+
+import contextlib
+import gc
+import os
+import signal
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
+from multiprocessing.connection import Connection
+from multiprocessing.context import BaseContext
+from pathlib import Path
+
+from vrx_mj.campaign.manifest import controller_hash
+from vrx_mj.campaign.page import sketch_of
+from vrx_mj.campaign.plan import Trial
+from vrx_mj.campaign.process import TrialProcess, log_into, signals_held, start_server
+from vrx_mj.campaign.results import FORMAT, Result, sketch_file, write_json
+from vrx_mj.campaign.trial import RaisedError, load_own_controller
+from vrx_mj.errors import VrxError
+from vrx_mj.mjcf.compile import compile_world
+from vrx_mj.runtime.run import fingerprint
+from vrx_mj.runtime.simulation import Simulation
+
+_LOADING = 60.0
+"""Wall time that the check of a controller waits for it [s]."""
+
+
+class WorkerLostError(VrxError):
+    """A worker has ended without being asked to."""
+
+
+class Worker:
+    """Sails trials of a campaign, each in a process of its own that begins with the world compiled."""
+
+    def __init__(self, root: Path, owner: Connection) -> None:
+        """Have no world yet.
+
+        Args:
+            root: folder of the campaign.
+            owner: says something, or is closed, when the trial under way is to be given up.
+        """
+        self._root, self._owner = root, owner
+        self._open: tuple[str, str | None] | None = None
+        self._warm: Simulation | None = None
+        self._notes: Sequence[warnings.WarningMessage] = ()
+
+    def run(self, chunk: Sequence[Trial]) -> Iterator[Result]:
+        """Sail trials; the result of each as soon as it has ended. What the machine did to one is `lost`."""
+        for trial in chunk:
+            try:
+                yield self._sail(trial)
+            except OSError as error:
+                yield Result(trial.cell, "lost", error=f"cannot write '{self._root}': {error.strerror or error}")
+
+    def _sail(self, trial: Trial) -> Result:
+        self._prepare(trial)
+        process = TrialProcess(self._root, trial, self._warm, self._notes, self._owner)
+        while (result := process.result()) is None:
+            if process.wait([self._owner]):
+                process.withdraw()
+                raise SystemExit
+        return result
+
+    def _prepare(self, trial: Trial) -> None:
+        """Have the trial's world compiled, with its map kept for the page. One that cannot be fails in its trials."""
+        wanted = trial.cell.world, trial.fleet
+        if wanted == self._open:
+            return
+        self._open, self._warm = wanted, None
+        with warnings.catch_warnings(record=True) as notes, contextlib.suppress(Exception):
+            warnings.simplefilter("always")
+            world = compile_world(trial.cell.world, fleet=trial.fleet)
+            file = sketch_file(self._root, trial.cell.world)
+            if not file.is_file():
+                write_json(file, {"format": FORMAT, **sketch_of(world)})
+            fingerprint()
+            if trial.record:
+                import vrx_mj.recording  # noqa: F401 - loaded once
+            assert world.sha256
+            self._warm = Simulation(world)
+        self._notes = notes
+        gc.collect()
+        gc.freeze()  # trials share this memory
+
+
+class WorkerProcess:
+    """A worker in a process of its own, which ends with this one."""
+
+    def __init__(self, context: BaseContext, root: Path) -> None:
+        self._connection, theirs = context.Pipe()
+        arguments = (theirs, root, dict(os.environ), str(Path.cwd()))
+        self._process = context.Process(target=_work, args=arguments)  # type: ignore[attr-defined]
+        self._process.start()
+        theirs.close()
+
+    def fileno(self) -> int:
+        """What becomes ready when there is something to take, for `multiprocessing.connection.wait`."""
+        return self._connection.fileno()
+
+    def submit(self, chunk: Sequence[Trial]) -> None:
+        """Give it trials; it must be idle."""
+        with contextlib.suppress(OSError):  # `take` says so
+            self._connection.send(list(chunk))
+
+    def take(self) -> Result | None:
+        """The next result; None when it is idle, as at its start.
+
+        Raises:
+            WorkerLostError: it has ended.
+        """
+        try:
+            return self._connection.recv()  # type: ignore[no-any-return]
+        except (EOFError, OSError):
+            self._process.join()
+            raise WorkerLostError(f"its worker ended with exit code {self._process.exitcode}") from None
+
+    def close(self) -> None:
+        """Have it give up what is under way, and end; `join` waits for that."""
+        self._connection.close()
+
+    def join(self) -> None:
+        """Wait until it has ended."""
+        self._process.join()
+
+
+def _work(owner: Connection, root: Path, environ: Mapping[str, str], folder: str) -> None:
+    """What a worker's process does: trials as they come, until its owner ends."""
+    _begin_process(environ, folder)
+    worker = Worker(root, owner)
+    with contextlib.suppress(EOFError, OSError):
+        while True:
+            owner.send(None)
+            for result in worker.run(owner.recv()):
+                owner.send(result)
+
+
+def _begin_process(environ: Mapping[str, str], folder: str) -> None:
+    """Leave the terminal's group, and take over the environment of who started this process."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if hasattr(os, "setsid"):
+        os.setsid()
+    os.environ.clear()
+    os.environ.update(environ)
+    os.chdir(folder)
+
+
+def check_controllers(names: Sequence[str]) -> None:
+    """Refuse controllers that do not exist or take other arguments, before every trial would fail by them.
+
+    Each is loaded in a process of its own, as for a trial; what it raises there is left to its trials.
+
+    Raises:
+        VrxError: one cannot be a controller.
+    """
+    for name in names:
+        controller_hash(name)
+    context = start_server()
+    for name in names:
+        faults, theirs = context.Pipe(duplex=False)
+        arguments = (theirs, name, dict(os.environ), str(Path.cwd()))
+        process = context.Process(target=_check_controller, args=arguments)  # type: ignore[attr-defined]
+        with signals_held():
+            process.start()
+        theirs.close()
+        try:
+            if faults.poll(_LOADING):
+                with contextlib.suppress(EOFError):
+                    raise VrxError(faults.recv())
+        finally:
+            process.kill()
+            process.join()
+
+
+def _check_controller(faults: Connection, name: str, environ: Mapping[str, str], folder: str) -> None:
+    """What that process does: send the fault of a controller, if it has one."""
+    _begin_process(environ, folder)
+    log_into(Path(os.devnull))
+    try:
+        load_own_controller(name, 0)
+    except VrxError as error:
+        if not isinstance(error, RaisedError):
+            faults.send(str(error))
+    os._exit(0)

@@ -1,0 +1,103 @@
+"""Trials on workers that end, lose trials or never start: each trial has one result, or the campaign says why not."""
+
+import shutil
+from collections import Counter
+
+import pytest
+
+from vrx_mj.campaign.engines import run_trials
+from vrx_mj.campaign.plan import Cell, Trial
+from vrx_mj.campaign.results import Result
+from vrx_mj.campaign.worker import WorkerLostError
+from vrx_mj.errors import VrxError
+
+TRIALS = [Trial(Cell("crew:steady", "bay.yaml", seed)) for seed in range(40)]
+
+
+class Workers:
+    """An engine of three workers, whose fate is a function of the trial and of how often it has begun."""
+
+    def __init__(self, fate):
+        self.fate, self.begun, self.started, self.closed = fate, Counter(), 0, 0
+
+    def open(self, root):
+        return 3
+
+    def start(self):
+        self.started += 1
+        return Worker(self)
+
+    def ready(self, workers):
+        return workers[-1:]
+
+    def close(self):
+        self.closed += 1
+
+
+class Worker:
+    def __init__(self, engine):
+        self.engine, self.chunk, self.says_idle = engine, [], True
+
+    def submit(self, chunk):
+        assert not self.chunk
+        self.chunk, self.says_idle = list(chunk), True
+
+    def take(self):
+        if not self.chunk:
+            assert self.says_idle
+            self.says_idle = False
+            return None
+        trial = self.chunk.pop(0)
+        self.engine.begun[trial.cell.seed] += 1
+        fate = self.engine.fate(trial.cell.seed, self.engine.begun[trial.cell.seed])
+        if fate == "worker":
+            raise WorkerLostError("its worker is gone")
+        return Result(trial.cell, fate, error="no memory" if fate == "lost" else None)
+
+    def close(self):
+        self.engine.closed += 1
+
+    def join(self):
+        pass
+
+
+@pytest.mark.parametrize("how", ["worker", "lost"])
+def test_what_the_machine_loses_is_run_again_and_each_trial_has_one_result(tmp_path, how):
+    engine = Workers(lambda seed, begun: how if seed % 7 == 3 and begun < 4 else "finished")
+    results = list(run_trials(TRIALS, tmp_path, engine))
+    assert sorted(result.cell for result in results) == [trial.cell for trial in TRIALS]
+    assert {result.state for result in results} == {"finished"}
+    assert engine.begun == {seed: 4 if seed % 7 == 3 else 1 for seed in range(40)}
+    assert engine.closed == engine.started + 1
+
+
+@pytest.mark.parametrize("how", ["worker", "lost"])
+def test_a_trial_that_is_lost_four_times_is_given_up_without_a_score(tmp_path, how):
+    engine = Workers(lambda seed, _begun: how if seed == 5 else "finished")
+    results = {result.cell.seed: result for result in run_trials(TRIALS, tmp_path, engine)}
+    assert (len(results), results[5].state, results[5].score, engine.begun[5]) == (40, "lost", None, 4)
+    assert Counter(result.state for result in results.values()) == {"finished": 39, "lost": 1}
+
+
+def test_a_failed_trial_is_not_run_again(tmp_path):
+    engine = Workers(lambda _seed, _begun: "failed")
+    assert len(list(run_trials(TRIALS, tmp_path, engine))) == sum(engine.begun.values()) == 40
+
+
+def test_a_folder_that_is_gone_ends_the_campaign_with_one_line(tmp_path):
+    folder = tmp_path / "results"
+    folder.mkdir()
+    run = run_trials(TRIALS, folder, engine := Workers(lambda seed, _begun: "lost" if seed else "finished"))
+    with pytest.raises(VrxError, match=r"^the campaign's folder '.*results' is gone; once it can be written, the same"):
+        [shutil.rmtree(folder, ignore_errors=True) for _ in run]
+    assert (sum(engine.begun.values()) < 5, engine.closed) == (True, engine.started + 1)
+
+
+def test_workers_that_never_start_end_the_campaign(tmp_path, monkeypatch):
+    def take(_worker):
+        raise WorkerLostError("its worker ended with exit code 1")
+
+    monkeypatch.setattr(Worker, "take", take)
+    with pytest.raises(VrxError, match=r"^no worker starts: its worker ended with exit code 1$"):
+        list(run_trials(TRIALS, tmp_path, engine := Workers(None)))
+    assert engine.started <= 10
