@@ -8,6 +8,7 @@ A process that is killed leaves a file that reads up to its last flush.
 from __future__ import annotations
 
 import contextlib
+import gc
 import json
 import math
 import subprocess
@@ -168,6 +169,7 @@ class RecordWriter:
 def finish(path: Path, file: RawFile, scenes: Sequence[RecordScene]) -> None:
     """Encode the run in a file, in its place; where there is no room for it, it stays as it is."""
     release_memory()  # also the code of what the run needed, before the viewer's library is loaded
+    gc.freeze()  # to look at all that the run needed, for what may go, takes a fifth of the time
     from vrx_mj.recording.encoding import UnwrittenError, encode
 
     try:
@@ -175,6 +177,8 @@ def finish(path: Path, file: RawFile, scenes: Sequence[RecordScene]) -> None:
         encode(path, scenes, path)
     except (OSError, UnwrittenError) as error:
         warnings.warn(f"{error}; what is in it reads, and vrx-mj replay shows it", VrxWarning, stacklevel=2)
+    finally:
+        gc.unfreeze()
     release_memory(code=False)  # of what was encoded, before what comes after the run
 
 
