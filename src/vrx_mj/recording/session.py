@@ -454,13 +454,9 @@ def _save_views_following(record: Record, boat: str | None, file: Path) -> None:
     from vrx_mj.recording.blueprint import save_views
     from vrx_mj.recording.task_chunks import result_of
 
-    sim = Simulation(record.companies[0].world)
-    scene = scene_of(sim, looks_of=[boat] if boat in sim.boats else [])
-    shown = sim.sea.height if record.sea else None
-    begun, ended = record.begun, float(record.time.max(initial=record.begun))
-    scene = replace(scene, sensors=record.sensors, earlier=tuple(record.boats), follow=boat, sea_height=shown)
-    scene = replace(scene, begun=begun, ended=ended if ended > begun else None)
-    result = result_of(rescore(record).referee) if sim.task else ""
+    scene, ended = next(_recorded_scenes(record)), float(record.time.max(initial=record.begun))
+    scene = replace(scene, earlier=tuple(record.boats), follow=boat, ended=ended if ended > record.begun else None)
+    result = result_of(rescore(record).referee) if scene.parameters.task else ""
     places = np.concatenate([track.position[:, :2] for track in record.boats.values()])
     ends = np.array([np.nanmin(places, axis=0), np.nanmax(places, axis=0)]) if len(places) else None
     save_views(file, scene, APPLICATION, track=ends, result=result)
