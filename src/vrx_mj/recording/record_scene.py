@@ -20,7 +20,7 @@ from vrx_mj.draw.style import Rgb, boat_colors
 from vrx_mj.model.world import Parameters
 from vrx_mj.sensors.displays import Display
 
-FORMAT = 6
+FORMAT = 7
 """Version of what is written into a recording; others are refused."""
 
 _Vec3 = tuple[float, float, float]

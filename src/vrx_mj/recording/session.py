@@ -29,6 +29,7 @@ from vrx_mj.draw.display import no_window
 from vrx_mj.errors import CommandError, RecordError, UnknownNameError, VrxWarning, quote
 from vrx_mj.mjcf.objects import ball_names
 from vrx_mj.model.world import tree_of
+from vrx_mj.outputs import writing
 from vrx_mj.recording.boat_sets import boat_set_cells
 from vrx_mj.recording.checks import rescore
 from vrx_mj.recording.packing import plain_rows
@@ -65,13 +66,12 @@ class RecordWriter:
 
     def __init__(self, path: str | Path, scene: RecordScene) -> None:
         self._path = as_path("path", path)
+        self._ended = f"the recording '{self._path}' is closed"
         self._boat_set = 0
         self._take(scene)
         self._scenes: list[RecordScene] = []
-        try:
+        with writing("the recording", self._path, RecordError):
             self._file = RawFile(self._path)
-        except OSError as error:
-            raise self._error(error) from error
         self._finish = weakref.finalize(self, finish, self._path, self._file, self._scenes)
         head = {
             "format": FORMAT,
@@ -118,7 +118,8 @@ class RecordWriter:
     def event(self, t: float, text: str, level: str = "INFO", touch: str = "") -> None:
         """Record that something happened at simulated time `t` [s]; `touch`: the JSON of a `Touch` that it is about."""
         columns: dict[str, list[Cell]] = {"sim_time": [np.array([round(t * 1e6) * 1000])]}
-        self._append(EVENTS, columns | {"TextLog:text": [text], "TextLog:level": [level], "touch": [touch]})
+        said = text.encode("utf-8", "replace").decode()
+        self._append(EVENTS, columns | {"TextLog:text": [said], "TextLog:level": [level], "touch": [touch]})
 
     def touch(self, touch: Touch) -> None:
         """Record that a boat has touched something, when that is over: as an event, a mark, and an arrow."""
@@ -149,15 +150,13 @@ class RecordWriter:
 
     def _append(self, entity: str, columns: Mapping[str, Sequence[Cell]]) -> None:
         if not self._finish.alive:
-            raise RecordError(f"the recording '{self._path}' is closed")
+            raise RecordError(self._ended)
         try:
             self._file.append(entity, columns)
         except OSError as error:
             self._finish.detach()
-            raise self._error(error) from error
-
-    def _error(self, error: OSError) -> RecordError:
-        return RecordError(f"cannot write the recording '{self._path}': {error.strerror}")
+            self._ended = f"cannot write the recording '{self._path}': {error.strerror}"
+            raise RecordError(self._ended) from error
 
     def __enter__(self) -> Self:
         return self
