@@ -115,7 +115,7 @@ def unpack(block: bytes) -> Any:
                 raise ValueError("damaged: bytes that are nowhere")
         text = bytes(view[LENGTH.size : LENGTH.size + length])
         return json.loads(text, object_hook=lambda found: _restore(found, blobs))
-    except (struct.error, IndexError, TypeError, OverflowError, RecursionError) as error:
+    except (struct.error, IndexError, TypeError, RecursionError) as error:
         raise ValueError(f"damaged: {error}") from None
 
 

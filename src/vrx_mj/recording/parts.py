@@ -148,7 +148,7 @@ def unpack_files(blob: bytes, most: int) -> dict[str, bytes]:
             raise RecordError(f"files: more than {most >> 20} MiB, or too many names")
         return validate(unpack(content), dict[str, bytes])
     except (zlib.error, struct.error, ValueError) as error:
-        raise RecordError(f"files: damaged: {str(error).splitlines()[0]}") from None
+        raise RecordError(f"files: damaged: {str(error).splitlines()[0].removeprefix('damaged: ')}") from None
 
 
 MAGIC = b"VRXMJRAW"
@@ -240,7 +240,8 @@ def raw_parts(path: Path) -> Iterator[Part]:
             try:
                 yield from (Part(*data) for data in validate([unpack(block)], list[PartData]))
             except ValueError as error:
-                raise RecordError(f"'{path}' is damaged: {str(error).splitlines()[0]}") from error
+                reason = str(error).splitlines()[0].removeprefix("damaged: ")
+                raise RecordError(f"'{path}' is damaged: {reason}") from error
             count += 1
     if not count:
         raise RecordError(f"'{path}' is damaged: nothing of the run is in it")

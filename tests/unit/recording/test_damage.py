@@ -116,6 +116,11 @@ def test_files_that_are_not_bytes_are_refused(cells):
     assert refusal(unpack_files, zlib.compress(pack({"a": cells})), MOST).startswith("files: damaged: ")
 
 
+def test_bytes_that_no_file_names_are_refused_before_they_are_counted():
+    blob = zlib.compress(struct.pack("<Q", 2) + b"{}" + bytes(8 * 1000))
+    assert refusal(unpack_files, blob, MOST) == "files: damaged: bytes that are nowhere"
+
+
 def test_files_with_other_bytes_are_refused_or_read():
     chance, whole = random.Random(1), pack_files({"scene.json": b"{}" * 50, "scene.xml": b"<mujoco/>"})
     for _ in range(1000):
