@@ -116,7 +116,7 @@ def test_files_that_are_not_bytes_are_refused(cells):
     assert refusal(unpack_files, zlib.compress(pack({"a": cells})), MOST).startswith("files: damaged: ")
 
 
-def test_bytes_that_no_file_names_are_refused_before_they_are_counted():
+def test_bytes_that_no_file_names_are_refused():
     blob = zlib.compress(struct.pack("<Q", 2) + b"{}" + bytes(8 * 1000))
     assert refusal(unpack_files, blob, MOST) == "files: damaged: bytes that are nowhere"
 
