@@ -306,7 +306,7 @@ def unpack_rows(blob: bytes | memoryview) -> FloatArray:
     """
     count, width = shape_of(blob)
     form, found = blob[HEADER.size - 1] >> (WIDTH_BITS - 24) if width else 0, None
-    if form == _CODED:
+    if form == _CODED and count:
         found = _decoded_rows(memoryview(blob)[HEADER.size :], count, width)
     elif form == _PLAIN and len(blob) == HEADER.size + 8 * width * count:
         found = np.frombuffer(blob, "<f8", offset=HEADER.size).reshape(count, width)

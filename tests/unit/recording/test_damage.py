@@ -213,6 +213,7 @@ def test_a_text_that_is_no_json_is_refused(read, text):
         struct.pack("<II", 1, 0),
         struct.pack("<II", 2**32 - 1, 2**32 - 1),
         pack_rows(np.ones((2, 3)))[:-1],
+        struct.pack("<I", 0) + pack_rows(np.eye(3))[4:],
     ],
 )
 def test_rows_of_another_size_than_they_say_are_refused(block):
