@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 
 from vrx_mj.errors import RecordError
+from vrx_mj.foreign.plain import pack
 from vrx_mj.recording.packing import pack_rows, unpack_rows
-from vrx_mj.recording.parts import FRAME, HEAD, MAGIC, VERSION, block_of, pack_files, unpack_files
+from vrx_mj.recording.parts import FRAME, HEAD, MAGIC, VERSION, pack_files, unpack_files
 from vrx_mj.recording.reader import COLUMNS, OURS, READING_COLUMNS, read_record
 from vrx_mj.recording.rrd_file import parsed_file
 
@@ -52,7 +53,7 @@ def put_together(parts: Parts) -> bytes:
 def as_killed_run(parts: Parts) -> bytes:
     """The file of a run that was not closed, with a block for each row of these parts."""
     blocks = [
-        b"".join(block_of(entity, {name: cells[row : row + 1] for name, cells in columns.items()}))
+        pack((entity, False, {name: cells[row : row + 1] for name, cells in columns.items()}))
         for entity, _, columns in parts
         for row in range(max(map(len, columns.values()), default=0))
     ]

@@ -2,7 +2,8 @@
 
 Everything is warmed up first; ratios alternate their two sides and take medians.
 
-Cost of recordings: `vrx-mj bench --recordings` runs the commands themselves, each in a fresh process.
+Cost of recordings: `vrx-mj bench --recordings` runs the commands themselves, each in a fresh process. What a recording
+costs alone is taken inside of one, in which a run with it and one without take turns.
 
 Their order turns around from round to round. Beside each figure is its A/A row: by how much the figures of even and of
 odd rounds differ. Where that is wider than the margin to the budget there is no verdict.
@@ -11,13 +12,14 @@ odd rounds differ. Where that is wider than the margin to the budget there is no
 import importlib.util
 import itertools
 import math
+import os
 import socket
 import statistics
 import subprocess
 import sys
 import tempfile
 import time
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack, suppress
@@ -427,22 +429,20 @@ _RECORDING_ROUNDS = 4
 _THRUST = ("--seed", "7", "--thrust", "left=0.6,right=0.4")
 _README = ("run", "example_course", "--fleet", "trio", *_THRUST)
 _HUNDRED = ("run", "ocean", "--fleet", "hundred.yaml", *_THRUST)
-_RUNS = {
-    "start": (*_README, "--duration", "0.1"),
-    "minute": (*_README, "--duration", "60"),
-    "ten": (*_README, "--duration", "600"),
-    "hundred_start": (*_HUNDRED, "--duration", "0.1"),
-    "hundred": (*_HUNDRED, "--duration", "60"),
-}
+_RUNS = {"minute": (*_README, "--duration", "60"), "hundred": (*_HUNDRED, "--duration", "60")}
 SIDES = {
     **_RUNS,
     **{f"{name}.rrd": (*words, "--record", f"{name}.rrd") for name, words in _RUNS.items()},
+    "ten.rrd": (*_README, "--duration", "600", "--record", "ten.rrd"),
     "film": ("replay", "minute.rrd", "--video", "film.mp4"),
 }
 """Commands by name, in an order in which each has the files that it needs; `.rrd` is the same run recorded."""
+RECORDINGS = {"start": (1, 4), "ten": (600, 1)}
+"""Recordings whose own cost is taken: simulated seconds, and how many in each round."""
+_START = (*_HUNDRED, "--duration", "0.1", "--record", "hundred_start.rrd")
 
 _Costs = Mapping[str, float]
-"""Processor time [s] by side, and with ` MB` behind the side its largest resident memory."""
+"""Processor time [s] by side, of recordings alone too, and with ` MB` behind a side its largest resident memory."""
 
 
 def _cost(costs: _Costs, run: str) -> float:
@@ -452,9 +452,9 @@ def _cost(costs: _Costs, run: str) -> float:
 FIGURES: Mapping[str, tuple[Callable[[_Costs], float], str, float]] = {
     "readme_run_s": (lambda costs: costs["minute.rrd"], "s of processor time, recorded", 2.8),
     "readme_run_ratio": (lambda costs: costs["minute.rrd"] / costs["minute"], "x the same run without", 1.35),
-    "record_open_close_s": (lambda costs: _cost(costs, "start"), "s of processor time", 0.5),
+    "record_open_close_s": (lambda costs: costs["start"], "s of processor time", 0.5),
     "record_share": (
-        lambda costs: (_cost(costs, "ten") - _cost(costs, "start")) / costs["ten"],
+        lambda costs: (costs["ten"] - costs["start"]) / costs["ten.rrd"],
         "of a run of 10 minutes, beyond that",
         0.1,
     ),
@@ -481,21 +481,28 @@ PARTS = {
 
 def recording_rows(rounds: int = _RECORDING_ROUNDS) -> list[Row]:
     """A row for each budget of recordings; it takes some minutes."""
-    found: dict[str, list[float]] = {}
-    with tempfile.TemporaryDirectory() as folder, Bar("measuring", rounds * len(SIDES), "commands") as bar:
+    found: dict[str, list[float]] = defaultdict(list)
+    sides = [*SIDES, *RECORDINGS]
+    with tempfile.TemporaryDirectory() as folder, Bar("measuring", rounds * len(sides), "figures") as bar:
         (Path(folder) / "hundred.yaml").write_text("usv_count: 100\nlayout: grid\n", encoding="utf-8")
-        for number in range(rounds):
-            for side in SIDES if number % 2 == 0 else reversed(SIDES):
-                bar.update(sum(map(len, found.values())) // 2, side)
-                command = [sys.executable, "-m", "vrx_mj", *SIDES[side]]
-                try:
-                    seconds, memory = child_cost(command, folder)
-                except subprocess.CalledProcessError:
-                    if side != "film":
-                        raise
-                    seconds = memory = math.nan  # nothing can draw here, or the extra `video` is missing
-                found.setdefault(side, []).append(seconds)
-                found.setdefault(f"{side} MB", []).append(memory)
+        for number, place in itertools.product(range(rounds), range(len(sides))):
+            side = sides[place if number % 2 == 0 else -1 - place]
+            bar.update(number * len(sides) + place, side)
+            if side in RECORDINGS:
+                seconds, count = RECORDINGS[side]
+                for _ in range(count):
+                    with fresh_process() as process:
+                        found[side].append(process.submit(recording_seconds, seconds).result())
+                continue
+            try:
+                cost = child_cost(_vrx_mj(SIDES[side]), folder)
+            except subprocess.CalledProcessError:
+                if side != "film":
+                    raise
+                cost = math.nan, math.nan  # nothing can draw here, or the extra `video` is missing
+            found[side].append(cost[0])
+            found[f"{side} MB"].append(cost[1])
+        child_cost(_vrx_mj(_START), folder)
         early, late = (sizes(Path(folder) / f"{name}.rrd") for name in ("hundred_start", "hundred"))
     growth = {part: (late[part] - early[part]) / 1e5 for part in late}
     return [
@@ -503,6 +510,33 @@ def recording_rows(rounds: int = _RECORDING_ROUNDS) -> list[Row]:
         bench_row("record_kb", sum(growth.values()), "kB a boat and minute, of 100", 150.0, parts=growth),
         bench_row("record_start_mb", sum(early.values()) / 1e6, "MB before the first second of 100 boats", 10.0),
     ]
+
+
+def _vrx_mj(words: Sequence[str]) -> list[str]:
+    return [sys.executable, "-m", "vrx_mj", *words]
+
+
+def recording_seconds(seconds: int) -> float:
+    """Processor time [s] that a recording of so many simulated seconds of the README's run takes, in this process.
+
+    A run with the recording and one without take turns, second by second. Children count, but on Windows.
+    """
+    from vrx_mj.cli.sailing import recording
+
+    def spent(call: Callable[[], object]) -> float:
+        begun = time.process_time() + sum(os.times()[2:4])
+        call()
+        return time.process_time() + sum(os.times()[2:4]) - begun
+
+    world = compile_world("example_course", fleet="trio")
+    sims = [Simulation(world, seed=7) for _ in range(2)]
+    commands = {boat: {"left": 0.6, "right": 0.4} for boat in world.boats}
+    recorded, plain = (partial(sim.step, commands, duration=1.0) for sim in sims)
+    recorded(), plain()
+    with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
+        run = recording(sims[0], Path(folder) / "run.rrd", ())
+        opening = spent(lambda: stack.enter_context(run))
+        return opening + sum(spent(recorded) - spent(plain) for _ in range(seconds)) + spent(stack.close)
 
 
 def rows_of(costs: Mapping[str, Sequence[float]]) -> list[Row]:

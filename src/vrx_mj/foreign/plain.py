@@ -111,6 +111,8 @@ def unpack(block: bytes) -> Any:
             (size,) = LENGTH.unpack_from(view, place)
             place += LENGTH.size + size
             blobs.append(view[place - size : place])
+            if len(blobs) > length:  # each has a name of more than one byte
+                raise ValueError("damaged: bytes that are nowhere")
         text = bytes(view[LENGTH.size : LENGTH.size + length])
         return json.loads(text, object_hook=lambda found: _restore(found, blobs))
     except (struct.error, IndexError, TypeError, RecursionError) as error:

@@ -1,16 +1,15 @@
 """Jobs of the process without rights that read recordings by rerun's own reader, which is native code."""
 
 import importlib.util
-import json
 import os
-import struct
 import sys
 import threading
-from collections.abc import Collection, Iterator
+from collections.abc import Collection
 from typing import Any
 
+import numpy as np
+
 from vrx_mj.errors import RecordError
-from vrx_mj.foreign.plain import LENGTH
 
 
 def _reader() -> Any:
@@ -28,10 +27,12 @@ def _reader() -> Any:
 _READER = _reader()
 
 
-def chunks(file: str, entities: Collection[str], columns: Collection[str], whole: bool) -> tuple[bytes, bool, bool]:
-    """Columns of the chunks of some entities as blocks, and whether the file was completed, and opens with its views.
+def chunks(
+    file: str, entities: Collection[str], columns: Collection[str], whole: bool
+) -> tuple[list[tuple[str, bool, dict[str, list[Any]]]], bool, bool]:
+    """The chunks of some entities, and whether the file was completed, and opens with its views.
 
-    A block is a header of JSON and the bytes that it counts.
+    A chunk is its entity, whether it is without time, and columns of cells: texts, bytes, numbers or None.
 
     Args:
         file: its path.
@@ -48,8 +49,15 @@ def chunks(file: str, entities: Collection[str], columns: Collection[str], whole
         reader = _READER(file)
         stream = reader.stream()
         found = stream if whole else stream.filter(content=[f"+ {path}" for path in entities])
-        blocks = b"".join(piece for chunk in found for piece in _block(chunk, entities, columns))
-        return blocks, bool(check_for_rrd_footer(file)), bool(reader.blueprints())
+        parsed = ((chunk, chunk.to_record_batch()) for chunk in found)
+        rows = [
+            (chunk.entity_path, bool(chunk.is_static), {
+                name: [*map(_cell, batch.column(name))] for name in batch.schema.names if name in columns
+            })
+            for chunk, batch in parsed
+            if chunk.entity_path in entities
+        ]  # fmt: skip
+        return rows, bool(check_for_rrd_footer(file)), bool(reader.blueprints())
     except BaseException as error:  # a panic of rerun's is one
         raise RecordError(str(error)) from None
 
@@ -77,31 +85,16 @@ def copy(file: str, target: str, application: str, recording: str) -> bytes:
     return b"".join(pieces)
 
 
-def _block(chunk: Any, entities: Collection[str], columns: Collection[str]) -> Iterator[bytes | memoryview]:
-    """The pieces of the block of a chunk; nothing for one of another entity."""
-    batch = chunk.to_record_batch()
-    if chunk.entity_path not in entities:
-        return
-    found = {name: list(map(_cell, batch.column(name))) for name in batch.schema.names if name in columns}
-    lengths = {name: [(kind, len(content)) for kind, content in cells] for name, cells in found.items()}
-    text = json.dumps({"entity": chunk.entity_path, "static": chunk.is_static, "columns": lengths}).encode()
-    yield from (LENGTH.pack(len(text)), text)
-    yield from (content for cells in found.values() for _, content in cells)
-
-
-def _cell(value: Any) -> tuple[str, bytes | memoryview]:
-    """Kind and content of a value of a column: the first text or bytes of a list, or all numbers of one."""
+def _cell(value: Any) -> Any:
+    """A value of a column: the first text or bytes of a list, or all numbers of one."""
     if not value.is_valid:
-        return "none", b""
+        return None
     if not hasattr(value, "values"):  # of a timeline [ns]
-        return "<i8", struct.pack("<q", value.value)
+        return np.array([value.value], "<i8")
     values = value.values
     first: Any = values[0] if len(values) else None
     if hasattr(first, "as_buffer"):
-        buffer = first.as_buffer()
-        kind = "text" if str(first.type).endswith("string") else "bytes"
-        return kind, b"" if buffer is None else memoryview(buffer)
+        return first.as_py()
     while values.type.num_fields:  # points are lists of three, pictures lists of bytes
         values = values.flatten()
-    numbers = values.to_numpy(zero_copy_only=False)
-    return numbers.dtype.str, numbers.tobytes()
+    return values.to_numpy(zero_copy_only=False)

@@ -8,11 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import rerun as rr
 import rerun.blueprint as rrb
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.course import nice_length
+from vrx_mj.draw.style import Rgb
 from vrx_mj.recording.eyes import (
     FLEET,
     PLAN,
@@ -144,56 +146,52 @@ def sea_view(scene: RecordScene) -> rrb.Spatial3DView:
     circle, reach = followed_circle(scene)
     middle = np.array([*circle, 0.0])
     others = [boat for boat in scene.roster() if boat != scene.follow]
-    return rrb.Spatial3DView(
-        name="Sea",
-        origin="/world",
-        contents=[
-            "+ /world/**",
-            f"- {PLAN}/**",
-            *(_UNDER_WAVES if scene.sea_height else []),
-            *(_without_names(others) if len(others) > FEW_NAMES else []),
-        ],
-        background=rrb.Background(color=_SKY),
-        line_grid=rrb.LineGrid3D(visible=False),
-        spatial_information=_no_axes(),
-        eye_controls=rrb.EyeControls3D(
-            kind=rrb.Eye3DKind.Orbital,
-            position=middle + sea_eye(reach),
-            look_target=middle,
-            eye_up=(0.0, 0.0, 1.0),
-            tracking_entity=FLEET if scene.follow is None else f"/world/boats/{scene.follow}/label",
-        ),
-        overrides=_trails(scene),
-    )
+    unseen = [
+        f"- {PLAN}/**",
+        *(_UNDER_WAVES if scene.sea_height else []),
+        *(_without_names(others) if len(others) > FEW_NAMES else []),
+    ]
+    followed = FLEET if scene.follow is None else f"/world/boats/{scene.follow}/label"
+    return _view(scene, "Sea", unseen, _SKY, (middle + sea_eye(reach), middle, (0.0, 0.0, 1.0)), followed)
 
 
 def plan_view(scene: RecordScene, track: FloatArray | None = None) -> rrb.Spatial3DView:
     """The course from above, north up, with a grid: all of `track`, or where the fleet is."""
     middle, height = plan_eye(scene, track)
     spacing, (_, north) = nice_length(height / 6.0), east_and_north(scene)
+    unseen = [
+        "- /world/sea/**",
+        "- /world/wakes/**",
+        f"- {TOUCH_WORDS}/**",  # boats that touch have their names there
+        f"- {FLEET}/weather/**" if track is None else f"- {FLEET}/**",
+        *(f"- {camera.path}" for camera in scene.of_type("camera")),
+        *(hidden_names(scene, middle, height) if track is None else _without_names(scene.roster())),
+    ]
+    eye = (*middle - 0.001 * north, height), (*middle, 0.0), (*north, 0.0)
+    name, followed = f"Plan, north up, {spacing:g} m grid", PLANNED if track is None else None
+    return _view(scene, name, unseen, PLAN_WATER, eye, followed, spacing)
+
+
+def _view(
+    scene: RecordScene, name: str, unseen: Sequence[str], color: Rgb, eye: Sequence[npt.ArrayLike],
+    followed: str | None, spacing: float | None = None,
+) -> rrb.Spatial3DView:  # fmt: skip
+    """The world without some entities, without axes and boxes, with a grid `spacing` apart [m] if that is given.
+
+    `eye`: place, what it looks at, and what is up, each (3,) [m]; it moves with the entity that is `followed`.
+    """
+    position, target, up = eye
     return rrb.Spatial3DView(
-        name=f"Plan, north up, {spacing:g} m grid",
+        name=name,
         origin="/world",
-        contents=[
-            "+ /world/**",
-            "- /world/sea/**",
-            "- /world/wakes/**",
-            f"- {TOUCH_WORDS}/**",  # boats that touch have their names there
-            f"- {FLEET}/weather/**" if track is None else f"- {FLEET}/**",
-            *(f"- {camera.path}" for camera in scene.of_type("camera")),
-            *(hidden_names(scene, middle, height) if track is None else _without_names(scene.roster())),
-        ],
-        background=rrb.Background(color=PLAN_WATER),
+        contents=["+ /world/**", *unseen],
+        background=rrb.Background(color=color),
         line_grid=rrb.LineGrid3D(
-            visible=True, spacing=spacing, color=_GRID, stroke_width=1.0, plane=rr.components.Plane3D.XY
+            visible=spacing is not None, spacing=spacing, color=_GRID, stroke_width=1.0, plane=rr.components.Plane3D.XY
         ),
-        spatial_information=_no_axes(),
+        spatial_information=rrb.archetypes.SpatialInformation.from_fields(show_axes=False, show_bounding_box=False),
         eye_controls=rrb.EyeControls3D(
-            kind=rrb.Eye3DKind.Orbital,
-            position=(*middle - 0.001 * north, height),
-            look_target=(*middle, 0.0),
-            eye_up=(*north, 0.0),
-            tracking_entity=PLANNED if track is None else None,
+            kind=rrb.Eye3DKind.Orbital, position=position, look_target=target, eye_up=up, tracking_entity=followed
         ),
         overrides=_trails(scene),
     )
@@ -212,11 +210,6 @@ def hidden_names(scene: RecordScene, middle: FloatArray, height: float) -> list[
 def _without_names(boats: Iterable[str]) -> list[str]:
     """Names of boats left out of a view's contents: dots in their colours stay, and the legend beside the plots."""
     return [f"- /world/boats/{boat}/label/name" for boat in boats]
-
-
-def _no_axes() -> rrb.archetypes.SpatialInformation:
-    """No axes, no boxes."""
-    return rrb.archetypes.SpatialInformation.from_fields(show_axes=False, show_bounding_box=False)
 
 
 def _trails(scene: RecordScene) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from functools import cached_property
 from typing import Annotated, Any, TypeVar
 
 import numpy as np
-from pydantic import AllowInfNan, FailFast, Field, ValidationError
+from pydantic import FailFast, Field, FiniteFloat, ValidationError
 
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.config.loading import fault_text
@@ -204,9 +204,6 @@ def columns_in(joint: RowLayout, layout: RowLayout) -> IntArray:
     return np.concatenate(places)
 
 
-_Finite = Annotated[float, AllowInfNan(False)]
-
-
 @dataclass(frozen=True)
 class Version:
     """Version of a header of any format."""
@@ -222,13 +219,13 @@ class Head:
     """The run: world, fleet, seed, versions, platform."""
     timestep: Annotated[float, Field(gt=0.0, le=1.0)]
     """Physics step [s]."""
-    wind_direction: tuple[_Finite, _Finite]
+    wind_direction: tuple[FiniteFloat, FiniteFloat]
     """Unit vector the wind blows toward, along x and y."""
     layout: RowLayout
     """Columns of the rows of the first boat set."""
     sensors: Annotated[tuple[RecordedSensor, ...], FailFast()] = ()
     """The sensors whose readings are recorded."""
-    begun: _Finite = 0.0
+    begun: FiniteFloat = 0.0
     """Simulated time at which it begins [s]."""
     sea: bool = True
     """Whether the sea is shown."""

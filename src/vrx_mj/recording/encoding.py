@@ -73,14 +73,27 @@ def encode(raw: Path, scenes: Iterable[RecordScene], target: Path) -> None:
         atomic_write(target, "the recording", UnwrittenError) as draft,
         tempfile.TemporaryDirectory(dir=parent, prefix=".record-") as folder,  # on the same disk
     ):
-        stream, bare = LazyChunkStream.from_iter(encoder.chunks(raw_parts(raw))), Path(folder) / "bare.rrd"
+        bare = Path(folder) / "bare.rrd"
         try:
-            stream.write_rrd(bare, application_id=APPLICATION, recording_id=str(uuid.uuid4()))
-        except RuntimeError as error:
+            _write_chunks(encoder.chunks(raw_parts(raw)), bare, APPLICATION)
+        except OSError:
             if encoder.error is None:
-                raise OSError(str(error)) from error
+                raise
             raise RecordError(f"cannot write the recording '{raw}': {encoder.error}") from encoder.error
         join_views(bare, encoder.save_views(bare.with_name("views.rbl")), draft)
+
+
+def _write_chunks(chunks: Iterable[Chunk], file: Path, application: str) -> None:
+    """Write chunks to a file.
+
+    Raises:
+        OSError: it cannot be written, or there was an error while they were made.
+    """
+    try:
+        stream = LazyChunkStream.from_iter(chunks)
+        stream.write_rrd(file, application_id=application, recording_id=str(uuid.uuid4()))
+    except RuntimeError as error:  # of a place or a disk, as rerun raises it
+        raise OSError(str(error)) from error
 
 
 def join_views(recording: Path, views: Path, output: Path) -> None:
@@ -201,12 +214,9 @@ def save_joints(model: mujoco.MjModel, name: str, path: Path) -> None:
     Raises:
         RecordError: the file cannot be written.
     """
-    stream = LazyChunkStream.from_iter(list(_chunks(model, name)))
+    chunks = list(_chunks(model, name))
     with atomic_write(path, "the recording", RecordError) as draft:
-        try:
-            stream.write_rrd(draft, application_id=_APPLICATION, recording_id=str(uuid.uuid4()))
-        except RuntimeError as error:  # of a place or a disk, as rerun raises it
-            raise OSError(str(error)) from error
+        _write_chunks(chunks, draft, _APPLICATION)
 
 
 def _chunks(model: mujoco.MjModel, name: str) -> Iterator[Chunk]:
@@ -228,6 +238,5 @@ def _sweep(model: mujoco.MjModel, joint: int, part: RecordedPart) -> Chunk:
     share, (low, high), rest = np.linspace(0.0, 1.0, _ROWS), model.actuator_ctrlrange[joint], model.qpos0[joint]
     qpos = np.zeros((1 + _ROWS, model.nq))
     qpos[1:, joint] = np.interp(share, [0.0, 0.25, 0.75, 1.0], [rest, high, low, rest]) - rest
-    position, quaternion = part_poses(part, qpos)
     time = np.concatenate([[0.0], (joint + share) * _SWEEP])
-    return transforms(part.path, time, position, quaternion[:, [1, 2, 3, 0]])
+    return transforms(part.path, time, *part_poses(part, qpos))

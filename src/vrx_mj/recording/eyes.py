@@ -139,7 +139,7 @@ def _corners_of(scene: RecordScene) -> tuple[Corner, Corner]:
     plan = np.hstack([east_and_north(scene), np.zeros((2, 1))])
     return (
         Corner(f"{FLEET}/weather", np.array([right, np.cross(back, right)]), -0.56, -0.56, 0.2, 0.11, 0.16, 0.035),
-        Corner(f"{PLAN}/weather", plan, -1.1, -0.1, 0.88, 2.0 * PLAN_LINE, 0.2, 0.0),
+        Corner(f"{PLAN}/weather", plan, -1.18, 0.02, 0.88, 2.0 * PLAN_LINE, 0.2, 0.0),
     )
 
 

@@ -52,6 +52,8 @@ _FAST = (2.5, 2.5, 0.2, 0.2, 0.2, 0.5)
 """Velocities of a boat from which every row is shown: linear [m/s], in the world, and angular [rad/s], in its frame."""
 _ARROW_PER_NEWTON = 1.0 / 55.0
 """Length of a thrust arrow [m/N]."""
+_ARROW_LEAST = 0.24
+"""Length from which a thrust arrow is shown [m]: a shorter one is wider than long, a dot."""
 _ARROW_HEIGHT = 0.75
 """Height of a thrust arrow over the engine's mount [m], so that the water does not hide it."""
 _LEAST = {
@@ -88,7 +90,6 @@ class MovingChunks:
         self._water = WaterChunks()
         self._weather, self._place_ticker = WeatherChunks(), Ticker(RATE)
         self._plan_size = plan_eye(scene)[1] * PLAN_SLOPE if live else None
-        self._last: dict[str, Any] = {}
         self._first = scene.layout()
         self._ranged: set[str] = set()
         self._shown: dict[str, Held] = {}
@@ -106,8 +107,6 @@ class MovingChunks:
         self._paths = {body.name: body.path for body in scene.bodies}
         self._shown.clear()  # what has gone and come again is shown
         self._water.keep(scene.boats(), scene.sea_height)
-        there = {*self._paths.values(), *(shown.part_path("") for shown in scene.displays)}
-        self._last = {path: last for path, last in self._last.items() if path in there}
 
     def __call__(self, rows: FloatArray) -> Iterator[Chunk]:
         """Chunks of what is shown of (n, columns) rows, n > 0; it is finite."""
@@ -146,13 +145,14 @@ class MovingChunks:
         """Poses (n, 7) of an entity where they are not `near` the last shown one."""
         taken, shown = self._shown.setdefault(path, Held(POSE_STEP, within=near))(pose)
         if taken.any():
-            yield transforms(path, rows[taken, 0], shown[taken, :3], shown[taken][:, [4, 5, 6, 3]])
+            yield transforms(path, rows[taken, 0], shown[taken, :3], shown[taken, 3:])
 
     def _displays(self, rows: FloatArray) -> Iterator[Chunk]:
         """The colours of lights and placards where they have changed."""
         for shown in self._scene.displays:
             codes = shown.display.codes(rows[:, self._layout.marks], rows[:, 0])
-            if (changed := self._changes(shown.part_path(""), codes)).any():
+            changed, _ = self._shown.setdefault(shown.part_path(""), Held(1.0))(codes.astype(np.float64))
+            if changed.any():
                 yield from _display_chunks(shown, rows[changed, 0], codes[changed])
 
     def _widen_track(self, rows: FloatArray) -> None:
@@ -241,13 +241,6 @@ class MovingChunks:
         """Velocities (n, boats, 6) of the boats."""
         return np.stack([rows[:, self._layout.velocity(boat)] for boat in self._boats], axis=1)
 
-    def _changes(self, path: str, values: FloatArray | IntArray) -> BoolArray:
-        """Where values (n, ...) of an entity are others than in the row before."""
-        before = np.concatenate([[self._last.get(path, np.full(values.shape[1:], np.nan))], values[:-1]])
-        self._last[path] = values[-1]
-        changed: BoolArray = values != before
-        return changed
-
     def _thrust(self, boat: MovingBody, rows: FloatArray) -> Iterator[Chunk]:
         """Arrows of a boat's thrusts, and its engines, each where it has changed."""
         mine = [i for i, (name, _) in enumerate(self._layout.thrusters) if name == boat.name]
@@ -255,12 +248,14 @@ class MovingChunks:
             return
         time, thrusters = rows[:, 0], [self._scene.thrusters[i] for i in mine]
         now = np.stack([rows[:, self._layout.thrust][:, mine], rows[:, self._layout.angle][:, mine]], axis=1)
-        changed = self._changes(self._paths[boat.name], now)
-        if (moved := changed.any(axis=(1, 2))).any():
-            yield thrust_arrows(self._paths[boat.name], time[moved], thrusters, now[moved, 0], now[moved, 1])
-        for k, thruster in enumerate(thrusters):
-            if (turned := changed[:, 1, k]).any():
-                yield engine(self._paths[boat.name], time[turned], thruster, now[turned, 1, k])
+        path = self._paths[boat.name]
+        moved, shown = self._shown.setdefault(f"{path}/thrust", Held(_PLOT_STEP))(now)
+        if moved.any():
+            yield thrust_arrows(path, time[moved], thrusters, shown[moved, 0], shown[moved, 1])
+        for thruster, angle in zip(thrusters, np.moveaxis(now[:, 1], 1, 0), strict=True):
+            turned, shown = self._shown.setdefault(f"{path}/{thruster.name}", Held(_PLOT_STEP))(angle)
+            if turned.any():
+                yield engine(path, time[turned], thruster, shown[turned])
 
 
 _KEPT = ("time", "head", "files", "blob", "sequence", "numbers", "intensity", "ring")
@@ -284,8 +279,8 @@ def part_chunk(parts: Sequence[Part]) -> Chunk:
 
 
 def transforms(path: str, time: FloatArray, position: FloatArray, quaternion: FloatArray | None = None) -> Chunk:
-    """Poses of an entity: positions (n, 3) [m] and quaternions (n, 4), here (x, y, z, w)."""
-    turned = {} if quaternion is None else {"quaternion": quaternion.astype(np.float32)}
+    """Poses of an entity: positions (n, 3) [m] and quaternions (n, 4), (w, x, y, z)."""
+    turned = {} if quaternion is None else {"quaternion": quaternion[:, [1, 2, 3, 0]].astype(np.float32)}
     return numbers(path, time, rr.Transform3D, translation=position.astype(np.float32), **turned)
 
 
@@ -326,7 +321,8 @@ def thrust_arrows(
     vectors = in_world_axes(np.stack(turns, axis=1), np.array([thruster.direction for thruster in thrusters]))
     vectors *= (thrust * _ARROW_PER_NEWTON)[..., None]
     strips = arrow_strips(origins, vectors.reshape(-1, 3)).astype(np.float32)
-    return numbers(f"{path}/thrust", time, rr.LineStrips3D, len(thrusters), strips=strips)
+    seen = np.abs(thrust) * _ARROW_PER_NEWTON > _ARROW_LEAST
+    return numbers(f"{path}/thrust", time, rr.LineStrips3D, seen.sum(axis=1), strips=strips[seen.ravel()])
 
 
 def _engine_turns(thruster: RecordedThruster, angle: FloatArray) -> FloatArray:
@@ -358,7 +354,7 @@ def part_poses(part: RecordedPart, qpos: FloatArray) -> tuple[FloatArray, FloatA
 def engine(path: str, time: FloatArray, thruster: RecordedThruster, angle: FloatArray) -> Chunk:
     """An engine turning about its mount."""
     position = np.tile(thruster.position, (len(time), 1))
-    return transforms(f"{path}/{thruster.name}", time, position, _engine_turns(thruster, angle)[:, [1, 2, 3, 0]])
+    return transforms(f"{path}/{thruster.name}", time, position, _engine_turns(thruster, angle))
 
 
 _PICTURE_AT = 1.2

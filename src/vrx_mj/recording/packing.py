@@ -131,7 +131,7 @@ def _code(
     quaternions = width - 4 * turns.size
     positions = quaternions - velocities.size
     differences, rates = np.zeros((_ORDER + 1, width)), np.zeros((turns.size, _ORDER + 1, 4))
-    predicted, values = np.empty(width), np.empty(width)
+    predicted, values, rate = np.empty(width), np.empty(width), np.empty(4)
     for i in range(count):
         if i == 0 or not back:
             for j in range(width):
@@ -146,29 +146,15 @@ def _code(
             values[j] = _code_number(table, i, j, predicted[j], back)
         for b in range(turns.size):
             turning = differences[0, turns[b] : turns[b] + 3]
-            last = differences[0, quaternions + 4 * b :]
-            _code_turning(table, i, quaternions + 4 * b, last, rates[b], gains, turning, predicted, values, back)
+            first = quaternions + 4 * b
+            _turn(i, differences[0, first:], rates[b], gains, turning, predicted[first:], rate)
+            _code_unit(table, i, first, predicted, values, back)
+            _find_rate(values[first:], turning, gains[_ORDER + 1], rate)
+            _follow(rates[b], rate, 0, 4)
         _follow(differences, values, positions, width)
         if back:
             for j in range(width):
                 bits[i, order[j]] = table[i, j]
-
-
-@inlined_kernel
-def _code_turning(
-    table: IntArray, i: int, first: int, last: FloatArray, rates: FloatArray, gains: FloatArray, turning: FloatArray,
-    predicted: FloatArray, values: FloatArray, back: bool,
-) -> None:  # fmt: skip
-    """Code a quaternion, and make its rate and the backward differences of that the newest."""
-    if i > _ORDER:
-        _turn(last, rates, gains, turning, predicted[first:])
-    _code_unit(table, i, first, predicted, values, back)
-    w, x, y, z = _rate(values[first:], turning, gains[_ORDER + 1])
-    for k in range(_ORDER + 1):
-        w, rates[k, 0] = w - rates[k, 0], w
-        x, rates[k, 1] = x - rates[k, 1], x
-        y, rates[k, 2] = y - rates[k, 2], y
-        z, rates[k, 3] = z - rates[k, 3], z
 
 
 @inlined_kernel
@@ -203,22 +189,26 @@ def _follow(differences: FloatArray, values: FloatArray, begin: int, end: int) -
 
 
 @inlined_kernel
-def _turn(last: FloatArray, rates: FloatArray, gains: FloatArray, turning: FloatArray, q: FloatArray) -> None:
-    """Make a predicted quaternion (4,) the one after the `last`, by rates before and the newest angular velocity."""
-    for _ in range(2):  # the newest rate is that of the quaternion which is sought
-        w, x, y, z = _rate(q, turning, gains[_ORDER + 1])
-        a, b, c, d = last[0], last[1], last[2], last[3]
+def _turn(
+    i: int, last: FloatArray, rates: FloatArray, gains: FloatArray, turning: FloatArray, q: FloatArray, rate: FloatArray
+) -> None:
+    """Make a predicted quaternion (4,) of row `i` the one after the `last`, by rates and the newest angular velocity.
+
+    Without enough rows before it stays; `rate` (4,) is room for one.
+    """
+    for _ in range(2 if i > _ORDER else 0):  # the newest rate is that of the quaternion which is sought
+        _find_rate(q, turning, gains[_ORDER + 1], rate)
+        for j in range(4):
+            q[j] = last[j]
         for k in range(_ORDER + 1):
-            a, w = a + gains[k] * w, w - rates[k, 0]
-            b, x = b + gains[k] * x, x - rates[k, 1]
-            c, y = c + gains[k] * y, y - rates[k, 2]
-            d, z = d + gains[k] * z, z - rates[k, 3]
-        q[0], q[1], q[2], q[3] = a, b, c, d
+            for j in range(4):
+                q[j] += gains[k] * rate[j]
+                rate[j] -= rates[k, j]
 
 
 @inlined_kernel
-def _rate(q: FloatArray, turning: FloatArray, step: float) -> tuple[float, float, float, float]:
-    """Return by how much a quaternion (4,) changed in a `step` [s] that turned it at (3,) [rad/s] about its own axes.
+def _find_rate(q: FloatArray, turning: FloatArray, step: float, rate: FloatArray) -> None:
+    """Write by how much a quaternion (4,) changed in a `step` [s] that turned it at (3,) [rad/s] about its own axes.
 
     (q - q exp(-turning step / 2)) / step, to the third power of the angle.
     """
@@ -226,12 +216,10 @@ def _rate(q: FloatArray, turning: FloatArray, step: float) -> tuple[float, float
     half, still = 0.5 - step * step * squared / 48.0, step * squared / 8.0
     a, b, c = half * turning[0], half * turning[1], half * turning[2]
     w, x, y, z = q[0], q[1], q[2], q[3]
-    return (
-        still * w - (x * a + y * b + z * c),
-        still * x + (w * a + y * c - z * b),
-        still * y + (w * b + z * a - x * c),
-        still * z + (w * c + x * b - y * a),
-    )
+    rate[0] = still * w - (x * a + y * b + z * c)
+    rate[1] = still * x + (w * a + y * c - z * b)
+    rate[2] = still * y + (w * b + z * a - x * c)
+    rate[3] = still * z + (w * c + x * b - y * a)
 
 
 @inlined_kernel
@@ -318,7 +306,7 @@ def unpack_rows(blob: bytes | memoryview) -> FloatArray:
     """
     count, width = shape_of(blob)
     form, found = blob[HEADER.size - 1] >> (WIDTH_BITS - 24) if width else 0, None
-    if form == _CODED:
+    if form == _CODED and count:
         found = _decoded_rows(memoryview(blob)[HEADER.size :], count, width)
     elif form == _PLAIN and len(blob) == HEADER.size + 8 * width * count:
         found = np.frombuffer(blob, "<f8", offset=HEADER.size).reshape(count, width)

@@ -1,29 +1,27 @@
 """The parts of a recording, by entity and column, and the file to which a run that goes on appends them.
 
-A part is a block of bytes: a header of JSON, then the cells. The parser of rerun's files answers in this form, and is
-checked. In the file of a run each block has a checksum: it is read up to the first bad one. Nothing in it is encoded
-for a viewer yet; `encoding` does that when the run is over.
+In the file of a run each part is a block of plain data with a checksum: it is read up to the first bad one. Nothing in
+it is encoded for a viewer yet; `encoding` does that when the run is over.
 """
 
 from __future__ import annotations
 
-import json
 import struct
 import time
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import cache, reduce
+from functools import cache
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import Field, TypeAdapter
+from pydantic import TypeAdapter
 
 from vrx_mj.errors import RecordError
-from vrx_mj.foreign.plain import LENGTH
+from vrx_mj.foreign.plain import LENGTH, pack, unpack, validate
 
 APPLICATION = "vrx_mj"
 """What rerun's files are of."""
@@ -31,13 +29,13 @@ RUN, ROWS, STATES, EVENTS = "/record/run", "/record/rows", "/record/states", "/e
 FRAMES, COMPANIES = "/record/frames", "/record/companies"
 """Entities that are read, besides those of sensors."""
 
-_NUMBERS = ("<f8", "<f4", "<i8", "<i4", "<u8", "<u4", "<u2", "|u1")
-"""Kinds of numbers in a cell, as numpy names them; other cells are `text`, `bytes` or `none`."""
 LONGEST = 1e9
 """Latest time in a recording [s]."""
 
 Cell = str | bytes | npt.NDArray[Any] | None
-"""A text, bytes, or numbers (n,); None where there is nothing."""
+"""A text, bytes, or numbers; None where there is nothing."""
+PartData = tuple[str, bool, dict[str, list[Cell]]]
+"""The fields of a part."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +104,7 @@ class Part:
         """
         wanted, expected = np.dtype(kind), f"numbers of type {np.dtype(kind).name}"
         cells = self._cells(name, (np.ndarray, bytes), expected)
-        found = [np.frombuffer(cell, np.uint8) if isinstance(cell, bytes) else cell for cell in cells]
+        found = [np.frombuffer(cell, np.uint8) if isinstance(cell, bytes) else cell.ravel() for cell in cells]
         if any(len(one) and one.dtype != wanted for one in found):
             raise RecordError(f"{self.entity}: {name}: expected {expected}")
         return [one if len(one) else np.zeros(0, wanted) for one in found]
@@ -120,82 +118,10 @@ class Part:
         return list(self.columns[name])
 
 
-@dataclass(frozen=True)
-class Lengths:
-    """Header of a part: the kind and length [bytes] of every cell."""
-
-    entity: str
-    static: bool
-    columns: dict[str, list[tuple[str, Annotated[int, Field(ge=0)]]]]
-
-
-def _cell_of(kind: str, content: memoryview) -> Cell:
-    """A cell of a kind.
-
-    Raises:
-        ValueError: there is no such kind, or its content is not of it.
-    """
-    if kind in _NUMBERS:
-        return np.frombuffer(content, kind)
-    if kind == "text":
-        return bytes(content).decode()
-    if kind not in {"bytes", "none"}:
-        raise ValueError(f"numbers of type {kind}")
-    return bytes(content) if kind == "bytes" else None
-
-
 @cache
 def validator(kind: Any) -> TypeAdapter[Any]:
     """What reads JSON of a kind, made when it is first used: to write a recording needs none."""
     return TypeAdapter(kind)
-
-
-def parts_of(blocks: memoryview) -> Iterator[Part]:
-    """The parts in blocks.
-
-    Raises:
-        ValueError: they are damaged.
-    """
-    while blocks:
-        if len(blocks) < LENGTH.size:
-            raise ValueError(f"{len(blocks)} bytes are no block")
-        start = LENGTH.size + LENGTH.unpack_from(blocks)[0]
-        lengths = validator(Lengths).validate_json(bytes(blocks[LENGTH.size : start]))
-        end = start + sum(size for cells in lengths.columns.values() for _, size in cells)
-        yield Part(lengths.entity, lengths.static, _columns_of(lengths, blocks[start:end]))
-        blocks = blocks[end:]
-
-
-def _columns_of(lengths: Lengths, content: memoryview) -> dict[str, list[Cell]]:
-    """The cells that come after a header, by column.
-
-    Raises:
-        ValueError: they are not those of the header.
-    """
-    columns, place = dict[str, list[Cell]](), 0
-    for name, cells in lengths.columns.items():
-        columns[name] = []
-        for kind, size in cells:
-            columns[name].append(_cell_of(kind, content[place : place + size]))
-            place += size
-    if place != len(content):
-        raise ValueError(f"{lengths.entity}: {len(content)} bytes instead of {place}")
-    return columns
-
-
-def block_of(entity: str, columns: Mapping[str, Sequence[Cell]]) -> list[bytes]:
-    """The pieces of a block of a part with time."""
-    found = {name: [_content_of(cell) for cell in cells] for name, cells in columns.items()}
-    lengths = {name: [(kind, len(content)) for kind, content in cells] for name, cells in found.items()}
-    text = json.dumps({"entity": entity, "static": False, "columns": lengths}).encode()
-    return [LENGTH.pack(len(text)), text, *(content for cells in found.values() for _, content in cells)]
-
-
-def _content_of(cell: Cell) -> tuple[str, bytes]:
-    """Kind and bytes of a cell."""
-    if isinstance(cell, np.ndarray):
-        return cell.dtype.str, cell.tobytes()
-    return ("text", cell.encode("utf-8", "replace")) if isinstance(cell, str) else ("bytes", cell or b"")
 
 
 _LEVEL = 4
@@ -206,7 +132,7 @@ _NAMES = 4 << 20
 
 def pack_files(files: Mapping[str, bytes]) -> bytes:
     """Compressed bytes of files, the same for the same files."""
-    return zlib.compress(b"".join(block_of("files", {name: [files[name]] for name in sorted(files)})), _LEVEL)
+    return zlib.compress(pack(dict(sorted(files.items()))), _LEVEL)
 
 
 def unpack_files(blob: bytes, most: int) -> dict[str, bytes]:
@@ -220,15 +146,14 @@ def unpack_files(blob: bytes, most: int) -> dict[str, bytes]:
         content = stream.decompress(blob, most + 1)
         if len(content) > most or LENGTH.unpack_from(content)[0] > _NAMES:
             raise RecordError(f"files: more than {most >> 20} MiB, or too many names")
-        (part,) = parts_of(memoryview(content))
-        return {name: content for name in part.columns for (content,) in [part.blobs(name)]}
+        return validate(unpack(content), dict[str, bytes])
     except (zlib.error, struct.error, ValueError) as error:
-        raise RecordError(f"files: damaged: {str(error).splitlines()[0]}") from None
+        raise RecordError(f"files: damaged: {str(error).splitlines()[0].removeprefix('damaged: ')}") from None
 
 
 MAGIC = b"VRXMJRAW"
 """How such a file begins; the version comes next."""
-VERSION = 1
+VERSION = 2
 HEAD, FRAME = struct.Struct("<8sI"), struct.Struct("<QI")
 """Beginning of the file: mark and version. Before each block: its length [bytes] and its CRC-32."""
 FLUSH = 1.0
@@ -276,10 +201,9 @@ class RawFile:
 
     def _write(self) -> None:
         if self._entity:
-            pieces = block_of(self._entity, self._columns)
+            block = pack((self._entity, False, self._columns))
             self._entity = ""
-            checksum = reduce(lambda total, piece: zlib.crc32(piece, total), pieces, 0)
-            self._stream.writelines([FRAME.pack(sum(map(len, pieces)), checksum), *pieces])
+            self._stream.writelines([FRAME.pack(len(block), zlib.crc32(block)), block])
 
     def close(self) -> None:
         """Write what is left.
@@ -314,9 +238,10 @@ def raw_parts(path: Path) -> Iterator[Part]:
             if length > left or zlib.crc32(block := stream.read(length)) != checksum:
                 break
             try:
-                yield from parts_of(memoryview(block))
+                yield from (Part(*data) for data in validate([unpack(block)], list[PartData]))
             except ValueError as error:
-                raise RecordError(f"'{path}' is damaged: {str(error).splitlines()[0]}") from error
+                reason = str(error).splitlines()[0].removeprefix("damaged: ")
+                raise RecordError(f"'{path}' is damaged: {reason}") from error
             count += 1
     if not count:
         raise RecordError(f"'{path}' is damaged: nothing of the run is in it")

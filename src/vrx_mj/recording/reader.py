@@ -336,12 +336,6 @@ def _track(rows: FloatArray, layout: RowLayout, body: MovingBody) -> Track:
     )
 
 
-READING_COLUMNS = (
-    "time", "sequence", "numbers", "intensity", "ring", "EncodedImage:blob", "Points3D:positions",
-)  # fmt: skip
-"""Columns of a recording that give readings back."""
-
-
 class RecordedReadings(Sequence[Reading]):
     """The readings of one sensor in the order of time, each made when it is looked up.
 
@@ -422,6 +416,8 @@ _READING_CELLS: Mapping[str, Mapping[str, tuple[str, str]]] = {
     "numbers": {"numbers": ("numbers", "|u1")},
 }
 """What gives back the data of readings, by their form: name, column and kind of numbers."""
+READING_COLUMNS = ("time", "sequence", *{name for cells in _READING_CELLS.values() for name, _ in cells.values()})
+"""Columns of a recording that give readings back."""
 
 
 def _check_readings(sensor: RecordedSensor, columns: Mapping[str, Sequence[Any]]) -> None:

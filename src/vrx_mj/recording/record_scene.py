@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import AllowInfNan, FailFast, Field
+from pydantic import FailFast, Field, FiniteFloat
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.sensors import LidarConfig, SensorConfig
@@ -20,7 +20,7 @@ from vrx_mj.draw.style import Rgb, boat_colors
 from vrx_mj.model.world import Parameters
 from vrx_mj.sensors.displays import Display
 
-FORMAT = 6
+FORMAT = 7
 """Version of what is written into a recording; others are refused."""
 
 _Vec3 = tuple[float, float, float]
@@ -33,8 +33,7 @@ PARKED = -100.0
 _Name = Annotated[str, Field(pattern=r"^[^\x00-\x1f\x7f]{1,300}$")]
 """One line of text."""
 _Count = Annotated[int, Field(ge=0, le=1_000_000)]
-_Finite = Annotated[float, AllowInfNan(False)]
-_FiniteVec3 = tuple[_Finite, _Finite, _Finite]
+_FiniteVec3 = tuple[FiniteFloat, FiniteFloat, FiniteFloat]
 
 POSITION = ("x", "y", "z", "qw", "qx", "qy", "qz")
 VELOCITY = ("vx", "vy", "vz", "wx", "wy", "wz")
@@ -146,7 +145,7 @@ class RecordedSensor:
     type: str
     """Type of its readings: camera, lidar, gps, imu, p3d, pinger or ball_shooter."""
     frame: str
-    rate: _Finite
+    rate: FiniteFloat
     """Readings per simulated second."""
     position: _FiniteVec3
     """Position of the measuring frame (x forward, z up) on the boat [m]."""

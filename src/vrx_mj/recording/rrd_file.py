@@ -21,7 +21,7 @@ from vrx_mj.config.kinds import wrong_kind
 from vrx_mj.errors import RecordError
 from vrx_mj.foreign import ReaderError, ask
 from vrx_mj.outputs import writing
-from vrx_mj.recording.parts import Part, is_raw, parts_of, raw_parts
+from vrx_mj.recording.parts import Part, PartData, is_raw, raw_parts
 
 PARSER = "foreign.rerun_file"
 """The module that parses."""
@@ -66,12 +66,9 @@ def parsed_file(file: Path, columns: Sequence[str], entities: Sequence[str], *, 
             if is_raw(source):
                 found = (part.only(columns) for part in raw_parts(source) if part.entity in entities)
                 return Parsed(tuple(found), footer=False, views=False)
-            wanted, answer = (entities, columns, whole), tuple[bytes, bool, bool]
-            blocks, footer, views = _found_in(file, source, "chunks", *wanted, returns=answer)
-            parts = tuple(parts_of(memoryview(blocks)))
-            return Parsed(parts, footer and source == file, views and source == file)
-    except ValueError as error:
-        raise RecordError(f"'{file}' is damaged: {str(error).splitlines()[0]}") from error
+            wanted, answer = (entities, columns, whole), tuple[list[PartData], bool, bool]
+            chunks, footer, views = _found_in(file, source, "chunks", *wanted, returns=answer)
+            return Parsed(tuple(Part(*chunk) for chunk in chunks), footer and source == file, views and source == file)
     except OSError as error:
         raise RecordError(f"cannot read the recording '{file}': {error.strerror or error}") from error
 

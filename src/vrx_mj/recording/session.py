@@ -8,6 +8,7 @@ A process that is killed leaves a file that reads up to its last flush.
 from __future__ import annotations
 
 import contextlib
+import gc
 import json
 import math
 import subprocess
@@ -28,6 +29,7 @@ from vrx_mj.draw.display import no_window
 from vrx_mj.errors import CommandError, RecordError, UnknownNameError, VrxWarning, quote
 from vrx_mj.mjcf.objects import ball_names
 from vrx_mj.model.world import tree_of
+from vrx_mj.outputs import writing
 from vrx_mj.recording.boat_sets import boat_set_cells
 from vrx_mj.recording.checks import rescore
 from vrx_mj.recording.packing import plain_rows
@@ -64,13 +66,12 @@ class RecordWriter:
 
     def __init__(self, path: str | Path, scene: RecordScene) -> None:
         self._path = as_path("path", path)
+        self._ended = f"the recording '{self._path}' is closed"
         self._boat_set = 0
         self._take(scene)
         self._scenes: list[RecordScene] = []
-        try:
+        with writing("the recording", self._path, RecordError):
             self._file = RawFile(self._path)
-        except OSError as error:
-            raise self._error(error) from error
         self._finish = weakref.finalize(self, finish, self._path, self._file, self._scenes)
         head = {
             "format": FORMAT,
@@ -117,7 +118,8 @@ class RecordWriter:
     def event(self, t: float, text: str, level: str = "INFO", touch: str = "") -> None:
         """Record that something happened at simulated time `t` [s]; `touch`: the JSON of a `Touch` that it is about."""
         columns: dict[str, list[Cell]] = {"sim_time": [np.array([round(t * 1e6) * 1000])]}
-        self._append(EVENTS, columns | {"TextLog:text": [text], "TextLog:level": [level], "touch": [touch]})
+        said = text.encode("utf-8", "replace").decode()
+        self._append(EVENTS, columns | {"TextLog:text": [said], "TextLog:level": [level], "touch": [touch]})
 
     def touch(self, touch: Touch) -> None:
         """Record that a boat has touched something, when that is over: as an event, a mark, and an arrow."""
@@ -148,15 +150,13 @@ class RecordWriter:
 
     def _append(self, entity: str, columns: Mapping[str, Sequence[Cell]]) -> None:
         if not self._finish.alive:
-            raise RecordError(f"the recording '{self._path}' is closed")
+            raise RecordError(self._ended)
         try:
             self._file.append(entity, columns)
         except OSError as error:
             self._finish.detach()
-            raise self._error(error) from error
-
-    def _error(self, error: OSError) -> RecordError:
-        return RecordError(f"cannot write the recording '{self._path}': {error.strerror}")
+            self._ended = f"cannot write the recording '{self._path}': {error.strerror}"
+            raise RecordError(self._ended) from error
 
     def __enter__(self) -> Self:
         return self
@@ -168,6 +168,7 @@ class RecordWriter:
 def finish(path: Path, file: RawFile, scenes: Sequence[RecordScene]) -> None:
     """Encode the run in a file, in its place; where there is no room for it, it stays as it is."""
     release_memory()  # also the code of what the run needed, before the viewer's library is loaded
+    gc.freeze()  # to look at all that the run needed, for what may go, takes a fifth of the time
     from vrx_mj.recording.encoding import UnwrittenError, encode
 
     try:
@@ -175,6 +176,8 @@ def finish(path: Path, file: RawFile, scenes: Sequence[RecordScene]) -> None:
         encode(path, scenes, path)
     except (OSError, UnwrittenError) as error:
         warnings.warn(f"{error}; what is in it reads, and vrx-mj replay shows it", VrxWarning, stacklevel=2)
+    finally:
+        gc.unfreeze()
     release_memory(code=False)  # of what was encoded, before what comes after the run
 
 
@@ -450,13 +453,9 @@ def _save_views_following(record: Record, boat: str | None, file: Path) -> None:
     from vrx_mj.recording.blueprint import save_views
     from vrx_mj.recording.task_chunks import result_of
 
-    sim = Simulation(record.companies[0].world)
-    scene = scene_of(sim, looks_of=[boat] if boat in sim.boats else [])
-    shown = sim.sea.height if record.sea else None
-    begun, ended = record.begun, float(record.time.max(initial=record.begun))
-    scene = replace(scene, sensors=record.sensors, earlier=tuple(record.boats), follow=boat, sea_height=shown)
-    scene = replace(scene, begun=begun, ended=ended if ended > begun else None)
-    result = result_of(rescore(record).referee) if sim.task else ""
+    scene, ended = next(_recorded_scenes(record)), float(record.time.max(initial=record.begun))
+    scene = replace(scene, earlier=tuple(record.boats), follow=boat, ended=ended if ended > record.begun else None)
+    result = result_of(rescore(record).referee) if scene.parameters.task else ""
     places = np.concatenate([track.position[:, :2] for track in record.boats.values()])
     ends = np.array([np.nanmin(places, axis=0), np.nanmax(places, axis=0)]) if len(places) else None
     save_views(file, scene, APPLICATION, track=ends, result=result)

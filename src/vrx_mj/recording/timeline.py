@@ -38,13 +38,8 @@ def static(path: str, *archetypes: rr.AsComponents) -> Chunk:
 
 def chunk_at(begun: float | None, path: str, *archetypes: rr.AsComponents) -> Chunk:
     """A chunk of one row, of a time [s], or without time."""
-    columns = [
-        rr.ComponentColumn(
-            batch.component_descriptor(), batch, offsets=np.array([0, len(batch.as_arrow_array())], "<i4")
-        )
-        for archetype in archetypes
-        for batch in archetype.as_component_batches()
-    ]
+    batches = chain.from_iterable(archetype.as_component_batches() for archetype in archetypes)
+    columns = [batch.partition([len(batch.as_arrow_array())]) for batch in batches]
     return Chunk.from_columns(path, [] if begun is None else [times([begun])], columns)
 
 

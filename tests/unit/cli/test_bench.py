@@ -6,14 +6,17 @@ import math
 import subprocess
 import sys
 import time
+from contextlib import contextmanager
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
-from vrx_mj.cli import bench, bench_fleet
+from vrx_mj.cli import bench, bench_fleet, sailing
 from vrx_mj.cli.bench import (
     FIGURES,
     PARTS,
+    RECORDINGS,
     SIDES,
     batch_rows,
     decisions,
@@ -222,9 +225,13 @@ def test_the_table_says_which_fleets_are_several_worlds(capsys):
 
 
 def costs(*noise):
-    """Rounds in which every command costs 2 s, and 0.2 s more with a recording; the noise of each round is added."""
+    """Rounds in which every command costs 2 s, and 0.2 s more with a recording; the noise of each round is added.
+
+    Recordings alone cost 0.4 s, and 0.2 s more of 10 minutes.
+    """
     names = [name for side in SIDES for name in (side, f"{side} MB")]
-    return {name: [2.0 + 0.2 * (".rrd" in name) + extra * (name == "minute.rrd") for extra in noise] for name in names}
+    found = {name: [2.0 + 0.2 * (".rrd" in name) + extra * (name == "minute.rrd") for extra in noise] for name in names}
+    return found | {name: [0.4 + 0.2 * (name == "ten")] * 16 for name in RECORDINGS}
 
 
 def test_figures_of_recordings_are_made_of_the_medians_of_the_rounds():
@@ -232,9 +239,30 @@ def test_figures_of_recordings_are_made_of_the_medians_of_the_rounds():
     assert list(rows) == list(FIGURES)
     assert rows["readme_run_s"]["value"] == pytest.approx(2.25)
     assert rows["readme_run_s"]["parts"] == {"A/A": pytest.approx(0.1)}
-    assert rows["record_open_close_s"]["value"] == pytest.approx(0.2)
-    assert rows["record_share"]["value"] == pytest.approx(0.0)
+    assert rows["record_open_close_s"]["value"] == pytest.approx(0.4)
+    assert rows["record_share"]["value"] == pytest.approx(0.2 / 2.2)
     assert rows["record_boat_of_100"]["value"] == pytest.approx(0.03 * 0.2 / 0.25)
+
+
+def test_a_recording_costs_what_its_run_takes_longer_than_one_without(clock, monkeypatch):
+    class Run:
+        def __init__(self, world, seed):
+            self.second = 0.5
+
+        def step(self, commands, duration):
+            clock.work(self.second)
+
+    @contextmanager
+    def recording(sim, path, sensors):
+        clock.work(0.2)
+        sim.second += 0.01
+        yield
+        clock.work(0.1)
+
+    monkeypatch.setattr(bench, "compile_world", lambda *_, **__: SimpleNamespace(boats=("a",)))
+    monkeypatch.setattr(bench, "Simulation", Run)
+    monkeypatch.setattr(sailing, "recording", recording)
+    assert bench.recording_seconds(3) == pytest.approx(0.2 + 3 * 0.01 + 0.1)
 
 
 @pytest.mark.parametrize(

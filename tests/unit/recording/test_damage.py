@@ -16,11 +16,12 @@ from fuzz import recordings
 from vrx_mj.config.sensors import BallShooterConfig, LidarConfig
 from vrx_mj.errors import RecordError, VrxError
 from vrx_mj.foreign import ask, asking
+from vrx_mj.foreign.plain import pack
 from vrx_mj.recording import rrd_file
 from vrx_mj.recording.boat_sets import boat_set_head, head_of, sent_messages
 from vrx_mj.recording.checks import compare, rescore
 from vrx_mj.recording.packing import pack_rows, unpack_rows
-from vrx_mj.recording.parts import Part, block_of, pack_files, unpack_files
+from vrx_mj.recording.parts import Part, pack_files, unpack_files
 from vrx_mj.recording.reader import RecordedReadings, decode_jpeg, read_readings, read_record
 from vrx_mj.recording.record_scene import RecordedSensor
 from vrx_mj.recording.rrd_file import parsed_file
@@ -66,13 +67,14 @@ def test_a_recording_that_names_another_file_cannot_read_it(recording, tmp_path)
     secret = tmp_path / "secret.rrd"
     secret.write_bytes(recording.read_bytes())
     with pytest.raises(RecordError):
-        ask("foreign.rerun_file:chunks", secret, [], [], False, returns=tuple[bytes, bool, bool], about="it",
+        ask("foreign.rerun_file:chunks", secret, [], [], False, returns=tuple[object, bool, bool], about="it",
             reads=[recording], threads=True, cached=False)  # fmt: skip
 
 
-@pytest.mark.parametrize("said", [b"\x05", b"\xff" * 8, struct.pack("<Q", 2) + b"{}", struct.pack("<Q", 2) + b"[["])
-def test_what_the_parser_says_is_checked(said, recording, monkeypatch):
-    monkeypatch.setattr(rrd_file, "ask", lambda *_arguments, **_options: (said, True, True))
+@pytest.mark.parametrize("columns", [{"head": [3]}, {"head": "a text"}, {"head": [["a text"]]}, [], None])
+def test_what_the_parser_says_is_checked(columns, recording, monkeypatch):
+    said = {"value": [[["/record/run", True, columns]], True, True], "warnings": []}
+    monkeypatch.setattr(rrd_file, "ask", lambda *_arguments, returns, **_options: asking._outcome(said, returns, "it"))
     assert refusal(read_record, recording).startswith(f"'{recording}' is damaged: ")
 
 
@@ -109,10 +111,14 @@ def test_too_many_files_are_refused_before_they_are_listed():
     assert refusal(unpack_files, many, 1 << 30) == "files: more than 1024 MiB, or too many names"
 
 
-@pytest.mark.parametrize("cells", [["a text"], [b"two", b"of one name"], []])
+@pytest.mark.parametrize("cells", [3.5, [b"two", b"of one name"], None])
 def test_files_that_are_not_bytes_are_refused(cells):
-    blob = zlib.compress(b"".join(block_of("files", {"a": cells})))
-    assert refusal(unpack_files, blob, MOST).startswith(("files: damaged: ", "files: a: "))
+    assert refusal(unpack_files, zlib.compress(pack({"a": cells})), MOST).startswith("files: damaged: ")
+
+
+def test_bytes_that_no_file_names_are_refused():
+    blob = zlib.compress(struct.pack("<Q", 2) + b"{}" + bytes(8 * 1000))
+    assert refusal(unpack_files, blob, MOST) == "files: damaged: bytes that are nowhere"
 
 
 def test_files_with_other_bytes_are_refused_or_read():
@@ -127,7 +133,7 @@ def test_files_with_other_bytes_are_refused_or_read():
 # The texts
 
 HEAD = {
-    "format": 6,
+    "format": 7,
     "properties": {"world": "bay"},
     "timestep": 0.01,
     "wind_direction": [1.0, 0.0],
@@ -157,7 +163,7 @@ def layout(**other):
     ("change", "reason"),
     [
         ({"format": "new"}, "format: expected a whole number, got 'new'"),
-        ({"format": 9}, "format 9; this version reads 6"),
+        ({"format": 9}, "format 9; this version reads 7"),
         ({"timestep": -1.0}, "timestep: must be above 0, got -1"),
         ({"timestep": None}, "timestep: expected a number, got nothing"),
         ({"wind_direction": [1.0]}, "wind_direction[1]: required, but missing"),
@@ -207,6 +213,7 @@ def test_a_text_that_is_no_json_is_refused(read, text):
         struct.pack("<II", 1, 0),
         struct.pack("<II", 2**32 - 1, 2**32 - 1),
         pack_rows(np.ones((2, 3)))[:-1],
+        struct.pack("<I", 0) + pack_rows(np.eye(3))[4:],
     ],
 )
 def test_rows_of_another_size_than_they_say_are_refused(block):

@@ -48,7 +48,7 @@ def test_ticks_come_at_their_rate_whatever_the_blocks_and_the_rounding_of_time(b
 
 def test_quaternions_are_turned_into_reruns_order():
     turn = np.array([quaternion(0.1, 0.2, 0.3)])
-    chunk = transforms("/x", np.zeros(1), np.ones((1, 3)), turn[:, [1, 2, 3, 0]])
+    chunk = transforms("/x", np.zeros(1), np.ones((1, 3)), turn)
     x, y, z, w = np.ravel(column(chunk, "quaternion"))
     assert (w, x, y, z) == pytest.approx(turn[0], abs=1e-6)
 
@@ -62,6 +62,12 @@ def test_a_thrust_arrow_points_where_the_engine_pushes(angle):
     one, other = tips - begins
     assert one == pytest.approx((math.cos(angle), math.sin(angle), 0.0), abs=1e-6)
     assert other == pytest.approx((-2.0 * math.cos(angle), -2.0 * math.sin(angle), 0.0), abs=1e-6)
+
+
+def test_an_engine_that_hardly_pushes_has_no_arrow():
+    thrust = np.array([[0.0, 55.0], [1.0, 0.0]])
+    chunk = thrust_arrows("/a", np.arange(2.0), (STERN, BACKWARD), thrust, np.zeros((2, 2)))
+    assert [len(strips) for strips in column(chunk, "strips")] == [1, 0]
 
 
 @pytest.mark.parametrize("thruster", [STERN, BACKWARD])

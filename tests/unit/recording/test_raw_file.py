@@ -110,7 +110,7 @@ def test_a_file_with_other_bytes_reads_up_to_them_or_is_refused(killed, tmp_path
 @given(block=st.binary() | st.text().map(str.encode))
 def test_a_block_with_a_right_checksum_of_anything_is_one_line(block, killed, tmp_path_factory):
     frame = parts.FRAME.pack(len(block), parts.zlib.crc32(block))
-    read(parts.HEAD.pack(parts.MAGIC, 1) + frame + block, tmp_path_factory.mktemp("block"))
+    read(parts.HEAD.pack(parts.MAGIC, parts.VERSION) + frame + block, tmp_path_factory.mktemp("block"))
 
 
 def test_a_length_beyond_the_file_takes_no_memory(killed, tmp_path):
@@ -124,7 +124,7 @@ def test_another_version_is_named(killed, tmp_path):
     with pytest.raises(RecordError) as refused:
         read_record(file)
     assert str(refused.value) == (
-        f"'{file}' is the recording of a run that was not closed, version 7; this version reads 1"
+        f"'{file}' is the recording of a run that was not closed, version 7; this version reads 2"
     )
 
 

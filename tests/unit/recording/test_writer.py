@@ -1,3 +1,4 @@
+import errno
 import subprocess
 import sys
 import threading
@@ -261,6 +262,20 @@ def test_closed_writer_takes_nothing_more(tmp_path):
     with pytest.raises(RecordError) as caught:
         writer.event(0.0, "too late")
     assert str(caught.value) == f"the recording '{path}' is closed"
+
+
+def test_a_full_disk_is_named_whatever_comes_after(tmp_path, monkeypatch):
+    def full(*_):
+        writer._file.close()  # as it does
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    path = tmp_path / "run.rrd"
+    writer = RecordWriter(path, recorded_run.scene())
+    monkeypatch.setattr(writer._file, "append", full)
+    for _ in range(2):  # as the end of a run writes what is left
+        with pytest.raises(RecordError) as caught:
+            writer.event(0.0, "too much")
+        assert str(caught.value) == f"cannot write the recording '{path}': No space left on device"
 
 
 def test_an_error_at_the_close_reaches_the_caller(tmp_path):
