@@ -22,6 +22,7 @@ from vrx_mj.validation.setups import (
     GRAVITY,
     autocorrelation,
     marine_simulation,
+    marine_world,
     only_boat,
     packaged_simulation,
     record,
@@ -111,6 +112,42 @@ def swell_adrift() -> Outcome:
         series.append(Series(f"{robot}, {name}", times, way))
     line = Series("Stokes drift", times, stokes * (times - times[0]), reference=True)
     yield Chart("Drift of the boats along the swell", "time [s]", "distance [m]", (line, *series))
+
+
+_FLOATING = ("barge_10m", "barge_4m", "blueboat", "cylinder", "heron", "kingfisher", "otter", "sphere", "wamv")
+"""Robots whose hull is a mesh or matrices."""
+
+
+@case("physics/drift.py", "mjcf/drift.py", "physics/vessel.py", quick=False)
+def waves_adrift() -> Outcome:
+    """Boats adrift in waves.
+
+    Robots without commands in a swell of 6 s, 0.8 m from trough to crest, with the waves and beam to them, over 20
+    periods after 10; and in a JONSWAP sea of 0.3 m and 4 s that goes their way, over 500 s after 100. Both begin with
+    a ramp. Values are over the Stokes drift, and for the sea over the sum of its waves'.
+
+    Reference: What floats drifts with the waves, at omega k a^2 (Stokes, 1847) within 20 %, and at three quarters of
+    that where the water above the mean level moves as at it; a barge is driven besides, up to three times that.
+    """
+    for robot in _FLOATING:
+        for name, heading in (("stern to it", 0.0), ("beam to it", 0.5 * math.pi)):
+            sea = {"model": "regular", "height": 0.8, "period": 6.0, "ramp": 12.0}
+            yield Comparison(f"drift in the swell, {robot}, {name}", "", None, _drift(robot, heading, sea, 60.0, 120.0))
+        sea = {"model": "jonswap", "significant_height": 0.3, "peak_period": 4.0, "direction": 0.0, "ramp": 20.0}
+        yield Comparison(f"drift in the sea, {robot}", "", None, _drift(robot, 0.0, sea, 100.0, 500.0))
+
+
+def _drift(robot: str, heading: float, sea: dict[str, object], start: float, duration: float) -> float:
+    """Mean velocity of a robot at a heading [rad] toward east in a sea after a start [s], over the Stokes drift."""
+    boats = [{"name": "a", "pose": [0.0, 0.0, 0.0, 0.0, 0.0, heading]}]
+    world = marine_world({"robot": robot, "boats": boats, "sensors": "none"}, sea=sea)
+    waves = world.parameters.sea.waves
+    stokes = sum(one.frequency * one.wavenumber * one.amplitude**2 * one.direction[0] for one in waves)
+    sim = Simulation(world)
+    sim.step(duration=start)
+    first = only_boat(sim).position[0]
+    sim.step(duration=duration)
+    return float((only_boat(sim).position[0] - first) / (duration * stokes))
 
 
 @case("physics/vessel.py", "mjcf/drift.py", "adapters/hydro.py", table="drift")
