@@ -31,7 +31,7 @@ _FREQUENCIES, _ANGLES, _SHORTEST = 64, 16, 0.25
 
 
 class HullInWaves:
-    """A free hull in small waves of n frequencies toward m angles: arrays of n m waves, by frequency first."""
+    """A free hull in small waves of n frequencies toward m angles; arrays are of n m waves, by frequency first."""
 
     def __init__(
         self, vessel: Vessel, inertia: FloatArray, stiffness: FloatArray, level: float, density: float, gravity: float
@@ -197,10 +197,8 @@ class HullInWaves:
 def with_drift(vessel: Vessel, hull: HullInWaves, hydro: Hydro | None, transform: FloatArray) -> Vessel:
     """A hull's model with what its forces lack of the mean force of waves, at its frequencies from 0 on.
 
-    Diffraction without what a file has of the waves far off has none.
+    `hydro` is the file of one with diffraction, `transform` the (6, 6) from motions of the origin to those of its point.
     """
-    if vessel.diffraction and not (hydro and hydro.drift_scattered):
-        return vessel
     whole = hull.far_field(hydro, transform) if hydro and vessel.diffraction else hull.radiated() + hull.reflected()
     lacks = np.concatenate((np.zeros((hull.angles, 3)), whole - hull.own_mean())).reshape(-1, hull.angles, 3)
     nested = tuple(tuple((x, y, turn) for x, y, turn in row) for row in lacks.tolist())

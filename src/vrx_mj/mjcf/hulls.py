@@ -343,6 +343,8 @@ def vessel_of(boat: Boat, density: float) -> Vessel | None:
         **carried,
     )
     check_rest(boat, found, density, rest)
+    if found.length <= 0.0 or (found.diffraction and not (hydro and hydro.drift_scattered)):
+        return found
     stiffness, _ = _stiffness_at_rest(found, body, density, rest)
     hull = HullInWaves(found, _inertia(body), stiffness, level, density, hydro.gravity if hydro else _GRAVITY)
     return with_drift(found, hull, hydro, _transform(hydro.point if hydro else point))
