@@ -197,7 +197,7 @@ class HullInWaves:
 def with_drift(vessel: Vessel, hull: HullInWaves, hydro: Hydro | None, transform: FloatArray) -> Vessel:
     """A hull's model with what its forces lack of the mean force of waves, at its frequencies from 0 on.
 
-    `hydro` is the file of one with diffraction, `transform` the (6, 6) from motions of the origin to those of its point.
+    `hydro` is the file of one with diffraction, `transform` the (6, 6) from motions of the origin to its point's.
     """
     whole = hull.far_field(hydro, transform) if hydro and vessel.diffraction else hull.radiated() + hull.reflected()
     lacks = np.concatenate((np.zeros((hull.angles, 3)), whole - hull.own_mean())).reshape(-1, hull.angles, 3)
