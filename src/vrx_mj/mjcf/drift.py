@@ -47,6 +47,7 @@ class HullInWaves:
             gravity: [m/s2]
         """
         self.vessel, self._inertia, self._level, self._density, self._gravity = vessel, inertia, level, density, gravity
+        self.most = density * gravity * vessel.length
         own = hull_tables([vessel])
         self._hull = own.vessels[0], own.meshes
         count, self.angles = _FREQUENCIES, _ANGLES
@@ -197,10 +198,13 @@ class HullInWaves:
 def with_drift(vessel: Vessel, hull: HullInWaves, hydro: Hydro | None, transform: FloatArray) -> Vessel:
     """A hull's model with what its forces lack of the mean force of waves, at its frequencies from 0 on.
 
-    `hydro` is the file of one with diffraction, `transform` the (6, 6) from motions of the origin to its point's.
+    It is at most twice what a wall as long throws back: a motion that nothing damps has no linear amplitude at its
+    resonance. `hydro` is the file of a hull with diffraction, `transform` the (6, 6) from the origin to its point.
     """
     whole = hull.far_field(hydro, transform) if hydro and vessel.diffraction else hull.radiated() + hull.reflected()
-    lacks = np.concatenate((np.zeros((hull.angles, 3)), whole - hull.own_mean())).reshape(-1, hull.angles, 3)
+    most = hull.most * np.array((1.0, 1.0, vessel.length))
+    lacks = np.clip(whole - hull.own_mean(), -most, most)
+    lacks = np.concatenate((np.zeros((hull.angles, 3)), lacks)).reshape(-1, hull.angles, 3)
     nested = tuple(tuple((x, y, turn) for x, y, turn in row) for row in lacks.tolist())
     if vessel.diffraction:
         return replace(vessel, diffraction=replace(vessel.diffraction, drift=nested))
