@@ -1,9 +1,12 @@
 """The mean force of waves on a hull, and the part of it that the forces of the loop lack.
 
 The loop's forces are those of first order on the moving hull: pressure of the undisturbed wave on the moved mesh, and
-diffraction, radiation and damping in body axes. They hold some of the products of motions and waves of which the mean
-force of second order is made, and not the others, so that their mean is as large as the true one and may be of another
-sign. What they lack is tabulated here when a world is compiled, for a hull that moves freely.
+diffraction, radiation, damping and added mass in body axes. They hold some of the products of motions and waves of
+which the mean force of second order is made, and not the others, so that their mean is as large as the true one and may
+be of another sign. What they lack is tabulated here when a world is compiled, for a hull that moves freely.
+
+The mean force itself is what a file knows of the waves far off the hull. Without that it is the sum of two parts: that
+of the waves that a rigid hull makes by its motions against the water, and that of those that its sides reflect.
 """
 
 from dataclasses import replace
@@ -12,77 +15,200 @@ import numpy as np
 
 from vrx_mj.arrays import ComplexArray, FloatArray
 from vrx_mj.config.dynamics import Hydro
+from vrx_mj.mjcf.flotation import outline
 from vrx_mj.mjcf.hull_tables import hull_tables
 from vrx_mj.model import tables
-from vrx_mj.model.boats import Vessel
+from vrx_mj.model.boats import Drift, Vessel
 from vrx_mj.physics.tables import Table
-from vrx_mj.physics.vessel import pressure_harmonics
+from vrx_mj.physics.vessel import load_harmonics
 
 _STEEP = 0.01
 """Amplitude times wavenumber of the waves whose mean is taken; it is of second order up to 0.1 and more."""
 _SMALL = 1e-3
 """Largest amplitude of these waves, as a share of the cube root of the volume displaced."""
+_FREQUENCIES, _ANGLES, _SHORTEST = 64, 16, 0.25
+"""Frequencies and angles without diffraction, and the shortest wave over the length of the waterline."""
 
 
-def with_drift(
-    vessel: Vessel, hydro: Hydro, inertia: FloatArray, stiffness: FloatArray, transform: FloatArray, rest: float,
-    density: float,
-) -> Vessel:  # fmt: skip
-    """Return the model of a hull whose diffraction has what the mean lacks.
+class HullInWaves:
+    """A free hull in small waves of n frequencies toward m angles; arrays are of n m waves, by frequency first."""
 
-    Args:
-        vessel: model with diffraction.
-        hydro: its file, with drift.
-        inertia: (6, 6) of the boat without added mass, about the link's origin.
-        stiffness: (6, 6) about the link's origin.
-        transform: (6, 6) from motions of the origin to those of the file's point.
-        rest: height of the link's origin over the water at rest [m].
-        density: of the water [kg/m3].
-    """
-    assert vessel.diffraction is not None
-    table = np.array(vessel.diffraction.forces)
-    count, angles = table.shape[:2]
-    omega: FloatArray = vessel.diffraction.step * np.arange(1.0, count)
-    waves = _waves(omega, angles, vessel, hydro.gravity, density)
-    forces = (table[1:, :, :6] + 1j * table[1:, :, 6:]).reshape(-1, 6)
-    loads = _Loads(vessel, waves, rest, hydro.gravity, density)
-    motions = _motions(vessel, waves, loads, forces, inertia, stiffness)
-    lacks = _far_field(hydro, density, omega, angles, motions @ transform.T) - _own_mean(
-        vessel, waves, loads, forces, motions, inertia, angles
-    )
-    drift = np.concatenate((np.zeros((1, angles, 3)), lacks.reshape(count - 1, angles, 3)))
-    nested = tuple(tuple(map(tuple, row)) for row in drift.tolist())
-    return replace(vessel, diffraction=replace(vessel.diffraction, drift=nested))
+    def __init__(
+        self, vessel: Vessel, inertia: FloatArray, stiffness: FloatArray, level: float, density: float, gravity: float
+    ) -> None:
+        """Compute its motions.
 
-
-def _waves(omega: FloatArray, angles: int, vessel: Vessel, gravity: float, density: float) -> Table:
-    """Small waves of each frequency [rad/s] toward each angle, in deep water."""
-    beta = np.tile(2.0 * np.pi / angles * np.arange(angles), omega.size)
-    waves = np.zeros(beta.size, tables.WAVE)
-    waves["frequency"] = np.repeat(omega, angles)
-    waves["wavenumber"] = waves["frequency"] ** 2 / gravity
-    waves["direction"] = np.stack((np.cos(beta), np.sin(beta)), axis=1)
-    waves["amplitude"] = np.minimum(_STEEP / waves["wavenumber"], _SMALL * np.cbrt(vessel.displacement / density))
-    waves["orbital"] = waves["frequency"] * waves["amplitude"]
-    return waves
-
-
-class _Loads:
-    """The loop's pressure of single waves on a hull."""
-
-    def __init__(self, vessel: Vessel, waves: Table, rest: float, gravity: float, density: float) -> None:
+        Args:
+            vessel: its model.
+            inertia: (6, 6) of the boat without added mass, about the link's origin.
+            stiffness: (6, 6) about the link's origin.
+            level: height of the water at rest over the link's origin [m].
+            density: of the water [kg/m3].
+            gravity: [m/s2]
+        """
+        self.vessel, self._inertia, self._level, self._density, self._gravity = vessel, inertia, level, density, gravity
+        self.most = density * gravity * vessel.length
         own = hull_tables([vessel])
-        self._hull, self._waves, self._rest = (own.vessels[0], own.meshes), waves, rest
-        sea = np.zeros(1, tables.SEA)
-        sea["gravity"], sea["density"], sea["depth"] = gravity, density, np.inf
-        self._sea = sea[0]
+        self._hull = own.vessels[0], own.meshes
+        count, self.angles = _FREQUENCIES, _ANGLES
+        self.step = float(np.sqrt(2.0 * np.pi * gravity / (_SHORTEST * vessel.length))) / count
+        if vessel.diffraction:
+            count, self.angles = len(vessel.diffraction.forces) - 1, len(vessel.diffraction.forces[0])
+            self.step = vessel.diffraction.step
+        self.frequencies = self.step * np.arange(1.0, count + 1.0)
+        self.waves = self._small_waves()
+        self.scattered = np.zeros((self.waves.size, 6), np.complex128)
+        if vessel.diffraction:
+            table = np.array(vessel.diffraction.forces)[1:].reshape(-1, 12)
+            self.scattered = table[:, :6] + 1j * table[:, 6:]
+        self._damping = np.array(vessel.damping) + _memory(vessel, self.waves["frequency"])
+        self.motions = self._free_motions(stiffness)
+        self.mean, _, self.slip = self._loads(self.motions)
 
-    def __call__(self, motions: ComplexArray) -> tuple[FloatArray, ComplexArray]:
-        """Mean per amplitude squared and first harmonic per amplitude, (n, 6) each, at motions per amplitude (n, 6)."""
-        a, found = self._waves["amplitude"][:, None], np.zeros((len(self._waves), 18))
+    def _small_waves(self) -> Table:
+        """The waves, in deep water."""
+        beta = np.tile(2.0 * np.pi / self.angles * np.arange(self.angles), self.frequencies.size)
+        waves = np.zeros(beta.size, tables.WAVE)
+        waves["frequency"] = np.repeat(self.frequencies, self.angles)
+        waves["wavenumber"] = waves["frequency"] ** 2 / self._gravity
+        waves["direction"] = np.stack((np.cos(beta), np.sin(beta)), axis=1)
+        small = _SMALL * np.cbrt(self.vessel.displacement / self._density)
+        waves["amplitude"] = np.minimum(_STEEP / waves["wavenumber"], small)
+        waves["orbital"] = waves["frequency"] * waves["amplitude"]
+        return waves
+
+    def _loads(self, motions: ComplexArray) -> tuple[FloatArray, ComplexArray, ComplexArray]:
+        """The loop's forces at motions per amplitude (n m, 6), but those of memory and diffraction.
+
+        Their mean per amplitude squared, and the first harmonics per amplitude of them and of the velocity through the
+        water, (n m, 6) each.
+        """
+        a, found = self.waves["amplitude"][:, None], np.zeros((self.waves.size, 5, 6))
+        sea = np.zeros(1, tables.SEA)
+        sea["gravity"], sea["density"], sea["depth"] = self._gravity, self._density, np.inf
         moved = a * np.concatenate((motions.real, motions.imag), axis=1)
-        pressure_harmonics(*self._hull, self._waves, self._sea, self._rest, moved, found)
-        return found[:, :6] / a**2, (found[:, 6:12] + 1j * found[:, 12:]) / a
+        load_harmonics(*self._hull, self.waves, sea[0], -self._level, moved, found)
+        first = (found[:, [1, 3]] + 1j * found[:, [2, 4]]) / a[..., None]
+        return found[:, 0] / a**2, first[:, 0], first[:, 1]
+
+    def _free_motions(self, stiffness: FloatArray) -> ComplexArray:
+        """Motions of its origin per amplitude."""
+        omega = self.waves["frequency"][:, None, None]
+        still = np.zeros((self.waves.size, 6), np.complex128)
+        _, excited, slip = self._loads(still)
+        self.excited = excited + self.scattered
+        if not self.vessel.diffraction:
+            self.excited -= np.einsum("nij,nj->ni", self._damping - np.array(self.vessel.damping), slip)
+        system = stiffness - omega**2 * (self._inertia + np.array(self.vessel.added_mass)) - 1j * omega * self._damping
+        return np.asarray(np.linalg.solve(system, self.excited[..., None])[..., 0], np.complex128)
+
+    @property
+    def _rate(self) -> ComplexArray:
+        return np.asarray(-1j * self.waves["frequency"][:, None] * self.motions, np.complex128)
+
+    def own_mean(self) -> FloatArray:
+        """Mean surge and sway force and yaw moment (n m, 3) of the loop's forces, with these motions.
+
+        Body-axes forces F turn with the hull by w: half the real part of conj(w) x F. Diffraction is met where the
+        hull is and at its heading. What damping does with the Stokes drift at half the draft is no part of it.
+        """
+        vessel, k, (east, north) = self.vessel, self.waves["wavenumber"], self.waves["direction"].T
+        mean, motions, forces = self.mean.copy(), self.motions, self.scattered
+        drift = (self.waves["frequency"] * k * np.exp(-k * self._sides()[0]))[:, None] * self.waves["direction"]
+        mean -= drift @ np.array(vessel.damping)[:, :2].T
+        through = self._rate if vessel.diffraction else self.slip
+        turning = forces - np.einsum("nij,nj->ni", self._damping - np.array(vessel.damping), through)
+        spin = motions[:, 3:].conj()
+        mean[:, :3] += 0.5 * np.cross(spin, turning[:, :3]).real
+        mean[:, 3:] += 0.5 * np.cross(spin, turning[:, 3:]).real
+        around = forces.reshape(-1, self.angles, 6)
+        slope = (np.roll(around, -1, axis=1) - np.roll(around, 1, axis=1)) * self.angles / (4.0 * np.pi)
+        path = k * (east * motions[:, 0] + north * motions[:, 1])
+        mean += 0.5 * (1j * forces * path.conj()[:, None] - slope.reshape(-1, 6) * motions[:, 5:].conj()).real
+        carried = (-1j * self.waves["frequency"][:, None] * self._rate) @ self._inertia[:3].T
+        mean[:, 5] += 0.5 * np.cross(motions[:, :3].conj(), carried)[:, 2].real
+        return np.asarray(mean[:, [0, 1, 5]], np.float64)
+
+    def far_field(self, hydro: Hydro, transform: FloatArray) -> FloatArray:
+        """Mean surge and sway force and yaw moment (n m, 3) of the momentum that waves carry away far off.
+
+        `transform` is the (6, 6) from motions of the origin to those of the file's point.
+        """
+        scattered, radiated = (
+            np.array(own)[..., 0] + 1j * np.array(own)[..., 1] for own in (hydro.drift_scattered, hydro.drift_radiated)
+        )
+        a, b = (_between(self.frequencies, hydro.frequencies, own) for own in (scattered, radiated))
+        u = (self.motions @ transform.T).reshape(-1, self.angles, 6)
+        own = a[..., 0] + np.einsum("nmcj,nmj->nmc", a[..., 1:], u) + np.einsum("nmi,ncij,nmj->nmc", u.conj(), b, u)
+        return np.asarray(own.real.reshape(-1, 3) * self._density / hydro.density, np.float64)
+
+    def radiated(self) -> FloatArray:
+        """Mean surge and sway force and yaw moment (n m, 3) of the waves that its motions against the water make.
+
+        Maruo (1960): k / omega times the power that they take from the waves, less what they carry on. What goes toward
+        an angle is known by the force of waves from there (Haskind, 1957; Newman, 1962).
+        """
+        omega, k = self.frequencies[:, None], self.frequencies[:, None] ** 2 / self._gravity
+        excited, slip = (own.reshape(-1, self.angles, 6) for own in (self.excited, self.slip))
+        toward = np.abs(np.einsum("nti,nbi->nbt", np.roll(excited, self.angles // 2, axis=1), slip)) ** 2
+        angle = 2.0 * np.pi / self.angles * np.arange(self.angles)
+        way = np.stack((np.cos(angle), np.sin(angle), np.zeros(self.angles)))
+        share = k * omega**2 / (4.0 * self.angles * self._density * self._gravity**3)
+        lost = toward.sum(axis=2)[..., None] * way.T - np.einsum("nbt,ct->nbc", toward, way)
+        return np.asarray((share[..., None] * lost).reshape(-1, 3), np.float64)
+
+    def reflected(self) -> FloatArray:
+        """Mean surge and sway force and yaw moment (n m, 3) of the waves that the sides throw back.
+
+        Faltinsen et al. (1980): rho g / 2 sin^2 of the angle between waves and waterline, per metre of that, on the
+        sides that face the waves; times the share of their energy that a wall of the same draft throws back (Ursell,
+        1947), and the square of their height over the hull as it moves, up to theirs: one that goes with the water
+        reflects nothing. Sides that others hide count for what is seen of them.
+        """
+        from scipy.special import i1, k1
+
+        found, k, way = np.zeros((self.waves.size, 3)), self.waves["wavenumber"], self.waves["direction"]
+        draft, middles, normals = self._sides()
+        share = 0.5 * self._density * self._gravity / (1.0 + (k1(k * draft) / (np.pi * i1(k * draft))) ** 2)
+        long = np.linalg.norm(normals, axis=1)
+        middles, normals, long = middles[long > 0.0], normals[long > 0.0], long[long > 0.0]
+        met = np.minimum(way @ (normals / long[:, None]).T, 0.0)
+        x, y = middles.T
+        height = np.exp(1j * k[:, None] * (way @ middles.T))
+        height = height - self.motions[:, 2:3] - self.motions[:, 3:4] * y + self.motions[:, 4:5] * x
+        pressure = share[:, None] * np.minimum(np.abs(height) ** 2, 1.0) * met**2
+        seen = np.ptp(way[:, ::-1] * (-1.0, 1.0) @ middles.T, axis=1) / -np.minimum(way @ normals.T, 0.0).sum(axis=1)
+        pressure *= np.minimum(seen, 1.0)[:, None]
+        found[:, :2] -= pressure @ normals
+        found[:, 2] -= pressure @ (x * normals[:, 1] - y * normals[:, 0])
+        return found
+
+    def _sides(self) -> tuple[float, FloatArray, FloatArray]:
+        """Draft [m], and `outline` of the waterline; that of a hull with a stiffness is a rectangle."""
+        vessel = self.vessel
+        if vessel.is_mesh:
+            corners = np.array(vessel.vertices)[np.array(vessel.triangles)]
+            return self._level - float(corners[:, :, 2].min()), *outline(corners, self._level)
+        area = vessel.restoring[2][2] / (self._density * self._gravity)
+        a, b = 0.5 * vessel.length, 0.5 * area / vessel.length
+        middles = np.array([(a, 0.0), (0.0, b), (-a, 0.0), (0.0, -b)])
+        return vessel.displacement / self._density / area, middles, np.sign(middles) * np.array((2.0 * b, 2.0 * a))
+
+
+def with_drift(vessel: Vessel, hull: HullInWaves, hydro: Hydro | None, transform: FloatArray) -> Vessel:
+    """A hull's model with what its forces lack of the mean force of waves, at its frequencies from 0 on.
+
+    It is at most twice what a wall as long throws back: a motion that nothing damps has no linear amplitude at its
+    resonance. `hydro` is the file of a hull with diffraction, `transform` the (6, 6) from the origin to its point.
+    """
+    whole = hull.far_field(hydro, transform) if hydro and vessel.diffraction else hull.radiated() + hull.reflected()
+    most = hull.most * np.array((1.0, 1.0, vessel.length))
+    lacks = np.clip(whole - hull.own_mean(), -most, most)
+    lacks = np.concatenate((np.zeros((hull.angles, 3)), lacks)).reshape(-1, hull.angles, 3)
+    nested = tuple(tuple((x, y, turn) for x, y, turn in row) for row in lacks.tolist())
+    if vessel.diffraction:
+        return replace(vessel, diffraction=replace(vessel.diffraction, drift=nested))
+    return replace(vessel, drift=Drift(step=hull.step, forces=nested))
 
 
 def _memory(vessel: Vessel, omega: FloatArray) -> ComplexArray:
@@ -96,74 +222,9 @@ def _memory(vessel: Vessel, omega: FloatArray) -> ComplexArray:
     return found
 
 
-def _orbital(vessel: Vessel, waves: Table) -> ComplexArray:
-    """Velocity of the water at the centre of buoyancy per amplitude (n, 3), the link's origin being at the surface."""
-    (x, y), (east, north) = vessel.buoyancy[:2], waves["direction"].T
-    at = waves["frequency"] * np.exp(1j * waves["wavenumber"] * (x * east + y * north))
-    return np.stack((at * east, at * north, -1j * at), axis=1)
-
-
-def _motions(
-    vessel: Vessel, waves: Table, loads: _Loads, forces: ComplexArray, inertia: FloatArray, stiffness: FloatArray
-) -> ComplexArray:
-    """Motions of the free hull's origin per amplitude, (n, 6)."""
-    omega = waves["frequency"]
-    damping = np.array(vessel.damping)
-    resisted = _memory(vessel, omega) + damping
-    system = -(omega**2)[:, None, None] * (inertia + np.array(vessel.added_mass)) + stiffness
-    system = system - 1j * omega[:, None, None] * resisted
-    _, pushed = loads(np.zeros((omega.size, 6), np.complex128))
-    excited = pushed + forces + _orbital(vessel, waves) @ damping[:, :3].T
-    return np.asarray(np.linalg.solve(system, excited[..., None])[..., 0], np.complex128)
-
-
-def _far_field(hydro: Hydro, density: float, omega: FloatArray, angles: int, motions: ComplexArray) -> FloatArray:
-    """Mean surge and sway force and yaw moment (n, 3) of the momentum that waves carry away far off."""
-    scattered, radiated = (
-        np.array(own)[..., 0] + 1j * np.array(own)[..., 1] for own in (hydro.drift_scattered, hydro.drift_radiated)
-    )
-    a, b = (_between(omega, hydro.frequencies, own) for own in (scattered, radiated))
-    u = motions.reshape(omega.size, angles, 6)
-    own = a[..., 0] + np.einsum("nmcj,nmj->nmc", a[..., 1:], u) + np.einsum("nmi,ncij,nmj->nmc", u.conj(), b, u)
-    return np.asarray(own.real.reshape(-1, 3) * density / hydro.density, np.float64)
-
-
 def _between(omega: FloatArray, frequencies: tuple[float, ...], values: ComplexArray) -> ComplexArray:
     """Values at frequencies, on a cubic spline through those of the file and 0 at 0."""
     from scipy.interpolate import CubicSpline
 
     spline = CubicSpline(np.concatenate(([0.0], frequencies)), np.concatenate((np.zeros_like(values[:1]), values)))
     return np.asarray(spline(omega), np.complex128)
-
-
-def _own_mean(
-    vessel: Vessel, waves: Table, loads: _Loads, forces: ComplexArray, motions: ComplexArray, inertia: FloatArray,
-    angles: int,
-) -> FloatArray:  # fmt: skip
-    """Mean surge and sway force and yaw moment (n, 3) of the loop's forces on a hull with these motions.
-
-    Body-axes forces F turn with the hull by w: half the real part of conj(w) x F. Diffraction is met where the hull is
-    and at its heading. Added mass has no mean force (Kirchhoff), and its mean moment is that of Munk. What damping does
-    to the slip of a steady drift is no part of it.
-    """
-    omega, k, (east, north) = waves["frequency"], waves["wavenumber"], waves["direction"].T
-    mean, _ = loads(motions)
-    rate = -1j * omega[:, None] * motions
-    slip = rate.copy()
-    slip[:, :3] -= _orbital(vessel, waves)
-    turning = forces - np.einsum("nij,nj->ni", _memory(vessel, omega), rate) - slip @ np.array(vessel.damping).T
-    spin = motions[:, 3:].conj()
-    mean[:, :3] += 0.5 * np.cross(spin, turning[:, :3]).real
-    mean[:, 3:] += 0.5 * np.cross(spin, turning[:, 3:]).real
-    mean += 0.5 * np.cross(spin, slip[:, :3]).real @ np.array(vessel.damping)[:, :3].T
-    around = forces.reshape(-1, angles, 6)
-    slope = ((np.roll(around, -1, axis=1) - np.roll(around, 1, axis=1)) * angles / (4.0 * np.pi)).reshape(-1, 6)
-    path = k * (east * motions[:, 0] + north * motions[:, 1])
-    mean += 0.5 * (1j * forces * path.conj()[:, None] - slope * motions[:, 5:].conj()).real
-    impulse = rate @ np.array(vessel.added_mass)[:3].T
-    if not vessel.munk:
-        impulse = rate[:, 3:] @ np.array(vessel.added_mass)[:3, 3:].T
-    carried = (-(omega**2)[:, None] * motions) @ inertia[:3].T
-    moment = np.cross(motions[:, :3].conj(), carried) - np.cross(rate[:, :3].conj(), impulse)
-    mean[:, 5] += 0.5 * moment[:, 2].real
-    return np.asarray(mean[:, [0, 1, 5]], np.float64)

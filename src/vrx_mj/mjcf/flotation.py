@@ -136,6 +136,21 @@ def below(corners: FloatArray, level: float) -> FloatArray:
     return np.concatenate([corners[count == 3], tip, first, second])
 
 
+def outline(corners: FloatArray, level: float) -> tuple[FloatArray, FloatArray]:
+    """Middles (n, 2) of the lines in which triangles pass a level, and outward normals (n, 2) as long [m]."""
+    wet = corners[:, :, 2] < level
+    count = wet.sum(axis=1)
+    found = []
+    for number, sign in ((1, 1.0), (2, -1.0)):
+        cut = count == number
+        a, b, c = _starting(corners[cut], wet[cut] if number == 1 else ~wet[cut])
+        right, left = _crossing(b, a, level)[:, :2], _crossing(c, a, level)[:, :2]
+        along = sign * (right - left)
+        found.append((0.5 * (right + left), np.stack((along[:, 1], -along[:, 0]), axis=1)))
+    middles, normals = zip(*found, strict=True)
+    return np.concatenate(middles), np.concatenate(normals)
+
+
 def _starting(corners: FloatArray, marked: BoolArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """The three corners of triangles in their order, from the one that is marked."""
     rows, start = np.arange(len(corners)), marked.argmax(axis=1) if len(corners) else np.empty(0, dtype=np.int64)

@@ -10,6 +10,7 @@ import numpy as np
 from vrx_mj.arrays import FloatArray
 from vrx_mj.model import tables
 from vrx_mj.model.boats import Vessel
+from vrx_mj.physics.drift import DRIFT
 from vrx_mj.physics.lanes import WIDTH
 from vrx_mj.physics.panels import Panels, panels_of
 from vrx_mj.physics.tables import Table
@@ -32,6 +33,8 @@ class HullTables(NamedTuple):
     """`tables.RESISTANCE`"""
     diffraction: FloatArray
     """Forces of waves on vessels, (n, DIFFRACTION): see `vessel.diffraction_load`."""
+    drift: FloatArray
+    """What the forces on vessels lack, (n, DRIFT): see `drift.drift_load`."""
     meshes: HullMeshes
     """Meshes of all vessels."""
 
@@ -39,12 +42,12 @@ class HullTables(NamedTuple):
 def hull_tables(kinds: Sequence[Vessel]) -> HullTables:
     """Return the tables of kinds of hulls."""
     meshes = [_mesh(kind) for kind in kinds]
-    waves = [_diffraction(kind) for kind in kinds]
+    waves, means = [_diffraction(kind) for kind in kinds], [_drift(kind) for kind in kinds]
     rows: dict[str, list[Any]] = {
         "point": [mesh.points.T for mesh in meshes], "pair": [mesh.pairs for mesh in meshes],
         "part": [mesh.parts for mesh in meshes], "strip": [kind.strips for kind in kinds],
         "memory": [kind.memory for kind in kinds], "diffraction": [own.reshape(-1, DIFFRACTION) for own in waves],
-        "resistance": [kind.resistance for kind in kinds],
+        "resistance": [kind.resistance for kind in kinds], "drift": [own.reshape(-1, DRIFT) for own in means],
     }  # fmt: skip
     columns: dict[str, Any] = {f"{name}_start": starts(own)[:-1] for name, own in rows.items()}
     columns |= {f"{name}_count": list(map(len, own)) for name, own in rows.items()}
@@ -58,6 +61,8 @@ def hull_tables(kinds: Sequence[Vessel]) -> HullTables:
         diffraction_frequencies=[own.shape[0] for own in waves],
         diffraction_angles=[own.shape[1] for own in waves],
         diffraction_step=[kind.diffraction.step if kind.diffraction else 0.0 for kind in kinds],
+        drift_angles=[own.shape[1] for own in means],
+        drift_step=[kind.drift.step if kind.drift else 0.0 for kind in kinds],
     )
     return HullTables(
         vessels,
@@ -65,6 +70,7 @@ def hull_tables(kinds: Sequence[Vessel]) -> HullTables:
         tables.table_of(tables.MEMORY, flat(rows["memory"])),
         np.array(flat(rows["resistance"]), tables.RESISTANCE),
         np.concatenate([np.zeros((0, DIFFRACTION)), *rows["diffraction"]]),
+        _in_lines(rows["drift"]).reshape(-1, DRIFT),
         HullMeshes(
             tables.table_of(tables.PART, flat(rows["part"])),
             _in_lines([mesh.points for mesh in meshes]),
@@ -84,6 +90,16 @@ def _diffraction(kind: Vessel) -> FloatArray:
         found[:, :, :12] = forces
         if kind.diffraction.drift:
             found[:, :, 12:] = kind.diffraction.drift
+    return found
+
+
+def _drift(kind: Vessel) -> FloatArray:
+    """What the forces on a hull lack, (frequencies, angles, DRIFT), and how much more it is a frequency further."""
+    if not kind.drift:
+        return np.zeros((0, 0, DRIFT))
+    forces = np.array(kind.drift.forces)
+    found = np.zeros((*forces.shape[:2], DRIFT))
+    found[:, :, :3], found[:-1, :, 4:7] = forces, np.diff(forces, axis=0)
     return found
 
 

@@ -20,7 +20,7 @@ from vrx_mj.config.solids import enclosed_volume, solid
 from vrx_mj.errors import VrxError, VrxWarning
 from vrx_mj.mjcf.boats import Boat, boat_mass, push_center
 from vrx_mj.mjcf.derive import hull_corners
-from vrx_mj.mjcf.drift import with_drift
+from vrx_mj.mjcf.drift import HullInWaves, with_drift
 from vrx_mj.mjcf.flotation import Flotation, flotation, lift_fault
 from vrx_mj.mjcf.surfaces import checked_surface, panels_of
 from vrx_mj.model.boats import MOST_TRIANGLES, Diffraction, Memory, Strip, Vessel
@@ -282,7 +282,7 @@ def _stiffness_at_rest(
     weight = density * _GRAVITY
     trim, heel = (weight * rest.volume * max(height, 0.0) for height in rest.metacentric_heights(body.center))
     own = np.diag([0.0, 0.0, weight * rest.area, heel, trim, 0.0])
-    return about_origin(own, np.array([rest.center[0], rest.center[1], body.center[2]])), rest.remarks(body.center)
+    return about_origin(own, np.array([rest.middle, rest.center[1], body.center[2]])), rest.remarks(body.center)
 
 
 def _rates(inertia: FloatArray, stiffness: FloatArray, vessel: Vessel) -> npt.NDArray[np.complex128]:
@@ -343,10 +343,11 @@ def vessel_of(boat: Boat, density: float) -> Vessel | None:
         **carried,
     )
     check_rest(boat, found, density, rest)
-    if hydro and hydro.drift_scattered and found.diffraction:
-        stiffness, _ = _stiffness_at_rest(found, body, density, rest)
-        return with_drift(found, hydro, _inertia(body), stiffness, _transform(hydro.point), -level, density)
-    return found
+    if found.length <= 0.0 or (found.diffraction and not (hydro and hydro.drift_scattered)):
+        return found
+    stiffness, _ = _stiffness_at_rest(found, body, density, rest)
+    hull = HullInWaves(found, _inertia(body), stiffness, level, density, hydro.gravity if hydro else _GRAVITY)
+    return with_drift(found, hull, hydro, _transform(hydro.point if hydro else point))
 
 
 def _check_fit(name: str, hydro: Hydro, mass: float, level: float, points: Sequence[Sequence[float]]) -> None:

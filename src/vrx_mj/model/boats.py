@@ -125,6 +125,17 @@ class Diffraction:
     frequencies and angles, per metre squared of amplitude [N/m2, N/m], in the hull's heading; none if not known."""
 
 
+@record
+class Drift:
+    """What the forces on a hull without diffraction lack of the mean force of waves, in the hull's heading."""
+
+    step: Positive
+    """Step between frequencies, of which the first is 0 [rad/s]."""
+    forces: Annotated[tuple[tuple[Vec3, ...], ...], Field(max_length=1001), TIED]
+    """Surge and sway force and yaw moment by frequency and by angle toward which waves travel, even over the circle
+    from the bow on, per metre squared of amplitude [N/m2, N/m]."""
+
+
 ResistancePoint = Annotated[tuple[NonNegative, NonNegative], Parts("speed", "force")]
 
 
@@ -168,6 +179,8 @@ class Vessel:
     """Memory of the waves that it makes."""
     diffraction: Diffraction | None = field(default=None, metadata=LEFT_OUT)
     """Forces of the waves that it scatters; None: it feels the water's motion with its added mass and memory."""
+    drift: Drift | None = field(default=None, metadata=LEFT_OUT)
+    """What its forces lack of the mean force of waves, if it has no diffraction."""
 
     @property
     def length(self) -> float:

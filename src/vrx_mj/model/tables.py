@@ -92,7 +92,9 @@ HULL = _record(
 PART = _record(Part)
 VESSEL = _record(
     Vessel,
-    **_rows("point", "pair", "part", "strip", "memory", "diffraction"),  # pairs count points from the mesh's first
+    **_rows(
+        "point", "pair", "part", "strip", "memory", "diffraction", "drift"
+    ),  # pairs count points from the mesh's first
     **_rows("resistance"),  # by rising speed; none: damping in surge
     half=(_f, (3,)),  # half sides of the box of a part [m]
     wave_rows=_i,  # nodes of that box for the waves, across and over the depth
@@ -100,6 +102,8 @@ VESSEL = _record(
     diffraction_frequencies=_i,  # 0: it has none, and feels the water's acceleration with its added mass
     diffraction_angles=_i,
     diffraction_step=_f,  # between its frequencies [rad/s]
+    drift_angles=_i,
+    drift_step=_f,  # between its frequencies [rad/s]
 )
 STRIP = _record(Strip)
 RESISTANCE = _record(ResistancePoint)

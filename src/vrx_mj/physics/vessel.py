@@ -16,7 +16,7 @@ boundary element codes give it, besides that of the undisturbed wave's pressure 
 
 Mean drift: these forces, all in body axes at the place where the hull is, hold a part of the second-order mean force
 of waves, and not the rest. What is missing, the momentum that waves carry away far off less the mean of the forces
-here, is tabulated with diffraction when a world is compiled, and added.
+here, is tabulated with diffraction when a world is compiled, and added; `drift` has that of hulls without diffraction.
 """
 
 import math
@@ -29,7 +29,7 @@ from vrx_mj.physics.conditions import Conditions
 from vrx_mj.physics.drag import added_mass_bias, crossflow_drag, matrix_times, resistance_at
 from vrx_mj.physics.elementary import cosine
 from vrx_mj.physics.kernel import allocating_kernel, inlined_kernel, kernel
-from vrx_mj.physics.kinematics import reach_of, surface_plane
+from vrx_mj.physics.kinematics import orbital_motion, orbital_turning, reach_of, surface_plane, turned_with
 from vrx_mj.physics.lanes import WIDTH, zeros_in_lines
 from vrx_mj.physics.motion import (
     Motion,
@@ -40,6 +40,7 @@ from vrx_mj.physics.motion import (
     from_origin,
     minus,
     motion_at_rest,
+    place_of,
     plus,
     relative_motion,
     rotated_wrench,
@@ -50,6 +51,7 @@ from vrx_mj.physics.motion import (
     unrotate,
     velocity_at,
     velocity_of,
+    with_velocity,
     zero_vector,
     zero_wrench,
 )
@@ -370,13 +372,14 @@ def _pressure_on_mesh(
 
 
 @allocating_kernel
-def pressure_harmonics(
+def load_harmonics(
     vessel: Record, meshes: HullMeshes, waves: Table, sea: Record, rest: float, motions: FloatArray, out: FloatArray
 ) -> None:
-    """Write mean and first harmonic of the undisturbed water's pressure on a moving hull into `out`, (n, 18).
+    """Write mean and first harmonic of the water's forces on a moving hull into `out`, (n, 5, 6).
 
-    Wrenches are in world axes, about the moving origin of the link: the mean, and the real and imaginary parts of F in
-    Re(F e^(-i omega t)).
+    They are those of pressure, damping and added mass; memory and diffraction are not in them. Rows of `out` are the
+    mean, and the real and the imaginary part of F in Re(F e^(-i omega t)), in world axes about the moving origin of the
+    link, and of the velocity through the water in body axes.
 
     Args:
         vessel: a row of `tables.VESSEL`.
@@ -390,24 +393,64 @@ def pressure_harmonics(
     """
     out[:] = 0.0
     for i in range(waves.size):
-        own = waves[i : i + 1]
+        own, omega = waves[i : i + 1], waves[i].frequency
         work = vessel_work(meshes, own, sea)
         for n in range(_PHASES):
             angle = 2.0 * math.pi * n / _PHASES
             c, s = math.cos(angle), math.sin(angle)
-            x = plus(times(c, motions[i]), times(s, motions[i, 6:]))
-            turn = plus(times(c, motions[i, 3:]), times(s, motions[i, 9:]))
-            body = motion_at_rest((x[0], x[1], rest + x[2]), _turned_rows(turn))
-            time = angle / own[0].frequency
-            if vessel.hydrostatics == MATRIX:
-                load = restoring_of_vessel(vessel, own, sea, body, time)
-            else:
-                load = _pressure_on_mesh(vessel, meshes, own, sea, body, time, work)
-            wrench = rotated_wrench(body, load)
+            even, odd = motions[i, :6], motions[i, 6:]
+            x, turn = plus(times(c, even), times(s, odd)), plus(times(c, even[3:]), times(s, odd[3:]))
+            speed, rate = minus(times(c, odd), times(s, even)), minus(times(c, odd[3:]), times(s, even[3:]))
+            body = _swinging((x[0], x[1], rest + x[2]), turn, times(omega, speed), times(omega, rate))
+            gained = times(-omega * omega, x), times(-omega * omega, turn)
+            load, through = _loads_of_water(vessel, meshes, own, sea, body, gained, angle / omega, work)
             for k in range(6):
-                out[i, k] += wrench[k] / _PHASES
-                out[i, 6 + k] += 2.0 * c * wrench[k] / _PHASES
-                out[i, 12 + k] += 2.0 * s * wrench[k] / _PHASES
+                out[i, 0, k] += load[k] / _PHASES
+                out[i, 1, k] += 2.0 * c * load[k] / _PHASES
+                out[i, 2, k] += 2.0 * s * load[k] / _PHASES
+                out[i, 3, k] += 2.0 * c * through[_FIRST + k] / _PHASES
+                out[i, 4, k] += 2.0 * s * through[_FIRST + k] / _PHASES
+
+
+@kernel
+def _swinging(place: Vector, turn: Vector, speed: Vector, rate: Vector) -> Motion:
+    """Return the motion of a link at roll, pitch and yaw [rad] and their rates, with a velocity in world axes."""
+    (cr, sr), (cp, sp) = (math.cos(turn[0]), math.sin(turn[0])), (math.cos(turn[1]), math.sin(turn[1]))
+    spin = rate[0] - sp * rate[2], cr * rate[1] + cp * sr * rate[2], cr * cp * rate[2] - sr * rate[1]
+    body = motion_at_rest(place, _turned_rows(turn))
+    return with_velocity(body, unrotate(body, speed), spin)
+
+
+@kernel
+def _loads_of_water(
+    vessel: Record, meshes: HullMeshes, waves: Table, sea: Record, body: Motion, gained: tuple[Vector, Vector],
+    time: float, work: VesselWork,
+) -> tuple[Wrench, Motion]:  # fmt: skip
+    """Return pressure, damping and added mass' force in world axes, and the motion through the water.
+
+    `gained` is the acceleration of the link's origin, world axes, and the angular one, body axes.
+    """
+    reach = reach_of(vessel, heading_of(body))
+    x, y, z = place_of(body, vessel.buoyancy)
+    orbital = orbital_motion(waves, sea, x, y, z, time, reach)
+    level, bias = relative_motion(body, orbital[:3]), zero_wrench()
+    if vessel.diffraction_frequencies > 0:
+        through = level
+        bias = added_mass_bias(vessel, body, zero_vector(), zero_vector())
+    else:
+        turning = orbital_turning(waves, sea, reach, x, y, z, time)
+        through = turned_with(level, turning, vessel.buoyancy)
+        bias = added_mass_bias(vessel, level, orbital[3:], (turning.dp, turning.dq, 0.0))
+    d, a, slip, spin = vessel.damping, vessel.added_mass, velocity_of(through), spin_of(through)
+    damped = Wrench(*matrix_times(d, 0, slip, spin), *matrix_times(d, 3, slip, spin))
+    fast = unrotate(body, gained[0])
+    carried = Wrench(*matrix_times(a, 0, fast, gained[1]), *matrix_times(a, 3, fast, gained[1]))
+    if vessel.hydrostatics == MATRIX:
+        pressed = restoring_of_vessel(vessel, waves, sea, body, time)
+    else:
+        pressed = _pressure_on_mesh(vessel, meshes, waves, sea, body, time, work)
+    load = add(add(pressed, bias), scale_wrench(add(damped, carried), -1.0))
+    return rotated_wrench(body, load), through
 
 
 @kernel

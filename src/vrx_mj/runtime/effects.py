@@ -13,6 +13,7 @@ from typing import NamedTuple
 from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.conditions import Conditions, current_step, motion_through, still_water, water_motion
 from vrx_mj.physics.drag import bias_on_hull, drag_on_hull
+from vrx_mj.physics.drift import drift_on_vessel
 from vrx_mj.physics.hydrostatics import hydrostatics
 from vrx_mj.physics.kernel import allocating_kernel, expanded_kernel, inlined_kernel, kernel
 from vrx_mj.physics.kinematics import turned_with
@@ -100,6 +101,12 @@ EFFECTS = (
         "diffraction",
         Hulls.VESSELS,
         lambda hull, now, a: diffraction_on_vessel(hull, a.vessels[hull.vessel], a.diffraction, a.waves, a.sea[0], now),
+        group=1,
+    ),
+    Effect(
+        "drift",
+        Hulls.VESSELS,
+        lambda hull, now, a: drift_on_vessel(hull, a.vessels[hull.vessel], a.drift, a.waves, a.sea[0], now),
         group=1,
     ),
 )

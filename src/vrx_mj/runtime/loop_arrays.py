@@ -266,7 +266,8 @@ class LoopArrays:
 
     def _vessels(self, kinds: Sequence[Vessel]) -> None:
         """Tables of the models of hulls in profile `marine`."""
-        self.vessels, self.strips, self.memory, self.resistances, self.diffraction, self.meshes = hull_tables(kinds)
+        found = hull_tables(kinds)
+        self.vessels, self.strips, self.memory, self.resistances, self.diffraction, self.drift, self.meshes = found
         self.parts, self.points, self.shares, self.pairs, self.corner_shares = self.meshes
 
     def _mount(self, world: World, known: "LoopArrays | None") -> None:

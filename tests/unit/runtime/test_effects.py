@@ -40,7 +40,7 @@ def test_forces_are_the_effects_on_the_hull_and_add_up_to_what_the_loop_applies(
     applied = sim.data.xfrc_applied[sim.model.body(f"{boat}/base_link").id, :3]
     acting = sum(wrench[:3] for name, wrench in forces.items() if name not in ("gravity", "contact"))
     assert acting == pytest.approx(applied, rel=1e-9, abs=1e-6)
-    assert all(abs(forces[name][:3]).max() > 1.0 for name in named - {"radiation", "diffraction"})
+    assert all(abs(forces[name][:3]).max() > 1.0 for name in named - {"radiation", "diffraction", "drift"})
 
 
 def test_no_hull_has_two_effects_of_one_name():

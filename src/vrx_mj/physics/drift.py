@@ -1,0 +1,99 @@
+"""What the forces on a hull without diffraction lack of the mean force of waves.
+
+Those forces, all in body axes at the place where the hull is, hold a part of the second-order mean force of waves, and
+not the rest. What is missing, the mean force of waves less the mean of the other forces, is tabulated when a world is
+compiled, and added.
+"""
+
+import math
+from typing import Final
+
+from vrx_mj.arrays import FloatArray
+from vrx_mj.physics.conditions import Conditions
+from vrx_mj.physics.elementary import near_cosine_and_sine
+from vrx_mj.physics.kernel import inlined_kernel, kernel
+from vrx_mj.physics.lanes import WIDTH, broadcast, choose, load, product_and, smaller, store
+from vrx_mj.physics.motion import Motion, Wrench, from_origin, scale_wrench, zero_wrench
+from vrx_mj.physics.tables import Record, Table, Waves
+from vrx_mj.physics.wave_box import heading_of
+from vrx_mj.physics.waves import AMPLITUDE, ANGLE, EAST, FREQUENCY, MEMORY, NORTH, PHASE, WAVENUMBER, ramp
+
+DRIFT: Final = 8
+"""Numbers of an entry of the table: surge and sway force, yaw moment and 0, and how much more they are at the next."""
+_INSIDE: Final = 1e-9  # steps of the table by which what is beyond its end is inside
+
+
+@inlined_kernel
+def drift_on_vessel(
+    hull: Record, vessel: Record, table: FloatArray, waves: Table, sea: Record, now: Conditions
+) -> Wrench:
+    """Return what the forces on a hull lack of the mean force of waves: world axes, about `hull.link_com`.
+
+    `table` has that of all vessels, (n, DRIFT).
+    """
+    if vessel.drift_count == 0 or waves.size == 0:
+        return zero_wrench()
+    angles = vessel.drift_angles
+    first, frequencies = vessel.drift_start, vessel.drift_count // angles
+    entries = table[first : first + vessel.drift_count].reshape((frequencies, angles, DRIFT))
+    load = drift_load(entries, vessel.drift_step, now.waves, sea, now.body, now.time)
+    return scale_wrench(from_origin(load, now.body, hull.link_com), now.wet)
+
+
+@kernel
+def drift_load(table: FloatArray, step: float, columns: Waves, sea: Record, body: Motion, t: float) -> Wrench:
+    """Return what a hull lacks of the mean force of waves: world axes, about the link's origin.
+
+    It is that of Newman's approximation (1974): with a_i, theta_i the waves' amplitudes and phases at the hull and D_i
+    what a square metre of each lacks, sum over i and j of a_i a_j (D_i + D_j) / 2 cos(theta_i - theta_j). D_i is
+    linear between the table's entries, and beyond the last frequency that of it.
+
+    Args:
+        table: (frequencies, angles, DRIFT): surge and sway force [N/m2] and yaw moment [N/m] in the hull's heading, and
+            what they gain up to the next frequency, at multiples of `step` from 0 on and at even angles over the
+            circle.
+        step: between frequencies [rad/s].
+        columns: `wave_columns`, whose memory is used.
+        sea: a row of `tables.SEA`.
+        body: motion of the link.
+        t: time [s].
+    """
+    angles, numbers, cos_sin = table.shape[1], table.reshape(table.size), heading_of(body)
+    _place_waves(columns, angles, 1.0 / step, table.shape[0] - 1 - _INSIDE, math.atan2(cos_sin[1], cos_sin[0]), body, t)
+    later, height, place, turn = columns[MEMORY], columns[MEMORY + 1], columns[MEMORY + 2], columns[MEMORY + 3]
+    even = odd = 0.0
+    own = own_later = more = more_later = broadcast(0.0)
+    for i in range(place.size):
+        low, near = int(place[i]), int(turn[i])
+        up, on, c, s = place[i] - low, turn[i] - near, height[i], later[i]
+        first, second = low * angles + near % angles, low * angles + (near + 1) % angles
+        lacks = product_and(load(numbers, DRIFT * second), on, load(numbers, DRIFT * first) * (1.0 - on))
+        own, own_later = product_and(lacks, c, own), product_and(lacks, s, own_later)
+        more, more_later = product_and(lacks, up * c, more), product_and(lacks, up * s, more_later)
+        even, odd = even + c, odd + s
+    store(place, 0, product_and(own, even, own_later * odd))
+    store(turn, 0, product_and(more, even, more_later * odd))
+    squared = ramp(sea, t) ** 2
+    x, y, moment = squared * (place[0] + turn[4]), squared * (place[1] + turn[5]), squared * (place[2] + turn[6])
+    cos, sin = cos_sin
+    return Wrench(cos * x - sin * y, sin * x + cos * y, 0.0, 0.0, 0.0, moment)
+
+
+@kernel
+def _place_waves(
+    columns: Waves, angles: int, per_step: float, last: float, heading: float, body: Motion, t: float
+) -> None:
+    """Write the waves' height at a link a quarter of a period later, their height, and places in a table to memory.
+
+    These are the frequency in steps, up to the last, and the angle off the heading [rad] in shares of a circle of so
+    many `angles`.
+    """
+    per_angle, whole = angles / (2.0 * math.pi), float(angles)
+    for i in range(0, columns.shape[1], WIDTH):
+        along = load(columns[WAVENUMBER], i) * (load(columns[EAST], i) * body.x + load(columns[NORTH], i) * body.y)
+        c, s = near_cosine_and_sine(along - load(columns[FREQUENCY], i) * t + load(columns[PHASE], i))
+        store(columns[MEMORY], i, s * load(columns[AMPLITUDE], i))
+        store(columns[MEMORY + 1], i, c * load(columns[AMPLITUDE], i))
+        store(columns[MEMORY + 2], i, smaller(load(columns[FREQUENCY], i) * per_step, broadcast(last)))
+        turn = (load(columns[ANGLE], i) - heading) * per_angle
+        store(columns[MEMORY + 3], i, choose(0.0 - turn, turn + whole, turn))

@@ -1,0 +1,75 @@
+"""The mean force of waves on hulls without diffraction."""
+
+import math
+from functools import cache
+
+import numpy as np
+import pytest
+
+from vrx_mj import Simulation, compile_world
+from vrx_mj.mjcf.drift import HullInWaves
+from vrx_mj.mjcf.flotation import outline
+
+SEA = {"model": "regular", "height": 0.1, "period": 2.0, "ramp": 4.0}
+RHO, G = 1025.0, 9.81
+
+
+@cache
+def run(robot, heading=0.0):
+    fleet = {"robot": robot, "boats": [{"name": "a", "pose": [0.0, 0.0, 0.0, 0.0, 0.0, heading]}], "sensors": "none"}
+    world = {"name": "tank", "physics": {"profile": "marine", "gravity": G}, "sea": SEA, "wind": {"objects": []}}
+    return Simulation(compile_world(world, fleet=fleet))
+
+
+@cache
+def barge():
+    """The barge of 4 x 2 m and 0.5 m of draft."""
+    vessel = run("barge_4m").world.parameters.hulls[0].vessel
+    own = np.diag((4100.0, 4100.0, 4100.0, 1700.0, 5800.0, 6800.0))
+    weight = 4100.0 * G
+    stiffness = np.diag((0.0, 0.0, RHO * G * 8.0, weight * 0.4, weight * 2.4, 0.0))
+    return HullInWaves(vessel, own, stiffness, 0.0, RHO, G)
+
+
+def test_an_outline_closes_and_its_normals_point_outward():
+    vessel = barge().vessel
+    middles, normals = outline(np.array(vessel.vertices)[np.array(vessel.triangles)], -0.2)
+    assert normals.sum(axis=0) == pytest.approx((0.0, 0.0), abs=1e-12)
+    assert np.linalg.norm(normals, axis=1).sum() == pytest.approx(12.0)
+    assert (middles * normals).sum() == pytest.approx(2.0 * 8.0)  # Gauss: twice the area
+
+
+def test_short_waves_are_thrown_back_by_the_breadth_that_they_meet():
+    """Maruo (1960): rho g / 2 per metre of amplitude squared and of breadth, of waves of half the hull's length."""
+    hull = barge()
+    index = int(np.searchsorted(hull.frequencies, math.sqrt(2.0 * math.pi * G / 1.0))) - 1
+    row = index * hull.angles
+    bow, side = hull.reflected()[[row, row + hull.angles // 4]]
+    assert bow == pytest.approx((0.5 * RHO * G * 2.0, 0.0, 0.0), rel=0.1, abs=1e-6 * RHO * G)
+    assert side == pytest.approx((0.0, 0.5 * RHO * G * 4.0, 0.0), rel=0.1, abs=1e-6 * RHO * G)
+
+
+def test_a_hull_that_throws_waves_all_around_feels_the_power_over_their_speed():
+    """Waves carry power / c of momentum; those that leave alike in all directions carry none."""
+    hull = barge()
+    hull.excited, hull.slip = np.zeros_like(hull.excited), np.zeros_like(hull.slip)
+    hull.excited[:, 2], hull.slip[:, 2] = 5000.0, 0.3
+    omega = hull.waves["frequency"]
+    damping = omega**3 / (4.0 * math.pi * RHO * G**3) * 2.0 * math.pi * 5000.0**2  # Newman (1962)
+    force = 0.5 * damping * 0.3**2 * omega / G
+    assert hull.radiated()[:, :2] == pytest.approx(force[:, None] * hull.waves["direction"], rel=1e-9, abs=1e-9)
+    barge.cache_clear()
+
+
+@pytest.mark.parametrize(
+    ("robot", "heading"), [("blueboat", 0.0), ("heron", math.pi), ("cylinder", 0.0), ("barge_4m", 0.5 * math.pi)]
+)
+@pytest.mark.filterwarnings("ignore::vrx_mj.errors.VrxWarning")
+def test_hulls_drift_with_waves_as_short_as_they(robot, heading):
+    """Not against them: by the forces of first order alone a Heron goes at three times the Stokes drift astern."""
+    sim = run(robot, heading)
+    sim.step(duration=20.0)
+    before = sim.data.qpos[0]
+    sim.step(duration=20.0)
+    omega = math.pi
+    assert (sim.data.qpos[0] - before) / 20.0 > 0.6 * omega**3 / G * 0.05**2
