@@ -25,7 +25,7 @@ from vrx_mj.runtime.free import check_free, free_bodies
 from vrx_mj.runtime.hull import energy_of
 from vrx_mj.runtime.limits import ThreadPool, thread_count
 from vrx_mj.runtime.loop_arrays import LoopArrays
-from vrx_mj.runtime.row_tables import SEPARATE, Equilibrium, RowTables, Variation, allocating, check_memory
+from vrx_mj.runtime.row_tables import SEPARATE, Equilibrium, RowTables, Variation, allocating, check_memory, row_bytes
 from vrx_mj.runtime.rows import (
     Rows,
     advance_rows,
@@ -112,7 +112,7 @@ class Batch:
             solved = (arrays.free_bodies["float"] >= 0) & (arrays.free_bodies["diagonal"] == 0)
             arrays.solve_work = np.zeros(int(solved.any()), SOLVE_WORK)
         self._pool = ThreadPool(int(threads or thread_count()))
-        check_memory(self.n, arrays)
+        check_memory(self.n, row_bytes(arrays))
         with allocating(self.n, arrays.data):
             self._rows = RowTables(arrays, self.n)
         self._variation, self._equilibrium = Variation(world, self._rows), Equilibrium(self._rows)

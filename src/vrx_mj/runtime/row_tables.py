@@ -50,18 +50,23 @@ _STACKED = (*SEPARATE, *_KEPT, "waves")
 """Tables of which rows may have a part in a stack."""
 
 
-def check_memory(n: int, arrays: LoopArrays) -> None:
-    """Check that `n` rows like this one fit into the memory of this machine or container: else it ends the process.
+def row_bytes(arrays: LoopArrays) -> int:
+    """Memory of a row like this run [bytes]."""
+    if len(arrays.free_bodies):
+        return int(RUN.itemsize + sum(getattr(arrays, name).nbytes for name in SEPARATE))
+    return _FIXED + int(arrays.data.nbuffer)
+
+
+def check_memory(n: int, each: int) -> None:
+    """Check that `n` rows of so many bytes fit into the memory of this machine or container: else it ends the process.
 
     Raises:
         CommandError: they do not.
     """
-    own = sum(getattr(arrays, name).nbytes for name in SEPARATE)
-    each = own + RUN.itemsize if len(arrays.free_bodies) else own + _FIXED + int(arrays.data.nbuffer)
     most = total_memory()
     if n * each > most:
         text = f"{_size(n * each)} are needed, {_size(each)} a row, and at most {_size(most)} can be had"
-        raise CommandError(f"no memory for {n} rows: {text}; make at most {most // each} rows")
+        raise CommandError(f"no memory for {n} rows: {text}; make at most {int(most / each)} rows")
 
 
 @contextmanager
@@ -84,7 +89,8 @@ def allocating(n: int, data: mujoco.MjData) -> Iterator[None]:
 
 
 def _size(count: float) -> str:
-    return f"{count / 1e9:.1f} GB" if count >= 1e9 else f"{count / 1e6:.2f} MB"
+    unit, scale = ("GB", 1e9) if count >= 1e9 else ("MB", 1e6) if count >= 1e5 else ("kB", 1e3)
+    return f"{count / scale:.{1 if unit != 'MB' else 2}f} {unit}"
 
 
 def _with_scaled_mass(model: mujoco.MjModel, roots: Iterable[int], factor: float) -> mujoco.MjModel:

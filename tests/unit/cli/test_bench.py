@@ -112,15 +112,29 @@ def test_a_row_weighs_more_than_its_state():
     assert 0.01 < weight < 10.0 or math.isnan(weight)  # MB; not known but on Linux
 
 
+def without_free_rows(monkeypatch):
+    """Rows of both engines are not measured."""
+    monkeypatch.setattr(bench, "megabytes_per_row", lambda *_: 0.49)
+    monkeypatch.setattr(bench, "engine_ratio", lambda *_: 2.5)
+    monkeypatch.setattr(bench, "row_cost", lambda *_: 1.0)
+
+
+@pytest.mark.slow
+def test_engines_are_timed_side_by_side():
+    assert bench.engine_ratio(2, "vrx", rounds=1, window=0.02) > 0.0
+    assert bench.row_cost(4, 2, rounds=1, window=0.02) > 0.0
+
+
 def test_the_scaling_row_shows_both_numbers(monkeypatch, capsys):
     monkeypatch.setattr(bench, "two_threads_and_two_processes", lambda: (900_000.0, 1_200_000.0))
     monkeypatch.setattr(bench, "boat_steps_per_second", lambda: 910_000.0)
     monkeypatch.setattr(bench, "environment_steps_per_second", lambda: 31_000.0)
-    monkeypatch.setattr(bench, "megabytes_per_row", lambda: 0.49)
+    without_free_rows(monkeypatch)
     rows = {row["name"]: row for row in batch_rows()}
-    assert list(rows) == [
+    assert list(rows)[:4] == [
         "batch_boat_steps_per_s", "batch_scaling_2_threads", "vector_env_steps_per_s", "batch_mb_per_row"
     ]  # fmt: skip
+    assert rows["free_ratio_1024_60_waves"]["ok"]
     scaling = rows["batch_scaling_2_threads"]
     assert (scaling["value"], scaling["ok"], scaling["limit"]) == (0.75, False, "at least")
     monkeypatch.setenv("COLUMNS", "200")
@@ -148,7 +162,7 @@ def test_what_is_not_measured_has_no_verdict_and_says_what_is_missing(monkeypatc
     monkeypatch.setenv("COLUMNS", "200")
     monkeypatch.setattr(bench, "two_threads_and_two_processes", lambda: (9.0, 10.0))
     monkeypatch.setattr(bench, "boat_steps_per_second", lambda: 910_000.0)
-    monkeypatch.setattr(bench, "megabytes_per_row", lambda: 0.5)
+    without_free_rows(monkeypatch)
     monkeypatch.setattr(importlib.util, "find_spec", lambda name, *_: None if name == "gymnasium" else True)
     rows = {row["name"]: row for row in batch_rows()}
     print_rows(list(rows.values()))

@@ -19,6 +19,7 @@ from vrx_mj.mjcf.drawing import drawing_model
 from vrx_mj.packages import install_extra
 from vrx_mj.physics.surface import SPOKES, fan_triangles
 from vrx_mj.recording import read_record
+from vrx_mj.recording.antialiasing import write_yuv
 from vrx_mj.recording.session import RecordWriter
 from vrx_mj.recording.video import Film, Shot, draw_video, looking, parse_size, write_video
 from vrx_mj.recording.video.filming import (
@@ -30,7 +31,6 @@ from vrx_mj.recording.video.filming import (
     project,
     set_in,
     task_lines,
-    write_yuv,
 )
 from vrx_mj.recording.video.stage import (
     AHEAD,

@@ -125,12 +125,23 @@ def data():
 
 def test_more_rows_than_the_machine_has_memory_for_are_refused(data, monkeypatch):
     monkeypatch.setattr(row_tables, "total_memory", lambda: 8e9)
-    check_memory(17_000, data)
+    each = 455_000 + data.nbuffer
+    check_memory(17_000, each)
     with pytest.raises(CommandError) as raised:
-        check_memory(18_000, data)
-    assert str(raised.value) == (
-        "no memory for 18000 rows: 8.5 GB are needed, 0.47 MB a row, and at most 8.0 GB can be had; make fewer rows"
+        check_memory(18_000, each)
+    assert re.fullmatch(
+        r"no memory for 18000 rows: 8.5 GB are needed, 0.47 MB a row, and at most 8.0 GB can be had; "
+        r"make at most 17\d{3} rows",
+        str(raised.value),
     )
+
+
+def test_rows_of_free_bodies_take_little_and_the_message_says_how_many_fit(monkeypatch):
+    monkeypatch.setattr(row_tables, "total_memory", lambda: 1e8)
+    batch = vrx_mj.Batch(compiled("StationKeeping"), 1000, threads=1, engine="free")
+    assert 1e3 < row_tables.row_bytes(batch._arrays) < 2.5e3
+    with pytest.raises(CommandError, match=r"no memory for 100000 rows: .* kB a row.* make at most \d{5} rows"):
+        vrx_mj.Batch(batch.world, 100_000, engine="free")
 
 
 @pytest.mark.parametrize(

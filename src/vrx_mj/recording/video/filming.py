@@ -25,7 +25,7 @@ from vrx_mj.errors import UnknownNameError, VideoError
 from vrx_mj.model.boats import boat_label
 from vrx_mj.outputs import atomic_write
 from vrx_mj.packages import install_extra
-from vrx_mj.physics.kernel import kernel
+from vrx_mj.recording.antialiasing import write_yuv
 from vrx_mj.recording.reader import Record, read_record
 from vrx_mj.recording.video.stage import Above, Chase, Eye, Footage, Stage, view_of
 from vrx_mj.sensors.view import View
@@ -458,28 +458,6 @@ def _write_mp4(path: Path, pictures: _Pictures, count: int, rate: Fraction) -> N
             write_yuv(picture, planes)
             container.mux(stream.encode(av.VideoFrame.from_numpy_buffer(planes, format="yuv420p")))
         container.mux(stream.encode())
-
-
-@kernel
-def write_yuv(picture: ByteArray, planes: ByteArray) -> None:
-    """Write a picture (height, width, 3) as YUV 4:2:0 into `planes` (3/2 height, width), in a sixth of FFmpeg's time.
-
-    As ITU-R BT.601 has it, of 16 to 235; a colour is the mean of four pixels. Both sides are even.
-    """
-    height, width = picture.shape[:2]
-    colors = planes[height:].reshape(2, height // 2, width // 2)
-    for row in range(0, height, 2):
-        above, below = picture[row].reshape(-1), picture[row + 1].reshape(-1)
-        blue, red = colors[0, row // 2], colors[1, row // 2]
-        for line, luma in ((above, planes[row]), (below, planes[row + 1])):
-            for i in range(width):
-                luma[i] = (16829 * line[3 * i] + 33039 * line[3 * i + 1] + 6416 * line[3 * i + 2] + 1081344) >> 16
-        for i in range(width // 2):
-            r = above[6 * i] + above[6 * i + 3] + below[6 * i] + below[6 * i + 3]
-            g = above[6 * i + 1] + above[6 * i + 4] + below[6 * i + 1] + below[6 * i + 4]
-            b = above[6 * i + 2] + above[6 * i + 5] + below[6 * i + 2] + below[6 * i + 5]
-            blue[i] = (-9714 * r - 19071 * g + 28784 * b + 33685504) >> 18
-            red[i] = (28784 * r - 24103 * g - 4681 * b + 33685504) >> 18
 
 
 def _write_webp(path: Path, pictures: _Pictures, count: int, rate: Fraction) -> None:
