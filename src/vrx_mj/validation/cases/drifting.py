@@ -7,14 +7,27 @@ A mooring in a current: where it holds what floats, and how that swings.
 
 import json
 import math
+from collections.abc import Sequence
+from functools import cache
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
+from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
 from vrx_mj.arrays import FloatArray
+from vrx_mj.config.dynamics import read_hydro
+from vrx_mj.config.robots import load_robot
 from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.frames import rotation_matrix
+from vrx_mj.mjcf.drift import HullInWaves
+from vrx_mj.mjcf.flotation import flotation
+from vrx_mj.mjcf.hulls import about_origin
+from vrx_mj.mjcf.world import World
+from vrx_mj.model.boats import Hull
+from vrx_mj.model.water import Sea
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.validation.rows import Comparison, Outcome, case, folder
 from vrx_mj.validation.rows import rows as table_rows
@@ -114,43 +127,169 @@ def swell_adrift() -> Outcome:
     yield Chart("Drift of the boats along the swell", "time [s]", "distance [m]", (line, *series))
 
 
-_FLOATING = ("barge_10m", "barge_4m", "blueboat", "cylinder", "heron", "kingfisher", "otter", "sphere", "wamv")
-"""Robots whose hull is a mesh or matrices."""
+_FREE = tuple(
+    (robot, *way)
+    for robot in ("barge_10m", "barge_4m", "blueboat", "cylinder", "heron", "kingfisher", "otter", "wamv")
+    for way in (("stern to it", 0.0), ("beam to it", 0.5 * math.pi))
+)
+"""Robots with a hull of their own that something brakes, and their headings [rad]."""
+_SWELL = {"model": "regular", "height": 0.8, "period": 6.0, "ramp": 12.0}
+_SEA = {"model": "jonswap", "significant_height": 0.3, "peak_period": 4.0, "direction": [1.0, 0.0], "ramp": 20.0}
+_SEEDS = 0, 1
+_SPHERES = 6
+"""Spheres in each of the seas."""
 
 
 @case("physics/drift.py", "mjcf/drift.py", "physics/vessel.py", quick=False)
 def waves_adrift() -> Outcome:
     """Boats adrift in waves.
 
-    Robots without commands in a swell of 6 s, 0.8 m from trough to crest, with the waves and beam to them, over 20
-    periods after 10; and in a JONSWAP sea of 0.3 m and 4 s that goes their way, over 500 s after 100. Both begin with
-    a ramp. Values are over the Stokes drift, and for the sea over the sum of its waves'.
+    Robots without commands in a swell of 6 s, 0.8 m from trough to crest, with the waves and beam to them: the slope
+    of their track over 50 periods, after 100; and in a JONSWAP sea of 0.3 m and 4 s, over 900 s after 300, the mean of
+    two seeds. Both begin with a ramp. Boats yaw as they like. Nothing brakes the sphere: it has an acceleration in the
+    sea, from 60 to 360 s, the mean of six of them and two seeds.
 
-    Reference: What floats drifts with the waves, at omega k a^2 (Stokes, 1847) within 20 %, and at three quarters of
-    that where the water above the mean level moves as at it. A barge is driven besides, up to three times that; in the
-    sea, of which a part is in waves as short as the hulls, all are, as far as these are thrown back.
+    Reference: The speed at which what damps a hull takes the mean force of the waves, sum a^2 D: d s + q |s| s and the
+    drag across it, in the mean over the hull's motion against the water, with s the speed less the Stokes drift at half
+    the draft T, sum omega k a^2 e^(-k T). D is that of the waves that the hull makes (Maruo, 1960) and throws back
+    (Faltinsen et al., 1980), or with a file that of all far off, at the headings that it has. The sphere carries half
+    of its mass along (Lamb, 1932).
     """
-    for robot in _FLOATING:
-        for name, heading in (("stern to it", 0.0), ("beam to it", 0.5 * math.pi)):
-            sea = {"model": "regular", "height": 0.8, "period": 6.0, "ramp": 12.0}
-            yield Comparison(f"drift in the swell, {robot}, {name}", "", None, _drift(robot, heading, sea, 60.0, 120.0))
-        if robot != "sphere":  # which nothing brakes
-            sea = {"model": "jonswap", "significant_height": 0.3, "peak_period": 4.0, "direction": [1.0, 0.0]}
-            found = _drift(robot, 0.0, {**sea, "ramp": 20.0}, 100.0, 500.0)
-            yield Comparison(f"drift in the sea by Stokes and by force, {robot}", "", None, found)
+    for name, sea, seeds, times in (("swell", _SWELL, (0,), (600.0, 900.0)), ("sea", _SEA, _SEEDS, (300.0, 1200.0))):
+        found = np.mean([_speeds_adrift(sea, seed, *times) for seed in seeds], axis=0)
+        for (robot, way, _), (reference, ours) in zip(_FREE, found, strict=True):
+            yield Comparison(f"speed in the {name}, {robot}, {way}", "m/s", reference, ours)
+        theirs, own = found.T
+        line = Series("equal", [0.0, theirs.max()], [0.0, theirs.max()], reference=True)
+        points = Series("boats", theirs, own, kind="points")
+        yield Chart(f"Speeds in the {name}", "reference [m/s]", "ours [m/s]", (line, points))
+    reference, ours = np.mean([_spheres_in_sea(seed) for seed in _SEEDS], axis=0)
+    yield Comparison("acceleration in the sea, sphere", "m/s2", reference, ours)
 
 
-def _drift(robot: str, heading: float, sea: dict[str, object], start: float, duration: float) -> float:
-    """Mean velocity of a robot at a heading [rad] toward east in a sea after a start [s], over the Stokes drift."""
-    boats = [{"name": "a", "pose": [0.0, 0.0, 0.0, 0.0, 0.0, heading]}]
-    world = marine_world({"robot": robot, "boats": boats, "sensors": "none"}, sea=sea)
-    waves = world.parameters.sea.waves
-    stokes = sum(one.frequency * one.wavenumber * one.amplitude**2 * one.direction[0] for one in waves)
-    sim = Simulation(world)
+def _adrift(boats: Sequence[tuple[str, str, float]], sea: dict[str, object], seed: int) -> World:
+    """Robots in a sea that travels east, so far apart along it that each has its own waves."""
+    fleet = [
+        {"name": f"{robot}{n}", "robot": robot, "pose": [337.0 * n, 0.0, 0.0, 0.0, 0.0, heading]}
+        for n, (robot, _, heading) in enumerate(boats)
+    ]
+    return marine_world({"boats": fleet, "sensors": "none"}, sea=sea, seed=seed)
+
+
+def _places(sim: Simulation) -> list[tuple[float, float]]:
+    """Place along x [m] and yaw [rad] of all boats."""
+    return [
+        (boat.position[0], 2.0 * math.atan2(boat.quaternion[3], boat.quaternion[0])) for boat in sim.observe().values()
+    ]
+
+
+def _speeds_adrift(sea: dict[str, object], seed: int, start: float, end: float) -> list[tuple[float, float]]:
+    """Reference and our mean speed [m/s] of all free boats between two times [s]."""
+    world = _adrift(_FREE, sea, seed)
+    sim, found = Simulation(world), []
     sim.step(duration=start)
-    first = only_boat(sim).position[0]
-    sim.step(duration=duration)
-    return float((only_boat(sim).position[0] - first) / (duration * stokes))
+    times, track = record(sim, _places, round((end - start) / 0.75), 0.75)
+    hulls = {robot: hull for (robot, _, _), hull in zip(_FREE, world.parameters.hulls, strict=True)}
+    steady = {
+        robot: _steady_speeds(hull, _SeaOnHull(robot, hull, world.parameters.sea)) for robot, hull in hulls.items()
+    }
+    for (robot, _, _), (x, yaw) in zip(_FREE, track.transpose(1, 2, 0), strict=True):
+        speeds = steady[robot]
+        turns = np.linspace(0.0, 2.0 * np.pi, speeds.size, endpoint=False)
+        reference = np.interp(-yaw, turns, speeds, period=2.0 * np.pi).mean()
+        found.append((float(reference), float(np.polyfit(times, x, 1)[0])))
+    return found
+
+
+def _spheres_in_sea(seed: int) -> tuple[float, float]:
+    """Reference and our mean acceleration [m/s2] of spheres."""
+    world = _adrift([("sphere", "", 0.0)] * _SPHERES, _SEA, seed)
+    sim, hull = Simulation(world), world.parameters.hulls[0]
+    sim.step(duration=60.0)
+    times, track = record(sim, _places, 300, 1.0)
+    force = _SeaOnHull("sphere", hull, world.parameters.sea).force[0, 0]
+    return float(force / (1.5 * hull.mass)), float(2.0 * np.polyfit(times, track[:, :, 0], 2)[0].mean())
+
+
+class _SeaOnHull:
+    """A sea on a free hull, by m angles off its bow toward which it travels, even over the circle."""
+
+    force: FloatArray
+    """Its mean surge and sway force (m, 2) [N]."""
+    slip: FloatArray
+    """The hull's swinging velocity through the water (m, n, 6) [m/s, rad/s], at n times far apart."""
+    stokes: float
+    """Stokes drift at half the draft [m/s]."""
+
+    def __init__(self, robot: str, hull: Hull, sea: Sea) -> None:
+        own, force, draft = _in_waves(robot, hull, sea.density)
+        omega, a = np.array([(wave.frequency, wave.amplitude) for wave in sea.waves]).T
+        known = np.concatenate(([0.0], own.frequencies))
+
+        def by_angle(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+            values = values.reshape(own.frequencies.size, own.angles, -1)
+            values = np.concatenate((np.zeros_like(values[:1]), values))
+            return np.asarray(CubicSpline(known, values)(np.minimum(omega, known[-1]))).transpose(1, 0, 2)
+
+        k, phases = omega**2 / GRAVITY, np.random.default_rng(1).uniform(0.0, 2.0 * np.pi, omega.size)
+        swing = a * np.exp(1j * (phases - np.outer(17.3 * np.arange(1000.0), omega)))
+        self.force = a**2 @ by_angle(force)[..., :2]
+        slip = (swing @ by_angle(own.slip)).real
+        self.slip = np.concatenate((slip, -slip), axis=1)
+        self.stokes = float((omega * k * a**2 * np.exp(-k * draft)).sum())
+
+
+def _steady_speeds(hull: Hull, sea: _SeaOnHull) -> FloatArray:
+    """Speeds of a free hull along a sea [m/s], (m,): what damps it, in the mean over its swinging, takes the force."""
+    vessel, speeds = hull.vessel, []
+    assert vessel is not None
+    (x, y, z), (ahead, aside, *_) = vessel.point, vessel.damping_quadratic
+    for turn, force, slip in zip(
+        np.linspace(0.0, 2.0 * np.pi, len(sea.force), endpoint=False), sea.force, sea.slip, strict=True
+    ):
+        u, v, _, p, q, r = slip.T
+        drags = (
+            ((ahead, u + q * z - r * y),),
+            ((aside, v + r * x - p * z), *((strip.drag, v + r * strip.x - p * strip.z) for strip in vessel.strips)),
+        )
+        through = [
+            brentq(
+                lambda s, d=d, f=f, own=own: d * s + sum((k * np.abs(s + w) * (s + w)).mean() for k, w in own) - f,
+                -9.0,
+                9.0,
+            )
+            for d, f, own in zip(np.diag(vessel.damping)[:2], force, drags, strict=True)
+        ]
+        speeds.append(sea.stokes + math.cos(turn) * through[0] + math.sin(turn) * through[1])
+    return np.array(speeds)
+
+
+@cache
+def _in_waves(robot: str, hull: Hull, density: float) -> tuple[HullInWaves, FloatArray, float]:
+    """A hull in small waves, their mean force on it (n m, 3) over their amplitude squared [N/m2], and its draft [m]."""
+    config, own, vessel = load_robot(robot).hull, hull.inertia, hull.vessel
+    assert config is not None
+    assert own is not None
+    assert vessel is not None
+    rigid = np.diag([hull.mass] * 3 + [0.0] * 3)
+    rigid[3:, 3:] = (own.xx, own.xy, own.xz), (own.xy, own.yy, own.yz), (own.xz, own.yz, own.zz)
+    rigid, weight = about_origin(rigid, hull.body_com), density * GRAVITY
+    if vessel.is_mesh:
+        rest = flotation(np.array(vessel.vertices)[np.array(vessel.triangles)], vessel.displacement / density)
+        center = np.array((rest.middle, rest.center[1], hull.body_com[2]))
+        trim, heel = (weight * rest.volume * height for height in rest.metacentric_heights(center))
+        stiffness = about_origin(np.diag([0.0, 0.0, weight * rest.area, heel, trim, 0.0]), center)
+        level, draft = rest.level, rest.level - min(z for _, _, z in vessel.vertices)
+    else:
+        level, stiffness = vessel.waterline, np.array(vessel.restoring)
+        draft = vessel.displacement * GRAVITY / stiffness[2, 2]
+    found = HullInWaves(vessel, rigid, stiffness, level, density, GRAVITY)
+    if vessel.diffraction is None:
+        return found, found.radiated() + found.reflected(), draft
+    assert config.hydro is not None
+    hydro, transform = read_hydro(config.hydro, config.folder), np.eye(6)
+    transform[:3, 3:] = np.cross(np.eye(3), hydro.point).T
+    return found, found.far_field(hydro, transform), draft
 
 
 @case("physics/vessel.py", "mjcf/drift.py", "adapters/hydro.py", table="drift")
