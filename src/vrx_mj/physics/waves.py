@@ -48,7 +48,8 @@ PHASE: Final = 4
 AMPLITUDE: Final = 5
 _ORBITAL: Final = 6
 BOTTOM: Final = 7  # `bottom_share`
-MEMORY: Final = 8  # and all rows from here on: what a kernel writes there is gone when the next one does
+ANGLE: Final = 8  # of the direction, counter-clockwise from east [rad]
+MEMORY: Final = 9  # and all rows from here on: what a kernel writes there is gone when the next one does
 _PI2: Final = math.pi * math.pi
 _RISING: Final = (10.0 / 6.0 - 10.0 / _PI2, 100.0 * (1.0 / 36.0 - 1.0 / (6.0 * _PI2) - 1.0 / 120.0), 0.176)
 
@@ -80,6 +81,7 @@ def wave_columns(waves: Table, sea: Record, memory: int) -> FloatArray:
     for i in range(waves.size):
         wave = waves[i]
         columns[EAST, i], columns[NORTH, i] = wave.direction[0], wave.direction[1]
+        columns[ANGLE, i] = math.atan2(wave.direction[1], wave.direction[0])
         columns[WAVENUMBER, i], columns[FREQUENCY, i] = wave.wavenumber, wave.frequency
         columns[PHASE, i], columns[AMPLITUDE, i], columns[_ORBITAL, i] = wave.phase, wave.amplitude, wave.orbital
         columns[BOTTOM, i] = bottom_share(wave.wavenumber, sea.depth)
