@@ -280,7 +280,9 @@ def _stiffness_at_rest(
         return about_origin((vectors * np.maximum(values, 0.0)) @ vectors.T, np.array(vessel.point)), notes
     weight = density * _GRAVITY
     trim, heel = (weight * rest.volume * max(height, 0.0) for height in rest.metacentric_heights(body.center))
-    own = np.diag([0.0, 0.0, weight * rest.area, heel, trim, 0.0])
+    ahead = rest.middle - rest.center[0]  # of the waterplane's middle: as it heaves, it trims
+    own = np.diag([0.0, 0.0, weight * rest.area, heel, trim + weight * rest.area * ahead**2, 0.0])
+    own[2, 4] = own[4, 2] = -weight * rest.area * ahead
     return about_origin(own, np.array([rest.center[0], rest.center[1], body.center[2]])), rest.remarks(body.center)
 
 
