@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
+import numpy.typing as npt
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.model import tables
@@ -69,7 +70,7 @@ def hull_tables(kinds: Sequence[Vessel]) -> HullTables:
         tables.table_of(tables.STRIP, flat(rows["strip"])),
         tables.table_of(tables.MEMORY, flat(rows["memory"])),
         np.array(flat(rows["resistance"]), tables.RESISTANCE),
-        np.concatenate([np.zeros((0, DIFFRACTION)), *rows["diffraction"]]),
+        _in_lines(rows["diffraction"]).reshape(-1, DIFFRACTION),
         _in_lines(rows["drift"]).reshape(-1, DRIFT),
         HullMeshes(
             tables.table_of(tables.PART, flat(rows["part"])),
@@ -87,9 +88,9 @@ def _diffraction(kind: Vessel) -> FloatArray:
     if kind.diffraction:
         forces = np.array(kind.diffraction.forces)
         found = np.zeros((*forces.shape[:2], DIFFRACTION))
-        found[:, :, :12] = forces
+        found[:, :, :6], found[:, :, WIDTH : WIDTH + 6] = forces[:, :, :6], forces[:, :, 6:]
         if kind.diffraction.drift:
-            found[:, :, 12:] = kind.diffraction.drift
+            found[:, :, [6, 7, WIDTH + 6]] = kind.diffraction.drift
     return found
 
 
@@ -111,6 +112,11 @@ def starts(lists: Iterable[Sequence[object]]) -> list[int]:
 def flat(lists: Iterable[Sequence[_T]]) -> list[_T]:
     """Lists one after another."""
     return list(itertools.chain.from_iterable(lists))
+
+
+def nested_tuples(values: npt.NDArray[Any]) -> Any:
+    """Numbers of an array as tuples in each other, as records have them."""
+    return tuple(map(nested_tuples, values)) if values.ndim > 1 else tuple(values.tolist())
 
 
 @functools.lru_cache(maxsize=32)

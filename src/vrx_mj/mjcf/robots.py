@@ -45,7 +45,8 @@ from vrx_mj.mjcf.boats import (
     push_center,
     turning_mass,
 )
-from vrx_mj.mjcf.hulls import nested_tuples, vessel_of
+from vrx_mj.mjcf.hull_tables import nested_tuples
+from vrx_mj.mjcf.hulls import vessel_of
 from vrx_mj.mjcf.parameters import PROFILES, Rows
 from vrx_mj.mjcf.pieces import PREFIX, Piece
 from vrx_mj.mjcf.templates import geoms, meshes

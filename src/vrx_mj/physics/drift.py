@@ -59,7 +59,7 @@ def drift_load(table: FloatArray, step: float, columns: Waves, sea: Record, body
         t: time [s].
     """
     angles, numbers, cos_sin = table.shape[1], table.reshape(table.size), heading_of(body)
-    _place_waves(columns, angles, 1.0 / step, table.shape[0] - 1 - _INSIDE, math.atan2(cos_sin[1], cos_sin[0]), body, t)
+    place_waves(columns, angles, 1.0 / step, table.shape[0] - 1 - _INSIDE, cos_sin, body, t)
     later, height, place, turn = columns[MEMORY], columns[MEMORY + 1], columns[MEMORY + 2], columns[MEMORY + 3]
     even = odd = 0.0
     own = own_later = more = more_later = broadcast(0.0)
@@ -80,20 +80,20 @@ def drift_load(table: FloatArray, step: float, columns: Waves, sea: Record, body
 
 
 @kernel
-def _place_waves(
-    columns: Waves, angles: int, per_step: float, last: float, heading: float, body: Motion, t: float
+def place_waves(
+    columns: Waves, angles: int, per_step: float, last: float, heading: tuple[float, float], body: Motion, t: float
 ) -> None:
     """Write the waves' height at a link a quarter of a period later, their height, and places in a table to memory.
 
-    These are the frequency in steps, up to the last, and the angle off the heading [rad] in shares of a circle of so
-    many `angles`.
+    These are the frequency in steps, up to the last, and the angle off the heading in shares of a circle of so many
+    `angles`. `heading` is its cosine and sine.
     """
-    per_angle, whole = angles / (2.0 * math.pi), float(angles)
+    per_angle, whole, toward = angles / (2.0 * math.pi), float(angles), math.atan2(heading[1], heading[0])
     for i in range(0, columns.shape[1], WIDTH):
         along = load(columns[WAVENUMBER], i) * (load(columns[EAST], i) * body.x + load(columns[NORTH], i) * body.y)
         c, s = near_cosine_and_sine(along - load(columns[FREQUENCY], i) * t + load(columns[PHASE], i))
         store(columns[MEMORY], i, s * load(columns[AMPLITUDE], i))
         store(columns[MEMORY + 1], i, c * load(columns[AMPLITUDE], i))
         store(columns[MEMORY + 2], i, smaller(load(columns[FREQUENCY], i) * per_step, broadcast(last)))
-        turn = (load(columns[ANGLE], i) - heading) * per_angle
+        turn = (load(columns[ANGLE], i) - toward) * per_angle
         store(columns[MEMORY + 3], i, choose(0.0 - turn, turn + whole, turn))
