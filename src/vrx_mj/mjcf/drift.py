@@ -26,7 +26,7 @@ from vrx_mj.physics.vessel import load_harmonics
 _STEEP = 0.01
 """Amplitude times wavenumber of the waves whose mean is taken; it is of second order up to 0.1 and more."""
 _SHORT = 1.2, 1.6
-"""Wavenumber times half the waterline from which what the loop lacks of a wave's pressure is added, and all of it."""
+"""Wavenumber times half of what the hull measures along a wave from which what its box lacks is added, and all."""
 _MORE_ANGLES = 48
 """Angles of a table of diffraction, or the next multiple of those that its file has."""
 _SMALL = 1e-3
@@ -122,7 +122,7 @@ class HullInWaves:
         along, z = self.waves["direction"] @ places[..., :2].reshape(-1, 2).T, places[..., 2].ravel()
         whole = self._density * self._gravity * (np.exp(k * (z - level + 1j * along)) @ loads)
         begins, ends = _SHORT
-        share = np.clip((0.5 * k * vessel.length - begins) / (ends - begins), 0.0, 1.0)
+        share = np.clip((0.5 * k * np.ptp(along, axis=1, keepdims=True) - begins) / (ends - begins), 0.0, 1.0)
         return np.asarray(share * (whole - boxed), np.complex128)
 
     @property

@@ -301,10 +301,11 @@ def _rates(inertia: FloatArray, stiffness: FloatArray, vessel: Vessel) -> npt.ND
 
 
 @lru_cache(maxsize=32)
-def vessel_of(boat: Boat, density: float) -> Vessel | None:
+def vessel_of(boat: Boat, density: float, *, in_waves: bool) -> Vessel | None:
     """The hull of a kind of boat, in water of a density [kg/m3].
 
-    What its file does not give is that of its `hydrodynamics`.
+    What its file does not give is that of its `hydrodynamics`. What its forces lack in waves is found if it is
+    `in_waves`.
 
     Raises:
         VrxError: it does not float, its mesh has too many triangles, or its mass with the added one is not positive.
@@ -342,7 +343,7 @@ def vessel_of(boat: Boat, density: float) -> Vessel | None:
         **carried,
     )
     check_rest(boat, found, density, rest)
-    if found.length <= 0.0:
+    if not in_waves or found.length <= 0.0:
         return found
     stiffness, _ = _stiffness_at_rest(found, body, density, rest)
     hull = HullInWaves(found, _inertia(body), stiffness, level, density, hydro.gravity if hydro else _GRAVITY)
