@@ -237,8 +237,8 @@ class HullInWaves:
 def with_drift(vessel: Vessel, hull: HullInWaves, hydro: Hydro | None, transform: FloatArray) -> Vessel:
     """A hull's model with what its forces lack of the mean force of waves, at its frequencies from 0 on.
 
-    It is at most twice what a wall as long throws back: a motion that nothing damps has no linear amplitude at its
-    resonance. `hydro` is the file of a hull with diffraction, whose table also gets what the box of waves leaves out of
+    Without radiation it is at most twice what a wall as long throws back: a motion that nothing damps has no linear
+    amplitude at its resonance. `hydro` is the file of a hull with diffraction, whose table also gets what the box of waves leaves out of
     short ones; without drift in it, the mean is left as it is. `transform` is the (6, 6) from the origin to its point.
     """
     if vessel.diffraction:
@@ -247,11 +247,11 @@ def with_drift(vessel: Vessel, hull: HullInWaves, hydro: Hydro | None, transform
     if vessel.diffraction and not (hydro and hydro.drift_scattered):
         return vessel
     whole = hull.far_field(hydro, transform) if hydro and vessel.diffraction else hull.radiated() + hull.reflected()
-    most = hull.most * np.array((1.0, 1.0, vessel.length))
-    lacks = hull.from_zero(np.clip(whole - hull.own_mean(), -most, most))
+    lacks = whole - hull.own_mean()
     if vessel.diffraction:
-        return replace(vessel, diffraction=replace(vessel.diffraction, drift=lacks))
-    return replace(vessel, drift=Drift(step=hull.step, forces=lacks))
+        return replace(vessel, diffraction=replace(vessel.diffraction, drift=hull.from_zero(lacks)))
+    most = hull.most * np.array((1.0, 1.0, vessel.length))
+    return replace(vessel, drift=Drift(step=hull.step, forces=hull.from_zero(np.clip(lacks, -most, most))))
 
 
 def _memory(vessel: Vessel, omega: FloatArray) -> ComplexArray:
