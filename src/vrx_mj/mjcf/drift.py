@@ -238,8 +238,9 @@ def with_drift(vessel: Vessel, hull: HullInWaves, hydro: Hydro | None, transform
     """A hull's model with what its forces lack of the mean force of waves, at its frequencies from 0 on.
 
     Without radiation it is at most twice what a wall as long throws back: a motion that nothing damps has no linear
-    amplitude at its resonance. `hydro` is the file of a hull with diffraction, whose table also gets what the box of waves leaves out of
-    short ones; without drift in it, the mean is left as it is. `transform` is the (6, 6) from the origin to its point.
+    amplitude at its resonance. `hydro` is the file of a hull with diffraction, whose table also gets what the box of
+    waves leaves out of short ones; without drift in it, the mean is left as it is. `transform` is the (6, 6) from the
+    origin to its point.
     """
     if vessel.diffraction:
         forces = np.concatenate((hull.scattered.real, hull.scattered.imag), axis=1)

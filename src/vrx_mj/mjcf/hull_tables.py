@@ -83,14 +83,14 @@ def hull_tables(kinds: Sequence[Vessel]) -> HullTables:
 
 
 def _diffraction(kind: Vessel) -> FloatArray:
-    """Forces of waves on a hull, (frequencies, angles, DIFFRACTION); what it has no drift of has none."""
+    """Forces of waves on a hull, (frequencies, angles, DIFFRACTION), up to a full turn; 0 for drift it has none of."""
     found = np.zeros((0, 0, DIFFRACTION))
     if kind.diffraction:
-        forces = np.array(kind.diffraction.forces)
+        forces = _around(kind.diffraction.forces)
         found = np.zeros((*forces.shape[:2], DIFFRACTION))
         found[:, :, :6], found[:, :, WIDTH : WIDTH + 6] = forces[:, :, :6], forces[:, :, 6:]
         if kind.diffraction.drift:
-            found[:, :, [6, 7, WIDTH + 6]] = kind.diffraction.drift
+            found[:, :, [6, 7, WIDTH + 6]] = _around(kind.diffraction.drift)
     return found
 
 
@@ -98,10 +98,15 @@ def _drift(kind: Vessel) -> FloatArray:
     """What the forces on a hull lack, (frequencies, angles, DRIFT), and how much more it is a frequency further."""
     if not kind.drift:
         return np.zeros((0, 0, DRIFT))
-    forces = np.array(kind.drift.forces)
+    forces = _around(kind.drift.forces)
     found = np.zeros((*forces.shape[:2], DRIFT))
     found[:, :, :3], found[:-1, :, 4:7] = forces, np.diff(forces, axis=0)
     return found
+
+
+def _around(values: Any) -> FloatArray:
+    """Values (frequencies, angles, n) with those of the first angle once more at the end."""
+    return np.asarray(np.pad(values, ((0, 0), (0, 1), (0, 0)), mode="wrap"), np.float64)
 
 
 def starts(lists: Iterable[Sequence[object]]) -> list[int]:

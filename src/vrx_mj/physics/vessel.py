@@ -28,7 +28,7 @@ from vrx_mj.arrays import ByteArray, FloatArray, IntArray
 from vrx_mj.physics.conditions import Conditions
 from vrx_mj.physics.drag import added_mass_bias, crossflow_drag, matrix_times, resistance_at
 from vrx_mj.physics.drift import place_waves
-from vrx_mj.physics.elementary import cosine_and_sine, exponential
+from vrx_mj.physics.elementary import cosine_and_sine, exponential, near_cosine_and_sine
 from vrx_mj.physics.kernel import allocating_kernel, inlined_kernel, kernel
 from vrx_mj.physics.kinematics import orbital_motion, orbital_turning, reach_of, surface_plane, turned_with
 from vrx_mj.physics.lanes import WIDTH, Lanes, broadcast, load, product_and, store, zeros_in_lines
@@ -59,7 +59,17 @@ from vrx_mj.physics.motion import (
 from vrx_mj.physics.panels import CUT, panel_wrench, still_pressures
 from vrx_mj.physics.tables import MATRIX, Record, Table, Waves
 from vrx_mj.physics.wave_box import BOX_MEMORY, LEVELS, ROWS, heading_of, pressures_in_waves
-from vrx_mj.physics.waves import MEMORY, ramp, wave_columns
+from vrx_mj.physics.waves import (
+    AMPLITUDE,
+    EAST,
+    FREQUENCY,
+    MEMORY,
+    NORTH,
+    PHASE,
+    WAVENUMBER,
+    ramp,
+    wave_columns,
+)
 
 _FIRST = 12  # of the six velocities among the fields of a `Motion`
 
@@ -124,9 +134,9 @@ def diffraction_load(
     D_i what a square metre of each lacks, sum over i and j of a_i a_j (D_i + D_j) / 2 cos(theta_i - theta_j).
 
     Args:
-        table: (frequencies, angles, DIFFRACTION), at multiples of `step` from 0 on and at even angles over the circle:
-            real part of the force [N/m] and torque [N] in body axes per metre of a wave's amplitude, surge and sway
-            force [N/m2] in its heading that the mean lacks; imaginary part, yaw moment [N/m], and 0.
+        table: (frequencies, angles, DIFFRACTION), at multiples of `step` from 0 on and at even angles from 0 to a full
+            turn: real part of the force [N/m] and torque [N] in body axes per metre of a wave's amplitude, surge and
+            sway force [N/m2] in its heading that the mean lacks; imaginary part, yaw moment [N/m], and 0.
         step: between frequencies [rad/s].
         columns: `wave_columns`, whose memory is used.
         sea: a row of `tables.SEA`.
@@ -135,21 +145,23 @@ def diffraction_load(
         t: time [s].
     """
     cos, sin = heading
-    last = table.shape[0] - 1
-    place_waves(columns, table.shape[1], 1.0 / step, float(last), heading, body, t)
-    later, height, place, turn = columns[MEMORY], columns[MEMORY + 1], columns[MEMORY + 2], columns[MEMORY + 3]
-    angles, numbers, even, odd = table.shape[1], table.reshape(table.size), 0.0, 0.0
+    last, row, numbers, even, odd = table.shape[0] - 1, table.shape[1], table.reshape(table.size), 0.0, 0.0
+    place_waves(columns, row - 1, 1.0 / step, float(last), heading)
+    place, turn, height, later = columns[MEMORY], columns[MEMORY + 1], columns[MEMORY + 2], columns[MEMORY + 3]
+    for i in range(0, place.size, WIDTH):
+        along = load(columns[WAVENUMBER], i) * (load(columns[EAST], i) * body.x + load(columns[NORTH], i) * body.y)
+        c, s = near_cosine_and_sine(along - load(columns[FREQUENCY], i) * t + load(columns[PHASE], i))
+        store(height, i, c * load(columns[AMPLITUDE], i))
+        store(later, i, s * load(columns[AMPLITUDE], i))
     real = imaginary = real_later = imaginary_later = broadcast(0.0)
     for i in range(place.size):
         if place[i] < last:
             low, near = int(place[i]), int(turn[i])
             up, on = place[i] - low, turn[i] - near
-            near = DIFFRACTION * (low * angles + near % angles)
-            far = DIFFRACTION * (low * angles + (int(turn[i]) + 1) % angles)
+            start, c, s = DIFFRACTION * (low * row + near), height[i], later[i]
             weights = (1.0 - up) * (1.0 - on), (1.0 - up) * on, up * (1.0 - on), up * on
-            first = _weighted(numbers, near, far, DIFFRACTION * angles, weights)
-            second = _weighted(numbers, near + WIDTH, far + WIDTH, DIFFRACTION * angles, weights)
-            c, s = height[i], later[i]
+            first = _weighted(numbers, start, DIFFRACTION * row, weights)
+            second = _weighted(numbers, start + WIDTH, DIFFRACTION * row, weights)
             real, real_later = product_and(first, c, real), product_and(first, s, real_later)
             imaginary, imaginary_later = product_and(second, c, imaginary), product_and(second, s, imaginary_later)
             even, odd = even + c, odd + s
@@ -164,13 +176,11 @@ def diffraction_load(
 
 
 @kernel
-def _weighted(
-    numbers: FloatArray, near: int, far: int, ahead: int, weights: tuple[float, float, float, float]
-) -> Lanes:
-    """Return the weighted sum of lanes at two places of an array, and at those `ahead` of them."""
-    low = product_and(load(numbers, far), weights[1], load(numbers, near) * weights[0])
-    high = product_and(load(numbers, near + ahead), weights[2], low)
-    return product_and(load(numbers, far + ahead), weights[3], high)
+def _weighted(numbers: FloatArray, start: int, ahead: int, weights: tuple[float, float, float, float]) -> Lanes:
+    """Return the weighted sum of the lanes of an entry and the next in an array, and of those `ahead` of them."""
+    low = product_and(load(numbers, start + DIFFRACTION), weights[1], load(numbers, start) * weights[0])
+    high = product_and(load(numbers, start + ahead), weights[2], low)
+    return product_and(load(numbers, start + ahead + DIFFRACTION), weights[3], high)
 
 
 _PHASES = 4

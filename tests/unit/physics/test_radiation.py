@@ -100,9 +100,9 @@ def forces(frequency, angle):
 
 
 def scattering():
-    found = np.zeros((40, ANGLES, DIFFRACTION))
+    found = np.zeros((40, ANGLES + 1, DIFFRACTION))
     for i in range(40):
-        for j in range(ANGLES):
+        for j in range(ANGLES + 1):
             f = forces(STEP * i, 2.0 * math.pi * j / ANGLES)
             found[i, j, :6], found[i, j, 8:14] = f.real, f.imag
     return found
@@ -172,7 +172,7 @@ def test_any_heading_and_direction_stay_inside_the_table(yaw, angle):
 
 def test_what_the_mean_lacks_is_by_newmans_approximation_in_the_hulls_heading():
     table = np.zeros_like(TABLE)
-    table[:, :, DRIFT] = np.random.default_rng(2).normal(0.0, 100.0, (40, ANGLES, 3))
+    table[:, :, DRIFT] = np.random.default_rng(2).normal(0.0, 100.0, (40, ANGLES + 1, 3))
     components = [
         regular_wave(
             height, 2.0 * math.pi / frequency, (math.cos(0.6 + angle), math.sin(0.6 + angle)), Site(gravity=9.81)

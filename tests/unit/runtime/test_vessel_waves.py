@@ -177,7 +177,7 @@ def test_the_file_s_point_and_density_are_those_of_its_matrices(tmp_path):
     first = moved.diffraction.forces[6][2]
     assert (first[2], first[8]) == pytest.approx((0.5 * FORCE.real, 0.5 * FORCE.imag))
     assert first[4] == pytest.approx(-0.5 * 0.5 * FORCE.real)
-    assert moved.diffraction.forces[0] == ((0.0,) * 12,) * 48
+    assert moved.diffraction.forces[0] == ((0.0,) * 12,) * 12
 
 
 @QUIET
