@@ -64,6 +64,7 @@ def hydro_of_hull(
     gravity: float,
     frequencies: int = 40,
     highest: float | None = None,
+    waves: Sequence[float] = (),
     panels: int = PANELS,
     tolerance: float | None = TOLERANCE,
     angles: int = _ANGLES,
@@ -79,6 +80,7 @@ def hydro_of_hull(
         gravity: [m/s2]
         frequencies: number of frequencies, evenly spread.
         highest: of them [rad/s]; None: that of a wave of five mean edges of the wet panels.
+        waves: frequencies of diffraction and mean drift, some of those; by default all.
         panels: into which the wet hull is cut at least.
         tolerance: those along sharp edges are cut again, and all are halved until that would change no force by more
             than this share of its largest; None: the panels stay as asked.
@@ -110,7 +112,7 @@ def hydro_of_hull(
         "gravity": gravity,
         "point": list(map(float, point)),
         "mesh_error": None if change is None else round(change, 6),
-        **_at_frequencies(omegas, solver, angles, progress),
+        **_at_frequencies(omegas, waves or omegas.tolist(), solver, angles, progress),
     }
 
 
@@ -141,14 +143,17 @@ def _fine_solver(
 
 
 def _at_frequencies(
-    omegas: FloatArray, solver: "_Solver", angles: int, progress: Callable[[int, int], None]
+    omegas: FloatArray, waves: Sequence[float], solver: "_Solver", angles: int, progress: Callable[[int, int], None]
 ) -> dict[str, Any]:
-    """Radiation, its memory, diffraction and mean drift at n frequencies [rad/s], as the file has them."""
+    """Radiation and its memory at n frequencies [rad/s], diffraction and mean drift at some, as the file has them."""
+    chosen = np.abs(np.subtract.outer(omegas, waves)).argmin(axis=0)
     zero, infinite = (_symmetric(solver.radiation(omega)[0]) for omega in (0.0, math.inf))
     (added, damping), scattered, drift = np.zeros((2, omegas.size, 6, 6)), [], []
     for index, omega in enumerate(omegas.tolist()):
         progress(index, omegas.size)
         added[index], damping[index], made = solver.radiation(omega)
+        if index not in chosen:
+            continue
         forces, thrown = solver.diffraction(omega, angles)
         scattered.append(forces)
         drift.append(mean_drift(omega, thrown, made, solver.density, solver.gravity))
@@ -160,6 +165,7 @@ def _at_frequencies(
         "added_mass_zero": _nested_lists(zero),
         "added_mass_infinite": _nested_lists(infinite),
         **_memory(fitted_memory(omegas, added, damping, infinite)),
+        "wave_frequencies": omegas[chosen].tolist() if len(chosen) < omegas.size else [],
         "diffraction": _complex_lists(scattered),
         "drift_scattered": _complex_lists(from_waves),
         "drift_radiated": _complex_lists(of_motions),
@@ -266,17 +272,17 @@ def _memory(memory: Memory) -> dict[str, Any]:
     }
 
 
-def _nested_lists(values: object) -> Any:
-    """Nested lists with seven significant digits, and 0 for what is less than 1e-9 of the largest."""
+def _nested_lists(values: object, digits: int = 7) -> Any:
+    """Nested lists with so many significant digits, and 0 for what is less by two digits more than the largest."""
     array = np.asarray(values, np.float64)
-    least = 1e-9 * float(np.abs(array).max(initial=0.0))
-    flat = [0.0 if abs(value) <= least else float(f"{value:.7g}") for value in array.ravel().tolist()]
+    least = 0.1 ** (digits + 2) * float(np.abs(array).max(initial=0.0))
+    flat = [0.0 if abs(value) <= least else float(f"{value:.{digits}g}") for value in array.ravel().tolist()]
     return np.array(flat).reshape(array.shape).tolist()
 
 
 def _complex_lists(values: object) -> Any:
-    """`_nested_lists` of complex numbers, each a pair of its parts."""
-    return _nested_lists(np.stack((np.real(values), np.imag(values)), axis=-1))  # type: ignore[call-overload]
+    """`_nested_lists` of complex numbers, each a pair of its parts, of five digits."""
+    return _nested_lists(np.stack((np.real(values), np.imag(values)), axis=-1), 5)  # type: ignore[call-overload]
 
 
 def panel_hull(corners: FloatArray, panels: int) -> tuple[FloatArray, IntArray, float]:

@@ -24,7 +24,7 @@ _NEGLIGIBLE = 1e-3
 """Entries less than this share of the geometric mean of their diagonals' peaks are left out."""
 _LITTLE = 0.01
 """Share of the largest diagonal's peak that all are taken to have at least [SI]."""
-_ORDERS = (4, 6, 8, 10, 12, 14)
+_ORDERS = (4, 6, 8, 10, 12, 14, 16, 18, 20)
 """Numbers of poles, tried in this order."""
 _GOOD = 0.005
 """Error with which a fit is taken."""

@@ -9,6 +9,7 @@ with the water: real and imaginary part of F in Re(F e^(i (k x - omega t))), per
 import itertools
 import json
 from collections.abc import Iterator
+from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal, Self
 
@@ -89,6 +90,8 @@ class Hydro(BaseModel):
     """Mass that the hull displaces [kg]; none if it is not known."""
     waterline: kinds.Real | None = None
     """Height of the water [m]; none if it is not known."""
+    wave_frequencies: tuple[kinds.Positive, ...] = ()
+    """n rising angular frequencies of diffraction and drift [rad/s]; by default those above."""
     diffraction: tuple[tuple[_ComplexRow, ...], ...] = ()
     """(n, m, 6) force without that of the undisturbed wave's pressure, for waves that travel toward even angles from
     the bow on, counter-clockwise; none if it is not known."""
@@ -109,6 +112,7 @@ class Hydro(BaseModel):
         for key, count in {"added_mass": n, "damping": n, "residues": len(self.poles)}.items():
             if (got := len(getattr(self, key))) != count:
                 yield (key,), f"{count} are needed, got {got}"
+        n = len(self.waves)
         if angles and (len(self.diffraction) != n or len(angles) > 1 or min(angles) < _FEWEST_ANGLES):
             sizes = f"{len(self.diffraction)} of {' and '.join(map(str, sorted(angles)))}"
             yield ("diffraction",), f"{n} frequencies of {_FEWEST_ANGLES} angles or more are needed, got {sizes}"
@@ -119,9 +123,15 @@ class Hydro(BaseModel):
             if (got := len(self.drift_radiated)) != n:
                 yield ("drift_radiated",), f"{n} are needed, got {got}"
 
+    @property
+    def waves(self) -> tuple[float, ...]:
+        """Rising angular frequencies of diffraction and drift [rad/s]."""
+        return self.wave_frequencies or self.frequencies
+
     def _faults(self) -> Iterator[Fault]:
         """Frequencies rise, the added mass is symmetric, and memories fade."""
-        yield from column_faults("frequencies", self.frequencies, "a frequency", " rad/s")
+        for key in ("frequencies", "wave_frequencies"):
+            yield from column_faults(key, getattr(self, key), "a frequency", " rad/s")
         added = np.array(self.added_mass_infinite)
         odd = np.abs(added - added.T)
         if odd.max() > _ASYMMETRY * np.abs(added).max():
@@ -142,10 +152,16 @@ def read_hydro(path: str, folder: Path | None) -> Hydro:
         VrxError: it cannot be read, lacks something, or would let a boat gain energy.
     """
     try:
-        return Hydro.model_validate_json(read_limited(contained_file(path, folder), _MOST_BYTES))
+        return _hydro(read_limited(contained_file(path, folder), _MOST_BYTES))
     except (ReadingError, ValidationError) as error:
         reason = fault_text(error) if isinstance(error, ValidationError) else error
         raise VrxError(f"hydro '{path}': {reason}") from None
+
+
+@lru_cache(maxsize=8)
+def _hydro(content: bytes) -> Hydro:
+    """The radiation and diffraction of a file's content, which a boat's build reads again and again."""
+    return Hydro.model_validate_json(content)
 
 
 Six = Annotated[tuple[NonNegative, NonNegative, NonNegative, NonNegative, NonNegative, NonNegative],

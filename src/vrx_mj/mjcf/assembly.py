@@ -12,16 +12,16 @@ from vrx_mj.mjcf.parameters import Rows
 from vrx_mj.mjcf.pieces import Part, Piece
 from vrx_mj.mjcf.robots import boat_kind, boat_rows
 from vrx_mj.model.boats import Hull
+from vrx_mj.model.water import Sea
 
 
 class Assembly:
     """Parts that are added to a world, and the world's rows with theirs."""
 
-    def __init__(self, wind: WindConfig | None, physics: PhysicsConfig, density: float, rows: Rows) -> None:
-        """Begin with the rows of a world in water of a density [kg/m3]."""
-        self.wind, self.physics, self.rows = wind, physics, rows
+    def __init__(self, wind: WindConfig | None, physics: PhysicsConfig, sea: Sea, rows: Rows) -> None:
+        """Begin with the rows of a world."""
+        self.wind, self.physics, self.sea, self.rows = wind, physics, sea, rows
         self.parts: list[Part] = []
-        self._density = density
         self._kinds: dict[Any, Piece] = {}
 
     def add_dock(self, dock: PlacedDock) -> None:
@@ -41,5 +41,5 @@ class Assembly:
         """Add a boat, which `life` boats of its name were before; its hull is returned."""
         kind = boat_kind(robot, boat.engines, boat.color)
         self.parts.append(Part(boat.name, kind.piece, boat.pose))
-        self.rows.add(boat_rows(kind, boat, self.rows, self.wind, self.physics, self._density, life))
+        self.rows.add(boat_rows(kind, boat, self.rows, self.wind, self.physics, self.sea, life))
         return self.rows.hulls[-1]

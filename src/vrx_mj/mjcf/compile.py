@@ -98,7 +98,7 @@ class _Compilation(Assembly):
     """One world in the making."""
 
     def __init__(self, config: WorldConfig, fleet: FleetConfig, *, nudge: bool) -> None:
-        super().__init__(config.wind, config.physics, config.sea.density, Rows())
+        super().__init__(config.wind, config.physics, sea_parameters(config.sea, config.physics), Rows())
         self.config = config
         self.fleet, self._fleet = fleet.name, fleet
         self.kinds: dict[Order, Boat] = {}
@@ -107,7 +107,6 @@ class _Compilation(Assembly):
         self.boats = boats_afloat(config, fleet, self.docks, self.objects, self._build, nudge=nudge)
         spots = [boat.pose[:2] for boat in self.boats]
         self.objects += tuple(place_fields(config, spots, self.objects, self.docks))
-        self.sea = sea_parameters(config.sea, config.physics)
         self.balls: list[PlacedObject] = []
         self.task: Task | None = None
         self.touches: list[Touch] = []

@@ -10,13 +10,14 @@ of the waves that a rigid hull makes by its motions against the water, and that 
 """
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from vrx_mj.arrays import ComplexArray, FloatArray
 from vrx_mj.config.dynamics import Hydro
-from vrx_mj.mjcf.flotation import outline
-from vrx_mj.mjcf.hull_tables import hull_tables
+from vrx_mj.mjcf.flotation import below, outline
+from vrx_mj.mjcf.hull_tables import hull_tables, nested_tuples
 from vrx_mj.model import tables
 from vrx_mj.model.boats import Drift, Vessel
 from vrx_mj.physics.tables import Table
@@ -24,6 +25,10 @@ from vrx_mj.physics.vessel import load_harmonics
 
 _STEEP = 0.01
 """Amplitude times wavenumber of the waves whose mean is taken; it is of second order up to 0.1 and more."""
+_SHORT = 1.2, 1.6
+"""Wavenumber times half of what the hull measures along a wave from which what its box lacks is added, and all."""
+_MORE_ANGLES = 48
+"""Angles of a table of diffraction, or the next multiple of those that its file has."""
 _SMALL = 1e-3
 """Largest amplitude of these waves, as a share of the cube root of the volume displaced."""
 _FREQUENCIES, _ANGLES, _SHORTEST = 64, 16, 0.25
@@ -58,9 +63,6 @@ class HullInWaves:
         self.frequencies = self.step * np.arange(1.0, count + 1.0)
         self.waves = self._small_waves()
         self.scattered = np.zeros((self.waves.size, 6), np.complex128)
-        if vessel.diffraction:
-            table = np.array(vessel.diffraction.forces)[1:].reshape(-1, 12)
-            self.scattered = table[:, :6] + 1j * table[:, 6:]
         self._damping = np.array(vessel.damping) + _memory(vessel, self.waves["frequency"])
         self.motions = self._free_motions(stiffness)
         self.mean, _, self.slip = self._loads(self.motions)
@@ -95,12 +97,33 @@ class HullInWaves:
         """Motions of its origin per amplitude."""
         omega = self.waves["frequency"][:, None, None]
         still = np.zeros((self.waves.size, 6), np.complex128)
-        _, excited, slip = self._loads(still)
-        self.excited = excited + self.scattered
-        if not self.vessel.diffraction:
+        _, self.excited, slip = self._loads(still)
+        if self.vessel.diffraction:
+            table = np.array(self.vessel.diffraction.forces)[1:].reshape(-1, 12)
+            self.scattered = table[:, :6] + 1j * table[:, 6:]
+            if self.vessel.is_mesh:
+                self.scattered += self._left_out(self.excited + slip @ np.array(self.vessel.damping).T)
+            self.excited += self.scattered
+        else:
             self.excited -= np.einsum("nij,nj->ni", self._damping - np.array(self.vessel.damping), slip)
         system = stiffness - omega**2 * (self._inertia + np.array(self.vessel.added_mass)) - 1j * omega * self._damping
         return np.asarray(np.linalg.solve(system, self.excited[..., None])[..., 0], np.complex128)
+
+    def _left_out(self, boxed: ComplexArray) -> ComplexArray:
+        """Force per amplitude (n m, 6) that the loop's, `boxed`, lacks of short waves' pressure on the hull at rest.
+
+        Midpoints of edges integrate it over each triangle, on which the loop has it linear.
+        """
+        vessel, level, k = self.vessel, self._level, self.waves["wavenumber"][:, None]
+        wet = below(np.array(vessel.vertices)[np.array(vessel.triangles)], level)
+        share = np.cross(wet[:, 2] - wet[:, 0], wet[:, 1] - wet[:, 0])[:, None] / 6.0  # of a midpoint, inward
+        places = 0.5 * (wet + np.roll(wet, -1, axis=1))
+        loads = np.concatenate((np.broadcast_to(share, places.shape), np.cross(places, share)), axis=2).reshape(-1, 6)
+        along, z = self.waves["direction"] @ places[..., :2].reshape(-1, 2).T, places[..., 2].ravel()
+        whole = self._density * self._gravity * (np.exp(k * (z - level + 1j * along)) @ loads)
+        begins, ends = _SHORT
+        share = np.clip((0.5 * k * np.ptp(along, axis=1, keepdims=True) - begins) / (ends - begins), 0.0, 1.0)
+        return np.asarray(share * (whole - boxed), np.complex128)
 
     @property
     def _rate(self) -> ComplexArray:
@@ -122,9 +145,11 @@ class HullInWaves:
         mean[:, :3] += 0.5 * np.cross(spin, turning[:, :3]).real
         mean[:, 3:] += 0.5 * np.cross(spin, turning[:, 3:]).real
         around = forces.reshape(-1, self.angles, 6)
-        slope = (np.roll(around, -1, axis=1) - np.roll(around, 1, axis=1)) * self.angles / (4.0 * np.pi)
+        order = np.fft.fftfreq(self.angles, 1.0 / self.angles)[:, None]
+        order[2.0 * np.abs(order) == self.angles] = 0.0  # whose sine is not known
+        slope = np.fft.ifft(1j * order * np.fft.fft(around, axis=1), axis=1).reshape(-1, 6)
         path = k * (east * motions[:, 0] + north * motions[:, 1])
-        mean += 0.5 * (1j * forces * path.conj()[:, None] - slope.reshape(-1, 6) * motions[:, 5:].conj()).real
+        mean += 0.5 * (1j * forces * path.conj()[:, None] - slope * motions[:, 5:].conj()).real
         carried = (-1j * self.waves["frequency"][:, None] * self._rate) @ self._inertia[:3].T
         mean[:, 5] += 0.5 * np.cross(motions[:, :3].conj(), carried)[:, 2].real
         return np.asarray(mean[:, [0, 1, 5]], np.float64)
@@ -137,10 +162,24 @@ class HullInWaves:
         scattered, radiated = (
             np.array(own)[..., 0] + 1j * np.array(own)[..., 1] for own in (hydro.drift_scattered, hydro.drift_radiated)
         )
-        a, b = (_between(self.frequencies, hydro.frequencies, own) for own in (scattered, radiated))
+        a, b = (_between(self.frequencies, hydro.waves, own) for own in (scattered, radiated))
         u = (self.motions @ transform.T).reshape(-1, self.angles, 6)
         own = a[..., 0] + np.einsum("nmcj,nmj->nmc", a[..., 1:], u) + np.einsum("nmi,ncij,nmj->nmc", u.conj(), b, u)
         return np.asarray(own.real.reshape(-1, 3) * self._density / hydro.density, np.float64)
+
+    def from_zero(self, values: FloatArray) -> Any:
+        """Rows of `values` (n m, ...) as nested tuples by frequency, from 0 on, where they are 0, and by angle.
+
+        Those of diffraction are at a multiple of the angles near `_MORE_ANGLES`, by their harmonics.
+        """
+        rows = np.concatenate((np.zeros_like(values[: self.angles]), values)).reshape(-1, self.angles, values.shape[1])
+        more = self.angles * max(round(_MORE_ANGLES / self.angles), 1)
+        if self.vessel.diffraction and more > self.angles:
+            harmonics = np.fft.rfft(rows, axis=1)
+            if self.angles % 2 == 0:
+                harmonics[:, -1] *= 0.5  # of the shortest, whose sine is not known
+            rows = np.fft.irfft(harmonics, more, axis=1) * (more / self.angles)
+        return nested_tuples(rows)
 
     def radiated(self) -> FloatArray:
         """Mean surge and sway force and yaw moment (n m, 3) of the waves that its motions against the water make.
@@ -198,17 +237,22 @@ class HullInWaves:
 def with_drift(vessel: Vessel, hull: HullInWaves, hydro: Hydro | None, transform: FloatArray) -> Vessel:
     """A hull's model with what its forces lack of the mean force of waves, at its frequencies from 0 on.
 
-    It is at most twice what a wall as long throws back: a motion that nothing damps has no linear amplitude at its
-    resonance. `hydro` is the file of a hull with diffraction, `transform` the (6, 6) from the origin to its point.
+    Without radiation it is at most twice what a wall as long throws back: a motion that nothing damps has no linear
+    amplitude at its resonance. `hydro` is the file of a hull with diffraction, whose table also gets what the box of
+    waves leaves out of short ones; without drift in it, the mean is left as it is. `transform` is the (6, 6) from the
+    origin to its point.
     """
-    whole = hull.far_field(hydro, transform) if hydro and vessel.diffraction else hull.radiated() + hull.reflected()
-    most = hull.most * np.array((1.0, 1.0, vessel.length))
-    lacks = np.clip(whole - hull.own_mean(), -most, most)
-    lacks = np.concatenate((np.zeros((hull.angles, 3)), lacks)).reshape(-1, hull.angles, 3)
-    nested = tuple(tuple((x, y, turn) for x, y, turn in row) for row in lacks.tolist())
     if vessel.diffraction:
-        return replace(vessel, diffraction=replace(vessel.diffraction, drift=nested))
-    return replace(vessel, drift=Drift(step=hull.step, forces=nested))
+        forces = np.concatenate((hull.scattered.real, hull.scattered.imag), axis=1)
+        vessel = replace(vessel, diffraction=replace(vessel.diffraction, forces=hull.from_zero(forces)))
+    if vessel.diffraction and not (hydro and hydro.drift_scattered):
+        return vessel
+    whole = hull.far_field(hydro, transform) if hydro and vessel.diffraction else hull.radiated() + hull.reflected()
+    lacks = whole - hull.own_mean()
+    if vessel.diffraction:
+        return replace(vessel, diffraction=replace(vessel.diffraction, drift=hull.from_zero(lacks)))
+    most = hull.most * np.array((1.0, 1.0, vessel.length))
+    return replace(vessel, drift=Drift(step=hull.step, forces=hull.from_zero(np.clip(lacks, -most, most))))
 
 
 def _memory(vessel: Vessel, omega: FloatArray) -> ComplexArray:

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
+import numpy.typing as npt
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.model import tables
@@ -69,7 +70,7 @@ def hull_tables(kinds: Sequence[Vessel]) -> HullTables:
         tables.table_of(tables.STRIP, flat(rows["strip"])),
         tables.table_of(tables.MEMORY, flat(rows["memory"])),
         np.array(flat(rows["resistance"]), tables.RESISTANCE),
-        np.concatenate([np.zeros((0, DIFFRACTION)), *rows["diffraction"]]),
+        _in_lines(rows["diffraction"]).reshape(-1, DIFFRACTION),
         _in_lines(rows["drift"]).reshape(-1, DRIFT),
         HullMeshes(
             tables.table_of(tables.PART, flat(rows["part"])),
@@ -82,14 +83,14 @@ def hull_tables(kinds: Sequence[Vessel]) -> HullTables:
 
 
 def _diffraction(kind: Vessel) -> FloatArray:
-    """Forces of waves on a hull, (frequencies, angles, DIFFRACTION); what it has no drift of has none."""
+    """Forces of waves on a hull, (frequencies, angles, DIFFRACTION), up to a full turn; 0 for drift it has none of."""
     found = np.zeros((0, 0, DIFFRACTION))
     if kind.diffraction:
-        forces = np.array(kind.diffraction.forces)
+        forces = _around(kind.diffraction.forces)
         found = np.zeros((*forces.shape[:2], DIFFRACTION))
-        found[:, :, :12] = forces
+        found[:, :, :6], found[:, :, WIDTH : WIDTH + 6] = forces[:, :, :6], forces[:, :, 6:]
         if kind.diffraction.drift:
-            found[:, :, 12:] = kind.diffraction.drift
+            found[:, :, [6, 7, WIDTH + 6]] = _around(kind.diffraction.drift)
     return found
 
 
@@ -97,10 +98,15 @@ def _drift(kind: Vessel) -> FloatArray:
     """What the forces on a hull lack, (frequencies, angles, DRIFT), and how much more it is a frequency further."""
     if not kind.drift:
         return np.zeros((0, 0, DRIFT))
-    forces = np.array(kind.drift.forces)
+    forces = _around(kind.drift.forces)
     found = np.zeros((*forces.shape[:2], DRIFT))
     found[:, :, :3], found[:-1, :, 4:7] = forces, np.diff(forces, axis=0)
     return found
+
+
+def _around(values: Any) -> FloatArray:
+    """Values (frequencies, angles, n) with those of the first angle once more at the end."""
+    return np.asarray(np.pad(values, ((0, 0), (0, 1), (0, 0)), mode="wrap"), np.float64)
 
 
 def starts(lists: Iterable[Sequence[object]]) -> list[int]:
@@ -111,6 +117,11 @@ def starts(lists: Iterable[Sequence[object]]) -> list[int]:
 def flat(lists: Iterable[Sequence[_T]]) -> list[_T]:
     """Lists one after another."""
     return list(itertools.chain.from_iterable(lists))
+
+
+def nested_tuples(values: npt.NDArray[Any]) -> Any:
+    """Numbers of an array as tuples in each other, as records have them."""
+    return tuple(map(nested_tuples, values)) if values.ndim > 1 else tuple(values.tolist())
 
 
 @functools.lru_cache(maxsize=32)

@@ -22,6 +22,7 @@ from vrx_mj.mjcf.boats import Boat, boat_mass, push_center
 from vrx_mj.mjcf.derive import hull_corners
 from vrx_mj.mjcf.drift import HullInWaves, with_drift
 from vrx_mj.mjcf.flotation import Flotation, flotation, lift_fault
+from vrx_mj.mjcf.hull_tables import nested_tuples
 from vrx_mj.mjcf.surfaces import checked_surface, panels_of
 from vrx_mj.model.boats import MOST_TRIANGLES, Diffraction, Memory, Strip, Vessel
 from vrx_mj.model.kinds import Six
@@ -32,6 +33,8 @@ from vrx_mj.rigid_bodies import MassProperties
 
 _MISFIT = 0.2
 """Share of the displacement, and of the draft, by which a hull may lie otherwise than that of its file."""
+_STEPS = 48
+"""Frequencies of a hull's table of waves, or the next multiple of those that its file has."""
 _NIL = 1e-9
 """Share of the largest residue [SI] below which all of a motion's at a pole are left out."""
 
@@ -74,7 +77,7 @@ def memory_of(hydro: Hydro, density: float) -> tuple[Memory, ...]:
 def diffraction_of(hydro: Hydro, density: float) -> Diffraction | None:
     """Diffraction of a hull in water of a density [kg/m3], at even frequencies from 0, where it vanishes.
 
-    They are twice as many as the file's, on cubic splines through its forces, between which the loop goes straight.
+    They are about `_STEPS`, on cubic splines through the file's, between which the loop goes straight.
     """
     if not hydro.diffraction:
         return None
@@ -83,16 +86,12 @@ def diffraction_of(hydro: Hydro, density: float) -> Diffraction | None:
     diffraction = np.array(hydro.diffraction)
     n, angles = diffraction.shape[:2]
     at_origin = np.einsum("ji,nmjc->nmci", _transform(hydro.point), diffraction).reshape(n, -1)
-    frequencies = np.concatenate(([0.0], hydro.frequencies))
+    frequencies = np.concatenate(([0.0], hydro.waves))
     forces = np.concatenate((np.zeros((1, at_origin.shape[1])), at_origin)) * density / hydro.density
-    even = np.linspace(0.0, frequencies[-1], 2 * n + 1)
+    count = n * max(round(_STEPS / n), 1)
+    even = np.linspace(0.0, frequencies[-1], count + 1)
     smooth = CubicSpline(frequencies, forces)(even)
-    return Diffraction(step=float(even[1]), forces=nested_tuples(smooth.reshape(2 * n + 1, angles, 12)))
-
-
-def nested_tuples(values: npt.NDArray[Any]) -> Any:
-    """Numbers of an array as tuples in each other, as records have them."""
-    return tuple(map(nested_tuples, values)) if values.ndim > 1 else tuple(values.tolist())
+    return Diffraction(step=float(even[1]), forces=nested_tuples(smooth.reshape(count + 1, angles, 12)))
 
 
 _GRAVITY = 9.81
@@ -103,7 +102,7 @@ _FADED = math.log(20.0)
 """Times its time constant after which a swing is 5 % of what it was."""
 _GROWTH = 1e-3
 """Rate [1/s] up to which a motion that grows may be rounding."""
-_MOST_LOST = 0.01
+_MOST_LOST = 0.05
 """Share of a sea's energy that may be beyond the last frequency of a hull's file without a remark."""
 _SHORT_SHARE = 0.1
 """Share of a sea's energy that may be in waves shorter than a hull without a file, without a remark."""
@@ -302,10 +301,11 @@ def _rates(inertia: FloatArray, stiffness: FloatArray, vessel: Vessel) -> npt.ND
 
 
 @lru_cache(maxsize=32)
-def vessel_of(boat: Boat, density: float) -> Vessel | None:
+def vessel_of(boat: Boat, density: float, *, in_waves: bool) -> Vessel | None:
     """The hull of a kind of boat, in water of a density [kg/m3].
 
-    What its file does not give is that of its `hydrodynamics`.
+    What its file does not give is that of its `hydrodynamics`. What its forces lack in waves is found if it is
+    `in_waves`.
 
     Raises:
         VrxError: it does not float, its mesh has too many triangles, or its mass with the added one is not positive.
@@ -343,7 +343,7 @@ def vessel_of(boat: Boat, density: float) -> Vessel | None:
         **carried,
     )
     check_rest(boat, found, density, rest)
-    if found.length <= 0.0 or (found.diffraction and not (hydro and hydro.drift_scattered)):
+    if not in_waves or found.length <= 0.0:
         return found
     stiffness, _ = _stiffness_at_rest(found, body, density, rest)
     hull = HullInWaves(found, _inertia(body), stiffness, level, density, hydro.gravity if hydro else _GRAVITY)

@@ -184,7 +184,7 @@ def _assembly(world: Parameters) -> Assembly:
     blowing = {"mean_velocity": abs(world.wind.mean), "var_gain": world.wind.gain}
     physics = {"profile": world.profile, "gravity": world.gravity, "quirks": world.spawn.quirks}
     wind = WindConfig.model_validate({"objects": tree_of(world.spawn.wind), **blowing})
-    return Assembly(wind, PhysicsConfig.model_validate(physics), world.sea.density, Rows.of(world))
+    return Assembly(wind, PhysicsConfig.model_validate(physics), world.sea, Rows.of(world))
 
 
 def _build(boat: BoatConfig, profile: str) -> boats.Boat:

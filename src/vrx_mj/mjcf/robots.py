@@ -45,7 +45,8 @@ from vrx_mj.mjcf.boats import (
     push_center,
     turning_mass,
 )
-from vrx_mj.mjcf.hulls import nested_tuples, vessel_of
+from vrx_mj.mjcf.hull_tables import nested_tuples
+from vrx_mj.mjcf.hulls import vessel_of
 from vrx_mj.mjcf.parameters import PROFILES, Rows
 from vrx_mj.mjcf.pieces import PREFIX, Piece
 from vrx_mj.mjcf.templates import geoms, meshes
@@ -63,6 +64,7 @@ from vrx_mj.model.boats import (
 )
 from vrx_mj.model.boats import Boat as Entry
 from vrx_mj.model.kinds import LONGEST_DESCRIPTION, record_from
+from vrx_mj.model.water import Sea
 from vrx_mj.model.world import Sensor
 from vrx_mj.outputs import write_files
 from vrx_mj.physics.sail import sail_curve
@@ -361,16 +363,16 @@ def boat_kind(boat: Boat, engines: Engines, color: _Color | None) -> BoatKind:
 
 
 def boat_rows(
-    kind: BoatKind, boat: BoatConfig, tables: Rows, wind: WindConfig | None, physics: PhysicsConfig, density: float,
+    kind: BoatKind, boat: BoatConfig, tables: Rows, wind: WindConfig | None, physics: PhysicsConfig, sea: Sea,
     life: int = 0,
 ) -> Rows:  # fmt: skip
     """The rows that a boat adds at the ends of a world's tables.
 
-    `density` is that of the sea [kg/m3], `life` the number of boats of its name before.
+    `life` is the number of boats of its name before.
     """
     hull, start = len(tables.hulls), len(tables.thrusters)
     is_marine = physics.profile == MARINE
-    vessel = vessel_of(kind.boat, density) if is_marine else None
+    vessel = vessel_of(kind.boat, sea.density, in_waves=bool(sea.waves)) if is_marine else None
     row = replace(
         _with_names(kind.hull, boat.name),
         wind=boat_wind(wind, physics, boat.name, boat.robot, own=kind.boat.wind),

@@ -100,9 +100,9 @@ VESSEL = _record(
     wave_rows=_i,  # nodes of that box for the waves, across and over the depth
     wave_levels=_i,
     diffraction_frequencies=_i,  # 0: it has none, and feels the water's acceleration with its added mass
-    diffraction_angles=_i,
+    diffraction_angles=_i,  # from 0 to a full turn
     diffraction_step=_f,  # between its frequencies [rad/s]
-    drift_angles=_i,
+    drift_angles=_i,  # from 0 to a full turn
     drift_step=_f,  # between its frequencies [rad/s]
 )
 STRIP = _record(Strip)

@@ -103,14 +103,19 @@ class Conditions(NamedTuple):
 
 
 @expanded_kernel
-def water_motion(hull: Record, point: FloatArray, body: Motion, waves: Waves, a: Views, time: float) -> WaterMotion:
-    """Return the motion of the water by current and waves at a point (3,) [m] of a hull, body axes."""
+def water_motion(
+    hull: Record, point: FloatArray, body: Motion, waves: Waves, a: Views, time: float, turns: bool
+) -> WaterMotion:
+    """Return the motion of the water by current and waves at a point (3,) [m] of a hull, body axes.
+
+    Without `turns` that of waves is left out: a hull with a table of diffraction has it there.
+    """
     sea = a.sea[0]
     x, y, z = place_of(body, point)
     east, north = current_velocity(a.current, a.current_state, a.layers, sea.level - z, time)
     reach = reach_of(hull, heading_of(body))
     orbital = orbital_motion(waves, sea, x, y, z, time, reach)
-    turning = orbital_turning(waves, sea, reach, x, y, z, time)
+    turning = orbital_turning(waves, sea, reach, x, y, z, time) if turns else Turning(0.0, *zero_vector())
     return WaterMotion((east, north, 0.0), orbital, turning)
 
 

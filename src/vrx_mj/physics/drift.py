@@ -10,17 +10,16 @@ from typing import Final
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.conditions import Conditions
-from vrx_mj.physics.elementary import near_cosine_and_sine
 from vrx_mj.physics.kernel import inlined_kernel, kernel
 from vrx_mj.physics.lanes import WIDTH, broadcast, choose, load, product_and, smaller, store
 from vrx_mj.physics.motion import Motion, Wrench, from_origin, scale_wrench, zero_wrench
 from vrx_mj.physics.tables import Record, Table, Waves
 from vrx_mj.physics.wave_box import heading_of
-from vrx_mj.physics.waves import AMPLITUDE, ANGLE, EAST, FREQUENCY, MEMORY, NORTH, PHASE, WAVENUMBER, ramp
+from vrx_mj.physics.waves import AMPLITUDE, ANGLE, COSINE, FREQUENCY, MEMORY, SINE, ramp
 
 DRIFT: Final = 8
 """Numbers of an entry of the table: surge and sway force, yaw moment and 0, and how much more they are at the next."""
-_INSIDE: Final = 1e-9  # steps of the table by which what is beyond its end is inside
+_INSIDE: Final = 1e-9  # steps of a table by which what is at its end is inside
 
 
 @inlined_kernel
@@ -50,24 +49,24 @@ def drift_load(table: FloatArray, step: float, columns: Waves, sea: Record, body
 
     Args:
         table: (frequencies, angles, DRIFT): surge and sway force [N/m2] and yaw moment [N/m] in the hull's heading, and
-            what they gain up to the next frequency, at multiples of `step` from 0 on and at even angles over the
-            circle.
+            what they gain up to the next frequency, at multiples of `step` from 0 on and at even angles from 0 to a
+            full turn.
         step: between frequencies [rad/s].
-        columns: `wave_columns`, whose memory is used.
+        columns: `wave_columns` after `orbital_motion` at the hull, whose memory is used.
         sea: a row of `tables.SEA`.
         body: motion of the link.
         t: time [s].
     """
-    angles, numbers, cos_sin = table.shape[1], table.reshape(table.size), heading_of(body)
-    _place_waves(columns, angles, 1.0 / step, table.shape[0] - 1 - _INSIDE, math.atan2(cos_sin[1], cos_sin[0]), body, t)
-    later, height, place, turn = columns[MEMORY], columns[MEMORY + 1], columns[MEMORY + 2], columns[MEMORY + 3]
-    even = odd = 0.0
+    row, numbers, cos_sin = table.shape[1], table.reshape(table.size), heading_of(body)
+    place_waves(columns, row - 1, 1.0 / step, table.shape[0] - 1 - _INSIDE, cos_sin)
+    cos_wave, sin_wave, amplitude = columns[COSINE], columns[SINE], columns[AMPLITUDE]
+    place, turn, even, odd = columns[MEMORY], columns[MEMORY + 1], 0.0, 0.0
     own = own_later = more = more_later = broadcast(0.0)
     for i in range(place.size):
         low, near = int(place[i]), int(turn[i])
-        up, on, c, s = place[i] - low, turn[i] - near, height[i], later[i]
-        first, second = low * angles + near % angles, low * angles + (near + 1) % angles
-        lacks = product_and(load(numbers, DRIFT * second), on, load(numbers, DRIFT * first) * (1.0 - on))
+        up, on, c, s = place[i] - low, turn[i] - near, amplitude[i] * cos_wave[i], amplitude[i] * sin_wave[i]
+        first = DRIFT * (low * row + near)
+        lacks = product_and(load(numbers, first + DRIFT), on, load(numbers, first) * (1.0 - on))
         own, own_later = product_and(lacks, c, own), product_and(lacks, s, own_later)
         more, more_later = product_and(lacks, up * c, more), product_and(lacks, up * s, more_later)
         even, odd = even + c, odd + s
@@ -80,20 +79,13 @@ def drift_load(table: FloatArray, step: float, columns: Waves, sea: Record, body
 
 
 @kernel
-def _place_waves(
-    columns: Waves, angles: int, per_step: float, last: float, heading: float, body: Motion, t: float
-) -> None:
-    """Write the waves' height at a link a quarter of a period later, their height, and places in a table to memory.
+def place_waves(columns: Waves, angles: int, per_step: float, last: float, heading: tuple[float, float]) -> None:
+    """Write the waves' places in a hull's table to memory: frequency in steps, up to the last, and angle.
 
-    These are the frequency in steps, up to the last, and the angle off the heading [rad] in shares of a circle of so
-    many `angles`.
+    The angle is that off the heading, whose cosine and sine are given, in shares of a circle of so many `angles`.
     """
-    per_angle, whole = angles / (2.0 * math.pi), float(angles)
+    per_angle, whole, toward = angles / (2.0 * math.pi), float(angles), math.atan2(heading[1], heading[0])
     for i in range(0, columns.shape[1], WIDTH):
-        along = load(columns[WAVENUMBER], i) * (load(columns[EAST], i) * body.x + load(columns[NORTH], i) * body.y)
-        c, s = near_cosine_and_sine(along - load(columns[FREQUENCY], i) * t + load(columns[PHASE], i))
-        store(columns[MEMORY], i, s * load(columns[AMPLITUDE], i))
-        store(columns[MEMORY + 1], i, c * load(columns[AMPLITUDE], i))
-        store(columns[MEMORY + 2], i, smaller(load(columns[FREQUENCY], i) * per_step, broadcast(last)))
-        turn = (load(columns[ANGLE], i) - heading) * per_angle
-        store(columns[MEMORY + 3], i, choose(0.0 - turn, turn + whole, turn))
+        store(columns[MEMORY], i, smaller(load(columns[FREQUENCY], i) * per_step, broadcast(last)))
+        turn = (load(columns[ANGLE], i) - toward) * per_angle
+        store(columns[MEMORY + 1], i, smaller(choose(0.0 - turn, turn + whole, turn), broadcast(whole - _INSIDE)))

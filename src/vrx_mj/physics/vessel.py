@@ -27,10 +27,11 @@ import numpy as np
 from vrx_mj.arrays import ByteArray, FloatArray, IntArray
 from vrx_mj.physics.conditions import Conditions
 from vrx_mj.physics.drag import added_mass_bias, crossflow_drag, matrix_times, resistance_at
-from vrx_mj.physics.elementary import cosine
+from vrx_mj.physics.drift import place_waves
+from vrx_mj.physics.elementary import cosine_and_sine, exponential, near_cosine_and_sine
 from vrx_mj.physics.kernel import allocating_kernel, inlined_kernel, kernel
 from vrx_mj.physics.kinematics import orbital_motion, orbital_turning, reach_of, surface_plane, turned_with
-from vrx_mj.physics.lanes import WIDTH, zeros_in_lines
+from vrx_mj.physics.lanes import WIDTH, Lanes, broadcast, load, product_and, store, zeros_in_lines
 from vrx_mj.physics.motion import (
     Motion,
     Rows,
@@ -56,27 +57,25 @@ from vrx_mj.physics.motion import (
     zero_wrench,
 )
 from vrx_mj.physics.panels import CUT, panel_wrench, still_pressures
-from vrx_mj.physics.tables import MATRIX, Record, Table
+from vrx_mj.physics.tables import MATRIX, Record, Table, Waves
 from vrx_mj.physics.wave_box import BOX_MEMORY, LEVELS, ROWS, heading_of, pressures_in_waves
-from vrx_mj.physics.waves import ramp, wave_columns, wave_phase
+from vrx_mj.physics.waves import (
+    AMPLITUDE,
+    EAST,
+    FREQUENCY,
+    MEMORY,
+    NORTH,
+    PHASE,
+    WAVENUMBER,
+    ramp,
+    wave_columns,
+)
 
-_QUARTER = 0.5 * math.pi
 _FIRST = 12  # of the six velocities among the fields of a `Motion`
 
 
-DIFFRACTION: Final = 15
-"""Numbers of an entry of a hull's table of waves: force and torque, real and imaginary, and the drift in the plane."""
-
-
-class Scattered(NamedTuple):
-    """Sum over the waves that meet a hull."""
-
-    force: Wrench
-    """Of diffraction: body axes."""
-    even: Vector
-    """Height [m] times what the mean force lacks [N/m2]."""
-    odd: Vector
-    """The same a quarter of a period later."""
+DIFFRACTION: Final = 2 * WIDTH
+"""Numbers of an entry of a hull's table of waves: `diffraction_load`."""
 
 
 @kernel
@@ -91,15 +90,19 @@ def memory_step(memory: Table, state: Table, motion: Motion, dt: float) -> None:
         motion: the link's, through what its water is at rest in.
         dt: length of the step [s].
     """
+    p = q = c = s = real_share = imaginary_share = 0.0
     for i in range(memory.size):
         one, own = memory[i], state[i]
-        p, q = one.pole[0], one.pole[1]
-        decay = math.exp(p * dt)
-        c, s = decay * math.cos(q * dt), decay * math.sin(q * dt)
-        share = motion[_FIRST + one.motion] / (p * p + q * q)
+        if one.pole[0] != p or one.pole[1] != q:  # rows of one pole lie together
+            p, q = one.pole[0], one.pole[1]
+            cos, sin = cosine_and_sine(q * dt)
+            decay, size = exponential(p * dt), 1.0 / (p * p + q * q)
+            c, s = decay * cos, decay * sin
+            real_share, imaginary_share = ((c - 1.0) * p + s * q) * size, (s * p - (c - 1.0) * q) * size
+        speed = motion[_FIRST + one.motion]
         real, imaginary = own.real, own.imaginary
-        own.real = c * real - s * imaginary + ((c - 1.0) * p + s * q) * share
-        own.imaginary = s * real + c * imaginary + (s * p - (c - 1.0) * q) * share
+        own.real = c * real - s * imaginary + real_share * speed
+        own.imaginary = s * real + c * imaginary + imaginary_share * speed
 
 
 @kernel
@@ -120,45 +123,10 @@ def _real_part(real: FloatArray, imaginary: FloatArray, c: float, s: float) -> W
 
 
 @kernel
-def _add_entry(entry: FloatArray, weight: float, c: float, s: float, total: Scattered) -> Scattered:
-    """Return a total and the weighted share of one entry of the table at a phase: Re(F e^(i theta)), and the drift."""
-    force = scale_wrench(_real_part(entry[:6], entry[6:12], c, s), weight)
-    drift = entry[12:]
-    return Scattered(
-        add(total.force, force), plus(total.even, times(weight * c, drift)), plus(total.odd, times(weight * s, drift))
-    )
-
-
-@kernel
-def _add_scattered(table: FloatArray, place: float, angle: float, c: float, s: float, total: Scattered) -> Scattered:
-    """Return a total and the share of one wave, in the hull's axes.
-
-    Args:
-        table: as that of `diffraction_load`.
-        place: frequency in steps of the table, inside it.
-        angle: off the hull's heading, toward which the wave travels [rad], -pi to pi.
-        c: height of the wave [m] at the hull.
-        s: the same a quarter of a period later.
-        total: sum so far.
-    """
-    angles = table.shape[1]
-    turn = angle * angles / (2.0 * math.pi)
-    if turn < 0.0:
-        turn += angles
-    low, near = int(place), int(turn)
-    up, on = place - low, turn - near
-    near = near % angles
-    far = (near + 1) % angles
-    total = _add_entry(table[low, near], (1.0 - up) * (1.0 - on), c, s, total)
-    total = _add_entry(table[low, far], (1.0 - up) * on, c, s, total)
-    total = _add_entry(table[low + 1, near], up * (1.0 - on), c, s, total)
-    return _add_entry(table[low + 1, far], up * on, c, s, total)
-
-
-@kernel
 def diffraction_load(
-    table: FloatArray, step: float, waves: Table, sea: Record, body: Motion, heading: tuple[float, float], t: float
-) -> Wrench:
+    table: FloatArray, step: float, columns: Waves, sea: Record, body: Motion, heading: tuple[float, float],
+    t: float,
+) -> Wrench:  # fmt: skip
     """Return the force of the waves that a hull scatters, and what the mean lacks: world axes, about the link's origin.
 
     Between the table's entries it is linear in frequency and angle. A wave beyond the last frequency exerts none. The
@@ -166,37 +134,57 @@ def diffraction_load(
     D_i what a square metre of each lacks, sum over i and j of a_i a_j (D_i + D_j) / 2 cos(theta_i - theta_j).
 
     Args:
-        table: (frequencies, angles, DIFFRACTION): real and imaginary part of the force [N/m] and torque [N] in body
-            axes per metre of a wave's amplitude, and the surge and sway force [N/m2] and yaw moment [N/m] in its
-            heading that the mean lacks, at multiples of `step` from 0 on and at even angles over the circle.
+        table: (frequencies, angles, DIFFRACTION), at multiples of `step` from 0 on and at even angles from 0 to a full
+            turn: real part of the force [N/m] and torque [N] in body axes per metre of a wave's amplitude, surge and
+            sway force [N/m2] in its heading that the mean lacks; imaginary part, yaw moment [N/m], and 0.
         step: between frequencies [rad/s].
-        waves: `tables.WAVE`.
+        columns: `wave_columns`, whose memory is used.
         sea: a row of `tables.SEA`.
         body: motion of the link.
         heading: cosine and sine of the hull's.
         t: time [s].
     """
     cos, sin = heading
-    last, even, odd = table.shape[0] - 1, 0.0, 0.0
-    total = Scattered(zero_wrench(), zero_vector(), zero_vector())
-    for i in range(waves.size):
-        wave = waves[i]
-        place = wave.frequency / step
-        if place < last:
-            east, north = wave.direction[0], wave.direction[1]
-            angle = math.atan2(north * cos - east * sin, east * cos + north * sin)
-            theta = wave_phase(wave, body.x, body.y, t)
-            height, later = wave.amplitude * cosine(theta), wave.amplitude * cosine(theta - _QUARTER)
-            total = _add_scattered(table, place, angle, height, later, total)
-            even, odd = even + height, odd + later
+    last, row, numbers, even, odd = table.shape[0] - 1, table.shape[1], table.reshape(table.size), 0.0, 0.0
+    place_waves(columns, row - 1, 1.0 / step, float(last), heading)
+    place, turn, height, later = columns[MEMORY], columns[MEMORY + 1], columns[MEMORY + 2], columns[MEMORY + 3]
+    for i in range(0, place.size, WIDTH):
+        along = load(columns[WAVENUMBER], i) * (load(columns[EAST], i) * body.x + load(columns[NORTH], i) * body.y)
+        c, s = near_cosine_and_sine(along - load(columns[FREQUENCY], i) * t + load(columns[PHASE], i))
+        store(height, i, c * load(columns[AMPLITUDE], i))
+        store(later, i, s * load(columns[AMPLITUDE], i))
+    real = imaginary = real_later = imaginary_later = broadcast(0.0)
+    for i in range(place.size):
+        if place[i] < last:
+            low, near = int(place[i]), int(turn[i])
+            up, on = place[i] - low, turn[i] - near
+            start, c, s = DIFFRACTION * (low * row + near), height[i], later[i]
+            weights = (1.0 - up) * (1.0 - on), (1.0 - up) * on, up * (1.0 - on), up * on
+            first = _weighted(numbers, start, DIFFRACTION * row, weights)
+            second = _weighted(numbers, start + WIDTH, DIFFRACTION * row, weights)
+            real, real_later = product_and(first, c, real), product_and(first, s, real_later)
+            imaginary, imaginary_later = product_and(second, c, imaginary), product_and(second, s, imaginary_later)
+            even, odd = even + c, odd + s
+    store(place, 0, real - imaginary_later)
+    force = Wrench(place[0], place[1], place[2], place[3], place[4], place[5])
+    store(place, 0, product_and(real, even, real_later * odd))
+    store(turn, 0, product_and(imaginary, even, imaginary_later * odd))
     grown = ramp(sea, t)
-    x, y, turn = times(grown * grown, plus(times(even, total.even), times(odd, total.odd)))
-    drift = Wrench(cos * x - sin * y, sin * x + cos * y, 0.0, 0.0, 0.0, turn)
-    return add(scale_wrench(rotated_wrench(body, total.force), grown), drift)
+    x, y, yaw = times(grown * grown, (place[6], place[7], turn[6]))
+    drift = Wrench(cos * x - sin * y, sin * x + cos * y, 0.0, 0.0, 0.0, yaw)
+    return add(scale_wrench(rotated_wrench(body, force), grown), drift)
 
 
-_PHASES = 8
-"""Phases of a period over which means are taken."""
+@kernel
+def _weighted(numbers: FloatArray, start: int, ahead: int, weights: tuple[float, float, float, float]) -> Lanes:
+    """Return the weighted sum of the lanes of an entry and the next in an array, and of those `ahead` of them."""
+    low = product_and(load(numbers, start + DIFFRACTION), weights[1], load(numbers, start) * weights[0])
+    high = product_and(load(numbers, start + ahead), weights[2], low)
+    return product_and(load(numbers, start + ahead + DIFFRACTION), weights[3], high)
+
+
+_PHASES = 4
+"""Phases of a period over which means are taken: they tell the mean and the first harmonic from second ones."""
 _AWASH = 0.25
 """Share of its weight that the water carries of a hull about to leave it."""
 
@@ -307,9 +295,7 @@ def radiation_on_vessel(hull: Record, vessel: Record, memory: Table, state: Tabl
 
 
 @inlined_kernel
-def diffraction_on_vessel(
-    hull: Record, vessel: Record, table: FloatArray, waves: Table, sea: Record, now: Conditions
-) -> Wrench:
+def diffraction_on_vessel(hull: Record, vessel: Record, table: FloatArray, sea: Record, now: Conditions) -> Wrench:
     """Return the force of the waves that a hull scatters, and what their mean lacks: world axes, about `hull.link_com`.
 
     `table` has the forces on all vessels, (n, DIFFRACTION).
@@ -319,7 +305,7 @@ def diffraction_on_vessel(
         return zero_wrench()
     first = vessel.diffraction_start
     entries = table[first : first + frequencies * angles].reshape((frequencies, angles, DIFFRACTION))
-    load = diffraction_load(entries, vessel.diffraction_step, waves, sea, now.body, heading_of(now.body), now.time)
+    load = diffraction_load(entries, vessel.diffraction_step, now.waves, sea, now.body, heading_of(now.body), now.time)
     return scale_wrench(from_origin(load, now.body, hull.link_com), now.wet)
 
 

@@ -49,7 +49,9 @@ AMPLITUDE: Final = 5
 _ORBITAL: Final = 6
 BOTTOM: Final = 7  # `bottom_share`
 ANGLE: Final = 8  # of the direction, counter-clockwise from east [rad]
-MEMORY: Final = 9  # and all rows from here on: what a kernel writes there is gone when the next one does
+COSINE: Final = 9  # of the phase, where and when `motion_of_columns` was asked for last
+SINE: Final = 10
+MEMORY: Final = 11  # and all rows from here on: what a kernel writes there is gone when the next one does
 _PI2: Final = math.pi * math.pi
 _RISING: Final = (10.0 / 6.0 - 10.0 / _PI2, 100.0 * (1.0 / 36.0 - 1.0 / (6.0 * _PI2) - 1.0 / 120.0), 0.176)
 
@@ -138,7 +140,7 @@ def motion_of_columns(columns: Waves, reach: Vector, x: float, y: float, z: floa
     """Return the six sums of `orbital_motion` at (x, y) [m], `z` [m] over the mean level, and time `t` [s]."""
     east, north, wavenumber = columns[EAST], columns[NORTH], columns[WAVENUMBER]
     frequency, phase, orbital, bottom = columns[FREQUENCY], columns[PHASE], columns[_ORBITAL], columns[BOTTOM]
-    cos, sin, most = columns[MEMORY], columns[MEMORY + 1], broadcast(0.0)
+    cos, sin, most = columns[COSINE], columns[SINE], broadcast(0.0)
     for i in range(0, cos.size, WIDTH):
         along = load(wavenumber, i) * (load(east, i) * x + load(north, i) * y)
         angle = along - load(frequency, i) * t + load(phase, i)
@@ -150,7 +152,7 @@ def motion_of_columns(columns: Waves, reach: Vector, x: float, y: float, z: floa
         for i in range(cos.size):
             angle = wavenumber[i] * (east[i] * x + north[i] * y) - frequency[i] * t + phase[i]
             cos[i], sin[i] = cosine_and_sine(angle)
-    above = columns[MEMORY + 2]
+    above = columns[MEMORY]
     u = v = w = du = dv = dw = broadcast(0.0)
     for i in range(0, cos.size, WIDTH):
         own, f, bed, k = load(orbital, i), load(frequency, i), load(bottom, i), load(wavenumber, i)
@@ -169,7 +171,7 @@ def motion_of_columns(columns: Waves, reach: Vector, x: float, y: float, z: floa
         du = product_and(load(east, i), s, du)
         dv = product_and(load(north, i), s, dv)
         dw = product_and(f, upright * load(cos, i), dw)
-    sums = columns[MEMORY + 3]
+    sums = columns[MEMORY + 1]
     store(sums, 0, totals(u, v, w, du, dv, dw, 0.0, 0.0))
     return sums[0], sums[1], sums[2], sums[3], sums[4], -sums[5]
 
@@ -178,7 +180,7 @@ def motion_of_columns(columns: Waves, reach: Vector, x: float, y: float, z: floa
 def turning_of_columns(columns: Waves, reach: Vector) -> tuple[float, ...]:
     """Return the four sums of `orbital_turning`, where and when `motion_of_columns` was asked for last."""
     east, north, wavenumber, frequency = columns[EAST], columns[NORTH], columns[WAVENUMBER], columns[FREQUENCY]
-    cos, sin, above = columns[MEMORY], columns[MEMORY + 1], columns[MEMORY + 2]
+    cos, sin, above = columns[COSINE], columns[SINE], columns[MEMORY]
     p = q = dp = dq = broadcast(0.0)
     for i in range(0, cos.size, WIDTH):
         k, f = load(wavenumber, i), load(frequency, i)
@@ -189,7 +191,7 @@ def turning_of_columns(columns: Waves, reach: Vector) -> tuple[float, ...]:
         q = product_and(along, c, q)
         dp = product_and(across, s, dp)
         dq = product_and(along, s, dq)
-    sums = columns[MEMORY + 3]
+    sums = columns[MEMORY + 1]
     store(sums, 0, totals(p, q, dp, dq, 0.0, 0.0, 0.0, 0.0))
     return sums[0], -sums[1], sums[2], -sums[3]
 

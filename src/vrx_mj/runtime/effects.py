@@ -100,7 +100,7 @@ EFFECTS = (
     Effect(
         "diffraction",
         Hulls.VESSELS,
-        lambda hull, now, a: diffraction_on_vessel(hull, a.vessels[hull.vessel], a.diffraction, a.waves, a.sea[0], now),
+        lambda hull, now, a: diffraction_on_vessel(hull, a.vessels[hull.vessel], a.diffraction, a.sea[0], now),
         group=1,
     ),
     Effect(
@@ -186,7 +186,7 @@ def _around_stations(
     """Surroundings of a hull on stations; the water of VRX's profiles is at rest."""
     water, through, level = still_water(), body, body
     if work is not None and hull.profile == MARINE:
-        water = water_motion(hull, hull.link_com, body, waves, a, time)
+        water = water_motion(hull, hull.link_com, body, waves, a, time, True)
         level = motion_through(water, body)
         through = turned_with(level, water.turning, hull.link_com)
     windage = None if work is None else a.windage
@@ -199,7 +199,7 @@ def _around_vessel(
 ) -> Conditions:
     """Surroundings of a hull with a model of its own."""
     vessel = a.vessels[hull.vessel]
-    water = water_motion(hull, vessel.buoyancy, body, work.columns, a, time)
+    water = water_motion(hull, vessel.buoyancy, body, work.columns, a, time, vessel.diffraction_frequencies == 0)
     level = motion_through(water, body)
     through = turned_with(level, water.turning, vessel.buoyancy)
     pressure = pressure_on_vessel(hull, vessel, hull_meshes(a), a.waves, a.sea[0], body, time, work)

@@ -73,3 +73,10 @@ def test_hulls_drift_with_waves_as_short_as_they(robot, heading):
     sim.step(duration=20.0)
     omega = math.pi
     assert (sim.data.qpos[0] - before) / 20.0 > 0.6 * omega**3 / G * 0.05**2
+
+
+def test_a_hull_in_calm_water_has_no_table():
+    world = {"name": "pool", "physics": {"profile": "marine"}, "sea": {"model": "none"}, "wind": {"objects": []}}
+    calm = compile_world(world, fleet={"robot": "blueboat", "boats": [{"name": "a", "pose": [0.0] * 6}]})
+    assert calm.parameters.hulls[0].vessel.drift is None
+    assert run("blueboat").world.parameters.hulls[0].vessel.drift is not None

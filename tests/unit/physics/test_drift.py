@@ -7,12 +7,13 @@ import pytest
 
 from unit.physics.rows import moving, sea
 from vrx_mj.physics.drift import DRIFT, drift_load
+from vrx_mj.physics.kinematics import orbital_motion
 from vrx_mj.physics.waves import wave_columns
 from vrx_mj.spectra import Site, regular_wave
 
 STEP, ANGLES, COUNT = 0.1, 16, 40
 HULL = moving((12.0, -7.0, 0.2), (0.0, 0.0, 0.6))
-FORCES = np.random.default_rng(2).normal(0.0, 100.0, (COUNT, ANGLES, 3))
+FORCES = np.random.default_rng(2).normal(0.0, 100.0, (COUNT, ANGLES + 1, 3))
 
 
 def load(*waves):
@@ -22,11 +23,13 @@ def load(*waves):
         way = math.cos(0.6 + angle), math.sin(0.6 + angle)
         (one,) = regular_wave(2.0 * amplitude, 2.0 * math.pi / frequency, way, Site(gravity=9.81))
         rows.append(one._asdict() | {"steepness": 0.0, "phase": phase})
-    table = np.zeros((COUNT, ANGLES, DRIFT))
+    table = np.zeros((COUNT, ANGLES + 1, DRIFT))
     table[:, :, :3], table[:-1, :, 4:7] = FORCES, np.diff(FORCES, axis=0)
     waves, water = sea(rows)
     time, c, s = 2.5, math.cos(0.6), math.sin(0.6)
-    x, y, *none, turn = drift_load(table, STEP, wave_columns(waves, water, 8), water, HULL, time)
+    columns = wave_columns(waves, water, 4)
+    orbital_motion(columns, water, HULL.x, HULL.y, HULL.z, time)
+    x, y, *none, turn = drift_load(table, STEP, columns, water, HULL, time)
     assert none == [0.0, 0.0, 0.0]
     phases = [
         one["wavenumber"] * (one["direction"] @ (12.0, -7.0)) - one["frequency"] * time + one["phase"] for one in waves

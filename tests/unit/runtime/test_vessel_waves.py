@@ -10,6 +10,7 @@ from vrx_mj import Batch, Simulation, compile_world
 from vrx_mj.config.dynamics import read_hydro
 from vrx_mj.errors import ConfigError, VrxError, VrxWarning
 from vrx_mj.mjcf.hulls import diffraction_of
+from vrx_mj.resources import root
 
 G, RHO, MASS = 9.80665, 1025.0, 4100.0
 URDF = f"""<robot name="barge"><link name="base_link">
@@ -179,6 +180,32 @@ def test_the_file_s_point_and_density_are_those_of_its_matrices(tmp_path):
     assert moved.diffraction.forces[0] == ((0.0,) * 12,) * 12
 
 
+@QUIET
+@pytest.mark.parametrize("length", [3.2, 2.8])
+def test_waves_shorter_than_the_box_push_as_they_do_at_each_point(tmp_path, length):
+    """Pressure on a barge held in head waves shorter than its 4 m, which fade in the box: rho g B e^(-k T) sin(k L / 2)
+    / (k / 2) in heave, in phase with the wave in the middle."""
+    k = 2.0 * math.pi / length
+    omega = math.sqrt(G * k)
+    sea = {"model": "regular", "height": 0.02, "period": 2.0 * math.pi / omega}
+    robot = barge(tmp_path, diffraction=np.zeros((STEPS, 12, 6, 2)).tolist())
+    sim = Simulation(bay(robot, sea=sea))
+    (boat,) = sim.boats
+    sim.set_boat(boat, pose=(0, 0, 0, 0, 0, 0), velocity=(0,) * 6)
+    forces, time = sim.forces(boat), sim.time + sim.timestep
+    swing = 0.01 * math.cos(omega * time)
+    expected = RHO * G * 2.0 * math.exp(-0.5 * k) * math.sin(2.0 * k) / (0.5 * k) * swing
+    lifted = forces["hydrostatics"][2] + forces["diffraction"][2] - MASS * G
+    # straight lines between the table's frequencies and angles, and on triangles of 0.5 m
+    assert lifted == pytest.approx(expected, abs=0.02 * RHO * G * 8.0 * math.exp(-0.5 * k) * 0.01)
+
+
+def test_diffraction_has_frequencies_of_its_own(tmp_path):
+    barge(tmp_path, wave_frequencies=[1.0, 2.0, 3.0], diffraction=content()["diffraction"][:3])
+    table = diffraction_of(read_hydro("barge.json", tmp_path), RHO)
+    assert (table.step, len(table.forces)) == (pytest.approx(3.0 / 48), 49)
+
+
 def test_diffraction_is_smooth_between_the_frequencies_of_a_file(tmp_path):
     """A force that turns by 0.6 rad at each of them: straight lines are 4.4 % off between."""
     omega = 0.2 * np.arange(1, STEPS + 1)
@@ -229,6 +256,14 @@ ODD[0, 4] = 50.0
             "frequencies[1]: a frequency above that of the row before, 0.5 rad/s, is needed, got 0.4",
         ),
         ({"frequencies": [0.0, *content()["frequencies"][1:]]}, "frequencies[0]: must be above 0, got 0"),
+        (
+            {"wave_frequencies": [0.5, *content()["frequencies"][1:]]},
+            "wave_frequencies[1]: a frequency above that of the row before, 0.5 rad/s, is needed, got 0.4",
+        ),
+        (
+            {"wave_frequencies": [0.4, 0.5]},
+            "diffraction: 2 frequencies of 8 angles or more are needed, got 24 of 12",
+        ),
         (
             {"added_mass_infinite": ODD.tolist()},
             "added_mass_infinite: must be symmetric: [0][4] and [4][0] differ by 50",
@@ -323,3 +358,17 @@ def test_a_regular_wave_is_inside_or_outside(tmp_path, period, count):
     with pytest.warns(VrxWarning) as warned:
         bay(barge(tmp_path, scatters=False), sea=sea)
     assert lost(warned) == []
+
+
+@QUIET
+@pytest.mark.slow
+def test_a_long_swell_carries_a_hull_along_whose_waterplane_is_not_over_its_buoyancy():
+    """Its trim in waves is that of the stiffness with which the missing mean was found: Stokes' drift is left."""
+    robot = str(root() / "assets" / "validation" / "worlds" / "wamv_hydro" / "robot.yaml")
+    spawn = {"robot": robot, "sensors": "none"}
+    sim = Simulation(bay(robot, sea={"model": "regular", "height": 2.48, "period": 20.0}, spawn=spawn))
+    sim.step(duration=200.0)
+    start = sim.data.qpos[0]
+    sim.step(duration=400.0)
+    omega = 2.0 * math.pi / 20.0
+    assert (sim.data.qpos[0] - start) / 400.0 == pytest.approx(omega * omega**2 / G * 1.24**2, rel=0.3)

@@ -2,7 +2,7 @@
 
 Forces of waves that a fixed hull scatters, in any heading.
 
-Heave, roll and pitch of a free hull without a file of radiation in waves as short as it.
+Heave, roll and pitch of free boats in waves as short as they are.
 """
 
 import math
@@ -16,7 +16,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.frames import rotation_matrix
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.validation.rows import Comparison, Outcome, case
+from vrx_mj.validation.rows import Comparison, Outcome, case, folder
 from vrx_mj.validation.rows import rows as table_rows
 from vrx_mj.validation.setups import GRAVITY, marine_simulation, only_boat, packaged_simulation, record
 
@@ -229,23 +229,23 @@ def roll_damping() -> Outcome:
     yield Chart("Moment of roll damping", "time [s]", "moment [N m]", lines)
 
 
-_FREE_AMPLITUDE, _PERIODS, _LAST = 0.005, 24, 8
-"""Amplitude of the wave [m]; how many of its periods are run, and how many of them count."""
+_FREE_AMPLITUDE, _LAST = 0.005, 8
+"""Amplitude of the wave [m]; how many of its last periods count."""
 
 
-def _swing(period: float, toward: float) -> FloatArray:
-    """Heave of the WAM-V's centre of mass over the amplitude of a wave, and roll and pitch over its slope."""
+def _swing(robot: str, period: float, toward: float, periods: int) -> FloatArray:
+    """Heave of a robot's centre of mass over the amplitude of a wave, and roll and pitch over its slope."""
     along = [math.cos(math.radians(toward)), math.sin(math.radians(toward))]
     sea = {
         "model": "regular", "height": 2.0 * _FREE_AMPLITUDE, "period": period, "direction": along, "density": 1025.0
     }  # fmt: skip
-    fleet = {"robot": "wamv", "boats": [{"name": "a", "pose": [0] * 6}], "sensors": "none"}
+    fleet = {"robot": robot, "boats": [{"name": "a", "pose": [0] * 6}], "sensors": "none"}
     sim = marine_simulation(fleet, sea=sea)
     center, omega = np.array(sim.world.parameters.hulls[0].body_com), 2.0 * math.pi / period
     wavenumber, found = omega**2 / GRAVITY, []
-    for step in range(round(_PERIODS * period / sim.timestep)):
+    for step in range(round(periods * period / sim.timestep)):
         sim.advance(1)
-        if step >= round((_PERIODS - _LAST) * period / sim.timestep):
+        if step >= round((periods - _LAST) * period / sim.timestep):
             turn = rotation_matrix(sim.data.qpos[3:7])
             x, y, z = sim.data.qpos[:3] + turn @ center
             phase = omega * sim.time - wavenumber * (along[0] * x + along[1] * y)
@@ -258,19 +258,32 @@ def _swing(period: float, toward: float) -> FloatArray:
 def short_waves() -> Outcome:
     """A boat in waves as long as its hulls, and shorter.
 
-    Robot wamv without sensors, 4.1 m long at the waterline and without a file of radiation, free in following and
-    beam waves of 5 mm; first harmonics of heave of the centre of mass, roll and pitch over the last 8 of 24 periods.
-    The wave of 1.5 s is 0.85 of the hulls' length: there no motion may be more than twice the reference's.
+    Robot wamv without sensors, 4.1 m long at the waterline and without a file of radiation, free in following and beam
+    waves of 5 mm; first harmonics of heave of the centre of mass, roll and pitch over the last 8 of 24 periods. The
+    wave of 1.5 s is 0.85 of the hulls' length: there no motion may be more than twice the reference's.
     """
     for row in table_rows("short_waves"):
-        period, toward = row["period"], row["toward"]
-        motions = zip(("heave", "roll", "pitch"), _swing(period, toward), ("", " per slope", " per slope"), strict=True)
-        for motion, ours, per in motions:
-            theirs = row[motion]
-            if theirs < 0.02:  # a beam sea does not pitch it, nor a head sea roll it
-                continue
-            name = f"{motion}{per or ' per metre'}, {period:g} s, wave toward {toward:g} degrees"
-            if period < 2.0:
-                yield Comparison(name, "", None, ours)
-            else:
-                yield Comparison(name, "", theirs, ours)
+        yield from _swings("wamv", row, 2.0, 24)
+
+
+@case("physics/wave_box.py", "physics/vessel.py", "mjcf/drift.py", "adapters/hydro.py", table="response_amplitudes")
+def response_amplitudes() -> Outcome:
+    """A boat with a file of radiation and diffraction in waves as long as its hulls, and shorter.
+
+    assets/validation/worlds/wamv_hydro: the WAM-V without sensors, 4.1 m long at the waterline, free in waves of 5 mm;
+    first harmonics of heave of the centre of mass, roll and pitch over the last 8 of 60 periods. Waves of 1.5 and 1.6 s
+    are shorter than the hulls: there no motion may be more than twice the reference's.
+    """
+    robot = str(folder() / "worlds" / "wamv_hydro" / "robot.yaml")
+    for row in table_rows("response_amplitudes"):
+        yield from _swings(robot, row, 1.7, 60)
+
+
+def _swings(robot: str, row: Mapping[str, Any], least: float, periods: int) -> Outcome:
+    """Rows of a robot in a wave of a table; below a period of `least` [s] there is no reference."""
+    period, toward = row["period"], row["toward"]
+    for motion, ours in zip(("heave", "roll", "pitch"), _swing(robot, period, toward, periods), strict=True):
+        if row[motion] >= 0.02:  # a beam sea does not pitch it, nor a head sea roll it
+            per = "metre" if motion == "heave" else "slope"
+            name = f"{motion} per {per}, {period:g} s, wave toward {toward:g} degrees"
+            yield Comparison(name, "", row[motion] if period >= least else None, ours)
