@@ -226,7 +226,7 @@ _OF_TASK: Mapping[str, str] = {
 """Columns of what a result has of its task."""
 
 
-def _row(result: Result) -> dict[str, Any]:
+def _row(result: Result) -> dict[str, object]:
     """The columns of a result, in their order."""
     task, whole = result.task or {}, {**vars(result), **asdict(result.cell)}
     own = {column: task.get(key) for column, key in _OF_TASK.items()}

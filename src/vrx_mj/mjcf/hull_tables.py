@@ -104,7 +104,7 @@ def _drift(kind: Vessel) -> FloatArray:
     return found
 
 
-def _around(values: Any) -> FloatArray:
+def _around(values: npt.ArrayLike) -> FloatArray:
     """Values (frequencies, angles, n) with those of the first angle once more at the end."""
     return np.asarray(np.pad(values, ((0, 0), (0, 1), (0, 0)), mode="wrap"), np.float64)
 

@@ -204,7 +204,8 @@ def _speeds_adrift(sea: dict[str, object], seed: int, start: float, end: float) 
 def _spheres_in_sea(seed: int) -> tuple[float, float]:
     """Reference and our mean acceleration [m/s2] of spheres."""
     world = _adrift([("sphere", "", 0.0)] * _SPHERES, _SEA, seed)
-    sim, hull = Simulation(world), world.parameters.hulls[0]
+    sim, calm = Simulation(world), _adrift([("sphere", "", 0.0)], {"model": "none"}, seed)
+    hull = calm.parameters.hulls[0]  # with the forces of its file alone
     sim.step(duration=60.0)
     times, track = record(sim, _places, 300, 1.0)
     force = _SeaOnHull("sphere", hull, world.parameters.sea).force[0, 0]
