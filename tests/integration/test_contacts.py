@@ -23,19 +23,19 @@ def sim():
     return vrx_mj.Simulation(vrx_mj.compile_world(WORLD, fleet=FLEET))
 
 
-def ram(sim):
+def ram(sim, duration=12.0):
     """Drive boat a against the dock and stay there."""
-    sim.step({"a": {"left": 1.0, "right": 1.0}}, duration=12.0)
+    sim.step({"a": {"left": 1.0, "right": 1.0}}, duration=duration)
 
 
 def test_a_touch_is_told_once_with_a_force_that_stops_the_boat(sim):
     touches = []
     watch = sim.watch_contacts(touches.append)
-    ram(sim)
+    ram(sim, 4.0)  # later it turns along the wall, and what pushes most may come from the side
     sim.unwatch_contacts(watch)
     assert {(touch.boat, touch.other) for touch in touches} == {("a", "quay")}
     assert len(touches) == 1
-    assert 0.0 < touches[0].time < 12.0
+    assert 0.0 < touches[0].time < 4.0
     assert touches[0].force > 100.0
     touch = touches[0]
     until = touch.time + touch.duration

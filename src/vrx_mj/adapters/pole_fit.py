@@ -24,8 +24,10 @@ _NEGLIGIBLE = 1e-3
 """Entries less than this share of the geometric mean of their diagonals' peaks are left out."""
 _LITTLE = 0.01
 """Share of the largest diagonal's peak that all are taken to have at least [SI]."""
-_ORDERS = (4, 6, 8, 10, 12, 14, 16, 18, 20)
+_ORDERS = (4, 6, 8, 10, 12, 14)
 """Numbers of poles, tried in this order."""
+_MORE = (16, 18, 20)
+"""Those of motions that are coupled, as by the water between two hulls."""
 _GOOD = 0.005
 """Error with which a fit is taken."""
 _CUTS = 40
@@ -164,7 +166,7 @@ def _best_fit(
     """Poles and residues of coupled motions: of the first number of poles with a good fit, or of the best one."""
     samples = np.stack([normal[:, i, j] for i, j in entries], axis=1)
     size, least, best = np.linalg.norm(samples), np.inf, None
-    for order in _ORDERS:
+    for order in _ORDERS if len(entries) == 1 else (*_ORDERS, *_MORE):
         spread = np.linspace(frequencies[0], frequencies[-1], order // 2 + 1)[1:] * 0.8
         poles = -0.3 * spread + 1j * spread
         for _ in range(_ROUNDS):
