@@ -194,7 +194,7 @@ class Rows:
             (np.abs(batch.time - expected)[going] < 1e-6 * np.maximum(expected[going], 1.0)).all(),
             f"times {batch.time} instead of {expected}",
         )
-        for data in (batch._rows.data[row] for row in np.flatnonzero(going)):
+        for data in (batch._rows._data[row] for row in np.flatnonzero(going)):
             warned = {kind: int(data.warning[kind].number) for kind in SILENT if data.warning[kind].number}
             log.expect(not warned, f"warnings of MuJoCo {warned}")
             log.expect(data.ncon < CONTACTS, f"{data.ncon} contacts")
