@@ -351,8 +351,8 @@ class Variation:
             "wind_direction": float(np.arctan2(wind["direction"][1], wind["direction"][0])),
             "wave_direction": self.seas.course,
         }  # fmt: skip
-        self._values = {name: np.full(rows.n, usual) for name, usual in self._usual.items()}
-        """Arguments, of each row; of phases, the largest."""
+        self._values: dict[str, FloatArray] = {}
+        """Arguments that were given, of each row; of phases, the largest."""
         self._own: defaultdict[int, dict[str, float]] = defaultdict(dict)
         """Numbers by name, of the rows that have any."""
 
@@ -382,10 +382,10 @@ class Variation:
             self._own[row] |= {name: value for name, value in more.items() if name not in _WINDS}
             self._set_tables(row, parameters)
         for name, values in given.items():
-            self._values[name][which] = values
+            self._values_of(name)[which] = values
         if phases is not None or any(name.startswith("wave") for name in given):
             waves = self.seas.change(which, given, phases)
-            self._values["wave_phases"][which] = np.abs(waves["phase"]).max(axis=1, initial=0.0)
+            self._values_of("wave_phases")[which] = np.abs(waves["phase"]).max(axis=1, initial=0.0)
             self._rows.separate("waves")[which] = waves
         wind = self._rows.stacks["wind"]
         for name, column in (("wind_speed", "mean"), ("gusts", "gain")):
@@ -398,6 +398,9 @@ class Variation:
             self._rows.separate("thrusters")["gain"][which] = given["thrust"][:, None]
         if "mass" in given:
             self._rows.weigh(which, given["mass"])
+
+    def _values_of(self, name: str) -> FloatArray:
+        return self._values.setdefault(name, np.full(self._rows.n, self._usual[name]))
 
     def draw_phases(self, which: IntArray, seeds: IntArray) -> None:
         """Draw the phases of rows' waves from their seeds, where the sea is random and none were given."""
@@ -427,7 +430,8 @@ class Variation:
         found = {}
         for name, (table, column) in _COLUMNS.items():
             own, common = self._rows.part(table, row)[column], getattr(self._rows.arrays, table)[column]
-            value, usual = float(self._values[name][row]), self._usual[name]
+            usual = self._usual[name]
+            value = float(self._values[name][row]) if name in self._values else usual
             if name == "wave_phases" and self.seas.drawn[row]:
                 continue
             if own.tobytes() != common.tobytes() and (name not in _SHARED or value != usual):
