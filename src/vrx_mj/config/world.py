@@ -29,7 +29,7 @@ from vrx_mj.constants import GRAVITY, LONGEST_STEP, SHORTEST_STEP
 from vrx_mj.errors import VrxWarning
 from vrx_mj.frames import Geodetic
 from vrx_mj.model.kinds import Degrees, Latitude, Longitude, Seed, Share
-from vrx_mj.spectra import VRX_SEAS
+from vrx_mj.spectra import REGULAR, SPECTRA, VRX_SEAS
 
 
 class MarkersConfig(Config):
@@ -258,8 +258,10 @@ class WorldConfig(FromFile):
         profile = self.physics.profile
         if profile != MARINE:
             found += [(loc, f"{what} {_MARINE_ONLY}, got {profile}") for loc, what in self._of_marine()]
-        if self.physics.profile == MARINE and self.physics.gravity == 0.0:
-            found.append((("physics", "gravity"), f"{MARINE} needs gravity, which makes its waves, got 0"))
+        sea = self.sea.model
+        if self.physics.gravity == 0.0 and (profile == MARINE or sea in SPECTRA or sea in REGULAR):
+            what = MARINE if profile == MARINE else f"a sea of model {sea}"
+            found.append((("physics", "gravity"), f"{what} needs gravity, which makes its waves, got 0"))
         return found
 
     def _of_marine(self) -> Iterator[tuple[Loc, str]]:

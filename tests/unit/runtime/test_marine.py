@@ -104,6 +104,10 @@ def test_a_saved_world_has_its_current(tmp_path):
             {"physics": {"profile": "marine", "gravity": 0}},
             "<world>: physics.gravity: marine needs gravity, which makes its waves, got 0",
         ),
+        (
+            {"physics": {"profile": "vrx", "gravity": 0}, "sea": {"model": "jonswap", "sea_state": 2}},
+            "<world>: physics.gravity: a sea of model jonswap needs gravity, which makes its waves, got 0",
+        ),
     ],
 )
 def test_what_cannot_be_a_current(world, message):
