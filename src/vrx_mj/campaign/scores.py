@@ -413,7 +413,7 @@ class Dependence:
     means: tuple[Mean, ...]
     """Scores in each of these."""
     correlation: float
-    """Spearman's rank correlation; NaN where there is none."""
+    """Spearman's rank correlation; NaN where it is not defined."""
 
 
 def dependence(results: Sequence[Result], quantity: Quantity, controller: str) -> Dependence:

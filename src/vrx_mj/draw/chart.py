@@ -47,7 +47,7 @@ class Series:
     color: int | None = None
     """Number of its colour; None: its own among the series."""
     low: npt.ArrayLike | None = None
-    """Lower edge of a band around the curve; None: there is none."""
+    """Lower edge of a band around the curve, if it has one."""
     high: npt.ArrayLike | None = None
     """Upper edge."""
 

@@ -70,7 +70,7 @@ class Band:
     width: str
     """`1 %` of the reference to either side, `0.05` of the row's unit to either side, or the range `0.7 to 0.8`."""
     known: str = ""
-    """Range outside the band in which our value is known to be; empty where there is none."""
+    """Range outside the band in which our value is known to be, if it is."""
     why: str = ""
     """Why it is."""
 
