@@ -219,7 +219,7 @@ class _Run:
     def __init__(self, trials: Sequence[Trial], root: Path, engine: Engine) -> None:
         self._waiting, self._root, self._engine = deque(trials), root, engine
         self._losses: Counter[Cell] = Counter()
-        self._chunks: dict[_Worker, deque[Trial]] = {}
+        self._chunks: dict[_Worker, dict[Cell, Trial]] = {}
         """The workers, with the trials that each has not ended yet."""
         self._idle: list[_Worker] = []
         self._failed_starts = 0
@@ -230,7 +230,7 @@ class _Run:
             while self._waiting or any(self._chunks.values()):
                 while len(self._chunks) < self._most:
                     with signals_held():
-                        self._chunks[self._engine.start()] = deque()
+                        self._chunks[self._engine.start()] = {}
                 self._hand_out()
                 running(sum(map(bool, self._chunks.values())))
                 for worker in self._engine.ready([one for one in self._chunks if one not in self._idle]):
@@ -248,7 +248,7 @@ class _Run:
             count = min(_CHUNK, 1 + len(self._waiting) // (4 * self._most))
             chunk = [self._waiting.popleft() for _ in range(min(count, len(self._waiting)))]
             worker = self._idle.pop()
-            self._chunks[worker].extend(chunk)
+            self._chunks[worker] = {trial.cell: trial for trial in chunk}
             worker.submit(chunk)
 
     def _take(self, worker: _Worker) -> Iterator[Result]:
@@ -260,9 +260,9 @@ class _Run:
             del self._chunks[worker]
             worker.close()
             if chunk:
-                result = Result(chunk[0].cell, "lost", error=str(error))
-                self._waiting.extendleft(reversed(list(chunk)[1:]))
-                yield from self._settle(chunk[0], result)
+                first, *rest = chunk.values()
+                self._waiting.extendleft(reversed(rest))
+                yield from self._settle(first, Result(first.cell, "lost", error=str(error)))
             else:
                 self._count_failed_start(error)
             return
@@ -270,7 +270,7 @@ class _Run:
         if result is None:
             self._idle.append(worker)
         else:
-            yield from self._settle(chunk.popleft(), result)
+            yield from self._settle(chunk.pop(result.cell), result)
 
     def _settle(self, trial: Trial, result: Result) -> Iterator[Result]:
         """The result of a trial, unless it is to be run again."""

@@ -106,12 +106,11 @@ def campaign(
         serving=serving, vary=vary or (),
     )  # fmt: skip
     earlier = read_campaign(against) if against is not None else None
-    if serving is None:
-        check_controllers(plan.controllers)
+    rows = check_controllers(plan.controllers) if serving is None else frozenset()
     with writing("the campaign", output):
         begun = begin(output, plan, restart=restart)
         page = LivePage(begun, earlier)
-        stopped = _carry_out(begun, _engine(jobs, ray), page)
+        stopped = _carry_out(begun, _engine(jobs, ray), page, rows)
         now, comparison = page.write()
     _conclude(now, comparison, page.file, stopped=stopped)
 
@@ -161,15 +160,15 @@ def _plan(controllers: Sequence[str], worlds: Sequence[str], seeds: str, vary: S
     return replace(plan, vary=check_vary(plan.vary, plan.worlds, plan.fleet))
 
 
-def _carry_out(begun: "Campaign", engine: "Engine", page: "LivePage") -> bool:
-    """Sail what is left; whether it was stopped before its end."""
+def _carry_out(begun: "Campaign", engine: "Engine", page: "LivePage", rows: frozenset[str]) -> bool:
+    """Sail what is left, of controllers that take `rows` together; whether it was stopped before its end."""
     from vrx_mj.campaign.engines import run_trials
     from vrx_mj.campaign.results import ResultStore
 
     plan, left = begun.manifest.plan, begun.remaining
     if len(left) < len(plan.cells):
         typer.echo(f"{begun.folder}: {len(plan.cells) - len(left)} of {len(plan.cells)} trials are finished", err=True)
-    trials = [plan.trial(cell) for cell in left]
+    trials = [replace(plan.trial(cell), rows=cell.controller in rows) for cell in left]
     with ResultStore(begun.folder, writes=True) as store, Bar("campaign", len(trials), "trials") as bar:
         page.refresh()
         progress = CampaignProgress(bar, len(trials))
