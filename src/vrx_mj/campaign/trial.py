@@ -109,7 +109,7 @@ def sail(trial: Trial, folder: Path, stopwatch: Stopwatch, warm: Simulation | No
         sim = warm
         with _recording(sim, folder / _RECORDING if trial.record else None):
             summary = _summary(trial, sim, folder, tracks, stopwatch)
-        return _result(trial, summary, base.sha256, tracks, sim.features)
+        return _result(trial, summary, base.sha256, tracks, sim.data.qpos)
     except Exception as error:
         return Result(
             trial.cell,
@@ -166,7 +166,7 @@ def _row_results(trials: Sequence[Trial], stopwatch: Stopwatch, warm: Simulation
             sim_time=steps * batch.timestep,
             wall_time=wall,
             state_sha256=batch.get_state(row).sha256,
-            poses_sha256=_motion_sha256(way[row], seen[row]),
+            poses_sha256=_motion_sha256(way[row], batch.qpos[row]),
             world_sha256=world.sha256,
             platform=fingerprint(),
             tracks=tracks[row].lines(),
@@ -176,9 +176,9 @@ def _row_results(trials: Sequence[Trial], stopwatch: Stopwatch, warm: Simulation
     ]
 
 
-def _motion_sha256(way: npt.ArrayLike, features: FloatArray) -> str:
-    """Fingerprint of how far boats went [m] and of where they are and how they move, (boats, 13)."""
-    return sha256(np.asarray(way).tobytes() + features.tobytes()).hexdigest()
+def _motion_sha256(way: npt.ArrayLike, qpos: FloatArray) -> str:
+    """Fingerprint of how far boats went [m] and of where all is, MuJoCo's `qpos`."""
+    return sha256(np.asarray(way).tobytes() + qpos.tobytes()).hexdigest()
 
 
 def _summary(trial: Trial, sim: Simulation, folder: Path, tracks: Tracks, stopwatch: Stopwatch) -> Summary:
@@ -201,7 +201,7 @@ def _recording(sim: Simulation, file: Path | None) -> AbstractContextManager[obj
     return record(sim, file)
 
 
-def _result(trial: Trial, summary: Summary, world: str, tracks: Tracks, features: FloatArray) -> Result:
+def _result(trial: Trial, summary: Summary, world: str, tracks: Tracks, qpos: FloatArray) -> Result:
     task = summary.as_dict().get("task")
     if task is not None and not math.isfinite(task["score"] or 0.0):
         raise VrxError(f"the score of {task['name']} is {task['score']}: a finite number is needed")
@@ -215,7 +215,7 @@ def _result(trial: Trial, summary: Summary, world: str, tracks: Tracks, features
         sim_time=summary.sim_time,
         wall_time=summary.wall_time,
         state_sha256=summary.state_sha256,
-        poses_sha256=_motion_sha256([boat.distance for boat in summary.boats.values()], features),
+        poses_sha256=_motion_sha256([boat.distance for boat in summary.boats.values()], qpos),
         world_sha256=world,
         platform=summary.platform,
         tracks=tracks.lines(),
