@@ -22,15 +22,7 @@ from vrx_mj.errors import VrxError
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.model.numbers import run_numbers
 from vrx_mj.runtime.batch import Batch
-from vrx_mj.runtime.run import (
-    Controller,
-    Summary,
-    fingerprint,
-    load_controller,
-    planned_duration,
-    run,
-    steps_of_calls,
-)
+from vrx_mj.runtime.run import Controller, Summary, fingerprint, load_controller, planned_duration, run, steps_of_calls
 from vrx_mj.runtime.simulation import Simulation
 
 _RECORDING = "run.rrd"
@@ -109,17 +101,11 @@ def sail(trial: Trial, folder: Path, stopwatch: Stopwatch, warm: Simulation | No
         sim = warm
         with _recording(sim, folder / _RECORDING if trial.record else None):
             summary = _summary(trial, sim, folder, tracks, stopwatch)
-        return _result(trial, summary, base.sha256, tracks, sim.data.qpos)
+        return _ended(trial, summary, tracks, world_sha256=base.sha256, qpos=sim.data.qpos)
     except Exception as error:
-        return Result(
-            trial.cell,
-            "lost" if _is_the_machines(error) else "failed",
-            error=_error_text(error, sim),
-            sim_time=sim.time if sim else 0.0,
-            wall_time=time.perf_counter() - begun,
-            tracks=tracks.lines(),
-            parameters=trial.parameters,
-        )
+        state = "lost" if _is_the_machines(error) else "failed"
+        times = {"sim_time": sim.time if sim else 0.0, "wall_time": time.perf_counter() - begun}
+        return _result(trial, tracks, state=state, error=_error_text(error, sim), **times)
 
 
 def sail_rows(trials: Sequence[Trial], stopwatch: Stopwatch, warm: Simulation) -> list[Result]:
@@ -159,21 +145,20 @@ def _row_results(trials: Sequence[Trial], stopwatch: Stopwatch, warm: Simulation
         now = batch.features.copy()
         way += np.hypot(*np.moveaxis(now[..., :2] - seen[..., :2], -1, 0))
         seen = now
-    wall = (time.perf_counter() - begun) / len(trials)
+    common = {
+        "sim_time": steps * batch.timestep, "wall_time": (time.perf_counter() - begun) / batch.n,
+        "platform": fingerprint(), "world_sha256": world.sha256,
+    }  # fmt: skip
+    motions = [_motion_sha256(*own) for own in zip(way, batch.qpos, strict=True)]
     return [
-        Result(
-            trial.cell,
-            sim_time=steps * batch.timestep,
-            wall_time=wall,
-            state_sha256=batch.get_state(row).sha256,
-            poses_sha256=_motion_sha256(way[row], batch.qpos[row]),
-            world_sha256=world.sha256,
-            platform=fingerprint(),
-            tracks=tracks[row].lines(),
-            parameters=trial.parameters,
-        )
-        for row, trial in enumerate(trials)
+        _result(trial, own, state_sha256=batch.get_state(row).sha256, poses_sha256=motions[row], **common)
+        for row, (trial, own) in enumerate(zip(trials, tracks, strict=True))
     ]
+
+
+def _result(trial: Trial, tracks: Tracks, **own: Any) -> Result:
+    """The result of a trial, with what it has of its own."""
+    return Result(trial.cell, tracks=tracks.lines(), parameters=trial.parameters, **own)
 
 
 def _motion_sha256(way: npt.ArrayLike, qpos: FloatArray) -> str:
@@ -201,27 +186,20 @@ def _recording(sim: Simulation, file: Path | None) -> AbstractContextManager[obj
     return record(sim, file)
 
 
-def _result(trial: Trial, summary: Summary, world: str, tracks: Tracks, qpos: FloatArray) -> Result:
+def _ended(trial: Trial, summary: Summary, tracks: Tracks, *, world_sha256: str, qpos: FloatArray) -> Result:
+    """The result of a run."""
     task = summary.as_dict().get("task")
     if task is not None and not math.isfinite(task["score"] or 0.0):
         raise VrxError(f"the score of {task['name']} is {task['score']}: a finite number is needed")
     if task is not None:
         task["events"] = [list(event) for event in task["events"][-_EVENTS:]]
-    return Result(
-        trial.cell,
-        "failed" if summary.interrupted else _STATES.get(summary.task.state if summary.task else "", "finished"),
+    return _result(
+        trial, tracks, task=task, world_sha256=world_sha256, recording=_RECORDING if trial.record else None,
+        state="failed" if summary.interrupted else _STATES.get(summary.task.state if summary.task else "", "finished"),
         error=INTERRUPTED if summary.interrupted else None,
-        task=task,
-        sim_time=summary.sim_time,
-        wall_time=summary.wall_time,
-        state_sha256=summary.state_sha256,
         poses_sha256=_motion_sha256([boat.distance for boat in summary.boats.values()], qpos),
-        world_sha256=world,
-        platform=summary.platform,
-        tracks=tracks.lines(),
-        recording=_RECORDING if trial.record else None,
-        parameters=trial.parameters,
-    )
+        **{name: getattr(summary, name) for name in ("sim_time", "wall_time", "state_sha256", "platform")},
+    )  # fmt: skip
 
 
 def _is_the_machines(error: Exception) -> bool:
