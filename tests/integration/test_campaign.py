@@ -6,14 +6,17 @@ import signal
 import sys
 import time
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 
 import pytest
 
+import vrx_mj
 from campaigns import results_in
 from vrx_command import ended, start, vrx
 from vrx_mj.campaign.engines import ProcessPool, run_trials
-from vrx_mj.campaign.plan import Cell, Trial
+from vrx_mj.campaign.plan import Cell, Plan, Trial
+from vrx_mj.campaign.vary import parse_vary
 
 pytestmark = pytest.mark.slow
 
@@ -122,6 +125,7 @@ FAILURES = {
 def folder(tmp_path_factory):
     place = tmp_path_factory.mktemp("测试 campaigns")
     (place / "bay.yaml").write_text(WORLD, encoding="utf-8")
+    (place / "windy.yaml").write_text(GUSTS + WORLD.split("ocean")[1], encoding="utf-8")
     (place / "gusts.yaml").write_text(GUSTS, encoding="utf-8")
     (place / "crew.py").write_text(CREW, encoding="utf-8")
     return place
@@ -196,6 +200,20 @@ def test_results_depend_neither_on_the_jobs_nor_on_their_order(folder, monkeypat
         cell: result.state_sha256 for cell, result in two.items()
     }
     assert {cell: result.score for cell, result in one.items()} == {cell: result.score for cell, result in two.items()}
+
+
+def test_trials_are_the_runs_of_worlds_with_their_numbers(folder, monkeypatch, tmp_path):
+    monkeypatch.chdir(folder)
+    monkeypatch.syspath_prepend(folder)
+    plan = Plan(
+        ("crew:steady",), ("windy.yaml", "gusts.yaml"), (3, 4), parse_vary(["wind.mean_velocity=2..8"]), duration=3.0
+    )
+    for result in run_trials([plan.trial(cell) for cell in plan.cells], tmp_path, ProcessPool(1)):
+        numbers = {"wind.mean": result.parameters["wind.mean_velocity"]}
+        sim = vrx_mj.Simulation(vrx_mj.compile_world(result.cell.world, parameters=numbers), seed=result.cell.seed)
+        alone = vrx_mj.run(sim, 3.0, controller=import_module("crew").steady)
+        score = alone.task.score if alone.task else None
+        assert (result.state_sha256, result.score) == (alone.state_sha256, score)
 
 
 @POSIX

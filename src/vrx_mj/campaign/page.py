@@ -51,7 +51,7 @@ _SHOWN_SEEDS = 30
 _SHOWN_CELLS = 3000
 """Trials up to which each has a cell of its own, and rows of the table of scores, at most."""
 _LISTED = 200
-"""Kinds of failures and changes that are listed, and points of each controller in a chart, at most."""
+"""Kinds of failures, changes, points of a controller in a chart and tracks on a map that are shown, at most."""
 _BEND = 1.0
 """Details of the shore that are smaller than this are left out [m]."""
 _NEAR = 40.0
@@ -374,7 +374,7 @@ def _maps(campaign: Campaign, sketches: Mapping[str, _Row]) -> Iterator[_Row]:
 
 def _with_tracks(campaign: Campaign) -> Campaign:
     """The campaign with the tracks that the maps show: of each world some trials from the best to the worst."""
-    most = max(3, _MAPS_SIZE // 450 // len(campaign.manifest.plan.worlds))
+    most = max(3, min(_LISTED, _MAPS_SIZE // 450 // len(campaign.manifest.plan.worlds)))
     chosen = []
     for own in grouped(campaign.results.values(), lambda result: result.cell.world).values():
         order = sorted(own, key=lambda result: (result.has_failed, result.score or 0.0))
