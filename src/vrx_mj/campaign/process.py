@@ -21,7 +21,7 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.context import BaseContext
 from pathlib import Path
 
-from vrx_mj.campaign.plan import Trial
+from vrx_mj.campaign.plan import State, Trial
 from vrx_mj.campaign.program import ENDING, adopt_orphans
 from vrx_mj.campaign.results import ALLOWED, END, GROUP, LOG, REACHED, WHAT, Result, Stopwatch
 from vrx_mj.campaign.trial import PREPARATION, sail, sail_rows
@@ -159,14 +159,10 @@ class TrialProcess:
         self._end_groups()
         if found is None:
             hung = reason or (self._hung() if late > -0.1 else None)
-            ended = Result(
-                self.trial.cell,
-                "lost" if hung is None and self._process.exitcode == -_SIGKILL else "failed",
-                error=f"at t = {self._shared[REACHED]:g} s: {hung or _exit_text(self._process.exitcode)}",
-                sim_time=self._shared[REACHED],
-                wall_time=time.monotonic() - self._begun,
-            )
-            return [ended]
+            state: State = "lost" if hung is None and self._process.exitcode == -_SIGKILL else "failed"
+            error = f"at t = {self._shared[REACHED]:g} s: {hung or _exit_text(self._process.exitcode)}"
+            took = time.monotonic() - self._begun
+            return [Result(self.trial.cell, state, error=error, sim_time=self._shared[REACHED], wall_time=took)]
         return found
 
     def stop(self) -> None:

@@ -256,9 +256,9 @@ def print_tables(campaign: "Campaign", comparison: "Comparison | None") -> None:
             rows.append((test.controller, test.task.replace("_", " "), *counts, test.verdict))
         print_table(title, ("controller", "task"), ("pairs", "better", "worse", "gain", "p", "verdict"), rows)
     classes = failure_classes(campaign.results.values())
-    for failure in classes[:_SHOWN_FAILURES]:
-        more = f" (and {len(failure.results) - 1} more like it)" if len(failure.results) > 1 else ""
-        show(f"{failure.results[0].cell}: {failure.error}{more}", "red", result=True)
+    for first, *others in classes[:_SHOWN_FAILURES]:
+        more = f" (and {len(others)} more like it)" if others else ""
+        show(f"{first.cell}: {first.error}{more}", "red", result=True)
     if len(classes) > _SHOWN_FAILURES:
         show(f"and {len(classes) - _SHOWN_FAILURES} other kinds of failures: the page has them", "red", result=True)
 
