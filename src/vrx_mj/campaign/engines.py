@@ -92,7 +92,8 @@ class RayCluster:
         try:
             ray.init(self._address, runtime_env=environment, log_to_driver=False, logging_level=logging.ERROR)
         except (ConnectionError, RuntimeError, ValueError, OSError) as error:
-            raise VrxError(f"cannot use a Ray cluster: {error}") from error
+            token = "" if "RAY_AUTH_MODE" in os.environ else "; for one with a token set RAY_AUTH_MODE=token"
+            raise VrxError(f"cannot use a Ray cluster: {error}{token}") from error
         write_files(self._root, {_TICKET: self._ticket}, WHAT)
         self._actor = ray.remote(num_cpus=1, scheduling_strategy="SPREAD")(_NodeWorker)
         return self._jobs or max(1, int(ray.cluster_resources().get("CPU", 1)))

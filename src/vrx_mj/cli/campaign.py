@@ -225,11 +225,12 @@ class CampaignProgress:
 
         self._done += 1
         self._failed += result.has_failed
-        known = len(self._kinds)
-        if result.has_failed:
-            self._kinds.add(failure_kind(result))
-        if len(self._kinds) > known or not self._bar.watched:
-            line = f"[{self._done}/{self._total}] {result.cell}: {_outcome(result)}"
+        kind = failure_kind(result)
+        is_new = result.has_failed and kind not in self._kinds
+        if is_new or not self._bar.watched:
+            outcome = f"{result.state} as before" if result.has_failed and not is_new else _outcome(result)
+            self._kinds.add(kind)
+            line = f"[{self._done}/{self._total}] {result.cell}: {outcome}"
             self._bar.print(line, "red" if result.has_failed else None)
         self._show()
 
@@ -301,7 +302,7 @@ def _print_leaderboard(campaign: "Campaign") -> None:
 
 def _outcome(result: "Result") -> str:
     if result.has_failed:
-        return f"failed: {result.error}"
+        return f"{result.state}: {result.error}"
     outcome: str = "no task" if result.task is None else result.state
     if result.task is not None and result.score is not None:
         outcome = f"{result.score:.4g} {result.task['unit']}{', cut' if result.state == 'cut' else ''}"
