@@ -1,0 +1,29 @@
+"""What each case of the validation report finds: the numbers that it found before."""
+
+import pytest
+
+from fingerprints import check
+from vrx_mj.validation.report import CASES, run_cases
+
+QUICK = {
+    "barge-afloat", "barges", "beam-wind", "contacts", "froude-krylov", "hemisphere", "heron-speed", "hull-resistance",
+    "mirrored", "otter-periods", "otter-surge", "otter-turn", "panels-doubled", "propeller-quadrants",
+    "propeller-ventilation", "rudder-stream", "sea-record", "sea-spreading", "sphere-decay", "sphere-orbit",
+    "step-halved", "wamv-bollard", "wind-profile", "wind-wander",
+}  # fmt: skip
+"""Cases that take a tenth of a second at most."""
+MARKS = {**dict.fromkeys(QUICK, ()), "waves-adrift": [pytest.mark.slow, pytest.mark.nightly]}
+
+
+@pytest.mark.parametrize(
+    "case", [pytest.param(case, id=case.name, marks=MARKS.get(case.name, pytest.mark.slow)) for case in CASES]
+)
+def test_a_case_finds_what_it_found(case):
+    (result,) = run_cases([case])
+    assert result.error == ""
+    check("validation", case.name, rows=[numbers_of(row) for row in result.rows], charts=result.charts)
+
+
+def numbers_of(row):
+    """A row without the words of its band."""
+    return [row.quantity, row.unit, row.reference, row.ours, row.theory, row.low, row.high, row.use, row.state]
