@@ -36,17 +36,19 @@ def own_tests(mutant: Mutant) -> list[str]:
 
 
 def related_tests(mutant: Mutant) -> list[str]:
-    """The package's unit tests, and all other test files that import something of the package."""
+    """Fingerprints of all that is computed, the package's unit tests, and other test files that import some of it."""
+    wide = [*sorted(TESTS.glob("integration/test_fingerprints_*.py")), TESTS / "integration/test_examples.py"]
     folder = TESTS / "unit" / mutant.package
-    return [*own_tests(mutant), *_names([file for file in _importing(mutant.package) if folder not in file.parents])]
+    others = [file for file in _importing(mutant.package) if folder not in file.parents]
+    return list(dict.fromkeys([*_names(wide), *own_tests(mutant), *_names(others)]))
 
 
 @functools.cache
 def _importing(name: str) -> list[Path]:
-    """Test files that import a module or package of `vrx_mj`."""
+    """Test files that import a module or package of `vrx_mj`, or are called after it."""
     above, _, last = f"vrx_mj.{name}".rpartition(".")
-    imported = re.compile(rf"\b{above}(\.| import [^\n]*\b){last}\b")
-    return [file for file in _files(TESTS) if imported.search(_lines_of_the_package(file))]
+    imported, called = re.compile(rf"\b{above}(\.| import [^\n]*\b){last}\b"), re.compile(rf"test_{last}(_|$)")
+    return [file for file in _files(TESTS) if imported.search(_imports_of(file)) or called.match(file.stem)]
 
 
 def _names(paths: list[Path]) -> list[str]:
@@ -59,8 +61,27 @@ def _files(entry: Path) -> list[Path]:
 
 
 @functools.cache
-def _lines_of_the_package(file: Path) -> str:
-    return "\n".join(line for line in file.read_text(encoding="utf-8").splitlines() if "vrx_mj" in line)
+def _imports_of(file: Path) -> str:
+    """The lines of a file that name the package, and of the helpers and fixtures that it uses."""
+    text = file.read_text(encoding="utf-8")
+    lines = [line for line in text.splitlines() if "vrx_mj" in line]
+    homes = (f"import vrx_mj.{home}" for name, home in _homes().items() if _of_package(name).search("\n".join(lines)))
+    helpers = [TESTS / f"{name.replace('.', '/')}.py" for name in re.findall(r"^(?:from|import) ([\w.]+)", text, re.M)]
+    fixtures = [file.with_name("conftest.py")] if file.parent != TESTS else []
+    used = [_imports_of(helper) for helper in (*helpers, *fixtures) if helper.exists() and helper != file]
+    return "\n".join([*lines, *homes, *used])
+
+
+@functools.cache
+def _of_package(name: str) -> re.Pattern[str]:
+    return re.compile(rf"\bvrx_mj(\.| import [^\n]*\b){name}\b")
+
+
+@functools.cache
+def _homes() -> dict[str, str]:
+    """The modules of the names that `import vrx_mj` offers."""
+    text = (ROOT / "src/vrx_mj/__init__.py").read_text(encoding="utf-8")
+    return dict(re.findall(r'^    "(\w+)": "([\w.]+)",$', text, re.M))
 
 
 class Scratch:
@@ -85,7 +106,7 @@ class Scratch:
         if not test:  # the process ended by itself
             return True
         if test not in self._sound:
-            self._sound[test] = self.run_tests([test], limit)[0] == "passed"
+            self._sound[test] = self.run_tests([test, "-m", ""], limit)[0] == "passed"
             if not self._sound[test]:
                 print(f"left out, as it fails without a mutant: {test}", flush=True)
         return self._sound[test]
