@@ -39,7 +39,8 @@ def check(file: str, key: str, *, rounding: float = ROUNDING, **parts: object) -
         path.write_text("{\n" + ",\n".join(rows) + "\n}\n", encoding="utf-8")
         return
     expected = _kept(path)[key]
-    assert [name for name in {**expected, **found} if not _equal(expected.get(name), found.get(name), rounding)] == []
+    changed = [name for name in {**expected, **found} if not _equal(expected.get(name), found.get(name), rounding)]
+    assert not changed, f"{key}: other numbers than {path.name} has, of {', '.join(changed)}"
 
 
 def fingerprint(value: object) -> list[float]:
