@@ -26,11 +26,12 @@ def check_topics(name, fleet, seconds, but_for=OF_THIS_MACHINE):
     found = defaultdict(list)
     for dialect in ("vrx", "vrx3"):
         table = served(sim, dialect=dialect).network.table
-        wanted = [topic for topic in table.outputs if not any(part in topic for part in but_for)]
+        wanted = {topic for topic in table.outputs if not any(part in topic for part in but_for)}
         scene = served(sim, wanted=wanted, dialect=dialect)
         sim.command_all({boat: dict.fromkeys(sim.command_names(boat), 0.4) for boat in sim.boats})
         run(scene, seconds)
-        for topic, sent in sorted(scene.network.got.items()):
+        for topic in sorted(wanted & scene.network.got.keys()):
+            sent = scene.network.got[topic]
             ends = [[one.time, one.message] for one in (sent[0], sent[-1])]
             found[f"{dialect} {topic.split('/')[1]}"] += [topic, len(sent), *ends]
         scene.server.close()

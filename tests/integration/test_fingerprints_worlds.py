@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import vrx_mj
-from fingerprints import check
+from fingerprints import check, numbers_in
 from vrx_mj.config.search import catalogue
 from vrx_mj.mjcf.parameters import parameters
 from vrx_mj.model.world import tree_of
@@ -16,7 +16,7 @@ EVERYDAY = {
     "vrx2023/scan_dock_deliver_task": None, "vrx2023/acoustic_tracking_task": None, "gymkhana": None,
 }  # fmt: skip
 BY_NIGHT = {name: None for name in catalogue("worlds") if not name.startswith("vrx2") and name not in EVERYDAY}
-BY_NIGHT |= {name: None for name in catalogue("worlds") if "/phase" not in name and name.startswith("vrx2")}
+BY_NIGHT |= {name: None for name in catalogue("worlds") if name.startswith("vrx2023/") and name.count("/") == 1}
 FLEETS = [*catalogue("fleets")]
 ROBOTS = [*catalogue("robots")]
 SEA = {"model": "jonswap", "significant_height": 0.4, "peak_period": 4.5, "components": 12, "spreading": 10.0}
@@ -49,16 +49,17 @@ def check_run(file, key, world, seconds=1.0):
     sim.advance(round(seconds / sim.timestep))
     seen = sim.observe()
     boats = [one for name, one in seen.items() if name in sim.boats]
-    cameras = {one.name for boat in sim.boats for one in sim.mounted(boat) if one.kind.type == "camera"}
+    without = {"camera"} if world.parameters.georeference else {"camera", "gps"}
+    read = {one.name for boat in sim.boats for one in sim.mounted(boat) if one.kind.type not in without}
     check(
         file, key,
-        compiled=[world.mjcf, tree_of(world.parameters)],
+        compiled=[numbers_in(world.mjcf), tree_of(world.parameters)],
         model=model_numbers(sim.model),
         motion=[sim.data.qpos, sim.data.qvel, sim.data.qacc],
         boats=[[one.position, one.velocity, one.roll, one.pitch, one.heading, one.speed, one.course] for one in boats],
         forces=[sim.forces(boat) for boat in sim.boats],
         engines=[[sim.thrust(boat), sim.steering(boat)] for boat in sim.boats],
-        sensors=[[name, one.sensors[name]] for one in boats for name in one.sensors if name not in cameras],
+        sensors=[[name, one.sensors[name]] for one in boats for name in one.sensors if name in read],
         task=sim.task,
         weather=[sim.row(), sim.sea.height(*np.mgrid[:3, :4], sim.time)],
     )  # fmt: skip
