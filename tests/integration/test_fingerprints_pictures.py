@@ -21,8 +21,9 @@ from vrx_mj.draw.map import chart
 from vrx_mj.formats.parts.compliance import judge
 from vrx_mj.formats.parts.read import load_parts
 
-EVERYDAY = {"gymkhana": None, "wildlife_task": "trio"}
+EVERYDAY = {"gymkhana": None}
 BY_NIGHT = {
+    "wildlife_task": "trio",
     "example_course": "trio", "scan_dock_deliver": None, "wayfinding_task": None, "ocean_buoys": "usv_config",
     "my_course": None, "vrx2023/acoustic_tracking_task": None, "vrx2023/follow_path_task": None, "marina": None,
 }  # fmt: skip

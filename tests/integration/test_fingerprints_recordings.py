@@ -10,8 +10,9 @@ import vrx_mj
 from fingerprints import check
 from integration.test_fingerprints_worlds import compiled
 
-EVERYDAY = {"wildlife_task": None, "gymkhana": None}
+EVERYDAY = {"wildlife_task": None}
 BY_NIGHT = {
+    "gymkhana": None,
     "example_course": "trio", "scan_dock_deliver": None, "perception_task": None, "wayfinding_task": None,
     "stationkeeping_task": None, "ocean_buoys": "usv_config", "my_course": None, "vrx2023/acoustic_tracking_task": None,
     "vrx2023/follow_path_task": None,

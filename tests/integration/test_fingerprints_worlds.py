@@ -12,11 +12,15 @@ from vrx_mj.mjcf.parameters import parameters
 from vrx_mj.model.world import tree_of
 
 EVERYDAY = {
-    "example_course": "trio", "marina": None, "my_course": None, "wildlife_task": None, "stationkeeping_task": None,
-    "vrx2023/scan_dock_deliver_task": None, "vrx2023/acoustic_tracking_task": None, "gymkhana": None,
+    "example_course": "trio", "gymkhana": None, "marina": None, "my_course": None,
+    "vrx2023/scan_dock_deliver_task": None,
 }  # fmt: skip
 BY_NIGHT = {name: None for name in catalogue("worlds") if not name.startswith("vrx2") and name not in EVERYDAY}
-BY_NIGHT |= {name: None for name in catalogue("worlds") if name.startswith("vrx2023/") and name.count("/") == 1}
+BY_NIGHT |= {
+    name: None
+    for name in catalogue("worlds")
+    if name.startswith("vrx2023/") and name.count("/") == 1 and name not in EVERYDAY
+}
 FLEETS = [*catalogue("fleets")]
 ROBOTS = [*catalogue("robots")]
 SEA = {"model": "jonswap", "significant_height": 0.4, "peak_period": 4.5, "components": 12, "spreading": 10.0}
