@@ -89,6 +89,30 @@ def test_a_robot_floats_and_moves_in_waves_as_before(robot):
     check("robots", f"{robot}: parameters", numbers=[[name, one.value] for name, one in parameters(world).items()])
 
 
+HALF_A_METRE = {"significant_height": 0.5, "peak_period": 5.0, "components": 15}
+WIND = {"direction": 200, "mean_velocity": 6}
+WEATHERS = {
+    "pms": {"sea": {"model": "pms", "gain": 0.3, "period": 4.0, "angle": 0.5, "number": 2, "steepness": 0.4}},
+    "cwr": {"sea": {"model": "cwr", "amplitude": 0.2, "period": 5.0, "scale": 1.3, "direction": [0.6, -0.8]}},
+    "regular": {"sea": {"model": "regular", "height": 0.3, "period": 4.0, "depth": 3.0}},
+    "stokes5": {"sea": {"model": "stokes5", "height": 0.6, "period": 4.5, "depth": 5.0, "direction": [0.8, 0.6]}},
+    "pm": {"sea": {"model": "pm", "sea_state": 3}},
+    "jonswap": {"sea": {"model": "jonswap", **HALF_A_METRE, "gamma": 2.5, "amplitudes": "fixed", "spreading": 6.0}},
+    "tma": {"sea": {"model": "tma", **HALF_A_METRE, "depth": 6.0, "record": 600.0}},
+    "npd": {"wind": {**WIND, "spectrum": "npd", "components": 25, "height": 2.0, "exponent": 0.12}},
+    "gusts": {"wind": {**WIND, "var_gain": 2, "turning": 3.0, "var_direction": 8.0, "roughness": 0.001}},
+    "current": {"current": {"speed": 0.3, "direction": 80, "profile": [[0, 1], [5, 0.4]], "var_gain": 0.1,
+                            "tide": {"speed": 0.4, "minor": 0.1, "direction": 20, "phase": 50}}},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", WEATHERS)
+def test_weather_is_and_goes_on_as_before(name):
+    calm = {"sea": {"model": "none"}, "physics": {"profile": "marine"}}
+    fleet = {"boats": [{"robot": "barge_4m", "pose": [3, -2, 0, 0, 0, 0.4]}]}
+    check_run("weather", name, compiled({**calm, **WEATHERS[name]}, fleet=fleet))
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("fleet", FLEETS)
 def test_a_fleet_sails_as_before(fleet):
