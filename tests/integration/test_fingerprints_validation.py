@@ -12,7 +12,8 @@ QUICK = {
     "step-halved", "wamv-bollard", "wind-profile", "wind-wander",
 }  # fmt: skip
 """Cases that take a tenth of a second at most."""
-MARKS = {**dict.fromkeys(QUICK, ()), "waves-adrift": [pytest.mark.slow, pytest.mark.nightly]}
+LONG = ("response-amplitudes", "waves-adrift")
+MARKS = {**dict.fromkeys(QUICK, ()), **dict.fromkeys(LONG, [pytest.mark.slow, pytest.mark.nightly])}
 
 
 @pytest.mark.parametrize(

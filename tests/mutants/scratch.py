@@ -17,7 +17,7 @@ from mutants.forks import run_pytest
 
 KERNELS = ("physics", "sensors", "runtime")
 """Packages whose sources name the folder of the compiled kernels (`vrx_mj.physics.kernel`)."""
-TESTS = ROOT / "tests"
+TESTS, SOURCES = ROOT / "tests", ROOT / "src" / "vrx_mj"
 
 
 def nearest_tests(mutant: Mutant) -> list[str]:
@@ -36,11 +36,38 @@ def own_tests(mutant: Mutant) -> list[str]:
 
 
 def related_tests(mutant: Mutant) -> list[str]:
-    """Fingerprints of all that is computed, the package's unit tests, and other test files that import some of it."""
-    wide = [*sorted(TESTS.glob("integration/test_fingerprints_*.py")), TESTS / "integration/test_examples.py"]
+    """Fingerprints of what is computed through the module, its package's unit tests, and other files that import some.
+
+    A fingerprint looks at whatever the modules that its file imports use; any other test, at what it imports.
+    """
+    wide = [*TESTS.glob("integration/test_fingerprints_*.py"), TESTS / "integration/test_examples.py"]
+    through = {file: _used_by(_imports_of(file)) for file in wide}
+    first = sorted(
+        (file for file in wide if SOURCES / mutant.file in through[file]), key=lambda file: len(through[file])
+    )
     folder = TESTS / "unit" / mutant.package
     others = [file for file in _importing(mutant.package) if folder not in file.parents]
-    return list(dict.fromkeys([*_names(wide), *own_tests(mutant), *_names(others)]))
+    return list(dict.fromkeys([*_names(first), *own_tests(mutant), *_names(others)]))
+
+
+@functools.cache
+def _used_by(lines: str) -> frozenset[Path]:
+    """The sources that some lines import, and those that these import."""
+    found, new = set[Path](), _named_in(lines, "")
+    while new - found:
+        found |= new
+        new = frozenset().union(*(_named_in(file.read_text("utf-8"), file.parent.name) for file in new))
+    return frozenset(found)
+
+
+@functools.cache
+def _named_in(lines: str, package: str) -> frozenset[Path]:
+    """The sources that are imported in a text of a package, or named as `module:function`."""
+    named = re.findall(r"\bvrx_mj\.([\w.]+)(?: import (\([^)]*\)|[\w, ]+))?", lines)
+    paths = {one for path, names in named for one in (path, *(f"{path}.{name}" for name in re.findall(r"\w+", names)))}
+    paths |= {f"{package}.{path}" for path in re.findall(r'"([\w.]+):\w+"', lines)}
+    files = [SOURCES / path.replace(".", "/") for path in paths]
+    return frozenset(one for file in files for one in (file.with_suffix(".py"), file / "__init__.py") if one.is_file())
 
 
 @functools.cache
