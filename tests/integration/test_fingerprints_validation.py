@@ -13,7 +13,7 @@ QUICK = {
 }  # fmt: skip
 """Cases that take a tenth of a second at most."""
 LONG = ("response-amplitudes", "waves-adrift")
-MARKS = {**dict.fromkeys(QUICK, ()), **dict.fromkeys(LONG, [pytest.mark.slow, pytest.mark.nightly])}
+MARKS = {**dict.fromkeys(QUICK, ()), **dict.fromkeys(LONG, (pytest.mark.slow, pytest.mark.nightly))}
 
 
 @pytest.mark.parametrize(
@@ -22,9 +22,9 @@ MARKS = {**dict.fromkeys(QUICK, ()), **dict.fromkeys(LONG, [pytest.mark.slow, py
 def test_a_case_finds_what_it_found(case):
     (result,) = run_cases([case])
     assert result.error == ""
-    check("validation", case.name, rows=[numbers_of(row) for row in result.rows], charts=result.charts)
-
-
-def numbers_of(row):
-    """A row without the words of its band."""
-    return [row.quantity, row.unit, row.reference, row.ours, row.theory, row.low, row.high, row.use, row.state]
+    check(
+        "validation",
+        case.name,
+        rows=[(row.reference, row.ours, row.theory) for row in result.rows],
+        charts=result.charts,
+    )
