@@ -13,18 +13,30 @@ QUICK = {
 }  # fmt: skip
 """Cases that take a tenth of a second at most."""
 LONG = ("response-amplitudes", "waves-adrift")
-MARKS = {**dict.fromkeys(QUICK, ()), **dict.fromkeys(LONG, (pytest.mark.slow, pytest.mark.nightly))}
 
 
-@pytest.mark.parametrize(
-    "case", [pytest.param(case, id=case.name, marks=MARKS.get(case.name, pytest.mark.slow)) for case in CASES]
-)
-def test_a_case_finds_what_it_found(case):
+def check_case(case):
     (result,) = run_cases([case])
     assert result.error == ""
-    check(
-        "validation",
-        case.name,
-        rows=[(row.reference, row.ours, row.theory) for row in result.rows],
-        charts=result.charts,
-    )
+    rows = [(row.reference, row.ours, row.theory) for row in result.rows]
+    check("validation", case.name, rows=rows, charts=result.charts)
+
+
+@pytest.mark.parametrize("case", [case for case in CASES if case.name in QUICK], ids=lambda case: case.name)
+def test_a_case_finds_what_it_found(case):
+    check_case(case)
+
+
+@pytest.mark.slow
+def test_so_do_the_others():
+    for case in CASES:
+        if case.name not in {*QUICK, *LONG}:
+            check_case(case)
+
+
+@pytest.mark.slow
+@pytest.mark.nightly
+def test_so_do_those_that_take_longest():
+    for case in CASES:
+        if case.name in LONG:
+            check_case(case)
