@@ -18,6 +18,7 @@ EXTRAS = {
     "ros1": ("rosbags", "lz4"), "foxglove": ("rosbags", "foxglove"), "rosbridge": ("rosbags", "websockets", "cbor2"),
     "rl": ("gymnasium", "pettingzoo"), "ray": ("ray",), "notebook": ("ipykernel", "rerun_notebook"),
     "video": ("av",), "hydro": ("capytaine",), "nmea": ("rosbags", "pynmea2", "pyais"),
+    "warp": ("mujoco_warp",),
 }  # fmt: skip
 """Modules that each extra brings."""
 

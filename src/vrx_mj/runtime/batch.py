@@ -280,9 +280,12 @@ class Batch:
         while True:
             check_exit()
             count = min(left, max(1, int(_SLICE * self.threads / (self._pace * self.n))))
+            turns = min(self._pool.turns(self.n, count * self._pace), max(count, 1))
+            work = partial(self._advance, steps=count // turns)
             begun = clock.perf_counter()
             with without_timers():
-                self._pool.share(self.n, lambda first, last, count=count: self._advance(first, last, count))  # type: ignore[misc]
+                self._pool.share(self.n, work, count * self._pace / turns, turns)
+            count = count // turns * turns
             left -= count
             if count:
                 pace = (clock.perf_counter() - begun) * self.threads / (count * max(1, int(self._going.sum())))
