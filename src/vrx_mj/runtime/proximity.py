@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 
 from vrx_mj.arrays import FloatArray, IntArray
-from vrx_mj.physics.kernel import allocating_kernel, kernel
+from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.tables import Record, Table
 
 _SLACK = 0.05
@@ -21,10 +21,12 @@ REACH = 20.0
 """Distances beyond this [m] count as this."""
 
 MOVER = np.dtype(
-    [("qpos", np.int64), ("middle", np.float64, (3,)), ("radius", np.float64), ("seen", np.float64, (3,))], align=True
-)
+    [("qpos", np.int64), ("middle", np.float64, (3,)), ("radius", np.float64), ("seen", np.float64, (3,)),
+     ("edge", np.float64), ("order", np.int64)],
+    align=True,
+)  # fmt: skip
 """A tree of bodies on a free joint: its address, the middle of the sphere that bounds it [m] in the root's frame, its
-radius [m], and where it was at the last look."""
+radius [m], and where it was at the last look; memory of that look: west edges [m] in order, and of which rows."""
 OBSTACLE = np.dtype(
     [("center", np.float64, (3,)), ("half", np.float64, (3,)), ("axes", np.float64, (3, 3))], align=True
 )
@@ -147,25 +149,23 @@ def _middle(mover: Record, qpos: FloatArray) -> tuple[float, float, float]:
     )
 
 
-@allocating_kernel
+@kernel
 def _from_each_other(movers: Table) -> float:
     """Return the least distance [m] between the movers' spheres; `REACH` at most."""
     least = REACH
     count = movers.size
-    left = np.empty(count)
-    order = np.empty(count, np.int64)
     for i in range(count):
         edge = movers[i].seen[0] - movers[i].radius
         at = i
-        while at > 0 and left[at - 1] > edge:
-            left[at], order[at] = left[at - 1], order[at - 1]
+        while at > 0 and movers[at - 1].edge > edge:
+            movers[at].edge, movers[at].order = movers[at - 1].edge, movers[at - 1].order
             at -= 1
-        left[at], order[at] = edge, i
+        movers[at].edge, movers[at].order = edge, i
     for n in range(count):
-        a = movers[order[n]]
+        a = movers[movers[n].order]
         for m in range(n + 1, count):
-            b = movers[order[m]]
-            if left[m] > a.seen[0] + a.radius + least:
+            b = movers[movers[m].order]
+            if movers[m].edge > a.seen[0] + a.radius + least:
                 break
             dx, dy, dz = a.seen[0] - b.seen[0], a.seen[1] - b.seen[1], a.seen[2] - b.seen[2]
             least = min(least, math.sqrt(dx * dx + dy * dy + dz * dz) - a.radius - b.radius)
