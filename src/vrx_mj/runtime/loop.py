@@ -125,19 +125,16 @@ def _advance(runs: Table, row: int, time: float, dt: float, steps: int, work: Ve
     return -1 if _has_diverged(a.qpos, a.qvel) else done
 
 
-@allocating_kernel
-def advance_free(runs: Table, row: int, time: float, dt: float, steps: int) -> int:
-    """`advance` for runs of free bodies without sensors, where nothing is near: not a line of it is MuJoCo's."""
-    a = views(runs[row])
-    work = vessel_work(hull_meshes(a), a.waves, a.sea[0])
-    return _advance_free(a, time, dt, steps, work, work.columns)
-
-
 @kernel
-def advance_free_vrx(runs: Table, row: int, time: float, dt: float, steps: int) -> int:
-    """`advance_free` for the worlds of `advance_vrx`."""
+def advance_free(runs: Table, row: int, time: float, dt: float, steps: int, work: VesselWork | None) -> int:
+    """`advance` for runs of free bodies without sensors while nothing is near: no line of it is MuJoCo's.
+
+    `work` is memory of `vessel_work`; None compiles it for the worlds of `advance_vrx`.
+    """
     a = views(runs[row])
-    return _advance_free(a, time, dt, steps, None, a.waves)
+    if work is None:
+        return _advance_free(a, time, dt, steps, None, a.waves)
+    return _advance_free(a, time, dt, steps, work, work.columns)
 
 
 @expanded_kernel
