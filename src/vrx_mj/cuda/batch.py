@@ -9,7 +9,7 @@ from numba.cuda.core import config
 
 from vrx_mj.arguments import as_int
 from vrx_mj.arrays import IntArray
-from vrx_mj.cuda.kernels import BLOCK, advance_marine, advance_vrx, command, compiled
+from vrx_mj.cuda.kernels import advance_marine, advance_vrx, command, launcher
 from vrx_mj.cuda.rows import DeviceRows
 from vrx_mj.errors import CommandError, DivergedError
 from vrx_mj.mjcf.world import World
@@ -56,9 +56,10 @@ class Batch:
         self.world, self.n = world, self._batch.n
         self._stream = cuda.external_stream(stream) if stream else cuda.default_stream()
         rows, waves = self._batch._rows, len(self._batch._arrays.waves)
-        self._rows, self._grid = DeviceRows(rows, self._stream), (self.n + BLOCK - 1) // BLOCK
-        self._advance = compiled(advance_vrx if rows.arrays.vrx_only else advance_marine, waves)
-        self._command = compiled(command, 0)
+        self._rows = DeviceRows(rows, self._stream)
+        advance = advance_vrx if rows.arrays.vrx_only else advance_marine
+        self._advance = launcher(advance, self.n, waves, self._stream)
+        self._command = launcher(command, self.n, 0, self._stream)
         channels = self._batch._channels
         self._thrusters = cuda.to_device(np.array([own.row for own in channels], np.int64))
         self._angles = cuda.to_device(np.array([own.column != "command" for own in channels], np.int64))
@@ -117,9 +118,7 @@ class Batch:
         if tuple(given.shape) != needed or given.dtype != np.float64:
             raise CommandError(f"invalid commands of shape {given.shape}, {given.dtype}: {needed}, float64 is needed")
         at = self._rows.arrays
-        self._command[self._grid, BLOCK, self._stream](
-            at["runs"], at["time"], given, self._thrusters, self._angles, float(hold)
-        )
+        self._command(at["runs"], at["time"], given, self._thrusters, self._angles, float(hold))
 
     def _on_device(self, values: Any) -> Any:
         """An array of the host, or of another library, as one of numba's."""
@@ -139,7 +138,7 @@ class Batch:
         """
         self._asked, at = as_int("number of steps", steps, 0, MOST_STEPS), self._rows.arrays
         own = at["runs"], at["time"], at["done"], at["features"], self.timestep, self._asked
-        self._advance[self._grid, BLOCK, self._stream](*own, *self._rows.work)
+        self._advance(*own, *self._rows.work)
 
     def near(self) -> IntArray:
         """Numbers of the rows that the last `advance` stopped because something was near; waits for the device."""

@@ -50,8 +50,8 @@ class DeviceRows:
 
     @property
     def work(self) -> list[Any]:
-        """The device's `VesselWork` of all rows, (n, ...) each; none in worlds of VRX's profiles."""
-        return [self.arrays[name] for name in VesselWork._fields] if self._marine else []
+        """Memory of the kernels: floats' drag, (n, floats, 3), and outside of VRX's profiles `VesselWork`."""
+        return [self.arrays["damping"], *(self.arrays[name] for name in VesselWork._fields if self._marine)]
 
     def push(self) -> None:
         """Copy everything from the host."""
@@ -71,6 +71,7 @@ class DeviceRows:
             works = zip(*(self._work(row) for row in range(rows.n)), strict=True)
             for name, parts in zip(VesselWork._fields, works, strict=True):
                 self._put(name, np.stack(parts))
+        self._put("damping", np.zeros((rows.n, max(1, len(rows.arrays.floats)), 3)))
         self._put("runs", runs)
         self._stream.synchronize()
 

@@ -96,7 +96,7 @@ def _advance(runs: Table, row: int, time: float, dt: float, steps: int, work: Ve
     run = runs[row]
     a = views(run)
     flags = a.broadphase[0]
-    added = np.empty((6, 6))
+    added, damping = np.empty((6, 6)), np.empty((a.floats.size + a.links.size, 3))
     done, free_before, touched = 0, False, False
     turning = _any_turns_by_added_mass(a.hulls)
     while done < steps and not touched and not _full(a.sampling, a.samples) and not _has_diverged(a.qpos, a.qvel):
@@ -106,16 +106,16 @@ def _advance(runs: Table, row: int, time: float, dt: float, steps: int, work: Ve
         _sample(a, time)
         latch(a.clocks, a.latched, a.qpos, a.qvel, a.device_state, time)
         time += dt
-        air = _push_free(a, work, waves, time, dt)
+        air = _push_free(a, work, waves, damping, time, dt)
         if work is not None and a.links.size > 0:
             _mj_fwd_kinematics(run.contact_free, run.data)
-            _push_links(a, work, waves, air, time, dt)
+            _push_links(a, work, waves, air, damping, time, dt)
         _push_docks(a, work, waves, air, time, dt)
         idle = free and free_before and flags.unconstrained != 0  # the step before found nothing, nor would this one
         if free and a.free_bodies.size > 0:
-            _step_free(a, dt)
+            _step_free(a, damping, dt)
         else:
-            _move(run.contact_free if free else run.model, run.data, a, work, added, turning, idle)
+            _move(run.contact_free if free else run.model, run.data, a, work, added, damping, turning, idle)
         free_before = free
         _note_touches(a.sensordata, a.touches, time - dt)
         touched = touch_begins(flags, free, a.hulls, a.qfrc_constraint)
@@ -126,51 +126,56 @@ def _advance(runs: Table, row: int, time: float, dt: float, steps: int, work: Ve
 
 
 @kernel
-def advance_free(runs: Table, row: int, time: float, dt: float, steps: int, work: VesselWork | None) -> int:
+def advance_free(
+    runs: Table, row: int, time: float, dt: float, steps: int, damping: FloatArray, work: VesselWork | None
+) -> int:
     """`advance` for runs of free bodies without sensors while nothing is near: no line of it is MuJoCo's.
 
-    `work` is memory of `vessel_work`; None compiles it for the worlds of `advance_vrx`.
+    `damping` is memory, (floats, 3), and `work` that of `vessel_work`; None is for the worlds of `advance_vrx`.
     """
     a = views(runs[row])
     if work is None:
-        return _advance_free(a, time, dt, steps, None, a.waves)
-    return _advance_free(a, time, dt, steps, work, work.columns)
+        return _advance_free(a, time, dt, steps, damping, None, a.waves)
+    return _advance_free(a, time, dt, steps, damping, work, work.columns)
 
 
 @expanded_kernel
-def _advance_free(a: Views, time: float, dt: float, steps: int, work: VesselWork | None, waves: Waves) -> int:
+def _advance_free(
+    a: Views, time: float, dt: float, steps: int, damping: FloatArray, work: VesselWork | None, waves: Waves
+) -> int:
     """`advance_free`, the loop that a graphics processor compiles."""
     done = 0
     while done < steps and not _has_diverged(a.qpos, a.qvel):
         if not contact_free(a.movers, a.obstacles, a.qpos, a.broadphase[0]):
             break
         time += dt
-        _push_free(a, work, waves, time, dt)
-        _step_free(a, dt)
+        _push_free(a, work, waves, damping, time, dt)
+        _step_free(a, damping, dt)
         done += 1
     return -1 if _has_diverged(a.qpos, a.qvel) else done
 
 
 @expanded_kernel
-def _push_free(a: Views, work: VesselWork | None, waves: Waves, time: float, dt: float) -> Air:
+def _push_free(a: Views, work: VesselWork | None, waves: Waves, damping: FloatArray, time: float, dt: float) -> Air:
     """Let weather, water and thrusters push hulls and floats in the step to `time` [s]; returns the wind [m/s]."""
     air = weather_step(a, work, dt)
     for i in range(a.hulls.size):
         push_hull(i, a, work, waves, air, time, dt, None)
-    _push_floats(a, work, waves, air, time, dt)
+    _push_floats(a, work, waves, air, damping, time, dt)
     return air
 
 
 @expanded_kernel
-def _step_free(a: Views, dt: float) -> None:
+def _step_free(a: Views, damping: FloatArray, dt: float) -> None:
     """Advance the run's free bodies by a step."""
-    step_free_bodies(a.free_bodies, a.solve_work, a.float_state, a.damping, a.qpos, a.qvel, a.xfrc_applied, dt)
+    step_free_bodies(a.free_bodies, a.solve_work, a.float_state, damping, a.qpos, a.qvel, a.xfrc_applied, dt)
 
 
 @inlined_kernel
 def _move(
-    model: _Address, data: _Address, a: Views, work: VesselWork | None, added: FloatArray, turning: bool, idle: bool
-) -> None:
+    model: _Address, data: _Address, a: Views, work: VesselWork | None, added: FloatArray, damping: FloatArray,
+    turning: bool, idle: bool,
+) -> None:  # fmt: skip
     """`mj_step`, stage by stage, with the hulls' added mass and the floats' and docks' drag put into the inertia.
 
     Its checks are left out: they write warnings to a file, and `_has_diverged` finds more. So are, while `idle`,
@@ -183,11 +188,11 @@ def _move(
         _inertia_of_water(hull, motion(a.qpos, a.qvel, hull.qpos, hull.dof), a, work, added)
         _add_to_inertia(a.inertia, a.inertia_row, hull.dof, added)
     for i in range(a.floats.size):
-        add_flotation_drag(a.inertia, a.inertia_row, a.floats[i].dof, a.damping[i])
+        add_flotation_drag(a.inertia, a.inertia_row, a.floats[i].dof, damping[i])
     if work is not None:
         for i in range(a.links.size):
             body = a.links[i].body
-            center, own = a.subtree_com[a.body_root[body]], a.damping[a.floats.size + i]
+            center, own = a.subtree_com[a.body_root[body]], damping[a.floats.size + i]
             add_link_drag(a.inertia, a.inertia_row, a.xpos[body], a.links[i].dof, a.dof_parent, a.cdof, center, own)
     raft_drag(a.blocks, a.raft_work, a.inertia, a.inertia_row)
     _mj_factor_m(model, data)
@@ -258,23 +263,27 @@ def _turn_by_added_mass(
 
 
 @inlined_kernel
-def _push_floats(a: Views, work: VesselWork | None, waves: Waves, air: Air, time: float, dt: float) -> None:
+def _push_floats(
+    a: Views, work: VesselWork | None, waves: Waves, air: Air, damping: FloatArray, time: float, dt: float
+) -> None:
     """Let water, wind and their own strength push all floating objects."""
     for i in range(a.floats.size):
-        apply_wrench(a.xfrc_applied, a.floats[i].body, _floating(i, a, work, waves, air, a.damping[i], time, dt))
+        apply_wrench(a.xfrc_applied, a.floats[i].body, _floating(i, a, work, waves, air, damping[i], time, dt))
     if work is not None:
         for i in range(a.ropes.size):
             rope = a.ropes[i]
             item = a.floats[rope.float]
-            pull = rope_pull(rope, item, motion(a.qpos, a.qvel, item.qpos, item.dof), dt, a.damping[rope.float])
+            pull = rope_pull(rope, item, motion(a.qpos, a.qvel, item.qpos, item.dof), dt, damping[rope.float])
             _apply_more(a.xfrc_applied, item.body, pull)
 
 
 @inlined_kernel
-def _push_links(a: Views, work: VesselWork | None, waves: Waves, air: Air, time: float, dt: float) -> None:
+def _push_links(
+    a: Views, work: VesselWork | None, waves: Waves, air: Air, damping: FloatArray, time: float, dt: float
+) -> None:
     """Let water and wind push the links of objects that have joints; a row of `damping` after those of the floats."""
     for i in range(a.links.size):
-        item, own = a.links[i], a.damping[a.floats.size + i]
+        item, own = a.links[i], damping[a.floats.size + i]
         center = a.subtree_com[a.body_root[item.body]]
         body = link_motion(a.xpos[item.body], a.xmat[item.body], item.dof, a.dof_parent, a.cdof, center, a.qvel)
         load = wind_on_float(item, body, air)

@@ -164,7 +164,6 @@ class LoopArrays:
         self.memory_state = np.zeros(sum(memories_of(parameters.hulls)), tables.MEMORY_STATE)
         self.raft_work = np.zeros(len(self.blocks), RAFT_WORK)
         self.free_bodies, self.solve_work = np.zeros(0, FREE_BODY), np.zeros(0, SOLVE_WORK)
-        self.damping = np.zeros((len(self.floats) + len(self.links), 3))
         for name, array in ARRAYS.items():
             if array.rows:
                 setattr(self, name, np.zeros(len(getattr(self, array.rows)), array.dtype))

@@ -21,12 +21,10 @@ REACH = 20.0
 """Distances beyond this [m] count as this."""
 
 MOVER = np.dtype(
-    [("qpos", np.int64), ("middle", np.float64, (3,)), ("radius", np.float64), ("seen", np.float64, (3,)),
-     ("edge", np.float64), ("order", np.int64)],
-    align=True,
-)  # fmt: skip
+    [("qpos", np.int64), ("middle", np.float64, (3,)), ("radius", np.float64), ("seen", np.float64, (3,))], align=True
+)
 """A tree of bodies on a free joint: its address, the middle of the sphere that bounds it [m] in the root's frame, its
-radius [m], and where it was at the last look; memory of that look: west edges [m] in order, and of which rows."""
+radius [m], and where it was at the last look, which leaves the table in the order of the spheres' west edges."""
 OBSTACLE = np.dtype(
     [("center", np.float64, (3,)), ("half", np.float64, (3,)), ("axes", np.float64, (3, 3))], align=True
 )
@@ -151,27 +149,38 @@ def _middle(mover: Record, qpos: FloatArray) -> tuple[float, float, float]:
 
 @kernel
 def _from_each_other(movers: Table) -> float:
-    """Return the least distance [m] between the movers' spheres; `REACH` at most."""
+    """Return the least distance [m] between the movers' spheres, `REACH` at most; rows come in order from the west."""
     least = REACH
-    count = movers.size
-    for i in range(count):
-        edge = movers[i].seen[0] - movers[i].radius
+    for i in range(1, movers.size):
         at = i
-        while at > 0 and movers[at - 1].edge > edge:
-            movers[at].edge, movers[at].order = movers[at - 1].edge, movers[at - 1].order
+        while at > 0 and _west_edge(movers[at - 1]) > _west_edge(movers[at]):
+            _swap(movers[at - 1], movers[at])
             at -= 1
-        movers[at].edge, movers[at].order = edge, i
-    for n in range(count):
-        a = movers[movers[n].order]
-        for m in range(n + 1, count):
-            b = movers[movers[m].order]
-            if movers[m].edge > a.seen[0] + a.radius + least:
+    for n in range(movers.size):
+        a = movers[n]
+        for m in range(n + 1, movers.size):
+            b = movers[m]
+            if _west_edge(b) > a.seen[0] + a.radius + least:
                 break
             dx, dy, dz = a.seen[0] - b.seen[0], a.seen[1] - b.seen[1], a.seen[2] - b.seen[2]
             least = min(least, math.sqrt(dx * dx + dy * dy + dz * dz) - a.radius - b.radius)
             if least <= 0.0:
                 return float(least)
     return float(least)
+
+
+@kernel
+def _west_edge(mover: Record) -> float:
+    return float(mover.seen[0] - mover.radius)
+
+
+@kernel
+def _swap(a: Record, b: Record) -> None:
+    a.qpos, b.qpos = b.qpos, a.qpos
+    a.radius, b.radius = b.radius, a.radius
+    for k in range(3):
+        a.middle[k], b.middle[k] = b.middle[k], a.middle[k]
+        a.seen[k], b.seen[k] = b.seen[k], a.seen[k]
 
 
 @kernel

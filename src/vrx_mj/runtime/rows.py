@@ -212,14 +212,14 @@ def observe_rows(first: int, last: int, hulls: Table, qpos: FloatArray, qvel: Fl
 @kernel
 def advance_free_row(
     runs: Table, row: int, time: FloatArray, done: IntArray, features: FloatArray, dt: float, steps: int,
-    work: VesselWork | None,
+    damping: FloatArray, work: VesselWork | None,
 ) -> None:  # fmt: skip
     """Advance a row without MuJoCo, as far as nothing is near, and write what is seen of its boats.
 
     This is what a thread of a graphics processor does; arguments are those of `advance_rows` and `loop.advance_free`.
     """
     if done[row] >= 0:
-        done[row] = advance_free(runs, row, time[row], dt, steps, work)
+        done[row] = advance_free(runs, row, time[row], dt, steps, damping, work)
         for _ in range(steps if done[row] < 0 else done[row]):
             time[row] += dt
     a = views(runs[row])

@@ -118,8 +118,6 @@ class Views(NamedTuple):
     free_bodies: Annotated[Table, Array(FREE_BODY)]
     """Everything that moves, where a batch steps without MuJoCo while nothing can touch; else none."""
     solve_work: Annotated[Table, Array(SOLVE_WORK, use=OWN)]
-    damping: Annotated[FloatArray, Array(ndim=2, use=OWN)]
-    """What a step adds to the inertia of floats, then of links, (n, 3): `free_body.damped_step`."""
     touches: Annotated[FloatArray, Array(use=STATE)]
     """Time [s] of the last contact that each of MuJoCo's contact sensors found."""
     movers: Annotated[Table, Array(MOVER, use=OWN)]
