@@ -1,13 +1,10 @@
-"""What maps of worlds, pictures of boats and pages of campaigns show: the numbers that they showed before."""
+"""What maps of worlds and pages of campaigns show: the numbers that they showed before."""
 
 import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from matplotlib.collections import Collection
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
 from campaigns import campaign_of, failed, scored
 from fingerprints import check, numbers_in
@@ -15,11 +12,7 @@ from integration.test_fingerprints_worlds import compiled
 from vrx_mj.campaign.page import page, sketch_of
 from vrx_mj.campaign.scores import compare
 from vrx_mj.campaign.vary import Quantity
-from vrx_mj.draw.boat_pictures import _figure
 from vrx_mj.draw.course import map_of
-from vrx_mj.draw.map import chart
-from vrx_mj.formats.parts.compliance import judge
-from vrx_mj.formats.parts.read import load_parts
 
 EVERYDAY = {"gymkhana": None}
 BY_NIGHT = {
@@ -29,25 +22,9 @@ BY_NIGHT = {
 }  # fmt: skip
 
 
-def shapes(figure):
-    """Lines, patches and collections of a figure; names are placed by the fonts that a machine has."""
-    for artist in figure.findobj(lambda one: isinstance(one, (Line2D, Patch, Collection)) and one.get_visible()):
-        if isinstance(artist, Line2D):
-            yield [artist.get_xydata(), artist.get_linewidth(), str(artist.get_color())]
-        elif isinstance(artist, Patch):
-            path = artist.get_patch_transform().transform_path(artist.get_path())
-            yield [path.vertices, artist.get_facecolor(), artist.get_linewidth()]
-        else:
-            paths = [path.vertices for path in artist.get_paths()]
-            yield [artist.get_offsets(), *paths, artist.get_facecolor(), artist.get_linewidth()]
-
-
 def check_map(name, fleet):
     world = compiled(name, fleet=fleet)
-    scene = map_of(world)
-    figure = chart(scene, (800, 550))
-    limits = [(axes.get_xlim(), axes.get_ylim(), axes.get_position().bounds) for axes in figure.axes]
-    check("pictures", name, scene=scene, limits=limits, shapes=[*shapes(figure)], sketch=sketch_of(world))
+    check("pictures", name, scene=map_of(world), sketch=sketch_of(world))
 
 
 @pytest.mark.parametrize("name", EVERYDAY)
@@ -59,21 +36,6 @@ def test_a_map_shows_what_it_showed(name):
 def test_so_do_those_of_other_worlds():
     for name, fleet in BY_NIGHT.items():
         check_map(name, fleet)
-
-
-COMPONENTS = """
-wamv_camera: [{name: front, x: 0.75, y: 0.25}, {name: back, x: -0.3}]
-wamv_gps: [{name: gps, x: -0.85}]
-wamv_pinger: [{name: pinger}]
-"""
-THRUSTERS = "engine: [{prefix: left, position: -2.373776 1.027135 0.318237}, {prefix: far, position: 40 0 0}]\n"
-
-
-def test_a_verdict_and_its_picture_are_what_they_were(tmp_path):
-    (tmp_path / "c.yaml").write_text(COMPONENTS, encoding="utf-8")
-    (tmp_path / "t.yaml").write_text(THRUSTERS, encoding="utf-8")
-    verdict = judge(load_parts(tmp_path / "c.yaml", "components"), load_parts(tmp_path / "t.yaml", "thrusters"))
-    check("pictures", "verdict", shapes=[*shapes(_figure(verdict))])
 
 
 GUSTS = Quantity("wind.mean", 0.0, 8.0, "m/s")
