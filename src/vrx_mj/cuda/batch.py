@@ -4,13 +4,14 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from numba import cuda
 from numba.cuda.core import config
 
 from vrx_mj.arguments import as_int
 from vrx_mj.arrays import IntArray
 from vrx_mj.cuda.kernels import advance_marine, advance_vrx, command, launcher
-from vrx_mj.cuda.rows import DeviceRows
+from vrx_mj.cuda.rows import DeviceArray, DeviceRows
 from vrx_mj.errors import CommandError, DivergedError
 from vrx_mj.mjcf.world import World
 from vrx_mj.runtime import batch
@@ -81,29 +82,29 @@ class Batch:
         return self._batch.timestep
 
     @property
-    def features(self) -> Any:
+    def features(self) -> DeviceArray:
         """State of every boat after the last `advance`, (n, boats, 13) on the device: `vrx_mj.Batch.features`."""
         return self._rows.arrays["features"]
 
     @property
-    def qpos(self) -> Any:
+    def qpos(self) -> DeviceArray:
         """Generalized positions of every row, (n, nq) on the device."""
         return self._rows.arrays["qpos"]
 
     @property
-    def time(self) -> Any:
+    def time(self) -> DeviceArray:
         """Simulated time of every row, (n,) on the device [s]."""
         return self._rows.arrays["time"]
 
     @property
-    def done(self) -> Any:
+    def done(self) -> DeviceArray:
         """Steps that every row has made in the last `advance`, (n,) on the device.
 
         Fewer than asked for where something was near; -1 where the state has diverged, until the row is reset.
         """
         return self._rows.arrays["done"]
 
-    def command(self, values: Any, *, hold: float = 0.0) -> None:
+    def command(self, values: npt.ArrayLike, *, hold: float = 0.0) -> None:
         """Set thrusts and steering angles of all rows, (n, channels), in the order of `channels`.
 
         Args:
@@ -120,15 +121,18 @@ class Batch:
         at = self._rows.arrays
         self._command(at["runs"], at["time"], given, self._thrusters, self._angles, float(hold))
 
-    def _on_device(self, values: Any) -> Any:
+    def _on_device(self, values: npt.ArrayLike) -> DeviceArray:
         """An array of the host, or of another library, as one of numba's."""
+        given: DeviceArray
         if hasattr(values, "__cuda_array_interface__"):
             kind, number = values.__dlpack_device__() if hasattr(values, "__dlpack_device__") else (_CUDA[0], None)
             own = cuda.get_current_device().id
             if kind not in _CUDA or number not in {None, own}:
                 raise CommandError(f"commands are on device {number}: move them to device {own}, which has the rows")
-            return cuda.as_cuda_array(values, sync=False)
-        return cuda.to_device(np.ascontiguousarray(as_numbers("commands", values)), stream=self._stream)
+            given = cuda.as_cuda_array(values, sync=False)
+        else:
+            given = cuda.to_device(np.ascontiguousarray(as_numbers("commands", values)), stream=self._stream)
+        return given
 
     def advance(self, steps: int) -> None:
         """Advance all rows by a number of physics steps, in one launch.

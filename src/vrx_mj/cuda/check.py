@@ -32,7 +32,7 @@ their last bits."""
 _FEW, _MORE, _SEED, _STEPS, _LAUNCHES = 4, 256, 7, 10, 20
 
 
-def _commanded(rows: Any, count: int, channels: int) -> None:
+def _commanded(rows: Batch | batch.Batch, count: int, channels: int) -> None:
     shares = np.linspace(0.1, 0.6, _FEW)[np.arange(count) % _FEW]
     rows.command(shares[:, None] * np.ones(channels))
 

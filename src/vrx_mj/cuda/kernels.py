@@ -9,6 +9,7 @@ from numba import cuda
 from numba.cuda.core import config
 
 from vrx_mj.arrays import FloatArray, IntArray
+from vrx_mj.cuda.rows import Stream
 from vrx_mj.physics.kernel import cache_folder
 from vrx_mj.physics.tables import Table
 from vrx_mj.physics.vessel import VesselWork
@@ -50,14 +51,15 @@ def command(
         command_row(runs, row, time[row], values[row], thrusters, angles, hold)
 
 
-def launcher(function: Callable[..., None], rows: int, waves: int, stream: Any) -> Any:
+def launcher(function: Callable[..., None], rows: int, waves: int, stream: Stream) -> Callable[..., None]:
     """What launches a kernel on a stream, for so many rows and waves.
 
     What was compiled is kept with the kernels of the CPU, whose folder belongs to their sources.
     """
     with warnings.catch_warnings():  # a few rows leave most of a processor idle
         warnings.simplefilter("ignore")
-        return _compiled(function, waves)[(rows + _BLOCK - 1) // _BLOCK, _BLOCK, stream]
+        found: Callable[..., None] = _compiled(function, waves)[(rows + _BLOCK - 1) // _BLOCK, _BLOCK, stream]
+    return found
 
 
 def _compiled(function: Callable[..., None], waves: int) -> Any:
