@@ -43,12 +43,14 @@ def test_the_captain_commands_what_it_did(name):
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_it_still_does_a_minute_later():
     for name, seconds in LONG.items():
         check_commands(name, seconds)
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.render
 def test_it_does_what_it_did_by_what_its_camera_sees():
     for name, seconds in BY_CAMERA.items():

@@ -35,6 +35,7 @@ def test_a_world_of_gazebo_is_read_as_it_was(name):
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_so_are_others():
     for name in [*CLASSIC[1:], *NEWER]:
         Path("bay.sdf").write_text((classic_text if name in CLASSIC else newer_text)(name), encoding="utf-8")
@@ -49,6 +50,7 @@ def test_a_model_of_gazebo_is_the_boat_that_it_was(name):
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.filterwarnings("ignore::vrx_mj.errors.VrxWarning")
 def test_a_urdf_file_is_the_boat_that_it_was():
     shutil.copy(URDF, ".")
@@ -56,6 +58,7 @@ def test_a_urdf_file_is_the_boat_that_it_was():
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_series_have_the_worlds_that_they_had():
     for name, count in WORLDS.items():
         for number in range(count):

@@ -37,6 +37,7 @@ def test_a_problem_gives_what_it_gave(name):
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_it_still_does_after_episodes_have_ended():
     for name in PROBLEMS:
         check_problem(name, LONG, **options(name))

@@ -33,6 +33,7 @@ def test_a_map_shows_what_it_showed(name):
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_so_do_those_of_other_worlds():
     for name, fleet in BY_NIGHT.items():
         check_map(name, fleet)
@@ -55,6 +56,7 @@ def results(shift):
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_a_campaigns_page_shows_what_it_showed():
     before, after = (campaign_of("results", [*results(shift)], vary=(GUSTS,)) for shift in (0.0, 0.4))
     sketches = {name: sketch_of(compiled(world)) for name, world in {"v": "marina", "w": "wayfinding_task"}.items()}

@@ -75,6 +75,7 @@ def test_a_recording_holds_what_it_held(name, tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_so_do_those_of_other_worlds(tmp_path):
     for name, fleet in BY_NIGHT.items():
         check_recording(name, fleet, tmp_path)

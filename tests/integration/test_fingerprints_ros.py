@@ -43,6 +43,7 @@ def test_topics_carry_what_they_did():
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_so_do_those_of_other_worlds():
     for name, fleet in BY_NIGHT.items():
         check_topics(name, fleet, 3.0)

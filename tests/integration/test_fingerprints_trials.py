@@ -32,6 +32,7 @@ def test_a_manoeuvre_measures_what_it_did(name):
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_so_do_the_others():
     for name, trial in OTHERS.items():
         check_trial(name, trial, "skiff")
@@ -47,6 +48,7 @@ def test_instruments_send_what_they_sent():
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_a_memory_is_fitted_by_the_poles_that_it_was():
     """Of a hump of damping in three modes that are coupled, with noise."""
     frequencies, random = np.linspace(0.1, 6.0, 40), np.random.default_rng(2)
@@ -69,6 +71,7 @@ def eyes_of(recorded):
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.render
 def test_films_show_what_they_showed(tmp_path):
     sim = vrx_mj.Simulation(compiled("example_course", fleet="trio"), seed=3)

@@ -28,6 +28,7 @@ def test_a_case_finds_what_it_found(case):
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_so_do_the_others():
     for case in CASES:
         if case.name not in {*QUICK, *LONG}:

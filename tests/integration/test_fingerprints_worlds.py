@@ -75,6 +75,7 @@ def test_a_world_is_and_goes_on_as_before(name):
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_so_do_the_others():
     for name in BY_NIGHT:
         check_run("worlds", name, compiled(name))
@@ -114,6 +115,7 @@ def test_weather_is_and_goes_on_as_before(name):
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_a_fleet_sails_as_before():
     for fleet in FLEETS:
         check_run("fleets", fleet, compiled("example_course", fleet=fleet))
