@@ -47,7 +47,7 @@ class Batch:
             stream: address of a CUDA stream, as `torch.cuda.current_stream().cuda_stream`; by default the default one.
 
         Raises:
-            CommandError: there is no graphics processor or not enough memory, or the world is none of free bodies.
+            CommandError: there is no graphics processor or not enough memory, or a body of the world is not free.
         """
         if not (config.ENABLE_CUDASIM or cuda.is_available()):
             raise CommandError(
@@ -61,9 +61,7 @@ class Batch:
         advance = advance_vrx if rows.arrays.vrx_only else advance_marine
         self._advance = launcher(advance, self.n, waves, self._stream)
         self._command = launcher(command, self.n, 0, self._stream)
-        channels = self._batch._channels
-        self._thrusters = cuda.to_device(np.array([own.row for own in channels], np.int64))
-        self._angles = cuda.to_device(np.array([own.column != "command" for own in channels], np.int64))
+        self._thrusters, self._angles = map(cuda.to_device, (self._batch._thrusters, self._batch._angles))
         self._asked = 0
 
     @property

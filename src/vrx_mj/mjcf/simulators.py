@@ -37,7 +37,7 @@ def mjcf_for(mjcf: str, simulator: str) -> str:
     """The MJCF of a compiled world as a simulator takes it; its header says what was left out.
 
     Raises:
-        UnknownNameError: the simulator is none of `SIMULATORS`.
+        UnknownNameError: `SIMULATORS` has no such name.
     """
     check_name("simulator", simulator, SIMULATORS)
     if not (omissions := SIMULATORS[simulator]):

@@ -227,6 +227,16 @@ def advance_free_row(
         _observe(a.hulls[k], a.qpos, a.qvel, features[row, k])
 
 
+@allocating_kernel
+def command_rows(
+    which: IntArray, runs: Table, time: FloatArray, values: FloatArray, thrusters: IntArray, angles: IntArray,
+    hold: float,
+) -> None:  # fmt: skip
+    """`command_row` for some rows, with a row of `values` for each."""
+    for number, i in enumerate(which):
+        command_row(runs, i, time[i], values[number], thrusters, angles, hold)
+
+
 @kernel
 def command_row(
     runs: Table, row: int, time: float, values: FloatArray, thrusters: IntArray, angles: IntArray, hold: float
