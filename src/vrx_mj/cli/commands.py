@@ -68,10 +68,12 @@ def compile_(
 
     Example: vrx-mj compile example_course --fleet trio -o course/scene.xml
     """
+    from vrx_mj.mjcf.simulators import SIMULATORS
+
     compiled = compile_source(world, arguments, fleet=fleet, seed=seed, nudge=nudge)
     scene = compiled.save(output, simulator=simulator)
-    sails = f"MuJoCo; to sail it: vrx_mj.Simulation.load('{output}')"
-    typer.echo(f"{scene}: opens in {sails if simulator == 'mujoco' else simulator}")
+    to_sail = f"; to sail it: vrx_mj.Simulation.load('{output}')" if simulator == "mujoco" else ""
+    typer.echo(f"{scene}: opens in {SIMULATORS[simulator].title}{to_sail}")
     typer.echo("there the boats fall: water, wind and thrust come from vrx_mj's loop alone (vrx-mj run, vrx-mj view)")
 
 

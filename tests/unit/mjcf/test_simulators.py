@@ -7,6 +7,7 @@ import pytest
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.mjcf.compile import compile_world
 
+TITLES = {"warp": "MuJoCo Warp", "mjx": "MJX"}
 OTHERS = pytest.mark.parametrize("simulator", ["warp", "mjx"])
 
 
@@ -43,7 +44,7 @@ def test_what_is_refused_is_left_out_and_named_in_the_header(world, simulator, t
     assert not {"sleep", "sleep_tolerance", "autoreset"} & {key for element in root.iter() for key in element.attrib}
     assert bool(root.findall("sensor/contact")) == (simulator == "warp")
     header, *others = text.split("-->")
-    assert f"compiled by vrx_mj for {simulator}." in header
+    assert f"compiled by vrx_mj for {TITLES[simulator]}." in header
     assert len(others) == 1
     assert ("contact sensors" in header) == (simulator == "mjx")
     assert "Simulation.load" not in text  # there is nothing to load
