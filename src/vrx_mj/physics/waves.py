@@ -116,6 +116,22 @@ def slope_share(s: float | Lanes) -> float | Lanes:
 
 
 @kernel
+def phase_since(past: Vector, east: float | Lanes, north: float | Lanes, frequency: float | Lanes) -> float | Lanes:
+    """Return by how much a wave's phase [rad] was more at a place and time `past` [m, m, s] before those now.
+
+    `east` and `north` are the components of its wavenumber [rad/m].
+    """
+    return frequency * past[2] - (east * past[0] + north * past[1])
+
+
+@kernel
+def earlier(cos: float | Lanes, sin: float | Lanes, angle: float | Lanes) -> tuple[float | Lanes, float | Lanes]:
+    """Return cosine and sine of a phase that is more by a small angle [rad], up to its square."""
+    half = angle * 0.5
+    return cos - angle * (half * cos + sin), sin - angle * (half * sin - cos)
+
+
+@kernel
 def elevation_of_columns(columns: Waves, x: float, y: float, t: float) -> float:
     """Return `elevation` at (x, y) [m] and time `t` [s]."""
     east, north, wavenumber = columns[EAST], columns[NORTH], columns[WAVENUMBER]
@@ -136,7 +152,9 @@ def elevation_of_columns(columns: Waves, x: float, y: float, t: float) -> float:
 
 
 @kernel
-def motion_of_columns(columns: Waves, reach: Vector, x: float, y: float, z: float, t: float) -> tuple[float, ...]:
+def motion_of_columns(
+    columns: Waves, reach: Vector, past: Vector, x: float, y: float, z: float, t: float
+) -> tuple[float, ...]:
     """Return the six sums of `orbital_motion` at (x, y) [m], `z` [m] over the mean level, and time `t` [s]."""
     east, north, wavenumber = columns[EAST], columns[NORTH], columns[WAVENUMBER]
     frequency, phase, orbital, bottom = columns[FREQUENCY], columns[PHASE], columns[_ORBITAL], columns[BOTTOM]
@@ -164,20 +182,22 @@ def motion_of_columns(columns: Waves, reach: Vector, x: float, y: float, z: floa
         store(above, i, upright)
         share = mean_share(spread_squared(reach, k * load(east, i), k * load(north, i)))
         level, upright = level * share, upright * share
-        c, s = level * load(cos, i), level * load(sin, i) * f
-        u = product_and(load(east, i), c, u)
-        v = product_and(load(north, i), c, v)
-        w = product_and(upright, load(sin, i), w)
-        du = product_and(load(east, i), s, du)
-        dv = product_and(load(north, i), s, dv)
-        dw = product_and(f, upright * load(cos, i), dw)
+        c, s = load(cos, i), load(sin, i)
+        before, later = earlier(c, s, phase_since(past, k * load(east, i), k * load(north, i), f))
+        along, gained = level * before, level * s * f
+        u = product_and(load(east, i), along, u)
+        v = product_and(load(north, i), along, v)
+        w = product_and(upright, later, w)
+        du = product_and(load(east, i), gained, du)
+        dv = product_and(load(north, i), gained, dv)
+        dw = product_and(f, upright * c, dw)
     sums = columns[MEMORY + 1]
     store(sums, 0, totals(u, v, w, du, dv, dw, 0.0, 0.0))
     return sums[0], sums[1], sums[2], sums[3], sums[4], -sums[5]
 
 
 @kernel
-def turning_of_columns(columns: Waves, reach: Vector) -> tuple[float, ...]:
+def turning_of_columns(columns: Waves, reach: Vector, past: Vector) -> tuple[float, ...]:
     """Return the four sums of `orbital_turning`, where and when `motion_of_columns` was asked for last."""
     east, north, wavenumber, frequency = columns[EAST], columns[NORTH], columns[WAVENUMBER], columns[FREQUENCY]
     cos, sin, above = columns[COSINE], columns[SINE], columns[MEMORY]
@@ -186,7 +206,8 @@ def turning_of_columns(columns: Waves, reach: Vector) -> tuple[float, ...]:
         k, f = load(wavenumber, i), load(frequency, i)
         along, across = k * load(east, i), k * load(north, i)
         rise = load(above, i) * slope_share(spread_squared(reach, along, across))
-        c, s = rise * load(cos, i), rise * load(sin, i) * f
+        before, _ = earlier(load(cos, i), load(sin, i), phase_since(past, along, across, f))
+        c, s = rise * before, rise * load(sin, i) * f
         p = product_and(across, c, p)
         q = product_and(along, c, q)
         dp = product_and(across, s, dp)

@@ -9,6 +9,7 @@ from unit.physics.rows import matrix, moving, sea
 from vrx_mj.model.tables import HULL
 from vrx_mj.physics.kinematics import (
     Turning,
+    half_step_back,
     orbital_motion,
     orbital_turning,
     reach_of,
@@ -76,6 +77,23 @@ def test_level_water_turns_as_its_vertical_velocity_slopes(waters, point):
     assert turning[:2] == pytest.approx([by_y[2], -by_x[2]], abs=1e-8)
     *_, by_t = difference(lambda *at: np.array(orbital_turning(*waters, (0.0, 0.0, 0.0), *at)[:2]), *point)
     assert turning[2:] == pytest.approx(by_t, abs=1e-8)
+
+
+@pytest.mark.parametrize("dt", [0.01, -0.01])
+@pytest.mark.parametrize("waters", [DEEP, SHALLOW], ids=["deep", "shallow"])
+def test_velocities_are_those_of_half_a_step_ago(waters, dt):
+    """Where a point of a hull was then; or will be after half a step. Accelerations are those of now."""
+    body, (x, y, z, t) = moving((3.0, -2.0, -1.9), (0.0, 0.0, 0.7), (0.8, -0.5, 0.0, 0.0, 0.0, 0.3)), POINTS[1]
+    past = half_step_back(body, (0.0, 0.0, 0.0), dt)
+    cos, sin = math.cos(0.7), math.sin(0.7)
+    assert past == pytest.approx(0.5 * dt * np.array((0.8 * cos + 0.5 * sin, 0.8 * sin - 0.5 * cos, 1.0)))
+    then, reach = (x - past[0], y - past[1], z, t - past[2]), (0.0, 0.0, 0.0)
+    u, gained = np.split(np.array(orbital_motion(*waters, x, y, z, t, reach, past)), 2)
+    assert u == pytest.approx(velocity(*waters, *then), abs=2e-5)  # phases to their square: 0.03^3
+    assert gained == pytest.approx(orbital_motion(*waters, x, y, z, t)[3:], rel=1e-12)
+    turning = orbital_turning(*waters, reach, x, y, z, t, past)
+    assert turning[:2] == pytest.approx(orbital_turning(*waters, reach, *then)[:2], abs=2e-5)
+    assert turning[2:] == pytest.approx(orbital_turning(*waters, reach, x, y, z, t)[2:], rel=1e-12)
 
 
 @pytest.mark.parametrize(("share", "bound"), [(0.1, 1e-5), (0.3, 3e-4), (0.6, 0.014)])
