@@ -1,6 +1,6 @@
 """The water under the waves: how it moves and how it presses, by linear theory.
 
-Velocities and accelerations decay below the mean level and are above it what they are there, which keeps the Stokes
+Velocities and accelerations decay below the mean level and go on above it (`waves.decay`), which keeps the Stokes
 drift of waves; the pressure is stretched to the surface (Wheeler, 1970), so that it is the air's there. The harmonics
 of a Stokes wave are components like others. What `ramp` does to the surface it does to all of these.
 """
@@ -106,11 +106,11 @@ def orbital_motion(
     """Return how the waves move the water at (x, y, z) [m, world] and time `t` [s]; the current is not in it.
 
     With theta = k (d . x) - omega t + phase and U the amplitude of the horizontal velocity at the mean level:
-    u = U cosh(k (z + h)) / cosh(k h) cos(theta) d, w = U sinh(k (z + h)) / cosh(k h) sin(theta).
+    u = U cosh(k (z + h)) / cosh(k h) cos(theta) d, w = U sinh(k (z + h)) / cosh(k h) sin(theta) up to z = 0.
     With the `reach` of `orbital_turning` it is the mean over a hull's waterplane. The velocity is that of a place and a
     time which lie `past` [m, m, s] back, as `half_step_back` has them.
     """
-    depth = min(max(z - sea.level, -sea.depth), 0.0)
+    depth = min(max(z - sea.level, -sea.depth), sea.depth)
     grown = ramp(sea, t)
     if waves.ndim == 2:
         u, v, w, du, dv, dw = motion_of_columns(waves, reach, past, x, y, depth, t)
@@ -158,7 +158,7 @@ def orbital_turning(
     if waves.ndim == 2:
         p, q, dp, dq = turning_of_columns(waves, reach, past)
         return Turning(grown * p, grown * q, grown * dp, grown * dq)
-    depth = min(max(z - sea.level, -sea.depth), 0.0)
+    depth = min(max(z - sea.level, -sea.depth), sea.depth)
     p, q, dp, dq = 0.0, 0.0, 0.0, 0.0
     for i in range(waves.size):
         wave = waves[i]
