@@ -8,6 +8,7 @@ Whether a hull of profile `marine` can be: its lift, its inertia, and small moti
 import math
 import warnings
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -20,11 +21,11 @@ from vrx_mj.config.solids import enclosed_volume, solid
 from vrx_mj.errors import VrxError, VrxWarning
 from vrx_mj.mjcf.boats import Boat, boat_mass, push_center
 from vrx_mj.mjcf.derive import hull_corners
-from vrx_mj.mjcf.drift import HullInWaves, with_drift
+from vrx_mj.mjcf.drift import HullInWaves, coriolis, cross_matrix, drift_of
 from vrx_mj.mjcf.flotation import Flotation, flotation, lift_fault
 from vrx_mj.mjcf.hull_tables import nested_tuples
 from vrx_mj.mjcf.surfaces import checked_surface, panels_of
-from vrx_mj.model.boats import MOST_TRIANGLES, Diffraction, Memory, Strip, Vessel
+from vrx_mj.model.boats import MOST_TRIANGLES, Diffraction, Drift, Memory, Strip, Vessel
 from vrx_mj.model.kinds import Six
 from vrx_mj.model.water import Sea
 from vrx_mj.physics.tables import MATRIX, MESH
@@ -51,9 +52,8 @@ def about_origin(matrix: FloatArray, point: Sequence[float] | FloatArray) -> Flo
 
 def _transform(point: Sequence[float] | FloatArray) -> FloatArray:
     """The (6, 6) that takes motions of the origin to those of a point."""
-    x, y, z = point
     transform = np.eye(6)
-    transform[:3, 3:] = -np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    transform[:3, 3:] = -cross_matrix(np.asarray(point))
     return transform
 
 
@@ -233,7 +233,7 @@ def _gain(vessel: Vessel, body: MassProperties, stiffness: FloatArray, speed: fl
     added, damping = np.array(vessel.added_mass), np.array(vessel.damping)
     tilted = np.zeros((6, 6))
     tilted[2, 4] = speed  # of the water along the hull's z, by its trim
-    moving = _coriolis(added, np.array([speed, 0.0, 0.0]), munk=bool(vessel.munk)) - damping
+    moving = coriolis(added, np.array([speed, 0.0, 0.0]), munk=bool(vessel.munk)) - damping
     mass, by_pose, by_velocity = (
         about_origin(matrix, -body.center)[_VERTICAL]
         for matrix in (_inertia(body) + added, moving @ tilted - stiffness, moving)
@@ -244,25 +244,6 @@ def _gain(vessel: Vessel, body: MassProperties, stiffness: FloatArray, speed: fl
     after = np.hstack([timestep * pose, one + timestep * velocity])
     stepped = np.abs(np.linalg.eigvals(np.vstack([np.hstack([one, none]) + timestep * after, after]))).max()
     return math.expm1(min(120.0 * (math.log(stepped) / timestep - max(float(exact), 0.0)), 100.0))
-
-
-def _coriolis(added: FloatArray, velocity: FloatArray, *, munk: bool) -> FloatArray:
-    """The (6, 6) from small velocities to the force of the added mass (6, 6) on a hull that moves with (3,) [m/s].
-
-    It is `physics.drag.added_mass_bias` in its first order.
-    """
-    along, linear, angular = (_cross(vector) for vector in (velocity, *np.split(added[:, :3] @ velocity, 2)))
-    found = np.zeros((6, 6))
-    found[:3, 3:] = linear - added[:3, :3] @ along
-    found[3:, 3:] = angular - added[3:, :3] @ along - along @ added[:3, 3:]
-    if munk:
-        found[3:, :3] = linear - along @ added[:3, :3]
-    return found
-
-
-def _cross(vector: FloatArray) -> FloatArray:
-    """The (3, 3) of the vector product with a vector (3,) on its left."""
-    return -_transform(vector)[:3, 3:]
 
 
 def _stiffness_at_rest(
@@ -301,18 +282,18 @@ def _rates(inertia: FloatArray, stiffness: FloatArray, vessel: Vessel) -> npt.ND
 
 
 @lru_cache(maxsize=32)
-def vessel_of(boat: Boat, density: float, *, in_waves: bool) -> Vessel | None:
-    """The hull of a kind of boat, in water of a density [kg/m3].
+def vessel_of(boat: Boat, density: float, *, in_waves: bool) -> tuple[Vessel | None, Drift | None]:
+    """The hull of a kind of boat, in water of a density [kg/m3], and what its forces lack of the mean force of waves.
 
-    What its file does not give is that of its `hydrodynamics`. What its forces lack in waves is found if it is
-    `in_waves`.
+    What its file does not give is that of its `hydrodynamics`. What its forces lack is found if it is `in_waves`, and
+    in its table of diffraction what the loop leaves out of short ones.
 
     Raises:
         VrxError: it does not float, its mesh has too many triangles, or its mass with the added one is not positive.
     """
     config, water = boat.hull, boat.hydrodynamics
     if config is None:
-        return None
+        return None, None
     assert water is not None, f"{boat.name} has no hydrodynamics"
     body, pushed = boat_mass(boat), push_center(boat)
     point = body.center if config.point is None else np.array(config.point)
@@ -344,10 +325,21 @@ def vessel_of(boat: Boat, density: float, *, in_waves: bool) -> Vessel | None:
     )
     check_rest(boat, found, density, rest)
     if not in_waves or found.length <= 0.0:
-        return found
+        return found, None
     stiffness, _ = _stiffness_at_rest(found, body, density, rest)
-    hull = HullInWaves(found, _inertia(body), stiffness, level, density, hydro.gravity if hydro else _GRAVITY)
-    return with_drift(found, hull, hydro, _transform(hydro.point if hydro else point))
+    return _in_waves(found, _inertia(body), stiffness, level, density, hydro)
+
+
+def _in_waves(
+    vessel: Vessel, inertia: FloatArray, stiffness: FloatArray, level: float, density: float, hydro: Hydro | None
+) -> tuple[Vessel, Drift | None]:
+    """A hull with what the loop leaves out of short waves in its diffraction, and what its forces lack of the mean."""
+    hull = HullInWaves(vessel, inertia, stiffness, level, density, hydro.gravity if hydro else _GRAVITY)
+    drift = drift_of(hull, hydro, _transform(hydro.point if hydro else vessel.point))
+    if vessel.diffraction:
+        forces = hull.from_zero(np.concatenate((hull.scattered.real, hull.scattered.imag), axis=1))
+        vessel = replace(vessel, diffraction=replace(vessel.diffraction, forces=forces))
+    return vessel, drift
 
 
 def _check_fit(name: str, hydro: Hydro, mass: float, level: float, points: Sequence[Sequence[float]]) -> None:

@@ -88,13 +88,15 @@ HULL = _record(
     spread=(_f, (2,)),  # second moments of its waterplane over the area, along and across [m2]
     vessel=_i,  # row of VESSEL; -1: stations carry it, and it has its own added mass and drag
     memory_start=_i,  # its rows of MEMORY_STATE, as many as its vessel has of MEMORY
+    **_rows("drift"),  # of its table of the mean force of waves; none: it feels none
+    drift_angles=_i,  # from 0 to a full turn
+    drift_step=_f,  # between its frequencies [rad/s]
+    drift_state=_i,  # row of DRIFT_STATE
 )
 PART = _record(Part)
 VESSEL = _record(
     Vessel,
-    **_rows(
-        "point", "pair", "part", "strip", "memory", "diffraction", "drift"
-    ),  # pairs count points from the mesh's first
+    **_rows("point", "pair", "part", "strip", "memory", "diffraction"),  # pairs count points from the mesh's first
     **_rows("resistance"),  # by rising speed; none: damping in surge
     half=(_f, (3,)),  # half sides of the box of a part [m]
     wave_rows=_i,  # nodes of that box for the waves, across and over the depth
@@ -102,8 +104,6 @@ VESSEL = _record(
     diffraction_frequencies=_i,  # 0: it has none, and feels the water's acceleration with its added mass
     diffraction_angles=_i,  # from 0 to a full turn
     diffraction_step=_f,  # between its frequencies [rad/s]
-    drift_angles=_i,  # from 0 to a full turn
-    drift_step=_f,  # between its frequencies [rad/s]
 )
 STRIP = _record(Strip)
 RESISTANCE = _record(ResistancePoint)
@@ -142,6 +142,14 @@ WAYPOINT = _record(PathPoint)
 MEMORY_STATE = _record(
     real=_f,  # [m], [rad]
     imaginary=_f,
+)
+DRIFT_STATE = _record(
+    left=_i,  # steps for which the force holds, and one more; 0 until it was computed once
+    u=_f,  # slow velocity through the water, ahead [m/s]
+    v=_f,  # to the left [m/s]
+    surge=_f,  # force that holds, in the hull's heading [N]
+    sway=_f,
+    yaw=_f,  # moment about the link's origin [N m]
 )
 THRUSTER_STATE = _record(
     command=_f,

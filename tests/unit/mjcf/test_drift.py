@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from vrx_mj import Simulation, compile_world
+from vrx_mj import Batch, Simulation, compile_world
 from vrx_mj.mjcf.drift import HullInWaves
 from vrx_mj.mjcf.flotation import outline
 
@@ -89,5 +89,38 @@ def test_the_step_is_no_part_of_how_fast_a_boat_drifts():
 def test_a_hull_in_calm_water_has_no_table():
     world = {"name": "pool", "physics": {"profile": "marine"}, "sea": {"model": "none"}, "wind": {"objects": []}}
     calm = compile_world(world, fleet={"robot": "blueboat", "boats": [{"name": "a", "pose": [0.0] * 6}]})
-    assert calm.parameters.hulls[0].vessel.drift is None
-    assert run("blueboat").world.parameters.hulls[0].vessel.drift is not None
+    assert calm.parameters.hulls[0].drift is None
+    assert run("blueboat").world.parameters.hulls[0].drift is not None
+
+
+@pytest.mark.filterwarnings("ignore::vrx_mj.errors.VrxWarning")
+def test_what_holds_for_some_steps_is_part_of_the_state():
+    """A run that goes on from a state amid the steps for which the force is held, and rows of both engines."""
+    sim = run("blueboat")
+    sim.reset(seed=3)
+    sim.advance(1234)
+    state = sim.get_state()
+    sim.advance(21)
+    expected = sim.get_state().sha256
+    other = Simulation(sim.world)
+    other.set_state(state)
+    other.advance(21)
+    assert other.get_state().sha256 == expected
+    rows, free = Batch(sim.world, 2, seed=2), Batch(sim.world, 2, seed=2, engine="free")
+    for batch in (rows, free):
+        batch.advance(1234)
+        batch.advance(21)
+    assert rows.get_state(1).sha256 == expected
+    assert free.get_state(1).mujoco[:14] == pytest.approx(sim.get_state().mujoco[:14], abs=1e-11)
+
+
+@pytest.mark.filterwarnings("ignore::vrx_mj.errors.VrxWarning")
+def test_a_hull_put_elsewhere_has_the_force_of_there_at_once():
+    sim = run("barge_4m")
+    sim.reset(seed=3)
+    sim.advance(1000)
+    (boat,) = sim.boats
+    before = sim.forces(boat)["drift"]
+    sim.set_boat(boat, pose=(0.0, 0.0, 0.0, 0.0, 0.0, 0.5 * math.pi))
+    after = sim.forces(boat)["drift"]
+    assert np.linalg.norm(after[:2]) != pytest.approx(np.linalg.norm(before[:2]), rel=0.5)
