@@ -4,7 +4,7 @@ import ast
 import re
 from collections import Counter
 
-from mutants.catalogue import KINDS, ROOT, mutants
+from mutants.catalogue import KINDS, ROOT, Mutant, mutants
 from mutants.random_mutants import draw, edits_of, mutable
 from mutants.scratch import nearest_tests, own_tests, related_tests
 
@@ -47,6 +47,8 @@ def test_mutants_drawn_at_random_change_one_place_and_can_still_be_parsed():
 
 def test_edits_flip_change_and_drop_what_tests_can_see():
     text = """
+if TYPE_CHECKING:
+    x = not y
 def f(a: int = 1) -> int:
     '''Doc 2.'''
     if a <= 3:
@@ -58,3 +60,17 @@ def f(a: int = 1) -> int:
         "1 + 1", "2 * 0.5", "3 + 1", "False", "False", "a < 3", "b", "b and not c", "b or not c",
         "b or not c / mind, 0.5", "c", "d", "e not in f'{7}'", "not c", "pass",
     ]  # fmt: skip
+
+
+def test_related_tests_import_the_package_by_names_at_the_top_by_helpers_and_by_fixtures():
+    def of(file):
+        return related_tests(Mutant("any", file, "sign", "", ""))
+
+    assert "tests/integration/test_symmetry.py" in of("runtime/run.py")
+    assert "tests/unit/recording/test_writer.py" in of("model/world.py")
+    assert "tests/unit/cli/test_trial.py" in of("mjcf/world.py")
+    assert "tests/integration/test_campaign_exec.py" in of("campaign/trial.py")
+    assert "tests/integration/test_fingerprints_worlds.py" in of("physics/drag.py")
+    assert "tests/integration/test_fingerprints_worlds.py" not in of("nmea/ais.py")
+    assert "tests/integration/test_fingerprints_files.py" in of("formats/gazebo/worlds.py")
+    assert "tests/integration/test_fingerprints_validation.py" in of("validation/cases/waves.py")

@@ -1,9 +1,10 @@
-"""Makes tables of the WAM-V in waves about as long as it, by Capytaine (extra `hydro`) alone.
+"""Makes tables of catamarans in waves about as long as they are, by Capytaine (extra `hydro`) alone.
 
     python assets/validation/make_short_waves.py
 
-It takes some minutes: the hulls of the shipped boat without sensors, both in one run, are cut into 1700 panels.
-short_waves.csv has it upright without trim, response_amplitudes.csv as it lies at rest, 0.4 degrees down at the bow.
+It takes some minutes: the hulls of each shipped boat without sensors, both in one run, are cut into 870 to 1700 panels.
+short_waves.csv has the WAM-V upright without trim, response_amplitudes.csv boats as they lie at rest, the WAM-V 0.4
+degrees down at the bow.
 """
 
 import csv
@@ -19,33 +20,43 @@ from vrx_mj.validation.setups import GRAVITY, marine_simulation
 
 FOLDER = Path(__file__).parent
 DENSITY, PANELS = 1025.0, 400
-LEVEL = (1.5, 2.0, 2.5, 3.0), (0, 90)
-AT_REST = (1.5, 1.6, 1.7, 2.0, 2.5, 3.0), (0, 45, 90, 180)
+LEVEL = (0, 90), {"wamv": (1.5, 2.0, 2.5, 3.0)}
+AT_REST = (
+    (0, 45, 90, 180),
+    {
+        "wamv": (1.5, 1.6, 1.7, 2.0, 2.5, 3.0),
+        "heron": (0.8, 0.88, 1.0, 1.3),
+        "blueboat": (0.75, 0.82, 0.95, 1.2),
+    },
+)
 HEAD = """\
-# Capytaine 3.0.0 by assets/validation/make_short_waves.py: direct method, {} panels under water on both hulls, with a
-# lid; mass and inertia are the model's. Heave of the centre of mass per metre of wave; roll and pitch per slope k a.
+# Capytaine 3.0.0 by assets/validation/make_short_waves.py: direct method, with a lid, panels under water on both hulls
+# of {}; mass and inertia are the model's. Heave of the centre of mass per metre of wave; roll and pitch per slope k a.
 """
 
 
 def main() -> None:
     """Write the tables."""
-    for file, (periods, toward) in (("short_waves", LEVEL), ("response_amplitudes", AT_REST)):
-        body, inertia = _body(at_rest=periods is AT_REST[0])
-        with (FOLDER / f"{file}.csv").open("w", encoding="utf-8", newline="") as out:
-            out.write(HEAD.format(body.mesh.nb_faces))
-            writer = csv.writer(out, lineterminator="\n")
-            writer.writerow(["period", "toward", "heave", "roll", "pitch"])
+    for file, (toward, robots) in (("short_waves", LEVEL), ("response_amplitudes", AT_REST)):
+        panels, rows = [], []
+        for robot, periods in robots.items():
+            body, inertia = _body(robot, at_rest=robots is AT_REST[1])
+            panels.append(f"{robot} {body.mesh.nb_faces}")
             for period in periods:
                 for angle, swings in zip(toward, _responses(body, inertia, period, toward), strict=True):
-                    writer.writerow([period, angle, *(f"{each:.4f}" for each in swings)])
+                    rows.append([robot, period, angle, *(f"{each:.4f}" for each in swings)])
+        with (FOLDER / f"{file}.csv").open("w", encoding="utf-8", newline="") as out:
+            out.write(HEAD.format(", ".join(panels)))
+            writer = csv.writer(out, lineterminator="\n")
+            writer.writerows([["robot", "period", "toward", "heave", "roll", "pitch"], *rows])
 
 
-def _body(*, at_rest):  # type: ignore[no-untyped-def]
-    """Capytaine's body of the boat, upright without trim or as it lies at rest, and its inertia (6, 6)."""
+def _body(robot, *, at_rest):  # type: ignore[no-untyped-def]
+    """Capytaine's body of a boat, upright without trim or as it lies at rest, and its inertia (6, 6)."""
     import capytaine
 
     boats = [{"name": "a", "pose": [0] * 6}]
-    sim = marine_simulation({"robot": "wamv", "boats": boats, "sensors": "none"}, sea={"model": "none"})
+    sim = marine_simulation({"robot": robot, "boats": boats, "sensors": "none"}, sea={"model": "none"})
     if at_rest:
         sim.step(duration=60.0)
     vessel, turn = sim.world.parameters.hulls[0].vessel, np.array(rotation_matrix(sim.data.qpos[3:7]))

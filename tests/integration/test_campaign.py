@@ -220,7 +220,7 @@ def test_ctrl_c_keeps_what_is_finished_and_the_same_command_goes_on(folder):
     (folder / "hurry").touch()
     code, out, err = vrx(*words, "--against", "stopped", cwd=folder)
     after = results(folder, "stopped")
-    assert (code, len(after)) == (0, 3)
+    assert (code, len(after)) == (0, 3), err
     assert f"stopped: {len(before)} of 3 trials are finished" in err
     assert {key: after[key].wall_time for key in before} == {key: each.wall_time for key, each in before.items()}
 

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import vrx_mj
+from fingerprints import check
 from needs import STABLE_BASELINES3, needs
 from vrx_mj.rl import Env, VectorEnv
 
@@ -24,6 +25,8 @@ TRAINERS = {
     "stable_baselines3.common.vec_env": ("VecEnv",),
 }  # fmt: skip
 """Modules that the recipe imports, and what it takes from them."""
+ANOTHER_MACHINE = 1e-2
+"""Share of where a run ends that another machine's rounding and renderer may change, as they decide when it turns."""
 
 
 def loaded(path):
@@ -47,11 +50,19 @@ def beyond_the_end(sim, duration=None, **options):
 @pytest.mark.slow
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_an_example_runs_and_its_controller_goes_on_after_the_end(path, tmp_path, monkeypatch):
-    monkeypatch.setattr(vrx_mj, "run", beyond_the_end)
+    ends = []
+
+    def kept(sim, duration=None, **options):
+        ends.append(beyond_the_end(sim, duration, **options))
+        return ends[-1]
+
+    monkeypatch.setattr(vrx_mj, "run", kept)
     example = loaded(path)
     monkeypatch.setattr(example, "SEEDS", range(1000, 1002), raising=False)  # two of twenty
     assert example.main(tmp_path / "out.rrd")
     assert (tmp_path / "out.rrd").stat().st_size > 10_000
+    found = [[end.sim_time, end.boats, end.task] for end in ends]
+    check("examples", path.stem, rounding=ANOTHER_MACHINE, ends=found)
 
 
 @pytest.fixture

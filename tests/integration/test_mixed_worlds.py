@@ -1,6 +1,7 @@
 """Worlds drawn at random: what is far from all else moves as if it were alone, in any order and in any way it came."""
 
 import random
+import warnings
 
 import numpy as np
 import pytest
@@ -99,28 +100,48 @@ SEEDS = [
 ]
 
 
-@pytest.mark.filterwarnings("ignore::vrx_mj.VrxWarning")
-@pytest.mark.parametrize("seed", SEEDS)
-def test_each_moves_as_if_alone_and_in_any_order(seed, tmp_path):
-    drawn = Drawn(seed, tmp_path)
-    names = list(drawn.things)
-    together = sailed(vrx_mj.Simulation(drawn.world(names)))
-    expected = all_motion(together, names)
-    for name in names:
+pytestmark = pytest.mark.filterwarnings("ignore::vrx_mj.VrxWarning")
+
+
+@pytest.fixture(scope="module", params=SEEDS)
+def seed(request):
+    return request.param
+
+
+@pytest.fixture(scope="module")
+def drawn(seed, tmp_path_factory):
+    return Drawn(seed, tmp_path_factory.mktemp("barges"))
+
+
+@pytest.fixture(scope="module")
+def world(drawn):
+    """All things, which the tests only read."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", vrx_mj.VrxWarning)
+        return drawn.world(list(drawn.things))
+
+
+@pytest.fixture(scope="module")
+def expected(drawn, world):
+    return all_motion(sailed(vrx_mj.Simulation(world)), list(drawn.things))
+
+
+def test_each_moves_as_if_alone(drawn, expected):
+    for name in drawn.things:
         assert motion(sailed(vrx_mj.Simulation(drawn.world([name]))), name).tolist() == expected[name], name
+
+
+def test_they_move_alike_in_any_order_and_when_they_were_saved(seed, drawn, world, expected, tmp_path):
+    names = list(drawn.things)
     shuffled = random.Random(seed).sample(names, len(names))
     assert all_motion(sailed(vrx_mj.Simulation(drawn.world(shuffled))), names) == expected
-    drawn.world(names).save(tmp_path / "world")
+    world.save(tmp_path / "world")
     assert all_motion(sailed(vrx_mj.Simulation(vrx_mj.World.load(tmp_path / "world"))), names) == expected
 
 
-@pytest.mark.filterwarnings("ignore::vrx_mj.VrxWarning")
-@pytest.mark.parametrize("seed", SEEDS)
-def test_who_joins_and_leaves_moves_nobody_else_and_itself_as_in_a_world_of_its_own(seed, tmp_path):
-    drawn = Drawn(seed, tmp_path)
+def test_who_joins_and_leaves_moves_nobody_else_and_itself_as_in_a_world_of_its_own(seed, drawn, expected):
     names = list(drawn.things)
     random.Random(seed).shuffle(names)
-    expected = all_motion(sailed(vrx_mj.Simulation(drawn.world(names))), names)
     late = next(name for name in names if drawn.things[name][0] != "object")  # whose ropes are not spawn_object's
     gone = next(name for name in names if name != late)
     sim = vrx_mj.Simulation(drawn.world([name for name in names if name != late]))
@@ -135,12 +156,9 @@ def test_who_joins_and_leaves_moves_nobody_else_and_itself_as_in_a_world_of_its_
     assert np.isfinite(half).all()
 
 
-@pytest.mark.filterwarnings("ignore::vrx_mj.VrxWarning")
-@pytest.mark.parametrize("seed", SEEDS)
-def test_who_is_put_elsewhere_moves_nobody_else(seed, tmp_path):
-    drawn = Drawn(seed, tmp_path)
+def test_who_is_put_elsewhere_moves_nobody_else(drawn, world):
     names = list(drawn.things)
-    sim = sailed(vrx_mj.Simulation(drawn.world(names)), 1.0)
+    sim = sailed(vrx_mj.Simulation(world), 1.0)
     state = sim.get_state()
     expected = all_motion(sailed(sim, 0.5), names)
     for name in names:

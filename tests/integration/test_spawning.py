@@ -242,7 +242,7 @@ DOCKED = "no place for x at (-554, 233): it would be 0.54 m inside robotx_dock_2
         ("terrain", {"pose": PLACE}, CommandError,
          "invalid boat name 'terrain': a part of world example_course has this name"),
         ("x", {"pose": PLACE, "robot": "nope"}, ConfigError,
-         f"<boat>: robot: no robot named 'nope'; known: {', '.join(sorted(catalogue('robots')))}"),
+         f"<boat>: robot: {UnknownNameError('robot', 'nope', sorted(catalogue('robots')))}"),
         ("x", {"pose": [1, 2, 3]}, ConfigError,
          "<boat>: pose: expected 6 numbers [x, y, z, roll, pitch, yaw], got [1, 2, 3]"),
         ("a b", {"pose": PLACE}, ConfigError,

@@ -1,4 +1,10 @@
-"""Mutants at random places of the source: operators flipped, constants changed, terms and guards dropped."""
+"""Mutants at random places of the source: operators flipped, constants changed, terms and guards dropped.
+
+Left alone is what is known to change nothing that a program does: annotations, docstrings and texts with values in
+them; decorators, and keyword arguments in `WITHOUT_EFFECT`, which are about speed or guard against mistakes of ours, as
+`assert` does; imports for type checkers. A comparison on the border of which no number lies, a limit that is one larger
+or a cache that is never emptied are drawn, though no test may see them: the generator cannot know.
+"""
 
 import ast
 import copy
@@ -65,6 +71,8 @@ def _mutant(file: Path, text: str, edit: Edit) -> Mutant:
 def mutable(node: ast.AST) -> Iterator[ast.AST]:
     """A node and those below it, without annotations, decorators, docstrings and what tests cannot see."""
     if isinstance(node, LEFT_ALONE) or (isinstance(node, ast.keyword) and node.arg in WITHOUT_EFFECT):
+        return
+    if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
         return
     yield node
     for name, value in ast.iter_fields(node):

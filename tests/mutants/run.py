@@ -8,9 +8,10 @@
 
 Each mutant is made in a scratch copy of the repository, never in the checkout. Stages run until one fails, which
 kills the mutant: the test files nearest to the module, the unit tests of its package, and the tests of the everyday
-tier; for those drawn at random the nearest and the related tests, which are all that import something of the package.
-A test that kills is run again without a mutant; one that fails there, too, is named and left out. Kernels compile into
-a cache of the scratch copy's own.
+tier; for those drawn at random the nearest tests and the related ones, which are all that import something of the
+package, and fingerprints; then, as it is done by night, the related tests that are slow. A test that kills is run again
+without a mutant; one that fails there, too, is named and left out. Kernels compile into a cache of the scratch copy's
+own.
 """
 
 import argparse
@@ -29,10 +30,15 @@ from mutants.catalogue import Mutant, mutants
 from mutants.random_mutants import draw
 from mutants.scratch import Scratch, nearest_tests, own_tests, related_tests
 
-STAGES = {"nearest": nearest_tests, "own": own_tests, "related": related_tests, "tier": lambda _: ["tests"]}
-LISTED, DRAWN = ("nearest", "own", "tier"), ("nearest", "related")
+STAGES = {
+    "nearest": nearest_tests, "own": own_tests, "related": related_tests, "slow": related_tests,
+    "tier": lambda _: ["tests"],
+}  # fmt: skip
+LISTED, DRAWN = ("nearest", "own", "tier"), ("nearest", "related", "slow")
 """Stages for the mutants of the file, and for those drawn at random."""
-LIMITS = {"nearest": 300.0, "own": 300.0, "related": 900.0, "tier": 1200.0}
+MARKS = {stage: "slow and not nightly" if stage == "slow" else "not slow" for stage in STAGES}
+"""Which tests count, as pytest's -m."""
+LIMITS = {"nearest": 300.0, "own": 300.0, "related": 1200.0, "slow": 2400.0, "tier": 1200.0}
 """Processor time [s]: more than the tests take, so that only a mutant that never ends meets it."""
 ENDLESS, ALIVE = "endless", "alive"
 NOT_THE_LISTS = ["--ignore=tests/test_mutants.py"]
@@ -41,18 +47,19 @@ BAR = 0.88
 """The share of mutants drawn at random that has to be killed."""
 
 
-def tried(mutant: Mutant, scratch: Scratch, stages: Sequence[str], marks: str) -> dict[str, object]:
+def tried(mutant: Mutant, scratch: Scratch, stages: Sequence[str]) -> dict[str, object]:
     """Run the stages until one kills the mutant."""
     row: dict[str, object] = {"id": mutant.id, "package": mutant.package, "file": mutant.file, "killed": ALIVE}
     begun, before = time.perf_counter(), list[str]()
     for stage in stages:
         files = STAGES[stage](mutant)
-        if files in ([], before):
+        arguments = [*files, *NOT_THE_LISTS, "-m", MARKS[stage]]
+        if not files or arguments == before:
             continue
-        before = files
+        before = arguments
         while True:
             with scratch.holding(mutant):
-                result, test = scratch.run_tests([*files, *NOT_THE_LISTS, "-m", marks], LIMITS[stage])
+                result, test = scratch.run_tests(arguments, LIMITS[stage])
             if result != "failed" or scratch.is_sound(test.partition("[")[0], LIMITS["own"]):
                 break
         if result != "passed":
@@ -104,7 +111,6 @@ def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--seed", type=int, default=0, help="of the draw; default: %(default)s")
     parser.add_argument("--stages", nargs="+", choices=STAGES)
     parser.add_argument("--jobs", type=int, default=1)
-    parser.add_argument("--marks", default="not slow", help="which tests count, as pytest's -m; default: %(default)s")
     parser.add_argument("--out", type=Path, default=Path("mutants"), help="writes OUT.json and OUT.txt")
     return parser.parse_args(arguments)
 
@@ -125,7 +131,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         def attempt(mutant: Mutant) -> None:
             scratch = free.get()
             try:
-                row = tried(mutant, scratch, stages, options.marks)
+                row = tried(mutant, scratch, stages)
             finally:
                 free.put(scratch)
             rows.append(row)

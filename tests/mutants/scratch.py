@@ -17,7 +17,7 @@ from mutants.forks import run_pytest
 
 KERNELS = ("physics", "sensors", "runtime")
 """Packages whose sources name the folder of the compiled kernels (`vrx_mj.physics.kernel`)."""
-TESTS = ROOT / "tests"
+TESTS, SOURCES = ROOT / "tests", ROOT / "src" / "vrx_mj"
 
 
 def nearest_tests(mutant: Mutant) -> list[str]:
@@ -36,17 +36,46 @@ def own_tests(mutant: Mutant) -> list[str]:
 
 
 def related_tests(mutant: Mutant) -> list[str]:
-    """The package's unit tests, and all other test files that import something of the package."""
+    """Fingerprints of what is computed through the module, its package's unit tests, and other files that import some.
+
+    A fingerprint looks at whatever the modules that its file imports use; any other test, at what it imports.
+    """
+    wide = [*TESTS.glob("integration/test_fingerprints_*.py"), TESTS / "integration/test_examples.py"]
+    through = {file: _used_by(_imports_of(file)) for file in wide}
+    first = sorted(
+        (file for file in wide if SOURCES / mutant.file in through[file]), key=lambda file: len(through[file])
+    )
     folder = TESTS / "unit" / mutant.package
-    return [*own_tests(mutant), *_names([file for file in _importing(mutant.package) if folder not in file.parents])]
+    others = [file for file in _importing(mutant.package) if folder not in file.parents]
+    return list(dict.fromkeys([*_names(first), *own_tests(mutant), *_names(others)]))
+
+
+@functools.cache
+def _used_by(lines: str) -> frozenset[Path]:
+    """The sources that some lines import, and those that these import."""
+    found, new = set[Path](), _named_in(lines, "")
+    while new - found:
+        found |= new
+        new = frozenset().union(*(_named_in(file.read_text("utf-8"), file.parent.name) for file in new))
+    return frozenset(found)
+
+
+@functools.cache
+def _named_in(lines: str, package: str) -> frozenset[Path]:
+    """The sources that are imported in a text of a package, or named as `module:function`."""
+    named = re.findall(r"\bvrx_mj\.([\w.]+)(?: import (\([^)]*\)|[\w, ]+))?", lines)
+    paths = {one for path, names in named for one in (path, *(f"{path}.{name}" for name in re.findall(r"\w+", names)))}
+    paths |= {f"{package}.{path}" for path in re.findall(r'"([\w.]+):\w+"', lines)}
+    files = [SOURCES / path.replace(".", "/") for path in paths]
+    return frozenset(one for file in files for one in (file.with_suffix(".py"), file / "__init__.py") if one.is_file())
 
 
 @functools.cache
 def _importing(name: str) -> list[Path]:
-    """Test files that import a module or package of `vrx_mj`."""
+    """Test files that import a module or package of `vrx_mj`, or are called after it."""
     above, _, last = f"vrx_mj.{name}".rpartition(".")
-    imported = re.compile(rf"\b{above}(\.| import [^\n]*\b){last}\b")
-    return [file for file in _files(TESTS) if imported.search(_lines_of_the_package(file))]
+    imported, called = re.compile(rf"\b{above}(\.| import [^\n]*\b){last}\b"), re.compile(rf"test_{last}(_|$)")
+    return [file for file in _files(TESTS) if imported.search(_imports_of(file)) or called.match(file.stem)]
 
 
 def _names(paths: list[Path]) -> list[str]:
@@ -59,8 +88,27 @@ def _files(entry: Path) -> list[Path]:
 
 
 @functools.cache
-def _lines_of_the_package(file: Path) -> str:
-    return "\n".join(line for line in file.read_text(encoding="utf-8").splitlines() if "vrx_mj" in line)
+def _imports_of(file: Path) -> str:
+    """The lines of a file that name the package, and of the helpers and fixtures that it uses."""
+    text = file.read_text(encoding="utf-8")
+    lines = [line for line in text.splitlines() if "vrx_mj" in line]
+    homes = (f"import vrx_mj.{home}" for name, home in _homes().items() if _of_package(name).search("\n".join(lines)))
+    helpers = [TESTS / f"{name.replace('.', '/')}.py" for name in re.findall(r"^(?:from|import) ([\w.]+)", text, re.M)]
+    fixtures = [file.with_name("conftest.py")] if file.parent != TESTS else []
+    used = [_imports_of(helper) for helper in (*helpers, *fixtures) if helper.exists() and helper != file]
+    return "\n".join([*lines, *homes, *used])
+
+
+@functools.cache
+def _of_package(name: str) -> re.Pattern[str]:
+    return re.compile(rf"\bvrx_mj(\.| import [^\n]*\b){name}\b")
+
+
+@functools.cache
+def _homes() -> dict[str, str]:
+    """The modules of the names that `import vrx_mj` offers."""
+    text = (ROOT / "src/vrx_mj/__init__.py").read_text(encoding="utf-8")
+    return dict(re.findall(r'^    "(\w+)": "([\w.]+)",$', text, re.M))
 
 
 class Scratch:
@@ -85,7 +133,7 @@ class Scratch:
         if not test:  # the process ended by itself
             return True
         if test not in self._sound:
-            self._sound[test] = self.run_tests([test], limit)[0] == "passed"
+            self._sound[test] = self.run_tests([test, "-m", ""], limit)[0] == "passed"
             if not self._sound[test]:
                 print(f"left out, as it fails without a mutant: {test}", flush=True)
         return self._sound[test]

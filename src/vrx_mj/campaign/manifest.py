@@ -205,7 +205,7 @@ def code_version() -> str:
     folder = Path(vrx_mj.__file__).resolve().parent
     digest = sha256(_digest(folder, sorted(folder.rglob("*.py"))).encode())
     for name in _DATA:
-        files = sorted(file for file in (root() / name).rglob("*") if file.is_file())
+        files = sorted(file for file in (root() / name).rglob("*") if file.is_file() and file.suffix != ".pyc")
         digest.update(_digest(root(), files).encode())
     return f"{vrx_mj.__version__} {digest.hexdigest()[:12]}"
 

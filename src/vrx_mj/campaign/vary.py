@@ -86,10 +86,15 @@ def _check_end(quantity: Quantity, end: float, base: World, compiled: Callable[[
         raise CommandError(f"--vary in {base.name}: {error}") from None
     if not re.search(r"\.(hull|stations)\.", quantity.name):
         return  # no boat's draft depends on it
-    factors, usual = (Batch(each, 1).largest_masses for each in (world, base))
+    factors, usual = (Batch(_without_task(each), 1).largest_masses for each in (world, base))
     sunk = [boat for boat, own, before in zip(world.boats, factors, usual, strict=True) if own < 1.0 <= before]
     if sunk:
         raise CommandError(f"--vary {quantity}: with {end:g} the boat {sunk[0]} does not float in {world.name}")
+
+
+def _without_task(world: World) -> World:
+    """The world as a `Batch` takes it."""
+    return replace(world, parameters=replace(world.parameters, task=None))
 
 
 def numbers_by_name(world: World, values: Mapping[str, float]) -> dict[str, float]:

@@ -6,7 +6,7 @@ import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -59,13 +59,21 @@ def compile_(
     seed: Seed = None,
     nudge: Nudge = False,
     strict: Strict = False,
+    simulator: Annotated[
+        Literal["mujoco", "warp", "mjx"],
+        typer.Option("--for", help="What opens it; for MuJoCo Warp and MJX it lacks what they refuse."),
+    ] = "mujoco",
 ) -> None:
     """Compile a world to MJCF that plain MuJoCo opens. The assets it needs are written beside it.
 
     Example: vrx-mj compile example_course --fleet trio -o course/scene.xml
     """
-    scene = compile_source(world, arguments, fleet=fleet, seed=seed, nudge=nudge).save(output)
-    typer.echo(f"{scene}: opens in MuJoCo; to sail it: vrx_mj.Simulation.load('{output}')")
+    from vrx_mj.mjcf.simulators import SIMULATORS
+
+    compiled = compile_source(world, arguments, fleet=fleet, seed=seed, nudge=nudge)
+    scene = compiled.save(output, simulator=simulator)
+    to_sail = f"; to sail it: vrx_mj.Simulation.load('{output}')" if simulator == "mujoco" else ""
+    typer.echo(f"{scene}: opens in {SIMULATORS[simulator].title}{to_sail}")
     typer.echo("there the boats fall: water, wind and thrust come from vrx_mj's loop alone (vrx-mj run, vrx-mj view)")
 
 

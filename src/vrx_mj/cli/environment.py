@@ -9,15 +9,16 @@ from pathlib import Path
 
 PACKAGES = frozenset({
     "IPython", "PIL", "av", "capytaine", "cbor2", "collada", "foxglove", "gymnasium", "jinja2", "llvmlite", "lxml",
-    "lz4", "markupsafe", "matplotlib", "mujoco", "numba", "numpy", "pettingzoo", "psutil", "pyais", "pyarrow",
-    "pydantic", "pynmea2", "ray", "rerun", "rerun_notebook", "rich", "rosbags", "scipy", "shapely", "trimesh", "typer",
-    "websockets", "xacro", "yaml", "yourdfpy",
+    "lz4", "markupsafe", "matplotlib", "mujoco", "numba", "numba_cuda", "numpy", "pettingzoo", "psutil", "pyais",
+    "pyarrow", "pydantic", "pynmea2", "ray", "rerun", "rerun_notebook", "rich", "rosbags", "scipy", "shapely",
+    "trimesh", "typer", "websockets", "xacro", "yaml", "yourdfpy",
 })  # fmt: skip
 """Packages that the sources import, by the names of their modules."""
 EXTRAS = {
     "ros1": ("rosbags", "lz4"), "foxglove": ("rosbags", "foxglove"), "rosbridge": ("rosbags", "websockets", "cbor2"),
     "rl": ("gymnasium", "pettingzoo"), "ray": ("ray",), "notebook": ("ipykernel", "rerun_notebook"),
     "video": ("av",), "hydro": ("capytaine",), "nmea": ("rosbags", "pynmea2", "pyais"),
+    "cuda": ("numba_cuda",), "warp": ("mujoco_warp",),
 }  # fmt: skip
 """Modules that each extra brings."""
 

@@ -115,7 +115,7 @@ def _compass(axes: Axes, scene: MapScene) -> None:
         write(axes, x, y, name, size=10, ha="center", va="center", weight="bold" if name == "N" else "normal")
     words, wind, sea = [("calm sea", SOFT), ("no wind", SOFT)], scene.wind, scene.sea
     if sea:
-        text = f"waves {sea.significant_height:.2f} m, {sea.period:g} s"
+        text = f"waves {sea.significant_height:.2f} m, {sea.period:.3g} s"
         words[0] = f"{text}, {_toward(axes, scene, sea.direction, _WAVE_COLOR, 4.0)}", _WAVE_COLOR
     if wind:
         words[1] = f"wind {wind.mean:.1f} m/s, {_toward(axes, scene, wind.direction, _WIND_COLOR, 2.0)}", _WIND_COLOR

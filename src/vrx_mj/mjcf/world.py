@@ -14,6 +14,7 @@ from vrx_mj.config.search import ReadingError, read_limited
 from vrx_mj.errors import StateError, VrxWarning
 from vrx_mj.mjcf.pieces import Piece, Pieces
 from vrx_mj.mjcf.saved import piece_files, read_world
+from vrx_mj.mjcf.simulators import mjcf_for
 from vrx_mj.model.world import (
     FORMER,
     MOST_BYTES,
@@ -87,32 +88,37 @@ class World:
             digest.update(name.encode() + b"\0" + self.assets[name])
         return digest.hexdigest()
 
-    def save(self, target: str | Path) -> Path:
+    def save(self, target: str | Path, *, simulator: str = "mujoco") -> Path:
         """Write the MJCF, its parameters, `pieces/` and `assets/` to a folder, and return the path of the MJCF.
 
         Plain MuJoCo can open the MJCF; `World.load` reads the whole world back.
 
         Args:
             target: a folder, in which the MJCF is named `scene.xml`, or the path of the MJCF, ending in `.xml`.
+            simulator: what opens the MJCF: "mujoco", "warp" (MuJoCo Warp) or "mjx" (MJX with JAX). For the latter two
+                the MJCF, without what they refuse, and `assets/` are written alone.
 
         Raises:
             StateError: an asset's name has a folder in it, a link is in the way, or it cannot be written.
+            UnknownNameError: there is no such simulator.
         """
         scene = _scene(as_path("target", target))
-        write_files(scene.parent, self.files(scene.stem), "the world", StateError)
+        write_files(scene.parent, self.files(scene.stem, simulator=simulator), "the world", StateError)
         return scene
 
-    def files(self, name: str = "scene") -> dict[str, bytes]:
+    def files(self, name: str = "scene", *, simulator: str = "mujoco") -> dict[str, bytes]:
         """Files that `save` writes, by relative path; MJCF, parameters and list of pieces have this name.
 
         Raises:
             StateError: an asset's name has a folder in it.
+            UnknownNameError: there is no such simulator.
         """
         for asset in self.assets:
             if asset != PurePosixPath(asset).name or "\\" in asset or ":" in asset:
                 raise StateError(f"invalid asset name '{asset}': a file name without folders is needed")
-        parameters = joined_entries(self._entries)
-        texts = {f"{name}.json": parameters, f"{name}.xml": self.mjcf, **piece_files(self.pieces, name)}
+        texts = {f"{name}.xml": mjcf_for(self.mjcf, simulator)}
+        if simulator == "mujoco":
+            texts |= {f"{name}.json": joined_entries(self._entries), **piece_files(self.pieces, name)}
         return {
             **{f"assets/{asset}": bytes(content) for asset, content in self.assets.items()},
             **{file: text.encode() for file, text in texts.items()},

@@ -24,7 +24,6 @@ A hull's mesh as the kernels of its pressure need it: in parts that lie beside e
 from typing import Final, NamedTuple
 
 import numpy as np
-from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from vrx_mj.arrays import ByteArray, FloatArray, IntArray
 from vrx_mj.physics.kernel import kernel
@@ -205,7 +204,7 @@ def panel_wrench(
     _weigh_cut(pairs, pressures, found, number, cut)
     sums = cut[0]
     store(sums, 0, _add_cut(corner_shares, found, number, cut) + totals(fx, fy, fz, tx, ty, tz, 0.0, 0.0))
-    return Wrench(*to_fixed_tuple(sums, 6))
+    return Wrench(sums[0], sums[1], sums[2], sums[3], sums[4], sums[5])
 
 
 @kernel

@@ -1,6 +1,5 @@
 """Many worlds at once: rows of one model, each with a seed, a state and, if wanted, a wind, sea and boat of its own."""
 
-import math
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -31,6 +30,7 @@ from vrx_mj.runtime.rows import (
     advance_rows,
     advance_rows_vrx,
     as_numbers,
+    command_rows,
     observe_rows,
     row_heights,
     row_seeds,
@@ -117,6 +117,8 @@ class Batch:
             self._rows = RowTables(arrays, self.n)
         self._variation, self._equilibrium = Variation(world, self._rows), Equilibrium(self._rows)
         self._channels = tuple(one for one in channels_of(world) if one.acts)
+        columns = [(one.row, one.column != "command") for one in self._channels]
+        self._thrusters, self._angles = np.array(columns, np.int64).reshape(-1, 2).T.copy()
         self._seeds, self._going = np.zeros(self.n, np.int64), np.ones(self.n, np.bool_)
         self._pace, self._turn = 1e-5, Turn("batch")
         self._loop = advance_rows_vrx if arrays.vrx_only else advance_rows
@@ -280,9 +282,12 @@ class Batch:
         while True:
             check_exit()
             count = min(left, max(1, int(_SLICE * self.threads / (self._pace * self.n))))
+            turns = min(self._pool.turns(self.n, count * self._pace), max(count, 1))
+            work = partial(self._advance, steps=count // turns)
             begun = clock.perf_counter()
             with without_timers():
-                self._pool.share(self.n, lambda first, last, count=count: self._advance(first, last, count))  # type: ignore[misc]
+                self._pool.share(self.n, work, count * self._pace / turns, turns)
+            count = count // turns * turns
             left -= count
             if count:
                 pace = (clock.perf_counter() - begun) * self.threads / (count * max(1, int(self._going.sum())))
@@ -485,14 +490,5 @@ class Batch:
             raise CommandError(f"invalid commands of shape {given.shape}: {needed} is needed")
         for row, column in np.argwhere(~np.isfinite(given)):
             self._channels[column].number(float(given[row, column]), f" in row {which[row]}")
-        state, thrusters = self._rows.stacks["thruster_state"], self._rows.stacks["thrusters"]
-        now, timeouts = self._rows.time[which], thrusters["timeout"]
-        lasting: list[FloatArray | float]
-        if len(thrusters) > 1:
-            lasting = [np.where(own > 0.0, np.maximum(own, hold), np.inf) for own in timeouts[which].T]
-        else:
-            lasting = [max(own, hold) if own > 0.0 else math.inf for own in timeouts[0].tolist()]
-        for number, channel in enumerate(self._channels):
-            state[channel.column][which, channel.row] = given[:, number]
-            if channel.column == "command":
-                state["expires"][which, channel.row] = now + lasting[channel.row]
+        rows = self._rows
+        command_rows(which, rows.runs, rows.time, np.ascontiguousarray(given), self._thrusters, self._angles, hold)

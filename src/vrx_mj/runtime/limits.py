@@ -85,11 +85,15 @@ def _first(file: Path, index: int = 0) -> float | None:
 
 _PIECES = 4
 """Pieces for each thread: rows do not all take the same time, and a thread that is done takes the next."""
-_SMALLEST = 8
-"""Rows of a piece, at least: to begin one takes some 50 microseconds."""
+_SMALLEST, _SHORTEST = 8, 1e-3
+"""Rows of a piece or its time [s], at least: to begin one takes some 50 microseconds."""
+_TURNS = 8
+"""Turns, at most, that few rows take one after the other: three rows use two threads so."""
 
 _Work = Callable[[int, int], None]
-_Calls = queue.SimpleQueue[tuple[deque[tuple[int, int]], _Work] | None]
+_Piece = tuple[int, int, int]
+"""First row, the one after the last, and how many turns are left."""
+_Calls = queue.SimpleQueue[tuple[deque[_Piece], _Work] | None]
 """Pieces and their work, for any thread of the pool; None ends a thread."""
 
 
@@ -100,12 +104,21 @@ class ThreadPool:
         self.threads = threads
         self._start_threads()
 
-    def share(self, rows: int, work: _Work) -> None:
-        """Call `work(first, last)` for pieces that make up all rows, and wait until all are done, Ctrl-C or not."""
+    def turns(self, rows: int, seconds: float) -> int:
+        """Turns that rows take best, each of `seconds` of work: several where there are few of them for the threads."""
+        few = self.threads > 1 and rows < _PIECES * self.threads
+        return min(max(int(seconds / _SHORTEST), 1), _TURNS) if few else 1
+
+    def share(self, rows: int, work: _Work, seconds: float = 0.0, turns: int = 1) -> None:
+        """Call `work(first, last)` for pieces that make up all rows, and wait until all are done, Ctrl-C or not.
+
+        Every piece has `turns` calls, one after the other, on any thread; in each a row takes about `seconds`.
+        """
         if self._process != os.getpid():
             self._start_threads()  # threads do not live on in a forked process
-        size = max(_SMALLEST, -(-rows // (_PIECES * self.threads)))
-        pieces = deque((first, min(first + size, rows)) for first in range(0, rows, size))
+        smallest = min(_SMALLEST, int(_SHORTEST / seconds) + 1) if seconds else _SMALLEST
+        size = max(smallest, -(-rows // (_PIECES * self.threads)))
+        pieces = deque((first, min(first + size, rows), turns) for first in range(0, rows, size))
         helpers = min(self.threads, len(pieces)) - 1
         for _ in range(helpers):
             self._calls.put((pieces, work))
@@ -129,13 +142,17 @@ class ThreadPool:
         end.atexit = False  # a function at exit may still advance
 
 
-def _run_pieces(pieces: "deque[tuple[int, int]]", work: _Work) -> None:
+def _run_pieces(pieces: "deque[_Piece]", work: _Work) -> None:
     while True:
         try:
-            first, last = pieces.popleft()
+            first, last, turns = pieces.popleft()
         except IndexError:
             return
-        work(first, last)
+        try:
+            work(first, last)
+        finally:
+            if turns > 1:
+                pieces.append((first, last, turns - 1))
 
 
 def _run_calls(

@@ -107,17 +107,14 @@ def _advance(runs: Table, row: int, time: float, dt: float, steps: int, work: Ve
         _sample(a, time)
         latch(a.clocks, a.latched, a.qpos, a.qvel, a.device_state, time)
         time += dt
-        air = weather_step(a, work, dt)
-        for i in range(a.hulls.size):
-            push_hull(i, a, work, waves, air, time, dt, None)
-        _push_floats(a, work, waves, air, damping, time, dt)
+        air = _push_free(a, work, waves, damping, time, dt)
         if work is not None and a.links.size > 0:
             _mj_fwd_kinematics(run.contact_free, run.data)
             _push_links(a, work, waves, air, damping, time, dt)
         _push_docks(a, work, waves, air, time, dt)
         idle = free and free_before and flags.unconstrained != 0  # the step before found nothing, nor would this one
         if free and a.free_bodies.size > 0:
-            step_free_bodies(a.free_bodies, a.solve_work, a.float_state, damping, a.qpos, a.qvel, a.xfrc_applied, dt)
+            _step_free(a, damping, dt)
         else:
             _move(run.contact_free if free else run.model, run.data, a, work, added, damping, turning, idle)
         free_before = free
@@ -127,6 +124,52 @@ def _advance(runs: Table, row: int, time: float, dt: float, steps: int, work: Ve
     if run.data != 0:
         _mj_kinematics(run.model, run.data)
     return -1 if _has_diverged(a.qpos, a.qvel) else done
+
+
+@kernel
+def advance_free(
+    runs: Table, row: int, time: float, dt: float, steps: int, damping: FloatArray, work: VesselWork | None
+) -> int:
+    """`advance` for runs of free bodies without sensors while nothing is near: no line of it is MuJoCo's.
+
+    `damping` is memory, (floats, 3), and `work` that of `vessel_work`; None is for the worlds of `advance_vrx`.
+    """
+    a = views(runs[row])
+    if work is None:
+        return _advance_free(a, time, dt, steps, damping, None, a.waves)
+    return _advance_free(a, time, dt, steps, damping, work, work.columns)
+
+
+@expanded_kernel
+def _advance_free(
+    a: Views, time: float, dt: float, steps: int, damping: FloatArray, work: VesselWork | None, waves: Waves
+) -> int:
+    """`advance_free`, the loop that a graphics processor compiles."""
+    done = 0
+    while done < steps and not _has_diverged(a.qpos, a.qvel):
+        if not contact_free(a.movers, a.obstacles, a.qpos, a.broadphase[0]):
+            break
+        time += dt
+        _push_free(a, work, waves, damping, time, dt)
+        _step_free(a, damping, dt)
+        done += 1
+    return -1 if _has_diverged(a.qpos, a.qvel) else done
+
+
+@expanded_kernel
+def _push_free(a: Views, work: VesselWork | None, waves: Waves, damping: FloatArray, time: float, dt: float) -> Air:
+    """Let weather, water and thrusters push hulls and floats in the step to `time` [s]; returns the wind [m/s]."""
+    air = weather_step(a, work, dt)
+    for i in range(a.hulls.size):
+        push_hull(i, a, work, waves, air, time, dt, None)
+    _push_floats(a, work, waves, air, damping, time, dt)
+    return air
+
+
+@expanded_kernel
+def _step_free(a: Views, damping: FloatArray, dt: float) -> None:
+    """Advance the run's free bodies by a step."""
+    step_free_bodies(a.free_bodies, a.solve_work, a.float_state, damping, a.qpos, a.qvel, a.xfrc_applied, dt)
 
 
 @inlined_kernel

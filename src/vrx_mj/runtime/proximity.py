@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 
 from vrx_mj.arrays import FloatArray, IntArray
-from vrx_mj.physics.kernel import allocating_kernel, kernel
+from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.tables import Record, Table
 
 _SLACK = 0.05
@@ -24,7 +24,7 @@ MOVER = np.dtype(
     [("qpos", np.int64), ("middle", np.float64, (3,)), ("radius", np.float64), ("seen", np.float64, (3,))], align=True
 )
 """A tree of bodies on a free joint: its address, the middle of the sphere that bounds it [m] in the root's frame, its
-radius [m], and where it was at the last look."""
+radius [m], and where it was at the last look, which leaves the table in the order of the spheres' west edges."""
 OBSTACLE = np.dtype(
     [("center", np.float64, (3,)), ("half", np.float64, (3,)), ("axes", np.float64, (3, 3))], align=True
 )
@@ -147,31 +147,40 @@ def _middle(mover: Record, qpos: FloatArray) -> tuple[float, float, float]:
     )
 
 
-@allocating_kernel
+@kernel
 def _from_each_other(movers: Table) -> float:
-    """Return the least distance [m] between the movers' spheres; `REACH` at most."""
+    """Return the least distance [m] between the movers' spheres, `REACH` at most; rows come in order from the west."""
     least = REACH
-    count = movers.size
-    left = np.empty(count)
-    order = np.empty(count, np.int64)
-    for i in range(count):
-        edge = movers[i].seen[0] - movers[i].radius
+    for i in range(1, movers.size):
         at = i
-        while at > 0 and left[at - 1] > edge:
-            left[at], order[at] = left[at - 1], order[at - 1]
+        while at > 0 and _west_edge(movers[at - 1]) > _west_edge(movers[at]):
+            _swap(movers[at - 1], movers[at])
             at -= 1
-        left[at], order[at] = edge, i
-    for n in range(count):
-        a = movers[order[n]]
-        for m in range(n + 1, count):
-            b = movers[order[m]]
-            if left[m] > a.seen[0] + a.radius + least:
+    for n in range(movers.size):
+        a = movers[n]
+        for m in range(n + 1, movers.size):
+            b = movers[m]
+            if _west_edge(b) > a.seen[0] + a.radius + least:
                 break
             dx, dy, dz = a.seen[0] - b.seen[0], a.seen[1] - b.seen[1], a.seen[2] - b.seen[2]
             least = min(least, math.sqrt(dx * dx + dy * dy + dz * dz) - a.radius - b.radius)
             if least <= 0.0:
                 return float(least)
     return float(least)
+
+
+@kernel
+def _west_edge(mover: Record) -> float:
+    return float(mover.seen[0] - mover.radius)
+
+
+@kernel
+def _swap(a: Record, b: Record) -> None:
+    a.qpos, b.qpos = b.qpos, a.qpos
+    a.radius, b.radius = b.radius, a.radius
+    for k in range(3):
+        a.middle[k], b.middle[k] = b.middle[k], a.middle[k]
+        a.seen[k], b.seen[k] = b.seen[k], a.seen[k]
 
 
 @kernel

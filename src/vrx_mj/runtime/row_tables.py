@@ -57,13 +57,15 @@ def row_bytes(arrays: LoopArrays) -> int:
     return _FIXED + int(arrays.data.nbuffer)
 
 
-def check_memory(n: int, each: int) -> None:
-    """Check that `n` rows of so many bytes fit into the memory of this machine or container: else it ends the process.
+def check_memory(n: int, each: int, most: float | None = None) -> None:
+    """Check that `n` rows of so many bytes fit into `most`, by default the memory of this machine or container.
+
+    Beyond that the system ends the process.
 
     Raises:
         CommandError: they do not.
     """
-    most = total_memory()
+    most = float(total_memory() if most is None else most)
     if n * each > most:
         text = f"{_size(n * each)} are needed, {_size(each)} a row, and at most {_size(most)} can be had"
         raise CommandError(f"no memory for {n} rows: {text}; make at most {int(most / each)} rows")
@@ -130,7 +132,7 @@ class RowTables:
         for name in (*SEPARATE, "current", "wind", "gust_bands", "air"):
             self.separate(name)
         if self._free:
-            self._start_free(np.arange(n))
+            self.start_free(np.arange(n))
         else:
             for row in range(n):
                 self.give_data(row)
@@ -147,16 +149,24 @@ class RowTables:
     def _write(self, row: int, data: mujoco.MjData) -> None:
         data.qpos[:], data.qvel[:], data.time = self.qpos[row], self.qvel[row], self.time[row]
 
-    def _start_free(self, which: IntArray) -> None:
+    def start_free(self, which: IntArray) -> None:
         """Let rows of free bodies go on without data of MuJoCo's."""
         for row in which.tolist():
             self._data.pop(row, None)
         self.runs["data"][which] = 0
-        own = {"qpos": self.qpos, "qvel": self.qvel, "xfrc_applied": self._pushed}
+        stacks = self.free_stacks()
         for name in mujoco_arrays(self.arrays.data):
-            stack = own.get(name, self.stacks[name])
+            stack = stacks[name]
             step = stack.strides[0] if len(stack) > 1 else 0
             self.runs[name][which, 0] = stack.__array_interface__["data"][0] + which * step
+
+    def free_stacks(self) -> dict[str, Table]:
+        """The stacks of rows of free bodies: MuJoCo's part of a row without data, too."""
+        return self.stacks | {"qpos": self.qpos, "qvel": self.qvel, "xfrc_applied": self._pushed}
+
+    def own_tables(self) -> list[tuple[str, Table]]:
+        """Tables that a row has outside of the stacks, with their names."""
+        return [item for tables in self._own.values() for item in tables.items()]
 
     def separate(self, name: str) -> Table:
         """The stack of a table in which every row has its own part."""
@@ -218,7 +228,7 @@ class RowTables:
         """Bring MuJoCo's part of some rows back to the start."""
         self.time[which], self.done[which] = 0.0, 0
         if self._free:
-            self._start_free(which)
+            self.start_free(which)
             self.qpos[which], self.qvel[which] = self.arrays.model.qpos0, 0.0
         else:
             reset_rows(which, self.runs, self.qpos, self.qvel)
@@ -245,7 +255,7 @@ class RowTables:
         self.stacks.update(stacks)
         point_rows(self.runs, **stacks)
         if self._free:
-            self._start_free(np.arange(self.n))
+            self.start_free(np.arange(self.n))
         for row, flat in flats.items():
             if row not in self._data:
                 self.give_data(row)

@@ -20,8 +20,9 @@ from vrx_mj.model.water import Sea
 from vrx_mj.physics.kernel import allocating_kernel, expanded_kernel, kernel
 from vrx_mj.physics.motion import motion
 from vrx_mj.physics.tables import Record, Table
+from vrx_mj.physics.vessel import VesselWork
 from vrx_mj.physics.waves import random_heights, random_phases, stretch_waves, surface_height
-from vrx_mj.runtime.loop import HUGE, advance, advance_vrx
+from vrx_mj.runtime.loop import HUGE, advance, advance_free, advance_vrx
 from vrx_mj.runtime.views import views
 from vrx_mj.sensors.sea import wave_table
 
@@ -206,6 +207,49 @@ def observe_rows(first: int, last: int, hulls: Table, qpos: FloatArray, qvel: Fl
     for i in range(first, last):
         for k in range(hulls.shape[1]):
             _observe(hulls[0, k], qpos[i], qvel[i], features[i, k])
+
+
+@kernel
+def advance_free_row(
+    runs: Table, row: int, time: FloatArray, done: IntArray, features: FloatArray, dt: float, steps: int,
+    damping: FloatArray, work: VesselWork | None,
+) -> None:  # fmt: skip
+    """Advance a row without MuJoCo, as far as nothing is near, and write what is seen of its boats.
+
+    This is what a thread of a graphics processor does; arguments are those of `advance_rows` and `loop.advance_free`.
+    """
+    if done[row] >= 0:
+        done[row] = advance_free(runs, row, time[row], dt, steps, damping, work)
+        for _ in range(steps if done[row] < 0 else done[row]):
+            time[row] += dt
+    a = views(runs[row])
+    for k in range(a.hulls.size):
+        _observe(a.hulls[k], a.qpos, a.qvel, features[row, k])
+
+
+@allocating_kernel
+def command_rows(
+    which: IntArray, runs: Table, time: FloatArray, values: FloatArray, thrusters: IntArray, angles: IntArray,
+    hold: float,
+) -> None:  # fmt: skip
+    """`command_row` for some rows, with a row of `values` for each."""
+    for number, i in enumerate(which):
+        command_row(runs, i, time[i], values[number], thrusters, angles, hold)
+
+
+@kernel
+def command_row(
+    runs: Table, row: int, time: float, values: FloatArray, thrusters: IntArray, angles: IntArray, hold: float
+) -> None:
+    """Give a row values of all channels, those of `thrusters`, which `angles` (0 or 1) steer; a thrust lasts `hold`."""
+    a = views(runs[row])
+    for k in range(thrusters.size):
+        own, timeout = a.thruster_state[thrusters[k]], a.thrusters[thrusters[k]].timeout
+        if angles[k] != 0:
+            own.angle_target = values[k]
+        else:
+            own.command = values[k]
+            own.expires = time + (max(timeout, hold) if timeout > 0.0 else math.inf)
 
 
 @kernel

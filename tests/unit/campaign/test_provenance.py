@@ -53,6 +53,16 @@ def test_the_version_names_the_code_too():
     assert len(digest) == 12
 
 
+def test_the_version_follows_the_data_and_not_what_python_compiled_of_a_recipe_there(tmp_path, monkeypatch):
+    monkeypatch.setattr("vrx_mj.campaign.manifest.root", lambda: tmp_path)
+    (tmp_path / "assets").mkdir()
+    versions = []
+    for name in ("make_otter.py", "make_otter.cpython-311.pyc", "otter.yaml"):
+        (tmp_path / "assets" / name).write_bytes(b"")
+        versions.append(code_version.__wrapped__())
+    assert versions[0] == versions[1] != versions[2]
+
+
 def test_the_hash_of_a_package_follows_the_names_of_its_modules(folder):
     package = folder / "crew_of_two"
     package.mkdir()

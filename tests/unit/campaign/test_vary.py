@@ -11,6 +11,8 @@ from vrx_mj.errors import VrxError
 
 WAVES = {"extends": "ocean", "sea": {"model": "jonswap", "significant_height": 0.3, "peak_period": 4, "components": 9},
          "wind": {"mean_velocity": 2, "var_gain": 1}, "physics": {"profile": "marine"}}  # fmt: skip
+SCORED = {"extends": "ocean", "georeference": {"latitude": 0, "longitude": 0, "elevation": 0, "heading": 0},
+          "task": {"type": "station_keeping", "goal": [0, 0, 0]}}  # fmt: skip
 FLAT = {"extends": "ocean", "sea": {"model": "none"}}
 
 
@@ -56,6 +58,7 @@ def test_a_height_scales_the_waves_of_a_world_that_its_file_has_with_that_height
     ("*.hull.weight=0..3", "ocean", "has no parameter named"),
     ("wind.gain=-1..3", "ocean", r"^--vary in ocean: invalid wind.gain \[m/s\]: must be at least 0, got -1$"),
     ("wamv.hull.mass=100..90000", "ocean", "=100..90000: with 90000 the boat wamv does not float in ocean$"),
+    ("wamv.hull.mass=100..90000", SCORED, "=100..90000: with 90000 the boat wamv does not float in "),
     ("sea.significant_height=0..1", FLAT, "^--vary sea.significant_height: the sea of .* is flat or a Stokes wave;"),
     ("sea.significant_height=0.1..6", WAVES, r"a sea of 4 s breaks at 1.66 m, got 6 m$"),
 ])  # fmt: skip

@@ -5,6 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from vrx_mj.config.docks import RGB as LIGHTS
 from vrx_mj.draw import style
@@ -34,6 +36,17 @@ def lab(color):
     xyz = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]) @ linear
     x, y, z = np.cbrt(np.maximum(xyz / [0.9505, 1.0, 1.089], 0.008856))
     return np.array([116 * y - 16, 500 * (x - y), 200 * (y - z)])
+
+
+@given(rgb=st.tuples(*[st.floats(0.0, 1.0)] * 3), wanted=st.floats(0.05, 0.9))
+def test_a_shade_has_the_luminance_that_is_asked_for(rgb, wanted):
+    assert luminance(style.shade(rgb, wanted)) == pytest.approx(wanted, abs=0.01)  # of 255 steps
+
+
+@given(rgb=st.tuples(*[st.integers(1, 255)] * 3))
+def test_a_colour_is_the_shade_of_its_own_luminance(rgb):
+    found = style.shade([share / 255.0 for share in rgb], luminance(rgb))
+    assert np.abs(np.array(found) - rgb).max() <= 1
 
 
 LINES = {

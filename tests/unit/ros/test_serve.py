@@ -6,8 +6,9 @@ from types import SimpleNamespace
 import psutil
 import pytest
 
+from ros_scene import Fake
 from vrx_mj.ros import network
-from vrx_mj.ros.serve import Wanted, _show_addresses
+from vrx_mj.ros.serve import Wanted, _Announcer, _show_addresses
 
 FAR = "203.0.113.7"
 
@@ -87,3 +88,11 @@ def test_who_listens_on_loopback_means_programs_of_this_machine(monkeypatch):
     monkeypatch.setenv("ROS_IP", "127.0.0.2")
     assert [level for level, _ in told(host="127.0.0.2", ros1=True)] == ["INFO", "INFO"]
     assert [level for level, _ in told(host="192.168.1.20", ros1=True)] == ["WARN"]
+
+
+def test_a_line_is_told_here_to_all_networks_and_in_the_recording():
+    here, recorded, networks = [], [], [Fake(), Fake()]
+    sim = SimpleNamespace(event=lambda text, level: recorded.append((level, text)))
+    _Announcer(sim, networks, lambda level, text: here.append((level, text)))("WARN", "the master is gone")
+    assert here == recorded == [("WARN", "the master is gone")]
+    assert [network.lines for network in networks] == [here, here]

@@ -1,4 +1,6 @@
 import os
+import threading
+from collections import Counter
 from types import SimpleNamespace
 
 import psutil
@@ -62,3 +64,28 @@ def test_limits_of_containers(tmp_path, monkeypatch):
     })  # fmt: skip
     assert (limits.free_memory(old), limits.core_share(old)) == (800.0, (8, 2.0))
     assert limits.total_memory(old) == 900.0
+
+
+def test_three_long_rows_use_two_threads_all_the_time():
+    """Every call waits for another one beside it, which a thread that is left alone never gets."""
+    beside, seen = threading.Barrier(2), []
+    pool = limits.ThreadPool(2)
+    turns = pool.turns(3, 0.033)
+
+    def work(first, last):
+        beside.wait(timeout=10.0)
+        seen.append((first, last))
+
+    pool.share(3, work, 0.033 / turns, turns)
+    assert turns == 8
+    assert Counter(seen) == dict.fromkeys([(0, 1), (1, 2), (2, 3)], turns)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "sizes"), [(0.0, {8}), (1e-5, {8}), (4e-4, {4}), (1.0, {4})], ids=["unknown", "short", "longer", "long"]
+)
+def test_pieces_of_short_rows_have_more_of_them(seconds, sizes):
+    seen = []
+    limits.ThreadPool(2).share(32, lambda first, last: seen.append((first, last)), seconds)
+    assert {last - first for first, last in seen} == sizes
+    assert sorted(row for first, last in seen for row in range(first, last)) == list(range(32))

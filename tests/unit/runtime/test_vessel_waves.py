@@ -10,7 +10,6 @@ from vrx_mj import Batch, Simulation, compile_world
 from vrx_mj.config.dynamics import read_hydro
 from vrx_mj.errors import ConfigError, VrxError, VrxWarning
 from vrx_mj.mjcf.hulls import diffraction_of
-from vrx_mj.resources import root
 
 G, RHO, MASS = 9.80665, 1025.0, 4100.0
 URDF = f"""<robot name="barge"><link name="base_link">
@@ -364,9 +363,8 @@ def test_a_regular_wave_is_inside_or_outside(tmp_path, period, count):
 @pytest.mark.slow
 def test_a_long_swell_carries_a_hull_along_whose_waterplane_is_not_over_its_buoyancy():
     """Its trim in waves is that of the stiffness with which the missing mean was found: Stokes' drift is left."""
-    robot = str(root() / "assets" / "validation" / "worlds" / "wamv_hydro" / "robot.yaml")
-    spawn = {"robot": robot, "sensors": "none"}
-    sim = Simulation(bay(robot, sea={"model": "regular", "height": 2.48, "period": 20.0}, spawn=spawn))
+    spawn = {"robot": "wamv_hydro", "sensors": "none"}
+    sim = Simulation(bay("wamv_hydro", sea={"model": "regular", "height": 2.48, "period": 20.0}, spawn=spawn))
     sim.step(duration=200.0)
     start = sim.data.qpos[0]
     sim.step(duration=400.0)

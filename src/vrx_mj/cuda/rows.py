@@ -1,0 +1,124 @@
+"""The memory of rows on a graphics processor: a copy of the host's tables, and a table of runs that leads into it."""
+
+from collections.abc import Iterator
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+from numba import cuda
+from numba.cuda.core import config
+
+from vrx_mj.arrays import FloatArray
+from vrx_mj.physics.tables import Table
+from vrx_mj.physics.vessel import HullMeshes, VesselWork, vessel_work
+from vrx_mj.runtime.row_tables import SEPARATE, RowTables, check_memory
+from vrx_mj.runtime.views import ARRAYS
+
+
+class Stream(Protocol):
+    """A CUDA stream, as numba has it."""
+
+    def synchronize(self) -> None:
+        """Wait until everything on it is done."""
+
+
+class DeviceArray(Protocol):
+    """An array on the device, as numba has it, with `__cuda_array_interface__`."""
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Its shape."""
+
+    @property
+    def dtype(self) -> npt.DTypeLike:
+        """Type of its numbers."""
+
+    def copy_to_host(self, ary: npt.NDArray[np.generic] | None = None, stream: Stream | int = 0) -> FloatArray:
+        """A copy of it on the host; `ary` takes it, if given."""
+
+    def copy_to_device(self, ary: npt.NDArray[np.generic], stream: Stream | int = 0) -> None:
+        """Take over an array of the host."""
+
+
+_PLAIN = ("time", "done", "features")
+"""Arrays of all rows to which no run leads."""
+_MOVING = {*SEPARATE, *_PLAIN, "qpos", "qvel", "xfrc_applied"}
+
+
+class DeviceRows:
+    """Arrays on the device by the names of the host's; each stays where it is while its size does."""
+
+    def __init__(self, rows: RowTables, stream: Stream) -> None:
+        """Copy the rows' memory to the current device.
+
+        Raises:
+            CommandError: there is not enough memory.
+        """
+        self._rows, self._stream, self._marine = rows, stream, not rows.arrays.vrx_only
+        self.arrays: dict[str, DeviceArray] = {}
+        if not config.ENABLE_CUDASIM:
+            each = sum(part.nbytes for part in self._work(0)) if self._marine else 0
+            size = rows.runs.nbytes + sum(host.nbytes for _, host in self._hosts()) + rows.n * each
+            free, _ = cuda.current_context().get_memory_info()
+            check_memory(rows.n, size // rows.n + 1, int(free))
+        self.push()
+
+    def _hosts(self) -> Iterator[tuple[str, Table]]:
+        """The host's arrays that are not empty, each with a name of its own."""
+        rows = self._rows
+        own = {f"{name}.{number}": table for number, (name, table) in enumerate(rows.own_tables())}
+        named = rows.free_stacks() | own | {name: getattr(rows, name) for name in _PLAIN}
+        return ((name, host) for name, host in named.items() if host.nbytes)
+
+    def _work(self, row: int) -> VesselWork:
+        """Memory of a row for vessels, with the row's waves in its columns."""
+        tables: list[Any] = [self._rows.part(name, row) for name in HullMeshes._fields]
+        return vessel_work(HullMeshes(*tables), self._rows.part("waves", row), self._rows.part("sea", row)[0])
+
+    @property
+    def work(self) -> list[DeviceArray]:
+        """Memory of the kernels: floats' drag, (n, floats, 3), and outside of VRX's profiles `VesselWork`."""
+        return [self.arrays["damping"], *(self.arrays[name] for name in VesselWork._fields if self._marine)]
+
+    def push(self) -> None:
+        """Copy everything from the host."""
+        rows = self._rows
+        runs = rows.runs.copy()
+        for name in ("model", "contact_free", "data"):
+            runs[name] = 0
+        for name, host in self._hosts():
+            flat = host.reshape(-1).view(np.uint8) if host.dtype.names else host
+            start, table = host.__array_interface__["data"][0], name.partition(".")[0]
+            self._put(name, flat)
+            if table in ARRAYS:
+                there = rows.runs[table][:, 0]
+                inside = (there >= start) & (there < start + host.nbytes)
+                runs[table][inside, 0] = there[inside] - start + _address(self.arrays[name])
+        if self._marine:
+            works = zip(*(self._work(row) for row in range(rows.n)), strict=True)
+            for name, parts in zip(VesselWork._fields, works, strict=True):
+                self._put(name, np.stack(parts))
+        self._put("damping", np.zeros((rows.n, max(1, len(rows.arrays.floats)), 3)))
+        self._put("runs", runs)
+        self._stream.synchronize()
+
+    def _put(self, name: str, flat: npt.NDArray[np.generic]) -> None:
+        known = self.arrays.get(name)
+        if known is not None and known.shape == flat.shape:
+            known.copy_to_device(flat, stream=self._stream)
+        else:
+            self.arrays[name] = cuda.to_device(flat, stream=self._stream)
+
+    def pull(self) -> None:
+        """Copy what moves back to the host, when the device has done all that it was given."""
+        for name, host in self._hosts():
+            if name in _MOVING:
+                flat = host.reshape(-1).view(np.uint8) if host.dtype.names else host
+                self.arrays[name].copy_to_host(flat, stream=self._stream)
+        self._stream.synchronize()
+
+
+def _address(array: DeviceArray) -> int:
+    """Address of an array on the device, or in numba's simulator."""
+    interface = getattr(array, "__cuda_array_interface__", None) or getattr(array, "__array_interface__")  # noqa: B009
+    return int(interface["data"][0])

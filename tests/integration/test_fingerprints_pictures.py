@@ -1,0 +1,66 @@
+"""What maps of worlds and pages of campaigns show: the numbers that they showed before."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from campaigns import campaign_of, failed, scored
+from fingerprints import check, numbers_in
+from integration.test_fingerprints_worlds import compiled
+from vrx_mj.campaign.page import page, sketch_of
+from vrx_mj.campaign.scores import compare
+from vrx_mj.campaign.vary import Quantity
+from vrx_mj.draw.course import map_of
+
+EVERYDAY = {"gymkhana": None}
+BY_NIGHT = {
+    "wildlife_task": "trio",
+    "example_course": "trio", "scan_dock_deliver": None, "wayfinding_task": None, "ocean_buoys": "usv_config",
+    "my_course": None, "vrx2023/acoustic_tracking_task": None, "vrx2023/follow_path_task": None, "marina": None,
+}  # fmt: skip
+
+
+def check_map(name, fleet):
+    world = compiled(name, fleet=fleet)
+    check("pictures", name, scene=map_of(world), sketch=sketch_of(world))
+
+
+@pytest.mark.parametrize("name", EVERYDAY)
+def test_a_map_shows_what_it_showed(name):
+    check_map(name, EVERYDAY[name])
+
+
+@pytest.mark.slow
+@pytest.mark.nightly
+def test_so_do_those_of_other_worlds():
+    for name, fleet in BY_NIGHT.items():
+        check_map(name, fleet)
+
+
+GUSTS = Quantity("wind.mean", 0.0, 8.0, "m/s")
+
+
+def results(shift):
+    """Scores of two controllers in two worlds of two kinds of tasks, with failures, and a quantity that was varied."""
+    random = np.random.default_rng(5)
+    for place, (controller, world) in enumerate((who, where) for who in ("a:f", "b:f") for where in ("v", "w")):
+        kind = "dock" if world == "v" else "stationkeeping"
+        for seed in range(12):
+            way = {"wamv": np.cumsum(random.normal(0.0, 3.0, (30, 2)), axis=0).tolist()}
+            score = float(random.normal(place + shift, 1.0 + seed / 6))
+            result = scored(controller, world, seed, score, kind=kind, tracks=way)
+            yield replace(result, parameters={"wind.mean": GUSTS.drawn(seed)})
+        yield failed(controller, world, 12, f"it sank in {place}")
+
+
+@pytest.mark.slow
+@pytest.mark.nightly
+def test_a_campaigns_page_shows_what_it_showed():
+    before, after = (campaign_of("results", [*results(shift)], vary=(GUSTS,)) for shift in (0.0, 0.4))
+    sketches = {name: sketch_of(compiled(world)) for name, world in {"v": "marina", "w": "wayfinding_task"}.items()}
+    html = page(after, sketches, compare(before, after))
+    parts = re.findall("<svg.*?</svg>|<table.*?</table>", html, re.DOTALL)
+    assert len(parts) > 3
+    check("pictures", "campaign", numbers=[numbers_in(part) for part in parts])

@@ -1,0 +1,81 @@
+"""What recordings of busy worlds hold, chunk for chunk: the numbers that they had before."""
+
+import re
+from collections import defaultdict
+
+import pytest
+from pyarrow import types
+
+import vrx_mj
+from fingerprints import check
+from integration.test_fingerprints_worlds import compiled
+
+EVERYDAY = {"wildlife_task": None}
+BY_NIGHT = {
+    "gymkhana": None,
+    "example_course": "trio", "scan_dock_deliver": None, "perception_task": None, "wayfinding_task": None,
+    "stationkeeping_task": None, "ocean_buoys": "usv_config", "my_course": None, "vrx2023/acoustic_tracking_task": None,
+    "vrx2023/follow_path_task": None,
+}  # fmt: skip
+NOT_OURS = re.compile(r"row_id|log_time|log_tick|RecordingInfo:start_time|rerun\.controls")
+"""What tells of the machine and the hour."""
+
+
+def numbers_of(path):
+    """Of each entity and column of a recording, all that it holds."""
+    from rerun.chunk import RrdReader
+
+    found = defaultdict(list)
+    for chunk in RrdReader(str(path)).stream():
+        batch = chunk.to_record_batch()
+        for name in batch.schema.names:
+            if not NOT_OURS.search(name) and chunk.entity_path != "/__properties":
+                found[f"{chunk.entity_path} {name}"] += leaves(batch.column(name))
+    return dict(sorted(found.items()))
+
+
+def leaves(array):
+    """What is at the ends of lists and records."""
+    kind = array.type
+    if types.is_struct(kind):
+        return [leaf for part in array.flatten() for leaf in leaves(part)]
+    if types.is_list(kind) or types.is_large_list(kind) or types.is_fixed_size_list(kind):
+        return leaves(array.flatten())
+    if types.is_duration(kind) or types.is_timestamp(kind):
+        array = array.cast("int64")
+    plain = types.is_integer(array.type) or types.is_floating(array.type)
+    return [array.to_numpy(zero_copy_only=False) if plain else array.to_pylist()]
+
+
+def check_recording(name, fleet, folder, seconds=1.5):
+    sim = vrx_mj.Simulation(compiled(name, fleet=fleet), seed=3)
+    path = folder / f"{name.replace('/', '_')}.rrd"
+    with vrx_mj.record(sim, path):
+        for part in range(3):
+            given = {boat: dict.fromkeys(sim.command_names(boat), 0.3 + 0.2 * part) for boat in sim.boats}
+            sim.command_all(given)
+            sim.advance(round(seconds / 3 / sim.timestep))
+        sim.event("done", "WARN")
+    check("recordings", name, **by_root(numbers_of(path)))
+    record = vrx_mj.read_record(path)
+    check("recordings", f"{name}: read", boats=record.boats, objects=record.objects, wind=[record.wind, record.time])
+
+
+def by_root(columns):
+    """The columns by the first part of their entity's path."""
+    found = defaultdict(dict)
+    for name, values in columns.items():
+        found["/".join(name.split("/")[1:3]).partition(" ")[0]][name] = values
+    return found
+
+
+@pytest.mark.parametrize("name", EVERYDAY)
+def test_a_recording_holds_what_it_held(name, tmp_path):
+    check_recording(name, EVERYDAY[name], tmp_path)
+
+
+@pytest.mark.slow
+@pytest.mark.nightly
+def test_so_do_those_of_other_worlds(tmp_path):
+    for name, fleet in BY_NIGHT.items():
+        check_recording(name, fleet, tmp_path)

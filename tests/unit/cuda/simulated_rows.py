@@ -1,0 +1,89 @@
+"""Rows of `vrx_mj.cuda.Batch` in numba's simulator and of `vrx_mj.Batch`, side by side; prints what differs.
+
+In the simulator a kernel is Python, so what a thread does for its row is the function compiled for the CPU. It runs in
+a process of its own, since numba decides at its import whether to simulate: `NUMBA_ENABLE_CUDASIM=1`.
+"""
+
+import sys
+
+import numpy as np
+
+import vrx_mj
+from integration.sailing import boats, water
+from vrx_mj.cuda import Batch, kernels
+from vrx_mj.errors import CommandError, DivergedError
+from vrx_mj.physics.vessel import VesselWork
+
+SEED, ROWS = 5, 3
+PARAMETERS = {"vrx": "a.stations.0.length", "marine": "a.hull.vessel.added_mass.roll.pitch"}
+
+
+def on_host(value):
+    """The numpy array behind one of the simulator's."""
+    if isinstance(value, VesselWork):
+        return VesselWork(*map(on_host, value))
+    inner = getattr(value, "_item", value)
+    return getattr(inner, "_ary", inner)
+
+
+def in_the_simulator(function):
+    return lambda *arguments: function(*map(on_host, arguments))
+
+
+def compare(world, parameter):
+    """Name what differs after ten steps, in two launches, of rows that were varied, reset and commanded."""
+    batches = vrx_mj.Batch(world, ROWS, seed=SEED, threads=1, engine="free"), Batch(world, ROWS, seed=SEED)
+    values = np.linspace(0.2, 0.6, ROWS)[:, None] * np.ones(len(batches[0].channels))
+    for batch in batches:
+        batch.vary(rows=[1], waves=0.5, wind_speed=7.0, parameters={parameter: 1.1})
+        batch.reset([1, 2], seed=9)
+        batch.command(values)
+        batch.advance(7)
+        batch.advance(3)
+    host, device = batches
+    device.check()
+    for name in ("qpos", "features", "time"):
+        found = getattr(device, name).copy_to_host()
+        assert found.tobytes() == getattr(host, name).tobytes(), name
+    assert len(np.unique(host.features[:, 0, 0])) == ROWS
+    for row in range(ROWS):
+        assert device.host().get_state(row).sha256 == host.get_state(row).sha256, row
+
+
+def stop(world):
+    """A row beside a buoy stops and is named, and goes on with MuJoCo; one that diverges is named; others go on."""
+    batch = Batch(world, ROWS, seed=SEED)
+    host = batch.host()
+    host.set_boat("a", pose=[99.0, 0.0, 0.0, 0.0, 0.0, 0.0], rows=[1])
+    host.set_boat("a", velocity=[9e6, 0.0, 0.0, 0.0, 0.0, 0.0], rows=[2])
+    batch.push()
+    batch.advance(10)
+    assert batch.near().tolist() == [1]
+    assert batch.done.copy_to_host().tolist() == [10, 0, -1]
+    messages = []
+    for kind in (DivergedError, CommandError):
+        try:
+            batch.check()
+        except kind as error:
+            messages.append(str(error))
+        batch.reset([2])
+        batch.advance(1)
+    batch.host().advance(10, rows=[1])
+    batch.push()
+    assert batch.time.copy_to_host()[1] > 0.09
+    for values in (np.zeros((ROWS, 1)), "x"):
+        try:
+            batch.command(values)
+        except CommandError as error:
+            messages.append(str(error))
+    print("\n".join(messages))
+
+
+kernels.advance_free_row = in_the_simulator(kernels.advance_free_row)
+kernels.command_row = in_the_simulator(kernels.command_row)
+fleet = boats((0.0, 0.0, 0.3), engines="fixed")
+buoy = {"model": "mb_round_buoy_black", "name": "b", "pose": [100.0, 0, 0, 0, 0, 0]}
+for profile in sys.argv[1:]:
+    world = vrx_mj.compile_world(water(physics={"profile": profile}, objects=[buoy]), fleet=fleet)
+    compare(world, PARAMETERS[profile])
+stop(vrx_mj.compile_world(water(objects=[buoy]), fleet=fleet))

@@ -1,0 +1,46 @@
+"""Rows on a graphics processor, without one: everything up to the launch, and what numba makes of the functions."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from needs import NUMBA_CUDA, needs
+
+pytestmark = [needs(NUMBA_CUDA), pytest.mark.slow]
+HERE = Path(__file__).parent
+TESTS = HERE.parents[1]
+
+
+def run(*command, **environment):
+    """What a program prints; numba decides in its first import whether it simulates a processor."""
+    own = {**os.environ, "PYTHONPATH": str(TESTS), "PYTHONWARNINGS": "ignore", **environment}
+    done = subprocess.run([sys.executable, *command], capture_output=True, text=True, check=False, env=own)
+    assert done.returncode == 0, done.stderr
+    return done.stdout.splitlines()
+
+
+def test_rows_in_the_simulator_are_those_of_the_cpu_to_the_bit():
+    """Addresses, indices and flags, in profiles vrx and marine; a row that stops or diverges is named."""
+    diverged, near, shape, text = run(str(HERE / "simulated_rows.py"), "vrx", "marine", NUMBA_ENABLE_CUDASIM="1")
+    assert diverged.startswith("rows 2 have a state that is not finite")
+    assert near.startswith("something is near rows 1 (1 in all): they stop until they are reset, or moved by host()")
+    assert shape == "invalid commands of shape (3, 1), float64: (3, 4), float64 is needed"
+    assert text == "invalid commands 'x': an array of numbers is needed"
+
+
+@pytest.mark.parametrize(
+    "kernel", ["advance_vrx", "command", pytest.param("advance_marine", marks=pytest.mark.nightly)]
+)
+def test_what_a_thread_does_compiles_for_the_processor(kernel):
+    """In float64, with fused products, and without calls of functions that are not there."""
+    (count,) = run(str(HERE / "ptx.py"), kernel)
+    assert int(count) > 0
+
+
+def test_without_a_driver_the_message_says_what_to_do():
+    script = "import vrx_mj, vrx_mj.cuda; vrx_mj.cuda.Batch(vrx_mj.compile_world('vrx2019/ocean'), 2)"
+    done = subprocess.run([sys.executable, "-Wignore", "-c", script], capture_output=True, text=True, check=False)
+    assert "no graphics processor: numba-cuda finds no CUDA driver" in done.stderr.splitlines()[-1]
