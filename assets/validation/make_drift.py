@@ -63,12 +63,9 @@ def mean_force(omega: float, toward: float) -> tuple[float, float]:
     thrown = compute_kochin(met, theta) + sum(
         compute_kochin(one, theta) * own for one, own in zip(made, motions, strict=True)
     )
-    k, ahead = omega**2 / GRAVITY, float(np.interp(toward, theta, thrown.real))
+    k, ahead, scale = omega**2 / GRAVITY, float(np.interp(toward, theta, thrown.real)), -2.0 * math.pi * DENSITY
     x, y = (
-        -2.0
-        * math.pi
-        * DENSITY
-        * (omega * ahead * way(toward) + k**2 * np.trapezoid(abs(thrown) ** 2 * way(theta), theta))
+        scale * (omega * ahead * way(toward) + k**2 * np.trapezoid(np.abs(thrown) ** 2 * way(theta), theta))
         for way in (np.cos, np.sin)
     )
     return float(x), float(y)

@@ -13,6 +13,7 @@ import copy
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from vrx_mj.arrays import ComplexArray, FloatArray
 from vrx_mj.config.dynamics import Hydro
@@ -34,8 +35,10 @@ _SMALL = 1e-3
 """Largest amplitude of these waves, as a share of the cube root of the volume displaced."""
 _FREQUENCIES, _ANGLES, _SHORTEST = 64, 16, 0.25
 """Frequencies and angles without diffraction, and the shortest wave over the length of the waterline."""
-_TAU, _CARRIED, _EVERY = 0.5 * FASTEST, 0.3, 2
-"""Speed times frequency over gravity at which derivatives are taken, of each such frequency; largest Froude number."""
+_TAU, _FROUDE = 0.5 * FASTEST, 0.3
+"""Speed times frequency over gravity at which derivatives are taken, and the largest Froude number of these speeds."""
+_EVERY = 2
+"""Of so many frequencies one has derivatives."""
 
 
 class HullInWaves:
@@ -65,31 +68,27 @@ class HullInWaves:
             count, self.angles = len(vessel.diffraction.forces) - 1, len(vessel.diffraction.forces[0])
             self.step = vessel.diffraction.step
         self.frequencies, self.scattered = self.step * np.arange(1.0, count + 1.0), np.zeros((0, 6), np.complex128)
-        self._meet_waves((0.0, 0.0))
+        self._meet_waves(np.zeros(2))
 
-    def at(self, tau: tuple[float, float]) -> "HullInWaves":
-        """The hull at a velocity ahead and to the left, times frequency over gravity, in every `_EVERY`-th frequency.
+    def at(self, tau: FloatArray) -> "HullInWaves":
+        """The hull at a velocity (2,) ahead and to the left, times frequency over gravity, of `every` such frequency.
 
         In long waves it is no faster than its displacement carries it.
         """
         own = copy.copy(self)
-        own.frequencies = self.frequencies[_EVERY - 1 :: _EVERY]
-        scattered = self.scattered.reshape(self.frequencies.size, self.angles, 6)
-        own.scattered = scattered[_EVERY - 1 :: _EVERY].reshape(-1, 6)
+        own.frequencies, own.scattered = self.frequencies[_EVERY - 1 :: _EVERY], self.every(self.scattered)
         own._meet_waves(tau)
         return own
 
-    def _meet_waves(self, tau: tuple[float, float]) -> None:
+    def _meet_waves(self, tau: FloatArray) -> None:
         """Motions, forces and slip at such a velocity."""
         self.waves = self._small_waves()
         omega, (cos, sin) = self.waves["frequency"], self.waves["direction"].T
-        carries = _CARRIED * np.sqrt(self.vessel.length / self._gravity) * omega
-        self.tau = np.minimum(1.0, carries / max(np.hypot(*tau), 1e-9))[:, None] * tau
+        fastest = _FROUDE * np.sqrt(self.vessel.length / self._gravity) * omega
+        self.tau = np.minimum(1.0, fastest / max(np.hypot(*tau), 1e-9))[:, None] * tau
         self.velocities = np.pad(self.tau * self._gravity / omega[:, None], ((0, 0), (0, 1)))
-        self.along, self.across = (
-            self.tau[:, 0] * cos + self.tau[:, 1] * sin,
-            self.tau[:, 0] * sin - self.tau[:, 1] * cos,
-        )
+        self.along = self.tau[:, 0] * cos + self.tau[:, 1] * sin
+        self.across = self.tau[:, 0] * sin - self.tau[:, 1] * cos
         self._encounter = omega * (1.0 - self.along)
         self._memory, axes = _memory(self.vessel, self._encounter), np.eye(3)
         self._tilted = np.zeros((omega.size, 6, 6))
@@ -229,8 +228,12 @@ class HullInWaves:
         met = [RectBivariateSpline(known, angles, around[..., axis]).ev(omega, beta) for axis in range(3)]
         return np.asarray((1.0 - 4.0 * speed.along)[:, None] * np.stack(met, axis=1), np.float64)
 
+    def every(self, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """Those of values (n m, ...) at every `_EVERY`-th frequency."""
+        return values.reshape(-1, self.angles, values.shape[1])[_EVERY - 1 :: _EVERY].reshape(-1, values.shape[1])
+
     def at_all(self, values: FloatArray) -> FloatArray:
-        """Values (n m, ...) at all frequencies of those at every `_EVERY`-th, linear between them, from 0 at 0 on."""
+        """Values (n m, ...) at all frequencies of those at `every` one, linear between them, from 0 at 0 on."""
         rows = values.reshape(-1, self.angles, values.shape[1])
         rows = np.concatenate((np.zeros_like(rows[:1]), rows, rows[-1:]))
         place = np.arange(1.0, self.frequencies.size + 1.0) / _EVERY
@@ -306,7 +309,7 @@ class HullInWaves:
 
 
 def drift_of(hull: HullInWaves, hydro: Hydro | None, transform: FloatArray) -> Drift | None:
-    """What a hull's forces lack of the mean force of waves, at its frequencies from 0 on.
+    """What a hull's forces lack of the mean force of waves, at its frequencies from 0 on and by its speed.
 
     Without radiation it is at most twice what a wall as long throws back: a motion that nothing damps has no linear
     amplitude at its resonance. `hydro` is the file of a hull with diffraction; without drift in it, there is none.
@@ -319,15 +322,14 @@ def drift_of(hull: HullInWaves, hydro: Hydro | None, transform: FloatArray) -> D
         whole, most = hull.far_field(hydro, transform), np.full(3, np.inf)
     else:
         whole = hull.radiated() + hull.reflected()
-    rest = np.clip(whole - hull.own_mean(), -most, most)
-    parts, every = [rest], rest.reshape(-1, hull.angles, 3)[_EVERY - 1 :: _EVERY].reshape(-1, 3)
-    for axis in ((_TAU, 0.0), (0.0, _TAU)):
-        forward, back = hull.at(axis), hull.at((-axis[0], -axis[1]))
+    at_rest = np.clip(whole - hull.own_mean(), -most, most)
+    parts, still = [at_rest], hull.every(at_rest)
+    for axis in _TAU * np.eye(2):
+        forward, back = hull.at(axis), hull.at(-axis)
         more, less = (np.clip(hull.met_at(own, whole) - own.own_mean(), -most, most) for own in (forward, back))
         tau = forward.tau.sum(axis=1, keepdims=True)
-        parts += [
-            hull.at_all(own) for own in ((more - less) / (2.0 * tau), (more + less - 2.0 * every) / (2.0 * tau**2))
-        ]
+        parts.append(hull.at_all((more - less) / (2.0 * tau)))
+        parts.append(hull.at_all((more + less - 2.0 * still) / (2.0 * tau**2)))
     return Drift(step=hull.step, forces=hull.from_zero(np.concatenate(parts, axis=1)))
 
 

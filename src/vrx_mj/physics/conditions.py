@@ -10,14 +10,7 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.kernel import expanded_kernel, kernel
-from vrx_mj.physics.kinematics import (
-    Orbital,
-    Turning,
-    half_step_back,
-    orbital_motion,
-    orbital_turning,
-    reach_of,
-)
+from vrx_mj.physics.kinematics import Orbital, Turning, half_step_back, orbital_motion, orbital_turning, reach_of
 from vrx_mj.physics.motion import Motion, Vector, Wrench, place_of, plus, relative_motion, zero_vector
 from vrx_mj.physics.noise import normal
 from vrx_mj.physics.tables import Record, Table, Views, Waves

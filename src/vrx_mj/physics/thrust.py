@@ -364,7 +364,7 @@ def motion_at_force(
     x, y, z = place_of(body, point)
     past = half_step_back(body, point, dt)
     east, north = current_velocity(a.current, a.current_state, a.layers, sea.level - z, time - past[2])
-    orbital = orbital_motion(waves, sea, x - past[0], y - past[1], z, time - past[2])
+    orbital = orbital_motion(waves, sea, x, y, z, time, past=past)
     return relative_motion(body, plus((east, north, 0.0), orbital[:3]))
 
 

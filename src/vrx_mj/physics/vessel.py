@@ -330,8 +330,8 @@ def _pressure_on_mesh(
 
 @allocating_kernel
 def load_harmonics(
-    vessel: Record, meshes: HullMeshes, waves: Table, sea: Record, rest: float, motions: FloatArray, ahead: FloatArray,
-    out: FloatArray,
+    vessel: Record, meshes: HullMeshes, waves: Table, sea: Record, rest: float, motions: FloatArray,
+    velocities: FloatArray, out: FloatArray,
 ) -> None:  # fmt: skip
     """Write mean and first harmonic of the water's forces on a moving hull into `out`, (n, 5, 6).
 
@@ -347,12 +347,12 @@ def load_harmonics(
         rest: height of the link's origin at rest [m].
         motions: (n, 12) real and imaginary parts of its motion X, Re(X e^(-i omega t)): translations [m], and small
             turns [rad].
-        ahead: (n, 2) mean velocity along and across [m/s], for small motions about it at the frequency of encounter.
+        velocities: (n, 3) level velocities [m/s] about which it moves, at the frequency of encounter.
         out: result.
     """
     out[:] = 0.0
     for i in range(waves.size):
-        own, u, v = waves[i : i + 1], ahead[i, 0], ahead[i, 1]
+        own, u, v = waves[i : i + 1], velocities[i, 0], velocities[i, 1]
         omega = waves[i].frequency - waves[i].wavenumber * (waves[i].direction[0] * u + waves[i].direction[1] * v)
         work = vessel_work(meshes, own, sea)
         for n in range(_PHASES):

@@ -163,13 +163,8 @@ def motion_of_columns(
     """Return the six sums of `orbital_motion` at (x, y) [m], `z` [m] over the mean level, and time `t` [s]."""
     _write_phases(columns, x, y, t)
     east, north, wavenumber, frequency = columns[EAST], columns[NORTH], columns[WAVENUMBER], columns[FREQUENCY]
-    cos, sin, orbital, bottom, above = (
-        columns[COSINE],
-        columns[SINE],
-        columns[_ORBITAL],
-        columns[BOTTOM],
-        columns[MEMORY],
-    )
+    cos, sin, above = columns[COSINE], columns[SINE], columns[MEMORY]
+    orbital, bottom = columns[_ORBITAL], columns[BOTTOM]
     side = 1.0 if z <= 0.0 else -1.0
     u = v = w = du = dv = dw = broadcast(0.0)
     for i in range(0, cos.size, WIDTH):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from vrx_mj import Batch, Simulation, compile_world
-from vrx_mj.mjcf.drift import HullInWaves
+from vrx_mj.mjcf.drift import HullInWaves, drift_of
 from vrx_mj.mjcf.flotation import outline
 
 SEA = {"model": "regular", "height": 0.1, "period": 2.0, "ramp": 4.0}
@@ -60,6 +60,46 @@ def test_a_hull_that_throws_waves_all_around_feels_the_power_over_their_speed():
     force = 0.5 * damping * 0.3**2 * omega / G
     assert hull.radiated()[:, :2] == pytest.approx(force[:, None] * hull.waves["direction"], rel=1e-9, abs=1e-9)
     barge.cache_clear()
+
+
+def test_waves_that_a_hull_meets_as_it_goes_are_others():
+    """Aranha (1994), of a force omega cos(beta), sin(beta + 1), omega sin(beta) in its table."""
+    hull, (u, v) = barge(), (0.06, -0.04)
+
+    def force(omega, beta):
+        return np.stack((omega * np.cos(beta), omega**2 * np.sin(beta + 1.0), omega * np.sin(beta)), axis=1)
+
+    def angles(waves):
+        return np.arctan2(waves["direction"][:, 1], waves["direction"][:, 0])
+
+    speed = hull.at(np.array((u, v)))
+    omega, beta = speed.waves["frequency"], angles(speed.waves)
+    long = np.minimum(1.0, 0.3 * omega * math.sqrt(hull.vessel.length / G) / math.hypot(u, v))  # Froude number
+    along, across = long * (u * np.cos(beta) + v * np.sin(beta)), long * (u * np.sin(beta) - v * np.cos(beta))
+    found = hull.met_at(speed, force(hull.waves["frequency"], angles(hull.waves)))
+    expected = (1.0 - 4.0 * along)[:, None] * force(omega * (1.0 - along), beta + 2.0 * across)
+    inside = (omega * (1.0 - along) < hull.frequencies[-1]) & (omega > 1.0)
+    assert found[inside] == pytest.approx(expected[inside], rel=1e-3, abs=1e-3)
+
+
+def test_a_hull_that_swings_as_it_goes_has_the_velocity_of_the_kernels():
+    """A bow that rises has some of the speed ahead upward in the hull's axes; the kernels turn the whole hull."""
+    speed = barge().at(np.array((0.06, -0.04)))
+    through, met = speed._loads(speed.motions)[2], speed._loads(np.zeros_like(speed.motions))[2]
+    small = np.abs(speed.motions).max(axis=1) < 5.0  # no resonance
+    assert (through - met)[small] == pytest.approx(speed._rate[small], abs=0.02)
+
+
+@pytest.mark.parametrize(("axis", "first"), [(0, 3), (1, 9)])
+@pytest.mark.parametrize("tau", [0.06, -0.06])
+def test_a_table_has_at_a_speed_what_the_forces_lack_there(axis, first, tau):
+    hull = barge()
+    speed = hull.at(tau * np.eye(2)[axis])
+    most = RHO * G * 4.0 * np.array((1.0, 1.0, 4.0))
+    lacks = np.clip(hull.met_at(speed, hull.radiated() + hull.reflected()) - speed.own_mean(), -most, most)
+    table, slow = np.array(drift_of(hull, None, np.eye(6)).forces)[2::2], speed.tau[:, axis].reshape(-1, 16, 1)
+    found = table[..., :3] + slow * table[..., first : first + 3] + slow**2 * table[..., first + 3 : first + 6]
+    assert found.reshape(-1, 3) == pytest.approx(lacks, rel=1e-9, abs=1e-6)
 
 
 @pytest.mark.parametrize(
