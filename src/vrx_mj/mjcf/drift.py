@@ -10,6 +10,7 @@ of the waves that a rigid hull makes by its motions against the water, and that 
 """
 
 import copy
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -308,17 +309,20 @@ class HullInWaves:
         return vessel.displacement / self._density / area, middles, np.sign(middles) * np.array((2.0 * b, 2.0 * a))
 
 
-def drift_of(hull: HullInWaves, hydro: Hydro | None, transform: FloatArray) -> Drift | None:
-    """What a hull's forces lack of the mean force of waves, at its frequencies from 0 on and by its speed.
+def with_drift(hull: HullInWaves, hydro: Hydro | None, transform: FloatArray) -> Vessel:
+    """A hull's model with what its forces lack of the mean force of waves, by frequency from 0 on and by its speed.
 
     Without radiation it is at most twice what a wall as long throws back: a motion that nothing damps has no linear
-    amplitude at its resonance. `hydro` is the file of a hull with diffraction; without drift in it, there is none.
-    `transform` is the (6, 6) from the origin to its point.
+    amplitude at its resonance. `hydro` is the file of a hull with diffraction, whose table also gets what the box of
+    waves leaves out of short ones; without drift in it, the mean is left as it is. `transform` is the (6, 6) from the
+    origin to its point.
     """
     vessel, most = hull.vessel, hull.most * np.array((1.0, 1.0, hull.vessel.length))
     if vessel.diffraction:
+        forces = hull.from_zero(np.concatenate((hull.scattered.real, hull.scattered.imag), axis=1))
+        vessel = replace(vessel, diffraction=replace(vessel.diffraction, forces=forces))
         if not (hydro and hydro.drift_scattered):
-            return None
+            return vessel
         whole, most = hull.far_field(hydro, transform), np.full(3, np.inf)
     else:
         whole = hull.radiated() + hull.reflected()
@@ -330,7 +334,7 @@ def drift_of(hull: HullInWaves, hydro: Hydro | None, transform: FloatArray) -> D
         tau = forward.tau.sum(axis=1, keepdims=True)
         parts.append(hull.at_all((more - less) / (2.0 * tau)))
         parts.append(hull.at_all((more + less - 2.0 * still) / (2.0 * tau**2)))
-    return Drift(step=hull.step, forces=hull.from_zero(np.concatenate(parts, axis=1)))
+    return replace(vessel, drift=Drift(step=hull.step, forces=hull.from_zero(np.concatenate(parts, axis=1))))
 
 
 def coriolis(added: FloatArray, velocity: FloatArray, *, munk: bool) -> FloatArray:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.model import tables
-from vrx_mj.model.boats import Drift, Vessel
+from vrx_mj.model.boats import Vessel
 from vrx_mj.physics.drift import ENTRY
 from vrx_mj.physics.lanes import WIDTH
 from vrx_mj.physics.panels import Panels, panels_of
@@ -34,6 +34,8 @@ class HullTables(NamedTuple):
     """`tables.RESISTANCE`"""
     diffraction: FloatArray
     """Forces of waves on vessels, (n, ENTRY): see `vessel.diffraction_load`."""
+    drift: FloatArray
+    """What the mean of the forces on vessels lacks, (n, ENTRY): see `drift.drift_load`."""
     meshes: HullMeshes
     """Meshes of all vessels."""
 
@@ -41,12 +43,12 @@ class HullTables(NamedTuple):
 def hull_tables(kinds: Sequence[Vessel]) -> HullTables:
     """Return the tables of kinds of hulls."""
     meshes = [_mesh(kind) for kind in kinds]
-    waves = [_diffraction(kind) for kind in kinds]
+    waves, means = [_diffraction(kind) for kind in kinds], [_drift(kind) for kind in kinds]
     rows: dict[str, list[Any]] = {
         "point": [mesh.points.T for mesh in meshes], "pair": [mesh.pairs for mesh in meshes],
         "part": [mesh.parts for mesh in meshes], "strip": [kind.strips for kind in kinds],
         "memory": [kind.memory for kind in kinds], "diffraction": [own.reshape(-1, ENTRY) for own in waves],
-        "resistance": [kind.resistance for kind in kinds],
+        "resistance": [kind.resistance for kind in kinds], "drift": [own.reshape(-1, ENTRY) for own in means],
     }  # fmt: skip
     columns: dict[str, Any] = {f"{name}_start": starts(own)[:-1] for name, own in rows.items()}
     columns |= {f"{name}_count": list(map(len, own)) for name, own in rows.items()}
@@ -60,6 +62,8 @@ def hull_tables(kinds: Sequence[Vessel]) -> HullTables:
         diffraction_frequencies=[own.shape[0] for own in waves],
         diffraction_angles=[own.shape[1] for own in waves],
         diffraction_step=[kind.diffraction.step if kind.diffraction else 0.0 for kind in kinds],
+        drift_angles=[own.shape[1] for own in means],
+        drift_step=[kind.drift.step if kind.drift else 0.0 for kind in kinds],
     )
     return HullTables(
         vessels,
@@ -67,6 +71,7 @@ def hull_tables(kinds: Sequence[Vessel]) -> HullTables:
         tables.table_of(tables.MEMORY, flat(rows["memory"])),
         np.array(flat(rows["resistance"]), tables.RESISTANCE),
         _in_lines(rows["diffraction"]).reshape(-1, ENTRY),
+        _in_lines(rows["drift"]).reshape(-1, ENTRY),
         HullMeshes(
             tables.table_of(tables.PART, flat(rows["part"])),
             _in_lines([mesh.points for mesh in meshes]),
@@ -87,20 +92,12 @@ def _diffraction(kind: Vessel) -> FloatArray:
     return found
 
 
-def drift_tables(kinds: Sequence[Drift | None]) -> tuple[FloatArray, dict[str, list[Any]]]:
-    """What hulls lack of the mean force of waves, (n, ENTRY), where equal ones share it; and the columns of `HULL`."""
-    found = {kind: _around(kind.forces) for kind in dict.fromkeys(kinds) if kind}
-    rows = [np.pad(own, ((0, 0), (0, 0), (0, ENTRY - own.shape[2]))).reshape(-1, ENTRY) for own in found.values()]
-    first = dict(zip(found, itertools.accumulate(map(len, rows), initial=0), strict=False))
-    numbers = itertools.count()
-    columns = {
-        "drift_start": [first[kind] if kind else 0 for kind in kinds],
-        "drift_count": [found[kind][..., 0].size if kind else 0 for kind in kinds],
-        "drift_angles": [found[kind].shape[1] if kind else 0 for kind in kinds],
-        "drift_step": [kind.step if kind else 0.0 for kind in kinds],
-        "drift_state": [next(numbers) if kind else -1 for kind in kinds],
-    }
-    return _in_lines(rows).reshape(-1, ENTRY), columns
+def _drift(kind: Vessel) -> FloatArray:
+    """What the forces on a hull lack, (frequencies, angles, ENTRY), up to a full turn."""
+    if not kind.drift:
+        return np.zeros((0, 0, ENTRY))
+    forces = _around(kind.drift.forces)
+    return np.pad(forces, ((0, 0), (0, 0), (0, ENTRY - forces.shape[2])))
 
 
 def _around(values: npt.ArrayLike) -> FloatArray:

@@ -8,7 +8,6 @@ Whether a hull of profile `marine` can be: its lift, its inertia, and small moti
 import math
 import warnings
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -21,11 +20,11 @@ from vrx_mj.config.solids import enclosed_volume, solid
 from vrx_mj.errors import VrxError, VrxWarning
 from vrx_mj.mjcf.boats import Boat, boat_mass, push_center
 from vrx_mj.mjcf.derive import hull_corners
-from vrx_mj.mjcf.drift import HullInWaves, coriolis, cross_matrix, drift_of
+from vrx_mj.mjcf.drift import HullInWaves, coriolis, cross_matrix, with_drift
 from vrx_mj.mjcf.flotation import Flotation, flotation, lift_fault
 from vrx_mj.mjcf.hull_tables import nested_tuples
 from vrx_mj.mjcf.surfaces import checked_surface, panels_of
-from vrx_mj.model.boats import MOST_TRIANGLES, Diffraction, Drift, Memory, Strip, Vessel
+from vrx_mj.model.boats import MOST_TRIANGLES, Diffraction, Memory, Strip, Vessel
 from vrx_mj.model.kinds import Six
 from vrx_mj.model.water import Sea
 from vrx_mj.physics.tables import MATRIX, MESH
@@ -282,18 +281,18 @@ def _rates(inertia: FloatArray, stiffness: FloatArray, vessel: Vessel) -> npt.ND
 
 
 @lru_cache(maxsize=32)
-def vessel_of(boat: Boat, density: float, *, in_waves: bool) -> tuple[Vessel | None, Drift | None]:
-    """The hull of a kind of boat, in water of a density [kg/m3], and what its forces lack of the mean force of waves.
+def vessel_of(boat: Boat, density: float, *, in_waves: bool) -> Vessel | None:
+    """The hull of a kind of boat, in water of a density [kg/m3].
 
-    What its file does not give is that of its `hydrodynamics`. What its forces lack is found if it is `in_waves`, and
-    in its table of diffraction what the loop leaves out of short ones.
+    What its file does not give is that of its `hydrodynamics`. What its forces lack in waves is found if it is
+    `in_waves`.
 
     Raises:
         VrxError: it does not float, its mesh has too many triangles, or its mass with the added one is not positive.
     """
     config, water = boat.hull, boat.hydrodynamics
     if config is None:
-        return None, None
+        return None
     assert water is not None, f"{boat.name} has no hydrodynamics"
     body, pushed = boat_mass(boat), push_center(boat)
     point = body.center if config.point is None else np.array(config.point)
@@ -325,21 +324,10 @@ def vessel_of(boat: Boat, density: float, *, in_waves: bool) -> tuple[Vessel | N
     )
     check_rest(boat, found, density, rest)
     if not in_waves or found.length <= 0.0:
-        return found, None
+        return found
     stiffness, _ = _stiffness_at_rest(found, body, density, rest)
-    return _in_waves(found, _inertia(body), stiffness, level, density, hydro)
-
-
-def _in_waves(
-    vessel: Vessel, inertia: FloatArray, stiffness: FloatArray, level: float, density: float, hydro: Hydro | None
-) -> tuple[Vessel, Drift | None]:
-    """A hull with what the loop leaves out of short waves in its diffraction, and what its forces lack of the mean."""
-    hull = HullInWaves(vessel, inertia, stiffness, level, density, hydro.gravity if hydro else _GRAVITY)
-    drift = drift_of(hull, hydro, _transform(hydro.point if hydro else vessel.point))
-    if vessel.diffraction:
-        forces = hull.from_zero(np.concatenate((hull.scattered.real, hull.scattered.imag), axis=1))
-        vessel = replace(vessel, diffraction=replace(vessel.diffraction, forces=forces))
-    return vessel, drift
+    hull = HullInWaves(found, _inertia(body), stiffness, level, density, hydro.gravity if hydro else _GRAVITY)
+    return with_drift(hull, hydro, _transform(hydro.point if hydro else point))
 
 
 def _check_fit(name: str, hydro: Hydro, mass: float, level: float, points: Sequence[Sequence[float]]) -> None:

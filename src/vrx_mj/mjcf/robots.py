@@ -372,13 +372,12 @@ def boat_rows(
     """
     hull, start = len(tables.hulls), len(tables.thrusters)
     is_marine = physics.profile == MARINE
-    vessel, drift = vessel_of(kind.boat, sea.density, in_waves=bool(sea.waves)) if is_marine else (None, None)
+    vessel = vessel_of(kind.boat, sea.density, in_waves=bool(sea.waves)) if is_marine else None
     row = replace(
         _with_names(kind.hull, boat.name),
         wind=boat_wind(wind, physics, boat.name, boat.robot, own=kind.boat.wind),
         windage=boat_windage(wind, physics, (boat.name, boat.robot), kind.boat.windage),
         vessel=vessel,
-        drift=drift,
         level=0.0 if vessel else kind.hull.level,  # of `hydrodynamics`
         profile=PROFILES[physics.profile],
         # VRX 3's water weighs what the world's gravity makes it weigh

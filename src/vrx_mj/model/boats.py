@@ -183,6 +183,8 @@ class Vessel:
     """Memory of the waves that it makes."""
     diffraction: Diffraction | None = field(default=None, metadata=LEFT_OUT)
     """Forces of the waves that it scatters; None: it feels the water's motion with its added mass and memory."""
+    drift: Drift | None = field(default=None, metadata=LEFT_OUT)
+    """What its other forces lack of the mean force of waves, in a sea that has any."""
 
     @property
     def length(self) -> float:
@@ -259,8 +261,6 @@ class Hull:
     """Windage, instead of wind coefficients."""
     vessel: Vessel | None = field(default=None, metadata=LEFT_OUT)
     """Its model in profile `marine`, instead of stations, added mass and drag."""
-    drift: Drift | None = field(default=None, metadata=LEFT_OUT)
-    """What its forces lack of the mean force of waves, in profile `marine` in a sea with waves."""
     inertia: Inertia | None = field(default=None, metadata=LEFT_OUT)
     """Moments of inertia of the MJCF's body; None: saved by a version that did not list them."""
 

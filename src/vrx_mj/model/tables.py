@@ -88,15 +88,14 @@ HULL = _record(
     spread=(_f, (2,)),  # second moments of its waterplane over the area, along and across [m2]
     vessel=_i,  # row of VESSEL; -1: stations carry it, and it has its own added mass and drag
     memory_start=_i,  # its rows of MEMORY_STATE, as many as its vessel has of MEMORY
-    **_rows("drift"),  # of its table of the mean force of waves; none: it feels none
-    drift_angles=_i,  # from 0 to a full turn
-    drift_step=_f,  # between its frequencies [rad/s]
-    drift_state=_i,  # row of DRIFT_STATE
+    drift_state=_i,  # its row of DRIFT_STATE; -1: it has none
 )
 PART = _record(Part)
 VESSEL = _record(
     Vessel,
-    **_rows("point", "pair", "part", "strip", "memory", "diffraction"),  # pairs count points from the mesh's first
+    **_rows(
+        "point", "pair", "part", "strip", "memory", "diffraction", "drift"
+    ),  # pairs count points from the mesh's first
     **_rows("resistance"),  # by rising speed; none: damping in surge
     half=(_f, (3,)),  # half sides of the box of a part [m]
     wave_rows=_i,  # nodes of that box for the waves, across and over the depth
@@ -104,6 +103,8 @@ VESSEL = _record(
     diffraction_frequencies=_i,  # 0: it has none, and feels the water's acceleration with its added mass
     diffraction_angles=_i,  # from 0 to a full turn
     diffraction_step=_f,  # between its frequencies [rad/s]
+    drift_angles=_i,  # from 0 to a full turn
+    drift_step=_f,  # between its frequencies [rad/s]
 )
 STRIP = _record(Strip)
 RESISTANCE = _record(ResistancePoint)

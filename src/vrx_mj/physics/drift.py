@@ -33,34 +33,32 @@ FASTEST: Final = 0.12
 
 
 @inlined_kernel
-def drift_on_hull(
-    hull: Record, table: FloatArray, states: Table, columns: Waves, sea: Record, now: Conditions
+def drift_on_vessel(
+    hull: Record, vessel: Record, table: FloatArray, states: Table, sea: Record, now: Conditions
 ) -> Wrench:
     """Advance a hull's slow velocity, and return what its forces lack of the mean force of waves.
 
     Args:
         hull: a row of `tables.HULL`.
-        table: that of all hulls, (n, ENTRY).
+        vessel: a row of `tables.VESSEL`.
+        table: that of all vessels, (n, ENTRY).
         states: `tables.DRIFT_STATE`.
-        columns: `wave_columns` after `orbital_motion` at the hull, whose memory is used.
         sea: a row of `tables.SEA`.
         now: surroundings and motion of the hull.
 
     Returns:
         The wrench in world axes about `hull.link_com`.
     """
-    if columns.ndim == 1:
-        return zero_wrench()
-    if hull.drift_count == 0:
+    if vessel.drift_count == 0:
         return zero_wrench()
     own, cos_sin = states[hull.drift_state], heading_of(now.body)
     if own.left <= 1:
         east, north, _ = rotate(now.body, velocity_of(now.body))
         _follow(own, cos_sin, east - now.water.stream[0], north - now.water.stream[1], now.dt)
-        frequencies, first = hull.drift_count // hull.drift_angles, hull.drift_start
-        entries = table[first : first + hull.drift_count].reshape((frequencies, hull.drift_angles, ENTRY))
+        angles, first = vessel.drift_angles, vessel.drift_start
+        entries = table[first : first + vessel.drift_count].reshape((vessel.drift_count // angles, angles, ENTRY))
         own.surge, own.sway, own.yaw = drift_load(
-            entries, hull.drift_step, columns, sea, cos_sin, (own.u, own.v), now.time
+            entries, vessel.drift_step, now.waves, sea, cos_sin, (own.u, own.v), now.time
         )
         own.left = _HELD + 1
     own.left -= 1

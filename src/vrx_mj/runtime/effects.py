@@ -13,7 +13,7 @@ from typing import NamedTuple
 from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.conditions import Conditions, current_step, motion_through, still_water, water_motion
 from vrx_mj.physics.drag import bias_on_hull, drag_on_hull
-from vrx_mj.physics.drift import drift_on_hull
+from vrx_mj.physics.drift import drift_on_vessel
 from vrx_mj.physics.hydrostatics import hydrostatics
 from vrx_mj.physics.kernel import allocating_kernel, expanded_kernel, inlined_kernel, kernel
 from vrx_mj.physics.kinematics import turned_with
@@ -105,8 +105,8 @@ EFFECTS = (
     ),
     Effect(
         "drift",
-        Hulls.ALL,
-        lambda hull, now, a: drift_on_hull(hull, a.drift, a.drift_state, now.waves, a.sea[0], now),
+        Hulls.VESSELS,
+        lambda hull, now, a: drift_on_vessel(hull, a.vessels[hull.vessel], a.drift, a.drift_state, a.sea[0], now),
         group=1,
     ),
 )

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.config.sensors import BallShooterConfig
 from vrx_mj.errors import CompileError, StateError
-from vrx_mj.mjcf.hull_tables import drift_tables, flat, hull_tables, starts
+from vrx_mj.mjcf.hull_tables import flat, hull_tables, starts
 from vrx_mj.mjcf.world import World
 from vrx_mj.model import tables
 from vrx_mj.model.boats import Hull, Propeller, Station, Thruster, Vessel, Windage
@@ -162,7 +162,7 @@ class LoopArrays:
         self._take(parameters, ("followers", "elements"))
         self.blocks = tables.table_of(tables.BLOCK, parameters.blocks, **self._whole_bodies(parameters.blocks))
         self.memory_state = np.zeros(sum(memories_of(parameters.hulls)), tables.MEMORY_STATE)
-        self.drift_state = np.zeros(sum(hull.drift is not None for hull in parameters.hulls), tables.DRIFT_STATE)
+        self.drift_state = np.zeros(np.count_nonzero(self.hulls["drift_state"] >= 0), tables.DRIFT_STATE)
         self.raft_work = np.zeros(len(self.blocks), RAFT_WORK)
         self.free_bodies, self.solve_work = np.zeros(0, FREE_BODY), np.zeros(0, SOLVE_WORK)
         for name, array in ARRAYS.items():
@@ -217,7 +217,7 @@ class LoopArrays:
         found = dict(zip(shown, zip(starts(curves), map(len, curves), strict=False), strict=True))
         kinds = _kinds(hull.vessel for hull in hulls)
         *remembered, _ = itertools.accumulate(memories_of(hulls), initial=0)
-        self.drift, drift = drift_tables([hull.drift for hull in hulls])
+        drifts = itertools.count()
         windage = [found[hull.windage] if hull.windage else (0, 0) for hull in hulls]
         self.hulls = tables.table_of(
             tables.HULL,
@@ -230,7 +230,7 @@ class LoopArrays:
             spread=[hull.vessel.spread if hull.vessel else _second_moments(stations, hull) for hull in hulls],
             vessel=[kinds.index(hull.vessel) if hull.vessel else _NO_ROW for hull in hulls],
             memory_start=remembered,
-            **drift,
+            drift_state=[next(drifts) if hull.vessel and hull.vessel.drift else _NO_ROW for hull in hulls],
         )
         self.windage = tables.table_of(tables.WINDAGE, flat(curves))
         self._vessels(kinds)
@@ -270,7 +270,7 @@ class LoopArrays:
     def _vessels(self, kinds: Sequence[Vessel]) -> None:
         """Tables of the models of hulls in profile `marine`."""
         found = hull_tables(kinds)
-        self.vessels, self.strips, self.memory, self.resistances, self.diffraction, self.meshes = found
+        self.vessels, self.strips, self.memory, self.resistances, self.diffraction, self.drift, self.meshes = found
         self.parts, self.points, self.shares, self.pairs, self.corner_shares = self.meshes
 
     def _mount(self, world: World, known: "LoopArrays | None") -> None:

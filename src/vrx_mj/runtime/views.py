@@ -92,7 +92,7 @@ class Views(NamedTuple):
     diffraction: _Matrix
     """Forces of diffraction on vessels, (n, ENTRY): see `vessel.diffraction_load`."""
     drift: _Matrix
-    """What the mean of the forces on hulls lacks, (n, ENTRY): see `drift.drift_load`."""
+    """What the mean of the forces on vessels lacks, (n, ENTRY): see `drift.drift_load`."""
     drift_state: Annotated[Table, Array(tables.DRIFT_STATE, use=STATE)]
     stations: Annotated[Table, Array(tables.STATION)]
     thrusters: Annotated[Table, Array(tables.THRUSTER)]

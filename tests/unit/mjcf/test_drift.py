@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from vrx_mj import Batch, Simulation, compile_world
-from vrx_mj.mjcf.drift import HullInWaves, drift_of
+from vrx_mj.mjcf.drift import HullInWaves, with_drift
 from vrx_mj.mjcf.flotation import outline
 
 SEA = {"model": "regular", "height": 0.1, "period": 2.0, "ramp": 4.0}
@@ -97,7 +97,7 @@ def test_a_table_has_at_a_speed_what_the_forces_lack_there(axis, first, tau):
     speed = hull.at(tau * np.eye(2)[axis])
     most = RHO * G * 4.0 * np.array((1.0, 1.0, 4.0))
     lacks = np.clip(hull.met_at(speed, hull.radiated() + hull.reflected()) - speed.own_mean(), -most, most)
-    table, slow = np.array(drift_of(hull, None, np.eye(6)).forces)[2::2], speed.tau[:, axis].reshape(-1, 16, 1)
+    table, slow = np.array(with_drift(hull, None, np.eye(6)).drift.forces)[2::2], speed.tau[:, axis].reshape(-1, 16, 1)
     found = table[..., :3] + slow * table[..., first : first + 3] + slow**2 * table[..., first + 3 : first + 6]
     assert found.reshape(-1, 3) == pytest.approx(lacks, rel=1e-9, abs=1e-6)
 
@@ -129,8 +129,8 @@ def test_the_step_is_no_part_of_how_fast_a_boat_drifts():
 def test_a_hull_in_calm_water_has_no_table():
     world = {"name": "pool", "physics": {"profile": "marine"}, "sea": {"model": "none"}, "wind": {"objects": []}}
     calm = compile_world(world, fleet={"robot": "blueboat", "boats": [{"name": "a", "pose": [0.0] * 6}]})
-    assert calm.parameters.hulls[0].drift is None
-    assert run("blueboat").world.parameters.hulls[0].drift is not None
+    assert calm.parameters.hulls[0].vessel.drift is None
+    assert run("blueboat").world.parameters.hulls[0].vessel.drift is not None
 
 
 @pytest.mark.filterwarnings("ignore::vrx_mj.errors.VrxWarning")

@@ -133,8 +133,7 @@ GIVEN = {
 FOLLOWING = (
     r"hull\.(body_com|link_com|inertia)\..*", r"hull\.(mass|gravity)", r"stations\..*",
     r"hull\.vessel\.(added_mass|damping|restoring|spread|buoyancy|point|memory|strips)\..*",
-    r"hull\.vessel\.(displacement|waterline|diffraction\.step)",
-    r"hull\.drift\.step",
+    r"hull\.vessel\.(displacement|waterline|(diffraction|drift)\.step)",
     r"thrusters\.\w+\.(propeller\.[xyz]|slope|density|race_area)",
     r"current\.(mean|tide_major|tide_minor)\.[xy]", r"current\.tide_frequency", r"wind\.first_step", r"sea\.level",
     r"sea\.waves\..*", r"air\.gust_frequencies\..*", r"moorings\.\d+\.(anchor|point)\.[xyz]",

@@ -44,7 +44,7 @@ def test_what_is_no_number_or_of_any_length_has_no_column(kind):
 @pytest.mark.parametrize(
     ("table", "kind", "lacking"),
     [
-        (HULL, Hull, {"joint", "windage", "drift", "inertia"}),
+        (HULL, Hull, {"joint", "windage", "inertia"}),
         (FLOAT, Float, set()),
         (MEMORY, Memory, set()),
         (PROPELLER, Propeller, {"thrust", "four_quadrant"}),

@@ -37,6 +37,8 @@ _SEA = {"model": "jonswap", "significant_height": 0.3, "peak_period": 4.0, "dire
 _SEEDS = 0, 1
 _SPHERES = 6
 """Spheres in each of the seas."""
+_TOWARD = {"head": math.pi, "beam": 0.5 * math.pi, "following": 0.0}
+"""Angles off the bow toward which waves travel [rad]."""
 
 
 @case("physics/drift.py", "mjcf/drift.py", "physics/vessel.py", quick=False)
@@ -287,10 +289,6 @@ def towed_drift() -> Outcome:
         yield Comparison(f"{name} ahead over amplitude squared", "N/m2", row["ahead"], ahead)
         if row["sea"] == "beam":
             yield Comparison(f"{name} aside over amplitude squared", "N/m2", row["aside"], aside)
-
-
-_TOWARD = {"head": math.pi, "beam": 0.5 * math.pi, "following": 0.0}
-"""Angles off the bow toward which waves travel [rad]."""
 
 
 def _line_force(toward: float, period: float, speed: float, expected: tuple[float, float]) -> tuple[float, float]:
