@@ -164,3 +164,15 @@ def test_a_hull_put_elsewhere_has_the_force_of_there_at_once():
     sim.set_boat(boat, pose=(0.0, 0.0, 0.0, 0.0, 0.0, 0.5 * math.pi))
     after = sim.forces(boat)["drift"]
     assert np.linalg.norm(after[:2]) != pytest.approx(np.linalg.norm(before[:2]), rel=0.5)
+
+
+@pytest.mark.filterwarnings("ignore::vrx_mj.errors.VrxWarning")
+def test_what_holds_for_others_stays_when_a_boat_leaves():
+    sim = Simulation(run("blueboat").world)
+    sim.spawn("b", robot="blueboat", pose=(30.0, 0.0, 0.0, 0.0, 0.0, 1.0))
+    sim.advance(203)
+    of_b = sim._live.arrays.drift_state[1:].copy()
+    assert of_b["left"] > 0
+    assert of_b["sway"] != 0.0
+    sim.remove("a")
+    assert sim._live.arrays.drift_state == of_b
