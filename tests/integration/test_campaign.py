@@ -5,14 +5,18 @@ import shutil
 import signal
 import sys
 import time
+from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 
 import pytest
 
+import vrx_mj
 from campaigns import results_in
 from vrx_command import ended, start, vrx
 from vrx_mj.campaign.engines import ProcessPool, run_trials
-from vrx_mj.campaign.plan import Cell, Trial
+from vrx_mj.campaign.plan import Cell, Plan, Trial
+from vrx_mj.campaign.vary import parse_vary
 
 pytestmark = pytest.mark.slow
 
@@ -21,8 +25,14 @@ extends: ocean
 task: {type: stationkeeping, goal_cart: [8, 0, 0], initial_state_duration: 0.5, ready_state_duration: 0.5,
        running_state_duration: 4}
 """
+GUSTS = """
+extends: ocean
+wind: {direction: 40, mean_velocity: 5, var_gain: 3, var_time: 1,
+       objects: [{model: wamv, coefficients: [0.5, 0.5, 0.33]}]}
+"""
 CREW = """
 import ctypes, math, os, sys, time
+import numpy as np
 
 calls = 0
 
@@ -76,6 +86,16 @@ def orphaned(obs, t):  # twice, with its worker
 
 def one_argument(obs):
     return steady(obs, 0.0)
+
+def abreast(features, t):
+    return np.repeat([[0.5, 0.4, 0.0, 0.0]], len(features), axis=0)
+
+def leave(features, t):  # and all rows with it
+    if t > 1.05 and (features[:, 0, 1] > 0.001).any():
+        os._exit(3)
+    return abreast(features, t)
+
+abreast.rows = leave.rows = True
 """
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="signals of other systems")
 
@@ -105,6 +125,8 @@ FAILURES = {
 def folder(tmp_path_factory):
     place = tmp_path_factory.mktemp("测试 campaigns")
     (place / "bay.yaml").write_text(WORLD, encoding="utf-8")
+    (place / "windy.yaml").write_text(GUSTS + WORLD.split("ocean")[1], encoding="utf-8")
+    (place / "gusts.yaml").write_text(GUSTS, encoding="utf-8")
     (place / "crew.py").write_text(CREW, encoding="utf-8")
     return place
 
@@ -178,6 +200,37 @@ def test_results_depend_neither_on_the_jobs_nor_on_their_order(folder, monkeypat
         cell: result.state_sha256 for cell, result in two.items()
     }
     assert {cell: result.score for cell, result in one.items()} == {cell: result.score for cell, result in two.items()}
+
+
+def test_trials_are_the_runs_of_worlds_with_their_numbers(folder, monkeypatch, tmp_path):
+    monkeypatch.chdir(folder)
+    monkeypatch.syspath_prepend(folder)
+    plan = Plan(
+        ("crew:steady",), ("windy.yaml", "gusts.yaml"), (3, 4), parse_vary(["wind.mean_velocity=2..8"]), duration=3.0
+    )
+    for result in run_trials([plan.trial(cell) for cell in plan.cells], tmp_path, ProcessPool(1)):
+        numbers = {"wind.mean": result.parameters["wind.mean_velocity"]}
+        sim = vrx_mj.Simulation(vrx_mj.compile_world(result.cell.world, parameters=numbers), seed=result.cell.seed)
+        alone = vrx_mj.run(sim, 3.0, controller=import_module("crew").steady)
+        score = alone.task.score if alone.task else None
+        assert (result.state_sha256, result.score) == (alone.state_sha256, score)
+
+
+@POSIX
+def test_rows_are_sailed_together_and_one_that_fails_fails_alone(folder, monkeypatch):
+    monkeypatch.chdir(folder)
+    cells = [Cell(f"crew:{name}", "gusts.yaml", seed) for seed in range(6) for name in ("abreast", "leave")]
+    ended = {}
+    for rows in (True, False):
+        place = made(folder / f"rows {rows}")
+        trials = [Trial(cell, duration=2.0, rows=rows) for cell in cells]
+        ended[rows] = {one.cell: replace(one, wall_time=0.0) for one in run_trials(trials, place, ProcessPool(1))}
+    assert ended[True] == ended[False]
+    states = {cell: result.state for cell, result in ended[True].items()}
+    assert {states[cell] for cell in cells[::2]} == {"finished"}
+    assert {states[cell] for cell in cells[1::2]} == {"finished", "failed"}
+    logs = [len(list((folder / f"rows {rows}" / "cells" / "crew.abreast").rglob("log.txt"))) for rows in (True, False)]
+    assert logs[0] < logs[1] == 6
 
 
 @POSIX

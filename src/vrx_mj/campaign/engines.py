@@ -9,7 +9,7 @@ from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import suppress
 from multiprocessing.connection import wait
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from vrx_mj.campaign.manifest import code_version
 from vrx_mj.campaign.plan import Cell, Trial
@@ -34,48 +34,23 @@ _CHUNK = 64
 """Trials that a worker gets at a time, at most."""
 
 
-class _Worker(Protocol):
-    """A worker as the loop sees it: `WorkerProcess`, or one on a cluster."""
-
-    def submit(self, chunk: Sequence[Trial]) -> None: ...
-    def take(self) -> Result | None: ...
-    def close(self) -> None: ...
-    def join(self) -> None: ...
-
-
-class Engine(Protocol):
-    """Has workers."""
-
-    def open(self, root: Path) -> int:
-        """Get ready to run trials in the campaign's folder `root`; how many workers there may be at a time."""
-
-    def start(self) -> _Worker:
-        """Begin a worker; what it gives first is None, when it is ready."""
-
-    def ready(self, workers: Sequence[Any]) -> Sequence[Any]:
-        """Those workers that have something to take, after a moment at most."""
-
-    def close(self) -> None:
-        """End what `open` has begun."""
-
-
 class ProcessPool:
-    """Workers on this machine."""
+    """An engine, which has workers: those on this machine."""
 
     def __init__(self, jobs: int) -> None:
         self._jobs = jobs
 
     def open(self, root: Path) -> int:
-        """Load everything that workers need."""
+        """Get ready to run trials in the campaign's folder `root`; how many workers there may be at a time."""
         self._root, self._context = root, start_server()
         return self._jobs
 
-    def start(self) -> _Worker:
-        """Begin a process."""
+    def start(self) -> WorkerProcess:
+        """Begin a worker; what it gives first is None, when it is ready."""
         return WorkerProcess(self._context, self._root)
 
     def ready(self, workers: Sequence[Any]) -> Sequence[Any]:
-        """Wait for one of them."""
+        """Those workers that have something to take, after a moment at most."""
         return wait(workers, timeout=LOOK)
 
     def close(self) -> None:
@@ -83,9 +58,10 @@ class ProcessPool:
 
 
 class RayCluster:
-    """Workers on the nodes of a Ray cluster, which have vrx_mj, and the campaign's folder at the same path.
+    """An engine whose workers are on the nodes of a Ray cluster.
 
-    The files of the current folder go to the nodes, with controllers and worlds in it.
+    These have vrx_mj, and the campaign's folder at the same path. The files of the
+    current folder go to the nodes, with controllers and worlds in it.
     """
 
     def __init__(self, address: str | None = None, jobs: int | None = None) -> None:
@@ -116,17 +92,18 @@ class RayCluster:
         try:
             ray.init(self._address, runtime_env=environment, log_to_driver=False, logging_level=logging.ERROR)
         except (ConnectionError, RuntimeError, ValueError, OSError) as error:
-            raise VrxError(f"cannot use a Ray cluster: {error}") from error
+            token = "" if "RAY_AUTH_MODE" in os.environ else "; for one with a token set RAY_AUTH_MODE=token"
+            raise VrxError(f"cannot use a Ray cluster: {error}{token}") from error
         write_files(self._root, {_TICKET: self._ticket}, WHAT)
         self._actor = ray.remote(num_cpus=1, scheduling_strategy="SPREAD")(_NodeWorker)
         return self._jobs or max(1, int(ray.cluster_resources().get("CPU", 1)))
 
-    def start(self) -> _Worker:
+    def start(self) -> "_RayWorker":
         """Ask for an actor; it begins when a node has a processor for it."""
         return _RayWorker(self._ray, self._actor.remote(self._root, self._ticket, code_version()))
 
     def ready(self, workers: Sequence[Any]) -> Sequence[Any]:
-        """Wait for one of them."""
+        """Those workers that have something to take, after a moment at most."""
         streams = {worker.stream: worker for worker in workers}
         found, _ = self._ray.wait(list(streams), timeout=LOOK)
         return [streams[stream] for stream in found]
@@ -165,6 +142,10 @@ class _RayWorker:
         self._ray.kill(self._actor)
 
     def join(self) -> None: ...
+
+
+Engine = ProcessPool | RayCluster
+_Worker = WorkerProcess | _RayWorker
 
 
 class _NodeWorker:
@@ -219,7 +200,7 @@ class _Run:
     def __init__(self, trials: Sequence[Trial], root: Path, engine: Engine) -> None:
         self._waiting, self._root, self._engine = deque(trials), root, engine
         self._losses: Counter[Cell] = Counter()
-        self._chunks: dict[_Worker, deque[Trial]] = {}
+        self._chunks: dict[_Worker, dict[Cell, Trial]] = {}
         """The workers, with the trials that each has not ended yet."""
         self._idle: list[_Worker] = []
         self._failed_starts = 0
@@ -230,7 +211,7 @@ class _Run:
             while self._waiting or any(self._chunks.values()):
                 while len(self._chunks) < self._most:
                     with signals_held():
-                        self._chunks[self._engine.start()] = deque()
+                        self._chunks[self._engine.start()] = {}
                 self._hand_out()
                 running(sum(map(bool, self._chunks.values())))
                 for worker in self._engine.ready([one for one in self._chunks if one not in self._idle]):
@@ -248,7 +229,7 @@ class _Run:
             count = min(_CHUNK, 1 + len(self._waiting) // (4 * self._most))
             chunk = [self._waiting.popleft() for _ in range(min(count, len(self._waiting)))]
             worker = self._idle.pop()
-            self._chunks[worker].extend(chunk)
+            self._chunks[worker] = {trial.cell: trial for trial in chunk}
             worker.submit(chunk)
 
     def _take(self, worker: _Worker) -> Iterator[Result]:
@@ -260,9 +241,9 @@ class _Run:
             del self._chunks[worker]
             worker.close()
             if chunk:
-                result = Result(chunk[0].cell, "lost", error=str(error))
-                self._waiting.extendleft(reversed(list(chunk)[1:]))
-                yield from self._settle(chunk[0], result)
+                first, *rest = chunk.values()
+                self._waiting.extendleft(reversed(rest))
+                yield from self._settle(first, Result(first.cell, "lost", error=str(error)))
             else:
                 self._count_failed_start(error)
             return
@@ -270,7 +251,7 @@ class _Run:
         if result is None:
             self._idle.append(worker)
         else:
-            yield from self._settle(chunk.popleft(), result)
+            yield from self._settle(chunk.pop(result.cell), result)
 
     def _settle(self, trial: Trial, result: Result) -> Iterator[Result]:
         """The result of a trial, unless it is to be run again."""

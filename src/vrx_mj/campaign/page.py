@@ -44,18 +44,14 @@ _PIXELS = 720.0
 """Width of a map when it is shown large [px]: sizes that must stay visible go by it."""
 _MOST_POINTS = 1500
 """Points of all tracks of a map together, at most."""
-_ALL_POINTS = 60_000
-"""Points of all maps together, but for 60 of each."""
-_MAP_SIZE = 900_000
-"""Characters of all maps together: no more are drawn beyond."""
+_MAPS_SIZE = 900_000
+"""Characters of all maps together, a fifteenth of it points of tracks: no more maps are drawn beyond."""
 _SHOWN_SEEDS = 30
 """Seeds up to which each has a column of its own."""
 _SHOWN_CELLS = 3000
 """Trials up to which each has a cell of its own, and rows of the table of scores, at most."""
-_SHOWN_CLASSES = 100
-"""Kinds of failures that are shown, at most."""
-_SHOWN_POINTS = 200
-"""Trials of each controller that a chart shows as points, at most."""
+_LISTED = 200
+"""Kinds of failures, changes, points of a controller in a chart and tracks on a map that are shown, at most."""
 _BEND = 1.0
 """Details of the shore that are smaller than this are left out [m]."""
 _NEAR = 40.0
@@ -221,7 +217,6 @@ def _circle(x: float, y: float, radius: float, title: str) -> _Values:
 
 _BEST, _MIDDLE, _WORST = (94, 181, 166), (246, 236, 205), (231, 135, 98)
 """Colours of a score among those of its world."""
-_MOST_CHANGES = 200
 _Row = dict[str, Any]
 
 
@@ -255,10 +250,9 @@ def page(
             seedless=seedless_worlds(results),
             remarkable=remarkable_trials(results),
             failures=failure_classes(results),
-            shown_classes=_SHOWN_CLASSES,
+            listed=_LISTED,
             log=LOG,
             comparison=comparison,
-            most_changes=_MOST_CHANGES,
         )
     )
 
@@ -302,7 +296,7 @@ def _charts(campaign: Campaign) -> Iterator[Markup]:
             for color, own in enumerate(found):
                 if not own.x:
                     continue
-                stride = 1 + len(own.x) // _SHOWN_POINTS
+                stride = 1 + len(own.x) // _LISTED
                 rank = "" if math.isnan(own.correlation) else f", rank correlation {own.correlation:+.2f}"
                 ends = np.array([mean.interval or (math.nan, math.nan) for mean in own.means])
                 points.append(Series("", own.x[::stride], own.scores[::stride], kind="points", color=color))
@@ -358,7 +352,7 @@ def _color(score: float, scores: Sequence[float], better: str) -> str:
 def _maps(campaign: Campaign, sketches: Mapping[str, _Row]) -> Iterator[_Row]:
     plan, tasks = campaign.manifest.plan, tasks_of_worlds(campaign.results.values())
     groups, detailed = grouped(campaign.results.values(), lambda result: result.cell.world), _is_detailed(campaign)
-    left, most_points = _MAP_SIZE, min(_MOST_POINTS, max(60, _ALL_POINTS // len(plan.worlds)))
+    left, most_points = _MAPS_SIZE, min(_MOST_POINTS, max(60, _MAPS_SIZE // 15 // len(plan.worlds)))
     for number, world in enumerate(plan.worlds):
         if world not in sketches or left < 0:
             continue
@@ -380,7 +374,7 @@ def _maps(campaign: Campaign, sketches: Mapping[str, _Row]) -> Iterator[_Row]:
 
 def _with_tracks(campaign: Campaign) -> Campaign:
     """The campaign with the tracks that the maps show: of each world some trials from the best to the worst."""
-    most = max(3, _ALL_POINTS // 30 // len(campaign.manifest.plan.worlds))
+    most = max(3, min(_LISTED, _MAPS_SIZE // 450 // len(campaign.manifest.plan.worlds)))
     chosen = []
     for own in grouped(campaign.results.values(), lambda result: result.cell.world).values():
         order = sorted(own, key=lambda result: (result.has_failed, result.score or 0.0))

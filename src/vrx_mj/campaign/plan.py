@@ -81,6 +81,8 @@ class Trial(_TrialOptions):
     """A cell and how to sail it."""
 
     cell: Cell
+    rows: bool = False
+    """Whether its controller takes rows, so that trials may be sailed together."""
     parameters: Mapping[str, float] = field(default_factory=dict)
     """Values of the quantities that are drawn, as `vary.numbers_by_name` takes them."""
 
@@ -98,7 +100,8 @@ class Plan(_TrialOptions):
     def trial(self, cell: Cell) -> Trial:
         """The trial of a cell."""
         options = {option.name: getattr(self, option.name) for option in fields(_TrialOptions)}
-        return Trial(cell, {quantity.name: quantity.drawn(cell.seed) for quantity in self.vary}, **options)
+        drawn = {quantity.name: quantity.drawn(cell.seed) for quantity in self.vary}
+        return Trial(cell, parameters=drawn, **options)
 
     @property
     def cells(self) -> tuple[Cell, ...]:

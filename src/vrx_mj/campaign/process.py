@@ -21,10 +21,10 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.context import BaseContext
 from pathlib import Path
 
-from vrx_mj.campaign.plan import Trial
+from vrx_mj.campaign.plan import State, Trial
 from vrx_mj.campaign.program import ENDING, adopt_orphans
 from vrx_mj.campaign.results import ALLOWED, END, GROUP, LOG, REACHED, WHAT, Result, Stopwatch
-from vrx_mj.campaign.trial import PREPARATION, sail
+from vrx_mj.campaign.trial import PREPARATION, sail, sail_rows
 from vrx_mj.outputs import check_inside
 from vrx_mj.runtime.simulation import Simulation
 
@@ -94,12 +94,12 @@ def signals_held() -> Iterator[None]:
 
 
 class TrialProcess:
-    """A trial that is being sailed in a process, in the campaign's folder `root`."""
+    """A trial, or several as rows, sailed in a process, in the campaign's folder `root`."""
 
     def __init__(
         self,
         root: Path,
-        trial: Trial,
+        trials: Sequence[Trial],
         warm: Simulation | None = None,
         notes: Sequence[warnings.WarningMessage] = (),
         owner: Connection | None = None,
@@ -108,7 +108,7 @@ class TrialProcess:
 
         Args:
             root: folder of the campaign.
-            trial: what to sail.
+            trials: what to sail; several are of one world and of one controller that takes rows.
             warm: a simulation of its world, used where processes are forked.
             notes: warnings of compiling that world, for the log.
             owner: a connection of this process that the new one must not hold.
@@ -116,8 +116,9 @@ class TrialProcess:
         Raises:
             OSError: the folder of the campaign is gone, or cannot be written.
         """
-        self.trial, self._folder = trial, root / trial.cell.folder
-        check_inside(root, trial.cell.folder, WHAT)
+        self.trial = trials[0]
+        self._folder = root / self.trial.cell.folder
+        check_inside(root, self.trial.cell.folder, WHAT)
         if not root.is_dir():
             raise FileNotFoundError(f"the folder '{root}' is gone")
         shutil.rmtree(self._folder, ignore_errors=True)
@@ -128,7 +129,7 @@ class TrialProcess:
         self._row, sent = context.Pipe(duplex=False)
         given = (warm, notes, owner) if _FORKS else (None, (), None)
         self._process = context.Process(  # type: ignore[attr-defined]
-            target=_sail_here, args=(trial, self._folder, self._shared, sent, *given)
+            target=_sail_here, args=(trials, self._folder, self._shared, sent, *given)
         )
         self._process.start()
         sent.close()
@@ -137,10 +138,14 @@ class TrialProcess:
         """Wait a moment for the trial to end; whether one of these other connections has something instead."""
         return bool(set(other) & set(wait([self._row, self._process.sentinel, *other], timeout=LOOK)))
 
-    def result(self) -> Result | None:
-        """How the trial ended; None while it goes on. One that takes or prints too much is ended."""
+    def results(self) -> Sequence[Result] | None:
+        """How the trials ended; None while they go on. What takes or prints too much is ended.
+
+        Of several there are fewer results where each is to be sailed alone.
+        """
         late = time.monotonic() - self._shared[END]
-        reason, found = None, None
+        reason: str | None = None
+        found: Sequence[Result] | None = None
         if self._row.poll():
             with suppress(EOFError, OSError):  # it ended without a result
                 found = self._row.recv()
@@ -154,13 +159,10 @@ class TrialProcess:
         self._end_groups()
         if found is None:
             hung = reason or (self._hung() if late > -0.1 else None)
-            found = Result(
-                self.trial.cell,
-                "lost" if hung is None and self._process.exitcode == -_SIGKILL else "failed",
-                error=f"at t = {self._shared[REACHED]:g} s: {hung or _exit_text(self._process.exitcode)}",
-                sim_time=self._shared[REACHED],
-                wall_time=time.monotonic() - self._begun,
-            )
+            state: State = "lost" if hung is None and self._process.exitcode == -_SIGKILL else "failed"
+            error = f"at t = {self._shared[REACHED]:g} s: {hung or _exit_text(self._process.exitcode)}"
+            took = time.monotonic() - self._begun
+            return [Result(self.trial.cell, state, error=error, sim_time=self._shared[REACHED], wall_time=took)]
         return found
 
     def stop(self) -> None:
@@ -216,7 +218,7 @@ def _end_group(leader: int | None) -> None:
 
 
 def _sail_here(
-    trial: Trial,
+    trials: Sequence[Trial],
     folder: Path,
     shared: MutableSequence[float],
     row: Connection,
@@ -235,11 +237,12 @@ def _sail_here(
     adopt_orphans()
     for note in notes:
         warnings.warn_explicit(note.message, note.category, note.filename, note.lineno)
-    result = sail(trial, folder, Stopwatch(shared), warm)
+    stopwatch = Stopwatch(shared)
+    results = sail_rows(trials, stopwatch, warm) if warm and trials[1:] else [sail(trials[0], folder, stopwatch, warm)]
     faulthandler.cancel_dump_traceback_later()
     sys.stdout.flush()
     sys.stderr.flush()
-    row.send(result)
+    row.send(results)
     os._exit(0)  # nothing that the controller left running may keep it
 
 

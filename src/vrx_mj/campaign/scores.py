@@ -335,50 +335,18 @@ def seedless_worlds(results: Iterable[Result]) -> list[str]:
     return [world for world, alike in worlds.items() if alike]
 
 
-@dataclass(frozen=True)
-class FailureClass:
-    """Trials that failed or were lost with the same message but for its numbers."""
-
-    results: tuple[Result, ...]
-
-    @property
-    def state(self) -> str:
-        """Failed or lost."""
-        return self.results[0].state
-
-    @property
-    def error(self) -> str:
-        """Message of the first."""
-        return self.results[0].error or ""
-
-    @property
-    def controllers(self) -> tuple[str, ...]:
-        """Those that it concerns."""
-        return tuple(dict.fromkeys(result.cell.controller for result in self.results))
-
-
 def failure_kind(result: Result) -> tuple[str, str]:
     """State and message without numbers: equal for failures of one class."""
     return result.state, _NUMBERS.sub("#", result.error or "")
 
 
-def failure_classes(results: Iterable[Result]) -> list[FailureClass]:
-    """Failures by what happened, the most frequent first."""
+def failure_classes(results: Iterable[Result]) -> list[list[Result]]:
+    """Trials that failed or were lost with the same message but for its numbers, the most frequent first."""
     found = grouped((result for result in results if result.has_failed), failure_kind)
-    return [FailureClass(tuple(own)) for own in sorted(found.values(), key=len, reverse=True)]
+    return sorted(found.values(), key=len, reverse=True)
 
 
-@dataclass(frozen=True)
-class Remarkable:
-    """A trial that is worth seeing."""
-
-    why: str
-    result: Result
-    place: float
-    """How much worse it is than the median of its world, in interquartile ranges."""
-
-
-def remarkable_trials(results: Iterable[Result]) -> list[Remarkable]:
+def remarkable_trials(results: Iterable[Result]) -> list[tuple[str, Result]]:
     """The five worst scores and the five nearest to the median, each by the scores in its world; recorded ones, if any.
 
     Worlds have units of their own: scores are compared by their distance from the median of the world.
@@ -395,9 +363,7 @@ def remarkable_trials(results: Iterable[Result]) -> list[Remarkable]:
     worst = heapq.nlargest(_WORTH_SEEING, places, key=lambda pair: pair[0])
     rest = [pair for pair in places if pair not in worst]
     median = heapq.nsmallest(_WORTH_SEEING, rest, key=lambda pair: abs(pair[0]))
-    return [
-        Remarkable(why, result, place) for why, own in (("worst", worst), ("median", median)) for place, result in own
-    ]
+    return [(why, result) for why, own in (("worst", worst), ("median", median)) for _, result in own]
 
 
 @dataclass(frozen=True)

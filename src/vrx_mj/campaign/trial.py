@@ -5,19 +5,24 @@ import math
 import sys
 import time
 import traceback
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+
+from vrx_mj.arrays import FloatArray
 from vrx_mj.campaign.plan import Cell, State, Trial
 from vrx_mj.campaign.results import Result, Stopwatch, Tracks
 from vrx_mj.campaign.vary import numbers_by_name
 from vrx_mj.errors import VrxError
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.model.numbers import run_numbers
-from vrx_mj.runtime.run import Controller, Summary, load_controller, planned_duration, run
+from vrx_mj.runtime.batch import Batch
+from vrx_mj.runtime.run import Controller, Summary, fingerprint, load_controller, planned_duration, run, steps_of_calls
 from vrx_mj.runtime.simulation import Simulation
 
 _RECORDING = "run.rrd"
@@ -42,9 +47,9 @@ class RaisedError(VrxError):
 class _Watched:
     """A controller whose boats are tracked, and whose errors are kept apart from ours."""
 
-    def __init__(self, cell: Cell, boats: tuple[str, ...], tracks: Tracks, stopwatch: Stopwatch) -> None:
-        self._boats, self._tracks, self._stopwatch = boats, tracks, stopwatch
-        self._controller = load_own_controller(cell.controller, cell.seed)
+    def __init__(self, cell: Cell, sim: Simulation, tracks: Tracks, stopwatch: Stopwatch) -> None:
+        self._boats, self._tracks, self._stopwatch = sim.boats, tracks, stopwatch
+        self._controller = load_own_controller(cell.controller, cell.seed, sim)
 
     def __call__(self, obs: Any, moment: float) -> Any:
         """Call it, at simulated time `moment` [s]."""
@@ -59,15 +64,15 @@ class _Watched:
             raise RaisedError(f"at t = {moment:g} s the controller raised {_in_words(error)}") from error
 
 
-def load_own_controller(name: str, seed: int) -> Controller:
-    """A controller, looked for in the current folder first.
+def load_own_controller(name: str, seed: int | Sequence[int], sim: Simulation | None = None) -> Controller:
+    """A controller as `load_controller` returns it, looked for in the current folder first.
 
     Raises:
         VrxError: it does not exist, or takes other arguments; a `RaisedError` if loading it raised something else.
     """
     sys.path.insert(0, str(Path.cwd()))
     try:
-        return load_controller(name, seed)
+        return load_controller(name, seed, sim)
     except VrxError:
         raise
     except (Exception, SystemExit) as error:
@@ -89,31 +94,83 @@ def sail(trial: Trial, folder: Path, stopwatch: Stopwatch, warm: Simulation | No
         warm = warm or Simulation(compile_world(trial.cell.world, fleet=trial.fleet))
         base = warm.world
         numbers = numbers_by_name(base, trial.parameters)
-        if not numbers.keys() <= run_numbers(base.parameters).keys():
+        if not numbers.keys() <= run_numbers(base.numbers).keys():
             warm = Simulation(compile_world(trial.cell.world, fleet=trial.fleet, parameters=numbers))
             numbers = {}
         warm.reset(trial.cell.seed, parameters=numbers)
         sim = warm
         with _recording(sim, folder / _RECORDING if trial.record else None):
             summary = _summary(trial, sim, folder, tracks, stopwatch)
-        return _result(trial, summary, base.sha256, tracks)
+        return _ended(trial, summary, tracks, world_sha256=base.sha256, qpos=sim.data.qpos)
     except Exception as error:
-        return Result(
-            trial.cell,
-            "lost" if _is_the_machines(error) else "failed",
-            error=_error_text(error, sim),
-            sim_time=sim.time if sim else 0.0,
-            wall_time=time.perf_counter() - begun,
-            tracks=tracks.lines(),
-            parameters=trial.parameters,
-        )
+        state = "lost" if _is_the_machines(error) else "failed"
+        times = {"sim_time": sim.time if sim else 0.0, "wall_time": time.perf_counter() - begun}
+        return _result(trial, tracks, state=state, error=_error_text(error, sim), **times)
+
+
+def sail_rows(trials: Sequence[Trial], stopwatch: Stopwatch, warm: Simulation) -> list[Result]:
+    """Sail trials of one controller that takes rows, in one world, as the rows of a batch; their results.
+
+    There are none where each must be sailed alone: with a task; with quantities that a batch cannot vary; after an
+    error, of which each trial then has its own; and where the last one comes out otherwise alone, as by numpy's `@`,
+    which rounds by the number of rows.
+    """
+    try:
+        results, alone = (_row_results(own, stopwatch, warm) for own in (trials, trials[-1:]))
+    except Exception:
+        traceback.print_exc()
+        return []
+    return results if results[-1].state_sha256 == alone[0].state_sha256 else []
+
+
+def _row_results(trials: Sequence[Trial], stopwatch: Stopwatch, warm: Simulation) -> list[Result]:
+    """Results of trials without a task, which end with their time."""
+    begun, world, first = time.perf_counter(), warm.world, trials[0]
+    steps = warm.steps_in(first.duration or planned_duration(warm))
+    stopwatch.allow(PREPARATION)
+    seeds, numbers = [trial.cell.seed for trial in trials], [numbers_by_name(world, own.parameters) for own in trials]
+    batch = Batch(world, len(trials), seed=seeds, threads=1)
+    batch.vary(parameters={name: [own[name] for own in numbers] for name in numbers[0]})
+    batch.reset(seed=seeds)
+    controller: Any = load_own_controller(first.cell.controller, seeds)
+    seen, way, tracks = batch.features.copy(), np.zeros((batch.n, len(batch.boats))), [Tracks() for _ in trials]
+    for count in steps_of_calls(steps, batch.timestep):
+        stopwatch.allow(first.timeout or _EXTRA_TIME + steps * batch.timestep)  # from one call to the next
+        stopwatch.reach(moment := float(batch.time[0]))
+        for own, boats in zip(tracks, seen[..., :2].tolist(), strict=True):
+            for boat, place in zip(batch.boats, boats, strict=True):
+                own.add(boat, place)
+        batch.command(controller(seen, moment))
+        batch.advance(count)
+        now = batch.features.copy()
+        way += np.hypot(*np.moveaxis(now[..., :2] - seen[..., :2], -1, 0))
+        seen = now
+    common = {
+        "sim_time": steps * batch.timestep, "wall_time": (time.perf_counter() - begun) / batch.n,
+        "platform": fingerprint(), "world_sha256": world.sha256,
+    }  # fmt: skip
+    motions = [_motion_sha256(*own) for own in zip(way, batch.qpos, strict=True)]
+    return [
+        _result(trial, own, state_sha256=batch.get_state(row).sha256, poses_sha256=motions[row], **common)
+        for row, (trial, own) in enumerate(zip(trials, tracks, strict=True))
+    ]
+
+
+def _result(trial: Trial, tracks: Tracks, **own: Any) -> Result:
+    """The result of a trial, with what it has of its own."""
+    return Result(trial.cell, tracks=tracks.lines(), parameters=trial.parameters, **own)
+
+
+def _motion_sha256(way: npt.ArrayLike, qpos: FloatArray) -> str:
+    """Fingerprint of how far boats went [m] and of where all is, MuJoCo's `qpos`."""
+    return sha256(np.asarray(way).tobytes() + qpos.tobytes()).hexdigest()
 
 
 def _summary(trial: Trial, sim: Simulation, folder: Path, tracks: Tracks, stopwatch: Stopwatch) -> Summary:
     simulated = trial.duration or planned_duration(sim)
     if trial.serving is None:
         stopwatch.allow(trial.timeout or _EXTRA_TIME + simulated)
-        return run(sim, trial.duration, controller=_Watched(trial.cell, sim.boats, tracks, stopwatch))
+        return run(sim, trial.duration, controller=_Watched(trial.cell, sim, tracks, stopwatch))
     from vrx_mj.campaign.program_trial import sail_by_program  # needs the extra ros1
 
     slower = min(trial.serving.rate or 1.0, 1.0)
@@ -129,27 +186,20 @@ def _recording(sim: Simulation, file: Path | None) -> AbstractContextManager[obj
     return record(sim, file)
 
 
-def _result(trial: Trial, summary: Summary, world: str, tracks: Tracks) -> Result:
+def _ended(trial: Trial, summary: Summary, tracks: Tracks, *, world_sha256: str, qpos: FloatArray) -> Result:
+    """The result of a run."""
     task = summary.as_dict().get("task")
     if task is not None and not math.isfinite(task["score"] or 0.0):
         raise VrxError(f"the score of {task['name']} is {task['score']}: a finite number is needed")
     if task is not None:
         task["events"] = [list(event) for event in task["events"][-_EVENTS:]]
-    return Result(
-        trial.cell,
-        "failed" if summary.interrupted else _STATES.get(summary.task.state if summary.task else "", "finished"),
+    return _result(
+        trial, tracks, task=task, world_sha256=world_sha256, recording=_RECORDING if trial.record else None,
+        state="failed" if summary.interrupted else _STATES.get(summary.task.state if summary.task else "", "finished"),
         error=INTERRUPTED if summary.interrupted else None,
-        task=task,
-        sim_time=summary.sim_time,
-        wall_time=summary.wall_time,
-        state_sha256=summary.state_sha256,
-        poses_sha256=sha256(repr(summary.boats).encode()).hexdigest(),
-        world_sha256=world,
-        platform=summary.platform,
-        tracks=tracks.lines(),
-        recording=_RECORDING if trial.record else None,
-        parameters=trial.parameters,
-    )
+        poses_sha256=_motion_sha256([boat.distance for boat in summary.boats.values()], qpos),
+        **{name: getattr(summary, name) for name in ("sim_time", "wall_time", "state_sha256", "platform")},
+    )  # fmt: skip
 
 
 def _is_the_machines(error: Exception) -> bool:

@@ -10,7 +10,6 @@ import numpy as np
 
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError, VrxWarning
 from vrx_mj.mjcf.compile import compile_world
-from vrx_mj.mjcf.parameters import parameters
 from vrx_mj.mjcf.world import World
 from vrx_mj.physics.noise import stream_key, uniform
 from vrx_mj.runtime.batch import Batch
@@ -72,7 +71,7 @@ def check_vary(quantities: Iterable[Quantity], worlds: Iterable[str], fleet: str
             base = compile_world(world, fleet=fleet)
             for quantity in found.values():
                 names = numbers_by_name(base, {quantity.name: quantity.low})
-                found[quantity.name] = replace(quantity, unit=parameters(base)[next(iter(names))].unit)
+                found[quantity.name] = replace(quantity, unit=base.numbers[next(iter(names))].unit)
                 for end in (quantity.low, quantity.high):
                     _check_end(quantity, end, base, lambda own: compile_world(world, fleet=fleet, parameters=own))  # noqa: B023
     return tuple(found.values())
@@ -103,8 +102,7 @@ def numbers_by_name(world: World, values: Mapping[str, float]) -> dict[str, floa
     Raises:
         CommandError: it has none of a name.
     """
-    known = parameters(world) if values else {}
-    return {name: value for quantity, value in values.items() for name in _names(world.name, known, quantity)}
+    return {name: value for quantity, value in values.items() for name in _names(world.name, world.numbers, quantity)}
 
 
 def _names(world: str, known: Mapping[str, object], name: str) -> list[str]:

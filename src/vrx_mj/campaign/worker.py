@@ -18,7 +18,8 @@ from vrx_mj.campaign.results import FORMAT, Result, sketch_file, write_json
 from vrx_mj.campaign.trial import RaisedError, load_own_controller
 from vrx_mj.errors import VrxError
 from vrx_mj.mjcf.compile import compile_world
-from vrx_mj.runtime.run import fingerprint
+from vrx_mj.runtime.batch import Batch
+from vrx_mj.runtime.run import fingerprint, takes_rows
 from vrx_mj.runtime.simulation import Simulation
 
 _LOADING = 60.0
@@ -46,20 +47,33 @@ class Worker:
 
     def run(self, chunk: Sequence[Trial]) -> Iterator[Result]:
         """Sail trials; the result of each as soon as it has ended. What the machine did to one is `lost`."""
+        together: dict[object, list[Trial]] = {}
         for trial in chunk:
-            try:
-                yield self._sail(trial)
-            except OSError as error:
-                yield Result(trial.cell, "lost", error=f"cannot write '{self._root}': {error.strerror or error}")
+            alone = trial.record or not trial.rows
+            together.setdefault(trial.cell if alone else (trial.cell.controller, trial.cell.world), []).append(trial)
+        for trials in together.values():
+            yield from self._sail(trials)
 
-    def _sail(self, trial: Trial) -> Result:
-        self._prepare(trial)
-        process = TrialProcess(self._root, trial, self._warm, self._notes, self._owner)
-        while (result := process.result()) is None:
+    def _sail(self, trials: Sequence[Trial]) -> Iterator[Result]:
+        try:
+            results = self._results(trials)
+        except OSError as error:
+            text = f"cannot write '{self._root}': {error.strerror or error}"
+            results = [Result(trial.cell, "lost", error=text) for trial in trials]
+        if len(results) == len(trials):
+            yield from results
+        else:
+            for trial in trials:
+                yield from self._sail([trial])
+
+    def _results(self, trials: Sequence[Trial]) -> Sequence[Result]:
+        self._prepare(trials[0])
+        process = TrialProcess(self._root, trials, self._warm, self._notes, self._owner)
+        while (results := process.results()) is None:
             if process.wait([self._owner]):
                 process.withdraw()
                 raise SystemExit
-        return result
+        return results
 
     def _prepare(self, trial: Trial) -> None:
         """Have the trial's world compiled, with its map kept for the page. One that cannot be fails in its trials."""
@@ -77,7 +91,10 @@ class Worker:
             if trial.record:
                 import vrx_mj.recording  # noqa: F401 - loaded once
             assert world.sha256
+            assert world.numbers is not None
             self._warm = Simulation(world)
+            if trial.rows and world.parameters.task is None:
+                Batch(world, 1)  # its loop is loaded once
         self._notes = notes
         gc.collect()
         gc.freeze()  # trials share this memory
@@ -144,8 +161,8 @@ def _begin_process(environ: Mapping[str, str], folder: str) -> None:
     os.chdir(folder)
 
 
-def check_controllers(names: Sequence[str]) -> None:
-    """Refuse controllers that do not exist or take other arguments, before every trial would fail by them.
+def check_controllers(names: Sequence[str]) -> frozenset[str]:
+    """Those of these controllers that take rows; refuse any that does not exist or takes other arguments.
 
     Each is loaded in a process of its own, as for a trial; what it raises there is left to its trials.
 
@@ -154,7 +171,7 @@ def check_controllers(names: Sequence[str]) -> None:
     """
     for name in names:
         controller_hash(name)
-    context = start_server()
+    context, rows = start_server(), set()
     for name in names:
         faults, theirs = context.Pipe(duplex=False)
         arguments = (theirs, name, dict(os.environ), str(Path.cwd()))
@@ -165,18 +182,22 @@ def check_controllers(names: Sequence[str]) -> None:
         try:
             if faults.poll(_LOADING):
                 with contextlib.suppress(EOFError):
-                    raise VrxError(faults.recv())
+                    if fault := faults.recv():
+                        raise VrxError(fault)
+                    rows.add(name)
         finally:
             process.kill()
             process.join()
+    return frozenset(rows)
 
 
 def _check_controller(faults: Connection, name: str, environ: Mapping[str, str], folder: str) -> None:
-    """What that process does: send the fault of a controller, if it has one."""
+    """What that process does: send the fault of a controller, or nothing in words if it takes rows."""
     _begin_process(environ, folder)
     log_into(Path(os.devnull))
     try:
-        load_own_controller(name, 0)
+        if takes_rows(load_own_controller(name, 0)):
+            faults.send("")
     except VrxError as error:
         if not isinstance(error, RaisedError):
             faults.send(str(error))

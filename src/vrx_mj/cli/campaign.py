@@ -106,12 +106,11 @@ def campaign(
         serving=serving, vary=vary or (),
     )  # fmt: skip
     earlier = read_campaign(against) if against is not None else None
-    if serving is None:
-        check_controllers(plan.controllers)
+    rows = check_controllers(plan.controllers) if serving is None else frozenset()
     with writing("the campaign", output):
         begun = begin(output, plan, restart=restart)
         page = LivePage(begun, earlier)
-        stopped = _carry_out(begun, _engine(jobs, ray), page)
+        stopped = _carry_out(begun, _engine(jobs, ray), page, rows)
         now, comparison = page.write()
     _conclude(now, comparison, page.file, stopped=stopped)
 
@@ -161,15 +160,15 @@ def _plan(controllers: Sequence[str], worlds: Sequence[str], seeds: str, vary: S
     return replace(plan, vary=check_vary(plan.vary, plan.worlds, plan.fleet))
 
 
-def _carry_out(begun: "Campaign", engine: "Engine", page: "LivePage") -> bool:
-    """Sail what is left; whether it was stopped before its end."""
+def _carry_out(begun: "Campaign", engine: "Engine", page: "LivePage", rows: frozenset[str]) -> bool:
+    """Sail what is left, of controllers that take `rows` together; whether it was stopped before its end."""
     from vrx_mj.campaign.engines import run_trials
     from vrx_mj.campaign.results import ResultStore
 
     plan, left = begun.manifest.plan, begun.remaining
     if len(left) < len(plan.cells):
         typer.echo(f"{begun.folder}: {len(plan.cells) - len(left)} of {len(plan.cells)} trials are finished", err=True)
-    trials = [plan.trial(cell) for cell in left]
+    trials = [replace(plan.trial(cell), rows=cell.controller in rows) for cell in left]
     with ResultStore(begun.folder, writes=True) as store, Bar("campaign", len(trials), "trials") as bar:
         page.refresh()
         progress = CampaignProgress(bar, len(trials))
@@ -226,11 +225,12 @@ class CampaignProgress:
 
         self._done += 1
         self._failed += result.has_failed
-        known = len(self._kinds)
-        if result.has_failed:
-            self._kinds.add(failure_kind(result))
-        if len(self._kinds) > known or not self._bar.watched:
-            line = f"[{self._done}/{self._total}] {result.cell}: {_outcome(result)}"
+        kind = failure_kind(result)
+        is_new = result.has_failed and kind not in self._kinds
+        if is_new or not self._bar.watched:
+            outcome = f"{result.state} as before" if result.has_failed and not is_new else _outcome(result)
+            self._kinds.add(kind)
+            line = f"[{self._done}/{self._total}] {result.cell}: {outcome}"
             self._bar.print(line, "red" if result.has_failed else None)
         self._show()
 
@@ -257,9 +257,9 @@ def print_tables(campaign: "Campaign", comparison: "Comparison | None") -> None:
             rows.append((test.controller, test.task.replace("_", " "), *counts, test.verdict))
         print_table(title, ("controller", "task"), ("pairs", "better", "worse", "gain", "p", "verdict"), rows)
     classes = failure_classes(campaign.results.values())
-    for failure in classes[:_SHOWN_FAILURES]:
-        more = f" (and {len(failure.results) - 1} more like it)" if len(failure.results) > 1 else ""
-        show(f"{failure.results[0].cell}: {failure.error}{more}", "red", result=True)
+    for first, *others in classes[:_SHOWN_FAILURES]:
+        more = f" (and {len(others)} more like it)" if others else ""
+        show(f"{first.cell}: {first.error}{more}", "red", result=True)
     if len(classes) > _SHOWN_FAILURES:
         show(f"and {len(classes) - _SHOWN_FAILURES} other kinds of failures: the page has them", "red", result=True)
 
@@ -302,7 +302,7 @@ def _print_leaderboard(campaign: "Campaign") -> None:
 
 def _outcome(result: "Result") -> str:
     if result.has_failed:
-        return f"failed: {result.error}"
+        return f"{result.state}: {result.error}"
     outcome: str = "no task" if result.task is None else result.state
     if result.task is not None and result.score is not None:
         outcome = f"{result.score:.4g} {result.task['unit']}{', cut' if result.state == 'cut' else ''}"

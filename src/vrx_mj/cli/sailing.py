@@ -125,7 +125,7 @@ def steering(control: str | None, thrust: str | None) -> Callable[[Simulation], 
         if control is None and not names_controllers(sim):
             return None
         sys.path.insert(0, str(Path.cwd()))
-        return fleet_controller(sim) if control is None else load_controller(control, sim.seed)
+        return fleet_controller(sim) if control is None else load_controller(control, sim.seed, sim)
 
     return make
 

@@ -12,7 +12,7 @@ from vrx_mj.constants import WATER_DENSITY, WAVE_GRAVITY
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Boat, Hull, Station, Thruster
 from vrx_mj.model.kinds import ProfileCode, record_from
-from vrx_mj.model.numbers import Number, numbers_of
+from vrx_mj.model.numbers import Number
 from vrx_mj.model.things import Block, Dock, Element, Float, Follower, Light, Mooring, Object, PathPoint, Placard, Rope
 from vrx_mj.model.water import Current, Layer, Sea, Wave
 from vrx_mj.model.world import Parameters, Sensor
@@ -114,7 +114,7 @@ def parameters(world: World) -> dict[str, Number]:
         CommandError: it is not a compiled world.
     """
     check_kind("parameters", world, World, "a compiled world, as compile_world returns it")
-    return numbers_of(world.parameters)
+    return dict(world.numbers)
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from vrx_mj.errors import StateError, VrxWarning
 from vrx_mj.mjcf.pieces import Piece, Pieces
 from vrx_mj.mjcf.saved import piece_files, read_world
 from vrx_mj.mjcf.simulators import mjcf_for
+from vrx_mj.model.numbers import Number, numbers_of
 from vrx_mj.model.world import (
     FORMER,
     MOST_BYTES,
@@ -71,6 +72,11 @@ class World:
     def seed(self) -> int:
         """Default seed of `Simulation.reset`."""
         return self.parameters.seed
+
+    @cached_property
+    def numbers(self) -> Mapping[str, Number]:
+        """Numbers of its sea, current, wind and moorings, and of its boats, by name: `vrx_mj.parameters`."""
+        return MappingProxyType(numbers_of(self.parameters))
 
     @cached_property
     def boats(self) -> tuple[str, ...]:

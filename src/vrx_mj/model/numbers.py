@@ -81,11 +81,9 @@ def numbers_of(world: Parameters) -> dict[str, Number]:
     return {number.name: number for number in found}
 
 
-def run_numbers(world: Parameters) -> dict[str, Number]:
+def run_numbers(known: Mapping[str, Number]) -> dict[str, Number]:
     """Numbers that runs of one compiled world may have of their own, by name: those in no MJCF, and not a battery's."""
-    return {
-        name: number for name, number in numbers_of(world).items() if number.path[0] != "boats" and not number.in_mjcf
-    }
+    return {name: number for name, number in known.items() if number.path[0] != "boats" and not number.in_mjcf}
 
 
 def with_numbers(

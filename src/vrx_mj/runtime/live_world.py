@@ -195,7 +195,7 @@ class LiveWorld:
         """
         world = self.first
         if numbers:
-            own = with_numbers(world.parameters, numbers, run_numbers(world.parameters))
+            own = with_numbers(world.parameters, numbers, run_numbers(world.numbers))
             world = dataclasses.replace(world, parameters=checked_parameters(own))
         self.seed = seed
         if self.world is not world:

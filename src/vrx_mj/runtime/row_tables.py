@@ -369,7 +369,7 @@ class Variation:
     @cached_property
     def _numbers(self) -> dict[str, Number]:
         """Numbers that only the loop's tables have: what MuJoCo's model has too, as masses, rows share."""
-        return run_numbers(self._world.parameters)
+        return run_numbers(self._world.numbers)
 
     def change(
         self,

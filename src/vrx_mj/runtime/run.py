@@ -5,7 +5,7 @@ import math
 import platform
 import time as clock
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cache
 from importlib import import_module, metadata
@@ -19,9 +19,10 @@ from vrx_mj.constants import PHYSICS_VERSION
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError, VrxWarning, first_names, quote
 from vrx_mj.model.boats import Vessel
 from vrx_mj.model.world import Parameters
-from vrx_mj.runtime.commands import clipped_commands
+from vrx_mj.runtime.commands import channels_of, clipped_commands
 from vrx_mj.runtime.limits import processor
 from vrx_mj.runtime.observation import TASK, BoatObservation, Observation
+from vrx_mj.runtime.rows import as_numbers
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.subscriptions import Touch
 from vrx_mj.tasks.frame import frame_stride, has_started
@@ -218,18 +219,16 @@ def run(
         DivergedError: the state became NaN or too large.
     """
     _check_arguments(sim, controller, control_rate, progress, advance)
+    controller = controller and _of_simulation(controller, sim)
     steps = sim.steps_in(planned_duration(sim) if duration is None else duration)
-    per_call = 1.0 / (control_rate * sim.timestep)
     way = dict.fromkeys(sim.boats, 0.0)
     before, begun, interrupted, upsets = sim.observe(), clock.perf_counter(), False, MotionWarnings(sim)
-    done, calls, touches = 0, 0, list[Touch]()
+    done, touches = 0, list[Touch]()
     watch = sim.watch_contacts(touches.append)
     try:
-        while done < steps:
+        for count in steps_of_calls(steps, sim.timestep, control_rate):
             if controller is not None:
                 obey(sim, controller(before, sim.time))
-            calls += 1
-            count = min(max(round(calls * per_call), done + 1), steps) - done
             (advance or sim.advance)(count)
             done += count
             now = sim.observe()
@@ -250,6 +249,41 @@ def run(
     return summarize(sim, done, wall, way, interrupted=interrupted, warned=upsets.lines, touches=touches)
 
 
+def steps_of_calls(steps: int, timestep: float, rate: float = CONTROL_RATE) -> Iterator[int]:
+    """Numbers of steps after each call of a controller with this rate [Hz], `steps` together."""
+    per_call, done, calls = 1.0 / (rate * timestep), 0, 0
+    while done < steps:
+        calls += 1
+        count = min(max(round(calls * per_call), done + 1), steps) - done
+        done += count
+        yield count
+
+
+def takes_rows(controller: object) -> bool:
+    """Whether a controller has `rows = True`: it takes `Batch.features` and gives what `Batch.command` takes."""
+    return getattr(controller, "rows", False) is True
+
+
+def _of_simulation(controller: Controller, sim: Simulation) -> Controller:
+    """A controller as `run` calls it: a simulation is the only row of one that takes rows."""
+    if not takes_rows(controller):
+        return controller
+    channels = [channel for channel in channels_of(sim.world) if channel.acts]
+
+    def control(_seen: Observation, time: float) -> dict[str, dict[str, float]]:
+        given: Any = controller
+        values = as_numbers("commands", given(sim.features[None], time))
+        if values.shape != (1, len(channels)):
+            needed = (1, len(channels))
+            raise CommandError(f"invalid commands of shape {values.shape}: {needed} is needed")
+        commands: dict[str, dict[str, float]] = {}
+        for channel, value in zip(channels, values[0].tolist(), strict=True):
+            commands.setdefault(channel.boat, {})[channel.name] = value
+        return commands
+
+    return control
+
+
 def planned_duration(sim: Simulation) -> float:
     """How long a run lasts at most by default [s]: until the task's time is up, or a minute."""
     task = sim.task
@@ -261,8 +295,10 @@ def planned_duration(sim: Simulation) -> float:
     return max(1, frames * stride - round(sim.time / sim.timestep)) * sim.timestep
 
 
-def load_controller(name: str, seed: int) -> Controller:
+def load_controller(name: str, seed: int | Sequence[int], sim: Simulation | None = None) -> Controller:
     """The controller `module:function`, or `module:Class`, which is made and whose `reset(seed)` is called.
+
+    One that takes rows gets a sequence of seeds there; with `sim` it is returned as a controller of that simulation.
 
     Raises:
         VrxError: the module does not exist, or has nothing by that name.
@@ -281,8 +317,8 @@ def load_controller(name: str, seed: int) -> Controller:
     controller: Any = found() if inspect.isclass(found) else found
     _check_callable(name, controller)
     if hasattr(controller, "reset"):
-        controller.reset(seed)
-    return cast("Controller", controller)
+        controller.reset(np.atleast_1d(seed) if takes_rows(controller) else seed)
+    return _of_simulation(controller, sim) if sim else cast("Controller", controller)
 
 
 def split_name(name: str) -> tuple[str, str]:
@@ -415,7 +451,7 @@ def summarize(
         sim_time=elapsed,
         wall_time=wall,
         real_time_factor=elapsed / wall if wall > 0.0 else 0.0,
-        state_sha256=sim.get_state().sha256,
+        state_sha256=sim.state_sha256,
         physics_version=PHYSICS_VERSION,
         platform=fingerprint(),
         interrupted=interrupted,
@@ -481,7 +517,7 @@ def fleet_controller(sim: Simulation) -> Controller | None:
     for name, own in crews.items():
         takes = own | {TASK} if task is not None and task.boat in own else own
         try:
-            loaded.append((name, load_controller(name, sim.seed), takes))
+            loaded.append((name, load_controller(name, sim.seed, sim), takes))
         except VrxError as error:
             raise VrxError(f"controller of {first_names(sorted(own), 3)}: {error}") from error
 

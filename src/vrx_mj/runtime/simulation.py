@@ -7,6 +7,7 @@ from pathlib import Path
 from threading import get_ident
 
 import mujoco
+import numpy as np
 
 from vrx_mj.arguments import as_flag, as_int, as_number, as_seed, as_text, check_kind, check_name
 from vrx_mj.arrays import FloatArray
@@ -18,6 +19,7 @@ from vrx_mj.runtime.hull import energy_of
 from vrx_mj.runtime.live_world import LiveWorld, loop_arrays_of
 from vrx_mj.runtime.mounted import Mounted
 from vrx_mj.runtime.observation import BoatObservation, Observation
+from vrx_mj.runtime.rows import FEATURES, observe_rows
 from vrx_mj.runtime.sensing import Readings, fire
 from vrx_mj.runtime.spawning import Roster, Spawning
 from vrx_mj.runtime.state import State
@@ -229,6 +231,20 @@ class Simulation(Roster):
                 for boat in live.world.boats
             )
             return Observation(boats, self.task)
+
+    @property
+    def features(self) -> FloatArray:
+        """State of every boat, (boats, 13), a copy; the columns are those of `Batch.features`."""
+        arrays = self._live.arrays
+        out: FloatArray = np.empty((1, len(arrays.hulls), FEATURES))
+        observe_rows(0, 1, arrays.hulls[None], arrays.data.qpos[None], arrays.data.qvel[None], out)
+        return out.reshape(out.shape[1:])
+
+    @property
+    @in_turn
+    def state_sha256(self) -> str:
+        """Fingerprint of all that moves, that of `get_state()`."""
+        return self._live.moment().sha256
 
     @in_turn
     def get_state(self) -> State:
