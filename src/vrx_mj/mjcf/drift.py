@@ -9,10 +9,12 @@ The mean force itself is what a file knows of the waves far off the hull. Withou
 of the waves that a rigid hull makes by its motions against the water, and that of those that its sides reflect.
 """
 
+import copy
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from vrx_mj.arrays import ComplexArray, FloatArray
 from vrx_mj.config.dynamics import Hydro
@@ -20,6 +22,7 @@ from vrx_mj.mjcf.flotation import below, outline
 from vrx_mj.mjcf.hull_tables import hull_tables, nested_tuples
 from vrx_mj.model import tables
 from vrx_mj.model.boats import Drift, Vessel
+from vrx_mj.physics.drift import FASTEST
 from vrx_mj.physics.tables import Table
 from vrx_mj.physics.vessel import load_harmonics
 
@@ -33,6 +36,10 @@ _SMALL = 1e-3
 """Largest amplitude of these waves, as a share of the cube root of the volume displaced."""
 _FREQUENCIES, _ANGLES, _SHORTEST = 64, 16, 0.25
 """Frequencies and angles without diffraction, and the shortest wave over the length of the waterline."""
+_TAU, _FROUDE = 0.5 * FASTEST, 0.3
+"""Speed times frequency over gravity at which derivatives are taken, and the largest Froude number of these speeds."""
+_EVERY = 2
+"""Of so many frequencies one has derivatives."""
 
 
 class HullInWaves:
@@ -41,7 +48,7 @@ class HullInWaves:
     def __init__(
         self, vessel: Vessel, inertia: FloatArray, stiffness: FloatArray, level: float, density: float, gravity: float
     ) -> None:
-        """Compute its motions.
+        """Compute its motions, without speed.
 
         Args:
             vessel: its model.
@@ -53,6 +60,7 @@ class HullInWaves:
         """
         self.vessel, self._inertia, self._level, self._density, self._gravity = vessel, inertia, level, density, gravity
         self.most = density * gravity * vessel.length
+        self._stiffness, self._added, self._linear = stiffness, np.array(vessel.added_mass), np.array(vessel.damping)
         own = hull_tables([vessel])
         self._hull = own.vessels[0], own.meshes
         count, self.angles = _FREQUENCIES, _ANGLES
@@ -60,11 +68,34 @@ class HullInWaves:
         if vessel.diffraction:
             count, self.angles = len(vessel.diffraction.forces) - 1, len(vessel.diffraction.forces[0])
             self.step = vessel.diffraction.step
-        self.frequencies = self.step * np.arange(1.0, count + 1.0)
+        self.frequencies, self.scattered = self.step * np.arange(1.0, count + 1.0), np.zeros((0, 6), np.complex128)
+        self._meet_waves(np.zeros(2))
+
+    def at(self, tau: FloatArray) -> "HullInWaves":
+        """The hull at a velocity (2,) ahead and to the left, times frequency over gravity, of `every` such frequency.
+
+        In long waves it is no faster than its displacement carries it.
+        """
+        own = copy.copy(self)
+        own.frequencies, own.scattered = self.frequencies[_EVERY - 1 :: _EVERY], self.every(self.scattered)
+        own._meet_waves(tau)
+        return own
+
+    def _meet_waves(self, tau: FloatArray) -> None:
+        """Motions, forces and slip at such a velocity."""
         self.waves = self._small_waves()
-        self.scattered = np.zeros((self.waves.size, 6), np.complex128)
-        self._damping = np.array(vessel.damping) + _memory(vessel, self.waves["frequency"])
-        self.motions = self._free_motions(stiffness)
+        omega, (cos, sin) = self.waves["frequency"], self.waves["direction"].T
+        fastest = _FROUDE * np.sqrt(self.vessel.length / self._gravity) * omega
+        self.tau = np.minimum(1.0, fastest / max(np.hypot(*tau), 1e-9))[:, None] * tau
+        self.velocities = np.pad(self.tau * self._gravity / omega[:, None], ((0, 0), (0, 1)))
+        self.along = self.tau[:, 0] * cos + self.tau[:, 1] * sin
+        self.across = self.tau[:, 0] * sin - self.tau[:, 1] * cos
+        self._encounter = omega * (1.0 - self.along)
+        self._memory, axes = _memory(self.vessel, self._encounter), np.eye(3)
+        self._tilted = np.zeros((omega.size, 6, 6))
+        self._tilted[:, :3, 3:] = np.tensordot(self.velocities, [cross_matrix(axis) for axis in axes], 1)
+        carried = [coriolis(self._added, axis, munk=bool(self.vessel.munk)) for axis in axes]
+        self.motions = self._free_motions(self._linear + self._memory - np.tensordot(self.velocities, carried, 1))
         self.mean, _, self.slip = self._loads(self.motions)
 
     def _small_waves(self) -> Table:
@@ -82,32 +113,44 @@ class HullInWaves:
     def _loads(self, motions: ComplexArray) -> tuple[FloatArray, ComplexArray, ComplexArray]:
         """The loop's forces at motions per amplitude (n m, 6), but those of memory and diffraction.
 
-        Their mean per amplitude squared, and the first harmonics per amplitude of them and of the velocity through the
-        water, (n m, 6) each.
+        Their mean per amplitude squared, without what they are in calm water, and the first harmonics per amplitude of
+        them and of the velocity through the water, (n m, 6) each.
         """
         a, found = self.waves["amplitude"][:, None], np.zeros((self.waves.size, 5, 6))
         sea = np.zeros(1, tables.SEA)
         sea["gravity"], sea["density"], sea["depth"] = self._gravity, self._density, np.inf
         moved = a * np.concatenate((motions.real, motions.imag), axis=1)
-        load_harmonics(*self._hull, self.waves, sea[0], -self._level, moved, found)
+        load_harmonics(*self._hull, self.waves, sea[0], -self._level, moved, self.velocities, found)
+        found[:, 0, :2] += self.velocities @ self._linear[:2, :3].T
+        found[:, 0, 5] += self.velocities @ self._linear[5, :3]
+        if self.vessel.munk:
+            found[:, 0, 5] += np.cross(self.velocities, self.velocities @ self._added[:3, :3].T)[:, 2]
         first = (found[:, [1, 3]] + 1j * found[:, [2, 4]]) / a[..., None]
         return found[:, 0] / a**2, first[:, 0], first[:, 1]
 
-    def _free_motions(self, stiffness: FloatArray) -> ComplexArray:
-        """Motions of its origin per amplitude."""
-        omega = self.waves["frequency"][:, None, None]
+    def _free_motions(self, damping: ComplexArray) -> ComplexArray:
+        """Motions of its origin per amplitude; `damping`, (n m, 6, 6), is of velocities in its axes."""
+        omega = self._encounter[:, None, None]
         still = np.zeros((self.waves.size, 6), np.complex128)
         _, self.excited, slip = self._loads(still)
-        if self.vessel.diffraction:
-            table = np.array(self.vessel.diffraction.forces)[1:].reshape(-1, 12)
-            self.scattered = table[:, :6] + 1j * table[:, 6:]
-            if self.vessel.is_mesh:
-                self.scattered += self._left_out(self.excited + slip @ np.array(self.vessel.damping).T)
-            self.excited += self.scattered
-        else:
-            self.excited -= np.einsum("nij,nj->ni", self._damping - np.array(self.vessel.damping), slip)
-        system = stiffness - omega**2 * (self._inertia + np.array(self.vessel.added_mass)) - 1j * omega * self._damping
+        if not self.scattered.size:
+            self.scattered = self._scattered(slip)
+        self.excited += self.scattered
+        if not self.vessel.diffraction:
+            self.excited -= np.einsum("nij,nj->ni", self._memory, slip)
+        system = self._stiffness - omega**2 * (self._inertia + self._added)
+        system = system + damping @ (self._tilted - 1j * omega * np.eye(6))
         return np.asarray(np.linalg.solve(system, self.excited[..., None])[..., 0], np.complex128)
+
+    def _scattered(self, slip: ComplexArray) -> ComplexArray:
+        """Force of diffraction per amplitude (n m, 6), with what the loop lacks of short waves on a mesh."""
+        if not self.vessel.diffraction:
+            return np.zeros((self.waves.size, 6), np.complex128)
+        table = np.array(self.vessel.diffraction.forces)[1:].reshape(-1, 12)
+        found = table[:, :6] + 1j * table[:, 6:]
+        if self.vessel.is_mesh:
+            found += self._left_out(self.excited + slip @ self._linear.T)
+        return np.asarray(found, np.complex128)
 
     def _left_out(self, boxed: ComplexArray) -> ComplexArray:
         """Force per amplitude (n m, 6) that the loop's, `boxed`, lacks of short waves' pressure on the hull at rest.
@@ -127,7 +170,9 @@ class HullInWaves:
 
     @property
     def _rate(self) -> ComplexArray:
-        return np.asarray(-1j * self.waves["frequency"][:, None] * self.motions, np.complex128)
+        """Velocities in its axes per amplitude, with what it has of its own velocity where it turns."""
+        turned = np.einsum("nij,nj->ni", self._tilted, self.motions)
+        return np.asarray(turned - 1j * self._encounter[:, None] * self.motions, np.complex128)
 
     def own_mean(self) -> FloatArray:
         """Mean surge and sway force and yaw moment (n m, 3) of the loop's forces, with these motions.
@@ -138,9 +183,9 @@ class HullInWaves:
         vessel, k, (east, north) = self.vessel, self.waves["wavenumber"], self.waves["direction"].T
         mean, motions, forces = self.mean.copy(), self.motions, self.scattered
         drift = (self.waves["frequency"] * k * np.exp(-k * self._sides()[0]))[:, None] * self.waves["direction"]
-        mean -= drift @ np.array(vessel.damping)[:, :2].T
+        mean -= drift @ self._linear[:, :2].T
         through = self._rate if vessel.diffraction else self.slip
-        turning = forces - np.einsum("nij,nj->ni", self._damping - np.array(vessel.damping), through)
+        turning = forces - np.einsum("nij,nj->ni", self._memory, through)
         spin = motions[:, 3:].conj()
         mean[:, :3] += 0.5 * np.cross(spin, turning[:, :3]).real
         mean[:, 3:] += 0.5 * np.cross(spin, turning[:, 3:]).real
@@ -150,7 +195,7 @@ class HullInWaves:
         slope = np.fft.ifft(1j * order * np.fft.fft(around, axis=1), axis=1).reshape(-1, 6)
         path = k * (east * motions[:, 0] + north * motions[:, 1])
         mean += 0.5 * (1j * forces * path.conj()[:, None] - slope * motions[:, 5:].conj()).real
-        carried = (-1j * self.waves["frequency"][:, None] * self._rate) @ self._inertia[:3].T
+        carried = -(self._encounter[:, None] ** 2) * motions @ self._inertia[:3].T
         mean[:, 5] += 0.5 * np.cross(motions[:, :3].conj(), carried)[:, 2].real
         return np.asarray(mean[:, [0, 1, 5]], np.float64)
 
@@ -166,6 +211,36 @@ class HullInWaves:
         u = (self.motions @ transform.T).reshape(-1, self.angles, 6)
         own = a[..., 0] + np.einsum("nmcj,nmj->nmc", a[..., 1:], u) + np.einsum("nmi,ncij,nmj->nmc", u.conj(), b, u)
         return np.asarray(own.real.reshape(-1, 3) * self._density / hydro.density, np.float64)
+
+    def met_at(self, speed: "HullInWaves", mean: FloatArray) -> FloatArray:
+        """Mean force (n m, 3) at a speed by that without, as the table of `from_zero` has it.
+
+        Aranha (1994): 1 - 4 tau_along times that of the waves as the hull meets them, of frequency omega (1 -
+        tau_along), turned by 2 tau_across.
+        """
+        from scipy.interpolate import RectBivariateSpline
+
+        rows = np.array(self.from_zero(mean))
+        around, turn = np.tile(rows, (1, 3, 1)), 2.0 * np.pi / rows.shape[1]
+        angles = turn * np.arange(-rows.shape[1], 2.0 * rows.shape[1])
+        known = np.concatenate(([0.0], self.frequencies))
+        omega = np.minimum(speed.waves["frequency"] * (1.0 - speed.along), known[-1])
+        beta = np.tile(2.0 * np.pi / self.angles * np.arange(self.angles), speed.frequencies.size) + 2.0 * speed.across
+        met = [RectBivariateSpline(known, angles, around[..., axis]).ev(omega, beta) for axis in range(3)]
+        return np.asarray((1.0 - 4.0 * speed.along)[:, None] * np.stack(met, axis=1), np.float64)
+
+    def every(self, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """Those of values (n m, ...) at every `_EVERY`-th frequency."""
+        return values.reshape(-1, self.angles, values.shape[1])[_EVERY - 1 :: _EVERY].reshape(-1, values.shape[1])
+
+    def at_all(self, values: FloatArray) -> FloatArray:
+        """Values (n m, ...) at all frequencies of those at `every` one, linear between them, from 0 at 0 on."""
+        rows = values.reshape(-1, self.angles, values.shape[1])
+        rows = np.concatenate((np.zeros_like(rows[:1]), rows, rows[-1:]))
+        place = np.arange(1.0, self.frequencies.size + 1.0) / _EVERY
+        low = np.minimum(place.astype(int), len(rows) - 2)
+        up = (place - low)[:, None, None]
+        return np.asarray(((1.0 - up) * rows[low] + up * rows[low + 1]).reshape(-1, values.shape[1]), np.float64)
 
     def from_zero(self, values: FloatArray) -> Any:
         """Rows of `values` (n m, ...) as nested tuples by frequency, from 0 on, where they are 0, and by angle.
@@ -234,25 +309,52 @@ class HullInWaves:
         return vessel.displacement / self._density / area, middles, np.sign(middles) * np.array((2.0 * b, 2.0 * a))
 
 
-def with_drift(vessel: Vessel, hull: HullInWaves, hydro: Hydro | None, transform: FloatArray) -> Vessel:
-    """A hull's model with what its forces lack of the mean force of waves, at its frequencies from 0 on.
+def with_drift(hull: HullInWaves, hydro: Hydro | None, transform: FloatArray) -> Vessel:
+    """A hull's model with what its forces lack of the mean force of waves, by frequency from 0 on and by its speed.
 
     Without radiation it is at most twice what a wall as long throws back: a motion that nothing damps has no linear
     amplitude at its resonance. `hydro` is the file of a hull with diffraction, whose table also gets what the box of
     waves leaves out of short ones; without drift in it, the mean is left as it is. `transform` is the (6, 6) from the
     origin to its point.
     """
+    vessel, most = hull.vessel, hull.most * np.array((1.0, 1.0, hull.vessel.length))
     if vessel.diffraction:
-        forces = np.concatenate((hull.scattered.real, hull.scattered.imag), axis=1)
-        vessel = replace(vessel, diffraction=replace(vessel.diffraction, forces=hull.from_zero(forces)))
-    if vessel.diffraction and not (hydro and hydro.drift_scattered):
-        return vessel
-    whole = hull.far_field(hydro, transform) if hydro and vessel.diffraction else hull.radiated() + hull.reflected()
-    lacks = whole - hull.own_mean()
-    if vessel.diffraction:
-        return replace(vessel, diffraction=replace(vessel.diffraction, drift=hull.from_zero(lacks)))
-    most = hull.most * np.array((1.0, 1.0, vessel.length))
-    return replace(vessel, drift=Drift(step=hull.step, forces=hull.from_zero(np.clip(lacks, -most, most))))
+        forces = hull.from_zero(np.concatenate((hull.scattered.real, hull.scattered.imag), axis=1))
+        vessel = replace(vessel, diffraction=replace(vessel.diffraction, forces=forces))
+        if not (hydro and hydro.drift_scattered):
+            return vessel
+        whole, most = hull.far_field(hydro, transform), np.full(3, np.inf)
+    else:
+        whole = hull.radiated() + hull.reflected()
+    at_rest = np.clip(whole - hull.own_mean(), -most, most)
+    parts, still = [at_rest], hull.every(at_rest)
+    for axis in _TAU * np.eye(2):
+        forward, back = hull.at(axis), hull.at(-axis)
+        more, less = (np.clip(hull.met_at(own, whole) - own.own_mean(), -most, most) for own in (forward, back))
+        tau = forward.tau.sum(axis=1, keepdims=True)
+        parts.append(hull.at_all((more - less) / (2.0 * tau)))
+        parts.append(hull.at_all((more + less - 2.0 * still) / (2.0 * tau**2)))
+    return replace(vessel, drift=Drift(step=hull.step, forces=hull.from_zero(np.concatenate(parts, axis=1))))
+
+
+def coriolis(added: FloatArray, velocity: FloatArray, *, munk: bool) -> FloatArray:
+    """The (6, 6) from small velocities to the force of the added mass (6, 6) on a hull that moves with (3,) [m/s].
+
+    It is `physics.drag.added_mass_bias` in its first order.
+    """
+    along, linear, angular = (cross_matrix(vector) for vector in (velocity, *np.split(added[:, :3] @ velocity, 2)))
+    found = np.zeros((6, 6))
+    found[:3, 3:] = linear - added[:3, :3] @ along
+    found[3:, 3:] = angular - added[3:, :3] @ along - along @ added[:3, 3:]
+    if munk:
+        found[3:, :3] = linear - along @ added[:3, :3]
+    return found
+
+
+def cross_matrix(vector: FloatArray) -> FloatArray:
+    """The (3, 3) of the vector product with a vector (3,) on its left."""
+    x, y, z = vector
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
 def _memory(vessel: Vessel, omega: FloatArray) -> ComplexArray:

@@ -11,11 +11,11 @@ import numpy.typing as npt
 from vrx_mj.arrays import FloatArray
 from vrx_mj.model import tables
 from vrx_mj.model.boats import Vessel
-from vrx_mj.physics.drift import DRIFT
+from vrx_mj.physics.drift import ENTRY
 from vrx_mj.physics.lanes import WIDTH
 from vrx_mj.physics.panels import Panels, panels_of
 from vrx_mj.physics.tables import Table
-from vrx_mj.physics.vessel import DIFFRACTION, HullMeshes
+from vrx_mj.physics.vessel import HullMeshes
 from vrx_mj.physics.wave_box import LEVELS, ROWS, SHALLOW_LEVELS, SLENDER_ROWS
 
 _T = TypeVar("_T")
@@ -33,9 +33,9 @@ class HullTables(NamedTuple):
     resistances: Table
     """`tables.RESISTANCE`"""
     diffraction: FloatArray
-    """Forces of waves on vessels, (n, DIFFRACTION): see `vessel.diffraction_load`."""
+    """Forces of waves on vessels, (n, ENTRY): see `vessel.diffraction_load`."""
     drift: FloatArray
-    """What the forces on vessels lack, (n, DRIFT): see `drift.drift_load`."""
+    """What the mean of the forces on vessels lacks, (n, ENTRY): see `drift.drift_load`."""
     meshes: HullMeshes
     """Meshes of all vessels."""
 
@@ -47,8 +47,8 @@ def hull_tables(kinds: Sequence[Vessel]) -> HullTables:
     rows: dict[str, list[Any]] = {
         "point": [mesh.points.T for mesh in meshes], "pair": [mesh.pairs for mesh in meshes],
         "part": [mesh.parts for mesh in meshes], "strip": [kind.strips for kind in kinds],
-        "memory": [kind.memory for kind in kinds], "diffraction": [own.reshape(-1, DIFFRACTION) for own in waves],
-        "resistance": [kind.resistance for kind in kinds], "drift": [own.reshape(-1, DRIFT) for own in means],
+        "memory": [kind.memory for kind in kinds], "diffraction": [own.reshape(-1, ENTRY) for own in waves],
+        "resistance": [kind.resistance for kind in kinds], "drift": [own.reshape(-1, ENTRY) for own in means],
     }  # fmt: skip
     columns: dict[str, Any] = {f"{name}_start": starts(own)[:-1] for name, own in rows.items()}
     columns |= {f"{name}_count": list(map(len, own)) for name, own in rows.items()}
@@ -70,8 +70,8 @@ def hull_tables(kinds: Sequence[Vessel]) -> HullTables:
         tables.table_of(tables.STRIP, flat(rows["strip"])),
         tables.table_of(tables.MEMORY, flat(rows["memory"])),
         np.array(flat(rows["resistance"]), tables.RESISTANCE),
-        _in_lines(rows["diffraction"]).reshape(-1, DIFFRACTION),
-        _in_lines(rows["drift"]).reshape(-1, DRIFT),
+        _in_lines(rows["diffraction"]).reshape(-1, ENTRY),
+        _in_lines(rows["drift"]).reshape(-1, ENTRY),
         HullMeshes(
             tables.table_of(tables.PART, flat(rows["part"])),
             _in_lines([mesh.points for mesh in meshes]),
@@ -83,25 +83,21 @@ def hull_tables(kinds: Sequence[Vessel]) -> HullTables:
 
 
 def _diffraction(kind: Vessel) -> FloatArray:
-    """Forces of waves on a hull, (frequencies, angles, DIFFRACTION), up to a full turn; 0 for drift it has none of."""
-    found = np.zeros((0, 0, DIFFRACTION))
+    """Forces of waves on a hull, (frequencies, angles, ENTRY), up to a full turn."""
+    found = np.zeros((0, 0, ENTRY))
     if kind.diffraction:
         forces = _around(kind.diffraction.forces)
-        found = np.zeros((*forces.shape[:2], DIFFRACTION))
+        found = np.zeros((*forces.shape[:2], ENTRY))
         found[:, :, :6], found[:, :, WIDTH : WIDTH + 6] = forces[:, :, :6], forces[:, :, 6:]
-        if kind.diffraction.drift:
-            found[:, :, [6, 7, WIDTH + 6]] = _around(kind.diffraction.drift)
     return found
 
 
 def _drift(kind: Vessel) -> FloatArray:
-    """What the forces on a hull lack, (frequencies, angles, DRIFT), and how much more it is a frequency further."""
+    """What the forces on a hull lack, (frequencies, angles, ENTRY), up to a full turn."""
     if not kind.drift:
-        return np.zeros((0, 0, DRIFT))
+        return np.zeros((0, 0, ENTRY))
     forces = _around(kind.drift.forces)
-    found = np.zeros((*forces.shape[:2], DRIFT))
-    found[:, :, :3], found[:-1, :, 4:7] = forces, np.diff(forces, axis=0)
-    return found
+    return np.pad(forces, ((0, 0), (0, 0), (0, ENTRY - forces.shape[2])))
 
 
 def _around(values: npt.ArrayLike) -> FloatArray:

@@ -20,7 +20,7 @@ from vrx_mj.config.solids import enclosed_volume, solid
 from vrx_mj.errors import VrxError, VrxWarning
 from vrx_mj.mjcf.boats import Boat, boat_mass, push_center
 from vrx_mj.mjcf.derive import hull_corners
-from vrx_mj.mjcf.drift import HullInWaves, with_drift
+from vrx_mj.mjcf.drift import HullInWaves, coriolis, cross_matrix, with_drift
 from vrx_mj.mjcf.flotation import Flotation, flotation, lift_fault
 from vrx_mj.mjcf.hull_tables import nested_tuples
 from vrx_mj.mjcf.surfaces import checked_surface, panels_of
@@ -51,9 +51,8 @@ def about_origin(matrix: FloatArray, point: Sequence[float] | FloatArray) -> Flo
 
 def _transform(point: Sequence[float] | FloatArray) -> FloatArray:
     """The (6, 6) that takes motions of the origin to those of a point."""
-    x, y, z = point
     transform = np.eye(6)
-    transform[:3, 3:] = -np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    transform[:3, 3:] = -cross_matrix(np.asarray(point))
     return transform
 
 
@@ -233,7 +232,7 @@ def _gain(vessel: Vessel, body: MassProperties, stiffness: FloatArray, speed: fl
     added, damping = np.array(vessel.added_mass), np.array(vessel.damping)
     tilted = np.zeros((6, 6))
     tilted[2, 4] = speed  # of the water along the hull's z, by its trim
-    moving = _coriolis(added, np.array([speed, 0.0, 0.0]), munk=bool(vessel.munk)) - damping
+    moving = coriolis(added, np.array([speed, 0.0, 0.0]), munk=bool(vessel.munk)) - damping
     mass, by_pose, by_velocity = (
         about_origin(matrix, -body.center)[_VERTICAL]
         for matrix in (_inertia(body) + added, moving @ tilted - stiffness, moving)
@@ -244,25 +243,6 @@ def _gain(vessel: Vessel, body: MassProperties, stiffness: FloatArray, speed: fl
     after = np.hstack([timestep * pose, one + timestep * velocity])
     stepped = np.abs(np.linalg.eigvals(np.vstack([np.hstack([one, none]) + timestep * after, after]))).max()
     return math.expm1(min(120.0 * (math.log(stepped) / timestep - max(float(exact), 0.0)), 100.0))
-
-
-def _coriolis(added: FloatArray, velocity: FloatArray, *, munk: bool) -> FloatArray:
-    """The (6, 6) from small velocities to the force of the added mass (6, 6) on a hull that moves with (3,) [m/s].
-
-    It is `physics.drag.added_mass_bias` in its first order.
-    """
-    along, linear, angular = (_cross(vector) for vector in (velocity, *np.split(added[:, :3] @ velocity, 2)))
-    found = np.zeros((6, 6))
-    found[:3, 3:] = linear - added[:3, :3] @ along
-    found[3:, 3:] = angular - added[3:, :3] @ along - along @ added[:3, 3:]
-    if munk:
-        found[3:, :3] = linear - along @ added[:3, :3]
-    return found
-
-
-def _cross(vector: FloatArray) -> FloatArray:
-    """The (3, 3) of the vector product with a vector (3,) on its left."""
-    return -_transform(vector)[:3, 3:]
 
 
 def _stiffness_at_rest(
@@ -347,7 +327,7 @@ def vessel_of(boat: Boat, density: float, *, in_waves: bool) -> Vessel | None:
         return found
     stiffness, _ = _stiffness_at_rest(found, body, density, rest)
     hull = HullInWaves(found, _inertia(body), stiffness, level, density, hydro.gravity if hydro else _GRAVITY)
-    return with_drift(found, hull, hydro, _transform(hydro.point if hydro else point))
+    return with_drift(hull, hydro, _transform(hydro.point if hydro else point))
 
 
 def _check_fit(name: str, hydro: Hydro, mass: float, level: float, points: Sequence[Sequence[float]]) -> None:

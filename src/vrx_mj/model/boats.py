@@ -120,20 +120,24 @@ class Diffraction:
     """Forces by frequency and by angle toward which waves travel, even over the circle from the bow on.
 
     Real parts, then imaginary ones, per metre of amplitude [N/m, N]."""
-    drift: Annotated[tuple[tuple[Vec3, ...], ...], Field(max_length=1001), TIED] = field(default=(), metadata=LEFT_OUT)
-    """What the other forces' mean lacks of the waves' mean surge and sway force and yaw moment, by the same
-    frequencies and angles, per metre squared of amplitude [N/m2, N/m], in the hull's heading; none if not known."""
+
+
+DriftRow = tuple[Real, Real, Real, Real, Real, Real, Real, Real, Real, Real, Real, Real, Real, Real, Real]
 
 
 @record
 class Drift:
-    """What the forces on a hull without diffraction lack of the mean force of waves, in the hull's heading."""
+    """What the other forces on a hull lack of the mean force of waves, in the hull's heading.
+
+    It is a polynomial of the hull's slow velocity through the water, times angular frequency over gravity.
+    """
 
     step: Positive
     """Step between frequencies, of which the first is 0 [rad/s]."""
-    forces: Annotated[tuple[tuple[Vec3, ...], ...], Field(max_length=1001), TIED]
+    forces: Annotated[tuple[Annotated[tuple[DriftRow, ...], Field(max_length=360)], ...], Field(max_length=1001), TIED]
     """Surge and sway force and yaw moment by frequency and by angle toward which waves travel, even over the circle
-    from the bow on, per metre squared of amplitude [N/m2, N/m]."""
+    from the bow on, per metre squared of amplitude [N/m2, N/m]: at rest, then coefficients of the velocity ahead, of
+    its square, of that to the left, and of its square."""
 
 
 ResistancePoint = Annotated[tuple[NonNegative, NonNegative], Parts("speed", "force")]
@@ -180,7 +184,7 @@ class Vessel:
     diffraction: Diffraction | None = field(default=None, metadata=LEFT_OUT)
     """Forces of the waves that it scatters; None: it feels the water's motion with its added mass and memory."""
     drift: Drift | None = field(default=None, metadata=LEFT_OUT)
-    """What its forces lack of the mean force of waves, if it has no diffraction."""
+    """What its other forces lack of the mean force of waves, in a sea that has any."""
 
     @property
     def length(self) -> float:

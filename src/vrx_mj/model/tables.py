@@ -88,6 +88,7 @@ HULL = _record(
     spread=(_f, (2,)),  # second moments of its waterplane over the area, along and across [m2]
     vessel=_i,  # row of VESSEL; -1: stations carry it, and it has its own added mass and drag
     memory_start=_i,  # its rows of MEMORY_STATE, as many as its vessel has of MEMORY
+    drift_state=_i,  # its row of DRIFT_STATE; -1: it has none
 )
 PART = _record(Part)
 VESSEL = _record(
@@ -142,6 +143,14 @@ WAYPOINT = _record(PathPoint)
 MEMORY_STATE = _record(
     real=_f,  # [m], [rad]
     imaginary=_f,
+)
+DRIFT_STATE = _record(
+    left=_i,  # steps for which the force holds, and one more; 0 until it was computed once
+    u=_f,  # slow velocity through the water, ahead [m/s]
+    v=_f,  # to the left [m/s]
+    surge=_f,  # force that holds, in the hull's heading [N]
+    sway=_f,
+    yaw=_f,  # moment about the link's origin [N m]
 )
 THRUSTER_STATE = _record(
     command=_f,

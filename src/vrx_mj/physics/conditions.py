@@ -10,7 +10,7 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.kernel import expanded_kernel, kernel
-from vrx_mj.physics.kinematics import Orbital, Turning, orbital_motion, orbital_turning, reach_of
+from vrx_mj.physics.kinematics import Orbital, Turning, half_step_back, orbital_motion, orbital_turning, reach_of
 from vrx_mj.physics.motion import Motion, Vector, Wrench, place_of, plus, relative_motion, zero_vector
 from vrx_mj.physics.noise import normal
 from vrx_mj.physics.tables import Record, Table, Views, Waves
@@ -104,18 +104,20 @@ class Conditions(NamedTuple):
 
 @expanded_kernel
 def water_motion(
-    hull: Record, point: FloatArray, body: Motion, waves: Waves, a: Views, time: float, turns: bool
+    hull: Record, point: FloatArray, body: Motion, waves: Waves, a: Views, time: float, dt: float, turns: bool
 ) -> WaterMotion:
     """Return the motion of the water by current and waves at a point (3,) [m] of a hull, body axes.
 
-    Without `turns` that of waves is left out: a hull with a table of diffraction has it there.
+    Velocities are those of half a step `dt` [s] ago, as the hull's is. Without `turns` that of waves is left out: a
+    hull with a table of diffraction has it there.
     """
     sea = a.sea[0]
     x, y, z = place_of(body, point)
-    east, north = current_velocity(a.current, a.current_state, a.layers, sea.level - z, time)
+    past = half_step_back(body, point, dt)
+    east, north = current_velocity(a.current, a.current_state, a.layers, sea.level - z, time - past[2])
     reach = reach_of(hull, heading_of(body))
-    orbital = orbital_motion(waves, sea, x, y, z, time, reach)
-    turning = orbital_turning(waves, sea, reach, x, y, z, time) if turns else Turning(0.0, *zero_vector())
+    orbital = orbital_motion(waves, sea, x, y, z, time, reach, past)
+    turning = orbital_turning(waves, sea, reach, x, y, z, time, past) if turns else Turning(0.0, *zero_vector())
     return WaterMotion((east, north, 0.0), orbital, turning)
 
 

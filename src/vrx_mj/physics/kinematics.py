@@ -1,6 +1,6 @@
 """The water under the waves: how it moves and how it presses, by linear theory.
 
-Velocities and accelerations decay below the mean level and are above it what they are there, which keeps the Stokes
+Velocities and accelerations decay below the mean level and go on above it (`waves.decay`), which keeps the Stokes
 drift of waves; the pressure is stretched to the surface (Wheeler, 1970), so that it is the air's there. The harmonics
 of a Stokes wave are components like others. What `ramp` does to the surface it does to all of these.
 """
@@ -11,14 +11,29 @@ from typing import NamedTuple
 from vrx_mj.arrays import FloatArray
 from vrx_mj.physics.elementary import cosine, cosine_and_sine
 from vrx_mj.physics.kernel import kernel
-from vrx_mj.physics.motion import Motion, Vector, cross, minus, plus, spin_of, unrotate, velocity_of, with_velocity
+from vrx_mj.physics.motion import (
+    Arrow,
+    Motion,
+    Vector,
+    cross,
+    minus,
+    plus,
+    rotate,
+    spin_of,
+    unrotate,
+    velocity_at,
+    velocity_of,
+    with_velocity,
+)
 from vrx_mj.physics.tables import Record, Table, Waves
 from vrx_mj.physics.waves import (
     bottom_share,
     decay,
+    earlier,
     elevation,
     mean_share,
     motion_of_columns,
+    phase_since,
     ramp,
     slope_share,
     spread_squared,
@@ -86,31 +101,33 @@ def surface_plane(waves: Table, sea: Record, reach: Vector, x: float, y: float, 
 
 @kernel
 def orbital_motion(
-    waves: Waves, sea: Record, x: float, y: float, z: float, t: float, reach: Vector = _POINT
+    waves: Waves, sea: Record, x: float, y: float, z: float, t: float, reach: Vector = _POINT, past: Vector = _POINT
 ) -> Orbital:
     """Return how the waves move the water at (x, y, z) [m, world] and time `t` [s]; the current is not in it.
 
     With theta = k (d . x) - omega t + phase and U the amplitude of the horizontal velocity at the mean level:
-    u = U cosh(k (z + h)) / cosh(k h) cos(theta) d, w = U sinh(k (z + h)) / cosh(k h) sin(theta).
-    With the `reach` of `orbital_turning` it is the mean over a hull's waterplane.
+    u = U cosh(k (z + h)) / cosh(k h) cos(theta) d, w = U sinh(k (z + h)) / cosh(k h) sin(theta) up to z = 0.
+    With the `reach` of `orbital_turning` it is the mean over a hull's waterplane. The velocity is that of a place and a
+    time which lie `past` [m, m, s] back, as `half_step_back` has them.
     """
-    depth = min(max(z - sea.level, -sea.depth), 0.0)
+    depth = min(max(z - sea.level, -sea.depth), sea.depth)
     grown = ramp(sea, t)
     if waves.ndim == 2:
-        u, v, w, du, dv, dw = motion_of_columns(waves, reach, x, y, depth, t)
+        u, v, w, du, dv, dw = motion_of_columns(waves, reach, past, x, y, depth, t)
         return Orbital(grown * u, grown * v, grown * w, grown * du, grown * dv, grown * dw)
     u, v, w, du, dv, dw = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(waves.size):
         wave = waves[i]
         cos, sin = cosine_and_sine(wave_phase(wave, x, y, t))
         level, upright = decay(wave.wavenumber, depth, bottom_share(wave.wavenumber, sea.depth))
-        k = wave.wavenumber
-        size = wave.orbital * mean_share(spread_squared(reach, k * wave.direction[0], k * wave.direction[1]))
+        east, north, f = wave.wavenumber * wave.direction[0], wave.wavenumber * wave.direction[1], wave.frequency
+        size = wave.orbital * mean_share(spread_squared(reach, east, north))
         level, upright = size * level, size * upright
-        c, s, f = level * cos, level * sin, wave.frequency
+        before, later = earlier(cos, sin, phase_since(past, east, north, f))
+        c, s = level * before, level * sin
         u += wave.direction[0] * c
         v += wave.direction[1] * c
-        w += upright * sin
+        w += upright * later
         du += wave.direction[0] * (f * s)
         dv += wave.direction[1] * (f * s)
         dw -= f * (upright * cos)
@@ -118,7 +135,9 @@ def orbital_motion(
 
 
 @kernel
-def orbital_turning(waves: Waves, sea: Record, reach: Vector, x: float, y: float, z: float, t: float) -> Turning:
+def orbital_turning(
+    waves: Waves, sea: Record, reach: Vector, x: float, y: float, z: float, t: float, past: Vector = _POINT
+) -> Turning:
     """Return how water turns that is level at rest, at (x, y, z) [m, world] and time `t` [s]: dw/dy and -dw/dx.
 
     It is the turn of the straight line that fits w best over a hull's waterplane. For a wave that is long against that,
@@ -133,12 +152,13 @@ def orbital_turning(waves: Waves, sea: Record, reach: Vector, x: float, y: float
         y: [m]
         z: [m]
         t: time [s].
+        past: by how much the place and the time of the angular velocity lie back [m, m, s].
     """
     grown = ramp(sea, t)
     if waves.ndim == 2:
-        p, q, dp, dq = turning_of_columns(waves, reach)
+        p, q, dp, dq = turning_of_columns(waves, reach, past)
         return Turning(grown * p, grown * q, grown * dp, grown * dq)
-    depth = min(max(z - sea.level, -sea.depth), 0.0)
+    depth = min(max(z - sea.level, -sea.depth), sea.depth)
     p, q, dp, dq = 0.0, 0.0, 0.0, 0.0
     for i in range(waves.size):
         wave = waves[i]
@@ -146,8 +166,9 @@ def orbital_turning(waves: Waves, sea: Record, reach: Vector, x: float, y: float
         cos, sin = cosine_and_sine(wave_phase(wave, x, y, t))
         _, upright = decay(wave.wavenumber, depth, bottom_share(wave.wavenumber, sea.depth))
         rise = wave.orbital * upright * slope_share(spread_squared(reach, east, north))
-        p += north * (rise * cos)
-        q -= east * (rise * cos)
+        before, _ = earlier(cos, sin, phase_since(past, east, north, wave.frequency))
+        p += north * (rise * before)
+        q -= east * (rise * before)
         dp += north * (wave.frequency * (rise * sin))
         dq -= east * (wave.frequency * (rise * sin))
     return Turning(grown * p, grown * q, grown * dp, grown * dq)
@@ -159,6 +180,17 @@ def reach_of(hull: Record, heading: tuple[float, float]) -> Vector:
     cos, sin = heading
     long, wide = 0.3 * hull.spread[0], 0.3 * hull.spread[1]
     return long * cos * cos + wide * sin * sin, 2.0 * (long - wide) * cos * sin, long * sin * sin + wide * cos * cos
+
+
+@kernel
+def half_step_back(body: Motion, point: Arrow, dt: float) -> Vector:
+    """Return how far [m] east and north of where it was half a step ago a point (3,) [m] of a link is, and that time.
+
+    A link's velocity is that with which it came to its pose in the last step, and so that of half a step [s] before: to
+    the water that carries it, it has none if the water's is of then. With a step below 0 it is that of the next step.
+    """
+    east, north, _ = rotate(body, velocity_at(body, point))
+    return 0.5 * dt * east, 0.5 * dt * north, 0.5 * dt
 
 
 @kernel

@@ -21,7 +21,7 @@ from numba.np.unsafe.ndarray import to_fixed_tuple
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.physics.flotation import Sums, sums_wrench, water_rise, wet_sums
 from vrx_mj.physics.kernel import allocating_kernel, expanded_kernel, kernel
-from vrx_mj.physics.kinematics import orbital_motion
+from vrx_mj.physics.kinematics import half_step_back, orbital_motion
 from vrx_mj.physics.motion import (
     Arrow,
     Motion,
@@ -91,7 +91,8 @@ def block_load(
     if stream is not None:
         east, north = stream
         if sea.moving != 0:
-            orbital = orbital_motion(waves, sea, body.x, body.y, body.z, time)
+            past = half_step_back(body, (0.0, 0.0, 0.0), -dt)
+            orbital = orbital_motion(waves, sea, body.x, body.y, body.z, time, past=past)
             east, north = east + orbital.u, north + orbital.v
             lift = sums.lift / block.gravity
             breeze = air[0] - velocity[0], air[1] - velocity[1]

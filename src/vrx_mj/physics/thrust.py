@@ -22,7 +22,7 @@ import numpy as np
 
 from vrx_mj.physics.conditions import current_velocity
 from vrx_mj.physics.kernel import expanded_kernel, kernel
-from vrx_mj.physics.kinematics import orbital_motion
+from vrx_mj.physics.kinematics import half_step_back, orbital_motion
 from vrx_mj.physics.motion import (
     Motion,
     Vector,
@@ -346,7 +346,9 @@ def depth_of_force(
 
 
 @expanded_kernel
-def motion_at_force(thruster: Record, angle: float, a: Views, waves: Waves, body: Motion, time: float) -> Motion:
+def motion_at_force(
+    thruster: Record, angle: float, a: Views, waves: Waves, body: Motion, time: float, dt: float
+) -> Motion:
     """Return a hull's motion through the water that current and waves move where a thruster's or rudder's force acts.
 
     Args:
@@ -356,17 +358,21 @@ def motion_at_force(thruster: Record, angle: float, a: Views, waves: Waves, body
         waves: `tables.WAVE`, or the columns of it.
         body: motion of the hull's link.
         time: time [s].
+        dt: length of the step [s].
     """
-    sea = a.sea[0]
-    x, y, z = place_of(body, force_point(thruster, angle))
-    east, north = current_velocity(a.current, a.current_state, a.layers, sea.level - z, time)
-    return relative_motion(body, plus((east, north, 0.0), orbital_motion(waves, sea, x, y, z, time)[:3]))
+    sea, point = a.sea[0], force_point(thruster, angle)
+    x, y, z = place_of(body, point)
+    past = half_step_back(body, point, dt)
+    east, north = current_velocity(a.current, a.current_state, a.layers, sea.level - z, time - past[2])
+    orbital = orbital_motion(waves, sea, x, y, z, time, past=past)
+    return relative_motion(body, plus((east, north, 0.0), orbital[:3]))
 
 
 @expanded_kernel
 def rudder_force_at_sea(
-    hull: Record, rudder: Record, angle: float, thrust: float, a: Views, waves: Waves, body: Motion, time: float
-) -> float:
+    hull: Record, rudder: Record, angle: float, thrust: float, a: Views, waves: Waves, body: Motion, time: float,
+    dt: float,
+) -> float:  # fmt: skip
     """Return `rudder_force` [N] in the water that current and waves move, of the share of the blade that is in it.
 
     That share is an upright disc's of the blade's area.
@@ -380,9 +386,10 @@ def rudder_force_at_sea(
         waves: `tables.WAVE`, or the columns of it.
         body: motion of the hull's link.
         time: time [s].
+        dt: length of the step [s].
     """
     depth = depth_of_force(hull, rudder, angle, a.sea[0], waves, body, time)
-    through = motion_at_force(rudder, angle, a, waves, body, time)
+    through = motion_at_force(rudder, angle, a, waves, body, time, dt)
     share = disc_share(math.sqrt(rudder.area / math.pi), depth)
     return float(share * rudder_force(rudder, through, angle, thrust))
 
@@ -422,6 +429,6 @@ def update_propeller(
     depth = depth_of_force(hull, thruster, own.angle, a.sea[0], waves, body, time)
     advance = 0.0
     if propeller.vanishing_speed < math.inf or propeller.quadrant_count > 0:
-        advance = advance_speed(thruster, motion_at_force(thruster, own.angle, a, waves, body, time), own.angle)
+        advance = advance_speed(thruster, motion_at_force(thruster, own.angle, a, waves, body, time, dt), own.angle)
     thrust = propeller_step(propeller, state, curve, a.quadrants, share, advance, depth, a.sea[0].density, dt)
     own.thrust = thruster.gain * thrust

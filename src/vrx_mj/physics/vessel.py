@@ -13,25 +13,21 @@ exactly, at any length of the step.
 
 Diffraction: the force F(omega, beta) per metre of a wave that meets the hull, held in its place, at an angle beta, as
 boundary element codes give it, besides that of the undisturbed wave's pressure (Froude-Krylov).
-
-Mean drift: these forces, all in body axes at the place where the hull is, hold a part of the second-order mean force
-of waves, and not the rest. What is missing, the momentum that waves carry away far off less the mean of the forces
-here, is tabulated with diffraction when a world is compiled, and added; `drift` has that of hulls without diffraction.
 """
 
 import math
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from vrx_mj.arrays import ByteArray, FloatArray, IntArray
 from vrx_mj.physics.conditions import Conditions
 from vrx_mj.physics.drag import added_mass_bias, crossflow_drag, matrix_times, resistance_at
-from vrx_mj.physics.drift import place_waves
+from vrx_mj.physics.drift import ENTRY, place_waves, weighted, weights_of
 from vrx_mj.physics.elementary import cosine_and_sine, exponential, near_cosine_and_sine
 from vrx_mj.physics.kernel import allocating_kernel, inlined_kernel, kernel
 from vrx_mj.physics.kinematics import orbital_motion, orbital_turning, reach_of, surface_plane, turned_with
-from vrx_mj.physics.lanes import WIDTH, Lanes, broadcast, load, product_and, store, zeros_in_lines
+from vrx_mj.physics.lanes import WIDTH, broadcast, load, product_and, store, zeros_in_lines
 from vrx_mj.physics.motion import (
     Motion,
     Rows,
@@ -72,10 +68,6 @@ from vrx_mj.physics.waves import (
 )
 
 _FIRST = 12  # of the six velocities among the fields of a `Motion`
-
-
-DIFFRACTION: Final = 2 * WIDTH
-"""Numbers of an entry of a hull's table of waves: `diffraction_load`."""
 
 
 @kernel
@@ -127,16 +119,14 @@ def diffraction_load(
     table: FloatArray, step: float, columns: Waves, sea: Record, body: Motion, heading: tuple[float, float],
     t: float,
 ) -> Wrench:  # fmt: skip
-    """Return the force of the waves that a hull scatters, and what the mean lacks: world axes, about the link's origin.
+    """Return the force of the waves that a hull scatters: world axes, about the link's origin.
 
-    Between the table's entries it is linear in frequency and angle. A wave beyond the last frequency exerts none. The
-    mean is that of Newman's approximation (1974): with a_i, theta_i the waves' amplitudes and phases at the hull and
-    D_i what a square metre of each lacks, sum over i and j of a_i a_j (D_i + D_j) / 2 cos(theta_i - theta_j).
+    Between the table's entries it is linear in frequency and angle. A wave beyond the last frequency exerts none.
 
     Args:
-        table: (frequencies, angles, DIFFRACTION), at multiples of `step` from 0 on and at even angles from 0 to a full
-            turn: real part of the force [N/m] and torque [N] in body axes per metre of a wave's amplitude, surge and
-            sway force [N/m2] in its heading that the mean lacks; imaginary part, yaw moment [N/m], and 0.
+        table: (frequencies, angles, ENTRY), at multiples of `step` from 0 on and at even angles from 0 to a full turn:
+            real part of the force [N/m] and torque [N] in body axes per metre of a wave's amplitude, and twice 0;
+            imaginary part likewise.
         step: between frequencies [rad/s].
         columns: `wave_columns`, whose memory is used.
         sea: a row of `tables.SEA`.
@@ -144,8 +134,7 @@ def diffraction_load(
         heading: cosine and sine of the hull's.
         t: time [s].
     """
-    cos, sin = heading
-    last, row, numbers, even, odd = table.shape[0] - 1, table.shape[1], table.reshape(table.size), 0.0, 0.0
+    last, row, numbers = table.shape[0] - 1, table.shape[1], table.reshape(table.size)
     place_waves(columns, row - 1, 1.0 / step, float(last), heading)
     place, turn, height, later = columns[MEMORY], columns[MEMORY + 1], columns[MEMORY + 2], columns[MEMORY + 3]
     for i in range(0, place.size, WIDTH):
@@ -153,34 +142,16 @@ def diffraction_load(
         c, s = near_cosine_and_sine(along - load(columns[FREQUENCY], i) * t + load(columns[PHASE], i))
         store(height, i, c * load(columns[AMPLITUDE], i))
         store(later, i, s * load(columns[AMPLITUDE], i))
-    real = imaginary = real_later = imaginary_later = broadcast(0.0)
+    total = broadcast(0.0)
     for i in range(place.size):
         if place[i] < last:
             low, near = int(place[i]), int(turn[i])
-            up, on = place[i] - low, turn[i] - near
-            start, c, s = DIFFRACTION * (low * row + near), height[i], later[i]
-            weights = (1.0 - up) * (1.0 - on), (1.0 - up) * on, up * (1.0 - on), up * on
-            first = _weighted(numbers, start, DIFFRACTION * row, weights)
-            second = _weighted(numbers, start + WIDTH, DIFFRACTION * row, weights)
-            real, real_later = product_and(first, c, real), product_and(first, s, real_later)
-            imaginary, imaginary_later = product_and(second, c, imaginary), product_and(second, s, imaginary_later)
-            even, odd = even + c, odd + s
-    store(place, 0, real - imaginary_later)
+            start, weights = ENTRY * (low * row + near), weights_of(place[i] - low, turn[i] - near)
+            total = product_and(weighted(numbers, start, row, weights), height[i], total)
+            total = product_and(weighted(numbers, start + WIDTH, row, weights), -later[i], total)
+    store(place, 0, total)
     force = Wrench(place[0], place[1], place[2], place[3], place[4], place[5])
-    store(place, 0, product_and(real, even, real_later * odd))
-    store(turn, 0, product_and(imaginary, even, imaginary_later * odd))
-    grown = ramp(sea, t)
-    x, y, yaw = times(grown * grown, (place[6], place[7], turn[6]))
-    drift = Wrench(cos * x - sin * y, sin * x + cos * y, 0.0, 0.0, 0.0, yaw)
-    return add(scale_wrench(rotated_wrench(body, force), grown), drift)
-
-
-@kernel
-def _weighted(numbers: FloatArray, start: int, ahead: int, weights: tuple[float, float, float, float]) -> Lanes:
-    """Return the weighted sum of the lanes of an entry and the next in an array, and of those `ahead` of them."""
-    low = product_and(load(numbers, start + DIFFRACTION), weights[1], load(numbers, start) * weights[0])
-    high = product_and(load(numbers, start + ahead), weights[2], low)
-    return product_and(load(numbers, start + ahead + DIFFRACTION), weights[3], high)
+    return scale_wrench(rotated_wrench(body, force), ramp(sea, t))
 
 
 _PHASES = 4
@@ -296,15 +267,15 @@ def radiation_on_vessel(hull: Record, vessel: Record, memory: Table, state: Tabl
 
 @inlined_kernel
 def diffraction_on_vessel(hull: Record, vessel: Record, table: FloatArray, sea: Record, now: Conditions) -> Wrench:
-    """Return the force of the waves that a hull scatters, and what their mean lacks: world axes, about `hull.link_com`.
+    """Return the force of the waves that a hull scatters: world axes, about `hull.link_com`.
 
-    `table` has the forces on all vessels, (n, DIFFRACTION).
+    `table` has the forces on all vessels, (n, ENTRY).
     """
     frequencies, angles = vessel.diffraction_frequencies, vessel.diffraction_angles
     if frequencies == 0:
         return zero_wrench()
     first = vessel.diffraction_start
-    entries = table[first : first + frequencies * angles].reshape((frequencies, angles, DIFFRACTION))
+    entries = table[first : first + frequencies * angles].reshape((frequencies, angles, ENTRY))
     load = diffraction_load(entries, vessel.diffraction_step, now.waves, sea, now.body, heading_of(now.body), now.time)
     return scale_wrench(from_origin(load, now.body, hull.link_com), now.wet)
 
@@ -359,8 +330,9 @@ def _pressure_on_mesh(
 
 @allocating_kernel
 def load_harmonics(
-    vessel: Record, meshes: HullMeshes, waves: Table, sea: Record, rest: float, motions: FloatArray, out: FloatArray
-) -> None:
+    vessel: Record, meshes: HullMeshes, waves: Table, sea: Record, rest: float, motions: FloatArray,
+    velocities: FloatArray, out: FloatArray,
+) -> None:  # fmt: skip
     """Write mean and first harmonic of the water's forces on a moving hull into `out`, (n, 5, 6).
 
     They are those of pressure, damping and added mass; memory and diffraction are not in them. Rows of `out` are the
@@ -375,11 +347,13 @@ def load_harmonics(
         rest: height of the link's origin at rest [m].
         motions: (n, 12) real and imaginary parts of its motion X, Re(X e^(-i omega t)): translations [m], and small
             turns [rad].
+        velocities: (n, 3) level velocities [m/s] about which it moves, at the frequency of encounter.
         out: result.
     """
     out[:] = 0.0
     for i in range(waves.size):
-        own, omega = waves[i : i + 1], waves[i].frequency
+        own, u, v = waves[i : i + 1], velocities[i, 0], velocities[i, 1]
+        omega = waves[i].frequency - waves[i].wavenumber * (waves[i].direction[0] * u + waves[i].direction[1] * v)
         work = vessel_work(meshes, own, sea)
         for n in range(_PHASES):
             angle = 2.0 * math.pi * n / _PHASES
@@ -387,9 +361,10 @@ def load_harmonics(
             even, odd = motions[i, :6], motions[i, 6:]
             x, turn = plus(times(c, even), times(s, odd)), plus(times(c, even[3:]), times(s, odd[3:]))
             speed, rate = minus(times(c, odd), times(s, even)), minus(times(c, odd[3:]), times(s, even[3:]))
-            body = _swinging((x[0], x[1], rest + x[2]), turn, times(omega, speed), times(omega, rate))
+            moved = plus(times(omega, speed), (u, v, 0.0))
+            body = _swinging((x[0], x[1], rest + x[2]), turn, moved, times(omega, rate))
             gained = times(-omega * omega, x), times(-omega * omega, turn)
-            load, through = _loads_of_water(vessel, meshes, own, sea, body, gained, angle / omega, work)
+            load, through = _loads_of_water(vessel, meshes, own, sea, body, gained, angle / waves[i].frequency, work)
             for k in range(6):
                 out[i, 0, k] += load[k] / _PHASES
                 out[i, 1, k] += 2.0 * c * load[k] / _PHASES

@@ -66,11 +66,16 @@ def bottom_share(wavenumber: float, depth: float) -> float:
 def decay(wavenumber: float, z: float, bottom: float) -> tuple[float, float]:
     """Return cosh(k (z + h)) / cosh(k h) and sinh(k (z + h)) / cosh(k h) for z <= 0; in deep water, both e^(k z).
 
-    `bottom` is `bottom_share`.
+    For z > 0 they are as much more than at 0 as they are less at -z: what rises and falls with the surface feels their
+    slope all the way, of which Stokes' drift is made, and short waves on long ones do not grow without limit. `bottom`
+    is `bottom_share`.
     """
-    down = exponential(wavenumber * z)
+    down = exponential(-wavenumber * abs(z))
     up, whole = bottom / down, 1.0 + bottom
-    return (down + up) / whole, (down - up) / whole
+    level, upright = (down + up) / whole, (down - up) / whole
+    if z <= 0.0:
+        return level, upright
+    return 2.0 - level, 2.0 * (1.0 - bottom) / whole - upright
 
 
 @allocating_kernel
@@ -116,6 +121,22 @@ def slope_share(s: float | Lanes) -> float | Lanes:
 
 
 @kernel
+def phase_since(past: Vector, east: float | Lanes, north: float | Lanes, frequency: float | Lanes) -> float | Lanes:
+    """Return by how much a wave's phase [rad] was more at a place and time `past` [m, m, s] before those now.
+
+    `east` and `north` are the components of its wavenumber [rad/m].
+    """
+    return frequency * past[2] - (east * past[0] + north * past[1])
+
+
+@kernel
+def earlier(cos: float | Lanes, sin: float | Lanes, angle: float | Lanes) -> tuple[float | Lanes, float | Lanes]:
+    """Return cosine and sine of a phase that is more by a small angle [rad], up to its square."""
+    half = angle * 0.5
+    return cos - angle * (half * cos + sin), sin - angle * (half * sin - cos)
+
+
+@kernel
 def elevation_of_columns(columns: Waves, x: float, y: float, t: float) -> float:
     """Return `elevation` at (x, y) [m] and time `t` [s]."""
     east, north, wavenumber = columns[EAST], columns[NORTH], columns[WAVENUMBER]
@@ -136,11 +157,47 @@ def elevation_of_columns(columns: Waves, x: float, y: float, t: float) -> float:
 
 
 @kernel
-def motion_of_columns(columns: Waves, reach: Vector, x: float, y: float, z: float, t: float) -> tuple[float, ...]:
+def motion_of_columns(
+    columns: Waves, reach: Vector, past: Vector, x: float, y: float, z: float, t: float
+) -> tuple[float, ...]:
     """Return the six sums of `orbital_motion` at (x, y) [m], `z` [m] over the mean level, and time `t` [s]."""
+    _write_phases(columns, x, y, t)
+    east, north, wavenumber, frequency = columns[EAST], columns[NORTH], columns[WAVENUMBER], columns[FREQUENCY]
+    cos, sin, above = columns[COSINE], columns[SINE], columns[MEMORY]
+    orbital, bottom = columns[_ORBITAL], columns[BOTTOM]
+    side = 1.0 if z <= 0.0 else -1.0
+    u = v = w = du = dv = dw = broadcast(0.0)
+    for i in range(0, cos.size, WIDTH):
+        own, f, bed, k = load(orbital, i), load(frequency, i), load(bottom, i), load(wavenumber, i)
+        down = exponential(k * (-abs(z)))
+        level, upright, still = down, down, broadcast(1.0)
+        if any_positive(bed):
+            up, whole = bed / down, bed + 1.0
+            level, upright, still = (down + up) / whole, (down - up) / whole, (1.0 - bed) / whole
+        level, upright = own * (level * side + (1.0 - side)), own * (upright * side + still * (1.0 - side))
+        store(above, i, upright)
+        along, across = k * load(east, i), k * load(north, i)
+        share = mean_share(spread_squared(reach, along, across))
+        level, upright, c, s = level * share, upright * share, load(cos, i), load(sin, i)
+        before, later = earlier(c, s, phase_since(past, along, across, f))
+        moved, gained = level * before, level * s * f
+        u = product_and(load(east, i), moved, u)
+        v = product_and(load(north, i), moved, v)
+        w = product_and(upright, later, w)
+        du = product_and(load(east, i), gained, du)
+        dv = product_and(load(north, i), gained, dv)
+        dw = product_and(f, upright * c, dw)
+    sums = columns[MEMORY + 1]
+    store(sums, 0, totals(u, v, w, du, dv, dw, 0.0, 0.0))
+    return sums[0], sums[1], sums[2], sums[3], sums[4], -sums[5]
+
+
+@kernel
+def _write_phases(columns: Waves, x: float, y: float, t: float) -> None:
+    """Write cosines and sines of the waves' phases at (x, y) [m] and time `t` [s] into the columns."""
     east, north, wavenumber = columns[EAST], columns[NORTH], columns[WAVENUMBER]
-    frequency, phase, orbital, bottom = columns[FREQUENCY], columns[PHASE], columns[_ORBITAL], columns[BOTTOM]
-    cos, sin, most = columns[COSINE], columns[SINE], broadcast(0.0)
+    frequency, phase, most = columns[FREQUENCY], columns[PHASE], broadcast(0.0)
+    cos, sin = columns[COSINE], columns[SINE]
     for i in range(0, cos.size, WIDTH):
         along = load(wavenumber, i) * (load(east, i) * x + load(north, i) * y)
         angle = along - load(frequency, i) * t + load(phase, i)
@@ -152,32 +209,10 @@ def motion_of_columns(columns: Waves, reach: Vector, x: float, y: float, z: floa
         for i in range(cos.size):
             angle = wavenumber[i] * (east[i] * x + north[i] * y) - frequency[i] * t + phase[i]
             cos[i], sin[i] = cosine_and_sine(angle)
-    above = columns[MEMORY]
-    u = v = w = du = dv = dw = broadcast(0.0)
-    for i in range(0, cos.size, WIDTH):
-        own, f, bed, k = load(orbital, i), load(frequency, i), load(bottom, i), load(wavenumber, i)
-        down = exponential(k * z)
-        level, upright = own * down, own * down
-        if any_positive(bed):
-            up, whole = bed / down, bed + 1.0
-            level, upright = own * ((down + up) / whole), own * ((down - up) / whole)
-        store(above, i, upright)
-        share = mean_share(spread_squared(reach, k * load(east, i), k * load(north, i)))
-        level, upright = level * share, upright * share
-        c, s = level * load(cos, i), level * load(sin, i) * f
-        u = product_and(load(east, i), c, u)
-        v = product_and(load(north, i), c, v)
-        w = product_and(upright, load(sin, i), w)
-        du = product_and(load(east, i), s, du)
-        dv = product_and(load(north, i), s, dv)
-        dw = product_and(f, upright * load(cos, i), dw)
-    sums = columns[MEMORY + 1]
-    store(sums, 0, totals(u, v, w, du, dv, dw, 0.0, 0.0))
-    return sums[0], sums[1], sums[2], sums[3], sums[4], -sums[5]
 
 
 @kernel
-def turning_of_columns(columns: Waves, reach: Vector) -> tuple[float, ...]:
+def turning_of_columns(columns: Waves, reach: Vector, past: Vector) -> tuple[float, ...]:
     """Return the four sums of `orbital_turning`, where and when `motion_of_columns` was asked for last."""
     east, north, wavenumber, frequency = columns[EAST], columns[NORTH], columns[WAVENUMBER], columns[FREQUENCY]
     cos, sin, above = columns[COSINE], columns[SINE], columns[MEMORY]
@@ -186,7 +221,8 @@ def turning_of_columns(columns: Waves, reach: Vector) -> tuple[float, ...]:
         k, f = load(wavenumber, i), load(frequency, i)
         along, across = k * load(east, i), k * load(north, i)
         rise = load(above, i) * slope_share(spread_squared(reach, along, across))
-        c, s = rise * load(cos, i), rise * load(sin, i) * f
+        before, _ = earlier(load(cos, i), load(sin, i), phase_since(past, along, across, f))
+        c, s = rise * before, rise * load(sin, i) * f
         p = product_and(across, c, p)
         q = product_and(along, c, q)
         dp = product_and(across, s, dp)

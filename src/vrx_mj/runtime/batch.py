@@ -338,8 +338,8 @@ class Batch:
             except CommandError:
                 data.qpos[which] = before
                 raise
-            for row in which:
-                data.stacks["memory_state"][row][self._arrays.memory_rows(number)] = 0.0
+            for table, own in self._arrays.state_of_waves(number).items():
+                data.stacks[table][which, own] = 0.0
         write_rows(which, data.runs, data.qpos, data.qvel)
         self._observe()
 

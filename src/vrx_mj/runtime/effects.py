@@ -106,7 +106,7 @@ EFFECTS = (
     Effect(
         "drift",
         Hulls.VESSELS,
-        lambda hull, now, a: drift_on_vessel(hull, a.vessels[hull.vessel], a.drift, a.waves, a.sea[0], now),
+        lambda hull, now, a: drift_on_vessel(hull, a.vessels[hull.vessel], a.drift, a.drift_state, a.sea[0], now),
         group=1,
     ),
 )
@@ -186,7 +186,7 @@ def _around_stations(
     """Surroundings of a hull on stations; the water of VRX's profiles is at rest."""
     water, through, level = still_water(), body, body
     if work is not None and hull.profile == MARINE:
-        water = water_motion(hull, hull.link_com, body, waves, a, time, True)
+        water = water_motion(hull, hull.link_com, body, waves, a, time, dt, True)
         level = motion_through(water, body)
         through = turned_with(level, water.turning, hull.link_com)
     windage = None if work is None else a.windage
@@ -199,7 +199,8 @@ def _around_vessel(
 ) -> Conditions:
     """Surroundings of a hull with a model of its own."""
     vessel = a.vessels[hull.vessel]
-    water = water_motion(hull, vessel.buoyancy, body, work.columns, a, time, vessel.diffraction_frequencies == 0)
+    turns = vessel.diffraction_frequencies == 0
+    water = water_motion(hull, vessel.buoyancy, body, work.columns, a, time, dt, turns)
     level = motion_through(water, body)
     through = turned_with(level, water.turning, vessel.buoyancy)
     pressure = pressure_on_vessel(hull, vessel, hull_meshes(a), a.waves, a.sea[0], body, time, work)
@@ -250,7 +251,7 @@ def _thrust(hull: Record, body: Motion, a: Views, work: VesselWork | None, air: 
             update_propeller(hull, thruster, own, a, work.columns, body, time, dt)
         elif work is not None and thruster.mapping == RUDDER and hull.profile == MARINE:
             race = a.thruster_state[thruster.race].thrust if thruster.race >= 0 else 0.0
-            own.thrust = rudder_force_at_sea(hull, thruster, own.angle, race, a, work.columns, body, time)
+            own.thrust = rudder_force_at_sea(hull, thruster, own.angle, race, a, work.columns, body, time, dt)
         else:
             _update_force(hull, thruster, own, a.thruster_state, a.sail_curves, body, a.air, air, time)
         along = own.applied if thruster.mapping == SAIL else 0.0

@@ -291,7 +291,8 @@ class LiveWorld:
                 self.arrays.release(name)
             self.derive()
         if pose is not None:
-            self.arrays.memory_state[self.arrays.memory_rows(self.world.boats.index(name))] = 0.0
+            for table, rows in self.arrays.state_of_waves(self.world.boats.index(name)).items():
+                getattr(self.arrays, table)[rows] = 0.0
 
     def set_object(self, name: str, pose: _Six, velocity: _Six) -> None:
         """Set the pose or the velocity of a floating object or dock, and let the water have it there."""

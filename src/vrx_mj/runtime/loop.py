@@ -2,7 +2,8 @@
 
 For each physics step it reads `qpos` and `qvel`, adds up the wrench of every hull and of every floating object,
 writes `xfrc_applied`, and has MuJoCo step. As in VRX the clock is advanced first: forces belong to the pose and
-velocity that the last step left, and to the time at which this one ends.
+velocity that the last step left, and to the time at which this one ends. The scheme is a leapfrog, whose velocities are
+those of half a step before, and so are those of the water beside them (`kinematics.half_step_back`).
 """
 
 import numpy as np
@@ -24,7 +25,7 @@ from vrx_mj.physics.flotation import (
 )
 from vrx_mj.physics.free_body import step_free_bodies
 from vrx_mj.physics.kernel import allocating_kernel, expanded_kernel, inlined_kernel, kernel
-from vrx_mj.physics.kinematics import orbital_motion
+from vrx_mj.physics.kinematics import half_step_back, orbital_motion
 from vrx_mj.physics.motion import Motion, Wrench, add, motion, zero_wrench
 from vrx_mj.physics.raft import block_load, moor, raft_drag
 from vrx_mj.physics.tables import MARINE, VRX3, Record, Table, Waves
@@ -333,7 +334,8 @@ def _flotation_of(
     if work is not None and item.profile == MARINE:
         height = surface_height(waves, a.sea[0], body.x, body.y, time)
         east, north = current_velocity(a.current, a.current_state, a.layers, a.sea[0].level - body.z, time)
-        water = orbital_motion(waves, a.sea[0], body.x, body.y, body.z, time)
+        past = half_step_back(body, (0.0, 0.0, 0.0), -dt)
+        water = orbital_motion(waves, a.sea[0], body.x, body.y, body.z, time, past=past)
         return flotation_in_waves(item, a.elements, body, height, (east, north, 0.0), water, ahead, load)
     if item.profile == VRX3:
         water_at_elements(item, a.elements, a.element_state, body, waves, a.sea[0], time, dt)

@@ -162,6 +162,7 @@ class LoopArrays:
         self._take(parameters, ("followers", "elements"))
         self.blocks = tables.table_of(tables.BLOCK, parameters.blocks, **self._whole_bodies(parameters.blocks))
         self.memory_state = np.zeros(sum(memories_of(parameters.hulls)), tables.MEMORY_STATE)
+        self.drift_state = np.zeros(np.count_nonzero(self.hulls["drift_state"] >= 0), tables.DRIFT_STATE)
         self.raft_work = np.zeros(len(self.blocks), RAFT_WORK)
         self.free_bodies, self.solve_work = np.zeros(0, FREE_BODY), np.zeros(0, SOLVE_WORK)
         for name, array in ARRAYS.items():
@@ -216,6 +217,7 @@ class LoopArrays:
         found = dict(zip(shown, zip(starts(curves), map(len, curves), strict=False), strict=True))
         kinds = _kinds(hull.vessel for hull in hulls)
         *remembered, _ = itertools.accumulate(memories_of(hulls), initial=0)
+        drifts = itertools.count()
         windage = [found[hull.windage] if hull.windage else (0, 0) for hull in hulls]
         self.hulls = tables.table_of(
             tables.HULL,
@@ -228,6 +230,7 @@ class LoopArrays:
             spread=[hull.vessel.spread if hull.vessel else _second_moments(stations, hull) for hull in hulls],
             vessel=[kinds.index(hull.vessel) if hull.vessel else _NO_ROW for hull in hulls],
             memory_start=remembered,
+            drift_state=[next(drifts) if hull.vessel and hull.vessel.drift else _NO_ROW for hull in hulls],
         )
         self.windage = tables.table_of(tables.WINDAGE, flat(curves))
         self._vessels(kinds)
@@ -331,11 +334,12 @@ class LoopArrays:
             if self.model.equality(index).name == f"{_LOCK}/{boat}":
                 self.data.eq_active[index] = 0
 
-    def memory_rows(self, row: int) -> slice:
-        """Rows of the memory of a hull's waves; what is put elsewhere has made none."""
+    def state_of_waves(self, row: int) -> Mapping[str, slice]:
+        """Rows of a hull in tables of state of waves that it made and that push it: 0 for one that is put elsewhere."""
         hull = self.hulls[row]
-        first = int(hull["memory_start"])
-        return slice(first, first + int(self.vessels[hull["vessel"]]["memory_count"] if hull["vessel"] >= 0 else 0))
+        first, own = int(hull["memory_start"]), int(hull["drift_state"])
+        memories = int(self.vessels[hull["vessel"]]["memory_count"]) if hull["vessel"] >= 0 else 0
+        return {"memory_state": slice(first, first + memories), "drift_state": slice(max(own, 0), own + 1)}
 
     def start_floating(self, row: int, height: float) -> None:
         """Start the floating object of a row where it is now, with the surface at `height` [m] there."""

@@ -33,7 +33,7 @@ _MODEL_ROWS = {"body": "bodies", "jnt": "joints", "dof": "dofs", "qpos0": "qpos"
 """What the rows of the model's arrays are of, by the first word of their names."""
 _ROWS = {name: array.rows for name, array in ARRAYS.items() if array.rows} | {
     "qacc_warmstart": "dofs", "qfrc_applied": "dofs", "xfrc_applied": "bodies", "eq_active": "equalities",
-    "touches": "rivals", "memory_state": "memories",
+    "touches": "rivals", "memory_state": "memories", "drift_state": "drifts",
 }  # fmt: skip
 """What the rows of other arrays are of; no row of an array that is not listed belongs to anything that can leave."""
 _DATA_ARRAYS = ("qacc_warmstart", "qfrc_applied", "xfrc_applied", "eq_active")
@@ -101,6 +101,7 @@ def _rows_staying(world: World, arrays: LoopArrays, left: str) -> dict[str, Bool
         "qpos": np.repeat(joints, np.diff(model.jnt_qposadr, append=model.nq)),
         "equalities": bodies[model.eq_obj1id],
         "memories": np.repeat(stay["hulls"], memories_of(world.parameters.hulls)),
+        "drifts": stay["hulls"][arrays.hulls["drift_state"] >= 0],
         "propellers": stay["thrusters"][arrays.thrusters["measured"] >= 0],
         "sensed": sensed,
         "light_marks": np.repeat(stay["lights"], MARKS["light"]),

@@ -90,9 +90,10 @@ class Views(NamedTuple):
     memory: Annotated[Table, Array(tables.MEMORY)]
     memory_state: Annotated[Table, Array(tables.MEMORY_STATE, use=STATE)]
     diffraction: _Matrix
-    """Forces of diffraction on vessels and what their mean lacks, (n, DIFFRACTION): see `vessel.diffraction_load`."""
+    """Forces of diffraction on vessels, (n, ENTRY): see `vessel.diffraction_load`."""
     drift: _Matrix
-    """What the mean of the forces on vessels without diffraction lacks, (n, DRIFT): see `drift.drift_load`."""
+    """What the mean of the forces on vessels lacks, (n, ENTRY): see `drift.drift_load`."""
+    drift_state: Annotated[Table, Array(tables.DRIFT_STATE, use=STATE)]
     stations: Annotated[Table, Array(tables.STATION)]
     thrusters: Annotated[Table, Array(tables.THRUSTER)]
     thruster_state: Annotated[Table, Array(tables.THRUSTER_STATE, use=STATE, rows="thrusters")]

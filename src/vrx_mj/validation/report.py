@@ -22,6 +22,7 @@ from vrx_mj.validation.cases import (
     drifting,
     flume,
     hulls,
+    mean_forces,
     otter,
     pressures,
     propellers,
@@ -177,7 +178,8 @@ def write_report(folder: Path, results: Sequence[Result], left_out: Sequence[Cas
 
 
 _SUBJECTS = (
-    waves, hulls, contacts, pressures, resolution, otter, propellers, spheres, drifting, flume, winds, runs, vrx
+    waves, hulls, contacts, pressures, resolution, otter, propellers, spheres, drifting, mean_forces, flume, winds,
+    runs, vrx,
 )  # fmt: skip
 CASES = tuple(each for subject in _SUBJECTS for each in vars(subject).values() if isinstance(each, Case))
 """All of them."""

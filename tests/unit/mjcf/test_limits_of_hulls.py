@@ -7,7 +7,7 @@ import pytest
 
 from unit.physics.rows import moving
 from vrx_mj import compile_world
-from vrx_mj.mjcf.hulls import _coriolis
+from vrx_mj.mjcf.drift import coriolis
 from vrx_mj.model import tables
 from vrx_mj.physics.drag import added_mass_bias
 
@@ -76,4 +76,4 @@ def test_the_force_of_the_added_mass_in_its_first_order_is_that_of_the_kernel(mu
         return np.array(added_mass_bias(row, moving(velocity=velocity + change), still, still))
 
     columns = [(force(step * axis) - force(-step * axis)) / (2.0 * step) for axis in np.eye(6)]
-    assert _coriolis(added, velocity[:3], munk=munk) == pytest.approx(np.stack(columns, axis=1), abs=1e-8)
+    assert coriolis(added, velocity[:3], munk=munk) == pytest.approx(np.stack(columns, axis=1), abs=1e-8)

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from unit.physics.rows import moving, sea, table
 from vrx_mj.model import tables
-from vrx_mj.physics.vessel import DIFFRACTION, diffraction_load, memory_load, memory_step
+from vrx_mj.physics.drift import ENTRY
+from vrx_mj.physics.vessel import diffraction_load, memory_load, memory_step
 from vrx_mj.physics.waves import wave_columns
 from vrx_mj.spectra import Site, irregular_sea, jonswap, regular_wave
 
@@ -100,7 +101,7 @@ def forces(frequency, angle):
 
 
 def scattering():
-    found = np.zeros((40, ANGLES + 1, DIFFRACTION))
+    found = np.zeros((40, ANGLES + 1, ENTRY))
     for i in range(40):
         for j in range(ANGLES + 1):
             f = forces(STEP * i, 2.0 * math.pi * j / ANGLES)
@@ -109,8 +110,6 @@ def scattering():
 
 
 TABLE = scattering()
-DRIFT = [6, 7, 14]
-"""Where an entry has surge and sway force and yaw moment of the drift."""
 OFFSHORE = moving((12.0, -7.0, 0.2), (0.0, 0.0, 0.6))
 
 
@@ -168,27 +167,6 @@ def test_any_heading_and_direction_stay_inside_the_table(yaw, angle):
     waves, water = wave_rows(regular_wave(0.1, 4.0, (math.cos(angle), math.sin(angle)), Site(gravity=9.81)), [0.0])
     found = load_of(TABLE, waves, water, OFFSHORE, yaw, 1.0)
     assert np.abs(found).max() < 0.05 * np.abs(TABLE).max() * 2.0
-
-
-def test_what_the_mean_lacks_is_by_newmans_approximation_in_the_hulls_heading():
-    table = np.zeros_like(TABLE)
-    table[:, :, DRIFT] = np.random.default_rng(2).normal(0.0, 100.0, (40, ANGLES + 1, 3))
-    components = [
-        regular_wave(
-            height, 2.0 * math.pi / frequency, (math.cos(0.6 + angle), math.sin(0.6 + angle)), Site(gravity=9.81)
-        )[0]
-        for height, frequency, angle in ((0.4, 9 * STEP, 0.0), (0.7, 12 * STEP, 7 * 2.0 * math.pi / ANGLES))
-    ]
-    waves, water = wave_rows(components, [0.7, -0.2])
-    time, lacks = 2.5, (table[9, 0, DRIFT], table[12, 7, DRIFT])
-    phases = [
-        one.wavenumber * (one.direction[0] * 12.0 - one.direction[1] * 7.0) - one.frequency * time + phase
-        for one, phase in zip(components, (0.7, -0.2), strict=True)
-    ]
-    beat = 2.0 * 0.2 * 0.35 * math.cos(phases[0] - phases[1])
-    x, y, turn = 0.2**2 * lacks[0] + 0.35**2 * lacks[1] + beat * 0.5 * (lacks[0] + lacks[1])
-    found = load_of(table, waves, water, OFFSHORE, 0.6, time)
-    assert found == pytest.approx(turned(np.array([x, y, 0.0, 0.0, 0.0, turn]), 0.6), rel=1e-9, abs=1e-12)
 
 
 def test_diffraction_turns_with_the_hull():

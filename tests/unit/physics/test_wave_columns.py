@@ -20,10 +20,12 @@ def test_columns_give_the_sums(count, depth, far):
     phases = np.random.default_rng(count).uniform(0.0, 6.28, count)
     rows = [wave._asdict() | {"steepness": 0.0, "phase": p} for wave, p in zip(components, phases, strict=True)]
     waves, record = sea(rows, depth=depth, level=0.3, tau=20.0)
-    columns, reach = wave_columns(waves, record, 4), (0.9, -0.4, 0.5)
+    columns, reach, past = wave_columns(waves, record, 4), (0.9, -0.4, 0.5), (0.02, -0.01, 0.005)
     for x, y, z, t in np.random.default_rng(5).uniform((-90, -90, -4, 0), (90, 90, 1, 900), (50, 4)):
         assert surface_height(columns, record, far * x, y, t) == surface_height(waves, record, far * x, y, t)
-        found, summed = (orbital_motion(rows, record, far * x, y, z, t, reach) for rows in (columns, waves))
+        found, summed = (orbital_motion(rows, record, far * x, y, z, t, reach, past) for rows in (columns, waves))
         assert found == pytest.approx(summed, rel=0, abs=1e-15 * max(count, 1))  # in another order
-        turned, rows_turned = (orbital_turning(rows, record, reach, far * x, y, z, t) for rows in (columns, waves))
+        turned, rows_turned = (
+            orbital_turning(rows, record, reach, far * x, y, z, t, past) for rows in (columns, waves)
+        )
         assert turned == pytest.approx(rows_turned, rel=0, abs=1e-14 * max(count, 1))

@@ -69,7 +69,7 @@ def test_each_hull_is_led_to_what_is_its_own_by_its_row(tmp_path):
     arrays, alone = tables_of(robots), {robot: tables_of([robot]) for robot in set(robots)}
     for row, robot in enumerate(robots):
         assert led_to(arrays, row) == led_to(alone[robot], 0), robot
-    remembered = [arrays.memory_rows(row) for row in range(len(robots))]
+    remembered = [arrays.state_of_waves(row)["memory_state"] for row in range(len(robots))]
     assert [rows.start for rows in remembered] == arrays.hulls["memory_start"].tolist()
     numbers = [number for rows in remembered for number in range(rows.start, rows.stop)]
     assert numbers == list(range(len(arrays.memory_state)))

@@ -58,6 +58,6 @@ def test_the_state_is_what_the_list_says_in_its_order():
     """Saved states have the bytes in this order."""
     state = [name for name, array in ARRAYS.items() if array.use == STATE]
     assert state == [
-        "current_state", "wind_state", "air_state", "memory_state", "thruster_state", "propeller_state",
+        "current_state", "wind_state", "air_state", "memory_state", "drift_state", "thruster_state", "propeller_state",
         "float_state", "element_state", "follower_state", "block_state", "link_state", "touches",
     ]  # fmt: skip
