@@ -95,7 +95,13 @@ def leave(features, t):  # and all rows with it
         os._exit(3)
     return abreast(features, t)
 
-abreast.rows = leave.rows = True
+def mutiny(features, t):  # of several, against their worker
+    if t > 1.05 and len(features) > 1:
+        os.kill(os.getppid(), 9)
+        time.sleep(60)
+    return abreast(features, t)
+
+abreast.rows = leave.rows = mutiny.rows = True
 """
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="signals of other systems")
 
@@ -231,6 +237,14 @@ def test_rows_are_sailed_together_and_one_that_fails_fails_alone(folder, monkeyp
     assert {states[cell] for cell in cells[1::2]} == {"finished", "failed"}
     logs = [len(list((folder / f"rows {rows}" / "cells" / "crew.abreast").rglob("log.txt"))) for rows in (True, False)]
     assert logs[0] < logs[1] == 6
+
+
+@POSIX
+def test_rows_that_end_their_worker_are_sailed_alone(folder, monkeypatch, tmp_path):
+    monkeypatch.chdir(folder)
+    trials = [Trial(Cell("crew:mutiny", "gusts.yaml", seed), duration=2.0, rows=True) for seed in range(16)]
+    ended = run_trials(trials, tmp_path, ProcessPool(1))
+    assert {(result.cell.seed, result.state) for result in ended} == {(seed, "finished") for seed in range(16)}
 
 
 @POSIX

@@ -7,6 +7,7 @@ import secrets
 from collections import Counter, deque
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from multiprocessing.connection import wait
 from pathlib import Path
 from typing import Any
@@ -241,7 +242,7 @@ class _Run:
             del self._chunks[worker]
             worker.close()
             if chunk:
-                first, *rest = chunk.values()
+                first, *rest = (replace(trial, rows=False) for trial in chunk.values())  # one of them may have ended it
                 self._waiting.extendleft(reversed(rest))
                 yield from self._settle(first, Result(first.cell, "lost", error=str(error)))
             else:

@@ -116,12 +116,13 @@ class TrialProcess:
         Raises:
             OSError: the folder of the campaign is gone, or cannot be written.
         """
-        self.trial = trials[0]
-        self._folder = root / self.trial.cell.folder
-        check_inside(root, self.trial.cell.folder, WHAT)
+        self._cell = trials[0].cell
+        self._folder = root / self._cell.folder
         if not root.is_dir():
             raise FileNotFoundError(f"the folder '{root}' is gone")
-        shutil.rmtree(self._folder, ignore_errors=True)
+        for trial in trials:
+            check_inside(root, trial.cell.folder, WHAT)
+            shutil.rmtree(root / trial.cell.folder, ignore_errors=True)
         self._folder.mkdir(parents=True)
         self._begun = time.monotonic()
         context = multiprocessing.get_context("fork" if _FORKS else "spawn")
@@ -162,7 +163,7 @@ class TrialProcess:
             state: State = "lost" if hung is None and self._process.exitcode == -_SIGKILL else "failed"
             error = f"at t = {self._shared[REACHED]:g} s: {hung or _exit_text(self._process.exitcode)}"
             took = time.monotonic() - self._begun
-            return [Result(self.trial.cell, state, error=error, sim_time=self._shared[REACHED], wall_time=took)]
+            return [Result(self._cell, state, error=error, sim_time=self._shared[REACHED], wall_time=took)]
         return found
 
     def stop(self) -> None:
@@ -238,7 +239,7 @@ def _sail_here(
     for note in notes:
         warnings.warn_explicit(note.message, note.category, note.filename, note.lineno)
     stopwatch = Stopwatch(shared)
-    results = sail_rows(trials, stopwatch, warm) if warm and trials[1:] else [sail(trials[0], folder, stopwatch, warm)]
+    results = sail_rows(trials, stopwatch, warm) if trials[1:] else [sail(trials[0], folder, stopwatch, warm)]
     faulthandler.cancel_dump_traceback_later()
     sys.stdout.flush()
     sys.stderr.flush()

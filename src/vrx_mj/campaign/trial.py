@@ -108,19 +108,21 @@ def sail(trial: Trial, folder: Path, stopwatch: Stopwatch, warm: Simulation | No
         return _result(trial, tracks, state=state, error=_error_text(error, sim), **times)
 
 
-def sail_rows(trials: Sequence[Trial], stopwatch: Stopwatch, warm: Simulation) -> list[Result]:
+def sail_rows(trials: Sequence[Trial], stopwatch: Stopwatch, warm: Simulation | None) -> list[Result]:
     """Sail trials of one controller that takes rows, in one world, as the rows of a batch; their results.
 
     There are none where each must be sailed alone: with a task; with quantities that a batch cannot vary; after an
-    error, of which each trial then has its own; and where the last one comes out otherwise alone, as by numpy's `@`,
-    which rounds by the number of rows.
+    error, of which each trial then has its own; and where the first or the last one comes out otherwise alone, as by
+    numpy's `@`, which rounds by the number of rows. `warm` is as in `sail`.
     """
     try:
-        results, alone = (_row_results(own, stopwatch, warm) for own in (trials, trials[-1:]))
+        sim = warm or Simulation(compile_world(trials[0].cell.world, fleet=trials[0].fleet))
+        results, *alone = (_row_results(own, stopwatch, sim) for own in (trials, trials[:1], trials[-1:]))
     except Exception:
         traceback.print_exc()
         return []
-    return results if results[-1].state_sha256 == alone[0].state_sha256 else []
+    ends = zip(alone, (results[0], results[-1]), strict=True)
+    return results if all(own.state_sha256 == row.state_sha256 for (own,), row in ends) else []
 
 
 def _row_results(trials: Sequence[Trial], stopwatch: Stopwatch, warm: Simulation) -> list[Result]:
@@ -133,17 +135,18 @@ def _row_results(trials: Sequence[Trial], stopwatch: Stopwatch, warm: Simulation
     batch.vary(parameters={name: [own[name] for own in numbers] for name in numbers[0]})
     batch.reset(seed=seeds)
     controller: Any = load_own_controller(first.cell.controller, seeds)
-    seen, way, tracks = batch.features.copy(), np.zeros((batch.n, len(batch.boats))), [Tracks() for _ in trials]
+    seen, tracks = batch.features[..., :2].copy(), [Tracks() for _ in trials]
+    way = np.zeros(seen.shape[:2])
     for count in steps_of_calls(steps, batch.timestep):
         stopwatch.allow(first.timeout or _EXTRA_TIME + steps * batch.timestep)  # from one call to the next
         stopwatch.reach(moment := float(batch.time[0]))
-        for own, boats in zip(tracks, seen[..., :2].tolist(), strict=True):
+        for own, boats in zip(tracks, seen.tolist(), strict=True):
             for boat, place in zip(batch.boats, boats, strict=True):
                 own.add(boat, place)
-        batch.command(controller(seen, moment))
+        batch.command(controller(batch.features.copy(), moment))
         batch.advance(count)
-        now = batch.features.copy()
-        way += np.hypot(*np.moveaxis(now[..., :2] - seen[..., :2], -1, 0))
+        now = batch.features[..., :2].copy()
+        way += np.hypot(*np.moveaxis(now - seen, -1, 0))
         seen = now
     common = {
         "sim_time": steps * batch.timestep, "wall_time": (time.perf_counter() - begun) / batch.n,

@@ -31,11 +31,18 @@ class Policy:
         self.bias = 0.1 * np.array(seeds)[:, None]
 
     def __call__(self, features, t):
-        return np.tanh(np.einsum("ni,ij->nj", features[:, 0], WEIGHTS) + self.bias)
+        features[..., :3] -= 8.0
+        return np.tanh(np.einsum("ni,ij->nj", features[:, 0], WEIGHTS) + self.bias + np.sin(t))
 
 class Mean(Policy):
     def __call__(self, features, t):
         return super().__call__(features, t) + features.mean()
+
+class First(Policy):
+    def __call__(self, features, t):
+        commands = super().__call__(features, t)
+        commands[0] *= len(features)
+        return commands
 
 class Stops(Policy):
     def __call__(self, features, t):
@@ -80,8 +87,9 @@ def test_rows_are_the_trials(gale, vary):
     assert {one.state for one in rows} == {"finished"}
 
 
-def test_a_policy_whose_rows_depend_on_each_other_sails_each_alone(gale):
-    rows, alone = sailed("Mean", gale)
+@pytest.mark.parametrize("policy", ["Mean", "First"])
+def test_a_policy_whose_rows_depend_on_each_other_sails_each_alone(gale, policy):
+    rows, alone = sailed(policy, gale)
     assert rows == []
     assert {one.state for one in alone} == {"finished"}
 
