@@ -163,6 +163,16 @@ def test_lines_say_where_it_is_and_what_to_install(opened):
     assert opened.lines == [f"ROS 2: node /vrx_mj in domain 7 by rmw, {RANGE}=OFF", missing]
 
 
+@pytest.mark.parametrize(
+    ("host", "reach"), [("127.0.0.1", "LOCALHOST"), ("localhost", "LOCALHOST"), ("0.0.0.0", "SUBNET")]
+)
+def test_a_node_of_this_machine_alone_looks_no_further(opened, monkeypatch, host, reach):
+    monkeypatch.delenv(RANGE)
+    ros2 = Ros2(Inbox(), host=host)
+    assert ros2.start()[0].endswith(f"{RANGE}={reach}")
+    ros2.close()
+
+
 def test_what_waits_is_bounded_and_what_is_latched_is_kept(opened):
     ros2, node = opened.ros2, opened.node
     ros2.publish([sent(PLAIN, -1)])
