@@ -6,6 +6,7 @@ from collections import Counter
 
 from mutants.catalogue import KINDS, ROOT, Mutant, mutants
 from mutants.random_mutants import draw, edits_of, mutable
+from mutants.run import DRAWN, MARKS, STAGES
 from mutants.scratch import nearest_tests, own_tests, related_tests
 
 MUTANTS = mutants()
@@ -60,6 +61,13 @@ def f(a: int = 1) -> int:
         "1 + 1", "2 * 0.5", "3 + 1", "False", "False", "a < 3", "b", "b and not c", "b or not c",
         "b or not c / mind, 0.5", "c", "d", "e not in f'{7}'", "not c", "pass",
     ]  # fmt: skip
+
+
+def test_nights_add_the_fingerprints_that_are_too_slow_for_days():
+    mutant = Mutant("any", "validation/cases/waves.py", "sign", "", "")
+    assert "tests/integration/test_fingerprints_validation.py" in STAGES["nightly"](mutant)
+    assert "nightly" in DRAWN
+    assert MARKS["nightly"] == "slow"  # as many a fingerprint, which is marked nightly besides
 
 
 def test_related_tests_import_the_package_by_names_at_the_top_by_helpers_and_by_fixtures():

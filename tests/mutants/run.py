@@ -9,9 +9,9 @@
 Each mutant is made in a scratch copy of the repository, never in the checkout. Stages run until one fails, which
 kills the mutant: the test files nearest to the module, the unit tests of its package, and the tests of the everyday
 tier; for those drawn at random the nearest tests and the related ones, which are all that import something of the
-package, and fingerprints; then, as it is done by night, the related tests that are slow. A test that kills is run again
-without a mutant; one that fails there, too, is named and left out. Kernels compile into a cache of the scratch copy's
-own.
+package, and fingerprints; then, as it is done by night, the slow fingerprints, nightly ones too, and the other related
+tests that are slow. A test that kills is run again without a mutant; one that fails there, too, is named and left out.
+Kernels compile into a cache of the scratch copy's own.
 """
 
 import argparse
@@ -28,17 +28,17 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from mutants.catalogue import Mutant, mutants
 from mutants.random_mutants import draw
-from mutants.scratch import Scratch, nearest_tests, own_tests, related_tests
+from mutants.scratch import Scratch, fingerprint_tests, nearest_tests, own_tests, related_tests
 
 STAGES = {
-    "nearest": nearest_tests, "own": own_tests, "related": related_tests, "slow": related_tests,
-    "tier": lambda _: ["tests"],
+    "nearest": nearest_tests, "own": own_tests, "related": related_tests, "nightly": fingerprint_tests,
+    "slow": related_tests, "tier": lambda _: ["tests"],
 }  # fmt: skip
-LISTED, DRAWN = ("nearest", "own", "tier"), ("nearest", "related", "slow")
+LISTED, DRAWN = ("nearest", "own", "tier"), ("nearest", "related", "nightly", "slow")
 """Stages for the mutants of the file, and for those drawn at random."""
-MARKS = {stage: "slow and not nightly" if stage == "slow" else "not slow" for stage in STAGES}
+MARKS = dict.fromkeys(STAGES, "not slow") | {"nightly": "slow", "slow": "slow and not nightly"}
 """Which tests count, as pytest's -m."""
-LIMITS = {"nearest": 300.0, "own": 300.0, "related": 1200.0, "slow": 2400.0, "tier": 1200.0}
+LIMITS = {"nearest": 300.0, "own": 300.0, "related": 1200.0, "nightly": 2400.0, "slow": 2400.0, "tier": 1200.0}
 """Processor time [s]: more than the tests take, so that only a mutant that never ends meets it."""
 ENDLESS, ALIVE = "endless", "alive"
 NOT_THE_LISTS = ["--ignore=tests/test_mutants.py"]
@@ -60,7 +60,7 @@ def tried(mutant: Mutant, scratch: Scratch, stages: Sequence[str]) -> dict[str, 
         while True:
             with scratch.holding(mutant):
                 result, test = scratch.run_tests(arguments, LIMITS[stage])
-            if result != "failed" or scratch.is_sound(test.partition("[")[0], LIMITS["own"]):
+            if result != "failed" or scratch.is_sound(test.partition("[")[0], LIMITS[stage]):
                 break
         if result != "passed":
             row |= {"killed": stage if result == "failed" else ENDLESS, "test": test}

@@ -35,19 +35,22 @@ def own_tests(mutant: Mutant) -> list[str]:
     return _names([folder] if folder.is_dir() else _importing(mutant.package))
 
 
+def fingerprint_tests(mutant: Mutant) -> list[str]:
+    """Fingerprints of what is computed through the module: it is among what their files' imports use."""
+    files = [*TESTS.glob("integration/test_fingerprints_*.py"), TESTS / "integration/test_examples.py"]
+    through = {file: _used_by(_imports_of(file)) for file in files}
+    found = (file for file in files if SOURCES / mutant.file in through[file])
+    return _names(sorted(found, key=lambda file: len(through[file])))
+
+
 def related_tests(mutant: Mutant) -> list[str]:
     """Fingerprints of what is computed through the module, its package's unit tests, and other files that import some.
 
     A fingerprint looks at whatever the modules that its file imports use; any other test, at what it imports.
     """
-    wide = [*TESTS.glob("integration/test_fingerprints_*.py"), TESTS / "integration/test_examples.py"]
-    through = {file: _used_by(_imports_of(file)) for file in wide}
-    first = sorted(
-        (file for file in wide if SOURCES / mutant.file in through[file]), key=lambda file: len(through[file])
-    )
     folder = TESTS / "unit" / mutant.package
     others = [file for file in _importing(mutant.package) if folder not in file.parents]
-    return list(dict.fromkeys([*_names(first), *own_tests(mutant), *_names(others)]))
+    return list(dict.fromkeys([*fingerprint_tests(mutant), *own_tests(mutant), *_names(others)]))
 
 
 @functools.cache

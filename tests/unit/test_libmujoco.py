@@ -1,7 +1,13 @@
 """What we change in MuJoCo's library for the whole process."""
 
+import os
+import signal
 import subprocess
 import sys
+
+import pytest
+
+from vrx_mj import libmujoco
 
 
 def test_a_warning_of_mujocos_is_printed_and_leaves_no_file(tmp_path):
@@ -17,3 +23,14 @@ def test_a_warning_of_mujocos_is_printed_and_leaves_no_file(tmp_path):
     done = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True, check=True)
     assert "WARNING: Nan, Inf or huge value in QVEL" in done.stderr
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="a system without fork")
+def test_a_process_that_is_forked_while_another_thread_takes_the_clock_can_take_it():
+    with libmujoco._CLOCK._lock:
+        child = os.fork()
+        if not child:
+            signal.alarm(5)  # or it would wait for ever
+            with libmujoco.without_timers():
+                os._exit(0)
+    assert os.waitpid(child, 0)[1] == 0

@@ -4,6 +4,7 @@ import json
 import math
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ import trimesh
 
 from needs import CAPYTAINE, needs
 from vrx_command import environment
+from vrx_mj.adapters import hydro
 from vrx_mj.adapters.hydro import (
     FREQUENCIES,
     _cut_along_edges,
@@ -75,6 +77,26 @@ def test_the_fewest_frequencies_are_enough():
     k = found["frequencies"][-1] ** 2 / 9.81
     wet = panel_hull(SPHERE, 100)[2]
     assert 2.0 * math.pi / k == pytest.approx(5.0 * wet)
+
+
+def test_a_hull_is_solved_for_in_axes_whose_origin_is_at_the_waterline(monkeypatch):
+    solved = []
+
+    def solver(_, mesh, *others):
+        solved.append([np.array(mesh), *map(np.array, others)])
+        raise VrxError("enough")
+
+    monkeypatch.setitem(sys.modules, "capytaine", SimpleNamespace())
+    monkeypatch.setattr(hydro, "_wet_mesh", lambda _, corners, *others, **options: corners)
+    monkeypatch.setattr(hydro, "_Solver", solver)
+    for up in (0.0, 0.75):
+        with pytest.raises(VrxError, match="enough"):
+            hydro_of_hull(
+                np.add(BOX, (0, 0, up)), up, (0.5, 0.25, up - 0.125), density=1000.0, gravity=9.81, tolerance=None
+            )
+    for mesh, point, density, gravity in solved:
+        assert (mesh == BOX).all()
+        assert (*point, density, gravity) == (0.5, 0.25, -0.125, 1000.0, 9.81)
 
 
 OMEGA, WATER, GRAVITY = 2.0, 1000.0, 9.81

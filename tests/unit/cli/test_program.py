@@ -80,3 +80,18 @@ def test_what_is_asked_often_loads_nothing_heavy(words):
     )
     assert "vrx-mj" in done.stdout or "ocean" in done.stdout
     assert set(done.stdout.rpartition("LOADED")[2].split()) & HEAVY == set()
+
+
+@pytest.mark.parametrize(
+    ("words", "driven"),
+    [
+        ([], ("ws://127.0.0.1:9090", None)),
+        (["--url", "wss://shore:1", "--boat", "wamv2"], ("wss://shore:1", "wamv2")),
+    ],
+)
+def test_teleop_drives_the_boat_of_the_address(cli, monkeypatch, words, driven):
+    pytest.importorskip("websockets")
+    calls = []
+    monkeypatch.setattr("vrx_mj.ros.teleop.driving.drive_served_world", lambda url, *, boat: calls.append((url, boat)))
+    assert cli("teleop", *words).code == 0
+    assert calls == [driven]

@@ -41,6 +41,21 @@ def test_a_still_beacon_without_noise_is_found_at_once():
     assert beacon.place == pytest.approx((30.0, 40.0), abs=0.2)  # what is known of its depth pulls a little
 
 
+def test_a_still_beacon_is_where_the_least_squares_are():
+    """Of three sounds, each of 3 m along its direction and 1 % of the distance across it, and of 1 m +- 1.5 m deep."""
+    beacon, rng, rows, sides = StillBeacon(), np.random.default_rng(3), [np.eye(3)[2:] / 1.5], [[-1.0 / 1.5]]
+    for x, y in ((0.0, 0.0), (8.0, -3.0), (15.0, 2.0)):
+        seen = estimate(x, y, heading=0.3)
+        sound = sound_bearing(sound_of((30.0, 20.0, -4.0), seen, rng), seen, 0.0)
+        distance = math.hypot(*(beacon.place - sound.position[:2])) if beacon.place else sound.range
+        axes = np.linalg.svd(sound.direction[None])[2] / np.array([[3.0], [0.01 * distance], [0.01 * distance]])
+        rows.append(axes)
+        sides.append(axes @ (sound.position + sound.range * sound.direction))
+        beacon.update(sound)
+        best = np.linalg.lstsq(np.concatenate(rows), np.concatenate(sides), rcond=None)[0]
+        assert beacon.place == pytest.approx(best[:2], abs=1e-9)
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_a_way_to_a_still_beacon_sharpens_its_place(seed):
     rng, beacon, place = np.random.default_rng(seed), StillBeacon(), (40.0, 20.0, -2.0)

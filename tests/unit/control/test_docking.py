@@ -106,6 +106,15 @@ def test_a_tower_seen_lit_comes_first_and_one_behind_the_start_last(docking):
     assert docking._tower(estimate(0.0, 0.0)) is None
 
 
+def test_the_time_is_counted_that_is_spent_near_a_face_without_reading_it(docking):
+    docking._roam = Roam((60.0, 0.0), math.pi, 0.0)
+    face = Face(0.0, 0.0, 0.0, seen=9)
+    docking.lookout._map.faces = [face]
+    for t, x in ((100.0, 50.0), (100.5, 50.0), (100.9, 50.0), (105.0, 50.0), (105.5, 70.0), (106.0, 50.0)):
+        docking._explore(moment(t, x, 0.0))
+    assert face.tried == pytest.approx(1.4)  # not while it was elsewhere, nor 4 s of which nothing was seen
+
+
 def test_a_search_goes_on_when_it_is_there_or_has_tried_for_long():
     roam = Roam((10.0, 0.0), math.pi / 2, 0.0)
     first = roam.next(estimate(10.0, 0.0), 0.0)

@@ -55,6 +55,13 @@ def test_a_part_that_is_far_away_is_drawn_at_the_edge(verdict):
     assert max(x for x, _ in dots(top, BAD)) == pytest.approx(right)
 
 
+def test_an_engine_is_drawn_where_a_thruster_is_mounted_and_nowhere_else(verdict):
+    engines = [part.point for part in verdict.parts if part.kind == "thrusters" for _ in boat_pictures._ENGINE]
+    drawn = [triangles.reshape(-1, 3).mean(axis=0) for triangles, _ in boat_pictures._engines(verdict)]
+    assert len(drawn) == len(engines) == 4
+    assert np.linalg.norm(np.subtract(drawn, engines), axis=1).max() < 1.0
+
+
 def test_boxes_are_drawn_and_named(verdict):
     top, side, *_ = boat_pictures._figure(verdict).axes
     edges = {

@@ -307,3 +307,12 @@ def test_keys_come_from_a_terminal_and_its_settings_are_put_back(trio, monkeypat
 def test_what_is_no_terminal_gives_no_keys():
     with Terminal(io.StringIO("iii"), io.StringIO()) as terminal:
         assert (terminal.reads, list(terminal.pressed_keys())) == (False, [])
+
+
+def test_triangles_of_the_sea_tile_its_square_and_look_up():
+    """Twice the area of each, of cells of 1 x 1."""
+    y, x = np.divmod(np.arange(window.SIDE**2), window.SIDE)
+    (x0, y0), (x1, y1), (x2, y2) = ((x[corner], y[corner]) for corner in window._sea_faces().T)
+    assert ((x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0) == 1).all()
+    middles = np.stack([x0 + x1 + x2, y0 + y1 + y2], axis=1)
+    assert len(np.unique(middles, axis=0)) == len(middles) == 2 * (window.SIDE - 1) ** 2

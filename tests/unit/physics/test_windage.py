@@ -97,6 +97,11 @@ def test_types_of_vessels_are_blendermann_s(vessel):
         assert load.tz == pytest.approx(q * 5.0 * 4.9 * 0.18 * (g - 0.5 * math.pi) * cy, abs=1e-9)
 
 
+def test_their_numbers_are_those_of_fossen_s_table():
+    """The sums of its columns, CD_t to kappa (Fossen 2021, table 10.1)."""
+    assert np.sum([*BLENDERMANN.values()], axis=0) == pytest.approx([14.65, 10.35, 10.525, 9.0, 24.8])
+
+
 def test_a_curve_has_straight_lines():
     curve = [(0.0, -0.5, 0.0, 1.0, 0.0), (math.pi / 2, 0.1, 0.8, 1.0, 0.0), (math.pi, 0.6, 0.0, 1.0, 0.0)]
     load = windage_load(*boat(curve), moving(), from_angle(45.0))

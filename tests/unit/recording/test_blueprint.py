@@ -217,6 +217,31 @@ def boxes(spots, names):
     return np.array([spots[:, 0] - half, spots[:, 1] - PLATE * LINE, spots[:, 0] + half, spots[:, 1]])
 
 
+BESIDE, ABOVE = LINE * LETTER * (0.5 * len("wamv") + 1.0 + 0.5 * len("a") + 1.0), PLATE * LINE
+"""How far apart places are whose names touch at their sides, or at top and bottom."""
+
+
+@pytest.mark.parametrize(
+    ("places", "stays"),
+    [
+        ([(0.5, 1.0)], False),  # on the plan's upper edge
+        ([(0.5, 1.0 - 1e-12)], True),
+        ([(0.0, 0.0), (BESIDE, 0.0)], True),
+        ([(0.0, 0.0), (BESIDE - 1e-12, 0.0)], False),
+        ([(0.0, 0.0), (0.1, ABOVE)], True),
+        ([(0.0, 0.0), (0.1, ABOVE - 1e-12)], False),
+        ([(0.5, 0.5), (0.6, 0.5 - 0.1 * LINE + 1e-12)], True),  # a boat that the name's upper edge just covers
+        ([(0.5, 0.5), (0.6, 0.5 - 0.1 * LINE - 1e-12)], False),
+    ],
+)
+def test_a_name_is_under_its_boat_until_it_would_cover_something_there(places, stays):
+    scene, boats = replace(recorded_run.scene(1), parameters=partial(CALM)), ["wamv", "a"]
+    names = boats[: len(places)]
+    spots = name_spots(scene, names, np.array([places]), np.zeros(2), 1.0 / PLAN_SLOPE)[0]
+    moved = int(len(places) == 2 and places[0] == (0.0, 0.0))  # which name has to give way
+    assert (tuple(spots[moved]) == pytest.approx(places[moved], abs=0.0)) == stays
+
+
 @given(places=arrays(np.float64, (3, 5, 2), elements=st.floats(-1.0, 0.6)))
 @example(np.zeros((3, 5, 2)))
 @example(np.linspace(-0.1, 0.1, 30).reshape(3, 5, 2))

@@ -4,14 +4,15 @@ import platform
 import sys
 import threading
 from types import SimpleNamespace
+from unittest.mock import MagicMock
 
 import pytest
 
 from vrx_mj.errors import NetworkError
 from vrx_mj.packages import install_command
 from vrx_mj.ros import ros2 as ros2_node
-from vrx_mj.ros.cdr import fields
-from vrx_mj.ros.interface import Inbox, Output, RosInterface, Sent
+from vrx_mj.ros.cdr import encode, fields
+from vrx_mj.ros.interface import Inbox, Output, RosInterface, Sent, Service
 from vrx_mj.ros.limits import MOST_WAITING
 from vrx_mj.ros.messages import new
 from vrx_mj.ros.ros2 import RANGE, Ros2
@@ -20,6 +21,7 @@ OWN = ".".join(platform.python_version_tuple()[:2])
 WHEELS = install_command("ros-jazzy-rclpy", "ros-jazzy-rmw-fastrtps-cpp", "ros-jazzy-common-interfaces")
 LONGEST = 10.0
 PLAIN = Output("/wamv/joint_states", "sensor_msgs/JointState", lambda: None)
+DATUM = "robot_localization/SetDatum"
 GOAL = Output("/vrx/stationkeeping/goal", "geometry_msgs/PoseStamped", lambda: None, latched=True)
 
 
@@ -98,6 +100,22 @@ def test_a_service_with_an_empty_response_is_taken(packages, monkeypatch):
     assert ros2_node.service_class("robot_localization/SetDatum") is module.SetDatum
 
 
+def test_calls_that_wait_are_taken_and_answered(monkeypatch):
+    wire = SimpleNamespace(serialize_message=lambda asked: encode(asked, f"{DATUM}Request"))
+    monkeypatch.setitem(sys.modules, "rclpy.serialization", wire)
+    inbox, asked, service = Inbox(), new(f"{DATUM}Request"), MagicMock()
+    service.handle.service_take_request.side_effect = [(asked, "one"), (asked, "two"), (None, None)] * 2
+    node = ros2_node.Node(MagicMock(), inbox, "vrx_mj")
+    node._services["/datum"] = ros2_node._Held(Service("/datum", DATUM, lambda _: None), service)
+    node.take()
+    _, calls, _ = inbox.drain()
+    assert [call.service for call in calls] == ["/datum", "/datum"]
+    for call in calls:
+        call.answer(None, "")
+    node.take()
+    assert [sent.args[1] for sent in service.send_response.call_args_list] == ["one", "two"]
+
+
 class Node:
     """Stands for the node: it is slow until it is let go."""
 
@@ -161,6 +179,16 @@ def test_lines_say_where_it_is_and_what_to_install(opened):
         "are not published"
     )
     assert opened.lines == [f"ROS 2: node /vrx_mj in domain 7 by rmw, {RANGE}=OFF", missing]
+
+
+@pytest.mark.parametrize(
+    ("host", "reach"), [("127.0.0.1", "LOCALHOST"), ("localhost", "LOCALHOST"), ("0.0.0.0", "SUBNET")]
+)
+def test_a_node_of_this_machine_alone_looks_no_further(opened, monkeypatch, host, reach):
+    monkeypatch.delenv(RANGE)
+    ros2 = Ros2(Inbox(), host=host)
+    assert ros2.start()[0].endswith(f"{RANGE}={reach}")
+    ros2.close()
 
 
 def test_what_waits_is_bounded_and_what_is_latched_is_kept(opened):

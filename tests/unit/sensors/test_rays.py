@@ -44,6 +44,11 @@ def test_what_begins_beyond_the_range_or_ends_before_it_has_an_empty_window(hull
     assert last < first
 
 
+def test_what_is_straight_above_may_be_in_all_samples():
+    rays = grid(16, 90, (-1.5, 1.5), (-math.pi, math.pi), (0.1, 130.0))[0]
+    assert window(rays, np.array([(0.0, 0.0, 2.0), (0.0, 0.0, 5.0)]))[3] == math.inf
+
+
 def test_a_small_box_ahead_has_a_small_window():
     corners = np.array([(10.0 + x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
     rays = grid(16, 1875, (math.radians(-15), math.radians(15)), (-math.pi, math.pi), (0.1, 130.0))[0]

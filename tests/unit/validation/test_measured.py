@@ -1,15 +1,16 @@
 """Cases with a user's own measurements: columns, commands over time, bands and bad input."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from peak_memory import peak_memory
 from vrx_mj import Simulation, compile_world
-from vrx_mj.config.measured import MOST_BYTES, read_case, read_measurements
+from vrx_mj.config.measured import MOST_BYTES, SIGNALS, read_case, read_measurements
 from vrx_mj.errors import VrxError
-from vrx_mj.validation.measured import measured_case
+from vrx_mj.validation.measured import _READERS, measured_case
 from vrx_mj.validation.report import run_cases
 
 WORLD = "physics: {profile: marine}\nsea: {model: none}\nspawn: {robot: skiff, sensors: none}\n"
@@ -58,6 +59,17 @@ def sailed(files):
         seen = sim.observe()[boat]
         rows.append((float(second), float(seen.velocity[0]), math.degrees(seen.heading)))
     return rows
+
+
+def test_a_signal_is_read_where_its_name_says():
+    seen = SimpleNamespace(
+        position=(1.0, 2.0, 3.0), roll=0.1, pitch=0.2, heading=0.3, velocity=(4.0, 5.0, 6.0),
+        angular_velocity=(0.4, 0.5, 0.6), speed=7.0,
+    )  # fmt: skip
+    read = {name: _READERS[name](seen) for name in SIGNALS}
+    turned = {name: math.radians(value) for name, value in read.items() if SIGNALS[name].startswith("deg")}
+    assert list(turned.values()) == pytest.approx([0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
+    assert [value for name, value in read.items() if name not in turned] == [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]
 
 
 def test_a_boat_may_start_astern_and_turning_to_starboard(files):
