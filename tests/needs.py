@@ -129,6 +129,7 @@ STABLE_BASELINES3 = Need(
     "pip install stable-baselines3",
     lambda: importlib.util.find_spec("stable_baselines3") is not None,
 )
+TORCH = Need("PyTorch", "pip install torch", lambda: importlib.util.find_spec("torch") is not None)
 WARP = Need("MuJoCo Warp", "pip install -e '.[warp]'", lambda: importlib.util.find_spec("mujoco_warp") is not None)
 NUMBA_CUDA = Need("numba-cuda", "pip install -e '.[cuda]'", lambda: importlib.util.find_spec("numba_cuda") is not None)
 CAPYTAINE = Need("Capytaine", "pip install -e '.[hydro]'", lambda: importlib.util.find_spec("capytaine") is not None)
