@@ -16,20 +16,32 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from types import FrameType
 
-_ENDING = ("SIGTERM", "SIGHUP")
+_ENDING = ("SIGINT", "SIGTERM", "SIGHUP")
+_came: list[list[int]] = []
+"""Of each `ended_by_signals` that goes on, the signals that have come."""
 
 
 @contextlib.contextmanager
 def ended_by_signals() -> Iterator[list[int]]:
-    """Let SIGTERM and SIGHUP raise KeyboardInterrupt; yields the numbers of those that have come."""
+    """Let SIGINT, SIGTERM and SIGHUP raise KeyboardInterrupt; yields the numbers of those that have come."""
     came: list[int] = []
 
     def interrupt(number: int) -> None:
         came.append(number)
         raise KeyboardInterrupt
 
-    with handle_signals(_ENDING, interrupt):
-        yield came
+    _came.append(came)
+    try:
+        with handle_signals(_ENDING, interrupt):
+            yield came
+    finally:
+        _came.pop()
+
+
+def check_interrupts() -> None:
+    """Raise KeyboardInterrupt if a signal has come and did not end the work, as packages that load may catch it."""
+    if any(_came):
+        raise KeyboardInterrupt
 
 
 @contextlib.contextmanager

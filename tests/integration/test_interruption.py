@@ -113,3 +113,23 @@ def test_ctrl_c_before_the_first_step_needs_no_traceback(folder, module):
     code, _, err = ended(process)
     assert "Traceback" not in err, err
     assert code in {130, -signal.SIGINT}  # as shells have it; the signal itself where Python had not begun to listen
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows sends Ctrl-C to a whole console")
+def test_ctrl_c_that_a_package_catches_while_it_is_imported_ends_the_run(folder):
+    code = """
+import contextlib, signal, sys
+
+class Catching:
+    def find_spec(self, name, *_):
+        if name == "numba":
+            with contextlib.suppress(KeyboardInterrupt):
+                signal.raise_signal(signal.SIGINT)
+
+sys.meta_path.insert(0, Catching())
+from vrx_mj.cli import main
+main()
+"""
+    code, _, err = ended(start(*FOREVER, cwd=folder, program=("-c", code)))
+    assert (code, err, (folder / "run.rrd").exists()) == (130, "", False)

@@ -1,17 +1,18 @@
 """Signals that end a process, and those that it ignores from the start."""
 
+import contextlib
 import signal
 import sys
 import threading
 
 import pytest
 
-from vrx_mj.signals import ended_by_signals
+from vrx_mj.signals import check_interrupts, ended_by_signals
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has other signals")
 
 
-@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
 def test_a_signal_ends_work_as_ctrl_c_does(name):
     number = getattr(signal, name)
     before = signal.signal(number, signal.SIG_DFL)  # the tests may run under nohup
@@ -23,6 +24,16 @@ def test_a_signal_ends_work_as_ctrl_c_does(name):
         assert signal.getsignal(number) is signal.SIG_DFL
     finally:
         signal.signal(number, before)
+
+
+def test_an_interrupt_that_a_package_caught_is_raised_again():
+    with ended_by_signals():
+        check_interrupts()
+        with contextlib.suppress(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGTERM)
+        with pytest.raises(KeyboardInterrupt):
+            check_interrupts()
+    check_interrupts()
 
 
 def test_what_is_ignored_stays_ignored():

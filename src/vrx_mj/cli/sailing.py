@@ -21,6 +21,7 @@ from vrx_mj.runtime.run import (
     steady,
 )
 from vrx_mj.runtime.simulation import Simulation
+from vrx_mj.signals import check_interrupts
 
 
 def sail(
@@ -36,6 +37,7 @@ def sail(
     own_code: bool = False,
 ) -> Summary:
     """Sail and record as asked; `own_code`: whether a controller is the user's code."""
+    check_interrupts()  # numba's import may keep Ctrl-C to itself
     most = planned_duration(sim) if duration is None else duration
     sim.steps_in(most)
     with (
