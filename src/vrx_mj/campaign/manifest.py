@@ -6,7 +6,7 @@ import sys
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from functools import cache
 from hashlib import file_digest, sha256
@@ -102,7 +102,9 @@ def begin(folder: Path, plan: Plan, *, restart: bool = False) -> Campaign:
                 (folder / name).unlink(missing_ok=True)
     results = read_results(folder, plan.cells)
     if (folder / _MANIFEST).is_file():
-        _check_fits(folder, [*_differences(_read_manifest(folder), manifest), *_changed_worlds(plan, results)])
+        old = _read_manifest(folder)
+        _check_fits(folder, [*_differences(old, manifest), *_changed_worlds(plan, results)])
+        manifest = replace(manifest, began=old.began)
     _write_manifest(folder, manifest)
     return Campaign(folder, manifest, results)
 

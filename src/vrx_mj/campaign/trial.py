@@ -137,8 +137,8 @@ def _row_results(trials: Sequence[Trial], stopwatch: Stopwatch, warm: Simulation
     controller: Any = load_own_controller(first.cell.controller, seeds)
     seen, tracks = batch.features[..., :2].copy(), [Tracks() for _ in trials]
     way = np.zeros(seen.shape[:2])
+    stopwatch.allow(first.timeout or _EXTRA_TIME + steps * batch.timestep)  # if it is not enough, each has so much
     for count in steps_of_calls(steps, batch.timestep):
-        stopwatch.allow(first.timeout or _EXTRA_TIME + steps * batch.timestep)  # from one call to the next
         stopwatch.reach(moment := float(batch.time[0]))
         for own, boats in zip(tracks, seen.tolist(), strict=True):
             for boat, place in zip(batch.boats, boats, strict=True):

@@ -1,3 +1,4 @@
+import json
 from dataclasses import replace
 
 import pytest
@@ -47,6 +48,13 @@ def test_missing_and_failed_cells_are_left(folder):
     again = begin(folder, PLAN)
     assert again.remaining == PLAN.cells[1:]
     assert read_campaign(folder) == again
+
+
+def test_a_campaign_that_goes_on_began_when_it_did(folder):
+    file, began = begin(folder, PLAN).folder / "campaign.json", "2020-01-01T00:00:00+00:00"
+    write_json(file, {**json.loads(file.read_text(encoding="utf-8")), "began": began})
+    assert (begin(folder, PLAN).manifest.began, read_campaign(folder).manifest.began) == (began, began)
+    assert begin(folder, PLAN, restart=True).manifest.began > began
 
 
 def test_more_of_the_same_may_be_added(folder):
