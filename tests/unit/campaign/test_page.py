@@ -1,6 +1,7 @@
 import re
 from dataclasses import replace
 from html.parser import HTMLParser
+from types import SimpleNamespace
 
 import pytest
 
@@ -182,3 +183,18 @@ def test_a_large_campaign_makes_a_page_of_bounded_size(tmp_path, worlds, seeds, 
     assert ("data-s" in text.partition('<section id="maps"')[0]) == (seeds < 30)
     with (tmp_path / "results.csv").open(encoding="utf-8") as table:
         assert sum(1 for _ in table) == len(results) + 1
+
+
+def test_a_live_page_is_written_again_after_five_seconds_or_twenty_times_what_it_took(monkeypatch, tmp_path):
+    clock, written, live = [0.0], [], LivePage(campaign_of(tmp_path, RESULTS))
+    seconds = iter((0.125, 1.0, 0.0))
+
+    def write(*, running):
+        written.append((clock[0], running))
+        clock[0] += next(seconds)
+
+    monkeypatch.setattr(live, "write", write)
+    monkeypatch.setattr("vrx_mj.campaign.page.time", SimpleNamespace(monotonic=lambda: clock[0]))
+    for clock[0] in (100.0, 105.0, 105.125, 126.0, 126.125):
+        live.refresh()
+    assert written == [(100.0, True), (105.125, True), (126.125, True)]

@@ -76,6 +76,19 @@ def test_a_coarser_surface_has_at_most_so_many_faces_and_stays_where_it_was():
     assert [len(one.faces) for one in coarser([ball, rod], 30)].count(0) == 1
 
 
+def test_a_coarser_plate_keeps_both_its_sides():
+    """Two round plates, far apart: vertices of either side of each are in one cell."""
+    low, high = (surface(f"type='cylinder' size='1 0.001 1' pos='0 0 {z}'") for z in (0, 1))
+    faces = np.concatenate([low.faces, high.faces + len(low.vertices)])
+    both = Surface(
+        np.concatenate([low.vertices, high.vertices]), faces, np.concatenate([low.normals, high.normals]), low.rgba
+    )
+    (found,) = coarser([both], len(faces) - 1)
+    a, b, c = np.moveaxis(found.vertices[found.faces].astype(np.float64), 1, 0)
+    up = np.cross(b - a, c - a)[:, 2] / 2.0
+    assert [up[up > 0.0].sum(), -up[up < 0.0].sum()] == pytest.approx([2.0 * PI] * 2, rel=0.35)
+
+
 def test_a_surface_with_few_faces_is_left_alone():
     box = surface("type='box' size='1 1 1'")
     assert coarser([box], 12)[0] is box
