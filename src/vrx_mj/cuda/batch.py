@@ -15,7 +15,7 @@ from vrx_mj.cuda.rows import DeviceArray, DeviceRows
 from vrx_mj.errors import CommandError, DivergedError
 from vrx_mj.mjcf.world import World
 from vrx_mj.runtime import batch
-from vrx_mj.runtime.rows import Rows, as_numbers
+from vrx_mj.runtime.rows import Rows, as_numbers, which_rows
 from vrx_mj.runtime.state import rows_divergence_message
 from vrx_mj.runtime.timing import MOST_STEPS
 
@@ -106,16 +106,17 @@ class Batch:
         """Set thrusts and steering angles of all rows, (n, channels), in the order of `channels`.
 
         Args:
-            values: numbers of 64 bits on this device, or of any kind on the host. A row whose numbers are not finite
-                diverges.
+            values: numbers of 64 or 32 bits on this device, or of any kind on the host. A row whose numbers are not
+                finite diverges.
             hold: a thrust lasts for its thruster's timeout, and at least so long [s].
 
         Raises:
             CommandError: the shape is wrong, or the numbers are on another device or of another type.
         """
         given, needed = self._on_device(values), (self.n, len(self.channels))
-        if tuple(given.shape) != needed or given.dtype != np.float64:
-            raise CommandError(f"invalid commands of shape {given.shape}, {given.dtype}: {needed}, float64 is needed")
+        if tuple(given.shape) != needed or given.dtype not in (np.float64, np.float32):
+            text = f"{needed}, float64 or float32, is needed"
+            raise CommandError(f"invalid commands of shape {given.shape}, {given.dtype}: {text}")
         at = self._rows.arrays
         self._command(at["runs"], at["time"], given, self._thrusters, self._angles, float(hold))
 
@@ -175,11 +176,19 @@ class Batch:
         self._asked = 0
 
     def reset(self, rows: Rows = None, *, seed: int | Sequence[int] | IntArray | None = None) -> None:
-        """Reset rows to their start, as `vrx_mj.Batch.reset` does; errors are its."""
-        self.host().reset(rows, seed=seed)
-        self.push()
+        """Reset rows to their start, as `vrx_mj.Batch.reset` does; errors are its. Only these are copied."""
+        self._batch.reset(rows, seed=seed)
+        self._push_rows(rows, moving=True)
 
     def vary(self, rows: Rows = None, **values: Any) -> None:
         """Change parameters of rows from their next reset on, as `vrx_mj.Batch.vary` does; errors are its."""
-        self.host().vary(rows, **values)
-        self.push()
+        if "parameters" in values:  # tables outside of the stacks
+            self.host().vary(rows, **values)
+            self.push()
+        else:
+            self._batch.vary(rows, **values)
+            self._push_rows(rows, moving=False)
+
+    def _push_rows(self, rows: Rows, *, moving: bool) -> None:
+        self._rows.push_rows(which_rows(self.n, rows), moving=moving)
+        self._asked = 0

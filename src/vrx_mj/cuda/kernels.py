@@ -2,14 +2,14 @@
 
 import warnings
 from collections.abc import Callable
-from typing import Any
+from functools import cache
+from typing import Any, Protocol
 
 import numba_cuda
 from numba import cuda
 from numba.cuda.core import config
 
 from vrx_mj.arrays import FloatArray, IntArray
-from vrx_mj.cuda.rows import Stream
 from vrx_mj.physics.kernel import cache_folder
 from vrx_mj.physics.tables import Table
 from vrx_mj.physics.vessel import VesselWork
@@ -20,6 +20,13 @@ _FEW_WAVES, _REGISTERS = 10, 96
 waves 765 million steps a second with 96 registers and 541 without a limit; with 5 waves 1,330 and 1,769."""
 _BLOCK = 64
 """Threads of a block. From 32 to 256 speeds differ by 6 %."""
+
+
+class Stream(Protocol):
+    """A CUDA stream, as numba has it."""
+
+    def synchronize(self) -> None:
+        """Wait until everything on it is done."""
 
 
 def advance_vrx(
@@ -51,21 +58,30 @@ def command(
         command_row(runs, row, time[row], values[row], thrusters, angles, hold)
 
 
+def write_rows(which: IntArray, parts: Table, whole: Table) -> None:
+    """Write the bytes of some rows, (rows, size), into those of all, one byte for each thread."""
+    place = cuda.grid(1)
+    if place < parts.size:
+        row, byte = divmod(place, parts.shape[1])
+        whole[which[row], byte] = parts[row, byte]
+
+
 def launcher(function: Callable[..., None], rows: int, waves: int, stream: Stream) -> Callable[..., None]:
-    """What launches a kernel on a stream, for so many rows and waves.
+    """What launches a kernel on a stream, for so many rows, a thread each, and waves.
 
     What was compiled is kept with the kernels of the CPU, whose folder belongs to their sources.
     """
     with warnings.catch_warnings():  # a few rows leave most of a processor idle
         warnings.simplefilter("ignore")
-        found: Callable[..., None] = _compiled(function, waves)[(rows + _BLOCK - 1) // _BLOCK, _BLOCK, stream]
+        kernel = _compiled(function, None if waves <= _FEW_WAVES else _REGISTERS)
+        found: Callable[..., None] = kernel[(rows + _BLOCK - 1) // _BLOCK, _BLOCK, stream]
     return found
 
 
-def _compiled(function: Callable[..., None], waves: int) -> Any:
+@cache
+def _compiled(function: Callable[..., None], registers: int | None) -> Any:
     if config.ENABLE_CUDASIM:
         return cuda.jit(function)
-    registers = None if waves <= _FEW_WAVES else _REGISTERS
     folder, before = cache_folder(), config.CACHE_DIR
     if folder:
         config.CACHE_DIR = str(folder / f"cuda{registers or ''}-{numba_cuda.__version__}")

@@ -8,18 +8,12 @@ import numpy.typing as npt
 from numba import cuda
 from numba.cuda.core import config
 
-from vrx_mj.arrays import FloatArray
+from vrx_mj.arrays import FloatArray, IntArray
+from vrx_mj.cuda.kernels import Stream, launcher, write_rows
 from vrx_mj.physics.tables import Table
 from vrx_mj.physics.vessel import HullMeshes, VesselWork, vessel_work
 from vrx_mj.runtime.row_tables import SEPARATE, RowTables, check_memory
 from vrx_mj.runtime.views import ARRAYS
-
-
-class Stream(Protocol):
-    """A CUDA stream, as numba has it."""
-
-    def synchronize(self) -> None:
-        """Wait until everything on it is done."""
 
 
 class DeviceArray(Protocol):
@@ -30,6 +24,10 @@ class DeviceArray(Protocol):
         """Its shape."""
 
     @property
+    def size(self) -> int:
+        """How many numbers it has."""
+
+    @property
     def dtype(self) -> npt.DTypeLike:
         """Type of its numbers."""
 
@@ -38,6 +36,12 @@ class DeviceArray(Protocol):
 
     def copy_to_device(self, ary: npt.NDArray[np.generic], stream: Stream | int = 0) -> None:
         """Take over an array of the host."""
+
+    def view(self, dtype: npt.DTypeLike) -> "DeviceArray":
+        """The same memory as numbers of another type."""
+
+    def reshape(self, *shape: int) -> "DeviceArray":
+        """The same memory in another shape."""
 
 
 _PLAIN = ("time", "done", "features")
@@ -101,6 +105,30 @@ class DeviceRows:
         self._put("damping", np.zeros((rows.n, max(1, len(rows.arrays.floats)), 3)))
         self._put("runs", runs)
         self._stream.synchronize()
+
+    def push_rows(self, which: IntArray, *, moving: bool) -> None:
+        """Copy these rows' parts of the stacks from the host, with or without what moves.
+
+        Where a table has another size than on the device, everything is copied, other rows in the device's state.
+        """
+        hosts = dict(self._hosts())
+        sizes = {name: self.arrays[name].view(np.uint8).size for name in hosts if name in self.arrays}
+        stacks = {name for name in hosts if "." not in name and len(hosts[name]) == self._rows.n}
+        own = {name: hosts[name][which] for name in stacks if moving or name not in _MOVING}
+        if sizes != {name: host.nbytes for name, host in hosts.items()}:
+            self.pull()
+            for name in own.keys() & _MOVING:
+                hosts[name][which] = own[name]
+            self.push()
+        elif len(which):
+            rows = cuda.to_device(which, stream=self._stream)
+            if self._marine:
+                works = zip(*(self._work(row) for row in which.tolist()), strict=True)
+                own |= {name: np.stack(parts) for name, parts in zip(VesselWork._fields, works, strict=True)}
+            for name, parts in own.items():
+                given = cuda.to_device(parts.reshape(-1).view(np.uint8).reshape(len(which), -1), stream=self._stream)
+                there = self.arrays[name].view(np.uint8).reshape(self._rows.n, -1)
+                launcher(write_rows, given.size, 0, self._stream)(rows, given, there)
 
     def _put(self, name: str, flat: npt.NDArray[np.generic]) -> None:
         known = self.arrays.get(name)

@@ -1,4 +1,4 @@
-"""Compile a kernel of `vrx_mj.cuda` to PTX, where no driver is; prints how many operations of float64 it has."""
+"""Compile a kernel of `vrx_mj.cuda` to PTX, where no driver is; prints its operations on floats or bytes."""
 
 import re
 import sys
@@ -26,11 +26,12 @@ WORK = array("f8", 2), array("u1", 2), array("u4", 2), array("f8", 3), array("f8
 SIGNATURES = {
     "advance_vrx": (RUNS, TIME, DONE, FEATURES, REAL, WHOLE, DAMPING),
     "advance_marine": (RUNS, TIME, DONE, FEATURES, REAL, WHOLE, DAMPING, *WORK),
-    "command": (RUNS, TIME, array("f8", 2), array("i8"), array("i8"), REAL),
+    "command": (RUNS, TIME, array("f4", 2), array("i8"), array("i8"), REAL),
+    "write_rows": (array("i8"), array("u1", 2), array("u1", 2)),
 }
 dispatcher.get_current_device = lambda: SimpleNamespace(compute_capability=HOPPER)  # callees ask the driver
 name = sys.argv[1]
 text, _ = cuda.compile_ptx(getattr(kernels, name), SIGNATURES[name], device=False, cc=HOPPER)
 called = set(re.findall(r"\.extern \.func [^;]*?(\w+)\n", text))
 assert called <= {"numba_attempt_nocopy_reshape"}, called  # numba-cuda links that at the launch
-print(len(re.findall(r"\b(?:fma|add|mul|sub|ld\.global|st\.global|ld|st)\S*\.f64\b", text)))
+print(len(re.findall(r"\b(?:fma|add|mul|sub|ld\.global|st\.global|ld|st)\S*\.(?:f64|[bu]8)\b", text)))

@@ -7,6 +7,7 @@ a process of its own, since numba decides at its import whether to simulate: `NU
 import sys
 
 import numpy as np
+from numba import cuda
 
 import vrx_mj
 from integration.sailing import boats, water
@@ -31,7 +32,7 @@ def in_the_simulator(function):
 
 
 def compare(world, parameter):
-    """Name what differs after ten steps, in two launches, of rows that were varied, reset and commanded."""
+    """Name what differs after ten steps, in three launches, of rows that were varied, reset and commanded."""
     batches = vrx_mj.Batch(world, ROWS, seed=SEED, threads=1, engine="free"), Batch(world, ROWS, seed=SEED)
     values = np.linspace(0.2, 0.6, ROWS)[:, None] * np.ones(len(batches[0].channels))
     for batch in batches:
@@ -39,7 +40,13 @@ def compare(world, parameter):
         batch.reset([1, 2], seed=9)
         batch.command(values)
         batch.advance(7)
-        batch.advance(3)
+        batch.vary(rows=[2], waves=0.8, thrust=1.2)
+        batch.reset([0], seed=4)  # the others go on
+        batch.advance(2)
+        own = batch.host() if isinstance(batch, Batch) else batch
+        own.vary(rows=[0], parameters={parameter: 1.05})  # which is on the device with the reset
+        batch.reset([0], seed=3)
+        batch.advance(1)
     host, device = batches
     device.check()
     for name in ("qpos", "features", "time"):
@@ -71,6 +78,7 @@ def stop(world):
     batch.host().advance(10, rows=[1])
     batch.push()
     assert batch.time.copy_to_host()[1] > 0.09
+    batch.command(cuda.to_device(np.zeros((ROWS, 4), np.float32)))
     for values in (np.zeros((ROWS, 1)), "x"):
         try:
             batch.command(values)

@@ -27,12 +27,12 @@ def test_rows_in_the_simulator_are_those_of_the_cpu_to_the_bit():
     diverged, near, shape, text = run(str(HERE / "simulated_rows.py"), "vrx", "marine", NUMBA_ENABLE_CUDASIM="1")
     assert diverged.startswith("rows 2 have a state that is not finite")
     assert near.startswith("something is near rows 1 (1 in all): they stop until they are reset, or moved by host()")
-    assert shape == "invalid commands of shape (3, 1), float64: (3, 4), float64 is needed"
+    assert shape == "invalid commands of shape (3, 1), float64: (3, 4), float64 or float32, is needed"
     assert text == "invalid commands 'x': an array of numbers is needed"
 
 
 @pytest.mark.parametrize(
-    "kernel", ["advance_vrx", "command", pytest.param("advance_marine", marks=pytest.mark.nightly)]
+    "kernel", ["advance_vrx", "command", "write_rows", pytest.param("advance_marine", marks=pytest.mark.nightly)]
 )
 def test_what_a_thread_does_compiles_for_the_processor(kernel):
     """In float64, with fused products, and without calls of functions that are not there."""
