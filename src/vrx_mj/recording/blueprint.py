@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from itertools import chain
+from itertools import chain, compress
 from pathlib import Path
 from typing import Any
 
@@ -87,11 +87,9 @@ def layout(
     story = [rrb.TextLogView(name="Events", origin="/events", columns=columns)]
     story.insert(0 if scene.parameters.task else 1, steps)
     rows = [(2.4, plan_view(scene, track)), *((1.0, row) for row in _under_plan(scene, result))]
-    if len(boats) > FEW_NAMES:
-        rows.append((3.0, rrb.Tabs(_legend_view(boats), *story)))
-    else:
-        rows.append((1.2, rrb.Tabs(*story)))
-    if 1 < len(boats) <= FEW_NAMES:
+    many = len(boats) > FEW_NAMES
+    rows.append((3.0, rrb.Tabs(_legend_view(boats), *story)) if many else (1.2, rrb.Tabs(*story)))
+    if len(boats) > 1 and not many:
         rows.insert(-2, (0.22 * (legend_spots(boats)[-1][1] + 1), _legend_view(boats)))
     shares, views = zip(*rows, strict=True)
     right = rrb.Vertical(*views, row_shares=shares)
@@ -199,12 +197,10 @@ def _view(
 
 def hidden_names(scene: RecordScene, middle: FloatArray, height: float) -> list[str]:
     """Names of boats left out that would cover something as the fleet starts, in a plan from a `height` [m]."""
+    names = [boat.name for boat in scene.boats()]
     places = np.reshape([boat.pose[:2] for boat in scene.boats()], (1, -1, 2))
-    spots = middle + height * PLAN_SLOPE * name_spots(
-        scene, [boat.name for boat in scene.boats()], places, middle, height
-    )
-    moved = ~(np.abs(spots - places) < 1e-6).all(axis=(0, 2))
-    return _without_names(boat.name for boat, hidden in zip(scene.boats(), moved, strict=True) if hidden)
+    spots = middle + height * PLAN_SLOPE * name_spots(scene, names, places, middle, height)
+    return _without_names(compress(names, ~(np.abs(spots - places) < 1e-6).all(axis=(0, 2))))
 
 
 def _without_names(boats: Iterable[str]) -> list[str]:
@@ -214,11 +210,7 @@ def _without_names(boats: Iterable[str]) -> list[str]:
 
 def _trails(scene: RecordScene) -> dict[str, Any]:
     """Every piece of each trail, and every fix, up to now, instead of the last one only."""
-    sofar = rrb.VisibleTimeRanges(
-        timeline=TIMELINE,
-        start=rrb.TimeRangeBoundary.infinite(),
-        end=rrb.TimeRangeBoundary.cursor_relative(),
-    )
+    sofar = rrb.VisibleTimeRanges(timeline=TIMELINE, start=_EDGE, end=rrb.TimeRangeBoundary.cursor_relative())
     paths = [f"/world/trails/{boat}" for boat in scene.roster()]
     return dict.fromkeys((*paths, *map(track_path, scene.of_type("gps"))), sofar)
 
@@ -236,12 +228,11 @@ def plot_view(
 ) -> rrb.TimeSeriesView:
     """A plot over the whole run; `marked`: with the marks of what happened."""
     quantity, name = plot
+    corner = rrb.Corner2D.LeftTop if scene.ended is None else rrb.Corner2D.RightTop
     return rrb.TimeSeriesView(
         name=name,
         origin=f"/plots/{quantity}",
         contents=[f"+ /plots/{quantity}/**", *([f"+ {MARKS}/**"] if marked else [])],
-        plot_legend=rrb.PlotLegend(
-            corner=rrb.Corner2D.LeftTop if scene.ended is None else rrb.Corner2D.RightTop, visible=legend
-        ),
+        plot_legend=rrb.PlotLegend(corner=corner, visible=legend),
         axis_x=rrb.TimeAxis(link="Independent", view_range=whole_run(scene, _LEGEND_AFTER if legend else _AFTER)),
     )

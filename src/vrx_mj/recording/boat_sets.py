@@ -64,13 +64,8 @@ class BoatSet:
 def boat_set_cells(scene: RecordScene, before: RecordScene, number: int) -> tuple[str, bytes]:
     """The header of the boat set of a scene, the one of this number, and its files that are new, packed."""
     new = {name: content for name, content in scene.files.items() if before.files.get(name) != content}
-    head = {
-        "number": number,
-        "layout": asdict(scene.layout()),
-        "world_sha256": scene.properties["world_sha256"],
-        "files": sorted(scene.files),
-    }
-    return json.dumps(head), pack_files(new)
+    head = BoatSetHead(number, scene.layout(), scene.properties["world_sha256"], tuple(sorted(scene.files)))
+    return json.dumps(asdict(head)), pack_files(new)
 
 
 def read_boat_sets(first: BoatSet, parts: Sequence[Part], most: int) -> tuple[BoatSet, ...]:
@@ -108,7 +103,10 @@ def all_rows(parts: Sequence[Part], layouts: Sequence[RowLayout], most: int) -> 
     joint = joint_layout(layouts)
     blocks = numbered_blocks(parts, len(layouts), most)
     for number, block in blocks:
-        _check_rows(block, layouts[number].width)
+        if block.shape[1] != layouts[number].width:
+            raise RecordError(f"{ROWS}: block: rows of {block.shape[1]} columns instead of {layouts[number].width}")
+        if not ((block[:, 0] >= 0.0) & (block[:, 0] <= LONGEST)).all():
+            raise RecordError(f"{ROWS}: block: a time from 0 to {LONGEST:g} s is needed")
     lengths = [len(block) for _, block in blocks]
     needed = 8 * (joint.width * sum(lengths) + sum(layout.width for layout in layouts))
     if needed > most:
@@ -132,18 +130,6 @@ def numbered_blocks(parts: Sequence[Part], count: int, most: int) -> list[tuple[
     if unknown := [number for number in numbers if not 0 <= number < count]:
         raise RecordError(f"{parts[0].entity}: company: {unknown[0]}, of {count}")
     return list(zip(numbers, unpack_all([blob for part in parts for blob in part.blobs("block")], most), strict=True))
-
-
-def _check_rows(rows: FloatArray, width: int) -> None:
-    """Check that a block's rows have so many columns, and a time each.
-
-    Raises:
-        RecordError: they do not.
-    """
-    if rows.shape[1] != width:
-        raise RecordError(f"{ROWS}: block: rows of {rows.shape[1]} columns instead of {width}")
-    if not ((rows[:, 0] >= 0.0) & (rows[:, 0] <= LONGEST)).all():
-        raise RecordError(f"{ROWS}: block: a time from 0 to {LONGEST:g} s is needed")
 
 
 def sound_rows(rows: FloatArray, numbers: IntArray, layouts: Sequence[RowLayout]) -> BoolArray:

@@ -131,7 +131,10 @@ class Encoder:
     def chunks(self, parts: Iterator[Part]) -> Iterator[Chunk]:
         """Every chunk of a file; its writer asks for the next when it wrote the last."""
         try:
-            yield from self._still(next(parts))
+            yield part_chunk([next(parts)])
+            yield from still_chunks(self._first)
+            yield from sensor_chunks(self._first)
+            yield from task_chunks(self._first.parameters)
             for batch in _batches(parts):
                 yield from self._going(batch)
             yield from self._task.chunks(self._end)
@@ -140,13 +143,6 @@ class Encoder:
         except Exception as error:
             self.error = error  # rerun's own error has less detail
             raise
-
-    def _still(self, run: Part) -> Iterator[Chunk]:
-        """What does not change with time."""
-        yield part_chunk([run])
-        yield from still_chunks(self._first)
-        yield from sensor_chunks(self._first)
-        yield from task_chunks(self._first.parameters)
 
     def _going(self, batch: _Batch) -> Iterator[Chunk]:
         """What has come in a while, then the boats that have come and gone at its end."""

@@ -192,11 +192,8 @@ def read(recording: str | Path | Record) -> dict[str, pa.Table]:
 
 def _tables(recorded: Record) -> Iterator[tuple[str, _Columns]]:
     place = recorded.companies[0].parameters.georeference if recorded.files else None
-    bodies = [
-        (track, kind)
-        for kind, several in (("boat", recorded.boats), ("object", recorded.objects), ("ball", recorded.balls))
-        for track in several.values()
-    ]
+    kinds = {"boat": recorded.boats, "object": recorded.objects, "ball": recorded.balls}
+    bodies = [(track, kind) for kind, several in kinds.items() for track in several.values()]
     yield "motion", _join("motion", (_motion(recorded.time, *body, place) for body in bodies))
     yield "thrust", _join("thrust", (part for track, _ in bodies for part in _thrusts(recorded.time, track)))
     east, north = recorded.wind_direction
@@ -287,17 +284,12 @@ def _write_gpx(table: pa.Table, path: Path) -> None:
 
 def _write_geojson(table: pa.Table, path: Path) -> None:
     """GeoJSON (RFC 7946), a line for each boat."""
-    features = [
-        {
-            "type": "Feature",
-            "properties": {"name": name, "times": [_utc(row["time"]) for row in rows]},
-            "geometry": {
-                "type": "LineString",
-                "coordinates": [[round(row["longitude"], 9), round(row["latitude"], 9)] for row in rows],
-            },
-        }
-        for name, rows in _tracks(table)
-    ]
+    features = []
+    for name, rows in _tracks(table):
+        places = [[round(row["longitude"], 9), round(row["latitude"], 9)] for row in rows]
+        line = {"type": "LineString", "coordinates": places}
+        properties = {"name": name, "times": [_utc(row["time"]) for row in rows]}
+        features.append({"type": "Feature", "properties": properties, "geometry": line})
     path.write_text(json.dumps({"type": "FeatureCollection", "features": features}), encoding="utf-8")
 
 

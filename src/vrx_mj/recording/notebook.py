@@ -9,7 +9,7 @@ import sys
 import tempfile
 import time as clock
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -119,8 +119,7 @@ REDRAWN = 0.1
 """Wall time between two drawings of a notebook's bar [s], at least."""
 
 
-@contextmanager
-def progress(sim: "Simulation", duration: float | None = None) -> Iterator[_Tick]:
+def progress(sim: "Simulation", duration: float | None = None) -> AbstractContextManager[_Tick]:
     """A bar for `vrx_mj.run(sim, duration, progress=tick)` in a notebook or a terminal; elsewhere a line every 10 s.
 
     Args:
@@ -137,8 +136,7 @@ def progress(sim: "Simulation", duration: float | None = None) -> Iterator[_Tick
     total = planned_duration(sim) if duration is None else as_number(duration)
     if not 0.0 < total < math.inf:
         raise CommandError(f"invalid duration {quote(duration)}: a number of seconds above 0 is needed")
-    with notebook_bar(sim, total) if in_notebook() else terminal_bar(sim, total) as tick:
-        yield tick
+    return notebook_bar(sim, total) if in_notebook() else terminal_bar(sim, total)
 
 
 @contextmanager

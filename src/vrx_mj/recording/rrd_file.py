@@ -150,23 +150,17 @@ MESSAGE_HEADER = struct.Struct("<QQ")
 
 def whole_bytes(file: Path) -> int:
     """Length of `file` up to the end of its last whole message; all of it if complete or no rrd file."""
-    size = file.stat().st_size
+    size, kind = file.stat().st_size, -1
+    if not _begins_as_recording(file):
+        return size
     with file.open("rb") as stream:
-        if stream.read(len(_MAGIC)) != _MAGIC:
-            return size
-        end = FILE_HEADER
-        while end < size:
-            stream.seek(end)
-            header = stream.read(MESSAGE_HEADER.size)
-            if len(header) < MESSAGE_HEADER.size:
-                return end
+        end = stream.seek(FILE_HEADER)
+        while kind != 0 and len(header := stream.read(MESSAGE_HEADER.size)) == MESSAGE_HEADER.size:
             kind, length = MESSAGE_HEADER.unpack(header)
-            if end + MESSAGE_HEADER.size + length > size:
+            if length > size - end - MESSAGE_HEADER.size:
                 return end
-            if kind == 0:
-                return size
-            end += MESSAGE_HEADER.size + length
-    return size
+            end = stream.seek(length, os.SEEK_CUR)
+    return size if kind == 0 else min(end, size)
 
 
 def viewer_binary() -> Path:

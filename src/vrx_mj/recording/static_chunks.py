@@ -37,12 +37,14 @@ def still_chunks(scene: RecordScene) -> Iterator[Chunk]:
     yield from _run_chunks(scene)
     yield static("/world", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
     yield from _coming_chunks(scene)
-    reach, (_, height) = fleet_circle(scene)[1], plan_eye(scene)
+    reach, (_, height), names = fleet_circle(scene)[1], plan_eye(scene), [boat.name for boat in scene.boats()]
     for path, distance in ((FLEET, math.hypot(*sea_eye(reach))), (PLANNED, height)):  # what the views follow
         yield static(path, rr.Points3D(around(distance), colors=[UNSEEN], radii=[0.0]))
     yield _legend_chunk(scene)
     yield from _place_chunks(scene)
-    yield from _series_chunks(scene)
+    yield from _named_series(names, [(one.boat, one.name) for one in scene.thrusters], scene.colors())
+    if "wind" in scene.weather():
+        yield static("/plots/wind", rr.SeriesLines(names=["wind"], colors=[WIND_COLOR], widths=1.5))
 
 
 def _run_chunks(scene: RecordScene) -> Iterator[Chunk]:
@@ -123,8 +125,7 @@ def _legend_chunk(scene: RecordScene) -> Chunk:
 def _place_chunks(scene: RecordScene) -> Iterator[Chunk]:
     """Shore and waypoints, with arrows of 4 m in the headings that are wanted there."""
     if scene.parameters.shoreline:
-        closed = [np.vstack([ring, ring[:1]]) for ring in scene.parameters.shoreline]
-        strips = [np.insert(ring, 2, _SHORE_HEIGHT, axis=1) for ring in closed]
+        strips = [np.insert([*ring, ring[0]], 2, _SHORE_HEIGHT, axis=1) for ring in scene.parameters.shoreline]
         yield static("/world/shore", thin_lines(1.0, strips=strips, colors=[SHORE_COLOR]))
     if scene.parameters.waypoints:
         x, y, yaw = np.array(scene.parameters.waypoints).T
@@ -134,14 +135,6 @@ def _place_chunks(scene: RecordScene) -> Iterator[Chunk]:
         vectors = 4.0 * np.column_stack([np.cos(yaw), np.sin(yaw), 0.0 * x])
         arrows = rr.LineStrips3D(arrow_strips(spots, vectors), colors=[WAYPOINT_COLOR], radii=[0.15])
         yield static("/world/waypoints/headings", arrows)
-
-
-def _series_chunks(scene: RecordScene) -> Iterator[Chunk]:
-    """Names and colours of the plots' series."""
-    names, colors = [boat.name for boat in scene.boats()], scene.colors()
-    yield from _named_series(names, [(thruster.boat, thruster.name) for thruster in scene.thrusters], colors)
-    if "wind" in scene.weather():
-        yield static("/plots/wind", rr.SeriesLines(names=["wind"], colors=[WIND_COLOR], widths=1.5))
 
 
 def _named_series(
@@ -164,12 +157,8 @@ def _named_series(
 
 def series_shades(colors: Sequence[Rgb]) -> list[Rgb]:
     """Of the series of one boat each in another shade."""
-    seen: dict[tuple[int, int, int], int] = {}
-    out = []
-    for rgb in colors:
-        seen[rgb] = seen.get(rgb, -1) + 1
-        out.append(shade([share / 255.0 for share in rgb], (0.27, 0.12, 0.18)[seen[rgb] % 3]))
-    return out
+    tones = [(0.27, 0.12, 0.18)[colors[:number].count(rgb) % 3] for number, rgb in enumerate(colors)]
+    return [shade([share / 255.0 for share in rgb], tone) for rgb, tone in zip(colors, tones, strict=True)]
 
 
 THRUST_COLOR = (252, 83, 47)

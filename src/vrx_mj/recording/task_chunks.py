@@ -93,8 +93,6 @@ def _animal_color(animal: Mapping[str, Any]) -> Rgb:
 
 def _course_chunks(parameters: Parameters) -> Iterator[Chunk]:
     """Every static chunk of what the task of a world lays out; what changes, as colours do, comes with the frames."""
-    if not parameters.task:
-        return
     course = course_of(parameters)
     if course.gates:
         labels = [str(gate.number) for gate in course.gates]
@@ -211,8 +209,8 @@ SCORE_COLOR, HITS_COLOR = (167, 140, 39), (252, 83, 47)
 
 def task_chunks(parameters: Parameters) -> Iterator[Chunk]:
     """Every static chunk of the task of a world: its course, its plot's series, and the marks that it may have."""
-    yield from _course_chunks(parameters)
     if parameters.task:
+        yield from _course_chunks(parameters)
         meaning = TASK_KINDS[parameters.task.type]
         names = [f"score [{meaning.unit}]", "collisions"]
         mode = rr.components.InterpolationMode.StepAfter

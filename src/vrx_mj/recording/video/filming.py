@@ -104,10 +104,7 @@ def write_video(
     recorded = (source if isinstance(source, Record) else read_record(source)).sound()
     recorded.warn_of_physics()
     film = Film(recorded, shot or Shot(), size=size, fps=fps, eye=eye)
-    with (
-        atomic_write(target, "the video", VideoError) as draft,
-        closing(film),
-    ):  # one that fails leaves an older one as it is
+    with atomic_write(target, "the video", VideoError) as draft, closing(film):  # where it fails, an older one stays
         if target.is_dir():
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
         draft.touch()
@@ -131,10 +128,12 @@ class Film:
         self._footage, self._shot = Footage(recorded), shot
         if shot.view not in VIEWS:
             raise UnknownNameError("view", shot.view, VIEWS)
-        self.size = _checked_size(shot.size or size)
-        self.rate = Fraction(_positive("fps", fps if shot.fps is None else shot.fps)).limit_denominator(
-            round(1.0 / _LEAST)
-        )
+        self.size = width, height = shot.size or size
+        if any(side < 16 or side > _LARGEST or side % 2 for side in self.size):
+            wanted = f"two even numbers of pixels from 16 to {_LARGEST} are needed"
+            raise VideoError(f"invalid size {width}x{height}: {wanted}")
+        rate = _positive("fps", fps if shot.fps is None else shot.fps)
+        self.rate = Fraction(rate).limit_denominator(round(1.0 / _LEAST))
         self.times = self._times(_positive("speed", shot.speed))
         """Simulated time of every picture [s]."""
         boat, found = _boat_to_follow(recorded, shot.boat), {name: self._footage.path(name) for name in recorded.boats}
@@ -245,14 +244,6 @@ def _boat_to_follow(recorded: Record, boat: str | None) -> str:
     task = recorded.companies[0].parameters.task
     scored = task.boat if task else ""
     return boat or (scored if scored in boats else next(iter(boats)))
-
-
-def _checked_size(size: tuple[int, int]) -> tuple[int, int]:
-    """Width and height [pixels], even, as videos need them."""
-    if any(side < 16 or side > _LARGEST or side % 2 for side in size):
-        width, height = size
-        raise VideoError(f"invalid size {width}x{height}: two even numbers of pixels from 16 to {_LARGEST} are needed")
-    return size
 
 
 def _positive(name: str, value: float) -> float:

@@ -130,9 +130,10 @@ class Above:
         """Follow paths as `Chase` does one; `aspect` is the picture's width by its height."""
         self._level, self._aspect = level, aspect
         self._paths = [(smooth_path(path[:, 0], path[:, 1:3], _CALM), path[0, 0], path[-1, 0]) for path in paths]
-        self._half = max(
-            self._half_height(time) for time in np.unique(np.concatenate([path[:, 0] for path in paths]))[::10]
-        )
+        self._half = _LEAST
+        for time in np.unique(np.concatenate([path[:, 0] for path in paths]))[::10]:
+            width, height = np.subtract(*self._box(time)[::-1]) / 2.0 + ROOM
+            self._half = max(self._half, float(height), float(width) / aspect)
 
     def eye(self, time: float) -> Eye:
         """Where it is at a time [s]: as high as all boats need over the whole recording."""
@@ -146,12 +147,6 @@ class Above:
         there = [place(time) for place, begin, end in self._paths if begin <= time <= end]
         spots = np.array(there or [place(end) for place, _, end in self._paths])
         return spots.min(axis=0), spots.max(axis=0)
-
-    def _half_height(self, time: float) -> float:
-        """Half the height [m] of a picture that holds the boats."""
-        low, high = self._box(time)
-        width, height = (high - low) / 2.0 + ROOM
-        return max(float(height), float(width) / self._aspect, _LEAST)
 
 
 def smooth_path(time: FloatArray, values: FloatArray, calm: float) -> Callable[[float | FloatArray], FloatArray]:
@@ -305,10 +300,8 @@ class Stage:
         self._foam = Foam(spec, hulls if spec.skins else ())
         self._model = compiled_spec(spec, world.name)
         check_columns(boat_set, self._model)
-        if (
-            self._model.nskin
-            and math.hypot(*(wave.amplitude * wave.wavenumber for wave in parameters.sea.waves)) < _FLAT
-        ):
+        slope = math.hypot(*(wave.amplitude * wave.wavenumber for wave in parameters.sea.waves))
+        if self._model.nskin and slope < _FLAT:
             thin_out(self._model)
         self._data = mujoco.MjData(self._model)
         self._sea = SeaSkin(self._model, parameters.sea, seed)
