@@ -1,4 +1,4 @@
-"""Train a policy to keep station, with PPO in PyTorch alone, on rows of a batch: 200 updates in half a minute.
+"""Train a policy to keep station, with PPO in PyTorch alone, on rows of a batch.
 
 In a clone: `pip install torch .` and `python examples/train_on_rows.py`; with a card of NVIDIA's, `pip install torch
 '.[cuda]'` and `python examples/train_on_rows.py cuda 16384`: then nothing but messages leaves the card.

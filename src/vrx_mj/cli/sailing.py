@@ -22,6 +22,7 @@ from vrx_mj.runtime.run import (
 )
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.signals import check_interrupts
+from vrx_mj.unix import release_memory
 
 
 def sail(
@@ -101,6 +102,7 @@ def _lean_pyarrow() -> None:
 
     Its own memory pool keeps 15 MB of what was freed; the system's does not.
     """
+    release_memory()  # what the run needed, before pyarrow is loaded on top of it
     from pyarrow import array, set_memory_pool, system_memory_pool
 
     set_memory_pool(system_memory_pool())

@@ -309,8 +309,7 @@ def resume(path: str | Path, time: float) -> Simulation:
     recorded = read_record(path)
     state = State.from_bytes(recorded.state_at(time).blob)
     own = (one for one in recorded.companies if one.world_sha256 == state.world)
-    boat_set = next(own, recorded.companies[0])
-    sim = Simulation(boat_set.world)
+    sim = Simulation(next(own, recorded.companies[0]).world)
     sim.set_state(state)
     return sim
 
