@@ -370,7 +370,7 @@ def test_a_run_with_numbers_of_its_own_is_that_of_a_world_compiled_with_them(wor
     base = worlds[label]
     numbers = {
         name: number.value * 0.8 if number.value else 0.1
-        for name, number in run_numbers(base.parameters).items()
+        for name, number in run_numbers(base.numbers).items()
         if not re.search(SHAPES, name)
     }
     runs = []
