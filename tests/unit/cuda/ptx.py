@@ -1,4 +1,4 @@
-"""Compile a kernel of `vrx_mj.cuda` to PTX, where no driver is; prints its operations on floats or bytes."""
+"""Compile kernels of `vrx_mj.cuda` to PTX, where no driver is; prints operations on floats or bytes of each."""
 
 import re
 import sys
@@ -30,8 +30,8 @@ SIGNATURES = {
     "write_rows": (array("i8"), array("u1", 2), array("u1", 2)),
 }
 dispatcher.get_current_device = lambda: SimpleNamespace(compute_capability=HOPPER)  # callees ask the driver
-name = sys.argv[1]
-text, _ = cuda.compile_ptx(getattr(kernels, name), SIGNATURES[name], device=False, cc=HOPPER)
-called = set(re.findall(r"\.extern \.func [^;]*?(\w+)\n", text))
-assert called <= {"numba_attempt_nocopy_reshape"}, called  # numba-cuda links that at the launch
-print(len(re.findall(r"\b(?:fma|add|mul|sub|ld\.global|st\.global|ld|st)\S*\.(?:f64|[bu]8)\b", text)))
+for name in sys.argv[1:]:
+    text, _ = cuda.compile_ptx(getattr(kernels, name), SIGNATURES[name], device=False, cc=HOPPER)
+    called = set(re.findall(r"\.extern \.func [^;]*?(\w+)\n", text))
+    assert called <= {"numba_attempt_nocopy_reshape"}, (name, called)  # numba-cuda links that at the launch
+    print(len(re.findall(r"\b(?:fma|add|mul|sub|ld\.global|st\.global|ld|st)\S*\.(?:f64|[bu]8)\b", text)))

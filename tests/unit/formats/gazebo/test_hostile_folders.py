@@ -117,8 +117,8 @@ def test_folders_in_the_place_of_files_are_folders(team):
 
 
 MANY = {
-    "files of other kinds": (100_000, "{}.txt", "team/bay.world", "['bay.yaml']"),
-    "worlds": (100_000, "{}.world", *["more than 2000 files to read in team: name a smaller folder"] * 2),
+    "files of other kinds": (30_000, "{}.txt", "team/bay.world", "['bay.yaml']"),
+    "worlds": (30_000, "{}.world", *["more than 2000 files to read in team: name a smaller folder"] * 2),
     "folders": (20_001, "{}/", *["more than 20000 folders in team: name a smaller one"] * 2),
 }
 
