@@ -67,7 +67,10 @@ class Worker:
                 yield from self._sail([trial])
 
     def _results(self, trials: Sequence[Trial]) -> Sequence[Result]:
+        """Their results; fewer where each is to be sailed alone, as rows of a world with a task are."""
         self._prepare(trials[0])
+        if trials[1:] and self._warm and self._warm.world.parameters.task:
+            return []
         process = TrialProcess(self._root, trials, self._warm, self._notes, self._owner)
         while (results := process.results()) is None:
             if process.wait([self._owner]):
@@ -90,8 +93,7 @@ class Worker:
             fingerprint()
             if trial.record:
                 import vrx_mj.recording  # noqa: F401 - loaded once
-            assert world.sha256
-            assert world.numbers is not None
+            _ = world.sha256, world.numbers  # found once
             self._warm = Simulation(world)
             if trial.rows and world.parameters.task is None:
                 Batch(world, 1)  # its loop is loaded once
