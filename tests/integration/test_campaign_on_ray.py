@@ -103,6 +103,13 @@ class TestOnRay:
             map(lasting, here), key=lambda one: one.cell
         )
 
+    def test_a_ray_that_ends_on_this_machine_ends_the_campaign(self, folder, cluster):
+        sailed = run_trials(trials_of("slow", 12), folder / "there", RayCluster(cluster.address, jobs=2))
+        next(sailed)
+        cluster.head_node.kill_raylet()
+        with pytest.raises(VrxError, match="Ray has ended on this machine: start it again, and the same command"):
+            list(sailed)
+
     def test_a_killed_coordinator_is_resumed(self, folder, cluster):
         words = ("campaign", "crew:slow", "--worlds", "bay.yaml", "--seeds", "0..5", "-o", "there", "--ray")
         words = (*words, cluster.address)

@@ -96,6 +96,7 @@ class RayCluster:
             token = "" if "RAY_AUTH_MODE" in os.environ else "; for one with a token set RAY_AUTH_MODE=token"
             raise VrxError(f"cannot use a Ray cluster: {error}{token}") from error
         write_files(self._root, {_TICKET: self._ticket}, WHAT)
+        self._node = ray.get_runtime_context().get_node_id()
         self._actor = ray.remote(num_cpus=1, scheduling_strategy="SPREAD")(_NodeWorker)
         return self._jobs or max(1, int(ray.cluster_resources().get("CPU", 1)))
 
@@ -104,9 +105,15 @@ class RayCluster:
         return _RayWorker(self._ray, self._actor.remote(self._root, self._ticket, code_version()))
 
     def ready(self, workers: Sequence[Any]) -> Sequence[Any]:
-        """Those workers that have something to take, after a moment at most."""
+        """Those workers that have something to take, after a moment at most.
+
+        Raises:
+            VrxError: Ray has ended on this machine: it takes all workers along, and would start none for ever.
+        """
         streams = {worker.stream: worker for worker in workers}
         found, _ = self._ray.wait(list(streams), timeout=LOOK)
+        if not found and any(node["NodeID"] == self._node and not node["Alive"] for node in self._ray.nodes()):
+            raise VrxError("Ray has ended on this machine: start it again, and the same command continues")
         return [streams[stream] for stream in found]
 
     def close(self) -> None:

@@ -100,7 +100,7 @@ class ResultStore(AbstractContextManager["ResultStore"]):
             RecordError: it is missing, damaged, of another version, or cannot be written.
         """
         self._file, self._writes = folder / DATABASE, writes
-        is_new = writes and not self._file.is_file()
+        is_new = writes and not _is_begun(self._file)
         with self._translated():
             mode = "rwc" if writes else "rw"
             self._base = sqlite3.connect(f"{self._file.absolute().as_uri()}?mode={mode}", timeout=60.0, uri=True)
@@ -166,13 +166,18 @@ class ResultStore(AbstractContextManager["ResultStore"]):
             ) from None
 
 
+def _is_begun(file: Path) -> bool:
+    """Whether a database was begun: who only looks for one leaves an empty file, and so may a power cut."""
+    return file.is_file() and file.stat().st_size > 0
+
+
 def read_results(folder: Path, cells: Iterable[Cell]) -> dict[Cell, Result]:
     """The results of these cells, as far as there are any, without tracks; version 0.1 has a file for each.
 
     Raises:
         RecordError: they are damaged, or of another version.
     """
-    if (folder / DATABASE).is_file():
+    if _is_begun(folder / DATABASE):
         with ResultStore(folder) as store:
             found = {result.cell: result for result in store.results()}
         return {cell: found[cell] for cell in cells if cell in found}

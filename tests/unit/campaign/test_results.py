@@ -45,6 +45,16 @@ def test_results_read_back_as_they_were_once_for_each_cell(tmp_path):
     assert [file.name for file in tmp_path.iterdir()] == ["results.sqlite"]
 
 
+def test_an_empty_file_is_no_database_yet(tmp_path):
+    """As `sqlite3.connect` leaves it, of who looks whether there are results."""
+    sqlite3.connect(tmp_path / "results.sqlite").execute("pragma user_version").close()
+    (tmp_path / "results.sqlite").touch()
+    assert not read_results(tmp_path, [GOOD.cell])
+    with ResultStore(tmp_path, writes=True) as store:
+        store.add(GOOD)
+    assert list(read_results(tmp_path, [GOOD.cell])) == [GOOD.cell]
+
+
 WRITER = """
 import os, signal, sys
 from pathlib import Path
