@@ -18,15 +18,19 @@ from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.sensors.camera import Cameras
 
 
-def calm(profile):
+WATERS = ("vrx", "none"), ("vrx", "jonswap"), ("marine", "none")
+"""Profiles and seas that have loops of their own."""
+
+
+def world_of(profile, sea):
     """A world of one boat."""
-    return compile_world({"physics": {"profile": profile}, "sea": {"model": "none"}}, fleet={"sensors": "none"})
+    return compile_world({"physics": {"profile": profile}, "sea": {"model": sea}}, fleet={"sensors": "none"})
 
 
 def loops():
-    """The loops of simulations, of VRX's boats alone and of any."""
-    for profile in ("vrx", "marine"):
-        Simulation(calm(profile))
+    """The loops of simulations: of VRX's boats alone, in few and in many waves, and of any."""
+    for water in WATERS:
+        Simulation(world_of(*water))
 
 
 def pictures():
@@ -38,8 +42,8 @@ def pictures():
     sim.prepare_sensors()
     with tempfile.TemporaryDirectory() as folder, record(sim, Path(folder) / "run.rrd"):
         sim.step(duration=1.0)
-    for profile in ("vrx", "marine"):
-        Batch(calm(profile), 2)
+    for water in WATERS:
+        Batch(world_of(*water), 2)
 
 
 GROUPS = {"loops": loops, "pictures": pictures}

@@ -29,6 +29,7 @@ from vrx_mj.runtime.rows import (
     Rows,
     advance_rows,
     advance_rows_vrx,
+    advance_rows_vrx_sea,
     as_numbers,
     command_rows,
     observe_rows,
@@ -121,7 +122,8 @@ class Batch:
         self._thrusters, self._angles = np.array(columns, np.int64).reshape(-1, 2).T.copy()
         self._seeds, self._going = np.zeros(self.n, np.int64), np.ones(self.n, np.bool_)
         self._pace, self._turn = 1e-5, Turn("batch")
-        self._loop = advance_rows_vrx if arrays.vrx_only else advance_rows
+        vrx = advance_rows_vrx_sea if arrays.has_many_waves else advance_rows_vrx
+        self._loop = vrx if arrays.vrx_only else advance_rows
         with compile_notice(self._loop):
             self.reset(seed=seed)
             self.advance(0)

@@ -30,7 +30,7 @@ from vrx_mj.physics.motion import Motion, Wrench, add, motion, zero_wrench
 from vrx_mj.physics.raft import block_load, moor, raft_drag
 from vrx_mj.physics.tables import MARINE, VRX3, Record, Table, Waves
 from vrx_mj.physics.vessel import VesselWork, vessel_work
-from vrx_mj.physics.waves import surface_height
+from vrx_mj.physics.waves import surface_height, wave_columns
 from vrx_mj.physics.wind import wind_on_float
 from vrx_mj.runtime.effects import Air, apply_wrench, hull_meshes, push_hull, weather_step
 from vrx_mj.runtime.proximity import contact_free, touch_begins
@@ -89,6 +89,13 @@ def advance(runs: Table, row: int, time: float, dt: float, steps: int) -> int:
 def advance_vrx(runs: Table, row: int, time: float, dt: float, steps: int) -> int:
     """`advance` for worlds of VRX's profiles without links, compiled without all that only others need."""
     return _advance(runs, row, time, dt, steps, None, views(runs[row]).waves)
+
+
+@allocating_kernel
+def advance_vrx_sea(runs: Table, row: int, time: float, dt: float, steps: int) -> int:
+    """`advance_vrx` in a sea of many waves, several of which a processor takes at a time: with the same bits."""
+    a = views(runs[row])
+    return _advance(runs, row, time, dt, steps, None, wave_columns(a.waves, a.sea[0], 4))
 
 
 @expanded_kernel

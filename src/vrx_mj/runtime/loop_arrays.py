@@ -20,6 +20,7 @@ from vrx_mj.model.boats import Hull, Propeller, Station, Thruster, Vessel, Winda
 from vrx_mj.model.things import Block, Float
 from vrx_mj.model.world import Parameters
 from vrx_mj.physics.free_body import FREE_BODY, SOLVE_WORK
+from vrx_mj.physics.lanes import WIDTH
 from vrx_mj.physics.noise import stream_key
 from vrx_mj.physics.raft import RAFT_WORK
 from vrx_mj.physics.tables import MARINE, VRX3, Record, Table
@@ -291,6 +292,11 @@ class LoopArrays:
         """Whether the world has nothing that VRX's have not: no profile `marine`, no links on joints."""
         marine = self.sea["moving"].any() or (self.hulls["profile"] == MARINE).any()
         return not (marine or len(self.links) or len(self.ropes))
+
+    @property
+    def has_many_waves(self) -> bool:
+        """Whether several at a time are faster than one by one, what it takes to arrange them included."""
+        return len(self.waves) > WIDTH
 
     def reset(self, seed: int) -> None:
         """Bring the state tables to their start and draw the run's noise streams from `seed`."""

@@ -6,7 +6,7 @@ What callers of a batch give, checked: rows, seeds, values; and which commands t
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -22,7 +22,7 @@ from vrx_mj.physics.motion import motion
 from vrx_mj.physics.tables import Record, Table
 from vrx_mj.physics.vessel import VesselWork
 from vrx_mj.physics.waves import random_heights, random_phases, stretch_waves, surface_height
-from vrx_mj.runtime.loop import HUGE, advance, advance_free, advance_vrx
+from vrx_mj.runtime.loop import HUGE, advance, advance_free, advance_vrx, advance_vrx_sea
 from vrx_mj.runtime.views import views
 from vrx_mj.sensors.sea import wave_table
 
@@ -150,7 +150,7 @@ def advance_rows(
     diverged; such a row stays, as one does that is not `going`. `qpos` and `qvel`, (n, nq) and (n, nv), and `time` [s],
     (n,), follow.
     """
-    _advance_rows(first, last, runs, qpos, qvel, time, done, going, dt, steps, None)
+    _advance_rows(first, last, runs, qpos, qvel, time, done, going, dt, steps, advance)
 
 
 @allocating_kernel
@@ -159,22 +159,28 @@ def advance_rows_vrx(
     going: BoolArray, dt: float, steps: int,
 ) -> None:  # fmt: skip
     """`advance_rows` for the worlds of `advance_vrx`."""
-    _advance_rows(first, last, runs, qpos, qvel, time, done, going, dt, steps, 1)
+    _advance_rows(first, last, runs, qpos, qvel, time, done, going, dt, steps, advance_vrx)
+
+
+@allocating_kernel
+def advance_rows_vrx_sea(
+    first: int, last: int, runs: Table, qpos: FloatArray, qvel: FloatArray, time: FloatArray, done: IntArray,
+    going: BoolArray, dt: float, steps: int,
+) -> None:  # fmt: skip
+    """`advance_rows` for the worlds of `advance_vrx_sea`."""
+    _advance_rows(first, last, runs, qpos, qvel, time, done, going, dt, steps, advance_vrx_sea)
 
 
 @expanded_kernel
 def _advance_rows(
     first: int, last: int, runs: Table, qpos: FloatArray, qvel: FloatArray, time: FloatArray, done: IntArray,
-    going: BoolArray, dt: float, steps: int, vrx: int | None,
+    going: BoolArray, dt: float, steps: int, advance: Callable[..., int],
 ) -> None:  # fmt: skip
-    """`advance_rows`; where `vrx` is None, numba leaves out `advance_vrx`, else `advance`."""
+    """`advance_rows` by one of the loops."""
     for i in range(first, last):
         if done[i] < 0 or not going[i]:
             continue
-        if vrx is None:
-            done[i] = advance(runs, i, time[i], dt, steps)
-        else:
-            done[i] = advance_vrx(runs, i, time[i], dt, steps)
+        done[i] = advance(runs, i, time[i], dt, steps)
         for _ in range(steps if done[i] < 0 else done[i]):  # as MuJoCo adds it up
             time[i] += dt
         own = views(runs[i])

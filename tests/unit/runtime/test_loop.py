@@ -11,6 +11,7 @@ import vrx_mj
 from integration.sailing import AHEAD, added_mass, boats, edited, head_on, same_bits, simulation, water
 from integration.sensing import GUN, sailing
 from vrx_mj.model.world import tree_of
+from vrx_mj.runtime.loop_arrays import LoopArrays
 from vrx_mj.runtime.state import SIGNATURE
 
 NONE = added_mass(0, 0, 0, 0, 0, 0)
@@ -171,3 +172,20 @@ def test_an_inertia_that_mujoco_keeps_as_a_diagonal_is_refused(tmp_path):
     assert str(caught.value) == (
         "body a/base_link: invalid inertia: MuJoCo keeps only its diagonal; turn its `inertial` by a `quat`"
     )
+
+
+def test_many_waves_at_a_time_change_no_bit(monkeypatch):
+    """The loop that takes them one by one, in which floats and floating docks feel them too."""
+    sea = {"model": "jonswap", "significant_height": 0.5, "peak_period": 4.0, "components": 21}
+    dock = {"name": "raft", "layout": "XXX", "pose": [-30, 0, 0, 0, 0, 0.3], "dynamic": True}
+    described = {"physics": {"profile": "vrx"}, "sea": sea, "objects": [BUOY], "docks": [dock]}
+    world = vrx_mj.compile_world(described, fleet=boats((0.0, 0.0, 0.3)))
+    found = []
+    for many in (True, False):
+        monkeypatch.setattr(LoopArrays, "has_many_waves", many)
+        sim, batch = vrx_mj.Simulation(world, seed=5), vrx_mj.Batch(world, 2, seed=5, threads=1)
+        sim.step(duration=1.0)
+        batch.advance(round(sim.time / sim.timestep))
+        found.append((sim.state_sha256, batch.qpos.tobytes()))
+        assert same_bits(batch.qpos[0], sim.data.qpos)
+    assert found[0] == found[1]
