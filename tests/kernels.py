@@ -17,7 +17,6 @@ from vrx_mj.runtime.batch import Batch
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.sensors.camera import Cameras
 
-
 WATERS = ("vrx", "none"), ("vrx", "jonswap"), ("marine", "none")
 """Profiles and seas that have loops of their own."""
 
