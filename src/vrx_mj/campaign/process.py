@@ -1,8 +1,8 @@
-"""Trials, each in a process of its own: whatever a controller does there, the campaign goes on.
+"""Trials in processes of their own: whatever a controller does there, the campaign goes on.
 
 Where the system can fork, processes come from one that has loaded everything, compiled kernels and the world included,
-and runs no threads: a trial begins at once, and shares nothing with the one before. To fork and to end costs 25 ms, as
-much as a short trial, so that a process sails several trials of a controller that leaves nothing behind in it.
+and runs no threads: a trial begins at once. As to fork and to end costs 25 ms, more than a short trial, a process goes
+on with the next one after a trial that leaves nothing behind.
 """
 
 import contextlib
@@ -129,9 +129,9 @@ class TrialProcess:
         self._root, self._left = root, [trial.cell for trial in trials]
         if not root.is_dir():
             raise FileNotFoundError(f"the folder '{root}' is gone")
-        for trial in trials:
-            check_inside(root, trial.cell.folder, WHAT)
-            shutil.rmtree(root / trial.cell.folder, ignore_errors=True)
+        check_inside(root, self._left[0].folder, WHAT)  # of the others their own folders alone can be links
+        for cell in self._left:
+            shutil.rmtree(root / cell.folder, ignore_errors=True)
         self._folder.mkdir(parents=True)
         self.is_over = False
         self._begun = time.monotonic()
@@ -259,7 +259,7 @@ def _sail_here(
     stopwatch, before = Stopwatch(shared), ProcessState()
     for trial in trials:
         folder = root / trial.cell.folder
-        folder.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(parents=True, exist_ok=trial is trials[0])
         log_into(folder / LOG)
         with warnings.catch_warnings():  # those of the trial before come again
             for note in notes:
