@@ -97,6 +97,8 @@ def as_seed(given: object) -> int:
 
 def as_number(given: object) -> float:
     """The value as a float; NaN if it is not a number."""
+    if type(given) is float:
+        return given
     value: Any = given
     text = isinstance(value, str | bytes | bytearray)
     imaginary = isinstance(value, numbers.Complex) and not isinstance(value, numbers.Real)

@@ -133,16 +133,16 @@ def in_world_axes(quaternions: FloatArray, vectors: FloatArray) -> FloatArray:
 
 def quaternion_product(one: FloatArray, other: FloatArray) -> FloatArray:
     """Products (..., 4) of quaternions (w, x, y, z): the rotation `other`, then `one`."""
-    (a, b, c, d), (w, x, y, z) = (np.moveaxis(each, -1, 0) for each in (one, other))
-    return np.stack(
-        (
-            a * w - b * x - c * y - d * z,
-            a * x + b * w + c * z - d * y,
-            a * y - b * z + c * w + d * x,
-            a * z + b * y - c * x + d * w,
-        ),
-        axis=-1,
+    (a, b, c, d), (w, x, y, z) = (
+        each.tolist() if each.ndim == 1 else np.moveaxis(each, -1, 0) for each in (one, other)
     )
+    parts = (
+        a * w - b * x - c * y - d * z,
+        a * x + b * w + c * z - d * y,
+        a * y - b * z + c * w + d * x,
+        a * z + b * y - c * x + d * w,
+    )
+    return np.array(parts) if one.ndim == other.ndim == 1 else np.stack(parts, axis=-1)
 
 
 def conjugate(quaternion: FloatArray) -> FloatArray:

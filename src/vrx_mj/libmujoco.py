@@ -4,12 +4,10 @@ They are those of the library that the `mujoco` package loaded. They take addres
 `data._address`, `array.ctypes.data`), release the GIL inside a kernel, and cache.
 """
 
-import contextlib
 import ctypes
 import os
 import sys
 import threading
-from collections.abc import Iterator
 from pathlib import Path
 
 import llvmlite.binding
@@ -63,8 +61,12 @@ def c_function(name: str, result: types.Type, *arguments: types.Type) -> types.E
     return types.ExternalFunction(name, result(*arguments))
 
 
-class _Clock:
-    """MuJoCo's clock callback, `mjcb_time`: one for the whole process, set by the package `mujoco`."""
+class _WithoutTimers:
+    """Context that keeps MuJoCo from reading the clock around every stage of a step: a fifth of the step of one boat.
+
+    It does so for `MjData.timer`, which stays as it is meanwhile, in other threads too. The clock is a callback,
+    `mjcb_time`: one for the whole process, set by the package `mujoco`.
+    """
 
     def __init__(self) -> None:
         self._cell = ctypes.c_void_p.in_dll(ctypes.CDLL(str(library())), "mjcb_time")
@@ -77,32 +79,17 @@ class _Clock:
     def _start(self) -> None:
         self._lock = threading.Lock()  # another thread may have held the old one when the process was forked
 
-    def take(self) -> None:
-        """Take it away, if it is there."""
+    def __enter__(self) -> None:
         with self._lock:
             self._inside += 1
             if self._cell.value is not None:
                 self._taken, self._cell.value = self._cell.value, None
 
-    def give_back(self) -> None:
-        """Put it back, if nobody else has it taken away."""
+    def __exit__(self, *_: object) -> None:
         with self._lock:
             self._inside -= 1
             if self._inside == 0 and self._cell.value is None:
                 self._cell.value = self._taken
 
 
-_CLOCK = _Clock()
-
-
-@contextlib.contextmanager
-def without_timers() -> Iterator[None]:
-    """Keep MuJoCo from reading the clock around every stage of a step: a fifth of the step of one boat.
-
-    It does so for `MjData.timer`, which stays as it is meanwhile, in other threads too.
-    """
-    _CLOCK.take()
-    try:
-        yield
-    finally:
-        _CLOCK.give_back()
+without_timers = _WithoutTimers()

@@ -17,6 +17,7 @@ from vrx_command import ended, start, vrx
 from vrx_mj.campaign.engines import ProcessPool, run_trials
 from vrx_mj.campaign.plan import Cell, Plan, Trial
 from vrx_mj.campaign.vary import parse_vary
+from vrx_mj.runtime.run import load_controller
 
 pytestmark = pytest.mark.slow
 
@@ -43,6 +44,27 @@ def counting(obs, t):  # what one trial leaves behind, another one must not see
     global calls
     calls += 1
     return {"wamv": {"left": 0.001 * calls}}
+
+def hoarding(obs, t):  # in a module of all trials
+    math.calls = getattr(math, "calls", 0) + 1
+    return {"wamv": {"left": 0.001 * math.calls}}
+
+class Moody:
+    def reset(self, seed):
+        self.seed = seed
+        print("seed", seed, "in", os.getpid(), np.random.uniform(), os.environ.get("MOOD"))
+        np.random.seed(seed)
+        os.environ["MOOD"] = str(seed)
+        np.seterr(all="raise")
+
+    def __call__(self, obs, t):
+        if t > 1.05 and self.seed == 5:
+            os._exit(3)
+        if t > 1.05 and self.seed == 6:
+            {}["mood"]
+        if t > 1.05 and self.seed == 7:
+            os.kill(os.getpid(), 11)
+        return steady(obs, t)
 
 def raises(obs, t):
     return steady(obs, t) if t < 2.0 else 1 / 0
@@ -206,6 +228,30 @@ def test_results_depend_neither_on_the_jobs_nor_on_their_order(folder, monkeypat
         cell: result.state_sha256 for cell, result in two.items()
     }
     assert {cell: result.score for cell, result in one.items()} == {cell: result.score for cell, result in two.items()}
+
+
+@POSIX
+@pytest.mark.parametrize("name", ["counting", "hoarding", "Moody"])
+def test_trials_that_one_process_sails_are_what_they_are_alone(folder, monkeypatch, tmp_path, name):
+    monkeypatch.chdir(folder)
+    trials = [Trial(Cell(f"crew:{name}", "bay.yaml", seed)) for seed in range(16)]
+    ended = {result.cell.seed: result for result in run_trials(trials, tmp_path, ProcessPool(1))}
+    assert len(ended) == 16
+    fate = {5: "exit code 3", 6: "KeyError", 7: "SIGSEGV"} if name == "Moody" else {}
+    assert {seed: one.state for seed, one in ended.items()} == {n: "failed" if n in fate else "finished" for n in ended}
+    assert all(text in ended[seed].error for seed, text in fate.items())
+    assert len({one.poses_sha256 for one in ended.values() if one.state == "finished"}) == 1
+    if name == "counting":
+        monkeypatch.syspath_prepend(folder)
+        monkeypatch.delitem(sys.modules, "crew", raising=False)
+        sim = vrx_mj.Simulation(vrx_mj.compile_world("bay.yaml"))
+        alone = vrx_mj.run(sim, controller=load_controller("crew:counting", 0))
+        assert ended[0].state_sha256 == alone.state_sha256
+    if name == "Moody":
+        lines = [(tmp_path / trial.cell.folder / "log.txt").read_text(encoding="utf-8").split() for trial in trials]
+        assert [int(words[1]) for words in lines] == list(range(16))
+        assert len({words[3] for words in lines[2:5]}) == 1
+        assert len({(*words[4:6],) for words in lines}) == 1  # no trial sees the numbers and names of another
 
 
 def test_trials_are_the_runs_of_worlds_with_their_numbers(folder, monkeypatch, tmp_path):

@@ -27,10 +27,10 @@ def test_a_warning_of_mujocos_is_printed_and_leaves_no_file(tmp_path):
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="a system without fork")
 def test_a_process_that_is_forked_while_another_thread_takes_the_clock_can_take_it():
-    with libmujoco._CLOCK._lock:
+    with libmujoco.without_timers._lock:
         child = os.fork()
         if not child:
             signal.alarm(5)  # or it would wait for ever
-            with libmujoco.without_timers():
+            with libmujoco.without_timers:
                 os._exit(0)
     assert os.waitpid(child, 0)[1] == 0

@@ -417,7 +417,7 @@ PAGE = "index.html"
 
 _REFRESH = 5.0
 """Least time between two writings of the page while trials run [s]."""
-_SHARE = 0.05
+_SHARE = 0.02
 """Share of the time that writing it may take."""
 
 

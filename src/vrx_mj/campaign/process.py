@@ -1,14 +1,17 @@
-"""Trials, each in a process of its own: whatever a controller does there, the campaign goes on.
+"""Trials in processes of their own: whatever a controller does there, the campaign goes on.
 
 Where the system can fork, processes come from one that has loaded everything, compiled kernels and the world included,
-and runs no threads: a trial begins at once, and shares nothing with the one before.
+and runs no threads: a trial begins at once. As to fork and to end costs 25 ms, more than a short trial, a process goes
+on with the next one after a trial that leaves nothing behind.
 """
 
 import contextlib
 import ctypes
 import faulthandler
+import math
 import multiprocessing
 import os
+import random
 import shutil
 import signal
 import sys
@@ -17,9 +20,12 @@ import time
 import warnings
 from collections.abc import Iterator, MutableSequence, Sequence
 from contextlib import suppress
+from importlib.machinery import NamespaceLoader, SourceFileLoader
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import BaseContext
 from pathlib import Path
+
+import numpy as np
 
 from vrx_mj.campaign.plan import State, Trial
 from vrx_mj.campaign.program import ENDING, adopt_orphans
@@ -39,7 +45,8 @@ _START = 120.0
 """Wall time for starting a process [s]."""
 LOOK = 0.25
 """How often trials are looked after [s]."""
-_FORKS = "forkserver" in multiprocessing.get_all_start_methods()
+FORKS = "forkserver" in multiprocessing.get_all_start_methods()
+"""Whether processes can begin with what this one has loaded."""
 _SIGKILL = 9
 _SET_PDEATHSIG = 1
 """Option of prctl(2)."""
@@ -47,7 +54,7 @@ _SET_PDEATHSIG = 1
 
 def start_server() -> BaseContext:
     """What makes the processes; where it can fork, after everything was loaded, which it waits for."""
-    if not _FORKS:
+    if not FORKS:
         return multiprocessing.get_context("spawn")
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload([_PRELOADED])
@@ -94,7 +101,7 @@ def signals_held() -> Iterator[None]:
 
 
 class TrialProcess:
-    """A trial, or several as rows, sailed in a process, in the campaign's folder `root`."""
+    """A trial, or several in turn or as rows, sailed in a process, in the campaign's folder `root`."""
 
     def __init__(
         self,
@@ -103,46 +110,54 @@ class TrialProcess:
         warm: Simulation | None = None,
         notes: Sequence[warnings.WarningMessage] = (),
         owner: Connection | None = None,
+        *,
+        together: bool = False,
     ) -> None:
         """Start it.
 
         Args:
             root: folder of the campaign.
-            trials: what to sail; several are of one world and of one controller that takes rows.
+            trials: what to sail; several are of one world and of one controller.
             warm: a simulation of its world, used where processes are forked.
             notes: warnings of compiling that world, for the log.
             owner: a connection of this process that the new one must not hold.
+            together: as the rows of a batch, in place of one after the other.
 
         Raises:
             OSError: the folder of the campaign is gone, or cannot be written.
         """
-        self._cell = trials[0].cell
-        self._folder = root / self._cell.folder
+        self._root, self._left = root, [trial.cell for trial in trials]
         if not root.is_dir():
             raise FileNotFoundError(f"the folder '{root}' is gone")
-        for trial in trials:
-            check_inside(root, trial.cell.folder, WHAT)
-            shutil.rmtree(root / trial.cell.folder, ignore_errors=True)
+        check_inside(root, self._left[0].folder, WHAT)  # of the others their own folders alone can be links
+        for cell in self._left:
+            shutil.rmtree(root / cell.folder, ignore_errors=True)
         self._folder.mkdir(parents=True)
+        self.is_over = False
         self._begun = time.monotonic()
-        context = multiprocessing.get_context("fork" if _FORKS else "spawn")
+        context = multiprocessing.get_context("fork" if FORKS else "spawn")
         self._shared = context.Array("d", [self._begun + _START, PREPARATION, 0.0, 0.0], lock=False)
         self._row, sent = context.Pipe(duplex=False)
-        given = (warm, notes, owner) if _FORKS else (None, (), None)
+        given = (warm, notes, owner) if FORKS else (None, (), None)
         self._process = context.Process(  # type: ignore[attr-defined]
-            target=_sail_here, args=(trials, self._folder, self._shared, sent, *given)
+            target=_sail_here, args=(trials, root, self._shared, sent, together, *given)
         )
         self._process.start()
         sent.close()
+
+    @property
+    def _folder(self) -> Path:
+        """That of the trial under way."""
+        return self._root / self._left[0].folder
 
     def wait(self, other: Sequence[Connection]) -> bool:
         """Wait a moment for the trial to end; whether one of these other connections has something instead."""
         return bool(set(other) & set(wait([self._row, self._process.sentinel, *other], timeout=LOOK)))
 
-    def results(self) -> Sequence[Result] | None:
-        """How the trials ended; None while they go on. What takes or prints too much is ended.
+    def results(self) -> Sequence[Result]:
+        """How those trials ended that have ended since the last call. What takes or prints too much is ended.
 
-        Of several there are fewer results where each is to be sailed alone.
+        When it `is_over`, trials without a result are to be sailed anew: as none went wrong that is not the first here.
         """
         late = time.monotonic() - self._shared[END]
         reason: str | None = None
@@ -150,21 +165,26 @@ class TrialProcess:
         if self._row.poll():
             with suppress(EOFError, OSError):  # it ended without a result
                 found = self._row.recv()
+            if found and len(found) < len(self._left):
+                del self._left[: len(found)]
+                self._begun = math.nan
+                return found
             self._process.join(_GRACE)
         if self._process.is_alive():
             if late <= _GRACE and found is None and not self._prints_too_much():
-                return None
+                return []
             reason = None if late > _GRACE else f"printed more than {_MOST_LOG // 1_000_000} MB"
             self.stop()
         self._process.join()
         self._end_groups()
-        if found is None:
+        self.is_over = True
+        if found is None and math.isfinite(self._begun):
             hung = reason or (self._hung() if late > -0.1 else None)
             state: State = "lost" if hung is None and self._process.exitcode == -_SIGKILL else "failed"
             error = f"at t = {self._shared[REACHED]:g} s: {hung or _exit_text(self._process.exitcode)}"
             took = time.monotonic() - self._begun
-            return [Result(self._cell, state, error=error, sim_time=self._shared[REACHED], wall_time=took)]
-        return found
+            return [Result(self._left[0], state, error=error, sim_time=self._shared[REACHED], wall_time=took)]
+        return found or []
 
     def stop(self) -> None:
         """End the process and those it started; a program that sails it is ended as Ctrl-C does it."""
@@ -220,31 +240,74 @@ def _end_group(leader: int | None) -> None:
 
 def _sail_here(
     trials: Sequence[Trial],
-    folder: Path,
+    root: Path,
     shared: MutableSequence[float],
     row: Connection,
+    together: bool,
     warm: Simulation | None,
     notes: Sequence[warnings.WarningMessage],
     owner: Connection | None,
 ) -> None:
-    """What the process does: its own group, its own log, then the trial."""
+    """What the process does: its own group, then the trials, each with its own log."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if owner is not None:
         owner.close()
     if hasattr(os, "setsid"):
         os.setsid()
-    log_into(folder / LOG)
     die_with_parent()
     adopt_orphans()
-    for note in notes:
-        warnings.warn_explicit(note.message, note.category, note.filename, note.lineno)
-    stopwatch = Stopwatch(shared)
-    results = sail_rows(trials, stopwatch, warm) if trials[1:] else [sail(trials[0], folder, stopwatch, warm)]
-    faulthandler.cancel_dump_traceback_later()
-    sys.stdout.flush()
-    sys.stderr.flush()
-    row.send(results)
+    stopwatch, before = Stopwatch(shared), ProcessState()
+    for trial in trials:
+        folder = root / trial.cell.folder
+        folder.mkdir(parents=True, exist_ok=trial is trials[0])
+        log_into(folder / LOG)
+        with warnings.catch_warnings():  # those of the trial before come again
+            for note in notes:
+                warnings.warn_explicit(note.message, note.category, note.filename, note.lineno)
+            results = sail_rows(trials, stopwatch, warm) if together else [sail(trial, folder, stopwatch, warm)]
+        faulthandler.cancel_dump_traceback_later()
+        sys.stdout.flush()
+        sys.stderr.flush()
+        if trial is not trials[0] and results[0].has_failed:
+            break  # another process sees whether it fails there
+        row.send(results)
+        if together or results[0].has_failed or not before.restored():
+            break
+    row.close()
     os._exit(0)  # nothing that the controller left running may keep it
+
+
+class ProcessState:
+    """What a controller may have changed in a process, as it is now."""
+
+    def __init__(self) -> None:
+        self._modules = frozenset(sys.modules)
+        self._packages = {name.partition(".")[0] for name in self._modules}
+        self._environ, self._folder, self._paths = dict(os.environ), Path.cwd(), sys.path[:]
+        self._drawn, self._np_drawn, self._np_errors = random.getstate(), np.random.get_state(), np.geterr()  # noqa: NPY002
+
+    def restored(self) -> bool:
+        """Have it again as it was, with modules that were loaded since forgotten; whether that leaves nothing behind.
+
+        What modules of known packages hold, and those in machine code, would be shared; children and threads go on.
+        """
+        if os.environ != self._environ:
+            os.environ.clear()
+            os.environ.update(self._environ)
+        os.chdir(self._folder)
+        sys.path[:] = self._paths
+        random.setstate(self._drawn)
+        np.random.set_state(self._np_drawn)  # noqa: NPY002
+        np.seterr(**self._np_errors)
+        for name in sys.modules.keys() - self._modules:
+            loader = getattr(getattr(sys.modules[name], "__spec__", None), "loader", None)
+            if name.partition(".")[0] in self._packages or not isinstance(loader, SourceFileLoader | NamespaceLoader):
+                return False
+            del sys.modules[name]
+        with contextlib.suppress(ChildProcessError):
+            os.waitpid(-1, os.WNOHANG)
+            return False
+        return threading.active_count() == 1
 
 
 def die_with_parent() -> None:

@@ -7,6 +7,7 @@ import time
 import traceback
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
+from dataclasses import asdict
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -191,7 +192,7 @@ def _recording(sim: Simulation, file: Path | None) -> AbstractContextManager[obj
 
 def _ended(trial: Trial, summary: Summary, tracks: Tracks, *, world_sha256: str, qpos: FloatArray) -> Result:
     """The result of a run."""
-    task = summary.as_dict().get("task")
+    task = asdict(summary.task) if summary.task else None
     if task is not None and not math.isfinite(task["score"] or 0.0):
         raise VrxError(f"the score of {task['name']} is {task['score']}: a finite number is needed")
     if task is not None:

@@ -6,6 +6,7 @@ import os
 import signal
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from multiprocessing.connection import Connection
 from multiprocessing.context import BaseContext
 from pathlib import Path
@@ -13,7 +14,7 @@ from pathlib import Path
 from vrx_mj.campaign.manifest import controller_hash
 from vrx_mj.campaign.page import sketch_of
 from vrx_mj.campaign.plan import Trial
-from vrx_mj.campaign.process import TrialProcess, log_into, signals_held, start_server
+from vrx_mj.campaign.process import FORKS, TrialProcess, log_into, signals_held, start_server
 from vrx_mj.campaign.results import FORMAT, Result, sketch_file, write_json
 from vrx_mj.campaign.trial import RaisedError, load_own_controller
 from vrx_mj.errors import VrxError
@@ -31,7 +32,7 @@ class WorkerLostError(VrxError):
 
 
 class Worker:
-    """Sails trials of a campaign, each in a process of its own that begins with the world compiled."""
+    """Sails trials of a campaign in processes that begin with the world compiled."""
 
     def __init__(self, root: Path, owner: Connection) -> None:
         """Have no world yet.
@@ -44,39 +45,58 @@ class Worker:
         self._open: tuple[str, str | None] | None = None
         self._warm: Simulation | None = None
         self._notes: Sequence[warnings.WarningMessage] = ()
+        self._repeats: dict[tuple[str, str], bool] = {}
+        """Whether a controller does in a world, after another trial in its process, what it does in one of its own."""
 
     def run(self, chunk: Sequence[Trial]) -> Iterator[Result]:
         """Sail trials; the result of each as soon as it has ended. What the machine did to one is `lost`."""
         together: dict[object, list[Trial]] = {}
         for trial in chunk:
-            alone = trial.record or not trial.rows
+            alone = trial.record or trial.serving
             together.setdefault(trial.cell if alone else (trial.cell.controller, trial.cell.world), []).append(trial)
         for trials in together.values():
             yield from self._sail(trials)
 
     def _sail(self, trials: Sequence[Trial]) -> Iterator[Result]:
+        """Results of trials of a controller in a world: of rows, where a batch can, and else one after the other."""
+        self._prepare(trials[0])
+        whose = trials[0].cell.controller, trials[0].cell.world
+        if trials[1:] and trials[0].rows and self._warm and not self._warm.world.parameters.task:
+            results = list(self._results(trials, together=True))
+            if len(results) == len(trials):
+                yield from results
+                return
+            self._repeats[whose] = False
+        if trials[2:] and FORKS and whose not in self._repeats:
+            first, *later = self._results(trials[:2])
+            yield first
+            (alone,) = self._results(trials[1:2])
+            yield alone
+            if not first.has_failed:
+                self._repeats[whose] = [replace(one, wall_time=alone.wall_time) for one in later] == [alone]
+            trials = trials[2:]
+        while trials:
+            results = []
+            for result in self._results(trials if self._repeats.get(whose) else trials[:1]):
+                results.append(result)
+                yield result
+            trials = trials[len(results) :]
+
+    def _results(self, trials: Sequence[Trial], *, together: bool = False) -> Iterator[Result]:
+        """Results of trials that one process sails; fewer where the rest is to be sailed by another one."""
         try:
-            results = self._results(trials)
+            process = TrialProcess(self._root, trials, self._warm, self._notes, self._owner, together=together)
         except OSError as error:
             text = f"cannot write '{self._root}': {error.strerror or error}"
-            results = [Result(trial.cell, "lost", error=text) for trial in trials]
-        if len(results) == len(trials):
-            yield from results
-        else:
-            for trial in trials:
-                yield from self._sail([trial])
-
-    def _results(self, trials: Sequence[Trial]) -> Sequence[Result]:
-        """Their results; fewer where each is to be sailed alone, as rows of a world with a task are."""
-        self._prepare(trials[0])
-        if trials[1:] and self._warm and self._warm.world.parameters.task:
-            return []
-        process = TrialProcess(self._root, trials, self._warm, self._notes, self._owner)
-        while (results := process.results()) is None:
+            yield Result(trials[0].cell, "lost", error=text)
+            return
+        while True:
+            yield from process.results()
+            if process.is_over:
+                return
             if process.wait([self._owner]):
                 process.withdraw()
                 raise SystemExit
-        return results
 
     def _prepare(self, trial: Trial) -> None:
         """Have the trial's world compiled, with its map kept for the page. One that cannot be fails in its trials."""

@@ -36,6 +36,7 @@ import psutil
 from vrx_mj.autopilot import ArduPilot
 from vrx_mj.autopilot.ardupilot import FORMATS
 from vrx_mj.bar import Bar
+from vrx_mj.cli.bench_campaign import campaign_share
 from vrx_mj.cli.screen import print_table, show
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.packages import needs_extra
@@ -63,6 +64,8 @@ _OCEAN = {**SEA, "sea": {"model": "jonswap", "sea_state": 2, "spreading": 10}}
 """Open water with a sea of 60 waves."""
 _MARINE = {**_OCEAN, "physics": {"profile": "marine"}, "current": {"speed": 0.3, "var_gain": 0.05}}
 """Open water in profile `marine`, with a sea of 60 waves and a current."""
+_CALM = {"physics": {"profile": "vrx"}, "sea": {"model": "none"}}
+_TASK = {"type": "stationkeeping", "goal_cart": [8, 0, 0]}
 _FREE_BARS = ("vrx", 64, 2.0), ("vrx", 1024, 2.0), ("60_waves", 64, 1.3), ("60_waves", 1024, 1.5)
 _SEAS = {"vrx": SEA, "60_waves": _OCEAN}
 
@@ -82,7 +85,7 @@ def sailing(count: int, world: Mapping[str, object] = SEA) -> Simulation:
 
 Row = dict[str, Any]
 _ROUNDS = 15
-_FIGURES = 23
+_FIGURES = 26
 """Figures that `measure` takes: for the progress only."""
 _VERDICTS = {True: "yes", False: "no", None: ""}
 
@@ -129,6 +132,8 @@ def _core_rows() -> Iterator[Row]:
     yield bench_row("lidar_scans", lidar_scans(30), "scans/s", 100.0, at_least=True)
     yield bench_row("rtf_1", real_time_factor(), "x real time", None)
     yield bench_row("ardupilot_rtf", ardupilot_factor(2000), "x real time", 5.0, at_least=True)
+    for name, world in (("calm", _CALM), ("sea", SEA), ("task", {**_OCEAN, "task": _TASK})):
+        yield bench_row(f"campaign_share_{name}", campaign_share(world), "of processor time", 0.85, at_least=True)
 
 
 def batch_rows() -> list[Row]:

@@ -91,7 +91,7 @@ def campaign(
 ) -> None:
     """Sail controllers in many worlds, and compare their scores. Every controller sails every world with every seed.
 
-    Each trial runs in a process of its own, so that a crash affects no other. Ctrl-C keeps the finished trials, and the
+    Trials run in processes of their own, so that a crash affects no other. Ctrl-C keeps the finished trials, and the
     same command continues with the rest; failed trials run again.
 
     Example: vrx-mj campaign my_boat:controller --worlds 'vrx2022/*' --seeds 0..9 --jobs 2 -o results/

@@ -287,7 +287,7 @@ class Batch:
             turns = min(self._pool.turns(self.n, count * self._pace), max(count, 1))
             work = partial(self._advance, steps=count // turns)
             begun = clock.perf_counter()
-            with without_timers():
+            with without_timers:
                 self._pool.share(self.n, work, count * self._pace / turns, turns)
             count = count // turns * turns
             left -= count

@@ -49,11 +49,9 @@ class FreeBodies:
     def observe(self, name: str, **known: Mapping[str, Any]) -> BoatObservation:
         """Pose and velocity of a link's origin, with what else is known of a boat."""
         qpos, dof = self._address[name]
-        turn = self._data.qpos[qpos + 3 : qpos + 7].copy()
-        linear = rotation_matrix(turn).T @ self._data.qvel[dof : dof + 3]
-        spin = self._data.qvel[dof + 3 : dof + 6].copy()
-        position = self._data.qpos[qpos : qpos + 3].copy()
-        return BoatObservation(position, turn, linear, spin, hull=self._hull(name), **known)
+        pose, motion = self._data.qpos[qpos : qpos + 7].copy(), self._data.qvel[dof : dof + 6].copy()
+        linear = rotation_matrix(pose[3:]).T @ motion[:3]
+        return BoatObservation(pose[:3], pose[3:], linear, motion[3:], hull=self._hull(name), **known)
 
     def _hull(self, name: str) -> Hull | None:
         """The figures of a boat, which do not change; nothing else has any."""

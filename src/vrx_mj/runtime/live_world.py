@@ -93,7 +93,7 @@ class LiveWorld:
     def _take(self, world: World, arrays: LoopArrays) -> None:
         """Make a world and its arrays the present ones."""
         self.world, self.arrays, self._data = world, arrays, arrays.data
-        self._most_contacts = most_contacts(arrays.model)
+        self._most_contacts, self._second = most_contacts(arrays.model), stride_of(1.0, arrays.timestep)
         self.commands = CommandNames(world)
         known, fleet = self.thrusters, self.commands.thrusters
         self.thrusters = {boat: known.get(boat) or thrusters(arrays, rows) for boat, rows in fleet.items()}
@@ -143,18 +143,19 @@ class LiveWorld:
         Raises:
             DivergedError: the state became NaN or too large.
         """
-        timestep = self.arrays.timestep
-        if (decision := self.task_runner.look(self.time)) is not None:
+        timestep, now = self.arrays.timestep, self.time
+        if (decision := self.task_runner.look(now)) is not None:
             self._carry_out(decision)
-        self.subscriptions.deliver(self.time)
+        self.subscriptions.deliver(now)
         while left > 0:
             check_exit()
-            second = steps_to_multiple(self.time, timestep, stride_of(1.0, timestep))
-            heard = min(self.subscriptions.steps(self.time), self.task_runner.steps(self.time))
+            second = steps_to_multiple(now, timestep, self._second)
+            heard = min(self.subscriptions.steps(now), self.task_runner.steps(now))
             count = min(left, second, max(1, int(_SLICE / self._pace)), heard)
             begun = clock.perf_counter()
-            with without_timers():
-                done = int(self._loop(self._run.table, 0, self.time, timestep, count))
+            with without_timers:
+                done = int(self._loop(self._run.table, 0, now, timestep, count))
+            now = self.time
             if done < 0:
                 self._raise_divergence()
             if self._data.ncon > self._most_contacts:
@@ -165,11 +166,11 @@ class LiveWorld:
             if done < count or begun - self._drained > _DRAIN:
                 self.sampler.drain()
                 self._drained = begun
-            if (decision := self.task_runner.look(self.time)) is not None:
+            if (decision := self.task_runner.look(now)) is not None:
                 self._carry_out(decision)
             if done == second:
                 self.keep()
-            self.subscriptions.deliver(self.time)
+            self.subscriptions.deliver(now)
 
     def renew_arguments(self) -> None:
         """Give the loop the present arrays."""

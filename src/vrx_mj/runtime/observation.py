@@ -38,19 +38,19 @@ class BoatObservation:
     @property
     def roll(self) -> float:
         """Roll [rad]; positive with the starboard side down."""
-        w, x, y, z = (float(value) for value in self.quaternion)
+        w, x, y, z = self.quaternion.tolist()
         return math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
 
     @property
     def pitch(self) -> float:
         """Pitch [rad]; positive with the bow down."""
-        w, x, y, z = (float(value) for value in self.quaternion)
+        w, x, y, z = self.quaternion.tolist()
         return math.asin(max(-1.0, min(1.0, 2.0 * (w * y - z * x))))
 
     @property
     def heading(self) -> float:
         """Heading [rad], counter-clockwise from the world's x axis, from -pi to pi."""
-        w, x, y, z = (float(value) for value in self.quaternion)
+        w, x, y, z = self.quaternion.tolist()
         return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
     @property

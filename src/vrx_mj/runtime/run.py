@@ -34,7 +34,8 @@ FASTEST_SPIN = 12.0
 
 def tilt(boat: BoatObservation) -> float:
     """Angle between a boat's mast and the vertical [rad]."""
-    return math.acos(max(-1.0, min(1.0, math.cos(boat.roll) * math.cos(boat.pitch))))
+    _, x, y, _ = boat.quaternion.tolist()
+    return math.acos(max(-1.0, min(1.0, 1.0 - 2.0 * (x * x + y * y))))
 
 
 def is_capsized(boat: BoatObservation) -> bool:
@@ -44,7 +45,7 @@ def is_capsized(boat: BoatObservation) -> bool:
 
 def spin(boat: BoatObservation) -> float:
     """Rate of turn about whatever axis [rad/s]."""
-    return float(np.linalg.norm(boat.angular_velocity))
+    return math.hypot(*boat.angular_velocity.tolist())
 
 
 class MotionWarnings:

@@ -252,12 +252,7 @@ class Sensing:
         Raises:
             UnknownNameError: no boat has that name.
         """
-        names = self.names(boat)
-        return Readings(
-            names,
-            partial(self.sense, boat),
-            lambda: {name: self._kept[boat, name] for name in names if (boat, name) in self._kept},
-        )
+        return Readings(self.names(boat), partial(self.sense, boat), partial(self._made, boat))
 
     @in_turn
     def sense(self, boat: str, name: str) -> Reading:
@@ -324,6 +319,10 @@ class Sensing:
         self.renew()
 
     # Inside
+
+    def _made(self, boat: str) -> dict[str, Reading]:
+        """The readings of a boat that there are."""
+        return {name: reading for (own, name), reading in self._kept.items() if own == boat}
 
     def _of(self, boat: str) -> dict[str, Mounted]:
         check_name("boat", boat, self._boats)

@@ -93,8 +93,10 @@ class TaskRunner:
 
     def look(self, time: float) -> Decision | None:
         """Have the referee look at the present, `time` [s]; None unless a frame is due that was not looked at."""
+        if self.referee is None or self.referee.is_over:
+            return None
         step = round(time / self._arrays.timestep)
-        if self.referee is None or self.referee.is_over or step == self._seen or step % self._stride:
+        if step == self._seen or step % self._stride:
             return None
         self._seen = step
         row = np.concatenate(([time], *(self._pose(name) for name in self.layout.watched), self._arrays.touches))

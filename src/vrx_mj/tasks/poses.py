@@ -38,6 +38,7 @@ class Stationkeeping(Rules):
     def __init__(self, task: tasks.Stationkeeping) -> None:
         self.state = RunningMean()
         self._boat, self._goal, self._heading = task.boat, task.goal, task.heading
+        self._shown = tree_of(task.goal)
 
     def update(self, frame: Frame, referee: Referee) -> None:
         """Take the error of a frame into the mean."""
@@ -48,7 +49,7 @@ class Stationkeeping(Rules):
         """The goal from `ready` on, and the errors while it runs."""
         if status.phase == "initial":
             return {}
-        return {"goal": tree_of(self._goal), "pose_error": self.state.error, "mean_pose_error": status.score}
+        return {"goal": dict(self._shown), "pose_error": self.state.error, "mean_pose_error": status.score}
 
 
 @dataclass
@@ -66,7 +67,7 @@ class Wayfinding(Rules):
 
     def __init__(self, task: tasks.Wayfinding) -> None:
         self.state = WayfindingState()
-        self._boat, self._waypoints = task.boat, task.waypoints
+        self._boat, self._waypoints, self._shown = task.boat, task.waypoints, tree_of(task.waypoints)
 
     @property
     def progress(self) -> dict[str, object]:
@@ -100,7 +101,7 @@ class Wayfinding(Rules):
         if status.phase == "initial":
             return {}
         return {
-            "waypoints": tree_of(self._waypoints),
+            "waypoints": [dict(each) for each in self._shown],
             "min_errors": list(self.state.errors),
             "mean_error": status.score,
         }

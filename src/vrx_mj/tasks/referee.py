@@ -279,7 +279,7 @@ class Referee:
 
     def dump(self) -> dict[str, object]:
         """All that changes, as plain data."""
-        return {"type": self.type, "sheet": asdict(self.status), "rules": asdict(self._rules.state)}
+        return {"type": self.type, "sheet": dict(vars(self.status)), "rules": asdict(self._rules.state)}
 
     def load(self, state: Dump) -> None:
         """Go on from what `dump` gave.

@@ -1,10 +1,62 @@
-"""How a trial's process ended, in words."""
+"""How a trial's process ended, in words, and whether it can go on with another trial."""
 
+import os
+import random
 import signal
+import sys
+import threading
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
 
+import numpy as np
 import pytest
 
-from vrx_mj.campaign.process import _exit_text
+from vrx_mj.campaign.process import ProcessState, _exit_text
+
+
+@pytest.fixture
+def alone(monkeypatch, tmp_path):
+    """A process without threads and children, which looks for modules in a folder."""
+
+    def no_child(*_):
+        raise ChildProcessError
+
+    monkeypatch.setattr(threading, "active_count", lambda: 1)
+    monkeypatch.setattr(os, "waitpid", no_child)
+    monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "team").mkdir()
+    (tmp_path / "team" / "boat.py").write_text("calls = []\n", encoding="utf-8")
+
+
+def test_a_process_that_goes_on_is_as_it_was(alone, monkeypatch, tmp_path):
+    before, drawn = ProcessState(), set()
+    for calls in range(2):
+        drawn.add((random.random(), np.random.random()))  # noqa: NPY002
+        boat = import_module("team.boat")
+        assert boat.calls == []
+        boat.calls.append(calls)
+        os.environ["MOOD"], old = "good", np.seterr(all="ignore")
+        os.chdir("team")
+        sys.path.insert(0, "somewhere")
+        assert before.restored()
+        assert ("MOOD" in os.environ, Path.cwd(), np.geterr()) == (False, tmp_path, old)
+        assert "somewhere" not in sys.path
+        assert not {"team", "team.boat"} & sys.modules.keys()
+    assert len(drawn) == 1
+
+
+@pytest.mark.parametrize("left", ["numpy.mine", "machine", "thread", "child"])
+def test_a_process_in_which_something_is_left_does_not_go_on(alone, monkeypatch, left):
+    before = ProcessState()
+    if left == "thread":
+        monkeypatch.setattr(threading, "active_count", lambda: 2)
+    elif left == "child":
+        monkeypatch.setattr(os, "waitpid", lambda *_: (0, 0))
+    else:
+        monkeypatch.setitem(sys.modules, left, ModuleType(left))
+    assert not before.restored()
 
 
 @pytest.mark.parametrize(

@@ -27,6 +27,7 @@ from vrx_mj.cli.bench import (
     sizes,
     two_threads_and_two_processes,
 )
+from vrx_mj.cli.bench_campaign import campaign_share
 from vrx_mj.cli.bench_fleet import (
     FLEETS,
     fleet_row,
@@ -98,6 +99,11 @@ def test_worlds_hold_the_whole_fleet(boats):
     worlds, each = in_worlds_of(boats)
     assert worlds * each == boats
     assert each <= 100
+
+
+@pytest.mark.slow
+def test_runs_are_a_share_of_their_campaign():
+    assert 0.1 < campaign_share(bench._CALM, 4) < 1.0
 
 
 @pytest.mark.slow
