@@ -25,11 +25,15 @@ class Hull:
     """Height up to which the bottom paint goes; above it the mesh `hull` is seen."""
     water: bool = False
     """Whether there is a closed, coarser mesh `water` for the water's pressure."""
+    powers: tuple[float, float] | None = None
+    """a and b of a mesh `water` alone, whose breadth at the height h over a level keel is beam (1 - |2 x / L|^a)
+    (h / draft)^b up to the water: waterplane coefficient a / (a + 1), block coefficient that over 1 + b."""
 
 
 HULLS = {
     "skiff": Hull(length=2.4, beam=0.72, depth=0.42, keel=0.0, bottom=0.12),
     "otter": Hull(length=2.0, beam=0.25, depth=0.4, keel=-0.195, bottom=0.2),  # one of two
+    "otter_hydro": Hull(length=2.0, beam=0.25, depth=0.4, keel=-0.195, bottom=0.2, powers=(3.0, 0.875)),
     "heron": Hull(length=1.35, beam=0.193, depth=0.32, keel=-0.12, bottom=0.12, water=True),  # one of two
     "blueboat": Hull(length=1.2, beam=0.16, depth=0.3, keel=-0.09, bottom=0.09, water=True),  # one of two
     "cora": Hull(length=12.21, beam=3.58, depth=2.3, keel=-1.42, bottom=0.75),
@@ -70,7 +74,10 @@ def decked(sections: list[np.ndarray], drop: float) -> trimesh.Trimesh:
 def closed(hull: Hull) -> trimesh.Trimesh:
     """The hull with a deck, a closed surface of 13 sections of 9 points that keep the areas of the round ones."""
     stations, n = 13, 9
-    rings = [_of_area(section(hull, share, n), section(hull, share, 65)) for share in np.linspace(0.0, 1.0, stations)]
+    rings = [
+        _of_area(section(hull, share, n), section(hull, share, 65)) if hull.powers is None else _sharp(hull, share)
+        for share in np.linspace(0.0, 1.0, stations)
+    ]
     faces = [(0, i, i + 1) for i in range(1, n - 1)]
     for a in range(0, (stations - 1) * n, n):
         for i in range(n):
@@ -79,6 +86,15 @@ def closed(hull: Hull) -> trimesh.Trimesh:
     last = (stations - 1) * n
     faces += [(last, last + i + 1, last + i) for i in range(1, n - 1)]
     return trimesh.Trimesh(np.concatenate(rings), faces, process=False)
+
+
+def _sharp(hull: Hull, share: float) -> np.ndarray:
+    """(9, 3): a section as `section` has it, of the powers of a hull."""
+    along, up = hull.powers
+    z = np.concatenate([[hull.keel + hull.depth], hull.keel * np.arange(4.0) / 3.0])
+    half = hull.beam / 2 * max(1.0 - abs(2.0 * share - 1.0) ** along, 0.03) * np.minimum(1.0 - z / hull.keel, 1.0) ** up
+    y, z = np.concatenate([half, -half[-2::-1]]), np.concatenate([z, z[-2::-1]])
+    return np.column_stack([np.full(9, hull.length * (share - 0.5)), y, z])
 
 
 def _of_area(coarse: np.ndarray, fine: np.ndarray) -> np.ndarray:
@@ -118,6 +134,8 @@ def write_meshes(name: str, folder: Path) -> None:
     }
     if hull.water:
         parts["water"] = closed(hull)
+    if hull.powers:
+        parts = {"water": closed(hull)}
     for part, mesh in parts.items():
         lines = [f"mtllib {name}.mtl", f"usemtl {part}"] if part != "water" else []  # the colours, for RViz
         lines += [f"v {x:.4f} {y:.4f} {z:.4f}" for x, y, z in mesh.vertices]

@@ -25,6 +25,7 @@ AT_REST = (
     (0, 45, 90, 180),
     {
         "wamv": (1.5, 1.6, 1.7, 2.0, 2.5, 3.0),
+        "otter": (0.95, 1.14, 1.3, 1.7),
         "heron": (0.8, 0.88, 1.0, 1.3),
         "blueboat": (0.75, 0.82, 0.95, 1.2),
     },
@@ -56,7 +57,8 @@ def _body(robot, *, at_rest):  # type: ignore[no-untyped-def]
     import capytaine
 
     boats = [{"name": "a", "pose": [0] * 6}]
-    sim = marine_simulation({"robot": robot, "boats": boats, "sensors": "none"}, sea={"model": "none"})
+    name = "otter_hydro" if robot == "otter" else robot  # the Otter itself has no mesh
+    sim = marine_simulation({"robot": name, "boats": boats, "sensors": "none"}, sea={"model": "none"})
     if at_rest:
         sim.step(duration=60.0)
     vessel, turn = sim.world.parameters.hulls[0].vessel, np.array(rotation_matrix(sim.data.qpos[3:7]))

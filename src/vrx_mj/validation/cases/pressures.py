@@ -274,9 +274,9 @@ def short_waves() -> Outcome:
 def response_amplitudes() -> Outcome:
     """Boats with a file of radiation and diffraction in waves as long as their hulls, and shorter.
 
-    Robots wamv_hydro, heron_hydro and blueboat_hydro without sensors, free in waves of 1 mm; first harmonics of heave
-    of the centre of mass, roll and pitch over the last 8 of 60 periods. In waves shorter than the waterline no motion
-    may be more than twice the reference's.
+    Robots wamv_hydro, otter_hydro, heron_hydro and blueboat_hydro without sensors, free in waves of 1 mm; first
+    harmonics of heave of the centre of mass, roll and pitch over the last 8 of 60 periods. In waves shorter than the
+    waterline no motion may be more than twice the reference's.
     """
     for row in table_rows("response_amplitudes"):
         yield from _swings(row, "_hydro", 60)
