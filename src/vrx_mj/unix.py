@@ -3,6 +3,7 @@
 import ctypes
 import re
 from importlib import import_module
+from io import FileIO
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +20,10 @@ resource, termios, tty = map(_module, ("resource", "termios", "tty"))
 
 _DONTNEED = 4
 """The advice of madvise by which a page of a file is given back until it is needed again; what was changed is lost."""
-_CODE = re.compile(r"^(\w+)-(\w+) r-xp \S+ \S+ [1-9]\d* .*\n(?:\w+: .*\n)*?Anonymous: +0 kB$", re.MULTILINE)
-"""Code of a file of which nothing was changed in memory, in Linux' list of what a process has mapped."""
+_CODE = re.compile(rb"^(\w+)-(\w+) r-xp \S+ \S+ [1-9]", re.MULTILINE)
+"""Code of a file in Linux' list of what a process has mapped."""
+_CHANGED = {state for state in range(256) if state >> 6 and not state >> 5 & 1}
+"""Last bytes of Linux' entries of pages that are in memory or swapped, but are not the file's."""
 
 
 def release_memory(*, code: bool = True) -> None:
@@ -32,8 +35,17 @@ def release_memory(*, code: bool = True) -> None:
 
 
 def _untouched_code() -> list[tuple[int, int]]:
+    """Begin and end of the code of each file in memory of which nothing was changed there."""
     try:
-        maps = Path("/proc/self/smaps").read_text(encoding="utf-8", errors="replace")
+        found = [(int(code[1], 16), int(code[2], 16)) for code in _CODE.finditer(Path("/proc/self/maps").read_bytes())]
+        with Path("/proc/self/pagemap").open("rb", buffering=0) as pages:
+            return [(begin, end) for begin, end in found if _CHANGED.isdisjoint(_page_states(pages, begin, end))]
     except OSError:
         return []
-    return [(int(found[1], 16), int(found[2], 16)) for found in _CODE.finditer(maps)]
+
+
+def _page_states(pages: FileIO, begin: int, end: int) -> bytes:
+    """The last byte of the entry, of eight, of each page from one address to another."""
+    first, last = (8 * address // resource.getpagesize() for address in (begin, end))
+    pages.seek(first)
+    return pages.read(last - first)[7::8]

@@ -56,7 +56,8 @@ def drawing_spec(world: World) -> mujoco.MjSpec:
     A skin takes the place of the plane of water, so that waves can be drawn: `vrx_mj.physics.surface` gives its
     vertices. Until somebody moves them it is a calm sea. A painted sky takes the place of MuJoCo's gradient.
     """
-    spec = signed_spec(world)
+    spec = mujoco.MjSpec.from_string(world.mjcf, assets=dict(world.assets))
+    add_signs(spec, world)
     quality = spec.visual.quality
     quality.numslices, quality.numstacks, quality.numquads = _SLICES, _STACKS, _QUADS
     light, sky, plane = spec.light(_SUN), spec.texture(_SKY), spec.geom(_WATER)
@@ -68,13 +69,6 @@ def drawing_spec(world: World) -> mujoco.MjSpec:
         spec.delete(plane)
         _add_sea(spec, level, sea_palette(*_PALETTE, *colors, np.array(light.diffuse)))
     _paint(sky, sky_cube(SKY_SIDE, *colors, -np.array(light.dir) / np.linalg.norm(light.dir), np.array(light.diffuse)))
-    return spec
-
-
-def signed_spec(world: World) -> mujoco.MjSpec:
-    """The saved world with its signs, its water and sky as MuJoCo has them: for who looks at its geoms alone."""
-    spec = mujoco.MjSpec.from_string(world.mjcf, assets=dict(world.assets))
-    add_signs(spec, world)
     return spec
 
 

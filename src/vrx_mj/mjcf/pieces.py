@@ -6,7 +6,7 @@ that it reads, MuJoCo goes over all that it has read before, so many pieces are 
 
 import hashlib
 import xml.etree.ElementTree as ET
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from enum import Enum
@@ -42,6 +42,8 @@ class Detail(Enum):
 
     WHOLE = "whole"
     """Everything, as the saved MJCF has it."""
+    VISUALS = "visuals"
+    """Bodies and what is only seen."""
     WITHOUT_VISUALS = "without visuals"
     """Bodies and shapes that can move or collide."""
     CONTACT_FREE = "contact-free"
@@ -80,18 +82,23 @@ class Piece:
 
     def block(self, name: str, detail: Detail = Detail.WHOLE) -> str:
         """One of its blocks, of `bodies` what a detail has of them."""
-        return self._details[detail] if name == "bodies" and detail is not Detail.WHOLE else self.blocks[name]
+        if name != "bodies" or detail is Detail.WHOLE:
+            return self.blocks[name]
+        return self._visuals if detail is Detail.VISUALS else self._details[detail]
 
     @cached_property
     def _details(self) -> Mapping[Detail, str]:
         """Its bodies without cameras and visual shapes, and without any shape."""
-        root, bodies = _parse(self.blocks["bodies"]), {}
-        for detail, is_left_out in ((Detail.WITHOUT_VISUALS, _is_visual), (Detail.CONTACT_FREE, _is_shape)):
-            for element in list(root.iter()):
-                for child in filter(is_left_out, list(element)):
-                    element.remove(child)
-            bodies[detail] = _text_of(root)
-        return bodies
+        root = _parse(self.blocks["bodies"])
+        return {
+            Detail.WITHOUT_VISUALS: _text_without(root, _is_visual),
+            Detail.CONTACT_FREE: _text_without(root, _is_shape),
+        }
+
+    @cached_property
+    def _visuals(self) -> str:
+        """Its bodies without shapes that can collide."""
+        return _text_without(_parse(self.blocks["bodies"]), lambda one: _is_shape(one) and not _is_visual(one))
 
     @cached_property
     def hulls(self) -> Mapping[str, bytes]:
@@ -105,16 +112,19 @@ class Piece:
         return {name: hull_file([float(number) for number in points.split()]) for name, points in named if points}
 
     @cached_property
-    def assets(self) -> Mapping[str, str]:
-        """Its assets, an element each, with what is left of each without visuals."""
-        shapes = (shape for shape in _parse(self.blocks["bodies"]).iter("geom") if not _is_visual(shape))
-        solid = {shape.get("mesh") for shape in shapes}
+    def assets(self) -> Mapping[str, Mapping[Detail, str]]:
+        """Its assets, an element each, with what a detail has of each."""
+        shapes = [*_parse(self.blocks["bodies"]).iter("geom")]
+        solid, seen = (
+            {shape.get("mesh") for shape in shapes if _is_visual(shape) is visual} for visual in (False, True)
+        )
         found = {}
         for element in _parse(self.blocks["assets"]):
             line, name = _text_of([element]).strip(), element.get("name", "")
             file = self._points[name][0] if name in self._points else ""
             left = f'<mesh name="{escape(name)}" file="{file}"/>' if file else line
-            found[line] = left if name in solid else ""
+            visual = "" if element.tag == "mesh" and name not in seen else line
+            found[line] = {Detail.WITHOUT_VISUALS: left if name in solid else "", Detail.VISUALS: visual}
         return found
 
     @cached_property
@@ -169,9 +179,12 @@ class Part:
         return render("frame.xml.j2", pose=self.pose)
 
     @cached_property
-    def assets(self) -> Mapping[str, str]:
-        """Its assets, an element each, with what is left of each without visuals."""
-        return {self._rename(line): self._rename(left) for line, left in self.piece.assets.items()}
+    def assets(self) -> Mapping[str, Mapping[Detail, str]]:
+        """Its assets, an element each, with what a detail has of each."""
+        return {
+            self._rename(line): {detail: self._rename(left) for detail, left in lefts.items()}
+            for line, lefts in self.piece.assets.items()
+        }
 
     @property
     def owner(self) -> str:
@@ -201,8 +214,8 @@ class Pieces:
     """Boats, docks, objects and what else was placed."""
 
     @cached_property
-    def assets(self) -> Mapping[str, str]:
-        """All assets, an element each, with what is left of each without visuals."""
+    def assets(self) -> Mapping[str, Mapping[Detail, str]]:
+        """All assets, an element each, with what a detail has of each."""
         found = dict(self.own.assets)
         for part in self.parts:
             found |= part.assets
@@ -255,7 +268,7 @@ class Pieces:
         """
         first, *groups = self._groups()
         spec = mujoco.MjSpec.from_string(self._document(first, detail), assets=self._files(detail))
-        spec.compiler.discardvisual = detail is not Detail.WHOLE
+        spec.compiler.discardvisual = detail in (Detail.WITHOUT_VISUALS, Detail.CONTACT_FREE)
         for group in groups:
             self._attach(spec, group, detail)
         return spec
@@ -288,8 +301,8 @@ class Pieces:
         part = next(part for part in self.parts if part.name == name)
         text = _document(
             head=self.own.blocks["head"],
-            assets=_lines(part.assets),
-            bodies=part.bodies(Detail.WHOLE),
+            assets=_lines(filter(None, (lefts[Detail.VISUALS] for lefts in part.assets.values()))),
+            bodies=part.bodies(Detail.VISUALS),
             tail="\n</mujoco>",
         )
         return mujoco.MjSpec.from_string(text, assets=dict(part.piece.files))
@@ -305,16 +318,16 @@ class Pieces:
 
     def _elements(self, detail: Detail) -> Iterable[str]:
         """Its assets with what a detail leaves in them."""
-        if detail is Detail.WITHOUT_VISUALS:
-            return filter(None, self.assets.values())
-        return self.assets if detail is Detail.WHOLE else ()
+        if detail is Detail.WHOLE:
+            return self.assets
+        return filter(None, (lefts.get(detail) for lefts in self.assets.values()))
 
     def _files(self, detail: Detail) -> dict[str, bytes]:
         """Contents of the files that these name, by file name."""
         if detail is Detail.CONTACT_FREE:
             return {}
-        hulls = {} if detail is Detail.WHOLE else dict(pair for piece in self._kinds for pair in piece.hulls.items())
-        return {**self.files, **hulls}
+        kinds = self._kinds if detail is Detail.WITHOUT_VISUALS else ()
+        return {**self.files, **dict(pair for piece in kinds for pair in piece.hulls.items())}
 
     def _groups(self) -> list[Sequence[Part]]:
         """The parts that are read together; but for the first ones, names of a group have one first letter."""
@@ -370,6 +383,14 @@ def _text_of(elements: Iterable[ET.Element]) -> str:
     """The block that consists of elements."""
     inside = "".join(ET.tostring(element, "unicode") for element in elements)
     return f"\n    {inside.replace(' />', '/>')}".rstrip()
+
+
+def _text_without(root: ET.Element, is_left_out: Callable[[ET.Element], bool]) -> str:
+    """The block that consists of elements, from which those that are left out are removed."""
+    for element in list(root.iter()):
+        for child in filter(is_left_out, list(element)):
+            element.remove(child)
+    return _text_of(root)
 
 
 def _is_shape(element: ET.Element) -> bool:

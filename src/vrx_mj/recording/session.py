@@ -168,7 +168,8 @@ class RecordWriter:
 def finish(path: Path, file: RawFile, scenes: Sequence[RecordScene]) -> None:
     """Encode the run in a file, in its place; where there is no room for it, it stays as it is."""
     release_memory()  # also the code of what the run needed, before the viewer's library is loaded
-    gc.freeze()  # to look at all that the run needed, for what may go, takes a fifth of the time
+    collecting = gc.isenabled()
+    gc.disable()  # to look for what may go takes a tenth of the time, and nothing may
     from vrx_mj.recording.encoding import UnwrittenError, encode
 
     try:
@@ -177,7 +178,8 @@ def finish(path: Path, file: RawFile, scenes: Sequence[RecordScene]) -> None:
     except (OSError, UnwrittenError) as error:
         warnings.warn(f"{error}; what is in it reads, and vrx-mj replay shows it", VrxWarning, stacklevel=2)
     finally:
-        gc.unfreeze()
+        if collecting:
+            gc.enable()
     release_memory(code=False)  # of what was encoded, before what comes after the run
 
 

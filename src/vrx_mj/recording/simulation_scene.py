@@ -20,9 +20,9 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.constants import PHYSICS_VERSION
 from vrx_mj.errors import RecordError
 from vrx_mj.frames import matrix_quaternion
-from vrx_mj.mjcf.drawing import signed_spec
 from vrx_mj.mjcf.objects import ball_name
-from vrx_mj.mjcf.scene import MARKER, marker_names
+from vrx_mj.mjcf.pieces import Detail
+from vrx_mj.mjcf.scene import MARKER, add_markers, marker_names
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Thruster
 from vrx_mj.model.world import Parameters, tree_of
@@ -178,8 +178,10 @@ def _thrusters(world: World, looks: _Looks) -> Iterator[RecordedThruster]:
 def _looks(world: World, names: Sequence[str] | None) -> _Looks:
     """What is seen of a world, or of some of its boats, objects and docks."""
     looks: _Looks = {}
-    alone = (world.pieces.spec_of(name) for name in names or ())
-    for spec in [signed_spec(world)] if names is None else alone:
+    specs = [world.pieces.spec(Detail.VISUALS)] if names is None else [world.pieces.spec_of(name) for name in names]
+    if names is None:
+        add_markers(specs[0], world.parameters)
+    for spec in specs:
         looks |= _model_looks(world, spec.compile())
     many = len(world.boats) > FINE_BOATS
     return looks | _coarser_boats(world.parameters, looks) if many else looks
@@ -311,6 +313,10 @@ _SHARP = math.cos(math.radians(40.0))
 """Cosine between a face and MuJoCo's normal at its corner below which the face has an edge there."""
 _CYLINDER, _ROUND, _RINGS = 24, 16, 9
 """Facets around cylinders, around spheres and capsules, and rings of vertices from pole to pole."""
+_LATITUDES = np.linspace(-0.5 * np.pi, 0.5 * np.pi, _RINGS)
+_ARC = np.stack([np.cos(_LATITUDES), np.sin(_LATITUDES)], axis=-1)
+_ARC[[0, -1], 0] = 0.0
+"""From pole to pole of a sphere of radius 1: radius and height (rings, 2)."""
 _COARSER = 1.1
 """Factor by which cells grow until a surface has few enough triangles."""
 
@@ -331,35 +337,33 @@ def geom_surface(model: mujoco.MjModel, geom: int) -> Surface:
     )
 
 
-@functools.lru_cache(maxsize=256)
-def _primitive(kind: int, size: tuple[float, float, float]) -> _Triangles:
+def _primitive(kind: int, size: Sequence[float]) -> _Triangles:
     shapes, (x, y, _) = mujoco.mjtGeom, size
-    if kind == shapes.mjGEOM_BOX:
-        return _box(size)
-    if kind == shapes.mjGEOM_CYLINDER:
-        flat = np.array([[0.0, -1.0], [0.0, -1.0], [1.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.0, 1.0]])
-        return _revolution(np.array([[0.0, -y], [x, -y], [x, -y], [x, y], [x, y], [0.0, y]]), flat, _CYLINDER)
-    angle = np.linspace(-0.5 * np.pi, 0.5 * np.pi, _RINGS)
-    arc = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    arc[[0, -1], 0] = 0.0
     if kind == shapes.mjGEOM_CAPSULE:
-        halves = np.concatenate([arc[: _RINGS // 2 + 1], arc[_RINGS // 2 :]])
+        halves = np.concatenate([_ARC[: _RINGS // 2 + 1], _ARC[_RINGS // 2 :]])
         lift = np.outer(np.repeat([-y, y], len(halves) // 2), [0.0, 1.0])
         return _revolution(x * halves + lift, halves, _ROUND)
-    scale = np.array(size if kind == shapes.mjGEOM_ELLIPSOID else (x, x, x))
-    vertices, faces, normals = _revolution(arc, arc, _ROUND)
+    vertices, faces, normals = _unit_shape(kind)
+    scale = np.array({shapes.mjGEOM_CYLINDER: (x, x, y), shapes.mjGEOM_SPHERE: (x, x, x)}.get(kind, size))
     normals = normals / scale
     return vertices * scale, faces, normals / np.linalg.norm(normals, axis=1, keepdims=True)
 
 
-def _box(size: Sequence[float]) -> _Triangles:
-    """A box of half edges [m]: four corners for each face."""
-    outward = np.concatenate([np.eye(3), -np.eye(3)])[:, None]
-    along = np.roll(outward, 1, axis=-1)
-    across = np.cross(outward, along)
-    corners = outward + np.array([[-1], [1], [1], [-1]]) * along + np.array([[-1], [-1], [1], [1]]) * across
-    faces = 4 * np.arange(6, dtype=np.int32)[:, None] + np.array([0, 1, 2, 0, 2, 3], np.int32)
-    return corners.reshape(-1, 3) * size, faces.reshape(-1, 3), np.repeat(outward[:, 0], 4, axis=0)
+@functools.cache
+def _unit_shape(kind: int) -> _Triangles:
+    """A box, a cylinder, or a sphere, whose half edges, half height and radius are 1."""
+    if kind == mujoco.mjtGeom.mjGEOM_BOX:  # four corners for each face
+        outward = np.concatenate([np.eye(3), -np.eye(3)])[:, None]
+        along = np.roll(outward, 1, axis=-1)
+        across = np.cross(outward, along)
+        corners = outward + np.array([[-1], [1], [1], [-1]]) * along + np.array([[-1], [-1], [1], [1]]) * across
+        faces = 4 * np.arange(6, dtype=np.int32)[:, None] + np.array([0, 1, 2, 0, 2, 3], np.int32)
+        return corners.reshape(-1, 3), faces.reshape(-1, 3), np.repeat(outward[:, 0], 4, axis=0)
+    if kind == mujoco.mjtGeom.mjGEOM_CYLINDER:
+        profile = np.array([[0.0, -1.0], [1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [1.0, 1.0], [0.0, 1.0]])
+        normals = np.array([[0.0, -1.0], [0.0, -1.0], [1.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.0, 1.0]])
+        return _revolution(profile, normals, _CYLINDER)
+    return _revolution(_ARC, _ARC, _ROUND)
 
 
 def _revolution(profile: FloatArray, normals: FloatArray, facets: int) -> _Triangles:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 import rerun as rr
@@ -64,7 +65,7 @@ def looks_chunks(
         turn = rr.Quaternion(xyzw=[*place[4:], place[3]])
         yield chunk_at(begun, path, rr.Transform3D(translation=place[:3], quaternion=turn))
     if surfaces:
-        yield chunk_at(begun, f"{path}/shape", _mesh(_paving(path, surfaces)))
+        yield chunk_at(begun, f"{path}/shape", _mesh(tuple(_paving(path, surfaces))))
 
 
 def _paving(path: str, surfaces: Sequence[Surface]) -> Iterator[Surface]:
@@ -78,9 +79,9 @@ def _paving(path: str, surfaces: Sequence[Surface]) -> Iterator[Surface]:
         yield replace(part, rgba=(*(0.84 * share for share in part.rgba[:3]), part.rgba[3])) if odd else part
 
 
-def _mesh(surfaces: Iterable[Surface]) -> rr.Mesh3D:
-    """One mesh of several surfaces: colours go to the vertices."""
-    parts = list(surfaces)
+@lru_cache(maxsize=16)
+def _mesh(parts: tuple[Surface, ...]) -> rr.Mesh3D:
+    """One mesh of several surfaces, which boats and objects of a kind share: colours go to the vertices."""
     colors = np.round(np.clip([part.rgba for part in parts], 0.0, 1.0) * 255.0).astype(np.uint8)
     start = np.cumsum([0] + [len(part.vertices) for part in parts])
     return rr.Mesh3D(
@@ -201,7 +202,7 @@ def _coming_chunks(scene: RecordScene, known: Collection[str] = ()) -> Iterator[
     for one in (one for one in scene.displays if one.display.name not in known):
         for name, surfaces in one.surfaces.items():  # their colours come with the rows
             if surfaces:
-                white = [replace(surface, rgba=_WHITE) for surface in surfaces]
+                white = tuple(replace(surface, rgba=_WHITE) for surface in surfaces)
                 yield chunk_at(scene.begun, one.part_path(name), _mesh(white))
 
 

@@ -45,6 +45,24 @@ def test_one_piece_makes_the_same_models(name):
         assert not different(former(world).pieces.spec(detail).compile(), world.pieces.spec(detail).compile())
 
 
+@pytest.mark.parametrize("name", WORLDS)
+def test_a_model_of_visuals_has_all_that_is_seen_and_nothing_else(name):
+    world, fleet = WORLDS[name]
+    pieces = compile_world(world, fleet=fleet).pieces
+    whole, visuals = (pieces.spec(detail).compile() for detail in (Detail.WHOLE, Detail.VISUALS))
+
+    def seen(model):
+        shapes = np.flatnonzero((model.geom_contype == 0) & (model.geom_conaffinity == 0))
+        columns = model.geom_type, model.geom_size, model.geom_pos, model.geom_quat, model.geom_rgba
+        bodies = [model.body(body).name for body in model.geom_bodyid[shapes]]
+        meshes = [model.mesh(mesh).name if mesh >= 0 else "" for mesh in model.geom_dataid[shapes]]
+        return bodies, meshes, [column[shapes].tolist() for column in columns]
+
+    assert seen(visuals) == seen(whole)
+    assert visuals.ngeom == len(seen(whole)[0])
+    assert {*seen(visuals)[1]} - {""} == {visuals.mesh(mesh).name for mesh in range(visuals.nmesh)}
+
+
 def test_boats_come_and_go_in_a_world_of_one_piece():
     def later(world):
         entry = {"name": "a", "pose": [60, 0, 0.1, 0, 0, 0.2], "sensors": ["ball_shooter"]}
