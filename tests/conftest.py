@@ -81,7 +81,8 @@ def pytest_configure(config):
         if getattr(config.option, "numprocesses", None) and config.args_source is config.ArgsSource.TESTPATHS:
             config.stash[COMPILERS] = _compilers()
             os.environ[COMPILING] = " ".join(str(process.pid) for process in config.stash[COMPILERS])
-    set_hypothesis_home_dir(os.environ[SANDBOX_VARIABLE])
+    kept = config.cache.mkdir("hypothesis") if hasattr(config, "cache") else os.environ[SANDBOX_VARIABLE]
+    set_hypothesis_home_dir(kept)  # it reads all of the sources, 2 s for each worker, unless it has before
 
 
 def _variables(config, sandbox):
@@ -222,9 +223,10 @@ def pytest_collection_modifyitems(items):
 
 
 def pytest_collection_finish():
-    """Leave the tests themselves, about a million objects, out of all that later searches for garbage."""
+    """Leave the tests themselves, about a million objects, out of all that later searches for garbage, now rarer."""
     gc.collect()
     gc.freeze()
+    gc.set_threshold(2000, 10, 50)
     while any(_runs(int(pid)) for pid in os.environ.get(COMPILING, "").split()):
         time.sleep(0.1)
 

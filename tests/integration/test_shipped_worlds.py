@@ -17,8 +17,8 @@ from vrx_mj.model.world import tree_of
 WORLDS = list(catalogue("worlds"))
 SERIES = [name for name in WORLDS if "/phase2/" in name]
 """The worlds of competitions: like the others in kind, and many. Those for practice are theirs, with other weather."""
-FIRST = list({re.sub(r"\d+$", "", name): name for name in reversed(SERIES)}.values())
-"""The first world of each series, which is sailed every day; all are by night."""
+FIRST = list({re.sub(r".*/|\d+$", "", name): name for name in reversed(SERIES)}.values())
+"""The first world of a series for each kind of task, which is sailed every day; all are by night."""
 SINGLE = [name for name in WORLDS if not re.search(r"/(phase2|practice)/", name)]
 ROOMS = ["example_course", "my_course", "ocean_buoys", "vrx2023/sydney_regatta"]
 """Worlds into which fleets are put: a course, a dock, drifting buoys, and the other profile."""

@@ -17,7 +17,7 @@ from vrx_mj.physics.waves import surface_height
 from vrx_mj.runtime.state import SIGNATURE
 
 CALM_AIR = {"sea": {"model": "none"}, "wind": None}
-REFERENCE = 0.0005
+REFERENCE = 0.001
 """The step [s] that the others are compared with."""
 
 

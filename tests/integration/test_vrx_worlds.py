@@ -2,6 +2,7 @@
 
 import csv
 import math
+import re
 from collections import defaultdict
 from collections.abc import Iterator
 from functools import cache
@@ -165,9 +166,12 @@ def test_a_world_says_what_vrxs_says(name):
 
 
 COURSES = sorted(name for name, known in golden().items() if "gates" in known)
+FIRST = {re.sub(r"\d+\w*$", "", name): name for name in reversed(COURSES)}.values()
+"""The first of each series; the others have its objects elsewhere."""
+BY_NIGHT = [pytest.mark.slow, pytest.mark.nightly]
 
 
-@pytest.mark.parametrize("name", COURSES)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=() if name in FIRST else BY_NIGHT) for name in COURSES])
 def test_a_course_has_vrxs_gates_red_to_starboard(name):
     task = tree_of(vrx_mj.compile_world(name).parameters)["task"]
     gates = task["channel"]["gates"] if task["type"] == "gymkhana" else task["gates"]

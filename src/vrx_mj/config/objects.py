@@ -7,7 +7,7 @@ import contextlib
 import math
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
-from functools import cached_property
+from functools import cached_property, lru_cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 from typing import Annotated, Literal
@@ -40,6 +40,7 @@ from vrx_mj.errors import UnknownNameError, VrxError, VrxWarning
 from vrx_mj.frames import apply, rotation
 from vrx_mj.model.kinds import Seed
 from vrx_mj.model.things import Float, Follower, Rope
+from vrx_mj.resources import root
 
 MOST_LINKS = 64
 """Links of an object beside its own."""
@@ -367,8 +368,17 @@ def _unlit(thing: ObjectConfig) -> list[Fault]:
 def load_object(name: str, near: Path | None = None) -> ObjectConfig:
     """The object model of a name, or of a path relative to the folder `near`."""
     file = referenced_file("objects", name, near)
+    if file.is_relative_to(root() / "assets") and (own := _packaged_object(file)):
+        return own
     section, _ = document("objects", file)
     return validate(ObjectConfig, section, Loading((file.resolve(),)))
+
+
+@lru_cache(maxsize=256)
+def _packaged_object(file: Path) -> ObjectConfig | None:
+    """A file of the package's own, which do not change while it runs; None for a composite, whose parts may change."""
+    found = validate(ObjectConfig, document("objects", file)[0], Loading((file.resolve(),)))
+    return None if found.objects else found
 
 
 def _misfits(item: Placement, model: ObjectConfig) -> Iterator[Fault]:

@@ -110,7 +110,7 @@ def test_a_program_has_changed_with_a_file_that_its_line_names(folder):
 def test_a_changed_world_or_fleet_of_ones_own_is_noticed(folder):
     world, fleet = folder.parent / "bay.yaml", folder.parent / "pair.yaml"
     world.write_text("sea: {gain: 0.0}\n", encoding="utf-8")
-    fleet.write_text("boats:\n  - {name: a, pose: [0, 0, 0.1, 0, 0, 0]}\n", encoding="utf-8")
+    fleet.write_text("robot: skiff\nboats:\n  - {name: a, pose: [0, 0, 0.1, 0, 0, 0]}\n", encoding="utf-8")
     plan = Plan(("boat:f",), ("bay.yaml", "ocean"), (0,), fleet="pair.yaml")
     begin(folder, plan)
     for cell in plan.cells:
@@ -120,7 +120,7 @@ def test_a_changed_world_or_fleet_of_ones_own_is_noticed(folder):
     world.write_text("sea: {gain: 0.3}\n", encoding="utf-8")
     told = "the world bay.yaml, or the fleet pair.yaml, has changed since"
     assert message(folder, plan) == another(folder, told)
-    fleet.write_text("boats:\n  - {name: b, pose: [0, 0, 0.1, 0, 0, 0]}\n", encoding="utf-8")
+    fleet.write_text("robot: skiff\nboats:\n  - {name: b, pose: [0, 0, 0.1, 0, 0, 0]}\n", encoding="utf-8")
     assert message(folder, plan) == another(folder, told, told.replace("bay.yaml", "ocean"))
 
 

@@ -200,7 +200,15 @@ def test_several_worlds_of_a_fleet_sail_on_one_thread(monkeypatch):
     monkeypatch.setattr(bench_fleet, "IN_ONE_WORLD", 2)
     row = fleet_row(6, paced=0.1, free=0.05)
     assert (row["boats"], row["worlds"]) == (6, 3)
-    assert all(row[name] > 0.0 for name in ("cpu_share", "memory_mb", "real_time_factor", "load_s"))
+    assert all(row[name] > 0.0 for name in ("memory_mb", "real_time_factor", "load_s"))
+    assert 0.0 <= row["cpu_share"] < math.inf
+
+
+def test_a_clock_of_processor_time_that_steps_gives_a_mean(monkeypatch):
+    """As under a limit on processor time: it stands still for most calls."""
+    ticks = iter([0.0, 0.0, 0.0, 0.0, 0.0, 0.004])
+    monkeypatch.setattr(bench_fleet.time, "process_time", lambda: next(ticks))
+    assert bench_fleet.real_time_factor(lambda _: None, 0.0) == pytest.approx(0.1 / (0.004 / 3))
 
 
 @pytest.mark.slow

@@ -198,9 +198,10 @@ def patterns_of(path, base):
 
 
 @pytest.mark.filterwarnings("ignore:.* waves shorter than")
-@pytest.mark.parametrize("base", [VRX, MARINE], ids=["vrx", "marine"])
 @pytest.mark.parametrize("robot", ROBOTS)
-def test_every_number_of_a_robot_has_a_unit_and_a_meaning_and_is_that_of_its_file(robot, base):
+def test_every_number_of_a_robot_has_a_unit_and_a_meaning_and_is_that_of_its_file(robot):
+    """In the two profiles by turns."""
+    base = (VRX, MARINE)[ROBOTS.index(robot) % 2]
     assert patterns_of(root() / "assets" / "robots" / robot / "robot.yaml", base)
 
 

@@ -11,6 +11,7 @@ import pytest
 import xacro
 
 from vrx_mj.errors import ConfigError
+from vrx_mj.formats.urdf import expand as expand_module
 from vrx_mj.formats.urdf.expand import expand
 
 HEAD = '<robot name="boat" xmlns:xacro="http://www.ros.org/wiki/xacro">\n'
@@ -253,6 +254,7 @@ def boat(tmp_path, monkeypatch):
         (folder / name).write_text(text.replace("CANARY", str(tmp_path / "canary")), encoding="utf-8")
     (folder / "package.xml").write_text("<package><name>boat</name></package>", encoding="utf-8")
     os.mkfifo(folder / "pipe")
+    monkeypatch.setattr(expand_module, "_SECONDS", 1)  # for what takes for ever
     monkeypatch.setenv("HARBOUR", SECRET)
     monkeypatch.chdir(folder)
     return folder
