@@ -95,6 +95,20 @@ def test_a_bag_reads_back_what_was_published_and_when(tmp_path, name):
     assert bag.traffic.dropped == 0
 
 
+def test_the_records_of_a_bag_of_ros_1_fill_it_and_the_first_is_as_long_as_rosbags(tmp_path):
+    """4096 bytes of fields and padding, which `rosbag reindex` writes over."""
+    written(tmp_path / "out.bag")
+    content, at, records = (tmp_path / "out.bag").read_bytes(), len("#ROSBAG V2.0\n"), []
+    while at < len(content):
+        lengths = []
+        for _ in ("fields", "data"):
+            lengths.append(int.from_bytes(content[at : at + 4], "little"))
+            at += 4 + lengths[-1]
+        records.append(sum(lengths))
+    assert at == len(content)
+    assert records[0] == 4096
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_latched_topics_are_marked_so(tmp_path, name):
     written(tmp_path / name)

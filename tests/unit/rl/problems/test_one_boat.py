@@ -1,12 +1,13 @@
 """What the problems of the Gymnasium environments reward: by hand, on made-up places."""
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from vrx_mj.frames import quaternion
+from vrx_mj.frames import compose, quaternion
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.model.world import tree_of
 from vrx_mj.rl.problem import Team, open_water, pose_error, team_of, wrap_angle
@@ -158,6 +159,17 @@ def test_docking_is_to_stay_inside_bow_in(docks):
     assert done == [False] * 28 + [True]
     assert not problem.judge(at(x, y, inward + math.pi), GOING).ended[0, 0]
     assert not problem.facts()["inside"][0, 0]
+
+
+def test_bays_turn_with_their_dock(docks):
+    (dock,), place = docks.parameters.docks, (7.0, -4.0, 0.0, 0.0, 0.0, 0.7)
+    straight, turned = (
+        problem_of(Docking, SimpleNamespace(parameters=SimpleNamespace(docks=[replace(dock, pose=pose)])))._bays
+        for pose in ((0.0,) * 6, place)
+    )
+    for (x, y, inward, *sizes), found in zip(straight, turned, strict=True):
+        *middle, _, _, _, heading = compose(place, (x, y, 0.0, 0.0, 0.0, inward))
+        assert found == pytest.approx((*middle[:2], heading, *sizes))
 
 
 def sailed_in_the_bay(docks, way, speed=0.5):

@@ -33,7 +33,7 @@ def publications():
 
 @pytest.fixture
 def slave(publications, notices):
-    one = Slave("/gazebo", "http://127.0.0.1:11311", publications, {}, notices)
+    one = Slave("/gazebo", "http://127.0.0.1:11311", publications, {}, notices, is_masters_own=False)
     one.stream = ("10.0.0.1", 4711)
     one.trusted = lambda host: host == "127.0.0.1"
     one.told = []
