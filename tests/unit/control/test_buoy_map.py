@@ -146,7 +146,7 @@ def test_only_looks_from_near_by_count_for_what_they_do_not_tell():
     """Grey boxes at 12 and 35 m, which are of no kind."""
     box = np.stack(np.meshgrid((-0.1, 0.1), (-0.1, 0.1), (-1.2, -0.8)), axis=-1).reshape(-1, 3)
     data = SimpleNamespace(
-        points=np.concatenate([box + (12.0, 0.0, 0.0), box + (35.0, 3.0, 0.0)]),
+        points=(box + np.array([[[12.0, 0.0, 0.0]], [[35.0, 3.0, 0.0]]])).reshape(-1, 3),
         rgb=np.full((720, 1280, 3), 120, np.uint8),
         info=SimpleNamespace(K=(760.0, 0.0, 640.0, 0.0, 760.0, 360.0, 0.0, 0.0, 1.0)),
     )

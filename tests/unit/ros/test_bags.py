@@ -95,20 +95,6 @@ def test_a_bag_reads_back_what_was_published_and_when(tmp_path, name):
     assert bag.traffic.dropped == 0
 
 
-def test_the_records_of_a_bag_of_ros_1_fill_it_and_the_first_is_as_long_as_rosbags(tmp_path):
-    """4096 bytes of fields and padding, which `rosbag reindex` writes over."""
-    written(tmp_path / "out.bag")
-    content, at, records = (tmp_path / "out.bag").read_bytes(), len("#ROSBAG V2.0\n"), []
-    while at < len(content):
-        lengths = []
-        for _ in ("fields", "data"):
-            lengths.append(int.from_bytes(content[at : at + 4], "little"))
-            at += 4 + lengths[-1]
-        records.append(sum(lengths))
-    assert at == len(content)
-    assert records[0] == 4096
-
-
 @pytest.mark.parametrize("name", NAMES)
 def test_latched_topics_are_marked_so(tmp_path, name):
     written(tmp_path / name)
@@ -308,6 +294,23 @@ def test_rosbag_mends_what_a_killed_process_leaves(killed, tmp_path):
     shutil.copy(killed / "out.bag", tmp_path)
     debian(["/usr/bin/rosbag", "reindex", "-q", str(tmp_path / "out.bag")])
     assert len(read(tmp_path / "out.bag")) == 100 * (len(TYPES) - 1)
+
+
+@pytest.mark.parametrize("is_whole", [True, False])
+def test_the_first_record_of_a_bag_of_ros_1_is_as_long_as_rosbags_and_others_fill_the_bag(killed, tmp_path, is_whole):
+    """4096 bytes of fields and padding, over which `rosbag reindex` writes."""
+    if is_whole:
+        written(tmp_path / "out.bag")
+    content = ((tmp_path if is_whole else killed) / "out.bag").read_bytes()
+    at, records = len("#ROSBAG V2.0\n"), []
+    while at < len(content):
+        lengths = []
+        for _ in ("fields", "data"):
+            lengths.append(int.from_bytes(content[at : at + 4], "little"))
+            at += 4 + lengths[-1]
+        records.append(sum(lengths))
+    assert records[0] == 4096
+    assert at == len(content)
 
 
 def test_the_database_of_a_killed_process_is_whole(killed):
