@@ -1,6 +1,7 @@
 """Roles and scores by the rules of the road: by hand, on made-up places."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -127,3 +128,16 @@ def test_the_range_counts_up_to_what_is_wanted(distance, expected):
 def test_to_stand_on_is_to_keep_course_and_speed():
     turn, speed = np.radians([0, 15, -15, 0, 0, 60]), np.array([2.0, 2.0, 2.0, 1.0, 3.0, 2.0])
     np.testing.assert_allclose(encounter.departure(turn, speed, np.full(6, 2.0)), [0, 0.5, 0.5, 0.5, 0.5, 1])
+
+
+def test_boats_that_cross_come_from_either_side_and_all_begin_as_far_from_where_they_meet():
+    problem, sides = encounter.Encounter(SimpleNamespace(n=1, boats="ab", world=None)), []
+    for seed in range(200):
+        spots = problem.start(0, np.random.default_rng(seed))
+        x, y, yaw, speed = (np.array([row]) for row in zip(*spots, strict=True))
+        assert np.hypot(x, y) / speed == pytest.approx(np.hypot(x, y)[0, 0] / speed[0, 0] * np.ones((1, 2)))
+        roles = encounter.roles(encounter.bearings(x, y, yaw), yaw).tolist()[0]
+        sides += [roles.index(GIVE_WAY)] if sorted(roles) == sorted((GIVE_WAY, STAND_ON)) else []
+        assert roles in ([HEAD_ON] * 2, [GIVE_WAY, STAND_ON], [STAND_ON, GIVE_WAY],
+                         [OVERTAKING, OVERTAKEN], [OVERTAKEN, OVERTAKING])  # fmt: skip
+    assert 0.3 < np.mean(sides) < 0.7

@@ -130,6 +130,11 @@ def test_what_counts_is_where_the_line_between_the_ends_is_crossed(sea, before, 
     assert problem.facts()["passed"][0, 0] == passed
 
 
+def test_a_path_may_lead_anywhere(sea):
+    headings = [begun(FollowPath, sea, seed=seed)[1][2] for seed in range(64)]
+    assert np.histogram(headings, 4, (-math.pi, math.pi))[0].min() > 8  # of 16
+
+
 def test_backwards_through_a_gate_is_nothing(sea):
     problem, _ = begun(FollowPath, sea)
     problem.judge(gate(problem, 0, 0.3, 8.0), GOING)
@@ -149,6 +154,7 @@ def test_the_ends_of_a_gate_are_port_and_starboard(sea):
 def test_docking_is_to_stay_inside_bow_in(docks):
     problem, start = begun(Docking, docks)
     x, y, inward, depth, width, mouth = problem._goal[0]
+    assert problem.episode_facts()["bay"].tolist() == [[x, y, inward]]
     assert (2 * depth, 2 * width, mouth) == pytest.approx(
         (4.0, 1.5, 2.5)
     )  # VRX's dock_2022, bays 4 m wide and 6 m deep
