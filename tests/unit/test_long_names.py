@@ -12,6 +12,8 @@ from vrx_mj.config.docks import load_dock
 from vrx_mj.config.objects import load_object
 from vrx_mj.config.world import load_world
 from vrx_mj.errors import (
+    LONGEST_NAME,
+    ChoiceError,
     CompileError,
     ConfigError,
     Problem,
@@ -165,3 +167,8 @@ def test_a_shortened_text_is_one_line_of_what_it_was(text, most):
         assert len(shown) == most
         assert text.startswith(head)
         assert text.endswith(tail.rpartition("…")[2])
+
+
+def test_a_long_choice_does_not_move_what_is_said_of_the_others():
+    _, _, line = ChoiceError("here", "worlds", {LONG: "one", "b.world": "another"}).text("run").splitlines()
+    assert line == f"  {'vrx-mj run b.world':<{LONGEST_NAME}}  # another"

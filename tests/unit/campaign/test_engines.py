@@ -2,9 +2,12 @@
 
 import shutil
 from collections import Counter
+from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 
+from vrx_mj.campaign import worker
 from vrx_mj.campaign.engines import run_trials
 from vrx_mj.campaign.plan import Cell, Trial
 from vrx_mj.campaign.results import Result
@@ -101,3 +104,19 @@ def test_workers_that_never_start_end_the_campaign(tmp_path, monkeypatch):
     with pytest.raises(VrxError, match=r"^no worker starts: its worker ended with exit code 1$"):
         list(run_trials(TRIALS, tmp_path, engine := Workers(None)))
     assert engine.started <= 10
+
+
+@pytest.mark.parametrize("task", [None, "stationkeeping"])
+def test_rows_are_sailed_together_unless_their_world_has_a_task(tmp_path, monkeypatch, task):
+    together, trials = [], [replace(trial, rows=True) for trial in TRIALS[:3]]
+
+    def sailing(_root, chunk, *_):
+        together.append(len(chunk))
+        return SimpleNamespace(results=lambda: [Result(trial.cell, "finished") for trial in chunk])
+
+    monkeypatch.setattr(worker, "TrialProcess", sailing)
+    sailor = worker.Worker(tmp_path, None)
+    sailor._open = trials[0].cell.world, trials[0].fleet
+    sailor._warm = SimpleNamespace(world=SimpleNamespace(parameters=SimpleNamespace(task=task)))
+    assert [result.cell for result in sailor.run(trials)] == [trial.cell for trial in trials]
+    assert together == ([3] if task is None else [1, 1, 1])

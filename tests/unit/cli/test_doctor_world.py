@@ -1,6 +1,7 @@
 """`vrx-mj doctor WORLD`: the classic mistakes, each with what to do."""
 
 import json
+import os
 import socket
 import tomllib
 from pathlib import Path
@@ -169,6 +170,15 @@ def test_ports():
     assert held == Row(name, "held by process 7 (x); to stop it: kill 7", "no", advice)
     assert joined.found == "the master that answers: a process that cannot be found"
     assert doctor.port_row("rosbridge", port) == Row(name, "free", "yes")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="elsewhere such a port is free without being asked for")
+def test_a_port_whose_last_connection_has_just_ended_is_free():
+    with socket.create_server(("127.0.0.1", 0)) as server, socket.create_connection(server.getsockname()) as client:
+        port = server.getsockname()[1]
+        server.accept()[0].close()  # the end that closes first keeps the port for a minute
+        assert client.recv(1) == b""
+    assert doctor.port_row("rosbridge", port).found == "free"
 
 
 def test_every_extra_for_users_has_a_row():

@@ -412,3 +412,10 @@ def test_a_height_of_a_spectrum_on_top_of_another_sea_makes_it_one(profile):
     assert (sea.model, sea.significant_height, sea.period) == ("jonswap", 1.0, 6.0)
     variance = sum(wave.amplitude**2 for wave in sea.waves) / 2
     assert 4 * variance**0.5 == pytest.approx(1.0, rel=1e-9)
+
+
+def test_what_has_no_pose_is_at_the_origin_of_its_frame():
+    poses = {model.__name__: model.model_fields["pose"].default for model in models() if "pose" in model.model_fields}
+    given = {name: pose for name, pose in poses.items() if isinstance(pose, tuple)}
+    assert len(given) > 10
+    assert {name: pose for name, pose in given.items() if any(pose)} == {"SpawnConfig": (0.0, 0.0, 0.1, 0.0, 0.0, 0.0)}

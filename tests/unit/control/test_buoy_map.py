@@ -2,6 +2,7 @@
 
 import math
 from collections import Counter
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,11 +12,14 @@ from vrx_mj.control.buoy_map import (
     Buoy,
     BuoyMap,
     Cluster,
+    Lookout,
     banks,
     connected_groups,
     level_points,
     standing_free,
 )
+from vrx_mj.control.navigation import Estimate
+from vrx_mj.control.pilot import Moment
 
 
 def cluster(x, y, extent=0.4, top=0.9):
@@ -136,3 +140,19 @@ def test_a_stone_on_the_shore_does_not_stand_free_and_a_buoy_off_it_does():
 def test_banks_are_near_and_out_of_the_water():
     seen = np.array([[5.0, 0.0, 0.2], [5.3, 0.1, 0.2], [9.0, 9.0, -1.0], [60.0, 0.0, 1.0]])
     assert banks(seen, (100.0, 0.0)) == [(105.0, 1.0)]
+
+
+def test_only_looks_from_near_by_count_for_what_they_do_not_tell():
+    """Grey boxes at 12 and 35 m, which are of no kind."""
+    box = np.stack(np.meshgrid((-0.1, 0.1), (-0.1, 0.1), (-1.2, -0.8)), axis=-1).reshape(-1, 3)
+    data = SimpleNamespace(
+        points=(box + np.array([[[12.0, 0.0, 0.0]], [[35.0, 3.0, 0.0]]])).reshape(-1, 3),
+        rgb=np.full((720, 1280, 3), 120, np.uint8),
+        info=SimpleNamespace(K=(760.0, 0.0, 640.0, 0.0, 760.0, 360.0, 0.0, 0.0, 1.0)),
+    )
+    reading = SimpleNamespace(data=data, mount=SimpleNamespace(position=np.array([0.0, 0.0, 1.5]), rotation=np.eye(3)))
+    boat, seen = SimpleNamespace(sensors={"lidar": reading, "front": reading}), Estimate(*[0.0] * 7, np.eye(3))
+    lookout = Lookout()
+    assert [lookout.look(Moment(boat, seen, None, t)) for t in (0.0, 0.5, 1.0, 2.0)] == [True, False, True, True]
+    found = sorted((round(buoy.x), buoy.seen, buoy.looks, buoy.kind) for buoy in lookout.map.sure)
+    assert found == [(12, 3, 2, ""), (35, 3, 0, "")]  # of two looks since they are sure

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from vrx_mj.control.placards import OFF, Face, FaceMap, faces, lamp_color, sequence, symbol_in
+from vrx_mj.control.placards import OFF, Face, FaceMap, _fill, faces, lamp_color, sequence, symbol_in
 
 RGB = {"red": (1, 0, 0), "green": (0, 1, 0), "blue": (0, 0, 1), "yellow": (1, 1, 0)}
 
@@ -117,3 +117,12 @@ def test_no_colours_before_both_darks_were_seen():
     assert sequence(looks) is None
     assert sequence([]) is None
     assert sequence([(time, OFF) for time, _ in looks]) is None
+
+
+@pytest.mark.parametrize("lean", [0.0, 0.3, -0.15])
+@pytest.mark.parametrize("side", [12, 40])
+def test_an_upright_or_leaning_rectangle_fills_the_parallelogram_about_it(side, lean):
+    v, u = np.mgrid[: 2 * side, : 2 * side]
+    shifted = u - np.round(lean * v).astype(int) - side // 2
+    mask = (shifted >= 0) & (shifted < side) & (abs(v - side) <= side // 2)
+    assert _fill(mask) == pytest.approx(1.0, abs=0.0 if lean == 0.0 else 1.5 / side)

@@ -2,6 +2,7 @@
 
 import re
 import sys
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,6 +11,7 @@ from numba.cuda import dispatcher, types
 from numba.cuda.np.numpy_support import from_dtype
 
 from vrx_mj.cuda import kernels
+from vrx_mj.physics.kernel import cache_folder
 from vrx_mj.runtime.views import RUN
 
 HOPPER = (9, 0)
@@ -34,4 +36,6 @@ for name in sys.argv[1:]:
     text, _ = cuda.compile_ptx(getattr(kernels, name), SIGNATURES[name], device=False, cc=HOPPER)
     called = set(re.findall(r"\.extern \.func [^;]*?(\w+)\n", text))
     assert called <= {"numba_attempt_nocopy_reshape"}, (name, called)  # numba-cuda links that at the launch
+    kept = Path(kernels._compiled(getattr(kernels, name), 64)._cache.cache_path)
+    assert cache_folder() in kept.parents, kept
     print(len(re.findall(r"\b(?:fma|add|mul|sub|ld\.global|st\.global|ld|st)\S*\.(?:f64|[bu]8)\b", text)))

@@ -4,11 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
+from matplotlib.patches import Polygon
 
 from trees import partial
 from vrx_mj.draw.course import MapBoat, MapDock, MapObject, MapScene, map_of, nice_length
 from vrx_mj.draw.map import chart, draw_map
-from vrx_mj.draw.plan import view_of
+from vrx_mj.draw.plan import _boat, view_of
 from vrx_mj.draw.style import boat_color, font_warnings_hidden, hex_color
 from vrx_mj.errors import VrxError
 from vrx_mj.mjcf.world import World, make_world
@@ -215,3 +217,13 @@ def test_words_under_the_compass_stay_beside_the_plan_and_on_the_picture(size):
     assert max(box.x1 for box in boxes) <= size[0]
     far = MapScene(title="marina", boats=(MapBoat("cora", 10.0, -1370.0, 0.4, "#d1495b"),))
     assert chart(far, size).axes[0].yaxis.label.get_window_extent().x0 >= 0.0
+
+
+def test_a_boat_is_the_same_on_both_sides_of_its_heading():
+    axes = Figure().add_subplot()
+    _boat(axes, MapBoat("a", 3.0, -2.0, 0.7, "red"), 2.0)
+    (hull,) = (patch for patch in axes.patches if isinstance(patch, Polygon))
+    corners = (hull.get_xy() - (3.0, -2.0)) @ [[math.cos(0.7), -math.sin(0.7)], [math.sin(0.7), math.cos(0.7)]]
+    mirrored = {(round(x, 9), round(-y, 9) + 0.0) for x, y in corners}
+    assert {(round(x, 9), round(y, 9) + 0.0) for x, y in corners} == mirrored
+    assert corners[:, 0].max() == pytest.approx(-corners[:, 0].min())

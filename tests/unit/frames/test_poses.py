@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrx_mj.frames import angles, apply, compose, facing, inverse, quaternion, rotation
+from vrx_mj.frames import angles, apply, compose, facing, inverse, quaternion, rotation, rotation_matrix
 
 ANGLE, PLACE = st.floats(-3.2, 3.2), st.floats(-50.0, 50.0)
 ANGLES, POSE = st.tuples(ANGLE, ANGLE, ANGLE), st.tuples(PLACE, PLACE, PLACE, ANGLE, ANGLE, ANGLE)
@@ -42,6 +42,11 @@ def test_a_quaternion_is_the_same_rotation_with_w_from_0_on(found):
         expected = turned(np.array(axis) / sine, 2.0 * math.atan2(sine, w))
         assert np.array(rotation(*found)) == pytest.approx(expected, abs=1e-9)
     assert math.hypot(w, sine) == pytest.approx(1.0)
+
+
+@given(ANGLES)
+def test_the_matrix_of_a_quaternion_is_that_of_its_angles(found):
+    assert rotation_matrix(quaternion(*found)) == pytest.approx(np.array(rotation(*found)), abs=1e-12)
 
 
 @given(ANGLES)

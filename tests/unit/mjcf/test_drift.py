@@ -82,6 +82,14 @@ def test_waves_that_a_hull_meets_as_it_goes_are_others():
     assert found[inside] == pytest.approx(expected[inside], rel=1e-3, abs=1e-3)
 
 
+def test_between_every_second_frequency_a_table_is_linear_and_it_begins_at_0():
+    hull = barge()
+    slopes = np.random.default_rng(0).normal(size=(hull.angles, 3))
+    values = np.concatenate([number * slopes for number in range(1, hull.frequencies.size + 1)])
+    whole = hull.frequencies.size // 2 * 2 * hull.angles  # of one after the last of these nothing is known
+    assert hull.at_all(hull.every(values))[:whole] == pytest.approx(values[:whole])
+
+
 def test_a_hull_that_swings_as_it_goes_has_the_velocity_of_the_kernels():
     """A bow that rises has some of the speed ahead upward in the hull's axes; the kernels turn the whole hull."""
     speed = barge().at(np.array((0.06, -0.04)))

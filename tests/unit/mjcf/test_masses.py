@@ -13,6 +13,7 @@ from vrx_mj.config.fleet import Order
 from vrx_mj.errors import CompileError
 from vrx_mj.mjcf.boats import axis_inertia, body_mass
 from vrx_mj.mjcf.build import build_boat
+from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.mjcf.robots import station_rows, thruster_rows
 from vrx_mj.rigid_bodies import combine, rigid
 
@@ -65,3 +66,11 @@ def test_a_rudder_s_race_has_the_area_of_its_propeller_s_disc():
     for name, rudder in rudders.items():
         assert rows[name].race_area == pytest.approx(math.pi * (rudder.propeller_diameter / 2.0) ** 2)
         assert rows[name].race == [thruster.name for thruster in boat.thrusters].index(rudder.propeller)
+
+
+def test_each_rudder_is_in_the_race_of_a_propeller_of_its_own_boat():
+    places = [{"name": name, "pose": [0.0, 20.0 * n, 0.0, 0.0, 0.0, 0.0]} for n, name in enumerate("abc")]
+    world = compile_world({"physics": {"profile": "marine"}}, fleet={"robot": "skiff", "boats": places})
+    thrusters = world.parameters.thrusters
+    raced = [(row.hull, row.name, thrusters[row.race].hull, thrusters[row.race].name) for row in thrusters]
+    assert [row for row in raced if row[1] == "rudder"] == [(n, "rudder", n, "propeller") for n in range(3)]

@@ -266,7 +266,7 @@ def test_an_element_is_a_shape():
     assert BuoyancyElement(type="box", size=(1.0, 2.0, 3.0)).volume == 6
 
 
-def test_a_rope_ends_under_the_centre_of_mass():
+def test_a_rope_ends_under_the_centre_of_mass_and_stops_what_it_holds_without_a_swing():
     """At the start a rope without slack does not pull, wherever a thing's mass is and however it is turned."""
     models = ["surmark46104", "robotx_light_buoy", "crocodile_static", "mb_round_buoy_black"]
     things = [
@@ -283,5 +283,6 @@ def test_a_rope_ends_under_the_centre_of_mass():
     for rope in made.parameters.ropes:
         body = model.body(rows[rope.float].body).id
         assert data.subtree_com[body][:2] == pytest.approx(rope.anchor, abs=1e-9)
+        assert rope.damping == pytest.approx(2.0 * math.sqrt(rope.stiffness * model.body_subtreemass[body]))  # critical
         off.append(np.linalg.norm(data.subtree_com[body][:2] - data.xpos[body][:2]))
     assert max(off) > 0.01  # or the place of the mass would not matter

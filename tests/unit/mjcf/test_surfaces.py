@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vrx_mj.errors import VrxError
+from vrx_mj.mjcf import surfaces
 from vrx_mj.mjcf.surfaces import MOST_SHOWN, checked_surface, crossings, overlap
 
 
@@ -131,3 +132,10 @@ def test_many_long_triangles_are_bounded():
     assert crossings(corners)[0] == MOST_SHOWN
     assert overlap(corners[:2000]).volume >= 0.0
     assert checked_surface(np.empty((0, 3, 3))) == ()
+
+
+@pytest.mark.parametrize(("most", "is_found"), [(24, True), (23, False)])
+def test_crossings_are_not_looked_for_among_more_triangles_than_that_takes_seconds(monkeypatch, most, is_found):
+    monkeypatch.setattr(surfaces, "_MOST_TRIANGLES", most)
+    two_boxes = np.concatenate([box((1.0, 1.0, 1.0)), box((1.0, 1.0, 1.0), (0.5, 0.4, 0.3))])
+    assert (crossings(two_boxes)[0] > 0) == is_found

@@ -207,6 +207,13 @@ def test_the_path_of_a_setting_sun_is_as_wide_as_spokes_can_carry(off):
     assert np.abs(np.diff(glitter, axis=1)).max() < 0.8  # of white
 
 
+def test_the_palettes_ends_lie_off_its_borders_where_all_or_none_of_the_sky_is_mirrored():
+    """Waves that no sea has, lit from ahead and seen from low."""
+    low = np.array([math.cos(COURSE), math.sin(COURSE), 0.02])
+    mirrored = surface(*one_wave(20.0, COURSE, 9.0), sun=low)[3][..., 0]
+    assert (mirrored.min(), mirrored.max()) == pytest.approx((EDGE, 1.0 - EDGE), abs=1e-6)
+
+
 def test_steep_crests_are_foam_and_troughs_and_gentle_seas_are_not():
     length, amplitude = 20.0, 1.4  # downward acceleration of a crest: 0.44 g
     distances, points, _, palette = surface(*one_wave(length, COURSE, amplitude), height=6.0)

@@ -30,3 +30,12 @@ def test_upright_and_level_edges_and_soft_slopes_stay_and_the_picture_is_turned_
     drawn[19:21] = 0
     assert np.array_equal(antialias(drawn)[:18], drawn[::-1][:18])
     assert np.array_equal(antialias(drawn)[26:], drawn[::-1][26:])
+
+
+def test_all_pixels_but_those_of_the_border_are_smoothed():
+    drawn = np.repeat(np.random.default_rng(0).integers(0, 2, (24, 27, 1)).astype(np.uint8) * 255, 3, axis=2)
+    changed = (antialias(drawn) != drawn[::-1]).any(axis=2)
+    inner = changed[1:-1, 1:-1]
+    assert inner.any(axis=0).all()
+    assert inner.any(axis=1).all()
+    assert np.count_nonzero(changed) == np.count_nonzero(inner)

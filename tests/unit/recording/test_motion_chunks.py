@@ -84,6 +84,15 @@ def test_plots_are_of_speed_over_ground_and_of_the_angles_of_the_orientation():
     assert (yaw[0], roll[0], pitch[0]) == pytest.approx((2.5, 0.1, -0.2))
 
 
+def test_the_track_is_from_the_least_to_the_greatest_place_of_any_boat_in_any_block():
+    moving, blocks = MovingChunks(recorded_run.scene()), list(recorded_run.blocks(2.0))
+    for block in blocks:
+        list(moving(block))
+    rows = np.concatenate(blocks)
+    places = rows[:, recorded_run.scene().layout().qpos][:, :21].reshape(-1, 7)[:, :2]
+    assert moving.track == pytest.approx(np.array([places.min(axis=0), places.max(axis=0)]))
+
+
 def test_the_poses_of_boats_are_those_of_the_rows():
     """A whole scene of one boat: its place and its orientation, as rerun writes them."""
     sim = vrx_mj.Simulation(vrx_mj.compile_world(water(sea={"model": "none"}), fleet=boats((3.0, -2.0, 0.3))))

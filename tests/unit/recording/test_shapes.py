@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.recording.record_scene import Surface
 from vrx_mj.recording.simulation_scene import FINE_BOATS, MOST_FACES, coarser, geom_surface, scene_of
+from vrx_mj.recording.static_chunks import looks_chunks
 from vrx_mj.runtime.simulation import Simulation
 
 PI = np.pi
@@ -117,3 +119,12 @@ print({"trimesh", "pandas", "rerun", "rerun_bindings", "scipy.spatial", "pyarrow
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "set()"
+
+
+def test_vertices_have_the_colour_of_their_surface_or_the_nearest_that_there_is():
+    box = surface("type='box' size='1 1 1'")
+    shapes = [replace(box, rgba=rgba) for rgba in ((0.2, 0.4, 0.6, 1.0), (1.5, -0.2, 1.0, 0.8))]
+    (chunk,) = looks_chunks("/world/a", None, shapes, None)
+    batch = chunk.to_record_batch()
+    (colors,) = batch.column(next(name for name in batch.schema.names if "vertex_colors" in name)).to_pylist()
+    assert colors == [0x336699FF] * len(box.vertices) + [0xFF00FFCC] * len(box.vertices)

@@ -47,6 +47,7 @@ from vrx_mj.recording.video.stage import (
     Above,
     Chase,
     Foam,
+    Footage,
     between,
     smooth_path,
     thin_out,
@@ -328,6 +329,11 @@ def two_seconds(tmp_path_factory):
     with RecordWriter(folder / "run.rrd", recorded_run.scene()) as writer:
         writer.rows(np.array([recorded_run.row_at(t) for t in np.arange(0.0, 2.01, 0.05)]))
     return made_up(folder)
+
+
+def test_a_recording_without_a_row_is_refused(two_seconds):
+    with pytest.raises(RecordError, match="has no motion to draw: it ends before its first row"):
+        Footage(dataclasses.replace(two_seconds, rows=two_seconds.rows[:0]))
 
 
 @pytest.mark.parametrize(

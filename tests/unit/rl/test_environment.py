@@ -1,10 +1,15 @@
 """Actions of teams: whose channel is which command, and which numbers are refused."""
 
+import math
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+from vrx_mj.frames import quaternion
 from vrx_mj.rl.environment import Actions
 from vrx_mj.rl.options import ActionError
+from vrx_mj.rl.picture import Picture
 
 CHANNELS = (("a", "left"), ("b", "only"), ("a", "right"))
 LARGEST = np.array([[-100.0, 250.0], [-1.0, 1.0], [-1.0, 1.0]])
@@ -46,3 +51,14 @@ def test_other_shapes_are_refused(actions):
     for given in (np.zeros((1, 2)), np.zeros((2, 2, 2)), "left"):
         with pytest.raises(ActionError):
             actions.array(given, HERE)
+
+
+def test_the_eye_behind_a_boat_has_its_heading_however_the_boat_lies(monkeypatch):
+    seen = []
+    picture = Picture(None, 64, 48)
+    monkeypatch.setattr(picture, "_image", lambda _rows, _row, place, turned: seen.append((place, turned)))
+    boat = [5.0, -3.0, 0.2, *quaternion(0.3, -0.2, 2.0)]
+    picture.from_behind(SimpleNamespace(features=np.array([[boat]])), 0)
+    [((x, y, _), (_, _, heading))] = seen
+    assert heading == pytest.approx(2.0)
+    assert math.atan2(-3.0 - y, 5.0 - x) == pytest.approx(2.0)

@@ -296,6 +296,23 @@ def test_rosbag_mends_what_a_killed_process_leaves(killed, tmp_path):
     assert len(read(tmp_path / "out.bag")) == 100 * (len(TYPES) - 1)
 
 
+@pytest.mark.parametrize("is_whole", [True, False])
+def test_the_first_record_of_a_bag_of_ros_1_is_as_long_as_rosbags_and_others_fill_the_bag(killed, tmp_path, is_whole):
+    """4096 bytes of fields and padding, over which `rosbag reindex` writes."""
+    if is_whole:
+        written(tmp_path / "out.bag")
+    content = ((tmp_path if is_whole else killed) / "out.bag").read_bytes()
+    at, records = len("#ROSBAG V2.0\n"), []
+    while at < len(content):
+        lengths = []
+        for _ in ("fields", "data"):
+            lengths.append(int.from_bytes(content[at : at + 4], "little"))
+            at += 4 + lengths[-1]
+        records.append(sum(lengths))
+    assert records[0] == 4096
+    assert at == len(content)
+
+
 def test_the_database_of_a_killed_process_is_whole(killed):
     with closing(sqlite3.connect(killed / "out_dir/out_dir.db3")) as database:
         assert database.execute("SELECT count(*) FROM messages").fetchone() == (100 * (len(TYPES) - 1),)

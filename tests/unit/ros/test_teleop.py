@@ -1,6 +1,7 @@
 import itertools
 import json
 import math
+import os
 import time
 from dataclasses import asdict
 from types import SimpleNamespace
@@ -12,7 +13,7 @@ from vrx_mj import compile_world
 from vrx_mj.draw.course import map_of
 from vrx_mj.draw.style import boat_color, hex_color
 from vrx_mj.drive.pilot import Engine, engines_of
-from vrx_mj.errors import NetworkError, UnknownNameError
+from vrx_mj.errors import CommandError, NetworkError, UnknownNameError
 from vrx_mj.model.world import tree_of
 from vrx_mj.recording.simulation_scene import scene_of
 from vrx_mj.ros import messages
@@ -345,3 +346,10 @@ def test_the_map_has_the_worlds_shore_docks_objects_and_engines():
     assert made == {boat: engines_of(world, boat) for boat in world.boats}
     host.sim.task = {"type": "stationkeeping", "goal": {"x": 1.0, "y": 2.0}}
     assert json.loads(output.make().data)["course"] == [[1.0, 2.0, 0.0]]
+
+
+def test_without_a_terminal_no_key_can_come(monkeypatch):
+    with open(os.devnull, encoding="utf-8") as nothing_to_read:  # noqa: PTH123
+        monkeypatch.setattr("sys.stdin", nothing_to_read)
+        with pytest.raises(CommandError, match="no keys can be read, since standard input is not a terminal"):
+            driving.drive_served_world("ws://127.0.0.1:9")

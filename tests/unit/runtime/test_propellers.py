@@ -9,6 +9,7 @@ import pytest
 
 from integration.sailing import same_bits
 from vrx_mj import Batch, Simulation, compile_world
+from vrx_mj.config.dynamics import PropellerConfig
 from vrx_mj.errors import CommandError, ConfigError, UnknownNameError
 
 URDF = """<robot name="barge"><link name="base_link">
@@ -86,6 +87,13 @@ def test_speed_through_the_water_takes_thrust_in_a_straight_line(barge):
         for speed in (0.0, 1.0, 3.9, 5.0):
             sim.set_boat(boat, velocity=(speed, 0, 0, 0, 0, 0))
             assert thrust_of(sim) == pytest.approx(240.0 * np.clip(1.0 - (speed - stream) / 4.0, 0.0, 1.0))
+
+
+@pytest.mark.parametrize("step", [30, 15, 1])
+def test_rows_of_four_quadrants_may_be_as_far_apart_as_is_said(step):
+    rows = [[angle, *[0.5 * math.cos(math.radians(angle))] * 2] for angle in range(-180, 181, step)]
+    made = PropellerConfig.model_validate({"thrust": [[0, 0], [1, 9]], "diameter": 0.3, "four_quadrant": rows})
+    assert len(made.four_quadrant) == 360 / step + 1
 
 
 def test_a_four_quadrant_propeller_has_drag_at_rest_and_unloads_its_motor_at_speed(barge):

@@ -10,7 +10,8 @@ from integration.sailing import AFLOAT, CALM, boats, simulation
 from trees import partial
 from vrx_mj import Simulation, VrxWarning, compile_world
 from vrx_mj.errors import CommandError, VrxError
-from vrx_mj.runtime.run import MotionWarnings, fleet_controller, names_controllers, run, steady
+from vrx_mj.runtime.run import MotionWarnings, _by_pair, fleet_controller, names_controllers, run, steady
+from vrx_mj.runtime.subscriptions import Touch
 
 
 @pytest.fixture(scope="module")
@@ -206,3 +207,8 @@ def test_a_boat_that_spins_is_said_with_its_rate(calm_sim):
         upsets.warn(calm_sim.observe(), 2.0)
     upsets.warn(calm_sim.observe(), 3.0)
     assert len(upsets.lines) == 1
+
+
+def test_touches_of_a_pair_are_one_and_the_hardest_is_first():
+    touches = [Touch("a", "b", 1.0, 10.0, 0.5), Touch("a", "quay", 2.0, 30.0, 1.0), Touch("a", "b", 3.0, 20.0, 0.25)]
+    assert _by_pair(touches) == (Touch("a", "quay", 2.0, 30.0, 1.0), Touch("a", "b", 1.0, 20.0, 0.75, count=2))

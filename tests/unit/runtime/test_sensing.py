@@ -3,6 +3,7 @@
 import gc
 import re
 import weakref
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from integration.sensing import GPS, GUN, IMU, P3D, PINGER, SUITE, sailing
 from vrx_mj.config.world import Georeference
 from vrx_mj.errors import CommandError, SensorError, UnknownNameError
 from vrx_mj.model.world import tree_of
+from vrx_mj.runtime import sensing
 from vrx_mj.runtime.state import State
 
 TWO = boats((0.0, 0.0, 0.3), (30.0, 0.0, 0.0))
@@ -185,3 +187,20 @@ def test_sensors_measure_at_base_link_or_at_their_own_place(sim):
     assert ranges[1] == pytest.approx(
         (np.sqrt(99.0**2 + 0.5**2 + 1.0), np.arctan2(-0.5, 99.0), np.arctan2(1.0, np.hypot(99.0, 0.5)))
     )
+
+
+@pytest.mark.parametrize("kind", ["camera", "lidar", "echo_sounder", "imu"])
+@pytest.mark.parametrize("is_cached", [True, False])
+def test_what_a_sensor_needs_is_compiled_ahead_unless_it_was(monkeypatch, is_cached, kind):
+    compiled = []
+    monkeypatch.setattr(sensing, "is_cached", lambda _: is_cached)
+    pictures = SimpleNamespace(compile=lambda: compiled.append("camera"))
+    monkeypatch.setattr(sensing, "Cameras", lambda *_: pictures)
+    sights = sensing.Sights(SimpleNamespace(parameters=None), None, lambda: None)
+    monkeypatch.setattr(sights, "scan", lambda *_: compiled.append("lidar"))
+    monkeypatch.setattr(sights, "echo", lambda *_: compiled.append("echo_sounder"))
+    sensor = SimpleNamespace(
+        boat="a", name="s", config=SimpleNamespace(type=kind, sea_returns=kind == "lidar", rate=1.0)
+    )
+    sights.compile([sensor], None)
+    assert compiled == ([] if is_cached or kind == "imu" else [kind])

@@ -32,6 +32,13 @@ def test_the_orientation_is_from_east_and_all_else_as_before(x_from_east):
         assert np.array_equal(getattr(found, name), getattr(plain, name))
 
 
+def test_over_no_time_a_unit_measures_what_it_does_at_its_first_time():
+    now = at(0.2, -0.1, 0.5, velocity=(1.0, 2.0, 0.0), spin=(0.1, 0.2, 0.3))
+    again, first = (inertia(CONFIG, now, before, 0.0, DOWN, DRAW) for before in (at(), None))
+    assert again.angular_velocity.tolist() == first.angular_velocity.tolist()
+    assert again.linear_acceleration.tolist() == first.linear_acceleration.tolist()
+
+
 @pytest.mark.parametrize("before", [None, at()])
 def test_at_rest_and_level_gravity_is_up(before):
     found = inertia(CONFIG, at(), before, H, DOWN, DRAW)

@@ -107,6 +107,22 @@ def test_stokes_waves_are_those_of_another_program(row):
     assert sum(wave.orbital for wave in waves) == pytest.approx(row["speed_at_mean_level"], rel=1e-9)
 
 
+@pytest.mark.parametrize(("height", "period", "depth"), [(0.2, 2.5, 2.0), (0.6, 2.5, 2.0), (0.3, 2.0, 10.0)])
+def test_along_the_surface_of_a_stokes_wave_stream_function_and_pressure_are_constant(height, period, depth):
+    """In axes that travel with it; what is left is of the sixth order of the steepness."""
+    waves = stokes_wave(height, period, (1.0, 0.0), Site(depth))
+    k, orders, phase = waves[0].wavenumber, np.arange(1.0, 6.0)[:, None], np.linspace(0.0, math.pi, 33)
+    amplitude, orbital = np.array([(wave.amplitude, wave.orbital) for wave in waves]).T[..., None]
+    speed, z = waves[0].frequency / k, (amplitude * np.cos(orders * phase)).sum(axis=0)
+    rising, level = (f(orders * k * (z + depth)) / np.cosh(orders * k * depth) for f in (np.sinh, np.cosh))
+    stream = (orbital / (orders * k) * rising * np.cos(orders * phase)).sum(axis=0) - speed * z
+    east, up = (orbital * level * np.cos(orders * phase)).sum(axis=0), orbital * rising * np.sin(orders * phase)
+    head = 0.5 * ((east - speed) ** 2 + up.sum(axis=0) ** 2) + Site().gravity * z
+    least = 10.0 * (0.5 * k * height) ** 6
+    assert np.ptp(stream) * k / speed < least
+    assert np.ptp(head) / speed**2 < least
+
+
 def test_a_low_stokes_wave_is_linear():
     low, linear = stokes_wave(1e-4, 4.0, (1.0, 0.0), Site(7.0)), regular_wave(1e-4, 4.0, (1.0, 0.0), Site(7.0))
     assert low[0].amplitude == pytest.approx(linear[0].amplitude, rel=1e-6)

@@ -39,7 +39,7 @@ class Slave(Api):
     publications: dict[str, Publication]
     subscriptions: dict[str, Subscription]
     notices: Notices
-    is_masters_own: bool = False
+    is_masters_own: bool
     """Whether the master is this process's own, which never ends its node; others may have it call us."""
     uri: str = ""
     stream: tuple[str, int] = ("", 0)

@@ -242,7 +242,10 @@ def test_warnings_come_as_one(folder, monkeypatch, capfd):
         """<xacro:property name="pi" value="3"/>
 <xacro:property name="a" value="1" lazzy="true"/>
 <a b="${load_yaml('data.yaml')['names'][0]}${xacro.warning('mind the', 'step')}"/>
-<xacro:include filename="none*.xacro"/>""",
+<xacro:include filename="none*.xacro"/>
+<b>
+${xacro.warning('in a text')}</b>
+${xacro.warning('between elements')}""",
     )
     with pytest.warns(VrxWarning) as caught:
         expand(Path(file.name))
@@ -253,7 +256,9 @@ def test_warnings_come_as_one(folder, monkeypatch, capfd):
         "boat.urdf.xacro:3: xacro:property: unknown attribute(s): lazzy\n"
         "boat.urdf.xacro:4: Using load_yaml() directly is deprecated. Use xacro.load_yaml() instead.\n"
         "boat.urdf.xacro:4: mind the step\n"
-        f'boat.urdf.xacro:5: Include tag\'s filename spec "{folder / "none*.xacro"}" matched no files.'
+        f'boat.urdf.xacro:5: Include tag\'s filename spec "{folder / "none*.xacro"}" matched no files.\n'
+        "boat.urdf.xacro:6: in a text\n"
+        "boat.urdf.xacro:1: between elements"
     )
     assert capfd.readouterr() == ("", "")
 

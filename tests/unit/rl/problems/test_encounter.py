@@ -1,6 +1,7 @@
 """Roles and scores by the rules of the road: by hand, on made-up places."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -127,3 +128,20 @@ def test_the_range_counts_up_to_what_is_wanted(distance, expected):
 def test_to_stand_on_is_to_keep_course_and_speed():
     turn, speed = np.radians([0, 15, -15, 0, 0, 60]), np.array([2.0, 2.0, 2.0, 1.0, 3.0, 2.0])
     np.testing.assert_allclose(encounter.departure(turn, speed, np.full(6, 2.0)), [0, 0.5, 0.5, 0.5, 0.5, 1])
+
+
+def test_boats_that_cross_come_from_either_side_and_all_meet_at_the_same_time():
+    problem, sides = encounter.Encounter(SimpleNamespace(n=1, boats="ab", world=None)), []
+    for seed in range(200):
+        x, y, yaw, speed = np.array(problem.start(0, np.random.default_rng(seed))).T[:, None]
+        seconds, between = np.hypot(x, y) / speed, abs(math.degrees(math.remainder(yaw[0, 1] - yaw[0, 0], math.tau)))
+        assert seconds[0, 1] == pytest.approx(seconds[0, 0])
+        roles = encounter.roles(encounter.bearings(x, y, yaw), yaw).tolist()[0]
+        if between < 10.0:
+            assert sorted(roles) == sorted((OVERTAKEN, OVERTAKING))
+        elif between > 175.0:
+            assert roles == [HEAD_ON] * 2
+        else:
+            assert 50.0 <= between <= 130.0
+            sides.append(roles.index(GIVE_WAY))
+    assert 0.3 < np.mean(sides) < 0.7

@@ -1,12 +1,13 @@
 """What the problems of the Gymnasium environments reward: by hand, on made-up places."""
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from vrx_mj.frames import quaternion
+from vrx_mj.frames import compose, quaternion
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.model.world import tree_of
 from vrx_mj.rl.problem import Team, open_water, pose_error, team_of, wrap_angle
@@ -129,6 +130,11 @@ def test_what_counts_is_where_the_line_between_the_ends_is_crossed(sea, before, 
     assert problem.facts()["passed"][0, 0] == passed
 
 
+def test_a_path_may_lead_anywhere(sea):
+    headings = [begun(FollowPath, sea, seed=seed)[1][2] for seed in range(64)]
+    assert np.histogram(headings, 4, (-math.pi, math.pi))[0].min() > 8  # of 16
+
+
 def test_backwards_through_a_gate_is_nothing(sea):
     problem, _ = begun(FollowPath, sea)
     problem.judge(gate(problem, 0, 0.3, 8.0), GOING)
@@ -148,6 +154,7 @@ def test_the_ends_of_a_gate_are_port_and_starboard(sea):
 def test_docking_is_to_stay_inside_bow_in(docks):
     problem, start = begun(Docking, docks)
     x, y, inward, depth, width, mouth = problem._goal[0]
+    assert problem.episode_facts()["bay"].tolist() == [[x, y, inward]]
     assert (2 * depth, 2 * width, mouth) == pytest.approx(
         (4.0, 1.5, 2.5)
     )  # VRX's dock_2022, bays 4 m wide and 6 m deep
@@ -158,6 +165,17 @@ def test_docking_is_to_stay_inside_bow_in(docks):
     assert done == [False] * 28 + [True]
     assert not problem.judge(at(x, y, inward + math.pi), GOING).ended[0, 0]
     assert not problem.facts()["inside"][0, 0]
+
+
+def test_bays_turn_with_their_dock(docks):
+    (dock,), place = docks.parameters.docks, (7.0, -4.0, 0.0, 0.0, 0.0, 0.7)
+    straight, turned = (
+        problem_of(Docking, SimpleNamespace(parameters=SimpleNamespace(docks=[replace(dock, pose=pose)])))._bays
+        for pose in ((0.0,) * 6, place)
+    )
+    for (x, y, inward, *sizes), found in zip(straight, turned, strict=True):
+        *middle, _, _, _, heading = compose(place, (x, y, 0.0, 0.0, 0.0, inward))
+        assert found == pytest.approx((*middle[:2], heading, *sizes))
 
 
 def sailed_in_the_bay(docks, way, speed=0.5):

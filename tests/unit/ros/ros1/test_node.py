@@ -13,7 +13,7 @@ from vrx_mj.ros.messages import new
 from vrx_mj.ros.network import Notices, shown_process, who_listens
 from vrx_mj.ros.ros1.connection import with_length
 from vrx_mj.ros.ros1.node import Slave, Watch
-from vrx_mj.ros.ros1.registrar import PORTION, _portions
+from vrx_mj.ros.ros1.registrar import PORTION, Registrar, _portions
 from vrx_mj.ros.ros1.tcpros import Provided, Publication, Stream, Subscription
 
 
@@ -33,7 +33,7 @@ def publications():
 
 @pytest.fixture
 def slave(publications, notices):
-    one = Slave("/gazebo", "http://127.0.0.1:11311", publications, {}, notices)
+    one = Slave("/gazebo", "http://127.0.0.1:11311", publications, {}, notices, is_masters_own=False)
     one.stream = ("10.0.0.1", 4711)
     one.trusted = lambda host: host == "127.0.0.1"
     one.told = []
@@ -235,3 +235,24 @@ def test_parameters_are_sent_in_portions_that_a_master_can_take():
     portions = list(_portions(given))
     assert [len(portion) for portion in portions] == [2, 2, 2, 1, 1, 1]
     assert {name: value for portion in portions for name, value in portion.items()} == given
+
+
+def test_a_node_whose_name_another_took_registers_nothing_again(notices):
+    asked, reasons = [], []
+
+    async def many(requests, _timeout=0.0):
+        """Answers of a master that knows another node of the name, and nothing of ours."""
+        asked.extend(method for method, _ in requests)
+        answers = {"getSystemState": [[], [], []], "getTopicTypes": [], "lookupNode": "http://other:1/"}
+        return [answers.get(method, []) for method, _ in requests]
+
+    async def run():
+        registrar = Registrar("/gazebo", "http://127.0.0.1:11311", SimpleNamespace(many=many), notices)
+        registrar.api, registrar.replaced = "http://here:1/", reasons.append
+        registrar.wished = lambda: {("/gazebo", "publisher", "/clock"): ["rosgraph_msgs/Clock", "http://here:1/"]}
+        async with asyncio.timeout(5.0):
+            await registrar.run()
+
+    asyncio.run(run())
+    assert reasons == ["another node /gazebo, at http://other:1/, has taken its place"]
+    assert asked.count("registerPublisher") == 1

@@ -423,13 +423,14 @@ def shoved(course, **fields):
 
 def test_a_wrench_pushes_in_the_axes_of_its_frame(course):
     force = {"force": {"x": 100.0}}
-    world, _ = shoved(course, wrench=force)
+    world, straight = shoved(course, wrench=force)
     own, _ = shoved(course, wrench=force, reference_frame="wamv::wamv/base_link")
+    half, _ = shoved(course, wrench=force, duration=duration(0.1))
     assert world[0] > 10.0 * abs(world[1]) > 0.0  # the bow points north: x is across
     assert own[1] > 10.0 * abs(own[0])
+    assert half[0] == pytest.approx(0.5 * world[0], rel=0.1)  # drag
     _, turn = shoved(course, wrench={"torque": {"z": 100.0}})
     _, lever = shoved(course, wrench=force, reference_point={"y": -1.0})
-    _, straight = shoved(course, wrench=force)
     assert lever[2] - straight[2] == pytest.approx(turn[2], rel=1e-3)
 
 
