@@ -38,31 +38,20 @@ class Catamaran(NamedTuple):
     step: float
     """Between frequencies [rad/s]."""
     frequencies: int
-    every: int = 2
-    """Of so many frequencies one has diffraction and drift."""
-    angles: int = 18
-    """Directions of their waves."""
-    panels: int = 150
     hull: tuple[float, float] = (0.0, 0.0)
     """Place of the mesh, and of its mirror image on the other side [m]; at y = 0, the mesh has both hulls."""
+    every: int = 1
+    """Of so many frequencies one has diffraction and drift."""
+    angles: int = 24
+    """Directions of their waves."""
+    panels: int = 150
 
 
 ROBOTS = {
-    "wamv": Catamaran("wamv/meshes/water_hulls.obj", 273.5, (-0.27, 0.0, 0.154), 0.1, 72),
-    "otter": Catamaran(
-        "otter_hydro/meshes/water.obj",
-        80.0,
-        (0.153125, 0.0, 0.246875),
-        0.145,
-        60,
-        hull=(0.153125, 0.395),
-        every=1,
-        angles=24,
-    ),
-    "heron": Catamaran(
-        "heron/meshes/water.obj", 35.0, (0.0, 0.0, 0.06), 0.185, 60, hull=(0.1254, 0.39), every=1, angles=24, panels=400
-    ),
-    "blueboat": Catamaran("blueboat/meshes/water.obj", 17.5, (0.0, 0.0, 0.05), 0.197, 60, hull=(0.1155, 0.365)),
+    "wamv": Catamaran("wamv/meshes/water_hulls.obj", 273.5, (-0.27, 0.0, 0.154), 0.1, 72, every=2, angles=18),
+    "otter": Catamaran("otter_hydro/meshes/water.obj", 80.0, (0.153125, 0.0, 0.246875), 0.145, 60, (0.153125, 0.395)),
+    "heron": Catamaran("heron/meshes/water.obj", 35.0, (0.0, 0.0, 0.06), 0.185, 60, (0.1254, 0.39), panels=400),
+    "blueboat": Catamaran("blueboat/meshes/water.obj", 17.5, (0.0, 0.0, 0.05), 0.197, 60, (0.1155, 0.365)),
 }
 
 
