@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vrx_mj.draw import boat_pictures
-from vrx_mj.draw.boat_pictures import BAD, GOOD, draw_verdict
+from vrx_mj.draw.boat_pictures import _HULL, BAD, GOOD, draw_verdict
 from vrx_mj.errors import VrxError
 from vrx_mj.formats.parts.compliance import judge
 from vrx_mj.formats.parts.read import load_parts
@@ -126,3 +126,7 @@ def test_no_other_kind_of_picture(verdict, tmp_path):
     with pytest.raises(VrxError) as caught:
         draw_verdict(verdict, tmp_path / "boat.gif")
     assert str(caught.value) == "invalid file name 'boat.gif' for a picture: it must end in .png, .pdf, .svg"
+
+
+def test_the_boat_that_is_drawn_is_the_same_on_both_sides():
+    assert sorted((name, light, (x, -y + 0.0, z)) for name, light, (x, y, z) in _HULL) == sorted(_HULL)

@@ -3,12 +3,13 @@
 import math
 from types import SimpleNamespace
 
+import gymnasium
 import numpy as np
 import pytest
 
 from vrx_mj.frames import quaternion
 from vrx_mj.rl.environment import Actions
-from vrx_mj.rl.options import ActionError
+from vrx_mj.rl.options import ActionError, step_limit
 from vrx_mj.rl.picture import Picture
 
 CHANNELS = (("a", "left"), ("b", "only"), ("a", "right"))
@@ -62,3 +63,16 @@ def test_the_eye_behind_a_boat_has_its_heading_however_the_boat_lies(monkeypatch
     [((x, y, _), (_, _, heading))] = seen
     assert heading == pytest.approx(2.0)
     assert math.atan2(-3.0 - y, 5.0 - x) == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize("most", [0, -2, True, 1.5, np.nan, "x"])
+def test_a_limit_of_steps_that_is_none_is_refused(most):
+    with pytest.raises(gymnasium.error.Error, match="invalid max_episode_steps"):
+        step_limit(None, most, 60.0)
+
+
+def test_an_episode_ends_after_its_duration_or_so_many_steps():
+    given = [(None, None), (None, 7), (30.0, None), (30.0, 300), (30.0, -1), (None, np.int64(7))]
+    assert [step_limit(*each, 60.0) for each in given] == [600, 7, 300, 300, 300, 7]
+    with pytest.raises(gymnasium.error.Error, match=r"truncates an episode after 29\.9 s"):
+        step_limit(30.0, 299, 60.0)

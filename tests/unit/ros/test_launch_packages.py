@@ -14,7 +14,7 @@ from vrx_mj.formats.gazebo.launch import launch_of
 from vrx_mj.formats.gazebo.stock import PACKAGES, named_world, stock_launch, stock_launches
 from vrx_mj.formats.urdf.expand import expand
 from vrx_mj.ros import packages
-from vrx_mj.ros.packages import NODES, PACKAGE_LIST, PACKAGE_NAMES, write_launch_packages
+from vrx_mj.ros.packages import NODES, PACKAGE_LIST, PACKAGE_NAMES, put_files, write_launch_packages
 
 STOCK = [(package, launch) for package in PACKAGES for launch in stock_launches(package)]
 IDS = [f"{package}/{launch.name}" for package, launch in STOCK]
@@ -248,3 +248,8 @@ def test_a_launch_file_behind_a_link_starts_the_users_own_world_and_boat(workspa
 def test_a_workspace_without_such_packages_is_named(tmp_path):
     with pytest.raises(VrxError, match=r"^no package vrx_gazebo, .*, xacro in workspace '.*/nowhere'$"):
         write_launch_packages(tmp_path / "packages", tmp_path / "nowhere")
+
+
+def test_links_may_be_in_folders_that_hold_nothing_else(tmp_path):
+    put_files({"own/a.txt": b"text"}, tmp_path, {}, "list.json", {"other/deep/link": tmp_path / "own"})
+    assert (tmp_path / "other/deep/link/a.txt").read_bytes() == b"text"

@@ -190,7 +190,7 @@ def request(arguments: object, type_name: str, now: float, place: str) -> Messag
     """A service's request, from an object, or from a list of its fields' values in their order.
 
     Raises:
-        CommandError: as `taken` does, and where the list is too long.
+        CommandError: as `message_of` does, and where the list is too long.
     """
     if isinstance(arguments, list):
         names = list(fields(type_name))
