@@ -25,6 +25,7 @@ from vrx_mj.recording.eyes import (
     name_spots,
     plan_eye,
     sea_eye,
+    tag_heights,
 )
 from vrx_mj.recording.motion_chunks import track_path
 from vrx_mj.recording.record_scene import RecordScene
@@ -143,11 +144,13 @@ def sea_view(scene: RecordScene) -> rrb.Spatial3DView:
     """The fleet, or the boat of `scene.follow`, followed from behind and above."""
     circle, reach = followed_circle(scene)
     middle = np.array([*circle, 0.0])
+    named = {*tag_heights(scene), scene.follow}
     others = [boat for boat in scene.roster() if boat != scene.follow]
+    crowded = others if len(others) > FEW_NAMES else [boat.name for boat in scene.boats() if boat.name not in named]
     unseen = [
         f"- {PLAN}/**",
         *(_UNDER_WAVES if scene.sea_height else []),
-        *(_without_names(others) if len(others) > FEW_NAMES else []),
+        *_without_names(crowded),
     ]
     followed = FLEET if scene.follow is None else f"/world/boats/{scene.follow}/label"
     return _view(scene, "Sea", unseen, _SKY, (middle + sea_eye(reach), middle, (0.0, 0.0, 1.0)), followed)

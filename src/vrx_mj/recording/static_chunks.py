@@ -14,7 +14,17 @@ from rerun.archetypes import RecordingInfo
 from rerun.chunk import Chunk
 
 from vrx_mj.draw.style import WIND_COLOR, Rgb, shade
-from vrx_mj.recording.eyes import FLEET, PLANNED, around, fleet_circle, plan_eye, sea_eye, waypoint_name
+from vrx_mj.recording.eyes import (
+    FLEET,
+    PLANNED,
+    TAG_HEIGHT,
+    around,
+    fleet_circle,
+    plan_eye,
+    sea_eye,
+    tag_heights,
+    waypoint_name,
+)
 from vrx_mj.recording.record_scene import RecordedBody, RecordScene, Surface
 from vrx_mj.recording.timeline import NAMED, arrow_strips, chunk_at, static, thin_lines
 from vrx_mj.recording.water_chunks import wake_looks, wake_path
@@ -165,8 +175,6 @@ def series_shades(colors: Sequence[Rgb]) -> list[Rgb]:
 THRUST_COLOR = (252, 83, 47)
 _GONE = (0.0, 0.0, -1e4)
 """Where the frames of cameras go with a boat that leaves [m]: a camera without one is a mistake to the viewer."""
-_TAG_HEIGHT, _TAG_STEP = 2.9, 1.9
-"""Height of a boat's name over its origin, and how much higher every other one is: boats may touch [m]."""
 
 
 def change_chunks(scene: RecordScene, before: RecordScene, first: RecordScene) -> Iterator[Chunk]:
@@ -189,9 +197,10 @@ def change_chunks(scene: RecordScene, before: RecordScene, first: RecordScene) -
 
 def _coming_chunks(scene: RecordScene, known: Collection[str] = ()) -> Iterator[Chunk]:
     """Looks of a scene's bodies, parts and displays but for known ones, by their paths, of displays by their names."""
+    heights = tag_heights(scene)
     for body in (body for body in scene.bodies if body.path not in known):
         if body.kind == "boat":
-            yield from _joining_chunks(body, scene)
+            yield from _joining_chunks(body, scene, heights.get(body.name, TAG_HEIGHT))
         elif body.kind == "ball":
             yield static(body.path, rr.Points3D.from_fields(colors=[_BALL_COLOR], radii=[rr.Radius.ui_points(4.0)]))
         else:
@@ -206,18 +215,17 @@ def _coming_chunks(scene: RecordScene, known: Collection[str] = ()) -> Iterator[
                 yield chunk_at(scene.begun, one.part_path(name), _mesh(white))
 
 
-def _joining_chunks(boat: RecordedBody, scene: RecordScene) -> Iterator[Chunk]:
-    """A boat, its name over it and its engines, which turn in its frame; its first pose until rows move it."""
+def _joining_chunks(boat: RecordedBody, scene: RecordScene, height: float) -> Iterator[Chunk]:
+    """A boat, its name `height` [m] over it and its engines in its frame; its first pose until rows move it."""
     begun, rgb = scene.begun, scene.colors()[boat.name]
     yield from looks_chunks(boat.path, None if begun is None else boat.pose, boat.surfaces, begun)
     for thruster in scene.thrusters:
         if thruster.boat == boat.name and thruster.surfaces:
             yield chunk_at(begun, f"{boat.path}/{thruster.name}/shape", _mesh(thruster.surfaces))
-    spots = [[0.0, 0.0, _TAG_HEIGHT], *around(math.hypot(*sea_eye(0.0)))]
+    spots = [[0.0, 0.0, TAG_HEIGHT], *around(math.hypot(*sea_eye(0.0)))]
     radii = [rr.Radius.ui_points(4.0), 0.0, 0.0]
     yield chunk_at(begun, f"{boat.path}/label", rr.Points3D(spots, colors=[rgb, UNSEEN, UNSEEN], radii=radii))
-    lift = _TAG_STEP * ([one.name for one in scene.boats()].index(boat.name) % 2)
-    name = rr.Points3D.from_fields(positions=[(0.0, 0.0, _TAG_HEIGHT + lift)], labels=[boat.name], **NAMED)
+    name = rr.Points3D.from_fields(positions=[(0.0, 0.0, height)], labels=[boat.name], **NAMED)
     yield chunk_at(begun, f"{boat.path}/label/name", name)
     yield static(f"/world/trails/{boat.name}", thin_lines(1.2))
     if scene.sea_height is not None:
