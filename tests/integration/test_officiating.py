@@ -80,17 +80,17 @@ def test_neither_recording_nor_how_it_advances_changes_a_score(sim, tmp_path):
 def test_a_recording_scores_as_the_run_did(sim, tmp_path):
     with vrx_mj.record(sim, tmp_path / "run.rrd", sea=False):
         summary = vrx_mj.run(sim, controller=ahead)
-    scored = rescore(tmp_path / "run.rrd")
-    assert scored.status.score == summary.task.score
-    assert scored.status.collisions == summary.task.num_collisions
-    assert scored.events == summary.task.events
+    referee, events = rescore(tmp_path / "run.rrd")
+    assert referee.status.score == summary.task.score
+    assert referee.status.collisions == summary.task.num_collisions
+    assert events == summary.task.events
 
 
 def test_a_recording_that_begins_in_the_middle_scores_as_the_run_did(sim, tmp_path):
     vrx_mj.run(sim, 3.5, controller=ahead)
     with vrx_mj.record(sim, tmp_path / "run.rrd", sea=False):
         summary = vrx_mj.run(sim, controller=ahead)
-    assert rescore(tmp_path / "run.rrd").status.score == summary.task.score
+    assert rescore(tmp_path / "run.rrd")[0].status.score == summary.task.score
 
 
 def test_a_resumed_run_scores_as_the_uninterrupted_one(sim):

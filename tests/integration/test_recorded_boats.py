@@ -134,7 +134,7 @@ def test_the_score_of_a_run_with_a_newcomer_is_read_back(tmp_path):
         sim.remove("late")
         sim.step(duration=1.0)
         told = sim.task
-    status = rescore(tmp_path / "run.rrd").status
+    status = rescore(tmp_path / "run.rrd")[0].status
     assert (status.score, status.collisions) == (told["score"], told["num_collisions"])
     assert status.collisions > 0
 

@@ -391,11 +391,11 @@ def score(
     """
     from vrx_mj.recording.checks import rescore
 
-    scored = rescore(recording)
-    for time, text, level in scored.events if events else ():
+    referee, lines = rescore(recording)
+    for time, text, level in lines if events else ():
         typer.echo(f"{time:8.2f} s  {level:5}  {text}")
-    one, status = scored.referee, scored.status
-    typer.echo(score_line(one.name, one.type, status.phase, status.score, status.collisions, status.timed_out))
+    status = referee.status
+    typer.echo(score_line(referee.name, referee.type, status.phase, status.score, status.collisions, status.timed_out))
 
 
 def demo(

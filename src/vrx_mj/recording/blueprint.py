@@ -15,17 +15,7 @@ import rerun.blueprint as rrb
 from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.course import nice_length
 from vrx_mj.draw.style import Rgb
-from vrx_mj.recording.eyes import (
-    FLEET,
-    PLAN,
-    PLAN_SLOPE,
-    PLANNED,
-    east_and_north,
-    followed_circle,
-    name_spots,
-    plan_eye,
-    sea_eye,
-)
+from vrx_mj.recording import eyes
 from vrx_mj.recording.motion_chunks import track_path
 from vrx_mj.recording.record_scene import RecordScene
 from vrx_mj.recording.static_chunks import FEW_NAMES, LEGEND_PATH, NAMES, legend_spots, name_width
@@ -141,32 +131,34 @@ def _under_sea(scene: RecordScene) -> rrb.Container:
 
 def sea_view(scene: RecordScene) -> rrb.Spatial3DView:
     """The fleet, or the boat of `scene.follow`, followed from behind and above."""
-    circle, reach = followed_circle(scene)
+    circle, reach = eyes.followed_circle(scene)
     middle = np.array([*circle, 0.0])
+    named = {*eyes.tag_heights(scene), scene.follow}
     others = [boat for boat in scene.roster() if boat != scene.follow]
+    crowded = others if len(others) > FEW_NAMES else [boat.name for boat in scene.boats() if boat.name not in named]
     unseen = [
-        f"- {PLAN}/**",
+        f"- {eyes.PLAN}/**",
         *(_UNDER_WAVES if scene.sea_height else []),
-        *(_without_names(others) if len(others) > FEW_NAMES else []),
+        *_without_names(crowded),
     ]
-    followed = FLEET if scene.follow is None else f"/world/boats/{scene.follow}/label"
-    return _view(scene, "Sea", unseen, _SKY, (middle + sea_eye(reach), middle, (0.0, 0.0, 1.0)), followed)
+    followed = eyes.FLEET if scene.follow is None else f"/world/boats/{scene.follow}/label"
+    return _view(scene, "Sea", unseen, _SKY, (middle + eyes.sea_eye(reach), middle, (0.0, 0.0, 1.0)), followed)
 
 
 def plan_view(scene: RecordScene, track: FloatArray | None = None) -> rrb.Spatial3DView:
     """The course from above, north up, with a grid: all of `track`, or where the fleet is."""
-    middle, height = plan_eye(scene, track)
-    spacing, (_, north) = nice_length(height / 6.0), east_and_north(scene)
+    middle, height = eyes.plan_eye(scene, track)
+    spacing, (_, north) = nice_length(height / 6.0), eyes.east_and_north(scene)
     unseen = [
         "- /world/sea/**",
         "- /world/wakes/**",
         f"- {TOUCH_WORDS}/**",  # boats that touch have their names there
-        f"- {FLEET}/weather/**" if track is None else f"- {FLEET}/**",
+        f"- {eyes.FLEET}/weather/**" if track is None else f"- {eyes.FLEET}/**",
         *(f"- {camera.path}" for camera in scene.of_type("camera")),
         *(hidden_names(scene, middle, height) if track is None else _without_names(scene.roster())),
     ]
     eye = (*middle - 0.001 * north, height), (*middle, 0.0), (*north, 0.0)
-    name, followed = f"Plan, north up, {spacing:g} m grid", PLANNED if track is None else None
+    name, followed = f"Plan, north up, {spacing:g} m grid", eyes.PLANNED if track is None else None
     return _view(scene, name, unseen, PLAN_WATER, eye, followed, spacing)
 
 
@@ -199,7 +191,7 @@ def hidden_names(scene: RecordScene, middle: FloatArray, height: float) -> list[
     """Names of boats left out that would cover something as the fleet starts, in a plan from a `height` [m]."""
     names = [boat.name for boat in scene.boats()]
     places = np.reshape([boat.pose[:2] for boat in scene.boats()], (1, -1, 2))
-    spots = middle + height * PLAN_SLOPE * name_spots(scene, names, places, middle, height)
+    spots = middle + height * eyes.PLAN_SLOPE * eyes.name_spots(scene, names, places, middle, height)
     return _without_names(compress(names, ~(np.abs(spots - places) < 1e-6).all(axis=(0, 2))))
 
 

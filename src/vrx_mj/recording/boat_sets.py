@@ -6,9 +6,8 @@ not there. Headers are JSON, each read by one schema: wrong kinds are errors tha
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Any, TypeVar
 
@@ -21,8 +20,8 @@ from vrx_mj.errors import RecordError, StateError
 from vrx_mj.mjcf.world import World, world_of
 from vrx_mj.model.world import Parameters
 from vrx_mj.recording.packing import unpack_all
-from vrx_mj.recording.parts import LONGEST, ROWS, Part, pack_files, unpack_files, validator
-from vrx_mj.recording.record_scene import FORMAT, MovingBody, RecordedSensor, RecordScene, RowLayout
+from vrx_mj.recording.parts import LONGEST, ROWS, Part, unpack_files, validator
+from vrx_mj.recording.record_scene import FORMAT, MovingBody, RecordedSensor, RowLayout
 
 HUGE = 1e9
 """A number of a row beyond this is of a state that has diverged."""
@@ -59,13 +58,6 @@ class BoatSet:
             StateError: the recording holds no world, or it is damaged or of another version.
         """
         return self.world.parameters
-
-
-def boat_set_cells(scene: RecordScene, before: RecordScene, number: int) -> tuple[str, bytes]:
-    """The header of the boat set of a scene, the one of this number, and its files that are new, packed."""
-    new = {name: content for name, content in scene.files.items() if before.files.get(name) != content}
-    head = BoatSetHead(number, scene.layout(), scene.properties["world_sha256"], tuple(sorted(scene.files)))
-    return json.dumps(asdict(head)), pack_files(new)
 
 
 def read_boat_sets(first: BoatSet, parts: Sequence[Part], most: int) -> tuple[BoatSet, ...]:

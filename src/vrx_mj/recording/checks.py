@@ -16,7 +16,7 @@ from vrx_mj.errors import CommandError, RecordError, StateError
 from vrx_mj.recording.parts import FRAMES
 from vrx_mj.recording.reader import Record, read_record
 from vrx_mj.runtime.state import State
-from vrx_mj.tasks.frame import Frame, FrameLayout, TaskStatus
+from vrx_mj.tasks.frame import Frame, FrameLayout
 from vrx_mj.tasks.referee import Referee, parsed_dump
 from vrx_mj.tasks.registry import make_referee
 
@@ -150,23 +150,10 @@ def _first_parting(first: FloatArray, second: FloatArray, names: Sequence[str]) 
     )
 
 
-@dataclass(frozen=True)
-class Scored:
-    """A task as a recording has it."""
-
-    referee: Referee
-    """Referee of the task, after the last frame."""
-    events: tuple[tuple[float, str, str], ...]
-    """Lines of the referee over all of the recording: time [s], text, level."""
-
-    @property
-    def status(self) -> TaskStatus:
-        """Phase, times, collisions and score at the end."""
-        return self.referee.status
-
-
-def rescore(source: str | Path | Record) -> Scored:
+def rescore(source: str | Path | Record) -> tuple[Referee, tuple[tuple[float, str, str], ...]]:
     """Have a task's referee look at a recording: the score is that of the run, to the last bit.
+
+    Returns the referee after the last frame, and its lines over all of the recording: time [s], text, level.
 
     A recording that began in the middle of a run goes on from the status that the run had then.
 
@@ -174,7 +161,7 @@ def rescore(source: str | Path | Record) -> Scored:
         RecordError: the file is not a recording, or its world has no task.
     """
     referee, looks = _looks(source if isinstance(source, Record) else read_record(source))
-    return Scored(referee, tuple((frame.time, *line) for frame, lines in looks for line in lines))
+    return referee, tuple((frame.time, *line) for frame, lines in looks for line in lines)
 
 
 def scored_frames(recorded: Record) -> Iterator[tuple[float, Referee]]:

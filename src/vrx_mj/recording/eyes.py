@@ -45,6 +45,13 @@ def sea_eye(reach: float) -> FloatArray:
     return (9.0 + 2.0 * reach) * np.array([-0.72, -0.72, 0.42])
 
 
+def sea_axes() -> FloatArray:
+    """Unit vectors (3, 3) to the right, upward and toward the eye in the sea's view."""
+    back = sea_eye(0.0) / np.linalg.norm(sea_eye(0.0))
+    right = np.cross((0.0, 0.0, 1.0), back) / math.hypot(*back[:2])
+    return np.array([right, np.cross(back, right), back])
+
+
 def plan_eye(scene: RecordScene, track: FloatArray | None = None) -> tuple[FloatArray, float]:
     """What the plan's eye is over (2,) [m], and its height [m]: figures of the weather have room over a track."""
     middle, radius = _plan_circle(scene, track)
@@ -134,12 +141,10 @@ class Corner(NamedTuple):
 
 def _corners_of(scene: RecordScene) -> tuple[Corner, Corner]:
     """Those of the sea's view, in units of the distance of its eye, and of the plan, in units of half its height."""
-    back = sea_eye(0.0) / np.linalg.norm(sea_eye(0.0))
-    right = np.cross((0.0, 0.0, 1.0), back) / math.hypot(*back[:2])
     plan = np.hstack([east_and_north(scene), np.zeros((2, 1))])
     return (
-        Corner(f"{FLEET}/weather", np.array([right, np.cross(back, right)]), -0.56, -0.56, 0.2, 0.11, 0.16, 0.035),
-        Corner(f"{PLAN}/weather", plan, -1.18, 0.02, 0.88, 2.0 * PLAN_LINE, 0.2, 0.0),
+        Corner(f"{FLEET}/weather", sea_axes()[:2], -0.56, -0.56, 0.2, 0.11, 0.16, 0.035),
+        Corner(f"{PLAN}/weather", plan, -1.18, 0.3, 0.88, 2.0 * PLAN_LINE, 0.2, 0.0),
     )
 
 
@@ -210,6 +215,8 @@ def _still_weather(scene: RecordScene) -> Iterator[Chunk]:
 
 PLAN_LINES, LETTER = 18.0, 0.62
 """Lines of text as high as the plan in a window of 1280 pixels, and the width of a letter in lines."""
+_SEA_LINES = 33.0
+"""Lines of text in the sea's view there as high as what is as high as it is away."""
 PLATE = 1.5
 """Height of a name with what a viewer writes it on, in lines."""
 _RISES = PLATE * np.array([0.0, 1.05, -1.0, 2.05, -2.0])
@@ -265,6 +272,29 @@ def name_spots(
             free = np.isnan(taken[:, own, 0]) & inside & ~covered.any(axis=1) & ~boated.any(axis=1)
             taken[free, own] = spot[free]
     return taken[:, len(texts) :] @ axes
+
+
+TAG_HEIGHT, _TAG_STEP = 2.9, 1.9
+"""Height of a boat's name over its origin, and how much higher every other one is: boats may touch [m]."""
+_LIFTS = np.array([[0, 1, 2], [1, 0, 2]])
+"""How many times higher names of even and of odd boats may be, the best first."""
+
+
+def tag_heights(scene: RecordScene) -> dict[str, float]:
+    """Heights of boats' names over their boats [m], of those alone that cover no other one as the fleet starts."""
+    circle, reach = fleet_circle(scene)
+    eye, heights = np.array([*circle, 0.0]) + sea_eye(reach), dict[str, float]()
+    taken: list[tuple[float, float, float]] = []
+    for number, boat in enumerate(scene.boats()):
+        half = LETTER * (0.5 * len(boat.name) + 0.5)
+        for height in TAG_HEIGHT + _TAG_STEP * _LIFTS[number % 2]:
+            right, up, back = sea_axes() @ (np.add(boat.pose[:3], (0.0, 0.0, height)) - eye)
+            x, y = -_SEA_LINES * right / back, -_SEA_LINES * up / back
+            if not any(abs(x - u) < half + other and abs(y - v) < PLATE for u, v, other in taken):
+                taken.append((x, y, half))
+                heights[boat.name] = float(height)
+                break
+    return heights
 
 
 def waypoint_name(index: int) -> str:

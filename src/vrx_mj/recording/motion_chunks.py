@@ -22,7 +22,7 @@ import numpy.typing as npt
 import rerun as rr
 from rerun.chunk import Chunk
 
-from vrx_mj.arrays import BoolArray, FloatArray, IntArray
+from vrx_mj.arrays import BoolArray, FloatArray
 from vrx_mj.config.sensors import CameraConfig, LidarConfig
 from vrx_mj.frames import compass, in_world_axes, quaternion_product
 from vrx_mj.model.things import Georeference
@@ -32,7 +32,6 @@ from vrx_mj.recording.reader import Event, RecordedReadings
 from vrx_mj.recording.record_scene import (
     PARKED,
     MovingBody,
-    RecordedDisplay,
     RecordedPart,
     RecordedSensor,
     RecordedThruster,
@@ -152,8 +151,11 @@ class MovingChunks:
         for shown in self._scene.displays:
             codes = shown.display.codes(rows[:, self._layout.marks], rows[:, 0])
             changed, _ = self._shown.setdefault(shown.part_path(""), Held(1.0))(codes.astype(np.float64))
-            if changed.any():
-                yield from _display_chunks(shown, rows[changed, 0], codes[changed])
+            colors = [shown.display.colors(int(code)) for code in codes[changed]]
+            for part in (part for part, surfaces in shown.surfaces.items() if surfaces and colors):
+                rgba = np.round(255.0 * np.array([color[part] for color in colors])).astype(np.uint8)
+                columns = rr.Mesh3D.columns(albedo_factor=rgba)
+                yield Chunk.from_columns(shown.part_path(part), [times(rows[changed, 0])], columns)
 
     def _widen_track(self, rows: FloatArray) -> None:
         """Widen what the plan frames to where the boats are."""
@@ -282,15 +284,6 @@ def transforms(path: str, time: FloatArray, position: FloatArray, quaternion: Fl
     """Poses of an entity: positions (n, 3) [m] and quaternions (n, 4), (w, x, y, z)."""
     turned = {} if quaternion is None else {"quaternion": quaternion[:, [1, 2, 3, 0]].astype(np.float32)}
     return numbers(path, time, rr.Transform3D, translation=position.astype(np.float32), **turned)
-
-
-def _display_chunks(shown: RecordedDisplay, time: FloatArray, codes: IntArray) -> Iterator[Chunk]:
-    """The colours of every part of a light or placard that shows `codes` (n,) from times (n,) [s] on."""
-    colors = [shown.display.colors(int(code)) for code in codes]
-    for part, surfaces in shown.surfaces.items():
-        if surfaces:
-            rgba = np.round(255.0 * np.array([color[part] for color in colors])).astype(np.uint8)
-            yield Chunk.from_columns(shown.part_path(part), [times(time)], rr.Mesh3D.columns(albedo_factor=rgba))
 
 
 def plot(name: str, rows: FloatArray, values: FloatArray) -> Chunk:

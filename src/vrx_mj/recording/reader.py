@@ -143,17 +143,20 @@ class Record(Head):
     @cached_property
     def boats(self) -> Mapping[str, Track]:
         """What each boat did, by name."""
-        return _tracks(self.rows, self.layout, "boat")
+        return self._tracks("boat")
 
     @cached_property
     def objects(self) -> Mapping[str, Track]:
         """What each object did, by name."""
-        return _tracks(self.rows, self.layout, "object")
+        return self._tracks("object")
 
     @cached_property
     def balls(self) -> Mapping[str, Track]:
         """Those of ball shooters, by `boat/shooter`; deep under water until they are shot."""
-        return _tracks(self.rows, self.layout, "ball")
+        return self._tracks("ball")
+
+    def _tracks(self, kind: str) -> dict[str, Track]:
+        return {body.name: _track(self.rows, self.layout, body) for body in self.layout.bodies if body.kind == kind}
 
     @property
     def files(self) -> Mapping[str, bytes]:
@@ -313,11 +316,6 @@ def read_frames(parts: Sequence[Part], count: int, most: int) -> tuple[RecordedF
         sent = {number: tuple(Message(*one) for one in several) for number, several in sent_messages(text)}
         found += [(boat_set, row, sent.get(number, ())) for number, row in enumerate(rows)]
     return tuple(sorted(found, key=lambda frame: float(frame[1][0])))
-
-
-def _tracks(rows: FloatArray, layout: RowLayout, kind: str) -> dict[str, Track]:
-    """Tracks of the boats, or of the objects."""
-    return {body.name: _track(rows, layout, body) for body in layout.bodies if body.kind == kind}
 
 
 def _track(rows: FloatArray, layout: RowLayout, body: MovingBody) -> Track:

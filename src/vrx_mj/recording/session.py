@@ -30,7 +30,7 @@ from vrx_mj.errors import CommandError, RecordError, UnknownNameError, VrxWarnin
 from vrx_mj.mjcf.objects import ball_names
 from vrx_mj.model.world import tree_of
 from vrx_mj.outputs import writing
-from vrx_mj.recording.boat_sets import boat_set_cells
+from vrx_mj.recording.boat_sets import BoatSetHead
 from vrx_mj.recording.checks import rescore
 from vrx_mj.recording.packing import plain_rows
 from vrx_mj.recording.parts import (
@@ -49,7 +49,7 @@ from vrx_mj.recording.parts import (
 from vrx_mj.recording.reader import Record, data_fields, read_record
 from vrx_mj.recording.record_scene import FORMAT, RecordedSensor, RecordScene
 from vrx_mj.recording.rrd_file import copy_without_views, viewer_binary, viewer_environment
-from vrx_mj.recording.simulation_scene import Choice, check_columns, scene_of
+from vrx_mj.recording.simulation_scene import Choices, check_columns, scene_of
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.state import State
 from vrx_mj.runtime.subscriptions import Touch
@@ -65,14 +65,15 @@ class RecordWriter:
     """A recording being written. `close` it, or use it in a `with` statement."""
 
     def __init__(self, path: str | Path, scene: RecordScene) -> None:
-        self._path = as_path("path", path)
-        self._ended = f"the recording '{self._path}' is closed"
+        self.path = as_path("path", path)
+        """The file."""
+        self._ended = f"the recording '{self.path}' is closed"
         self._boat_set = 0
         self._take(scene)
         self._scenes: list[RecordScene] = []
-        with writing("the recording", self._path, RecordError):
-            self._file = RawFile(self._path)
-        self._finish = weakref.finalize(self, finish, self._path, self._file, self._scenes)
+        with writing("the recording", self.path, RecordError):
+            self._file = RawFile(self.path)
+        self._finish = weakref.finalize(self, finish, self.path, self._file, self._scenes)
         head = {
             "format": FORMAT,
             "timestep": scene.timestep,
@@ -87,21 +88,11 @@ class RecordWriter:
         self._append(RUN, {"head": [json.dumps(head)], "files": [pack_files(scene.files)]})
         self._scenes.append(replace(scene, files={}))
 
-    @property
-    def path(self) -> Path:
-        """The file."""
-        return self._path
-
-    @property
-    def scene(self) -> RecordScene:
-        """What is recorded now."""
-        return self._scene
-
     def rows(self, block: FloatArray) -> None:
         """Record rows (n, columns), in the order of time. They are copied."""
         rows = np.atleast_2d(np.asarray(block, np.float64))
         if rows.shape[1] != self._width:
-            raise RecordError(f"rows of {rows.shape[1]} columns for '{self._path}', which has {self._width}")
+            raise RecordError(f"rows of {rows.shape[1]} columns for '{self.path}', which has {self._width}")
         if len(rows):
             self._append(ROWS, {"block": [plain_rows(rows)], "company": [np.array([self._boat_set])]})
 
@@ -109,9 +100,11 @@ class RecordWriter:
         """Boats have come or gone: later rows and frames are of this scene, which begins now."""
         assert scene.begun is not None, "boats come and go at a time"
         self._boat_set += 1
-        head, files = boat_set_cells(scene, self._scene, self._boat_set)
-        scene = replace(scene, earlier=self._scene.roster())
-        self._append(COMPANIES, {"time": [np.array([scene.begun])], "head": [head], "files": [files]})
+        files = {name: content for name, content in scene.files.items() if self.scene.files.get(name) != content}
+        world = scene.properties["world_sha256"]
+        head = json.dumps(asdict(BoatSetHead(self._boat_set, scene.layout(), world, tuple(sorted(scene.files)))))
+        scene = replace(scene, earlier=self.scene.roster())
+        self._append(COMPANIES, {"time": [np.array([scene.begun])], "head": [head], "files": [pack_files(files)]})
         self._take(scene)
         self._scenes.append(replace(scene, files={}))
 
@@ -145,7 +138,9 @@ class RecordWriter:
         self._finish()
 
     def _take(self, scene: RecordScene) -> None:
-        self._scene, self._width = scene, scene.layout().width
+        self.scene = scene
+        """What is recorded now."""
+        self._width = scene.layout().width
         self._sensors = {(sensor.boat, sensor.name): sensor for sensor in scene.sensors}
 
     def _append(self, entity: str, columns: Mapping[str, Sequence[Cell]]) -> None:
@@ -155,7 +150,7 @@ class RecordWriter:
             self._file.append(entity, columns)
         except OSError as error:
             self._finish.detach()
-            self._ended = f"cannot write the recording '{self._path}': {error.strerror}"
+            self._ended = f"cannot write the recording '{self.path}': {error.strerror}"
             raise RecordError(self._ended) from error
 
     def __enter__(self) -> Self:
@@ -234,7 +229,7 @@ def record(
     check_kind("record", sim, Simulation, "a simulation, as Simulation(world)")
     mounted = sim.world.parameters.sensors
     rates = {boat: {one.name: one.config.rate for one in mounted if one.boat == boat} for boat in sim.boats}
-    choices = choices_of(sensors, rates) if not isinstance(sensors, str) or sensors else ()
+    choices = choices_of(sensors, rates) if not isinstance(sensors, str) or sensors else {}
     if follow is not None:
         check_name("boat", follow, sim.boats)
     with RunWriter(path, sim, choices, sea=sea, follow=follow) as writer, contextlib.ExitStack() as stack:
@@ -242,8 +237,8 @@ def record(
         stack.callback(sim.detach, writer)
         world = sim.world
         sim.event(f"{world.name}, fleet {world.parameters.fleet}, seed {sim.seed}: recording starts")
-        for one in choices:
-            taken = sim.subscribe(one.boat, one.sensor, _reading_recorder(writer, one.boat), rate=one.rate)
+        for (boat, sensor), chosen in choices.items():
+            taken = sim.subscribe(boat, sensor, _reading_recorder(writer, boat), rate=chosen)
             stack.callback(sim.unsubscribe, taken)
         stack.callback(sim.unwatch_contacts, sim.watch_contacts(writer.touch, ended=True))
         yield writer
@@ -253,7 +248,7 @@ class RunWriter(RecordWriter):
     """Writes the recording of a simulation, and looks at it again when boats or objects have come or gone."""
 
     def __init__(
-        self, path: str | Path, sim: Simulation, choices: Sequence[Choice], *, sea: bool, follow: str | None = None
+        self, path: str | Path, sim: Simulation, choices: Choices, *, sea: bool, follow: str | None = None
     ) -> None:
         self._sim, self._choices = sim, choices
         shown = sim.sea.height if as_flag("sea", sea) else None
@@ -262,11 +257,11 @@ class RunWriter(RecordWriter):
 
     def boats_changed(self) -> None:
         """Boats, objects or docks have come or gone."""
-        self._choices = [one for one in self._choices if one.boat in self._sim.boats]
+        self._choices = {own: rate for own, rate in self._choices.items() if own[0] in self._sim.boats}
         self.change_scene(_changed_scene(self.scene, self._sim, self._choices, self._sim.time))
 
 
-def _changed_scene(before: RecordScene, sim: Simulation, choices: Sequence[Choice], begun: float) -> RecordScene:
+def _changed_scene(before: RecordScene, sim: Simulation, choices: Choices, begun: float) -> RecordScene:
     """What is recorded from `begun` [s] on, when boats, objects or docks have come or gone."""
     known = {body.name for body in before.bodies}
     there = sim.world.parameters
@@ -296,7 +291,7 @@ def _recorded_scenes(record: Record) -> Iterator[RecordScene]:
         else:
             own = record.time[record.row_companies == number]
             begun = float(own[0]) if len(own) else scene.begun or 0.0
-            scene = replace(_changed_scene(scene, sim, (), begun), earlier=scene.roster())
+            scene = replace(_changed_scene(scene, sim, {}, begun), earlier=scene.roster())
         sensors = tuple(sensor for sensor in record.sensors if sensor.boat in sim.boats)
         scene = replace(scene, sensors=sensors, properties=record.properties)
         yield scene
@@ -338,7 +333,7 @@ _Rates = Mapping[str, Mapping[str, float]]
 """Measurements per second by boat and sensor."""
 
 
-def choices_of(words: str | Sequence[str], rates: _Rates) -> tuple[Choice, ...]:
+def choices_of(words: str | Sequence[str], rates: _Rates) -> Choices:
     """The sensors that are meant, each once, in the order in which they are named; the last rate given counts.
 
     A word is `boat:sensor`, a boat for all of its sensors, or `all`; the sensor alone belongs to the boat named
@@ -363,7 +358,7 @@ def choices_of(words: str | Sequence[str], rates: _Rates) -> tuple[Choice, ...]:
         for each in rates if name == _ALL else (own,):
             found |= _rates(each, sensor, most, rates)
         boat = own if name != _ALL else boat if len(rates) == 1 else None
-    return tuple(Choice(*one, rate) for one, rate in found.items())
+    return found
 
 
 def _name_and_rate(word: str) -> tuple[str, float | None]:
@@ -456,7 +451,7 @@ def _save_views_following(record: Record, boat: str | None, file: Path) -> None:
 
     scene, ended = next(_recorded_scenes(record)), float(record.time.max(initial=record.begun))
     scene = replace(scene, earlier=tuple(record.boats), follow=boat, ended=ended if ended > record.begun else None)
-    result = result_of(rescore(record).referee) if scene.parameters.task else ""
+    result = result_of(rescore(record)[0]) if scene.parameters.task else ""
     places = np.concatenate([track.position[:, :2] for track in record.boats.values()])
     ends = np.array([np.nanmin(places, axis=0), np.nanmax(places, axis=0)]) if len(places) else None
     save_views(file, scene, APPLICATION, track=ends, result=result)

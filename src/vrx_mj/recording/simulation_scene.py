@@ -9,7 +9,8 @@ import functools
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from types import MappingProxyType
 from typing import Any, Literal
 
 import mujoco
@@ -49,17 +50,13 @@ _JOINTS: dict[int, Literal["hinge", "slide", "ball"]] = {3: "hinge", 2: "slide",
 """Kinds of joints by `mjtJoint`."""
 
 
-@dataclass(frozen=True)
-class Choice:
-    """A sensor to record."""
-
-    boat: str
-    sensor: str
-    rate: float
-    """Readings per simulated second."""
+Choices = Mapping[tuple[str, str], float]
+"""Readings per simulated second of sensors to record, by boat and sensor."""
 
 
-def scene_of(sim: Simulation, choices: Sequence[Choice] = (), *, looks_of: Sequence[str] | None = None) -> RecordScene:
+def scene_of(
+    sim: Simulation, choices: Choices = MappingProxyType({}), *, looks_of: Sequence[str] | None = None
+) -> RecordScene:
     """What a recording of this simulation and of some of its sensors holds before its first row.
 
     With `looks_of` only these boats, objects and docks have surfaces: looking at all the world again takes seconds.
@@ -246,19 +243,19 @@ def _coarser_boats(parameters: Parameters, looks: _Looks) -> _Looks:
     return found
 
 
-def _recorded_sensors(world: World, choices: Sequence[Choice]) -> Iterator[RecordedSensor]:
+def _recorded_sensors(world: World, choices: Choices) -> Iterator[RecordedSensor]:
     """The chosen sensors; a receiver of sound that measures at the boat's `base_link` is drawn there."""
     sensors = {(sensor.boat, sensor.name): sensor for sensor in world.parameters.sensors}
     at_base = world.parameters.at_base_link
-    for choice in choices:
-        sensor = sensors[choice.boat, choice.sensor]
+    for (boat, name), rate in choices.items():
+        sensor = sensors[boat, name]
         moved = sensor.type == "pinger" and "pinger" in at_base
         yield RecordedSensor(
-            boat=choice.boat,
-            name=choice.sensor,
+            boat=boat,
+            name=name,
             type=sensor.type,
             frame=sensor.frame,
-            rate=choice.rate,
+            rate=rate,
             position=(0.0, 0.0, 0.0) if moved else sensor.position,
             rotation=((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)) if moved else sensor.rotation,
             config=sensor.config,

@@ -14,7 +14,7 @@ from rerun.archetypes import RecordingInfo
 from rerun.chunk import Chunk
 
 from vrx_mj.draw.style import WIND_COLOR, Rgb, shade
-from vrx_mj.recording.eyes import FLEET, PLANNED, around, fleet_circle, plan_eye, sea_eye, waypoint_name
+from vrx_mj.recording import eyes
 from vrx_mj.recording.record_scene import RecordedBody, RecordScene, Surface
 from vrx_mj.recording.timeline import NAMED, arrow_strips, chunk_at, static, thin_lines
 from vrx_mj.recording.water_chunks import wake_looks, wake_path
@@ -38,9 +38,12 @@ def still_chunks(scene: RecordScene) -> Iterator[Chunk]:
     yield from _run_chunks(scene)
     yield static("/world", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
     yield from _coming_chunks(scene)
-    reach, (_, height), names = fleet_circle(scene)[1], plan_eye(scene), [boat.name for boat in scene.boats()]
-    for path, distance in ((FLEET, math.hypot(*sea_eye(reach))), (PLANNED, height)):  # what the views follow
-        yield static(path, rr.Points3D(around(distance), colors=[UNSEEN], radii=[0.0]))
+    reach, (_, height), names = eyes.fleet_circle(scene)[1], eyes.plan_eye(scene), [boat.name for boat in scene.boats()]
+    for path, distance in (
+        (eyes.FLEET, math.hypot(*eyes.sea_eye(reach))),
+        (eyes.PLANNED, height),
+    ):  # what the views follow
+        yield static(path, rr.Points3D(eyes.around(distance), colors=[UNSEEN], radii=[0.0]))
     yield _legend_chunk(scene)
     yield from _place_chunks(scene)
     yield from _named_series(names, [(one.boat, one.name) for one in scene.thrusters], scene.colors())
@@ -130,7 +133,7 @@ def _place_chunks(scene: RecordScene) -> Iterator[Chunk]:
         yield static("/world/shore", thin_lines(1.0, strips=strips, colors=[SHORE_COLOR]))
     if scene.parameters.waypoints:
         x, y, yaw = np.array(scene.parameters.waypoints).T
-        spots, labels = np.column_stack([x, y, 0.0 * x]), [waypoint_name(i) for i in range(len(x))]
+        spots, labels = np.column_stack([x, y, 0.0 * x]), [eyes.waypoint_name(i) for i in range(len(x))]
         yield static("/world/waypoints", rr.Points3D(spots, colors=[WAYPOINT_COLOR], radii=[0.6]))
         yield static("/world/waypoints/names", rr.Points3D.from_fields(positions=spots, labels=labels, **NAMED))
         vectors = 4.0 * np.column_stack([np.cos(yaw), np.sin(yaw), 0.0 * x])
@@ -165,8 +168,6 @@ def series_shades(colors: Sequence[Rgb]) -> list[Rgb]:
 THRUST_COLOR = (252, 83, 47)
 _GONE = (0.0, 0.0, -1e4)
 """Where the frames of cameras go with a boat that leaves [m]: a camera without one is a mistake to the viewer."""
-_TAG_HEIGHT, _TAG_STEP = 2.9, 1.9
-"""Height of a boat's name over its origin, and how much higher every other one is: boats may touch [m]."""
 
 
 def change_chunks(scene: RecordScene, before: RecordScene, first: RecordScene) -> Iterator[Chunk]:
@@ -189,9 +190,10 @@ def change_chunks(scene: RecordScene, before: RecordScene, first: RecordScene) -
 
 def _coming_chunks(scene: RecordScene, known: Collection[str] = ()) -> Iterator[Chunk]:
     """Looks of a scene's bodies, parts and displays but for known ones, by their paths, of displays by their names."""
+    heights = eyes.tag_heights(scene)
     for body in (body for body in scene.bodies if body.path not in known):
         if body.kind == "boat":
-            yield from _joining_chunks(body, scene)
+            yield from _joining_chunks(body, scene, heights.get(body.name, eyes.TAG_HEIGHT))
         elif body.kind == "ball":
             yield static(body.path, rr.Points3D.from_fields(colors=[_BALL_COLOR], radii=[rr.Radius.ui_points(4.0)]))
         else:
@@ -206,18 +208,17 @@ def _coming_chunks(scene: RecordScene, known: Collection[str] = ()) -> Iterator[
                 yield chunk_at(scene.begun, one.part_path(name), _mesh(white))
 
 
-def _joining_chunks(boat: RecordedBody, scene: RecordScene) -> Iterator[Chunk]:
-    """A boat, its name over it and its engines, which turn in its frame; its first pose until rows move it."""
+def _joining_chunks(boat: RecordedBody, scene: RecordScene, height: float) -> Iterator[Chunk]:
+    """A boat, its name `height` [m] over it and its engines in its frame; its first pose until rows move it."""
     begun, rgb = scene.begun, scene.colors()[boat.name]
     yield from looks_chunks(boat.path, None if begun is None else boat.pose, boat.surfaces, begun)
     for thruster in scene.thrusters:
         if thruster.boat == boat.name and thruster.surfaces:
             yield chunk_at(begun, f"{boat.path}/{thruster.name}/shape", _mesh(thruster.surfaces))
-    spots = [[0.0, 0.0, _TAG_HEIGHT], *around(math.hypot(*sea_eye(0.0)))]
+    spots = [[0.0, 0.0, eyes.TAG_HEIGHT], *eyes.around(math.hypot(*eyes.sea_eye(0.0)))]
     radii = [rr.Radius.ui_points(4.0), 0.0, 0.0]
     yield chunk_at(begun, f"{boat.path}/label", rr.Points3D(spots, colors=[rgb, UNSEEN, UNSEEN], radii=radii))
-    lift = _TAG_STEP * ([one.name for one in scene.boats()].index(boat.name) % 2)
-    name = rr.Points3D.from_fields(positions=[(0.0, 0.0, _TAG_HEIGHT + lift)], labels=[boat.name], **NAMED)
+    name = rr.Points3D.from_fields(positions=[(0.0, 0.0, height)], labels=[boat.name], **NAMED)
     yield chunk_at(begun, f"{boat.path}/label/name", name)
     yield static(f"/world/trails/{boat.name}", thin_lines(1.2))
     if scene.sea_height is not None:

@@ -34,6 +34,7 @@ from vrx_mj.recording.eyes import (
     name_spots,
     names_apart,
     sea_eye,
+    tag_heights,
 )
 from vrx_mj.recording.static_chunks import still_chunks
 from vrx_mj.recording.task_chunks import touch_chunks
@@ -268,7 +269,7 @@ def test_names_in_the_plan_of_a_track_cover_neither_each_other_nor_another_boat(
             assert not inside.any()
 
 
-@pytest.mark.parametrize(("boats", "named"), [(20, 20), (100, 0)])
+@pytest.mark.parametrize(("boats", "named"), [(8, 8), (100, 0)])
 def test_names_of_many_boats_do_not_cover_them(boats, named):
     """A hundred names hide the fleet; that of a boat that is followed stays."""
     scene = recorded_run.scene(boats=boats)
@@ -276,6 +277,28 @@ def test_names_of_many_boats_do_not_cover_them(boats, named):
         hidden = [path for path in sea_view(replace(scene, follow=follow)).contents if path.endswith("/label/name")]
         assert len(hidden) == boats - named - (follow is not None and not named)
         assert f"- /world/boats/{follow}/label/name" not in hidden
+
+
+def test_names_over_twenty_boats_do_not_cover_each_other():
+    """As measured in a window of 1280 pixels: what is as long as it is away has 512, plates of six letters 58 by 23."""
+    full = recorded_run.scene(boats=20)
+    boats = [
+        replace(boat, pose=(8.0 * (i // 5), -8.0 * (i % 5), *boat.pose[2:])) for i, boat in enumerate(full.boats())
+    ]
+    scene = replace(full, bodies=tuple(boats))
+    (x, y), reach = followed_circle(scene)
+    ahead = -sea_eye(reach) / np.linalg.norm(sea_eye(reach))
+    right = np.cross(ahead, (0.0, 0.0, 1.0)) / math.hypot(*ahead[:2])
+    heights = tag_heights(scene)
+    way = [
+        np.add(boat.pose[:3], (-x, -y, heights[boat.name])) - sea_eye(reach) for boat in boats if boat.name in heights
+    ]
+    spots = 512.0 * np.array([(one @ right, one @ np.cross(right, ahead)) / (one @ ahead) for one in way])
+    beside, above = np.abs(spots[:, None] - spots).transpose(2, 0, 1)
+    assert not ((beside < 58.0) & (above < 23.0) & ~np.eye(len(spots), dtype=bool)).any()
+    hidden = {path.split("/")[3] for path in sea_view(scene).contents if path.endswith("/label/name")}
+    assert hidden == {boat.name for boat in boats} - heights.keys()
+    assert len(heights) > 12
 
 
 @pytest.mark.parametrize("reach", [5.0, 20.0, 100.0])

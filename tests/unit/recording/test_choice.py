@@ -4,7 +4,6 @@ import pytest
 
 from vrx_mj.errors import CommandError, UnknownNameError
 from vrx_mj.recording.session import choices_of
-from vrx_mj.recording.simulation_scene import Choice
 
 WAMV1 = {"front_left_camera": 30.0, "lidar_wamv": 10.0, "pinger": 1.0}
 WAMV2 = {"lidar_wamv": 10.0, "gps_wamv": 15.0}
@@ -16,7 +15,7 @@ ALL_OF = {boat: [(boat, name, rate) for name, rate in sensors.items()] for boat,
 
 
 def plain(words, boats=BOATS):
-    return [(one.boat, one.sensor, one.rate) for one in choices_of(words, boats)]
+    return [(*sensor, rate) for sensor, rate in choices_of(words, boats).items()]
 
 
 @pytest.mark.parametrize(
@@ -51,7 +50,7 @@ def test_words_mean_sensors(words, expected):
 
 def test_with_one_boat_its_name_can_be_left_out():
     assert plain("lidar_wamv@2,pinger", ONE) == [("wamv1", "lidar_wamv", 2.0), ("wamv1", "pinger", 1.0)]
-    assert choices_of("all", ONE)[0] == Choice("wamv1", "front_left_camera", 30.0)
+    assert plain("all", ONE)[0] == ("wamv1", "front_left_camera", 30.0)
 
 
 @pytest.mark.parametrize(
