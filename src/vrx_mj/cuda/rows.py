@@ -92,7 +92,7 @@ class DeviceRows:
             runs[name] = 0
         for name, host in self._hosts():
             flat = host.reshape(-1).view(np.uint8) if host.dtype.names else host
-            start, table = host.__array_interface__["data"][0], name.partition(".")[0]
+            start, table = host.ctypes.data, name.partition(".")[0]
             self._put(name, flat)
             if table in ARRAYS:
                 there = rows.runs[table][:, 0]

@@ -158,7 +158,7 @@ class RowTables:
         for name in mujoco_arrays(self.arrays.data):
             stack = stacks[name]
             step = stack.strides[0] if len(stack) > 1 else 0
-            self.runs[name][which, 0] = stack.__array_interface__["data"][0] + which * step
+            self.runs[name][which, 0] = stack.ctypes.data + which * step
 
     def free_stacks(self) -> dict[str, Table]:
         """The stacks of rows of free bodies: MuJoCo's part of a row without data, too."""

@@ -148,7 +148,7 @@ def point(run: Table, **arrays: npt.NDArray[np.generic]) -> None:
     """Write where these arrays are into a table of one run."""
     for name, array in arrays.items():
         _check(name, array, ARRAYS[name].ndim)
-        run[name][0] = (array.__array_interface__["data"][0], *array.shape)
+        run[name][0] = (array.ctypes.data, *array.shape)
 
 
 def point_rows(runs: Table, **stacks: npt.NDArray[np.generic]) -> None:
@@ -156,7 +156,7 @@ def point_rows(runs: Table, **stacks: npt.NDArray[np.generic]) -> None:
     for name, stack in stacks.items():
         _check(name, stack, 1 + ARRAYS[name].ndim)
         steps = np.arange(len(runs)) * stack.strides[0] if len(stack) > 1 else 0
-        runs[name][:, 0] = stack.__array_interface__["data"][0] + steps
+        runs[name][:, 0] = stack.ctypes.data + steps
         runs[name][:, 1:] = stack.shape[1:]
 
 
