@@ -34,7 +34,7 @@ def loops():
 
 def pictures():
     """Pictures of the sea, which need no loop; then what needs the kernels that `loops` has compiled meanwhile."""
-    antialias(np.zeros((8, 8, 3), np.uint8))
+    antialias(np.zeros((8, 8, 4), np.uint8))
     world = compile_world({"physics": {"profile": "vrx"}}, fleet={"sensors": "vrx"})
     Cameras(drawing_model(world), world.parameters).compile()
     sim = Simulation(world)

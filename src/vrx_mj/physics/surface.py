@@ -77,15 +77,18 @@ def ring_distances(height: float, deviation: float, lowest: float, highest: floa
     return np.asarray(np.interp(np.linspace(number[0], number[-1], count), number, tries))
 
 
-def spokes() -> FloatArray:
-    """Return the spokes' places across the view (SPOKES,), -1 to 1."""
-    return np.linspace(-1.0, 1.0, SPOKES)
+def spokes(count: int = SPOKES) -> FloatArray:
+    """Return the spokes' places across the view (count,), -1 to 1."""
+    return np.linspace(-1.0, 1.0, count)
 
 
-def fan_triangles() -> npt.NDArray[np.int32]:
-    """Return the triangles of the fan, counter-clockwise from above; point (ring, spoke) is ring * SPOKES + spoke."""
-    corner = (np.arange(RINGS - 1)[:, None] * SPOKES + np.arange(SPOKES - 1)).reshape(-1, 1)
-    pairs = corner + np.array([0, SPOKES, SPOKES + 1, 0, SPOKES + 1, 1])  # side by side, they share what is lit
+def fan_triangles(rings: int = RINGS, count: int = SPOKES) -> npt.NDArray[np.int32]:
+    """Return the triangles of a fan of `count` spokes, counter-clockwise from above.
+
+    Point (ring, spoke) is ring * count + spoke; the first triangle is (0, count, count + 1).
+    """
+    corner = (np.arange(rings - 1)[:, None] * count + np.arange(count - 1)).reshape(-1, 1)
+    pairs = corner + np.array([0, count, count + 1, 0, count + 1, 1])  # side by side, they share what is lit
     return np.asarray(pairs.reshape(-1, 3), np.int32)
 
 

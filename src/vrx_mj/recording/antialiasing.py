@@ -3,36 +3,41 @@
 Colours of a picture as a film has them.
 """
 
+import math
+
 import numpy as np
 
 from vrx_mj.arrays import ByteArray
 from vrx_mj.physics.kernel import inlined_kernel, kernel
 
-_CONTRAST = 12
+_CONTRAST = 24
 """Range of green around a pixel, of 255, from which there is an edge."""
 _REACH = 8.0
 """Pixels along an edge over which it is smoothed, at most."""
 
 
 def antialias(drawn: ByteArray) -> ByteArray:
-    """The picture (height, width, 3) with smooth edges, first row highest; the first row of `drawn` is the lowest.
+    """The picture (height, width, 3) with smooth edges, first row highest.
 
-    FXAA (Lottes, 2009): where brightness, here green, changes much, two or four places along the edge are averaged.
+    `drawn` (height, width, 4) has opacities too, which do not count, and its lowest row first.
+    FXAA (Lottes, 2009): where brightness, here green, changes much, two or four places along the edge are averaged,
+    of which the nearest pixels count.
     """
     height, width = drawn.shape[:2]
-    out, green = drawn[::-1].copy(), np.empty((height, width), np.uint8)
+    out, green = np.empty((height, width, 3), np.uint8), np.empty((height, width), np.uint8)
     smooth(drawn, green, np.zeros(-(-width // 8) * 8, np.uint8), out)
     return out
 
 
 @kernel
 def smooth(drawn: ByteArray, green: ByteArray, edges: ByteArray, out: ByteArray) -> None:
-    """Write the means along edges into `out`; `green` (height, width) and `edges` (width rounded up to 8) are room."""
+    """Write the picture into `out`; `green` (height, width) and `edges` (width rounded up to 8) are room."""
     height, width = green.shape
     for row in range(height):
-        line, copy = drawn[row].reshape(-1), green[row]
+        line, copy, target = drawn[row].reshape(-1), green[row], out[height - 1 - row].reshape(-1)
         for i in range(width):
-            copy[i] = line[3 * i + 1]
+            copy[i] = line[4 * i + 1]
+            target[3 * i], target[3 * i + 1], target[3 * i + 2] = line[4 * i], line[4 * i + 1], line[4 * i + 2]
     for row in range(1, height - 1):
         before, here, after = green[row - 1], green[row], green[row + 1]
         for i in range(1, width - 1):
@@ -56,27 +61,20 @@ def _smooth_pixel(drawn: ByteArray, green: ByteArray, row: int, i: int, target: 
     along, across = a + b - c - d, b + d - a - c
     scale = max(min(abs(along), abs(across)) + (abs(along) + abs(across)) / 32.0, 0.25)
     x, y = min(max(along / scale, -_REACH), _REACH), min(max(across / scale, -_REACH), _REACH)
-    for share in (2.0, 6.0):  # of four places, or of the near two if that leaves the range
+    for share in (2.0, 6.0):  # of four pixels, or of the near two if that leaves the range
         for channel in range(3):
-            near = _at(drawn, row - y / 6.0, i - x / 6.0, channel)
-            near += _at(drawn, row + y / 6.0, i + x / 6.0, channel)
-            far = _at(drawn, row - y / share, i - x / share, channel)
-            far += _at(drawn, row + y / share, i + x / share, channel)
-            target[channel] = np.uint8(0.25 * (near + far) + 0.5)
+            near = _sum_of_two(drawn, row, i, y / 6.0, x / 6.0, channel)
+            target[channel] = (near + _sum_of_two(drawn, row, i, y / share, x / share, channel) + 2) >> 2
         if low <= target[1] <= high:
             break
 
 
 @inlined_kernel
-def _at(drawn: ByteArray, row: float, column: float, channel: int) -> float:
-    """Return a channel of a picture between its pixels, bilinearly."""
-    row = min(max(row, 0.0), drawn.shape[0] - 1.001)
-    column = min(max(column, 0.0), drawn.shape[1] - 1.001)
-    i, j = int(row), int(column)
-    s, t = row - i, column - j
-    first = (1.0 - t) * drawn[i, j, channel] + t * drawn[i, j + 1, channel]
-    second = (1.0 - t) * drawn[i + 1, j, channel] + t * drawn[i + 1, j + 1, channel]
-    return float((1.0 - s) * first + s * second)
+def _sum_of_two(drawn: ByteArray, row: int, i: int, down: float, right: float, channel: int) -> int:
+    """Return the sum of a channel of the pixels nearest to two opposite places around a pixel."""
+    below, beside, last, end = math.floor(down + 0.5), math.floor(right + 0.5), drawn.shape[0] - 1, drawn.shape[1] - 1
+    one = drawn[min(max(row - below, 0), last), min(max(i - beside, 0), end), channel]
+    return int(one) + int(drawn[min(max(row + below, 0), last), min(max(i + beside, 0), end), channel])
 
 
 @kernel
@@ -99,3 +97,14 @@ def write_yuv(picture: ByteArray, planes: ByteArray) -> None:
             b = above[6 * i + 2] + above[6 * i + 5] + below[6 * i + 2] + below[6 * i + 5]
             blue[i] = (-9714 * r - 19071 * g + 28784 * b + 33685504) >> 18
             red[i] = (28784 * r - 24103 * g - 4681 * b + 33685504) >> 18
+
+
+@kernel
+def blend(place: ByteArray, tile: ByteArray) -> None:
+    """Lay a tile (height, width, 4) of colours and opacities over a place (height, width, 3) of a picture."""
+    for row in range(tile.shape[0]):
+        for i in range(tile.shape[1]):
+            opacity = np.uint32(tile[row, i, 3])
+            for channel in range(3):
+                mixed = place[row, i, channel] * (np.uint32(255) - opacity) + tile[row, i, channel] * opacity
+                place[row, i, channel] = (mixed + np.uint32(127)) // np.uint32(255)

@@ -17,7 +17,7 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.arrays import FloatArray
+from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.constants import PHYSICS_VERSION
 from vrx_mj.errors import RecordError
 from vrx_mj.frames import matrix_quaternion
@@ -303,6 +303,7 @@ def hanging_part(model: mujoco.MjModel, body: int, path: str, surfaces: Iterable
     )
 
 
+_Floats = npt.NDArray[np.floating]
 _Triangles = tuple[FloatArray, npt.NDArray[np.int32], FloatArray]
 """Vertices (n, 3) [m], faces (m, 3) as indices of them, counter-clockwise from outside, and the vertices' normals."""
 
@@ -418,8 +419,20 @@ def coarser(surfaces: Sequence[Surface], most: int) -> tuple[Surface, ...]:
 
 
 def _gather(surface: Surface, cell: float) -> Surface:
-    """A surface whose vertices that face one way in one cell [m] are one, the outermost of them."""
-    points, normals, faces = surface.vertices.astype(np.float64), surface.normals, surface.faces
+    """A surface whose vertices that face one way in one cell [m] are one."""
+    faces = coarser_faces(surface.vertices, surface.normals, surface.faces, cell)
+    used, corners = np.unique(faces, return_inverse=True)
+    return replace(
+        surface,
+        vertices=surface.vertices[used],
+        faces=corners.reshape(-1, 3).astype(np.int32),
+        normals=surface.normals[used],
+    )
+
+
+def coarser_faces(points: _Floats, normals: _Floats, faces: npt.NDArray[np.integer], cell: float) -> IntArray:
+    """Fewer triangles (m, 3) than `faces` (n, 3), of the outermost of the points that face one way in one cell [m]."""
+    points = np.asarray(points, np.float64)
     size = np.maximum(np.ptp(points, axis=0), 1e-9)
     place = (points - points.min(axis=0)) / size
     count = np.maximum(np.ceil(size / cell), 2.0)
@@ -433,7 +446,4 @@ def _gather(surface: Surface, cell: float) -> Surface:
     ordered = np.sort(owner[faces], axis=1)
     wide = np.flatnonzero((ordered[:, 0] < ordered[:, 1]) & (ordered[:, 1] < ordered[:, 2]))
     _, once = np.unique(ordered[wide], axis=0, return_index=True)
-    used, corners = np.unique(outermost[owner[faces[np.sort(wide[once])]]], return_inverse=True)
-    return replace(
-        surface, vertices=surface.vertices[used], faces=corners.reshape(-1, 3).astype(np.int32), normals=normals[used]
-    )
+    return np.asarray(outermost[owner[faces[np.sort(wide[once])]]])

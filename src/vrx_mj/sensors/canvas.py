@@ -216,7 +216,10 @@ class Canvas:
         self._simplify_cylinders()
 
     def draw(self, data: mujoco.MjData, view: View, skins: Sequence[Skin], out: ByteArray) -> None:
-        """Draw what `view` sees into `out` (height, width, 3), the lowest row first; `skins` are the model's."""
+        """Draw what `view` sees into `out`, the lowest row first; `skins` are the model's.
+
+        `out` is (height, width, 3), or 4 with opacities, which is read faster, from a canvas without samples.
+        """
         if threading.current_thread() is not self.thread:
             raise RenderError("a camera's pictures must be drawn in the thread that drew its first one")
         _check_process()
@@ -231,7 +234,11 @@ class Canvas:
         self._move(skins[: self._model.nskin])
         area = mujoco.MjrRect(0, 0, width, height)
         mujoco.mjr_render(area, self._scene, self._context)
-        mujoco.mjr_readPixels(out, None, area, self._context)
+        if out.shape[2] == 4:
+            gl = self._functions
+            gl.glReadPixels(0, 0, width, height, gl.GL_RGBA, gl.GL_UNSIGNED_BYTE, out)
+        else:
+            mujoco.mjr_readPixels(out, None, area, self._context)
 
     def seen_geoms(self, out: ByteArray) -> IntArray:
         """Numbers (height, width) of the geoms that the last picture shows, the lowest row first; -1: none.

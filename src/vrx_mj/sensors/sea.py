@@ -68,8 +68,9 @@ class SeaSkin(Skin):
         self._waves = wave_table(sea, seed)
         self._shading = ripples(self._waves)
         self._sea = sea_table(sea)
-        self._spokes, self._sums = spokes(), np.zeros((8, SPOKES))
-        self._rings = 1 + int(model.skin_facenum[0]) // (2 * (SPOKES - 1)) if self.wet else 0
+        count = int(model.skin_face[0, 1]) if self.wet else SPOKES  # as `fan_triangles` has them
+        self._spokes, self._sums = spokes(count), np.zeros((8, count))
+        self._rings = 1 + int(model.skin_facenum[0]) // (2 * (count - 1)) if self.wet else 0
         half = model.geom_aabb[:, 3:].max(axis=1)
         afloat = (model.geom_bodyid > 0) & (model.geom_group < _SHOWN) & (half > _SMALLEST) & (half < _LARGEST)
         self._geoms, self._boxes = np.flatnonzero(afloat), model.geom_aabb[afloat]
@@ -92,12 +93,14 @@ class SeaSkin(Skin):
         east, north = x - self._eye[0], y - self._eye[1]
         angle = (np.arctan2(north, east) - self._course + math.pi) % (2.0 * math.pi) - math.pi
         outward = np.interp(np.hypot(east, north), self._distances, np.arange(self._rings))
-        across = (angle / self._half + 1.0) * 0.5 * (SPOKES - 1)
+        count = len(self._spokes)
+        across = (angle / self._half + 1.0) * 0.5 * (count - 1)
         (ring, u), (spoke, v) = (
-            np.divmod(np.clip(place, 0.0, count - 1.001), 1.0)
-            for place, count in ((outward, self._rings), (across, SPOKES))
+            np.divmod(np.clip(place, 0.0, most - 1.001), 1.0)
+            for place, most in ((outward, self._rings), (across, count))
         )
-        z, i, j = self.vertices[:, 2].reshape(-1, SPOKES), ring.astype(int), spoke.astype(int)
+        z = self.vertices[: self._rings * count, 2].reshape(-1, count)
+        i, j = ring.astype(int), spoke.astype(int)
         first, last, other = z[i, j], z[i + 1, j + 1], np.where(u > v, z[i + 1, j], z[i, j + 1])
         return np.asarray(first + (other - first) * np.maximum(u, v) + (last - other) * np.minimum(u, v), np.float64)
 

@@ -9,7 +9,7 @@ from vrx_mj.recording.antialiasing import antialias
 def edge(slope, side=64):
     """A white half plane above a line, one sample to a pixel."""
     row, column = np.mgrid[:side, :side]
-    return np.repeat((row - side / 2 > slope * (column - side / 2))[..., None] * np.uint8(255), 3, axis=2)
+    return np.repeat((row - side / 2 > slope * (column - side / 2))[..., None] * np.uint8(255), 4, axis=2)
 
 
 @pytest.mark.parametrize("slope", [0.1, 0.25, 0.5, -0.4])
@@ -24,17 +24,17 @@ def test_the_stairs_of_a_slanted_edge_become_a_slope(slope):
 
 
 def test_upright_and_level_edges_and_soft_slopes_stay_and_the_picture_is_turned_over():
-    drawn = np.zeros((40, 60, 3), np.uint8)
+    drawn = np.zeros((40, 60, 4), np.uint8)
     drawn[:20, 30:] = 200
     drawn[20:, :, 2] = 4 * np.arange(20, dtype=np.uint8)[:, None]
     drawn[19:21] = 0
-    assert np.array_equal(antialias(drawn)[:18], drawn[::-1][:18])
-    assert np.array_equal(antialias(drawn)[26:], drawn[::-1][26:])
+    assert np.array_equal(antialias(drawn)[:18], drawn[::-1, :, :3][:18])
+    assert np.array_equal(antialias(drawn)[26:], drawn[::-1, :, :3][26:])
 
 
 def test_all_pixels_but_those_of_the_border_are_smoothed():
-    drawn = np.repeat(np.random.default_rng(0).integers(0, 2, (24, 27, 1)).astype(np.uint8) * 255, 3, axis=2)
-    changed = (antialias(drawn) != drawn[::-1]).any(axis=2)
+    drawn = np.repeat(np.random.default_rng(0).integers(0, 2, (24, 27, 1)).astype(np.uint8) * 255, 4, axis=2)
+    changed = (antialias(drawn) != drawn[::-1, :, :3]).any(axis=2)
     inner = changed[1:-1, 1:-1]
     assert inner.any(axis=0).all()
     assert inner.any(axis=1).all()

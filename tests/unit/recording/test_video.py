@@ -49,6 +49,7 @@ from vrx_mj.recording.video.stage import (
     Foam,
     Footage,
     between,
+    coarsen,
     smooth_path,
     thin_out,
     view_of,
@@ -182,7 +183,7 @@ def test_no_crest_of_the_drawn_sea_hides_foam(storm_skin, eye, half, elevations)
     assert np.all(z > storm_skin.drawn_height(x, y))
 
 
-def test_a_calm_sea_is_drawn_all_over_by_half_of_its_triangles():
+def test_a_calm_sea_is_drawn_all_over_by_an_eighteenth_of_its_triangles():
     world = vrx_mj.compile_world("ocean", nudge=False)
     model = drawing_model(world)
 
@@ -195,7 +196,25 @@ def test_a_calm_sea_is_drawn_all_over_by_half_of_its_triangles():
     whole, count = area(), model.skin_facenum[0]
     thin_out(model)
     assert area() == pytest.approx(whole, rel=1e-6)
-    assert model.skin_facenum[0] < 0.51 * count
+    assert model.skin_facenum[0] < 0.06 * count
+
+
+def test_meshes_of_the_named_bodies_are_drawn_by_fewer_triangles_between_the_same_points():
+    spec = mujoco.MjSpec()
+    for name in ("boat", "buoy"):
+        spec.add_mesh(name=name).make_sphere(subdivision=4)
+        spec.worldbody.add_body(name=name).add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name)
+    model = spec.compile()
+    before, count = model.mesh_vert.copy(), model.mesh_facenum.copy()
+    coarsen(model, ["boat"], 0.25)
+    assert 100 < model.mesh_facenum[0] < 0.2 * count[0]
+    assert model.mesh_facenum[1] == count[1]
+    assert np.array_equal(model.mesh_vert, before)
+    corners = before[model.mesh_face[: model.mesh_facenum[0]]].astype(float)
+    normals = model.mesh_normal[model.mesh_facenormal[: model.mesh_facenum[0]]]
+    assert np.einsum("fci,fci->fc", corners, normals).min() > 0.99  # on a ball of 1 m both are one
+    volume = np.einsum("fi,fi->f", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6.0
+    assert volume == pytest.approx(4.0 / 3.0 * math.pi, rel=0.1)
 
 
 def test_a_boat_that_lies_still_leaves_no_foam():

@@ -25,9 +25,9 @@ from vrx_mj.errors import UnknownNameError, VideoError
 from vrx_mj.model.boats import boat_label
 from vrx_mj.outputs import atomic_write
 from vrx_mj.packages import install_extra
-from vrx_mj.recording.antialiasing import write_yuv
+from vrx_mj.recording.antialiasing import blend, write_yuv
 from vrx_mj.recording.reader import Record, read_record
-from vrx_mj.recording.video.stage import Above, Chase, Eye, Footage, Stage, view_of
+from vrx_mj.recording.video.stage import BEHIND, Above, Chase, Eye, Footage, Stage, view_of
 from vrx_mj.sensors.view import View
 from vrx_mj.tasks.frame import TaskStatus, score_text
 
@@ -42,8 +42,10 @@ _LARGEST = 4096
 """Pixels along a side, at most."""
 _INSET, _INSET_EDGE = 0.34, 0.02
 """Width of the view from above in the corner, and its distance from the edges, of the picture's width."""
-_INSET_RATE = 5
+_INSET_RATE = 4
 """Views in the corner per second, each for several pictures: a boat moves a pixel or two between them."""
+_DETAIL = 3.5
+"""Pixels of a boat that is followed in which its outermost point stands for all that face one way."""
 _EVENT_TIME = 4.0
 """How long an event is shown in the picture, in the video's time [s]."""
 _MOST_EVENTS = 3
@@ -143,6 +145,7 @@ class Film:
         sets = [boat_set.parameters.boats for boat_set in recorded.companies]
         self._labels = [{boat.name: boat_label(boat.name, boat.robot) for boat in boats} for boats in sets]
         self._paths, self._colors = paths, boat_colors(recorded.boats, list(chain.from_iterable(sets)))
+        self._cell = 0.0 if eye else _DETAIL * BEHIND / view_of(Eye(np.zeros(3), np.eye(3)), *self.size).focal_length
         self._eyes = (eye,) if eye else self._views(list(paths.values()), paths[boat])
         self._stage: tuple[int, Stage] | None = None
         self._inset: tuple[float, _Picture] | None = None
@@ -204,7 +207,8 @@ class Film:
             self.close()
             seed = self._footage.recorded.properties.get("seed", 0)
             own = seed if isinstance(seed, int) else 0
-            self._stage = boat_set, Stage(self._footage.recorded.companies[boat_set], self._paths, self.size, own)
+            boats = self._footage.recorded.companies[boat_set]
+            self._stage = boat_set, Stage(boats, self._paths, self.size, own, self._cell)
         return self._stage[1]
 
     def _write(self, shown: _Picture, time: float) -> None:
@@ -270,8 +274,7 @@ def lay(picture: _Picture, tile: ByteArray, column: int, row: int) -> None:
     above, before = max(-row, 0), max(-column, 0)
     place = picture[row + above : max(row + len(tile), 0), column + before : max(column + tile.shape[1], 0)]
     part = tile[above : above + len(place), before : before + place.shape[1]]
-    opacity = part[..., 3:].astype(np.uint16)
-    place[:] = (place * (255 - opacity) + part[..., :3] * opacity + 127) // 255
+    blend(place, part)
 
 
 _Rgb = tuple[int, int, int]
@@ -407,10 +410,10 @@ _Encoder = Callable[[Path, _Pictures, int, Fraction], None]
 """Writes a file of pictures (height, width, 3), so many of them, so many per second."""
 
 _X264 = {
-    "crf": "27", "preset": "superfast", "threads": "1",
-    "x264-params": "subme=0:partitions=none:b-adapt=0:weightp=0:psy=0:scenecut=0:rc-lookahead=0",
+    "qp": "26", "preset": "superfast", "threads": "1",
+    "x264-params": "subme=0:partitions=none:8x8dct=0:bframes=0:weightp=0:psy=0:scenecut=0:rc-lookahead=0",
 }  # fmt: skip
-"""Encoding of MP4: less `crf` is better; the parameters, and one thread, save half of the time."""
+"""Encoding of MP4: less `qp` is better; it, the parameters and one thread save two thirds of the time."""
 _WEBP_QUALITY, _WEBP_EFFORT = 72, 4
 _COLORS = 128
 """Colours of a GIF."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from operator import itemgetter
@@ -20,12 +20,12 @@ from vrx_mj.arguments import as_number, as_numbers
 from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.errors import CommandError, RecordError, quote
 from vrx_mj.mjcf.drawing import add_skin, compiled_spec, drawing_spec
-from vrx_mj.physics.surface import EDGE, PLAIN, RINGS, SPOKES, draw_surface, sky_distance
+from vrx_mj.physics.surface import EDGE, PLAIN, RINGS, SPOKES, draw_surface, fan_triangles, sky_distance
 from vrx_mj.recording.antialiasing import antialias, smooth
 from vrx_mj.recording.boat_sets import HUGE, BoatSet, columns_in
 from vrx_mj.recording.checks import scored_frames
 from vrx_mj.recording.reader import Record
-from vrx_mj.recording.simulation_scene import check_columns
+from vrx_mj.recording.simulation_scene import check_columns, coarser_faces
 from vrx_mj.runtime.sensing import display_colors
 from vrx_mj.runtime.warmup import compile_notice
 from vrx_mj.sensors.canvas import Canvas
@@ -276,7 +276,12 @@ class Stage:
     """The world of boats that sail together, with a drawing context."""
 
     def __init__(
-        self, boat_set: BoatSet, paths: Mapping[str, FloatArray], size: tuple[int, int], seed: int = 0
+        self,
+        boat_set: BoatSet,
+        paths: Mapping[str, FloatArray],
+        size: tuple[int, int],
+        seed: int = 0,
+        cell: float = 0.0,
     ) -> None:
         """Compile and open what is needed.
 
@@ -285,6 +290,7 @@ class Stage:
             paths: by boat, times [s], places [m] and headings [rad], (n, 4), of the whole recording.
             size: of the largest picture: width, height [pixels].
             seed: of the run, from which a random sea has its phases.
+            cell: length [m] of details of boats that need not be drawn.
 
         Raises:
             RenderError: nothing can draw here.
@@ -303,6 +309,8 @@ class Stage:
         slope = math.hypot(*(wave.amplitude * wave.wavenumber for wave in parameters.sea.waves))
         if self._model.nskin and slope < _FLAT:
             thin_out(self._model)
+        if cell > 0.0:
+            coarsen(self._model, [hull.body for hull in parameters.hulls], cell)
         self._data = mujoco.MjData(self._model)
         self._sea = SeaSkin(self._model, parameters.sea, seed)
         self._displays = displays_of(parameters)
@@ -329,7 +337,7 @@ class Stage:
             mirrored, glitter = self._sea.palette.T
             np.clip(mirrored + _LIGHTER, EDGE, 1.0 - EDGE, out=mirrored)
             np.minimum(glitter, PLAIN, out=glitter)
-        drawn = np.empty((height, width, 3), np.uint8)
+        drawn = np.empty((height, width, 4), np.uint8)
         self._foam.move(moment.time, self._sea.drawn_height)
         self._canvas.draw(data, view, (self._sea, self._foam), drawn)
         with compile_notice(smooth, "the smoothing of edges", 3):
@@ -341,8 +349,25 @@ class Stage:
 
 
 def thin_out(model: mujoco.MjModel) -> None:
-    """Draw the sea with half as many rings: of a calm one they show as much, in half of the triangles."""
-    model.skin_facenum[0] = RINGS * (SPOKES - 1)
+    """Draw the sea with a sixth of the rings and a third of the spokes: of a calm one they show as much."""
+    faces = fan_triangles(RINGS // 6, SPOKES // 3 + 1)
+    model.skin_face[: len(faces)], model.skin_facenum[0] = faces, len(faces)
+
+
+def coarsen(model: mujoco.MjModel, bodies: Iterable[str], cell: float) -> None:
+    """Draw the meshes of bodies, and of what hangs on them, by `coarser_faces` of cells of a length [m]."""
+    ids = [model.body(name).id for name in bodies]
+    shown = np.isin(model.body_rootid[model.geom_bodyid], ids) & (model.geom_type == mujoco.mjtGeom.mjGEOM_MESH)
+    for mesh in np.unique(model.geom_dataid[shown]):
+        first, count = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
+        tables = model.mesh_face, model.mesh_facenormal, model.mesh_facetexcoord
+        corners = [table[first : first + count].reshape(-1).copy() for table in tables]
+        points = model.mesh_vert[model.mesh_vertadr[mesh] + corners[0]]
+        normals = model.mesh_normal[model.mesh_normaladr[mesh] + corners[1]]
+        faces = coarser_faces(points, normals, np.arange(3 * count).reshape(-1, 3), cell)
+        for table, own in zip(tables, corners, strict=True):
+            table[first : first + len(faces)] = own[faces]
+        model.mesh_facenum[mesh] = len(faces)
 
 
 _Height = Callable[[FloatArray, FloatArray], npt.ArrayLike]
