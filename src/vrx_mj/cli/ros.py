@@ -226,7 +226,7 @@ _Localized = Annotated[
         "truth."
     ),
 ]
-_Duration = Annotated[float | None, typer.Option(help="End after so many simulated seconds; default: never.")]
+_Duration = Annotated[float | None, typer.Option(help="End after this many simulated seconds; default: never.")]
 
 
 @reads_files
