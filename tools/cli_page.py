@@ -19,12 +19,12 @@ HEAD = """\
 |---|---|
 | 0 | done |
 | 1 | a run failed or was cut short, or a check found a difference |
-| 2 | invalid input: one message says what and what to do |
+| 2 | invalid input: one message says what is wrong and what to do |
 | 130, 143 | Ctrl-C, SIGTERM, before there was something to keep |
 
 Results go to stdout, messages to stderr. Work of more than ten seconds shows a bar with the time left in a terminal,
 and a line every ten seconds elsewhere. SIGTERM and SIGHUP end a command as Ctrl-C does: recordings and bags are closed
-first. A background job of a shell script ignores Ctrl-C (SIGINT), and vrx-mj leaves that so: `kill PID` ends it."""
+first. A background job of a shell script ignores Ctrl-C (SIGINT); end it with `kill PID`."""
 TYPES = {str: "text", int: "integer", float: "number", Path: "path"}
 
 

@@ -142,7 +142,7 @@ def test_a_mass_with_which_the_boat_does_not_float_is_refused(robot, limit):
     with pytest.raises(gymnasium.error.Error) as caught:
         VectorEnv("StationKeeping", 1, fleet={"robot": robot, "sensors": "none"}, mass=(0.5, 30))
     name = VectorEnv("StationKeeping", 1, fleet={"robot": robot, "sensors": "none"})._core.batch.boats[0]
-    text = f"at most {limit} is needed; with more an end of {name} goes under water"
+    text = f"at most {limit} is allowed; with more, an end of {name} is under water"
     assert str(caught.value) == f"invalid mass (0.5, 30): {text}"
 
 
@@ -164,10 +164,10 @@ def test_up_to_the_greatest_mass_a_boat_floats_and_beyond_it_does_not():
 @pytest.mark.parametrize(
     ("option", "message"),
     [
-        ({"wave_phase": "x"}, "invalid wave_phase 'x': a number, or a pair (least, greatest), is needed"),
+        ({"wave_phase": "x"}, "invalid wave_phase 'x': a number, or a pair (low, high), is needed"),
         (
             {"wave_period": 0},
-            "invalid wave_period 0: a number of 0.001 or more, or a pair (least, greatest), is needed",
+            "invalid wave_period 0: a number of 0.001 or more, or a pair (low, high), is needed",
         ),
     ],
 )

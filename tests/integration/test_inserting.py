@@ -262,7 +262,7 @@ PLACE = [-500, 200, 0.1, 0, 0, 0]
         ("remove", {"name": "nobody"}, UnknownNameError,
          "no boat, object or dock named 'nobody'; known: wamv1, wamv2, wamv3"),
         ("remove", {"name": "buoys/mb_round_buoy_black_0"}, CommandError,
-         "buoys/mb_round_buoy_black_0 cannot be removed: it is a part of buoys, which goes as a whole"),
+         "buoys/mb_round_buoy_black_0 cannot be removed: it is a part of buoys, which can only be removed as a whole"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_done_is_refused_in_words_and_changes_nothing(course, call, given, kind, text):

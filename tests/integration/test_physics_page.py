@@ -123,7 +123,7 @@ def test_the_roughest_sea_of_the_competitions_drifts_a_boat_as_the_page_states()
         begun = sim.step(duration=60.0)["a"].position[0]
         found.append(begun - sim.step(duration=60.0)["a"].position[0])
     assert [speed / 60.0 for speed in (min(found), max(found))] == pytest.approx([0.084, 0.130], abs=0.0006)
-    assert "by 0.084 to 0.13 m/s in `vrx`" in PAGE
+    assert "at 0.084 to 0.13 m/s in `vrx`" in PAGE
 
 
 @pytest.mark.parametrize(

@@ -216,7 +216,7 @@ def test_a_publisher_that_drops_the_connection_is_called_again(served, impatient
 @pytest.mark.parametrize(
     ("fields", "sent", "told"),
     [
-        ({"md5sum": EMPTY, "type": "std_msgs/Empty"}, b"", f"it sends [std_msgs/Empty/{EMPTY}], but expected is "),
+        ({"md5sum": EMPTY, "type": "std_msgs/Empty"}, b"", f"it sends [std_msgs/Empty/{EMPTY}], but this topic is "),
         ({"error": "go away"}, b"", "it reports: go away"),
         ({}, b"\xff\xff\xff\xff", "a frame of 4294967295 bytes, where at most 4194304 are allowed"),
         ({}, frame(b"too long for a float"), "20 bytes are not a std_msgs/Float32: "),

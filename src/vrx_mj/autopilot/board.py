@@ -198,7 +198,7 @@ def _usual_channels(world: World, boat: str) -> dict[int, Channel]:
     steering = [name for name in known if name.endswith(ANGLE) and name not in sails]
     if len(steering) != 1 or len(pushing) > 1 or len(sails) > 1 or not (pushing or sails):
         raise CommandError(
-            f"which channels command {boat} is not clear: `autopilot:` of its robot's YAML has to say it, as in "
+            f"it is not clear which channels command {boat}: set `autopilot:` in its robot's YAML, as in "
             f"{{1: left, 3: right}}; its commands: {', '.join(known) or 'none'}"
         )
     return {number: known[name] for number, names in ((1, steering), (3, pushing), (4, sails)) for name in names}

@@ -178,7 +178,9 @@ class _NodeWorker:
             raise VrxError(f"the node {node} has vrx_mj {code_version()}: install {self._code} there, as here")
         file = self._root / _TICKET
         if not (file.is_file() and file.read_text(encoding="utf-8") == self._ticket):
-            raise VrxError(f"the node {node} has not the folder '{self._root}': -o needs one that all nodes share")
+            raise VrxError(
+                f"the node {node} does not have the folder '{self._root}': -o needs one that all nodes share"
+            )
 
 
 def run_trials(

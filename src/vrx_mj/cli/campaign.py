@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 _Worlds = Annotated[
     list[str],
     typer.Option(
-        metavar="<world>", help="A name, a file, or a pattern, as 'vrx2022/*' or 'seas/*.yaml'; may be repeated."
+        metavar="<world>", help="A name, a file or a pattern, such as 'vrx2022/*' or 'seas/*.yaml'; may be repeated."
     ),
 ]
 _Controllers = Annotated[
@@ -37,7 +37,7 @@ _Programs = Annotated[
     typer.Option(
         "--exec",
         metavar="<program>",
-        help="A program that sails through ROS or ArduPilot, in place of controllers; may be repeated.",
+        help="A program that sails through ROS or ArduPilot, instead of a controller; may be repeated.",
     ),
 ]
 _Duration = Annotated[
@@ -46,9 +46,7 @@ _Duration = Annotated[
 ]
 _Timeout = Annotated[
     float | None,
-    typer.Option(
-        help="Wall time that a trial may take [s]; default: its simulated time and 60 s.", callback=above_zero()
-    ),
+    typer.Option(help="Wall-time limit of a trial [s]; default: its simulated time plus 60 s.", callback=above_zero()),
 ]
 _Waits = Annotated[
     str | None,
@@ -57,13 +55,14 @@ _Waits = Annotated[
 _Vary = Annotated[
     list[str] | None,
     typer.Option(
-        metavar="NAME=LOW..HIGH", help="Draw a quantity for each seed, as wind.mean_velocity=0..8; may be repeated."
+        metavar="NAME=LOW..HIGH",
+        help="Draw a quantity for each seed, such as wind.mean_velocity=0..8; may be repeated.",
     ),
 ]
 _Ray = Annotated[
     str | None,
     typer.Option(
-        metavar="[<address>]", help="Run on a Ray cluster; without an address on that of RAY_ADDRESS, or here."
+        metavar="[<address>]", help="Run on the Ray cluster at this address; default: RAY_ADDRESS, or this machine."
     ),
 ]
 
@@ -87,12 +86,12 @@ def campaign(
     rosbridge: Annotated[bool, typer.Option("--rosbridge", help="With --exec: rosbridge in every trial.")] = False,
     ardupilot: Annotated[bool, typer.Option("--ardupilot", help="With --exec: ArduPilot's SITL, without ROS.")] = False,
     ray: _Ray = None,
-    restart: Annotated[bool, typer.Option("--restart", help="Discard the folder's results, start again.")] = False,
+    restart: Annotated[bool, typer.Option("--restart", help="Discard the folder's results and start over.")] = False,
 ) -> None:
     """Sail controllers in many worlds, and compare their scores. Every controller sails every world with every seed.
 
-    Trials run in processes of their own, so that a crash affects no other. Ctrl-C keeps the finished trials, and the
-    same command continues with the rest; failed trials run again.
+    Trials run in processes of their own, so a crash does not affect the others. Ctrl-C keeps the finished trials. Run the
+    same command again to continue with the rest; failed trials run again.
 
     Example: vrx-mj campaign my_boat:controller --worlds 'vrx2022/*' --seeds 0..9 --jobs 2 -o results/
     """

@@ -36,11 +36,16 @@ _OPTIONS = {
 """Options that each trial takes."""
 _Helm = Annotated[
     float | None,
-    typer.Option(help="Share of full helm, 35 degrees at most; default 1, of a zigzag 0.5.", callback=above_zero(1.0)),
+    typer.Option(
+        help="Fraction of full helm, at most 35 degrees; default: 1, in a zigzag 0.5.", callback=above_zero(1.0)
+    ),
 ]
 _Amount = Annotated[
     float | None,
-    typer.Option(help="Displacement of a decay [m], [degrees]; default 0.1, 10, 5.", callback=above_zero(180.0)),
+    typer.Option(
+        help="Initial displacement of a decay; default: heave 0.1 m, roll 10 degrees, pitch 5 degrees.",
+        callback=above_zero(180.0),
+    ),
 ]
 _Power = Annotated[
     float | None, typer.Option(help="Power of the approach, 0 to 1; default 1.", callback=above_zero(1.0))
@@ -52,7 +57,7 @@ _Angle = Annotated[
 
 def trial(
     name: Annotated[str, typer.Argument(metavar="TRIAL", help=f"One of {', '.join(_OPTIONS)}.")],
-    boat: Annotated[str, typer.Argument(metavar="BOAT", help="A kind of robot: a name, or the path of its file.")],
+    boat: Annotated[str, typer.Argument(metavar="BOAT", help="The robot: a name, or the path of its file.")],
     output: Folder = Path(),
     world: Annotated[str | None, typer.Option(help="World; default: still water of profile marine.")] = None,
     power: _Power = None,
@@ -61,9 +66,9 @@ def trial(
     mode: Annotated[str | None, typer.Option(help="Mode of a decay: heave, roll or pitch; default roll.")] = None,
     amount: _Amount = None,
 ) -> None:
-    """Try a boat's manoeuvres as ITTC and IMO define them. The figures are written as JSON, with a chart.
+    """Run a manoeuvring trial of a boat as ITTC and IMO define it. Write its figures as JSON, with a chart.
 
-    The helm turns rudders or engines by up to 35 degrees; a boat that has neither is steered by less thrust inside.
+    The helm turns rudders or engines by up to 35 degrees; a boat with neither turns by less thrust on the inner side.
 
     Example: vrx-mj trial turning skiff
     """
@@ -126,21 +131,23 @@ def validate(
     ] = None,
     case: Annotated[Path | None, typer.Option(help="Your own case (YAML), with --data.")] = None,
     data: Annotated[Path | None, typer.Option(help="Your measurements (CSV).")] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="Run only what takes a minute in all, once compiled.")] = False,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Run only cases that together take a minute, once compiled.")
+    ] = False,
     output: Folder = Path("report"),
 ) -> None:
-    """Compare the physics with closed forms, other programs and tanks. Write a page with a plot and a table for each.
+    """Compare the physics with closed forms, other programs and tank tests. Write a page of plots and tables.
 
-    A row is inside if our value lies in its band, and known if it is outside where exact theory is, too, and equal to
-    that. The exit code is 0 if all rows are inside or known, 1 if any is outside.
-    With --case and --data it compares a boat of yours with what you have measured; docs/validation.md has the keys.
+    A row is inside if our value lies in its band. It is known if it is outside but equals exact theory, which is
+    outside too. The exit code is 0 if all rows are inside or known, 1 if any is outside.
+    With --case and --data it compares your boat with your measurements; docs/validation.md has the keys.
 
     Example: vrx-mj validate --quick -o report
     """
     from vrx_mj.validation.report import CASES, counts, evidence, run_cases, select_cases, write_report
 
     if (case is None) != (data is None):
-        raise CommandError("--case and --data belong together: the case, and what was measured")
+        raise CommandError("--case and --data are needed together: the case, and its measurements")
     cases = select_cases(tuple(only or ()), quick=quick)
     if case is not None and data is not None:
         from vrx_mj.validation.measured import measured_case

@@ -61,7 +61,7 @@ def compile_(
     strict: Strict = False,
     simulator: Annotated[
         Literal["mujoco", "warp", "mjx"],
-        typer.Option("--for", help="What opens it; for MuJoCo Warp and MJX it lacks what they refuse."),
+        typer.Option("--for", help="Program that opens it; for MuJoCo Warp and MJX, what they refuse is left out."),
     ] = "mujoco",
 ) -> None:
     """Compile a world to MJCF that plain MuJoCo opens. The assets it needs are written beside it.
@@ -88,7 +88,7 @@ def run(
     seed: Seed = None,
     record: Record = None,
     control: Annotated[
-        str | None, typer.Option(help="Controller, as module:function; replaces those that the fleet names.")
+        str | None, typer.Option(help="Controller (module:function); replaces those that the fleet names.")
     ] = None,
     thrust: Annotated[
         str | None, typer.Option(help="Constant commands, as in left=0.5,right=0.5; in N in profile vrx3.")
@@ -170,7 +170,7 @@ def view(
     pace: Annotated[float, typer.Option(help="Simulated seconds per second.")] = 1.0,
     seed: Seed = None,
     control: Annotated[
-        str | None, typer.Option(help="Controller, as module:function, of boats that no key has driven.")
+        str | None, typer.Option(help="Controller (module:function) of boats that the keyboard has not driven.")
     ] = None,
     thrust: Annotated[str | None, typer.Option(help="Constant commands until a key is pressed.")] = None,
     browser: Annotated[
@@ -196,15 +196,13 @@ def replay(
     video: Annotated[Path | None, typer.Option(help="Draw a video instead, into a .mp4, .webp or .gif file.")] = None,
     coco: Annotated[
         Path | None,
-        typer.Option(
-            help="Write what the cameras saw, with boxes and masks, as a COCO data set into a folder instead."
-        ),
+        typer.Option(help="Write the cameras' pictures, with boxes and masks, to a folder as a COCO data set instead."),
     ] = None,
     view: Annotated[
-        str, typer.Option(help="View of the video: chase, above, or both, with above in a corner.", show_default=True)
+        str, typer.Option(help="View of the video: chase, above, or both (above in a corner).", show_default=True)
     ] = "both",
     boat: Annotated[
-        str | None, typer.Option(help="The boat that the camera follows, or whose cameras the data set is of.")
+        str | None, typer.Option(help="The boat that the camera follows; for a data set, the boat with the cameras.")
     ] = None,
     size: Annotated[str | None, typer.Option(help="Size of the video [pixels], as in 1280x720.")] = None,
     fps: Annotated[float | None, typer.Option(help="Pictures per second of the video.")] = None,
@@ -241,10 +239,10 @@ def compare(
     first: Recording,
     second: Annotated[Path, typer.Argument(help="The recording to compare with (.rrd).")],
 ) -> None:
-    """Compare the motion in two recordings, to the last bit.
+    """Compare the motion in two recordings, bit for bit.
 
-    What differs is printed, with the time and the place. Exit code 0: the motion is equal, whatever world, fleet and
-    seed are called. Exit code 1: it differs, or one recording has rows or boats that the other lacks.
+    Differences are printed with their time and place. Exit code 0: the motion is equal, whatever the names of world
+    and fleet, and the seed. Exit code 1: it differs, or one recording has rows or boats that the other lacks.
 
     Example: vrx-mj compare monday.rrd tuesday.rrd
     """
@@ -265,7 +263,7 @@ def list_(
 ) -> None:
     """List worlds, fleets, robots, objects, docks or tasks.
 
-    The list holds what is installed and what VRX_MJ_PATH and the current folder add.
+    The list contains what is installed, and what VRX_MJ_PATH and the current folder add.
 
     Example: vrx-mj list worlds 'vrx2022/*' --verbose
     """
@@ -307,7 +305,7 @@ def new(
 ) -> None:
     """Copy a commented start file into the current folder. For a robot that is a folder, which sails as a fleet.
 
-    With --hull it is a boat of that mesh, whose numbers are estimated by published rules that its files name.
+    With --hull it is a boat with that mesh. Its numbers are estimated by published rules, which its files name.
 
     Example: vrx-mj new world my_bay
     """
@@ -335,7 +333,7 @@ def doctor(
     fleet: Fleet = None,
     json_: Json = None,
 ) -> None:
-    """Check what is installed and what works on this machine. What does not work comes with what to do about it.
+    """Check what is installed and what works on this machine. Whatever does not work is listed with its fix.
 
     Example: vrx-mj doctor example_course --fleet trio --json doctor.json
     """
@@ -358,7 +356,7 @@ def doctor(
 def bench(
     json_: Json = None,
     fleet_table: Annotated[
-        bool, typer.Option("--fleet-table", help="Measure fleets of 1 to 3000 boats instead, beside VRX's figures.")
+        bool, typer.Option("--fleet-table", help="Measure fleets of 1 to 3000 boats instead, next to VRX's figures.")
     ] = False,
     recordings: Annotated[
         bool, typer.Option("--recordings", help="Measure what recordings cost instead. It takes some minutes.")
@@ -410,7 +408,7 @@ def demo(
     """Sail three boats into a recording, and open it in the viewer.
 
     The boats of fleet trio turn on example_course under steady thrust. The recording is a new file: earlier ones are
-    kept. Without a display the last line says how to open it. Ctrl-C keeps what has been recorded.
+    kept. Without a display, the last line says how to open it. Ctrl-C keeps what has been recorded.
 
     Example: vrx-mj demo
     """

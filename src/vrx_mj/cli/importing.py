@@ -26,10 +26,10 @@ def import_(
     arguments: Arguments = None,
     strict: Strict = False,
 ) -> None:
-    """Write files of Gazebo and VRX as files of ours. The file import.md has a table of what became of each part.
+    """Convert files of Gazebo and VRX to ours. The file import.md lists what became of each part.
 
     It reads .world, .world.xacro, .sdf, .launch, .urdf, .xacro, model folders and the docks' .sdf.erb, and runs none of
-    them. Commands take worlds of Gazebo as they are, too: vrx-mj run my_course.world
+    them. Other commands take Gazebo's worlds without conversion: vrx-mj run my_course.world
 
     Example: vrx-mj import my_course.world.xacro -o my_course
     """
@@ -46,7 +46,7 @@ def import_(
         words = [f'"{path}"' if " " in path else path for path in paths]  # in any shell
         typer.echo(f"to sail: vrx-mj run {' --fleet '.join(words)}")
     if strict and (made.failed or made.count("not read")):
-        raise CommandError("--strict: there are parts that are not read")
+        raise CommandError("--strict: some parts are not read")
 
 
 def _write(made: "Imported", folder: Path) -> None:

@@ -257,7 +257,7 @@ def _description(given: Mapping[str, str], client: "Client", folder: Path) -> st
     """The text of a model."""
     if "database" in given:
         if "sdf" not in given:
-            raise CommandError("-database names a model of SDF: give -sdf too")
+            raise CommandError("-database names an SDF model: also give -sdf")
         return f"<sdf><world><include><uri>model://{escape(given['database'])}</uri></include></world></sdf>"
     if "param" in given:
         text = str(client.parameter(given["param"]))
@@ -329,7 +329,7 @@ def _wait_for(client: "Client", gazebo: str, model: str) -> None:
     end = time.monotonic() + _PATIENCE
     while not client.call(f"{gazebo}/get_model_state", "gazebo_msgs/GetModelState", request).success:
         if time.monotonic() > end:
-            raise NetworkError(f"the model '{model}' of -wait did not come within {_PATIENCE:g} s")
+            raise NetworkError(f"the model '{model}' of -wait did not appear within {_PATIENCE:g} s")
         time.sleep(0.2)
 
 

@@ -20,15 +20,15 @@ if TYPE_CHECKING:
 World = Annotated[
     str,
     typer.Argument(
-        help="Name of a world (see vrx-mj list worlds), path of its YAML, of a world or launch file, or of a folder "
-        "with one, as a catkin workspace."
+        help="Name of a world (see vrx-mj list worlds), or path of its YAML, of a world or launch file, or of a "
+        "folder with one, such as a catkin workspace."
     ),
 ]
 Arguments = Annotated[
     list[str] | None,
     typer.Argument(
         metavar="[FILE] [NAME:=VALUE]...",
-        help="As for roslaunch: a file in that folder or package, and arguments of a launch file or xacro.",
+        help="As with roslaunch: a file in that folder or package, and arguments of a launch file or xacro.",
     ),
 ]
 Fleet = Annotated[
@@ -49,13 +49,14 @@ _Allowed = Annotated[
     list[Path] | None,
     typer.Option(
         metavar="<folder>",
-        help="A folder that files may be in which other files name, as an entry of VRX_MJ_PATH; may be repeated.",
+        help="Let files refer to files in this folder, like an entry of VRX_MJ_PATH; may be repeated.",
     ),
 ]
 _Ignored = Annotated[
     Literal["error", "ignore"] | None,
     typer.Option(
-        help="Packages of a launch file or a xacro that are missing: ignore leaves out what is in them; default: error."
+        help="Missing packages of a launch file or xacro: error (the default), or ignore, which leaves out what they "
+        "contain."
     ),
 ]
 
@@ -76,7 +77,7 @@ def above_zero(most: float = LARGEST) -> Callable[[typer.CallbackParam, float | 
     return check
 
 
-Scale = Annotated[float, typer.Option(help="Factor of the mesh's lengths.", callback=above_zero())]
+Scale = Annotated[float, typer.Option(help="Scale factor of the mesh, such as 0.001 for mm.", callback=above_zero())]
 
 
 def _be_strict(strict: bool) -> bool:
@@ -90,7 +91,7 @@ def _be_strict(strict: bool) -> bool:
 
 Strict = Annotated[
     bool,
-    typer.Option("--strict", help="Warnings, and parts that are not read, are errors.", callback=_be_strict),
+    typer.Option("--strict", help="Treat warnings and unread parts as errors.", callback=_be_strict),
 ]
 Output = Annotated[Path, typer.Option("--output", "-o", help="The file or folder to write.")]
 Folder = Annotated[Path, typer.Option("--output", "-o", help="The folder to write.")]

@@ -46,8 +46,8 @@ def build(
 ) -> None:
     """Build the URDF of a boat from thruster and component files, as VRX's generate_wamv.launch does.
 
-    Without a file VRX's example is used; an empty file gives a boat without thrusters or components. One that breaks
-    the rules is built too, with a warning.
+    Without a file, VRX's example is used; an empty file gives a boat without thrusters or components. A boat that
+    breaks the rules is built, with a warning.
 
     Example: vrx-mj robot build --thrusters thruster_config.yaml --components component_config.yaml -o my_wamv.urdf
     """
@@ -158,8 +158,8 @@ def show(
 ) -> None:
     """Show a robot in MuJoCo's viewer, its joints as sliders under 'Control' on the right.
 
-    Any robot will do, not only a boat: nothing weighs or touches anything, and the root link is held. Sliders need a
-    display: without one a recording is written, in which each joint in turn goes to both of its limits.
+    Any robot works, not only a boat: there is no gravity or contact, and the root link is fixed. Sliders need a
+    display: without one, a recording is written in which each joint in turn moves to both limits.
 
     Example: vrx-mj robot show wamv
     """
@@ -198,12 +198,13 @@ def hydro(
             metavar="FILE", help="Write added mass, radiation and diffraction by Capytaine, for `hull: {hydro: FILE}`."
         ),
     ] = None,
-    frequencies: Annotated[int, typer.Option(min=10, max=500, help="Frequencies of --bem.")] = 40,
+    frequencies: Annotated[int, typer.Option(min=10, max=500, help="Number of frequencies of --bem.")] = 40,
     panels: Annotated[
-        int, typer.Option(min=50, max=2000, help="Panels of --bem under water, before any is cut.")
+        int, typer.Option(min=50, max=2000, help="Number of wet panels of --bem, before any is halved.")
     ] = 150,
     tolerance: Annotated[
-        float, typer.Option(min=0.001, max=1, help="Change by halving the panels of --bem up to which they are fine.")
+        float,
+        typer.Option(min=0.001, max=1, help="Halve the panels of --bem until forces change by at most this share."),
     ] = 0.02,
 ) -> None:
     """Print the hydrostatics of a hull: displacement, centres, metacentric heights, righting arms to 180 degrees.

@@ -48,7 +48,7 @@ app = typer.Typer(rich_markup_mode=None)
 
 @app.command()
 def messages(output: Folder) -> None:
-    """Write the ROS 1 message packages that Debian lacks, and print the lines that make programs find them.
+    """Write the ROS 1 message packages that Debian lacks, and print the shell lines that put them on ROS's paths.
 
     The packages are gazebo_msgs, geographic_msgs, uuid_msgs, usv_msgs, vrx_gazebo, usv_gazebo_plugins and
     robotx_gazebo, each with all its types, those types of robot_localization, tf2_web_republisher and
@@ -77,14 +77,14 @@ def packages(
     output: Folder,
     over: Annotated[
         Path | None,
-        typer.Option(help="A workspace with VRX's packages: files of yours in them are there too, by links."),
+        typer.Option(help="Your workspace with VRX's packages: links make your files in them available too."),
     ] = None,
 ) -> None:
     """Write ROS 1 packages with VRX's launch files, which start vrx-mj serve, and print the line that sets their path.
 
     The packages are vrx_gazebo, vrx_2019, wave_gazebo, vorc_gazebo, wamv_gazebo, wamv_description, gazebo_ros,
     teleop_twist_keyboard and xacro. With the line, roslaunch vrx_gazebo sandisland.launch and your own launch files
-    work, with VRX's names and arguments. In the src of a catkin workspace catkin_make builds them with your packages.
+    work, with VRX's names and arguments. In the src folder of a catkin workspace, catkin_make builds them with yours.
     The scripts run the Python of this vrx-mj: generate them again if the environment moves.
 
     In bash, eval "$(vrx-mj ros packages -o FOLDER)" sets it in the current shell.
@@ -141,7 +141,7 @@ _DEFAULT_URL = "ws://127.0.0.1:9090"
 def teleop(
     boat: Annotated[str | None, typer.Option(help="The boat to drive at first; default: the first one.")] = None,
     url: Annotated[str, typer.Option(help="Address of the rosbridge.")] = _DEFAULT_URL,
-    web: Annotated[int | None, typer.Option(help="Serve a page to drive from; the port may be left out: 8090.")] = None,
+    web: Annotated[int | None, typer.Option(help="Serve a web page to drive from; default port: 8090.")] = None,
 ) -> None:
     """Drive a boat of a served world. The keys are those of VRX; --web serves a page to drive from.
 
@@ -181,24 +181,22 @@ def _serve_page(port: int, url: str, boat: str | None) -> None:
 _COLORS = {"WARN": "yellow", "ERROR": "red"}
 
 
-_Rosbridge = Annotated[int | None, typer.Option(help="Serve rosbridge v2; the port may be left out: 9090.")]
-_Foxglove = Annotated[
-    int | None, typer.Option(help="Serve Foxglove and Lichtblick, to look at; the port may be left out: 8765.")
-]
+_Rosbridge = Annotated[int | None, typer.Option(help="Serve rosbridge v2; default port: 9090.")]
+_Foxglove = Annotated[int | None, typer.Option(help="Serve the viewers Foxglove and Lichtblick; default port: 8765.")]
 _Sitl = Annotated[
     str | None,
     typer.Option(
         metavar="<boat:port,...>",
-        help="Let ArduPilot's SITL sail boats in lock-step, each by its UDP port; without boats all, the first at 9002 "
-        "and each further one 10 above.",
+        help="Let ArduPilot's SITL sail boats in lock-step, each on its UDP port; default: all boats, the first on "
+        "9002, each further one 10 above.",
     ),
 ]
 _Nmea = Annotated[
     str | None,
     typer.Option(
         metavar="<[boat:]port,...>",
-        help="Send NMEA 0183 and AIS to chart plotters, by UDP and TCP, of the first boat or of those named; the port "
-        "may be left out: 10110.",
+        help="Send NMEA 0183 and AIS of the first boat, or of those named, to chart plotters by UDP and TCP; default "
+        "port: 10110.",
     ),
 ]
 _Waits = Annotated[
@@ -224,11 +222,11 @@ _CmdVel = Literal["thrust", "velocity", "off"]
 _Localized = Annotated[
     Literal["truth", "navigator"] | None,
     typer.Option(
-        help="Publish where each boat is, as robot_localization: by its GPS and IMU, or as it really is; the value may "
-        "be left out: navigator."
+        help="Publish each boat's pose as robot_localization does: navigator (the default), from its GPS and IMU, or "
+        "truth."
     ),
 ]
-_Duration = Annotated[float | None, typer.Option(help="Simulated seconds after which it ends; default: never.")]
+_Duration = Annotated[float | None, typer.Option(help="End after this many simulated seconds; default: never.")]
 
 
 @reads_files
@@ -250,7 +248,7 @@ def serve(
     cmd_vel: Annotated[_CmdVel, typer.Option(help="What cmd_vel commands, in VRX thrust.")] = "thrust",
     truth: _Truth = False,
     localization: _Localized = None,
-    paused: Annotated[bool, typer.Option("--paused", help="Start paused, as paused:=true of VRX.")] = False,
+    paused: Annotated[bool, typer.Option("--paused", help="Start paused, like paused:=true in VRX.")] = False,
     duration: _Duration = None,
     record: Record = None,
     seed: Seed = None,
@@ -259,7 +257,7 @@ def serve(
 ) -> None:
     """Serve a world to ROS, with VRX's topics and services. By default ROS 1 and rosbridge, without ROS 2.
 
-    Ctrl-C or SIGTERM ends it; a recording is closed then. For viewers alone: vrx-mj serve example_course --foxglove
+    Ctrl-C or SIGTERM ends it and closes the recording. For viewers only: vrx-mj serve example_course --foxglove
     For ArduPilot: vrx-mj serve example_course --ardupilot
     For chart plotters: vrx-mj serve example_course --nmea
 

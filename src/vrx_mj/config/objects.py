@@ -434,7 +434,7 @@ _MOST = 1000
 
 def _must_be_single(model: str, near: Path | None) -> None:
     if load_object(model, near).kind == "composite":
-        raise VrxError(f"'{model}' is made of other objects; a field is made of single ones")
+        raise VrxError(f"'{model}' is made of other objects; a field needs single objects")
 
 
 class FieldKind(InFolder):

@@ -51,7 +51,7 @@ class Batch:
         """
         if not (config.ENABLE_CUDASIM or cuda.is_available()):
             raise CommandError(
-                'no graphics processor: numba-cuda finds no CUDA driver (nvidia-smi); take vrx_mj.Batch(engine="free")'
+                'no graphics processor: numba-cuda finds no CUDA driver (nvidia-smi); use vrx_mj.Batch(engine="free")'
             )
         self._batch = batch.Batch(world, n, seed=seed, threads=1, engine="free")
         self.world, self.n = world, self._batch.n

@@ -126,13 +126,13 @@ def check_mass(name: str, added: FloatArray, body: MassProperties, key: str) -> 
         row, column = (int(value) + 1 for value in np.unravel_index(odd.argmax(), odd.shape))
         raise VrxError(
             f"robot {name}: hull.{key} is not symmetric: A{row}{column} is {added[row - 1, column - 1]:.4g}, "
-            f"A{column}{row} is {added[column - 1, row - 1]:.4g}; an ideal fluid's is"
+            f"A{column}{row} is {added[column - 1, row - 1]:.4g}; that of an ideal fluid is"
         )
     values, vectors = np.linalg.eigh(_inertia(body) + added)
     if values[0] <= 0.0:
         motion = _MOTIONS[int(np.abs(vectors[:, 0]).argmax())]
         raise VrxError(
-            f"robot {name}: the mass of hull.{key} and the boat is not positive definite: its least eigenvalue is "
+            f"robot {name}: the mass of hull.{key} and the boat is not positive definite: its smallest eigenvalue is "
             f"{values[0]:.4g}, mostly of {motion}; check signs and sizes off the diagonal, and `point`"
         )
 
@@ -159,8 +159,8 @@ def check_rest(boat: Boat, vessel: Vessel, density: float, rest: Flotation | Non
     fastest = float(np.abs(rates).max())
     if fastest > _FASTEST:
         raise VrxError(
-            f"robot {name}: its fastest motion about its rest is one of {fastest:.3g} rad/s, for which steps of "
-            f"{0.2 / fastest:.1g} s are needed; check the units of its hull, and the mass and inertia of its links"
+            f"robot {name}: its fastest motion about equilibrium has {fastest:.3g} rad/s, and needs steps of "
+            f"{0.2 / fastest:.1g} s; check the units of its hull, and the mass and inertia of its links"
         )
     worst = rates[rates.real.argmax()]
     if worst.real > _GROWTH:
@@ -334,14 +334,15 @@ def _check_fit(name: str, hydro: Hydro, mass: float, level: float, points: Seque
     """Refuse radiation of a hull that lies otherwise than one of a mass [kg] in its water, which is at a level [m]."""
     if hydro.displacement is not None and abs(mass - hydro.displacement) > _MISFIT * hydro.displacement:
         raise VrxError(
-            f"robot {name}: hull.hydro is of a hull that displaces {hydro.displacement:.4g} kg, and the boat has "
+            f"robot {name}: hull.hydro is for a hull that displaces {hydro.displacement:.4g} kg, but the boat has "
             f"{mass:.4g} kg: more than {_MISFIT:.0%} apart; compute it again with `--mass {mass:.4g}`"
         )
     draft = level - min((point[2] for point in points), default=-math.inf)
     if hydro.waterline is not None and abs(level - hydro.waterline) > _MISFIT * draft:
         raise VrxError(
-            f"robot {name}: hull.hydro is of a hull with the water at z = {hydro.waterline:.4g} m, and the boat's is "
-            f"at {level:.4g} m, with a draft of {draft:.4g} m: compute it again, the mesh in the axes of the base link"
+            f"robot {name}: hull.hydro is for a hull with the water at z = {hydro.waterline:.4g} m, but the boat's "
+            f"is at {level:.4g} m, with a draft of {draft:.4g} m: compute it again, with the mesh in the axes of the "
+            "base link"
         )
 
 
@@ -431,7 +432,7 @@ def _surface(boat: Boat, config: MarineHullConfig, volume: float) -> FloatArray:
     if len(corners) > MOST_TRIANGLES:
         raise VrxError(
             f"robot {boat.name}: its hull has {len(corners):,} triangles, more than {MOST_TRIANGLES:,}; 100 to 700 "
-            "are enough, and every step looks at all: simplify the mesh"
+            "are enough, and every step visits each: simplify the mesh"
         )
     try:
         notes = (*notes, *checked_surface(corners, names, starts))

@@ -154,7 +154,9 @@ def without(world: World, name: str) -> World:
     old = world.parameters
     parts = {item.name for item in old.objects} | {dock.name for dock in old.docks}
     if as_text("name", name) in parts - {*_things(old)}:
-        raise CommandError(f"{name} cannot be removed: it is a part of {owner_of(name)}, which goes as a whole")
+        raise CommandError(
+            f"{name} cannot be removed: it is a part of {owner_of(name)}, which can only be removed as a whole"
+        )
     check_name("boat, object or dock", name, _things(old))
     if old.task and old.task.boat == name:
         raise CommandError(f"{name} cannot be removed: it is the boat that the task '{old.task.name}' scores")

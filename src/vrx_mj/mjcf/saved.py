@@ -142,7 +142,7 @@ class Contents:
             name = element.get("name", "")
             if element.tag == "body":
                 if not name or name in self.joints:
-                    raise ValueError(f"invalid name '{name}' of <body>: one of its own is needed")
+                    raise ValueError(f"invalid name '{name}' of <body>: a unique one is needed")
                 self.joints[name], self.parents[name], body = (), body, name
             elif element.tag in {"joint", "freejoint"}:
                 if body not in self.joints:

@@ -62,7 +62,7 @@ def checked_surface(corners: FloatArray, names: Sequence[str] = (), starts: Sequ
     pairs = f"{number} {'pair of triangles crosses' if count == 1 else 'pairs of triangles cross'}{spot}"
     if found.inverted > _MOST_INVERTED * (found.volume + found.inverted):
         raise VrxError(
-            f"its surface passes through itself: {found.inverted:.3g} m3 of {found.volume + found.inverted:.3g} m3 "
+            f"its surface intersects itself: {found.inverted:.3g} m3 of {found.volume + found.inverted:.3g} m3 "
             f"are inside out{'; ' + pairs if count else ''}; {_REPAIR}"
         )
     if found.twice > _LITTLE * found.volume:
@@ -70,7 +70,7 @@ def checked_surface(corners: FloatArray, names: Sequence[str] = (), starts: Sequ
         text = f"its surfaces overlap{where}: {found.twice:.3g} of {found.volume:.3g} m3 count twice and lift too much"
         return (f"{text}{'; ' + pairs if count else ''}; {_JOIN}",)
     if count:
-        return (f"its surface passes through itself: {pairs}; {_REPAIR}",)
+        return (f"its surface intersects itself: {pairs}; {_REPAIR}",)
     return ()
 
 

@@ -283,7 +283,7 @@ def _check_layout(name: str, layout: RowLayout) -> None:
     """
     for key, values in (("bodies", [body.name for body in layout.bodies]), ("thrusters", layout.thrusters)):
         if len(set(values)) < len(values):
-            raise RecordError(f"{name}: layout.{key}: two of one name")
+            raise RecordError(f"{name}: layout.{key}: duplicate name")
     groups = _column_groups(layout)
     for table, total, least in (("qpos", layout.nq, 7), ("dof", layout.nv, 6)):
         widths = {name: width for (own, name), width in groups.items() if own == table}
@@ -298,7 +298,7 @@ def _check_sensors(sensors: Sequence[RecordedSensor]) -> None:
         RecordError: two have one name, or a sensor's configuration is of another type.
     """
     if len({(one.boat, one.name) for one in sensors}) < len(sensors):
-        raise RecordError("head: sensors: two of one name")
+        raise RecordError("head: sensors: duplicate name")
     for one in sensors:
         if one.config.type != one.type:
             wrong = f"of type {one.type}, configured as {one.config.type}"

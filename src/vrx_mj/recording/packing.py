@@ -80,11 +80,11 @@ def _places(changes: BoolArray, moving: Bodies, turning: Bodies) -> tuple[IntArr
     driven = [*(q for q, _ in moving), *(q + i for q, _ in turning for i in range(4))]
     driving = [*(v for _, v in moving), *(v + i for _, v in turning for i in range(3))]
     if max([*driven, *driving], default=0) >= len(changes):
-        raise RecordError("block: columns of bodies that are not there")
+        raise RecordError("block: columns of unknown bodies")
     others[driven] = False
     order = np.array([*np.flatnonzero(others), *driven], np.int64)
     if len(order) != np.count_nonzero(changes) or not others[driving].all():
-        raise RecordError("block: columns of bodies that are others'")
+        raise RecordError("block: columns of other bodies")
     place = np.cumsum(others) - 1
     velocities, turns = (place[np.array([v for _, v in bodies], np.int64)] for bodies in (moving, turning))
     return order, velocities, turns

@@ -244,4 +244,4 @@ def raw_parts(path: Path) -> Iterator[Part]:
                 raise RecordError(f"'{path}' is damaged: {reason}") from error
             count += 1
     if not count:
-        raise RecordError(f"'{path}' is damaged: nothing of the run is in it")
+        raise RecordError(f"'{path}' is damaged: it contains nothing of the run")

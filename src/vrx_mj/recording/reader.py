@@ -440,7 +440,7 @@ def _check_readings(sensor: RecordedSensor, columns: Mapping[str, Sequence[Any]]
         if problem := numbers.problem(values):
             raise RecordError(f"{sensor.readings_path}: numbers: {problem}")
         if (np.isfinite(values) & (np.abs(values) > np.finfo(np.float32).max)).any():
-            raise RecordError(f"{sensor.readings_path}: numbers: beyond those of single precision")
+            raise RecordError(f"{sensor.readings_path}: numbers: beyond single precision")
 
 
 def data_fields(reading: Reading) -> tuple[Any, ...]:

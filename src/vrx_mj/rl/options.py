@@ -309,14 +309,14 @@ def _range(name: str, value: object) -> tuple[float, float]:
     least = _LEAST.get(name, 0.0)
     if len(pair) != 2 or not all(map(is_number, pair)) or not least <= pair[0] <= pair[1] <= _GREATEST:
         number = "a number" if least == -_GREATEST else f"a number of {least:g} or more"
-        raise gymnasium.error.Error(f"invalid {name} {quote(value)}: {number}, or a pair (least, greatest), is needed")
+        raise gymnasium.error.Error(f"invalid {name} {quote(value)}: {number}, or a pair (low, high), is needed")
     return float(pair[0]), float(pair[1])
 
 
 def _check_mass(batch: Batch, given: Range, most: float) -> None:
-    """gymnasium.error.Error: with `most` times its mass an end of a boat goes under water, on a calm."""
+    """gymnasium.error.Error: with `most` times its mass an end of a boat is under calm water."""
     limits = batch.largest_masses
     boat = int(np.argmin(limits))
     if most > limits[boat]:
-        text = f"at most {limits[boat]:.3g} is needed; with more an end of {batch.boats[boat]} goes under water"
+        text = f"at most {limits[boat]:.3g} is allowed; with more, an end of {batch.boats[boat]} is under water"
         raise gymnasium.error.Error(f"invalid mass {quote(given)}: {text}")

@@ -427,7 +427,7 @@ class LoopArrays:
             if not is_valid_column(name, values, self.followers["waypoint_count"]):
                 raise StateError(f"the state has an invalid {name} in one of its tables")
         if not all(np.isfinite(given).all() for _, given in self._tables_in(block) if not given.dtype.names):
-            raise StateError("the state has a time of a touch that is not finite")
+            raise StateError("the state has a touch time that is not finite")
         self.sample_clocks.check(block[size:])
         self._check_moments(block[size:])
 
@@ -443,7 +443,7 @@ class LoopArrays:
         devices, _, latched = self.sample_clocks.parts(block)
         place = self.model.nq + self.model.nv
         if (np.abs(latched[..., :place]) >= HUGE).any():
-            raise StateError(f"the state has a sensors' moment beyond {HUGE:g}")
+            raise StateError(f"the state has a sensor time beyond {HUGE:g}")
         then = latched[..., place:].reshape(2 * len(latched), len(devices))  # a clock keeps two moments
         rows = np.concatenate((devices[None], then))
         for sensor in self.sensors:

@@ -227,15 +227,15 @@ class SampleClocks:
         count = int(np.frombuffer(block, np.int64, 1, start)[0]) if len(block) >= start + 8 else -1
         needed = 8 + max(count, 0) * (CLOCK.itemsize + 16 * self.latched.shape[2]) + self.device_state.nbytes
         if count < 0 or len(block) != needed:
-            raise StateError(f"the state has {len(block)} bytes of sensors' moments instead of {needed}")
+            raise StateError(f"the state has {len(block)} bytes of sensor times instead of {needed}")
         device_state, clocks, latched = self.parts(block)
         rate, before = clocks["rate"], clocks["before"]
         if not ((rate > 0.0) & (rate <= _FASTEST) & (clocks["index"] >= 0) & np.isin(clocks["slot"], (0, 1))).all():
-            raise StateError("the state has a sensors' clock with an invalid rate, index or slot")
+            raise StateError("the state has a sensor clock with an invalid rate, index or slot")
         if not (np.isfinite(clocks["time"]) & (np.isfinite(before) | np.isnan(before))).all():
-            raise StateError("the state has a sensors' clock whose time is not finite")
+            raise StateError("the state has a sensor clock whose time is not finite")
         if not (np.isfinite(device_state).all() and np.isfinite(latched).all()):
-            raise StateError("the state has sensors' moments that are not finite")
+            raise StateError("the state has sensor times that are not finite")
 
     def parts(self, block: bytes) -> tuple[FloatArray, Table, FloatArray]:
         """Device state, clocks and moments, as views, of bytes that have the right size."""

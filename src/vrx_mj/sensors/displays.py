@@ -115,7 +115,8 @@ def check_display_marks(displays: Sequence[Display], marks: FloatArray) -> None:
             values = own[:, column]
             if not ((values >= 0.0) & (values < limit) & (values == np.floor(values))).all():
                 raise StateError(
-                    f"invalid state of the {display.kind} '{display.name}': it shows nothing that is known"
+                    f"invalid state of the {display.kind} '{display.name}': it shows an unknown colour, pattern or "
+                    "symbol"
                 )
         if not np.isfinite(own).all():
             raise StateError(f"invalid state of the {display.kind} '{display.name}': a time is not finite")

@@ -103,7 +103,9 @@ class SimulatedVessel:
             CommandError: the boat has no engine, and power is asked of it.
         """
         if power and not self._engines:
-            raise CommandError(f"boat '{self._boat}' has no engine that drives it ahead: only decay can be tried")
+            raise CommandError(
+                f"boat '{self._boat}' has no engine that drives it ahead: only the trial decay is possible"
+            )
         steering = {name: -helm * most for name, most in self._rudders.items()}
         self._sim.step({self._boat: {**self._thrusts(power, helm), **steering}}, duration=duration)
 

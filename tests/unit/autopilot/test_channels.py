@@ -94,6 +94,6 @@ def test_channels_that_cannot_be(kinds, written, message):
 
 def test_other_boats_need_their_channels_written_down():
     with pytest.raises(
-        CommandError, match=r"which channels command b is not clear: `autopilot:` .* its commands: none"
+        CommandError, match=r"it is not clear which channels command b: set `autopilot:` .* its commands: none"
     ):
         names_of("sphere")

@@ -131,7 +131,7 @@ def test_quantities_that_were_varied_are_charts_and_recordings_worth_seeing_are_
 def test_worlds_that_no_seed_changes_are_named_with_what_would():
     results = [replace(scored("a:f", "w", seed, 1.0), poses_sha256="1") for seed in (0, 1)]
     words = "".join(Parsed(page(campaign_of("results", results), {})).words)
-    assert "seeds change nothing in w. Draw weather or boats for each trial with --vary" in words
+    assert "bit for bit, in w. Draw weather or boats for each trial with --vary" in words
 
 
 def test_maps_show_the_tracks_of_each_controller_and_seed(parsed):

@@ -163,5 +163,5 @@ def test_strict_makes_parts_that_are_not_read_an_error_of_an_import(cli, folder,
     (folder / "team.launch").write_text(LOST, encoding="utf-8")
     assert cli("import", "team.launch", "-o", "out").code == 0
     said = cli("import", "team.launch", "-o", "out", "--strict")
-    assert (said.code, said.err.strip()) == (2, "--strict: there are parts that are not read")
+    assert (said.code, said.err.strip()) == (2, "--strict: some parts are not read")
     assert "| not read | no package named 'driver' |" in (folder / "out/import.md").read_text(encoding="utf-8")

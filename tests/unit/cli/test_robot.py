@@ -349,7 +349,7 @@ TWISTED = re.sub(r"v 2 (-?)1", lambda found: "v 2 1" if found[1] else "v 2 -1", 
         (
             TWISTED,
             (
-                "mesh odd.obj: its surface passes through itself: 3 m3 of 6 m3 are inside out; 2 pairs of triangles "
+                "mesh odd.obj: its surface intersects itself: 3 m3 of 6 m3 are inside out; 2 pairs of triangles "
                 "cross, the first at (0, 0, 0.375) m; repair it, for example with Blender's 3D-Print Toolbox"
             ),
         ),

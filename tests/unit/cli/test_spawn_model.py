@@ -114,7 +114,7 @@ WRONG = {
     "-urdf -model a": "spawn_model needs one of -file, -param, -stdin and -database, got none",
     "-urdf -model a -file b -param c": "spawn_model needs one of -file, -param, -stdin and -database, got file, param",
     "-urdf -model": "-model needs a value",
-    "-model a -database b": "-database names a model of SDF: give -sdf too",
+    "-model a -database b": "-database names an SDF model: also give -sdf",
     "-urdf -model a -file none.urdf": "none.urdf: cannot be read: No such file or directory",
     "-urdf -model a -param /none": "no parameter /none at the master {uri}",
     "-urdf -model a -param /fleet/robot_description -x east": "-x -y -z -R -P -Y: expected a number, got 'east'",
@@ -139,7 +139,7 @@ def test_without_a_master_the_address_is_named(monkeypatch):
     monkeypatch.setenv("ROS_MASTER_URI", f"http://127.0.0.1:{port}")
     with pytest.raises(NetworkError) as caught:
         spawn_model(["-urdf", "-model", "a", "-param", "b"], HERE)
-    assert str(caught.value).startswith(f"no answer of a ROS master at http://127.0.0.1:{port}: [Errno 111] Connect")
+    assert str(caught.value).startswith(f"no answer from a ROS master at http://127.0.0.1:{port}: [Errno 111] Connect")
 
 
 def test_a_client_names_what_is_missing_and_what_is_refused(served):

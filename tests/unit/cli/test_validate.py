@@ -64,7 +64,7 @@ def test_a_folder_that_cannot_be(cli, folder, three):
 def test_one_file_of_two(cli, folder, three):
     found = cli("validate", "--case", "mine.yaml")
     assert found.code == 2
-    assert "--case and --data belong together: the case, and what was measured" in found.err
+    assert "--case and --data are needed together: the case, and its measurements" in found.err
 
 
 def test_measurements_of_a_user(cli, folder):

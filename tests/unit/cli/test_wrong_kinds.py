@@ -107,7 +107,7 @@ WHOLE = [
     (
         "--fleet",
         "bay.world",
-        "bay.world:1:1: <sdf>: a world without a <model>; WORLD takes worlds",
+        "bay.world:1:1: <sdf>: this is a world without a <model>: give it as WORLD",
     ),
     (
         "WORLD",

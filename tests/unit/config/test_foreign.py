@@ -185,7 +185,8 @@ def test_an_object_in_sdf_is_a_model(here):
     (here / "my.sdf").write_text(SDF, encoding="utf-8")
     (here / "mine.yaml").write_text("objects: [{name: a, model: ./my.sdf}]", encoding="utf-8")
     assert (
-        message(lambda: load_world("mine.yaml")) == "my.sdf:2:1: <sdf>: a world without a <model>; WORLD takes worlds"
+        message(lambda: load_world("mine.yaml"))
+        == "my.sdf:2:1: <sdf>: this is a world without a <model>: give it as WORLD"
     )
 
 

@@ -118,7 +118,7 @@ def test_vrxs_patterns_and_symbols_in_vrxs_order():
         ({"objects": []}, "<world>: fields[0].objects: must not be empty"),
         (
             {"objects": [{"model": "pair", "count": 2}]},
-            "<world>: fields[0].objects[0].model: 'pair' is made of other objects; a field is made of single ones",
+            "<world>: fields[0].objects[0].model: 'pair' is made of other objects; a field needs single objects",
         ),
         (
             {"objects": [{"model": "ball", "count": 0}]},

@@ -86,7 +86,7 @@ def test_a_dent_that_comes_out_on_the_other_side_is_found():
     points[points[:, 2].argmax()] = (0.1, 0.05, -1.5)
     (note,) = checked_surface(points[made.faces])
     assert note == (
-        "its surface passes through itself: 8 pairs of triangles cross, the first at (0.0662, 0.0174, -0.994) m; "
+        "its surface intersects itself: 8 pairs of triangles cross, the first at (0.0662, 0.0174, -0.994) m; "
         "repair it, for example with Blender's 3D-Print Toolbox"
     )
 
@@ -120,7 +120,7 @@ def test_a_part_that_is_inside_out_is_refused():
     with pytest.raises(VrxError) as error:
         checked_surface(np.concatenate([box((1.0, 1.0, 1.0)), box((1.0, 1.0, 1.0), (3.0, 0.0, 0.0))[:, ::-1]]))
     assert str(error.value) == (
-        "its surface passes through itself: 1 m3 of 2 m3 are inside out; repair it, for example with Blender's "
+        "its surface intersects itself: 1 m3 of 2 m3 are inside out; repair it, for example with Blender's "
         "3D-Print Toolbox"
     )
 

@@ -133,7 +133,7 @@ def test_a_file_in_which_nothing_is_whole_says_so(killed, tmp_path):
     file.write_bytes(killed.read_bytes()[:100])
     with pytest.raises(RecordError) as refused:
         read_record(file)
-    assert str(refused.value) == f"'{file}' is damaged: nothing of the run is in it"
+    assert str(refused.value) == f"'{file}' is damaged: it contains nothing of the run"
 
 
 # A full disk

@@ -100,7 +100,7 @@ def test_bytes_that_are_no_moments_are_refused(damage):
     moments = SampleClocks(7, 6, (1.0,))
     moments.start(10.0, QPOS, QVEL, 0.0)
     block = damage(moments.pack())
-    with pytest.raises(StateError, match=rf"^the state has {len(block)} bytes of sensors' moments instead of \d+$"):
+    with pytest.raises(StateError, match=rf"^the state has {len(block)} bytes of sensor times instead of \d+$"):
         moments.check(block)
 
 

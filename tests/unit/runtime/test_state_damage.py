@@ -170,7 +170,7 @@ def test_shots_and_what_lights_show_are_in_their_ranges(sim, state, value):
 def test_a_sensors_clock_that_cannot_be_is_refused(sim, state, field, value):
     """A slot is an index of the compiled loop."""
     at = moments_at(sim) + sim._live.arrays.sample_clocks.device_state.nbytes + 8 + CLOCK.fields[field][1]
-    with pytest.raises(StateError, match=r"^the state has a sensors' clock "):
+    with pytest.raises(StateError, match=r"^the state has a sensor clock "):
         sim.set_state(changed(state, at, value))
 
 

@@ -402,14 +402,14 @@ ROWS = ["[0, 5, 0, 0, 0, 0]", "[0, 9, 0, 0, 0, 0]", *[NONE] * 4]
             (
                 "robot ./barge.urdf: its hull has 20,480 triangles, more than 5,000; 100 to 700 are enough, "
                 "and every step "
-                "looks at all: simplify the mesh"
+                "visits each: simplify the mesh"
             ),
         ),
         (
             "{shapes: [{type: mesh, file: twisted.stl}]}",
             900.0,
             (
-                "robot ./barge.urdf: its surface passes through itself: 2 m3 of 4 m3 are inside out; 2 pairs "
+                "robot ./barge.urdf: its surface intersects itself: 2 m3 of 4 m3 are inside out; 2 pairs "
                 "of triangles "
                 "cross, the first at (0, 0, -0.25) m; repair it, for example with Blender's 3D-Print Toolbox"
             ),
@@ -418,14 +418,14 @@ ROWS = ["[0, 5, 0, 0, 0, 0]", "[0, 9, 0, 0, 0, 0]", *[NONE] * 4]
             f"{{added_mass: [[0, 5000, 0, 0, 0, 0], [5000, 0, 0, 0, 0, 0], {', '.join([NONE] * 4)}]}}",
             4100.0,
             (
-                "robot ./barge.urdf: the mass of hull.added_mass and the boat is not positive definite: its least "
-                "eigenvalue is -900, mostly of surge; check signs and sizes off the diagonal, and `point`"
+                "robot ./barge.urdf: the mass of hull.added_mass and the boat is not positive definite: its "
+                "smallest eigenvalue is -900, mostly of surge; check signs and sizes off the diagonal, and `point`"
             ),
         ),
         (
             f"{{added_mass: [{', '.join(ROWS)}]}}",
             4100.0,
-            "robot ./barge.urdf: hull.added_mass is not symmetric: A12 is 5, A21 is 0; an ideal fluid's is",
+            "robot ./barge.urdf: hull.added_mass is not symmetric: A12 is 5, A21 is 0; that of an ideal fluid is",
         ),
     ],
 )

@@ -531,7 +531,7 @@ class _Run:
         """A file that may be read: beside the first file, or in a package."""
         with faults_at(element):
             if path.startswith(LEFT_OUT):
-                raise VrxError(f"no package named '{package_left_out(path)}', in which it would be")
+                raise VrxError(f"no package named '{package_left_out(path)}', which would contain it")
             return self.files.readable_file(str(self.open[0].parent / path) if self.open else path)
 
 

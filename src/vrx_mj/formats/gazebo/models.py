@@ -133,7 +133,7 @@ def _only(root: Element) -> Element:
     found = next((one for one in root.walk() if one.tag == "model"), None)
     if found is None:
         if any(one.tag == "world" for one in root.walk()):
-            raise root.fault("a world without a <model>; WORLD takes worlds")
+            raise root.fault("this is a world without a <model>: give it as WORLD")
         inside = ", ".join(dict.fromkeys(f"<{one.tag}>" for one in root.children)) or "nothing"
         raise root.fault(f"expected <sdf> with a <model>, got {inside}")
     return found

@@ -113,7 +113,7 @@ def _composite(source: Source, report: Report) -> Content:
         report.note(include, "taken over", "`objects`")
     if not objects:
         names = ", ".join(dict.fromkeys(map(model_name, source.model.all("include"))))
-        raise source.model.fault(f"none of the models in it is known: {shorten(names)}")
+        raise source.model.fault(f"none of its models is known: {shorten(names)}")
     own = _distinct([one["name"] for one in objects], first=1)
     return {"objects": [one | {"name": name} for one, name in zip(objects, own, strict=True)]}
 
@@ -135,7 +135,7 @@ class _Object:
 
         model, findings = self.model, self.model.findings
         if not model.links and not findings.problems:
-            raise self.element.fault("a model without links or includes is nothing")
+            raise self.element.fault("a model needs links or includes")
         rows = [read_sdf_link(model, name) for name in model.links]
         joints = [row for node, scope in model.joints if (row := read_sdf_joint(model, node, scope))]
         places = [model.frames.pose(name) for name in model.links]

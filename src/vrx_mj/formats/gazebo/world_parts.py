@@ -235,7 +235,7 @@ def _scan_dock(plugin: Element, _: object, objects: Sequence[Content]) -> Conten
     light = next((one for one in objects if one["model"] == _LIGHT), None)
     dock = next((one for one in objects if re.match(r"(vrx_)?dock_(?!block)", one["model"])), None)
     if dock is None:
-        raise plugin.fault("no dock is among the models of the world, which this task needs")
+        raise plugin.fault("this task needs a dock, and no model of the world is one")
     name = plugin.text("task_name")
     usual = "scan_dock_deliver" if targets else "scan_and_dock" if light else "dock"
     known = name in {"dock", "scan_and_dock", "scan_dock_deliver"} and not (name == "dock" and light is not None)

@@ -119,7 +119,7 @@ def gazebo_world(file: Path, arguments: Mapping[str, str] | None = None) -> Gaze
     if world is None:
         raise _no_world(root)
     if "#" in str(file):
-        raise world.fault("the path of the file has a '#', which stands for what follows it, a model: rename it")
+        raise world.fault("the path of the file has a '#', which separates a file from the name of a model: rename it")
     hold_models(file, root)
     known, unread = catalogue("objects"), list[Note]()
     for turn in itertools.count():
@@ -303,7 +303,7 @@ class _Reader:
         """Take over a model by its name."""
         name = model_name(element)
         if name in _BASES and self.terrain is not None:
-            raise element.fault(f"a world has one terrain, which line {self.terrain.place.line} already gives")
+            raise element.fault(f"a world has one terrain, and line {self.terrain.place.line} already gives it")
         if name in _BASES:
             self.terrain = element
         elif name in _TABLE["models"] and not (name in _WATER and has_model(name, self.file.parent)):

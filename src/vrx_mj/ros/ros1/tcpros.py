@@ -391,7 +391,7 @@ class Source:
         sent, own = header.get("md5sum", ""), md5sum(topic.type)
         if sent not in {"*", own}:
             kind = header.get("type", "?")
-            raise CommandError(f"it sends [{kind}/{sent}], but expected is [{topic.type}/{own}]")
+            raise CommandError(f"it sends [{kind}/{sent}], but this topic is [{topic.type}/{own}]")
         sender = header.get("callerid", "")[:LONGEST] or self.uri
         while True:
             await self._take(peer, sender, latching=header.get("latching") == "1")
@@ -527,5 +527,5 @@ class Client:
             answer: Any = asyncio.run(ask())
             code, _, result = answer
         except (*BROKEN, Fault, ValueError, TypeError) as error:
-            raise NetworkError(f"no answer of a ROS master at {self.uri}: {error}") from None
+            raise NetworkError(f"no answer from a ROS master at {self.uri}: {error}") from None
         return result if code == 1 else None

@@ -31,7 +31,7 @@ class _Unmarshaller(xmlrpc.client.Unmarshaller):
         self._depth += 1
         self._elements += 1
         if self._depth > _DEEPEST or self._elements > _MOST_ELEMENTS:
-            raise CommandError(f"more than {_DEEPEST} elements within each other, or {_MOST_ELEMENTS} in all")
+            raise CommandError(f"more than {_DEEPEST} nested elements, or {_MOST_ELEMENTS} in all")
         super().start(tag, dict(attrs))
 
     def end(self, tag: str) -> None:

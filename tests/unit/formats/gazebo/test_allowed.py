@@ -158,5 +158,5 @@ def test_a_launch_file_opens_without_packages_that_are_missing(monkeypatch):
 def test_a_world_of_a_package_that_is_missing_is_an_error(monkeypatch):
     monkeypatch.setenv(MISSING, "ignore")
     Path("my.launch").write_text(EMPTY_WORLD % "$(find bays)/worlds/bay.world", encoding="utf-8")
-    with pytest.raises(VrxError, match="no package named 'bays', in which it would be"):
+    with pytest.raises(VrxError, match="no package named 'bays', which would contain it"):
         read_launch(Path("my.launch"), {})

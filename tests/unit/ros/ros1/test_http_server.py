@@ -115,7 +115,7 @@ def test_what_is_no_http_is_closed(head):
         (PING.decode().replace("?>", " encoding='utf-16'?>").encode("utf-16")[:80], "not XML-RPC: ExpatError .*"),
         (
             b"<methodCall><methodName>a</methodName><params><param>" + b"<value><array><data>" * 50,
-            "more than 128 elements within each other, or 400000 in all",
+            "more than 128 nested elements, or 400000 in all",
         ),
         (
             b"<methodCall><methodName>a</methodName><params><param><value><i4>x</i4></value>",
