@@ -102,7 +102,7 @@ def test_of_a_hang_the_stack_is_told(found):
 @pytest.mark.slow
 @LINUX
 def test_a_seeded_share_of_all_files_is_used_or_refused(tmp_path):
-    printed(str(FUZZ / "run.py"), "--inputs", "28", "--seed", str(SEED), "--kinds", *LIGHT, "--keep", str(tmp_path))
+    printed(str(FUZZ / "run.py"), "--inputs", "20", "--seed", str(SEED), "--kinds", *LIGHT, "--keep", str(tmp_path))
 
 
 @LINUX
@@ -114,7 +114,7 @@ def test_a_larger_share_of_everything_is_used_or_refused_and_made_again_from_its
 
 @pytest.mark.slow
 def test_a_short_soak_finds_nothing():
-    printed(str(FUZZ / "soak.py"), "--boat-steps", "1e5", "--worlds", "ocean", "gymkhana", "vrx2023/wildlife_task")
+    printed(str(FUZZ / "soak.py"), "--boat-steps", "5e4", "--worlds", "ocean", "gymkhana", "vrx2023/wildlife_task")
 
 
 def test_the_page_names_every_kind_and_files_that_exist():

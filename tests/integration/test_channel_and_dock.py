@@ -34,7 +34,7 @@ def test_every_gate_of_a_path_is_crossed(world, points):
 @pytest.mark.parametrize(
     ("world", "seconds"),
     [
-        ("vrx2019/phase2/nav_challenge1", 16.6),  # wind of 8 m/s, haze
+        pytest.param("vrx2019/phase2/nav_challenge1", 16.6, marks=NIGHTLY),  # wind of 8 m/s, haze
         pytest.param("vrx2019/phase2/nav_challenge2", 22.9, marks=NIGHTLY),
     ],
 )
@@ -74,7 +74,7 @@ def test_a_chart_leads_through_the_gates_of_a_boat_without_a_camera():
 @pytest.mark.parametrize(
     ("world", "points"),
     [
-        ("vrx2019/phase2/dock1", 20.0),  # a floating dock 150 m off; the bay seen first is the wrong one
+        pytest.param("vrx2019/phase2/dock1", 20.0, marks=NIGHTLY),  # a floating dock 150 m off, a wrong bay seen first
         pytest.param("vrx2019/phase2/scan_and_dock1", 30.0, marks=NIGHTLY),  # its buoy 80 m off, beyond stones
         pytest.param("vrx2022/phase2/scan_dock_deliver3", 30.0, marks=NIGHTLY),
         ("vrx2023/phase2/scan_dock_deliver4", 30.0),  # waves of gain 0.6, in which a square looks askew

@@ -18,6 +18,9 @@ from vrx_mj.physics.thrust import rudder_force
 
 ROBOTS = [name for name in sorted(catalogue("robots")) if build_boat(Order(name)).thrusters]
 SYDNEY = {"latitude": -33.724223, "longitude": 150.679736}
+PROFILES = ("vrx", "vrx3", "marine")
+BY_DAY = {(robot, PROFILES[turn % 3]) for turn, robot in enumerate(ROBOTS)}
+"""Each robot in one profile: its own figures, and the profiles', are what differs."""
 GOAL = (60.0, 20.0)  # [m], some of it sideways; the boats start at the origin and look east
 
 
@@ -66,8 +69,14 @@ def distances(robot, profile, duration):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("profile", ["vrx", "vrx3", "marine"])
-@pytest.mark.parametrize("robot", ROBOTS)
+@pytest.mark.parametrize(
+    ("robot", "profile"),
+    [
+        pytest.param(robot, profile, marks=() if (robot, profile) in BY_DAY else pytest.mark.nightly)
+        for robot in ROBOTS
+        for profile in PROFILES
+    ],
+)
 def test_the_captain_brings_a_robot_to_its_goal_and_keeps_it_there(robot, profile):
     found, length = distances(robot, profile, 100.0), boat(robot, profile).hull.length
     assert found[600:].max() < 1.5 * length  # a minute is enough for all
