@@ -179,3 +179,11 @@ def test_a_world_uses_files_of_the_users_own(here):
         }
     )
     assert load_object(world.objects[0].model, world.objects[0].folder).mass == 2.0
+
+
+def test_parts_of_a_course_of_ours_are_those_of_the_current_folder_once_it_has_some(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    ours = load_object("obstacle_course").objects[0]
+    assert ours.config is load_object(ours.model)  # which is checked once
+    (tmp_path / f"{ours.model}.yaml").write_text("static: true\n", encoding="utf-8")
+    assert [ours.config.static, load_object("obstacle_course").objects[0].config.static] == [False, True]
