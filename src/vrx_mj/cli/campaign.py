@@ -90,8 +90,8 @@ def campaign(
 ) -> None:
     """Sail controllers in many worlds, and compare their scores. Every controller sails every world with every seed.
 
-    Trials run in processes of their own, so a crash does not affect the others. Ctrl-C keeps the finished trials. Run the
-    same command again to continue with the rest; failed trials run again.
+    A crash of one trial does not affect the others. Ctrl-C keeps the finished trials. Run the same command again to
+    continue with the rest; failed trials run again.
 
     Example: vrx-mj campaign my_boat:controller --worlds 'vrx2022/*' --seeds 0..9 --jobs 2 -o results/
     """

@@ -26,10 +26,8 @@ from vrx_mj.runtime.limits import ThreadPool, thread_count
 from vrx_mj.runtime.loop_arrays import LoopArrays
 from vrx_mj.runtime.row_tables import SEPARATE, Equilibrium, RowTables, Variation, allocating, check_memory, row_bytes
 from vrx_mj.runtime.rows import (
+    ROW_LOOPS,
     Rows,
-    advance_rows,
-    advance_rows_vrx,
-    advance_rows_vrx_sea,
     as_numbers,
     command_rows,
     observe_rows,
@@ -122,8 +120,7 @@ class Batch:
         self._thrusters, self._angles = np.array(columns, np.int64).reshape(-1, 2).T.copy()
         self._seeds, self._going = np.zeros(self.n, np.int64), np.ones(self.n, np.bool_)
         self._pace, self._turn = 1e-5, Turn("batch")
-        vrx = advance_rows_vrx_sea if arrays.has_many_waves else advance_rows_vrx
-        self._loop = vrx if arrays.vrx_only else advance_rows
+        self._loop = ROW_LOOPS[arrays.loop]
         with compile_notice(self._loop):
             self.reset(seed=seed)
             self.advance(0)

@@ -20,7 +20,7 @@ from vrx_mj.runtime.bodies import FreeBodies
 from vrx_mj.runtime.commands import CommandNames
 from vrx_mj.runtime.forces import RunCopy
 from vrx_mj.runtime.hull import Propeller, thrusters
-from vrx_mj.runtime.loop import advance, advance_vrx, advance_vrx_sea
+from vrx_mj.runtime.loop import LOOPS
 from vrx_mj.runtime.loop_arrays import LoopArrays
 from vrx_mj.runtime.sensing import Displays, Sensing
 from vrx_mj.runtime.state import (
@@ -176,8 +176,7 @@ class LiveWorld:
         """Give the loop the present arrays."""
         self._run = self.arrays.run(self.sampler.table, self.sampler.buffer)
         self.run_copy = cache(partial(RunCopy, self.arrays))
-        vrx = advance_vrx_sea if self.arrays.has_many_waves else advance_vrx
-        self._loop: Callable[..., int] = vrx if self.arrays.vrx_only else advance
+        self._loop: Callable[..., int] = LOOPS[self.arrays.loop]
 
     def _raise_divergence(self) -> None:
         self.sampler.drain()

@@ -98,6 +98,10 @@ def advance_vrx_sea(runs: Table, row: int, time: float, dt: float, steps: int) -
     return _advance(runs, row, time, dt, steps, None, wave_columns(a.waves, a.sea[0], 4))
 
 
+LOOPS = advance, advance_vrx, advance_vrx_sea
+"""For `LoopArrays.loop`."""
+
+
 @expanded_kernel
 def _advance(runs: Table, row: int, time: float, dt: float, steps: int, work: VesselWork | None, waves: Waves) -> int:
     """`advance`. Where `work` is None, numba leaves out the branches that need it."""

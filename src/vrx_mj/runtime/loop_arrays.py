@@ -294,9 +294,9 @@ class LoopArrays:
         return not (marine or len(self.links) or len(self.ropes))
 
     @property
-    def has_many_waves(self) -> bool:
-        """Whether several at a time are faster than one by one, what it takes to arrange them included."""
-        return len(self.waves) > WIDTH
+    def loop(self) -> int:
+        """Which of `LOOPS` advances the world: any, VRX's, or VRX's in more waves than one takes at a time."""
+        return 1 + (len(self.waves) > WIDTH) if self.vrx_only else 0
 
     def reset(self, seed: int) -> None:
         """Bring the state tables to their start and draw the run's noise streams from `seed`."""

@@ -171,6 +171,10 @@ def advance_rows_vrx_sea(
     _advance_rows(first, last, runs, qpos, qvel, time, done, going, dt, steps, advance_vrx_sea)
 
 
+ROW_LOOPS = advance_rows, advance_rows_vrx, advance_rows_vrx_sea
+"""For `LoopArrays.loop`."""
+
+
 @expanded_kernel
 def _advance_rows(
     first: int, last: int, runs: Table, qpos: FloatArray, qvel: FloatArray, time: FloatArray, done: IntArray,

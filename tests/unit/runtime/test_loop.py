@@ -181,8 +181,9 @@ def test_many_waves_at_a_time_change_no_bit(monkeypatch):
     described = {"physics": {"profile": "vrx"}, "sea": sea, "objects": [BUOY], "docks": [dock]}
     world = vrx_mj.compile_world(described, fleet=boats((0.0, 0.0, 0.3)))
     found = []
-    for many in (True, False):
-        monkeypatch.setattr(LoopArrays, "has_many_waves", many)
+    assert vrx_mj.Simulation(world)._live.arrays.loop == 2
+    for loop in (2, 1):
+        monkeypatch.setattr(LoopArrays, "loop", loop)
         sim, batch = vrx_mj.Simulation(world, seed=5), vrx_mj.Batch(world, 2, seed=5, threads=1)
         sim.step(duration=1.0)
         batch.advance(round(sim.time / sim.timestep))
