@@ -108,15 +108,16 @@ def test_workers_that_never_start_end_the_campaign(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("task", [None, "stationkeeping"])
 def test_rows_are_sailed_together_unless_their_world_has_a_task(tmp_path, monkeypatch, task):
-    together, trials = [], [replace(trial, rows=True) for trial in TRIALS[:3]]
+    sailed, trials = [], [replace(trial, rows=True) for trial in TRIALS[:3]]
 
-    def sailing(_root, chunk, *_):
-        together.append(len(chunk))
-        return SimpleNamespace(results=lambda: [Result(trial.cell, "finished") for trial in chunk])
+    def sailing(_root, chunk, *_, together):
+        sailed.append((len(chunk), together))
+        return SimpleNamespace(results=lambda: [Result(trial.cell, "finished") for trial in chunk], is_over=True)
 
     monkeypatch.setattr(worker, "TrialProcess", sailing)
     sailor = worker.Worker(tmp_path, None)
     sailor._open = trials[0].cell.world, trials[0].fleet
     sailor._warm = SimpleNamespace(world=SimpleNamespace(parameters=SimpleNamespace(task=task)))
     assert [result.cell for result in sailor.run(trials)] == [trial.cell for trial in trials]
-    assert together == ([3] if task is None else [1, 1, 1])
+    in_turn = [(2, False), (1, False), (1, False)]  # whether the second comes out alike alone; then the third
+    assert sailed == ([(3, True)] if task is None else in_turn)

@@ -15,7 +15,8 @@ from vrx_mj.runtime.state import STATE_VERSION, State
 from vrx_mj.tasks.frame import FrameLayout
 from vrx_mj.tasks.registry import make_referee
 
-TASK = task("stationkeeping", goal={"x": 0.0, "y": 0.0, "yaw": 0.0}, heading=False)
+GOAL = {"x": 0.0, "y": 0.0, "yaw": 0.0, "latitude": None, "longitude": None}
+TASK = task("stationkeeping", goal=GOAL, heading=False)
 TIMES = [0.05 * number for number in range(60)]
 
 

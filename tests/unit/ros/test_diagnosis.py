@@ -4,11 +4,13 @@ import math
 import re
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 import vrx_mj
 from ros_scene import call, run, served
 from trees import partial
+from vrx_mj.frames import quaternion
 from vrx_mj.physics.tables import NEWTONS
 from vrx_mj.ros import diagnosis
 from vrx_mj.ros.diagnosis import Diagnosis, TopicHints, meant_topic
@@ -16,6 +18,7 @@ from vrx_mj.ros.interface import Command
 from vrx_mj.ros.messages import new
 from vrx_mj.ros.table import make_tables
 from vrx_mj.ros.table.tasks import elsewhere, topics_of
+from vrx_mj.runtime.observation import BoatObservation
 
 
 @pytest.mark.parametrize(
@@ -152,11 +155,17 @@ def test_commands_are_too_rare_if_each_comes_after_the_one_before_has_run_out(ga
     assert len(lines) == told
 
 
+def turned(roll, pitch=0.0, spin=0.0):
+    """What is seen of a boat at the origin [rad, rad/s]."""
+    attitude = np.array(quaternion(roll, pitch, 0.7))
+    return BoatObservation(np.zeros(3), attitude, np.zeros(3), np.array([0.0, 0.0, spin]))
+
+
 @pytest.mark.parametrize(("roll", "pitch", "told"), [(0.4, 1.5, 0), (1.5, -0.3, 0), (3.0, 0.2, 1), (-2.0, 0.0, 1)])
 def test_a_boat_has_capsized_when_its_mast_points_down(roll, pitch, told):
     sim, lines = Quiet(), []
     diagnosis = Diagnosis(sim, lambda _level, text: lines.append(text))
-    sim.observe = lambda: {"a": SimpleNamespace(roll=roll, pitch=pitch, angular_velocity=(0, 0, 1))}
+    sim.observe = lambda: {"a": turned(roll, pitch, spin=1.0)}
     diagnosis.look()
     assert len(lines) == told
 
@@ -166,7 +175,7 @@ def test_a_boat_that_capsized_is_said_to_be_upright_before_it_capsizes_again():
     watch = Diagnosis(sim, lambda level, text: lines.append((level, text.partition(": ")[2].partition(";")[0])))
     for number, roll in enumerate((0.0, 2.0, 2.0, 0.0, 0.0, 2.0)):
         sim.time = float(number + 1)
-        sim.observe = lambda roll=roll: {"a": SimpleNamespace(roll=roll, pitch=0.0, angular_velocity=(0, 0, 0))}
+        sim.observe = lambda roll=roll: {"a": turned(roll)}
         watch.look()
     capsized = ("WARN", "a has capsized")
     assert lines == [capsized, ("INFO", "a is upright again"), capsized]
@@ -179,7 +188,7 @@ def test_a_boat_that_capsized_is_said_to_be_upright_before_it_capsizes_again():
 def test_a_boat_is_aground_once_until_it_is_free_for_ten_seconds(monkeypatch, touches, told):
     sim, lines, looks = Quiet(), [], iter(touches)
     monkeypatch.setattr(diagnosis, "_touching_land", lambda _: {"a"} if next(looks) == "1" else set())
-    sim.observe = lambda: {"a": SimpleNamespace(roll=0.0, pitch=0.0, angular_velocity=(0, 0, 0))}
+    sim.observe = lambda: {"a": turned(0.0)}
     watch = Diagnosis(sim, lambda _level, text: lines.append(text))
     for number in range(len(touches)):
         sim.time = float(number + 1)

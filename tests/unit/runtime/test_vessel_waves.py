@@ -222,8 +222,8 @@ def test_diffraction_is_smooth_between_the_frequencies_of_a_file(tmp_path):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"displacement": 3000.0}, "displaces 3000 kg, and the boat has 4100 kg: more than 20% apart; "),
-        ({"waterline": 0.15}, "the water at z = 0.15 m, and the boat's is at 0 m, with a draft of 0.5 m: "),
+        ({"displacement": 3000.0}, "displaces 3000 kg, but the boat has 4100 kg: more than 20% apart; "),
+        ({"waterline": 0.15}, "the water at z = 0.15 m, but the boat's is at 0 m, with a draft of 0.5 m: "),
     ],
 )
 def test_a_file_of_another_hull_is_refused_with_both_numbers(tmp_path, changes, message):
