@@ -25,13 +25,15 @@ class Hull:
     """Height up to which the bottom paint goes; above it the mesh `hull` is seen."""
     water: bool = False
     """Whether there is a closed, coarser mesh `water` for the water's pressure."""
+    mirrored: bool = False
+    """Whether the triangles of `water` are the same on both sides; those of two hulls are each other's mirror image."""
     powers: tuple[float, float] | None = None
     """a and b of a mesh `water` alone, whose breadth at the height h over a level keel is beam (1 - |2 x / L|^a)
     (h / draft)^b up to the water: waterplane coefficient a / (a + 1), block coefficient that over 1 + b."""
 
 
 HULLS = {
-    "skiff": Hull(length=2.4, beam=0.72, depth=0.42, keel=0.0, bottom=0.12),
+    "skiff": Hull(length=2.4, beam=0.72, depth=0.42, keel=0.0, bottom=0.12, water=True, mirrored=True),
     "otter": Hull(length=2.0, beam=0.25, depth=0.4, keel=-0.195, bottom=0.2),  # one of two
     "otter_hydro": Hull(length=2.0, beam=0.25, depth=0.4, keel=-0.195, bottom=0.2, powers=(3.0, 0.875)),
     "heron": Hull(length=1.35, beam=0.193, depth=0.32, keel=-0.12, bottom=0.12, water=True),  # one of two
@@ -81,8 +83,11 @@ def closed(hull: Hull) -> trimesh.Trimesh:
     faces = [(0, i, i + 1) for i in range(1, n - 1)]
     for a in range(0, (stations - 1) * n, n):
         for i in range(n):
-            k = (i + 1) % n
-            faces += [(a + i, a + n + i, a + k), (a + k, a + n + i, a + n + k)]
+            own, k = a + i, a + (i + 1) % n
+            if hull.mirrored and n // 2 <= i < n - 1:
+                faces += [(own, own + n, k + n), (own, k + n, k)]
+            else:
+                faces += [(own, own + n, k), (k, own + n, k + n)]
     last = (stations - 1) * n
     faces += [(last, last + i + 1, last + i) for i in range(1, n - 1)]
     return trimesh.Trimesh(np.concatenate(rings), faces, process=False)

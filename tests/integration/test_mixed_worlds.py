@@ -12,7 +12,7 @@ import vrx_mj
 APART = 400.0
 """Between two things [m]: nothing touches, and no rope reaches another."""
 SECONDS = 4.0
-ROBOTS = ("wamv", "otter", "heron", "skiff", "blueboat", "barge_4m", "sphere", "cylinder")
+ROBOTS = ("wamv", "wamv_stereo", "otter", "heron", "skiff", "blueboat", "barge_4m", "sphere", "cylinder")
 FLOATING = ("robotx_light_buoy", "surmark46104", "mb_round_buoy_black", "crocodile_static")
 SEAS = (
     {"model": "none"},

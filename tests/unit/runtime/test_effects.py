@@ -10,7 +10,7 @@ from vrx_mj.runtime.effects import EFFECTS, Hulls
 KINDS = {
     "vrx": ("vrx", "wamv", Hulls.STATIONS),
     "vrx3": ("vrx3", "wamv", Hulls.STATIONS),
-    "marine, stations": ("marine", "skiff", Hulls.STATIONS),
+    "marine, stations": ("marine", "wamv_stereo", Hulls.STATIONS),
     "marine, mesh": ("marine", "wamv", Hulls.VESSELS),
     "marine, panels of Capytaine": ("marine", "barge_4m", Hulls.VESSELS),
 }

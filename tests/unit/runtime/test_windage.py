@@ -39,7 +39,7 @@ def test_a_beam_wind_drifts_a_boat_as_fast_as_drag_lets_it(tmp_path):
     sim = Simulation(world_of(skiff(tmp_path, THREE)))
     (boat,) = sim.boats
     drift = brentq(lambda v: 0.5 * 1.225 * 1.1 * 0.9 * (10.0 - v) ** 2 - 60.0 * v - 220.0 * v * v, 0.0, 10.0)
-    sim.set_boat(boat, pose=(0, 0, 0, 0, 0, 0), velocity=(0, drift, 0, 0, 0, 0))
+    sim.set_boat(boat, pose=(0, 0, -0.08, 0, 0, 0), velocity=(0, drift, 0, 0, 0, 0))
     forces = sim.forces(boat)
     assert forces["wind"][1] == pytest.approx(-forces["drag"][1], rel=1e-3)
     assert forces["wind"][3] < 0.0 < forces["wind"][1]  # it heels to lee

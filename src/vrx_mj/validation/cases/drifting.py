@@ -86,8 +86,7 @@ def swell_adrift() -> Outcome:
     """A boat adrift in a long swell.
 
     Robots without commands in a regular wave of 20 s, 2.48 m in amplitude and 4.96 m from trough to crest: their
-    way over 20 periods, after 10. The skiff has VRX's lift; the WAM-V and the Heron are meshes, the Otter is
-    matrices.
+    way over 20 periods, after 10. The skiff, the WAM-V and the Heron are meshes, the Otter is matrices.
 
     Reference: A boat that is short beside the wave drifts with it, by about the water's drift at the surface, omega
     k a^2 (Stokes, 1847), 0.019 m/s; the band is up to three times this. In VRX it drifts against the waves.

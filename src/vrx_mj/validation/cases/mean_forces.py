@@ -26,11 +26,8 @@ from vrx_mj.validation.rows import Comparison, Outcome, case, folder
 from vrx_mj.validation.rows import rows as table_rows
 from vrx_mj.validation.setups import GRAVITY, marine_world, only_boat, packaged_simulation, record, with_boat_at
 
-_FREE = tuple(
-    (robot, *way)
-    for robot in ("barge_10m", "barge_4m", "blueboat", "cylinder", "heron", "kingfisher", "otter", "wamv")
-    for way in (("stern to it", 0.0), ("beam to it", 0.5 * math.pi))
-)
+_ROBOTS = "barge_10m", "barge_4m", "blueboat", "cylinder", "heron", "kingfisher", "otter", "wamv", "cora", "skiff"
+_FREE = tuple((robot, *way) for robot in _ROBOTS for way in (("stern to it", 0.0), ("beam to it", 0.5 * math.pi)))
 """Robots with a hull of their own that something brakes, and their headings [rad]."""
 _SWELL = {"model": "regular", "height": 0.8, "period": 6.0, "ramp": 12.0}
 _SEA = {"model": "jonswap", "significant_height": 0.3, "peak_period": 4.0, "direction": [1.0, 0.0], "ramp": 20.0}
