@@ -8,6 +8,7 @@ on with the next one after a trial that leaves nothing behind.
 import contextlib
 import ctypes
 import faulthandler
+import logging
 import math
 import multiprocessing
 import os
@@ -284,6 +285,7 @@ class ProcessState:
         self._modules = frozenset(sys.modules)
         self._packages = {name.partition(".")[0] for name in self._modules}
         self._environ, self._folder, self._paths = dict(os.environ), Path.cwd(), sys.path[:]
+        self._loggers, self._handlers = frozenset(logging.root.manager.loggerDict), logging.root.handlers[:]
         self._drawn, self._np_drawn, self._np_errors = random.getstate(), np.random.get_state(), np.geterr()  # noqa: NPY002
 
     def restored(self) -> bool:
@@ -296,6 +298,9 @@ class ProcessState:
             os.environ.update(self._environ)
         os.chdir(self._folder)
         sys.path[:] = self._paths
+        logging.root.handlers[:] = self._handlers
+        for name in logging.root.manager.loggerDict.keys() - self._loggers:
+            del logging.root.manager.loggerDict[name]
         random.setstate(self._drawn)
         np.random.set_state(self._np_drawn)  # noqa: NPY002
         np.seterr(**self._np_errors)

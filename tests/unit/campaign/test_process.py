@@ -1,5 +1,6 @@
 """How a trial's process ended, in words, and whether it can go on with another trial."""
 
+import logging
 import os
 import random
 import signal
@@ -31,7 +32,7 @@ def alone(monkeypatch, tmp_path):
 
 
 def test_a_process_that_goes_on_is_as_it_was(alone, monkeypatch, tmp_path):
-    before, drawn = ProcessState(), set()
+    before, drawn, handlers = ProcessState(), set(), logging.root.handlers[:]
     for calls in range(2):
         drawn.add((random.random(), np.random.random()))  # noqa: NPY002
         boat = import_module("team.boat")
@@ -40,9 +41,13 @@ def test_a_process_that_goes_on_is_as_it_was(alone, monkeypatch, tmp_path):
         os.environ["MOOD"], old = "good", np.seterr(all="ignore")
         os.chdir("team")
         sys.path.insert(0, "somewhere")
+        for log in (logging.getLogger("team.boat"), logging.root):
+            log.addHandler(logging.NullHandler())
+        assert len(logging.getLogger("team.boat").handlers) == 1
         assert before.restored()
         assert ("MOOD" in os.environ, Path.cwd(), np.geterr()) == (False, tmp_path, old)
         assert "somewhere" not in sys.path
+        assert logging.root.handlers == handlers
         assert not {"team", "team.boat"} & sys.modules.keys()
     assert len(drawn) == 1
 
