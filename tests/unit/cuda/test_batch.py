@@ -31,10 +31,9 @@ def test_rows_in_the_simulator_are_those_of_the_cpu_to_the_bit():
     assert text == "invalid commands 'x': an array of numbers is needed"
 
 
-BY_NIGHT = [pytest.param((loop,), marks=pytest.mark.nightly) for loop in ("advance_vrx", "advance_marine")]
-
-
-@pytest.mark.parametrize("kernels", [("command", "write_rows"), *BY_NIGHT])
+@pytest.mark.parametrize(
+    "kernels", [("advance_vrx", "command", "write_rows"), pytest.param(("advance_marine",), marks=pytest.mark.nightly)]
+)
 def test_what_a_thread_does_compiles_for_the_processor(kernels):
     """In float64, with fused products, and without calls of functions that are not there."""
     counts = run(str(HERE / "ptx.py"), *kernels)
