@@ -272,7 +272,7 @@ def _sail_here(
         if trial is not trials[0] and results[0].has_failed:
             break  # another process sees whether it fails there
         row.send(results)
-        if together or results[0].has_failed or not before.restored():
+        if together or results[0].has_failed or not before.restore():
             break
     row.close()
     os._exit(0)  # nothing that the controller left running may keep it
@@ -288,8 +288,8 @@ class ProcessState:
         self._loggers, self._handlers = frozenset(logging.root.manager.loggerDict), logging.root.handlers[:]
         self._drawn, self._np_drawn, self._np_errors = random.getstate(), np.random.get_state(), np.geterr()  # noqa: NPY002
 
-    def restored(self) -> bool:
-        """Have it again as it was, with modules that were loaded since forgotten; whether that leaves nothing behind.
+    def restore(self) -> bool:
+        """Put it back as it was and forget modules loaded since; whether nothing is left behind.
 
         What modules of known packages hold, and those in machine code, would be shared; children and threads go on.
         """

@@ -44,7 +44,7 @@ def test_a_process_that_goes_on_is_as_it_was(alone, monkeypatch, tmp_path):
         for log in (logging.getLogger("team.boat"), logging.root):
             log.addHandler(logging.NullHandler())
         assert len(logging.getLogger("team.boat").handlers) == 1
-        assert before.restored()
+        assert before.restore()
         assert ("MOOD" in os.environ, Path.cwd(), np.geterr()) == (False, tmp_path, old)
         assert "somewhere" not in sys.path
         assert logging.root.handlers == handlers
@@ -61,7 +61,7 @@ def test_a_process_in_which_something_is_left_does_not_go_on(alone, monkeypatch,
         monkeypatch.setattr(os, "waitpid", lambda *_: (0, 0))
     else:
         monkeypatch.setitem(sys.modules, left, ModuleType(left))
-    assert not before.restored()
+    assert not before.restore()
 
 
 @pytest.mark.parametrize(
