@@ -41,6 +41,7 @@ class Mutant:
 
 
 def mutants() -> list[Mutant]:
-    """All mutants, in the order of the file."""
-    files = yaml.safe_load(LIST.read_text(encoding="utf-8"))
-    return [Mutant(file=file, **item) for file, items in files.items() for item in items]
+    """All mutants, in the order of the file, where a source may stand more than once."""
+    files = yaml.compose(LIST.read_text(encoding="utf-8")).value
+    items = [(file.value, item.value) for file, listed in files for item in listed.value]
+    return [Mutant(file=file, **{key.value: text.value for key, text in item}) for file, item in items]
