@@ -17,9 +17,10 @@ from typing import TypeVar
 
 from vrx_mj.cache_folder import chosen_folder
 from vrx_mj.errors import ConfigError, Problem, VrxError, VrxWarning
-from vrx_mj.foreign.cache import is_valid, keep, stored_answer
+from vrx_mj.foreign.confinement import state
 from vrx_mj.foreign.plain import Answer, Job, pack, unpack, validate
 from vrx_mj.foreign.reader import NOTES, READER, TEXT, TIME, ReaderError
+from vrx_mj.outputs import write_file
 
 PACKAGE = "vrx_mj"
 _MEMORY, _SECONDS, ANSWER = 512 << 20, 10, 128 << 20
@@ -212,3 +213,49 @@ def _error(name: str, arguments: object) -> VrxError:
     if name == ConfigError.__name__:
         return ConfigError(*validate(arguments, tuple[tuple[Problem, ...]]))
     return kinds.get(name, VrxError)(*validate(arguments, list[object]))
+
+
+LARGEST = 256 << 20
+"""Bytes that are kept; the oldest go first."""
+_trimmed: list[Path] = []
+"""Folders from which this process has removed what was too old."""
+_DIGEST = 32
+"""Bytes of the digest in front of a file."""
+
+
+def is_valid(files: Mapping[str, tuple[str, str]]) -> bool:
+    """Whether all paths are as they were."""
+    return all(state(use, path) == before for path, (use, before) in files.items())
+
+
+def stored_answer(folder: Path, key: str) -> bytes | None:
+    """The answer of a key; None without a whole one."""
+    with contextlib.suppress(OSError):
+        content = (folder / key).read_bytes()
+        if hashlib.blake2b(content[_DIGEST:], digest_size=_DIGEST).digest() == content[:_DIGEST]:
+            os.utime(folder / key)
+            return content[_DIGEST:]
+    return None
+
+
+def keep(folder: Path, key: str, answer: bytes) -> None:
+    """Keep an answer whole, or not at all; a full disk is no error. The first of a process removes the oldest."""
+    content = hashlib.blake2b(answer, digest_size=_DIGEST).digest() + answer
+    with contextlib.suppress(OSError, VrxError):
+        write_file(folder / key, content, "an answer")
+        if not _trimmed:
+            _trimmed.append(folder)
+            _trim(folder)
+
+
+def _trim(folder: Path) -> None:
+    """Remove the oldest files until those that are left are small enough."""
+    with os.scandir(folder) as entries:
+        found = sorted((entry.stat().st_mtime_ns, entry.stat().st_size, entry.path) for entry in entries)
+    total = sum(size for _, size, _ in found)
+    for _, size, path in found:
+        if total <= LARGEST:
+            return
+        total -= size
+        with contextlib.suppress(OSError):
+            Path(path).unlink()

@@ -82,7 +82,7 @@ def _start_job(text: bytes, streams: Sequence[BinaryIO], libraries: list[str]) -
 def _prepare(job: Job) -> None:
     """Import what a job needs, if that starts no threads, which a copy has not; where it fails the job says so."""
     with contextlib.suppress(Exception):
-        import_module("vrx_mj.foreign.work")
+        import_module("vrx_mj.foreign.confinement")
         if not job["limits"]["threads"]:
             import_module(job["module"])
 
@@ -100,7 +100,7 @@ def _relay(pid: int, source: int, answers: BinaryIO) -> None:
 
 def _job_answer(job: Job, libraries: list[str]) -> bytes:
     """The answer to a job."""
-    from vrx_mj.foreign.work import answer
+    from vrx_mj.foreign.confinement import answer
 
     return answer(job, libraries)
 

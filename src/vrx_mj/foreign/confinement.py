@@ -8,15 +8,20 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
+import hashlib
 import os
 import stat
 import struct
 import sys
+import warnings
 from collections.abc import Callable, Iterator, Sequence
+from functools import lru_cache
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from vrx_mj.foreign.plain import Limits
+from vrx_mj.errors import VrxError, VrxWarning
+from vrx_mj.foreign.plain import Answer, Job, Limits, pack
 from vrx_mj.unix import resource
 
 _ALLOWED_EVENTS = {
@@ -208,3 +213,68 @@ def lock_calls() -> bool:
     prctl = ctypes.CDLL(None).prctl
     prctl(_NO_NEW_PRIVS, 1, 0, 0, 0)
     return bool(prctl(_SET_SECCOMP, _FILTER, header, 0, 0) == 0)
+
+
+def state(use: str, path: str) -> str:
+    """The digest of what was read of a path, or what it is."""
+    try:
+        found = os.stat(path)  # noqa: PTH116 - a path is a text here
+        if use == READ and stat.S_ISREG(found.st_mode):
+            return _content(path, (found.st_mtime_ns, found.st_size, found.st_ino))
+        if use == LISTED and stat.S_ISDIR(found.st_mode):
+            return hashlib.sha256("\0".join(sorted(os.listdir(path))).encode("utf-8", "surrogateescape")).hexdigest()  # noqa: PTH208
+        return "folder" if stat.S_ISDIR(found.st_mode) else "file"
+    except (OSError, ValueError):
+        return "missing"
+
+
+@lru_cache(maxsize=4096)
+def _content(path: str, _stamp: tuple[int, int, int]) -> str:
+    return hashlib.sha256(Path(path).read_bytes()).hexdigest()
+
+
+_SYSTEM = ("/lib", "/lib64", "/usr/lib", "/usr/lib64", "/etc/ld.so.cache", "/proc/self/status")
+"""Where native libraries are that an import may load, and what says how much memory this process has."""
+
+
+def answer(job: Job, libraries: list[str]) -> bytes:
+    """The block with what a job comes to: `value`, `error` or `_fault`, `warnings` and `files`."""
+    try:
+        os.chdir(job["folder"])
+        lock_files([*job["reads"], *libraries, *_SYSTEM])  # of threads too, which imports may start
+        lock_calls()
+        function = getattr(import_module(job["module"]), job["function"])
+        log = confine(job["reads"], libraries, job["limits"])
+        if job["each"] is None:
+            found = _outcome(function, job["arguments"])
+        else:
+            found = {"value": [_outcome(function, each) for each in job["each"]], "warnings": []}
+        with log.silent():
+            seen = {path: (use, state(use, path)) for path, (use, _) in log.paths.items()}
+            found["files"] = seen if log.is_unchanged() else None
+        return pack(found)
+    except BaseException as error:  # whatever a file makes of a reader
+        return pack({"fault": _fault(error, job["limits"]["memory"])})
+
+
+def _outcome(function: Callable[..., object], arguments: Sequence[object]) -> Answer:
+    """Call a function: what it returns or raises, and its warnings."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("ignore")
+        warnings.simplefilter("always", VrxWarning)
+        try:
+            found: Answer = {"value": function(*arguments), "warnings": []}
+        except VrxError as error:
+            found = {"error": (type(error).__name__, error.__reduce__()[1]), "warnings": []}
+    found["warnings"] = [str(one.message) for one in caught]
+    return found
+
+
+def _fault(error: BaseException, memory: int) -> str:
+    """One line about an exception."""
+    if isinstance(error, MemoryError):
+        return f"it takes more than {memory >> 20} MiB of memory"
+    if isinstance(error, RecursionError):
+        return "it is nested too deeply"
+    words = str(error).strip().splitlines()
+    return f"{type(error).__name__}: {words[0]}" if words else type(error).__name__

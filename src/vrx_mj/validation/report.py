@@ -18,15 +18,11 @@ from vrx_mj.draw.chart import Chart, Series, chart_svg, page_environment
 from vrx_mj.errors import UnknownNameError, VrxError, VrxWarning
 from vrx_mj.outputs import write_files
 from vrx_mj.validation.cases import (
-    contacts,
     drifting,
-    flume,
     hulls,
     mean_forces,
-    otter,
     pressures,
     propellers,
-    resolution,
     runs,
     spheres,
     vrx,
@@ -177,10 +173,7 @@ def write_report(folder: Path, results: Sequence[Result], left_out: Sequence[Cas
     return folder / PAGE
 
 
-_SUBJECTS = (
-    waves, hulls, contacts, pressures, resolution, otter, propellers, spheres, drifting, mean_forces, flume, winds,
-    runs, vrx,
-)  # fmt: skip
+_SUBJECTS = waves, hulls, pressures, propellers, spheres, drifting, mean_forces, winds, runs, vrx
 CASES = tuple(each for subject in _SUBJECTS for each in vars(subject).values() if isinstance(each, Case))
 """All of them."""
 

@@ -14,7 +14,7 @@ import pytest
 
 from foreign_jobs.tricks import Row
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxWarning
-from vrx_mj.foreign import ReaderError, ask, ask_ahead, asking, budget, cache, reader, spend
+from vrx_mj.foreign import ReaderError, ask, ask_ahead, asking, budget, reader, spend
 
 LINUX = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the limits are those of Linux")
 LOCKS = "from vrx_mj.foreign.confinement import lock_files; raise SystemExit(not lock_files(['/']))"
@@ -438,9 +438,9 @@ def test_a_full_disk_keeps_nothing(inside, monkeypatch, tmp_path):
 
 
 def test_the_oldest_answers_go(inside, monkeypatch, tmp_path):
-    monkeypatch.setattr(cache, "LARGEST", 2000)
+    monkeypatch.setattr(asking, "LARGEST", 2000)
     for number in range(20):
-        cache._trimmed.clear()
+        asking._trimmed.clear()
         (inside / f"{number}.txt").write_text("x" * 300, encoding="utf-8")
         told("content", str(inside / f"{number}.txt"), reads=[inside], cached=True)
         time.sleep(0.002)

@@ -7,7 +7,7 @@ from unittest.mock import patch
 import pytest
 import xacro
 
-from vrx_mj.foreign import work
+from vrx_mj.foreign import confinement
 from vrx_mj.foreign.confinement import AccessLog
 from vrx_mj.foreign.reader import READER
 
@@ -32,14 +32,14 @@ class _NoLog(AccessLog):
 def _answer(job, _):
     """The answer to a job; what it changes of `xacro` is put back."""
     with patch.dict(vars(xacro)):
-        return work.answer(json.loads(json.dumps(job, default=os.fspath)), [])
+        return confinement.answer(json.loads(json.dumps(job, default=os.fspath)), [])
 
 
 @pytest.fixture
 def in_this_process(monkeypatch):
     """Readers run in this process: each in a copy of another takes ten times as long."""
     for name, stand_in in (("lock_files", id), ("lock_calls", bool), ("confine", lambda *_: _NoLog())):
-        monkeypatch.setattr(work, name, stand_in)
+        monkeypatch.setattr(confinement, name, stand_in)
     monkeypatch.setattr(READER, "answer", _answer)
 
 
