@@ -68,7 +68,7 @@ def compile_(
 
     Example: vrx-mj compile example_course --fleet trio -o course/scene.xml
     """
-    from vrx_mj.mjcf.simulators import SIMULATORS
+    from vrx_mj.mjcf.world import SIMULATORS
 
     compiled = compile_source(world, arguments, fleet=fleet, seed=seed, nudge=nudge)
     scene = compiled.save(output, simulator=simulator)

@@ -235,7 +235,7 @@ def read_hull(mesh: Path, scale: float) -> "FloatArray":
     Raises:
         VrxError: it cannot be read, or parts of it are inside out.
     """
-    from vrx_mj.config.solids import solid_of_mesh
+    from vrx_mj.config.shapes import solid_of_mesh
     from vrx_mj.formats.urdf.meshes import read_mesh
     from vrx_mj.mjcf.surfaces import checked_surface
 

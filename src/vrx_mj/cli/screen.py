@@ -54,7 +54,7 @@ def warn_once() -> Callable[..., None]:
 
 def score_line(name: str, kind: str, state: str, score: float | None, collisions: int, timed_out: bool) -> str:
     """The result of a task of a kind in one line."""
-    from vrx_mj.tasks.frame import score_text
+    from vrx_mj.tasks.referee import score_text
     from vrx_mj.tasks.registry import TASK_KINDS
 
     meaning, hits = TASK_KINDS[kind], f"{collisions} collision{'' if collisions == 1 else 's'}"

@@ -14,9 +14,8 @@ from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, ValidationError,
 from pydantic.fields import FieldInfo
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
-from vrx_mj.config.tree import Section
+from vrx_mj.config.tree import Section, fault, literal, one_of, unknown_key
 from vrx_mj.config.values import NumberOf
-from vrx_mj.config.wording import fault, literal, one_of, unknown_key
 
 Fault = tuple[tuple[str | int, ...], str | PydanticCustomError]
 """A mistake inside the value at hand: its path from here, and the message or the error."""

@@ -23,7 +23,7 @@ from vrx_mj.config.base import Config, Fault, InFolder, Only, duplicate_names, f
 from vrx_mj.config.loading import loads, referenced_file
 from vrx_mj.config.search import display
 from vrx_mj.config.shapes import Size
-from vrx_mj.config.tree import Items
+from vrx_mj.config.tree import Items, fault, literal, one_of
 from vrx_mj.config.values import (
     COLORS,
     Name,
@@ -37,7 +37,6 @@ from vrx_mj.config.values import (
     numbers,
     several,
 )
-from vrx_mj.config.wording import fault, literal, one_of
 from vrx_mj.config.yaml_text import find_lookalikes, read_lines
 from vrx_mj.errors import ConfigError, Problem, VrxError
 from vrx_mj.frames import apply, rotation

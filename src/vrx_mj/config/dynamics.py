@@ -20,6 +20,7 @@ from vrx_mj.config.base import Config, Fault, InFolder, Only, column_faults, exc
 from vrx_mj.config.loading import fault_text, loads
 from vrx_mj.config.search import ReadingError, contained_file, read_limited
 from vrx_mj.config.shapes import Shape
+from vrx_mj.config.tree import fault, literal
 from vrx_mj.config.values import (
     Coordinate,
     NonNegative,
@@ -32,7 +33,6 @@ from vrx_mj.config.values import (
     demand,
     numbers,
 )
-from vrx_mj.config.wording import fault, literal
 from vrx_mj.errors import VrxError
 from vrx_mj.model import kinds
 from vrx_mj.model.boats import MOST_SKEGS, MOST_STRIPS, Command, Hull, Propeller, Thruster, Vessel

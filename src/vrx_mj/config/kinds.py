@@ -16,8 +16,7 @@ from pathlib import Path
 from pkgutil import resolve_name
 from typing import Any, Literal, NamedTuple
 
-from vrx_mj.config.tree import Section, merge, of_python
-from vrx_mj.config.wording import one_of
+from vrx_mj.config.tree import Section, merge, of_python, one_of
 from vrx_mj.constants import STANDARD_GRAVITY
 
 _HEAD = 4000

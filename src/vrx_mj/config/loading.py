@@ -15,8 +15,21 @@ from pydantic_core.core_schema import ValidationInfo
 from vrx_mj.config.base import Config
 from vrx_mj.config.kinds import KINDS, function_of, other_kind
 from vrx_mj.config.search import catalogue, contained_file, display, find, in_vrx, is_path, near_names, of_format
-from vrx_mj.config.tree import File, Loc, Place, Section, key_path, locate, merge, of_python
-from vrx_mj.config.wording import PYDANTIC, choice, fault, literal, unknown_key
+from vrx_mj.config.tree import (
+    PYDANTIC,
+    File,
+    Loc,
+    Place,
+    Section,
+    choice,
+    fault,
+    key_path,
+    literal,
+    locate,
+    merge,
+    of_python,
+    unknown_key,
+)
 from vrx_mj.config.yaml_text import parse, read_lines
 from vrx_mj.errors import ConfigError, Problem, VrxError
 

@@ -16,8 +16,8 @@ from vrx_mj.config.dynamics import Row
 from vrx_mj.config.kinds import wrong_kind
 from vrx_mj.config.loading import Loading, read_file, validate
 from vrx_mj.config.search import ReadingError, display, read_limited
+from vrx_mj.config.tree import choice, literal
 from vrx_mj.config.values import NonNegative, Number, Pose, Positive
-from vrx_mj.config.wording import choice, literal
 from vrx_mj.errors import ConfigError, VrxError, shorten
 from vrx_mj.model.kinds import Seed
 

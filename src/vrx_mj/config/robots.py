@@ -23,10 +23,9 @@ from vrx_mj.config.kinds import NEWER
 from vrx_mj.config.loading import Loading, loads, read_source, referenced_file, validate
 from vrx_mj.config.search import WORLD_SUFFIXES, contained_file
 from vrx_mj.config.sensors import SensorConfig
-from vrx_mj.config.tree import File, Section, merge, of_python
+from vrx_mj.config.tree import File, Section, literal, merge, of_python
 from vrx_mj.config.values import Name, NonNegative, Number, NumberOf, Positive, Switch, Vec3, demand, numbers
 from vrx_mj.config.weather import WindageConfig
-from vrx_mj.config.wording import literal
 from vrx_mj.errors import UnknownNameError, VrxError
 from vrx_mj.model.boats import Battery, Hull, Thruster
 from vrx_mj.model.kinds import Share

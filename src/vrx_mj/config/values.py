@@ -10,7 +10,7 @@ from typing import Annotated, Any, Union, get_args, get_origin
 from annotated_types import GroupedMetadata, Gt
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field
 
-from vrx_mj.config.wording import fault, literal
+from vrx_mj.config.tree import fault, literal
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.model.kinds import Latitude, Longitude, Share
 

@@ -16,9 +16,8 @@ from pydantic import Field, model_validator
 from vrx_mj.config.base import Config, Fault, InFolder, Only, column_faults, exclusive
 from vrx_mj.config.loading import loads
 from vrx_mj.config.search import contained_file
-from vrx_mj.config.tree import Section
+from vrx_mj.config.tree import Section, literal
 from vrx_mj.config.values import MAX_NUMBER, NonNegative, Number, NumberOf, Positive, Vec3, demand, numbers
-from vrx_mj.config.wording import literal
 from vrx_mj.config.yaml_text import read_lines
 from vrx_mj.constants import SEA_WATER_DENSITY
 from vrx_mj.errors import VrxError

@@ -21,10 +21,9 @@ from vrx_mj.config.robots import Arguments, load_robot
 from vrx_mj.config.search import find_terrain
 from vrx_mj.config.shapes import Size
 from vrx_mj.config.tasks import Task
-from vrx_mj.config.tree import Loc, Section
+from vrx_mj.config.tree import Loc, Section, fault, literal
 from vrx_mj.config.values import Cartesian, Color, NonNegative, Number, Pose, Switch, as_switch, by_type, demand
 from vrx_mj.config.weather import CurrentConfig, SeaConfig, WindConfig
-from vrx_mj.config.wording import fault, literal
 from vrx_mj.constants import GRAVITY, LONGEST_STEP, SHORTEST_STEP
 from vrx_mj.errors import VrxWarning
 from vrx_mj.frames import Geodetic

@@ -20,8 +20,7 @@ from yaml.composer import Composer
 from yaml.nodes import MappingNode, Node, ScalarNode
 
 from vrx_mj.config.search import ReadingError, display, read_limited
-from vrx_mj.config.tree import DEEPEST, Entry, File, Items, Loc, Place, Section, key_path
-from vrx_mj.config.wording import PYYAML, literal
+from vrx_mj.config.tree import DEEPEST, PYYAML, Entry, File, Items, Loc, Place, Section, key_path, literal
 from vrx_mj.errors import ConfigError, Problem
 
 _PLAIN = {

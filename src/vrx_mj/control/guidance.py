@@ -6,9 +6,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from itertools import permutations
 from typing import TYPE_CHECKING, NamedTuple
 
-from vrx_mj.control.allocation import Allocation
 from vrx_mj.control.navigation import Estimate, Point, beside, in_axes, polar
-from vrx_mj.control.velocity import Craft, clamp, steady_rate
+from vrx_mj.control.velocity import Allocation, Craft, clamp, steady_rate
 from vrx_mj.errors import CommandError
 
 if TYPE_CHECKING:

@@ -8,9 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.arrays import ByteArray, FloatArray
-from vrx_mj.control.buoy_map import CELL, connected_groups
+from vrx_mj.control.buoy_map import CELL, camera_ahead, connected_groups, intrinsics, mounting, project
 from vrx_mj.control.navigation import Estimate, Place, nearest
-from vrx_mj.control.pictures import camera_ahead, intrinsics, mounting, project
 from vrx_mj.control.pilot import Commands, Moment, Skipper
 from vrx_mj.runtime.timing import Pause
 

@@ -12,10 +12,9 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from vrx_mj.control.allocation import Allocation, Thrust
 from vrx_mj.control.guidance import Course, approach_speed, clear_course, wrap_angle
 from vrx_mj.control.navigation import Estimate, Navigator, Point, from_axes, in_axes, polar
-from vrx_mj.control.velocity import Craft, clamp, craft_of, wamv_of
+from vrx_mj.control.velocity import Allocation, Craft, Thrust, clamp, craft_of, wamv_of
 
 if TYPE_CHECKING:
     from vrx_mj.runtime.hull import Propeller

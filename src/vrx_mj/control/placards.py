@@ -9,10 +9,18 @@ import numpy as np
 
 from vrx_mj.arrays import BoolArray, ByteArray, FloatArray, IntArray
 from vrx_mj.constants import EARLY
-from vrx_mj.control.buoy_map import Cluster, banks, connected_groups, lidar_points, standing_free
+from vrx_mj.control.buoy_map import (
+    Cluster,
+    banks,
+    camera_ahead,
+    connected_groups,
+    cutout,
+    lidar_points,
+    middle_part,
+    standing_free,
+)
 from vrx_mj.control.guidance import wrap_angle
 from vrx_mj.control.navigation import Estimate, Place, Point, beside, in_axes, nearest
-from vrx_mj.control.pictures import camera_ahead, cutout, middle_part
 from vrx_mj.control.pilot import Moment
 from vrx_mj.runtime.timing import Pause
 

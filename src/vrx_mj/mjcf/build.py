@@ -13,7 +13,7 @@ from vrx_mj.config.kinds import MARINE, NEWER
 from vrx_mj.config.robots import ProfileEntry, RobotConfig, load_robot, robot_section
 from vrx_mj.config.search import display, is_path, package_paths
 from vrx_mj.config.sensors import BallShooterConfig, SensorConfig
-from vrx_mj.config.wording import ros_names_note
+from vrx_mj.config.tree import ros_names_note
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, VrxWarning, first_lines
 from vrx_mj.foreign import budget
 from vrx_mj.formats.gazebo.sdf_boats import read_boat

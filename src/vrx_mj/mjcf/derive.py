@@ -8,8 +8,7 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.search import contained_file
-from vrx_mj.config.shapes import Shape
-from vrx_mj.config.solids import enclosed_volume, solid
+from vrx_mj.config.shapes import Shape, enclosed_volume, solid
 from vrx_mj.errors import VrxError
 from vrx_mj.formats.urdf.meshes import read_mesh
 from vrx_mj.frames import apply, compose, rotation

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vrx_mj.arrays import BoolArray, FloatArray
-from vrx_mj.config.solids import enclosed_volume
+from vrx_mj.config.shapes import enclosed_volume
 from vrx_mj.errors import VrxError
 from vrx_mj.frames import rotation
 

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.dynamics import CrossFlowConfig, Hydro, MarineHullConfig, SkegConfig, read_hydro
-from vrx_mj.config.solids import enclosed_volume, solid
+from vrx_mj.config.shapes import enclosed_volume, solid
 from vrx_mj.errors import VrxError, VrxWarning
 from vrx_mj.mjcf.boats import Boat, boat_mass, push_center
 from vrx_mj.mjcf.derive import hull_corners

@@ -18,7 +18,7 @@ from pydantic import FailFast, Field, StringConstraints, TypeAdapter, Validation
 
 from vrx_mj.config.docks import LIGHT_COLORS, OFF, SHAPES, SYMBOLS
 from vrx_mj.config.loading import fault_text
-from vrx_mj.config.wording import literal
+from vrx_mj.config.tree import literal
 from vrx_mj.constants import LONGEST_STEP, SHORTEST_STEP
 from vrx_mj.errors import StateError
 from vrx_mj.formats.urdf.meshes import is_binary_stl

@@ -1,7 +1,11 @@
-"""A compiled world: all that a run needs, and how it is kept in a folder."""
+"""A compiled world: all that a run needs, and how it is kept in a folder.
+
+MJCF for other simulators that read it, without what they refuse.
+"""
 
 import hashlib
 import os
+import re
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -9,12 +13,11 @@ from functools import cached_property
 from pathlib import Path, PurePosixPath
 from types import MappingProxyType
 
-from vrx_mj.arguments import as_path
+from vrx_mj.arguments import as_path, check_name
 from vrx_mj.config.search import ReadingError, read_limited
 from vrx_mj.errors import StateError, VrxWarning
 from vrx_mj.mjcf.pieces import Piece, Pieces
 from vrx_mj.mjcf.saved import piece_files, read_world
-from vrx_mj.mjcf.simulators import mjcf_for
 from vrx_mj.model.numbers import Number, numbers_of
 from vrx_mj.model.world import (
     FORMER,
@@ -186,3 +189,62 @@ def _scene(target: Path) -> Path:
 def make_world(mjcf: str, assets: Mapping[str, bytes], parameters: Parameters) -> World:
     """The world of an MJCF that is one piece."""
     return World(Pieces(Piece(mjcf, assets)), parameters)
+
+
+@dataclass(frozen=True)
+class _Omission:
+    """A part of our MJCF that a simulator refuses."""
+
+    pattern: str
+    """Regular expression of its text."""
+    consequence: str
+    """What is different without it, as the MJCF's header says it."""
+
+
+_SLEEP = _Omission(
+    r' (?:sleep|sleep_tolerance)="[^"]*"', "sleep: the balls of shooters fall from their places under the ground"
+)
+_AUTORESET = _Omission(r' autoreset="[^"]*"', "autoreset: a run that diverges may start again")
+_TOUCHES = _Omission(r'\s*<contact name="[^"]*"[^<>]*/>', "contact sensors: what the boat of a task touches")
+
+
+@dataclass(frozen=True)
+class Simulator:
+    """A program that reads our MJCF."""
+
+    title: str
+    """Its name for people."""
+    omissions: tuple[_Omission, ...] = ()
+    """What is left out for it."""
+
+
+SIMULATORS: Mapping[str, Simulator] = {
+    "mujoco": Simulator("MuJoCo"),
+    "warp": Simulator("MuJoCo Warp", (_SLEEP, _AUTORESET)),
+    "mjx": Simulator("MJX", (_SLEEP, _AUTORESET, _TOUCHES)),
+}
+"""By the names that `World.save` takes; omissions are those that MuJoCo Warp 4.0.0 and MJX 3.17.0 with JAX need."""
+_HEADER = re.compile(r"(<mujoco [^<>]*>\s*<!-- [^\n]*compiled by vrx_mj)\.\n.*?-->", re.DOTALL)
+_ABOUT = re.compile(r'\s*<text name="vrx_mj/about"[^<>]*/>')
+
+
+def mjcf_for(mjcf: str, simulator: str) -> str:
+    """The MJCF of a compiled world as a simulator takes it; its header says what was left out.
+
+    Raises:
+        UnknownNameError: `SIMULATORS` has no such name.
+    """
+    check_name("simulator", simulator, SIMULATORS)
+    title, omissions = SIMULATORS[simulator].title, SIMULATORS[simulator].omissions
+    if not omissions:
+        return mjcf
+    for omission in omissions:
+        mjcf = re.sub(omission.pattern, "", mjcf)
+    lines = "".join(f"\n         {omission.consequence}" for omission in omissions)
+    header = f"""\\1 for {title}.
+
+       There is no sea here, no wind and no thrust: these come from vrx_mj's loop alone, and boats fall. Masses, joints,
+       shapes and contacts are those of vrx_mj. Left out, since {title} refuses it:
+{lines}
+  -->"""
+    return _HEADER.sub(header, _ABOUT.sub("", mjcf))

@@ -17,7 +17,7 @@ from vrx_mj.arguments import as_number, check_kind
 from vrx_mj.bar import Bar
 from vrx_mj.errors import CommandError, VrxError, quote
 from vrx_mj.packages import install_extra, shell_word
-from vrx_mj.tasks.frame import score_text
+from vrx_mj.tasks.referee import score_text
 
 if TYPE_CHECKING:
     from vrx_mj.mjcf.world import World

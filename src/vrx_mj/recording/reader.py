@@ -41,7 +41,7 @@ from vrx_mj.runtime.subscriptions import Touch
 from vrx_mj.sensors.readings import Image, PointCloud, Reading
 from vrx_mj.sensors.registry import SENSOR_KINDS
 from vrx_mj.sensors.view import intrinsics
-from vrx_mj.tasks.frame import Message
+from vrx_mj.tasks.referee import Message
 
 RecordedFrame = tuple[int, FloatArray, tuple[Message, ...]]
 """Number of the boat set, the frame's row, and its messages."""

@@ -54,7 +54,7 @@ from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.state import State
 from vrx_mj.runtime.subscriptions import Touch
 from vrx_mj.sensors.readings import Reading
-from vrx_mj.tasks.frame import Message
+from vrx_mj.tasks.referee import Message
 from vrx_mj.unix import release_memory
 
 _QUALITY = 75

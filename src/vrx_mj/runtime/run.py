@@ -25,7 +25,7 @@ from vrx_mj.runtime.observation import TASK, BoatObservation, Observation
 from vrx_mj.runtime.rows import as_numbers
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.subscriptions import Touch
-from vrx_mj.tasks.frame import frame_stride, has_started
+from vrx_mj.tasks.referee import frame_stride, has_started
 from vrx_mj.tasks.registry import TASK_KINDS
 
 FASTEST_SPIN = 12.0

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from vrx_mj.arguments import as_path
 from vrx_mj.arrays import BoolArray, FloatArray
 from vrx_mj.errors import CommandError
-from vrx_mj.mjcf.joining import staying, with_boat, with_dock, with_object, without
+from vrx_mj.mjcf.compile import staying, with_boat, with_dock, with_object, without
 from vrx_mj.mjcf.objects import ball_names
 from vrx_mj.mjcf.pieces import owner_of
 from vrx_mj.mjcf.world import World

@@ -22,7 +22,7 @@ from pydantic import Field, TypeAdapter, ValidationError
 from vrx_mj.arguments import as_path, check_kind
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.config.loading import fault_text
-from vrx_mj.config.wording import literal
+from vrx_mj.config.tree import literal
 from vrx_mj.constants import PHYSICS_VERSION
 from vrx_mj.errors import StateError, VrxError, VrxWarning, first_names, shorten
 from vrx_mj.model.world import other_physics

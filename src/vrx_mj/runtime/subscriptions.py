@@ -26,7 +26,7 @@ from vrx_mj.runtime.loop_arrays import LoopArrays
 from vrx_mj.runtime.mounted import Mounted
 from vrx_mj.runtime.timing import sample_number, steps_to_time, stride_of
 from vrx_mj.sensors.readings import Reading
-from vrx_mj.tasks.frame import Message
+from vrx_mj.tasks.referee import Message
 
 _TOUCHING, _FREE = 0.05, 0.5
 """Simulated time between two samples while a boat touches something, and while none does [s].

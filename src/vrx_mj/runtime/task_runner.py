@@ -18,8 +18,7 @@ from vrx_mj.errors import CommandError, StateError, quote
 from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.loop_arrays import LoopArrays
 from vrx_mj.runtime.timing import steps_to_multiple
-from vrx_mj.tasks.frame import FrameLayout, Message, frame_stride
-from vrx_mj.tasks.referee import Referee, Verdict, parsed_dump
+from vrx_mj.tasks.referee import FrameLayout, Message, Referee, Verdict, frame_stride, parsed_dump
 from vrx_mj.tasks.registry import make_referee
 
 _NEVER = 1 << 62

@@ -13,8 +13,7 @@ from vrx_mj.config.docks import LIGHT_COLORS
 from vrx_mj.constants import EARLY
 from vrx_mj.errors import CommandError, StateError, quote
 from vrx_mj.model import tasks
-from vrx_mj.tasks.frame import Frame, Phase, Place, Pose, TaskStatus
-from vrx_mj.tasks.referee import LightUp, Outputs, Referee, Rules, ShowSymbol
+from vrx_mj.tasks.referee import Frame, LightUp, Outputs, Phase, Place, Pose, Referee, Rules, ShowSymbol, TaskStatus
 
 _TOPIC = "color_sequence"
 _Point = tuple[float, float, float]

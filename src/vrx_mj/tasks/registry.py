@@ -6,11 +6,9 @@ from typing import Any, Literal
 
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.model.tasks import TaskBase
-from vrx_mj.tasks.acoustics import AcousticPerception, AcousticTracking
 from vrx_mj.tasks.dock import Docking
-from vrx_mj.tasks.gates import FollowPath, Gymkhana, NavigationCourse
-from vrx_mj.tasks.perception import Perception
-from vrx_mj.tasks.poses import Stationkeeping, Wayfinding
+from vrx_mj.tasks.gates import FollowPath, Gymkhana, NavigationCourse, Stationkeeping, Wayfinding
+from vrx_mj.tasks.perception import AcousticPerception, AcousticTracking, Perception
 from vrx_mj.tasks.referee import Referee, Rules
 from vrx_mj.tasks.wildlife import Wildlife
 

@@ -13,9 +13,8 @@ from pydantic import Field
 from vrx_mj.constants import EARLY
 from vrx_mj.errors import StateError
 from vrx_mj.model import tasks
-from vrx_mj.tasks.frame import Count, Frame, Pose, TaskStatus
 from vrx_mj.tasks.gates import Side
-from vrx_mj.tasks.referee import Outputs, Referee, Rules
+from vrx_mj.tasks.referee import Count, Frame, Outputs, Pose, Referee, Rules, TaskStatus
 
 GATES = 8
 AXES = tuple((math.cos(math.tau * gate / GATES), math.sin(math.tau * gate / GATES)) for gate in range(GATES))

@@ -9,7 +9,7 @@ import trimesh
 import vrx_mj
 from vrx_mj.cli.checks import CALM
 from vrx_mj.cli.new_robot import simplify
-from vrx_mj.config.solids import enclosed_volume
+from vrx_mj.config.shapes import enclosed_volume
 from vrx_mj.draw import boat_pictures
 from vrx_mj.mjcf.flotation import hull_sheet
 

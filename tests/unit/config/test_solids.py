@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from vrx_mj.config.shapes import Shape
-from vrx_mj.config.solids import solid, solid_of_mesh
+from vrx_mj.config.shapes import Shape, solid, solid_of_mesh
 from vrx_mj.mjcf.flotation import flotation, flotation_at
 
 HIGH = 99.0

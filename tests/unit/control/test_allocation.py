@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrx_mj.control.allocation import Allocation
+from vrx_mj.control.velocity import Allocation
 
 AHEAD, REVERSE = 250.0, 100.0
 

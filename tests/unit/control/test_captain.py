@@ -6,8 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from vrx_mj.control import Captain, StationKeeper
-from vrx_mj.control.captain import SKIPPERS
+from vrx_mj.control import SKIPPERS, Captain, StationKeeper
 from vrx_mj.control.navigation import Estimate
 from vrx_mj.control.perception import Blob, View
 from vrx_mj.control.waypoints import waypoint_error

@@ -8,11 +8,10 @@ import pytest
 
 from vrx_mj.control import Channel, Docking
 from vrx_mj.control.acoustics import SEARCH_TIME, Roam
-from vrx_mj.control.buoy_map import Buoy
+from vrx_mj.control.buoy_map import Buoy, cutout
 from vrx_mj.control.channel import gate_of
 from vrx_mj.control.docking import BERTH, COMMIT, LINE_UP, SLOW, STAY
 from vrx_mj.control.navigation import Estimate
-from vrx_mj.control.pictures import cutout
 from vrx_mj.control.pilot import Moment
 from vrx_mj.control.placards import Face, Tower
 

@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import chi2
 
 import vrx_mj
-from vrx_mj.control.localization import Localizer, truly_located
+from vrx_mj.control.navigation import Localizer, truly_located
 from vrx_mj.frames import matrix_quaternion, rotation_vector
 
 THRUST = {"left": 0.8, "right": 0.3}

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from vrx_mj.control.buoy_map import kind_of
-from vrx_mj.control.pictures import Look, color_of, look_at, project
+from vrx_mj.control.buoy_map import Look, color_of, kind_of, look_at, project
 
 WATER = (107, 138, 160)
 SCALE = 30.0

@@ -5,8 +5,7 @@ import json
 import mujoco
 import pytest
 
-from vrx_mj.mjcf.compile import compile_world
-from vrx_mj.mjcf.joining import with_boat, with_dock, with_object, without
+from vrx_mj.mjcf.compile import compile_world, with_boat, with_dock, with_object, without
 from vrx_mj.model.world import tree_of
 
 ONE = {"name": "one", "pose": [0.0, 0.0, 0.1, 0.0, 0.0, 0.5]}

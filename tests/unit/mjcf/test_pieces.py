@@ -4,8 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from vrx_mj.mjcf.compile import compile_world
-from vrx_mj.mjcf.joining import with_boat, without
+from vrx_mj.mjcf.compile import compile_world, with_boat, without
 from vrx_mj.mjcf.pieces import MANY, Detail
 from vrx_mj.mjcf.world import World, make_world
 

@@ -55,7 +55,7 @@ from vrx_mj.recording.video.stage import (
     view_of,
 )
 from vrx_mj.sensors.sea import SeaSkin
-from vrx_mj.tasks.frame import TaskStatus
+from vrx_mj.tasks.referee import TaskStatus
 
 UP = (0.0, 0.0, 1.0)
 

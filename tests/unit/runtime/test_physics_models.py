@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import vrx_mj
-from vrx_mj.mjcf.joining import with_boat, without
+from vrx_mj.mjcf.compile import with_boat, without
 from vrx_mj.model.world import tree_of
 from vrx_mj.runtime.stepping_models import PhysicsModels, arena_bytes, stepping_models
 

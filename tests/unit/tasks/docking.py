@@ -4,8 +4,7 @@ import numpy as np
 
 from unit.tasks.streams import frame, pose, task
 from vrx_mj.tasks.dock import Docking
-from vrx_mj.tasks.frame import Pose
-from vrx_mj.tasks.referee import Referee
+from vrx_mj.tasks.referee import Pose, Referee
 
 BALL = "wamv/ball_shooter"
 FAR = (0.0, 0.0, -200.0)

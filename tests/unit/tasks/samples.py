@@ -5,7 +5,7 @@ import random
 from dataclasses import dataclass
 
 from unit.tasks.streams import buoys, gate_names, pose, task
-from vrx_mj.tasks.frame import FRAME_RATE, Frame, Message
+from vrx_mj.tasks.referee import FRAME_RATE, Frame, Message
 
 GATES = [((x, -4), (x, 4)) for x in (-4, 0, 4)]
 POINT = {"x": 3.0, "y": -2.0, "z": -1.0, "yaw": 4.0, "latitude": None, "longitude": None}

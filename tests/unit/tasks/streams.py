@@ -7,7 +7,7 @@ from itertools import pairwise
 from pathlib import Path
 
 from trees import task_of
-from vrx_mj.tasks.frame import FRAME_RATE, Frame, Message, Pose
+from vrx_mj.tasks.referee import FRAME_RATE, Frame, Message, Pose
 
 GOLDEN = Path(__file__).parents[2] / "golden"
 

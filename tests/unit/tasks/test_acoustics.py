@@ -6,7 +6,7 @@ import pytest
 
 from unit.tasks.streams import begin, frame, look, pose, task
 from vrx_mj.errors import CommandError
-from vrx_mj.tasks.acoustics import AcousticPerception, AcousticTracking
+from vrx_mj.tasks.perception import AcousticPerception, AcousticTracking
 from vrx_mj.tasks.referee import Referee, Release, SetPinger
 
 

@@ -15,8 +15,7 @@ from vrx_mj.errors import CommandError
 from vrx_mj.frames import quaternion, rotation
 from vrx_mj.model.tasks import Box
 from vrx_mj.tasks.dock import FASTEST, crosses, relative
-from vrx_mj.tasks.frame import Pose
-from vrx_mj.tasks.referee import LightUp, Release, ShowSymbol
+from vrx_mj.tasks.referee import LightUp, Pose, Release, ShowSymbol
 
 
 def test_a_perfect_run():

@@ -2,7 +2,7 @@
 
 import pytest
 
-from vrx_mj.tasks.frame import FRAME_RATE, FrameLayout, frame_stride, has_started, score_text
+from vrx_mj.tasks.referee import FRAME_RATE, FrameLayout, frame_stride, has_started, score_text
 
 
 @pytest.mark.parametrize("per_second", [1, 7, 19, 20, 21, 39, 40, 50, 60, 100, 101, 240, 250, 300, 400, 500, 1000])

@@ -11,8 +11,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from vrx_mj.config.search import display, package_paths
-from vrx_mj.config.tree import File, Place
-from vrx_mj.config.wording import literal
+from vrx_mj.config.tree import File, Place, literal
 from vrx_mj.errors import ConfigError, Problem, VrxError
 from vrx_mj.foreign import ReaderError, ask, ask_ahead, spend
 from vrx_mj.formats.series.pieces import At, Content

@@ -13,8 +13,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any, TypeGuard
 
 from vrx_mj.config.search import MISSING, SCHEME, catalogue, display, package_paths
-from vrx_mj.config.tree import File, Place
-from vrx_mj.config.wording import literal
+from vrx_mj.config.tree import File, Place, literal
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, nearest, shorten
 from vrx_mj.foreign import budget, spend
 from vrx_mj.formats.gazebo.document import Element, Fate, Note, faults_at, home_path, is_file, read_document

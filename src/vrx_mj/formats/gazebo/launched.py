@@ -7,8 +7,7 @@ from pathlib import Path, PurePosixPath
 from vrx_mj.config.fleet import FleetConfig
 from vrx_mj.config.kinds import MARKS
 from vrx_mj.config.loading import Loading, read_source, validate
-from vrx_mj.config.tree import File, Items, Place, Section, merge
-from vrx_mj.config.wording import literal
+from vrx_mj.config.tree import File, Items, Place, Section, literal, merge
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxError
 from vrx_mj.formats.gazebo.document import Report
 from vrx_mj.formats.gazebo.sdf_models import safe_name

@@ -22,8 +22,7 @@ from vrx_mj.config.search import (
     package_paths,
     workspace_packages,
 )
-from vrx_mj.config.tree import File, Place
-from vrx_mj.config.wording import literal
+from vrx_mj.config.tree import File, Place, literal
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError
 from vrx_mj.formats.gazebo.document import NEEDED, Element, Note, Report, faults_at, is_file, parse_ahead, read_document
 from vrx_mj.formats.series.pieces import Content

@@ -29,8 +29,7 @@ from vrx_mj.config.search import (
     packages_around,
     packages_named,
 )
-from vrx_mj.config.tree import File, Place, Section
-from vrx_mj.config.wording import literal
+from vrx_mj.config.tree import File, Place, Section, literal
 from vrx_mj.errors import (
     ChoiceError,
     ConfigError,

@@ -11,8 +11,8 @@ from operator import attrgetter
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
+from vrx_mj.config.tree import choice
 from vrx_mj.config.values import MAX_NUMBER
-from vrx_mj.config.wording import choice
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.gazebo.sdf_models import MODEL, WORLD, Model, Scope, given_pose
 from vrx_mj.formats.urdf.elements import LARGEST, Node

@@ -6,8 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from vrx_mj.config.shapes import Shape
-from vrx_mj.config.solids import solid
+from vrx_mj.config.shapes import Shape, solid
 from vrx_mj.formats.gazebo.sdf_models import Model, Scope
 from vrx_mj.formats.urdf.elements import FIELDS, Node, Values
 from vrx_mj.formats.urdf.links import gazebo_color, inertial_of, read_shapes, shape_name

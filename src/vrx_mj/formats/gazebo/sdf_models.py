@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vrx_mj.config.search import SCHEME, display, package_paths
-from vrx_mj.config.wording import literal
+from vrx_mj.config.tree import literal
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxError
 from vrx_mj.formats.gazebo.document import Element, as_node, markup
 from vrx_mj.formats.gazebo.models import (

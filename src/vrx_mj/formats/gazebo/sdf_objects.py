@@ -8,8 +8,7 @@ from pydantic import ValidationError
 
 from vrx_mj.config.search import SCHEME, catalogue, kind_name
 from vrx_mj.config.shapes import MESH_SUFFIXES, BuoyancyConfig, BuoyancyElement, Shape
-from vrx_mj.config.tree import Section
-from vrx_mj.config.wording import literal
+from vrx_mj.config.tree import Section, literal
 from vrx_mj.constants import WATER_DENSITY
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, shorten
 from vrx_mj.formats.gazebo.document import Element, Fate, Note, Report, as_node, is_file, plugin_name, spot

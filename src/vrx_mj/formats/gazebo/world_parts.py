@@ -9,9 +9,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from vrx_mj.config.base import without_ignored_keys
 from vrx_mj.config.tasks import TASKS, TaskConfig
+from vrx_mj.config.tree import literal
 from vrx_mj.config.values import COLORS
 from vrx_mj.config.weather import GRAVITY, SeaConfig
-from vrx_mj.config.wording import literal
 from vrx_mj.config.world import FogConfig
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.gazebo.document import NEEDED, POSE, Element, plugin_name

@@ -15,8 +15,7 @@ from vrx_mj.config.kinds import CLASSIC, NEWER
 from vrx_mj.config.loading import Loading, path_of, read_source, validate
 from vrx_mj.config.objects import ObjectConfig
 from vrx_mj.config.search import SCHEME, WORLD_SUFFIXES, catalogue
-from vrx_mj.config.tree import File, Place, Section
-from vrx_mj.config.wording import literal
+from vrx_mj.config.tree import File, Place, Section, literal
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import ConfigError, Problem, VrxError, VrxWarning, first_lines, nearest, shorten
 from vrx_mj.formats.gazebo.document import STRICT, Element, Note, Report, as_node, label, plugin_name, read_document

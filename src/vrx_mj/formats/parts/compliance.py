@@ -19,9 +19,8 @@ from pydantic import Field
 from vrx_mj.config.base import Config
 from vrx_mj.config.loading import Loading, validate
 from vrx_mj.config.search import display
-from vrx_mj.config.tree import File
+from vrx_mj.config.tree import ALLOWED, File, is_ros_name, literal
 from vrx_mj.config.values import Name, Positive, Vec3, numbers
-from vrx_mj.config.wording import ALLOWED, is_ros_name, literal
 from vrx_mj.config.yaml_text import parse, read_lines
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.parts.read import Instance, Kind, PartsFile, Release, name_of, part_types, place_of

@@ -13,7 +13,7 @@ from xml.sax.saxutils import quoteattr
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from vrx_mj.config.wording import choice, literal
+from vrx_mj.config.tree import choice, literal
 from vrx_mj.errors import UnknownNameError, VrxError
 from vrx_mj.formats.parts.read import Kind, PartsFile
 from vrx_mj.formats.urdf.expand import expand

@@ -15,9 +15,8 @@ from typing import Any, Literal
 
 from vrx_mj.config.kinds import MARKS, other_kind, wrong_kind
 from vrx_mj.config.search import display
-from vrx_mj.config.tree import File, Items, Loc, Place, Section, key_path
+from vrx_mj.config.tree import File, Items, Loc, Place, Section, key_path, literal, unknown_key
 from vrx_mj.config.values import MAX_COORDINATE, as_switch
-from vrx_mj.config.wording import literal, unknown_key
 from vrx_mj.config.yaml_text import parse, read_lines
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxWarning, shorten
 from vrx_mj.formats.urdf.elements import numbers_of, truth

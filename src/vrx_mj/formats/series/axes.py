@@ -20,8 +20,7 @@ from pydantic import Field, TypeAdapter, ValidationError
 from vrx_mj.config.base import Config, Fault
 from vrx_mj.config.loading import problem_at, problems_of
 from vrx_mj.config.search import catalogue, display
-from vrx_mj.config.tree import File, Items, Place, Section, key_path
-from vrx_mj.config.wording import literal
+from vrx_mj.config.tree import File, Items, Place, Section, key_path, literal
 from vrx_mj.config.yaml_text import Repeat, parse_loosely, read_lines
 from vrx_mj.errors import ConfigError, Problem, VrxWarning
 from vrx_mj.formats.urdf.expand import Result, evaluate

@@ -10,9 +10,8 @@ from typing import Any
 from xml.sax.saxutils import quoteattr
 
 from vrx_mj.config.search import SCHEME
-from vrx_mj.config.tree import File, Place
+from vrx_mj.config.tree import File, Place, literal
 from vrx_mj.config.values import as_switch
-from vrx_mj.config.wording import literal
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxWarning
 from vrx_mj.formats.gazebo.document import Element, parse
 from vrx_mj.formats.series.axes import BLOCK, Call

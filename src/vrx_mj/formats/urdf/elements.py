@@ -24,8 +24,7 @@ from pydantic import ValidationError
 
 from vrx_mj.config.base import Config
 from vrx_mj.config.loading import problems_of
-from vrx_mj.config.tree import File, of_python
-from vrx_mj.config.wording import choice, literal
+from vrx_mj.config.tree import File, choice, literal, of_python
 from vrx_mj.errors import ConfigError, Problem, nearest, quote
 from vrx_mj.formats.urdf.model import Loss, Place
 from vrx_mj.formats.urdf.xml_document import Markup

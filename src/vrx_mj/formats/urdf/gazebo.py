@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 from vrx_mj.config.dynamics import HullConfig, HydrodynamicsConfig, ThrusterConfig
 from vrx_mj.config.robots import ChannelEntry, RudderEntry, SailEntry
-from vrx_mj.config.wording import choice
+from vrx_mj.config.tree import choice
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.urdf.elements import FIELDS, Findings, Node, Tag, Values, numbers_of
 from vrx_mj.formats.urdf.gazebo_sensors import INSTRUMENTS, TABLES, Scope, plugin_kind, read_instrument, read_sensor

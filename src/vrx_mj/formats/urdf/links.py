@@ -15,8 +15,8 @@ import numpy as np
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.objects import tree_faults
 from vrx_mj.config.shapes import Shape, Visual
+from vrx_mj.config.tree import choice
 from vrx_mj.config.values import COLORS
-from vrx_mj.config.wording import choice
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.foreign import ask
 from vrx_mj.formats.urdf.elements import FIELDS, LARGEST, Findings, Node, Values, own_name

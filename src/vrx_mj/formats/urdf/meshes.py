@@ -19,7 +19,7 @@ import numpy as np
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.config.search import ALLOW, ReadingError, display, is_inside, read_limited
 from vrx_mj.config.shapes import MESH_SUFFIXES, Shape, Visual
-from vrx_mj.config.wording import literal, one_of
+from vrx_mj.config.tree import literal, one_of
 from vrx_mj.errors import VrxError, first_names, shorten
 from vrx_mj.foreign import ask
 from vrx_mj.formats.urdf.elements import Findings

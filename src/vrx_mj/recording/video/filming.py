@@ -29,7 +29,7 @@ from vrx_mj.recording.antialiasing import blend, write_yuv
 from vrx_mj.recording.reader import Record, read_record
 from vrx_mj.recording.video.stage import BEHIND, Above, Chase, Eye, Footage, Stage, view_of
 from vrx_mj.sensors.view import View
-from vrx_mj.tasks.frame import TaskStatus, score_text
+from vrx_mj.tasks.referee import TaskStatus, score_text
 
 if TYPE_CHECKING:
     from PIL import ImageFont

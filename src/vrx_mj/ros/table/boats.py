@@ -13,7 +13,7 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.fleet import BoatConfig, Order
-from vrx_mj.control.localization import Localizer, Located, truly_located
+from vrx_mj.control.navigation import Localizer, Located, truly_located
 from vrx_mj.drive.pilot import Wheel, engine_commands, engines_of
 from vrx_mj.errors import CommandError, ConfigError, VrxError
 from vrx_mj.formats.urdf.model import Urdf
