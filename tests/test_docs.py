@@ -20,8 +20,8 @@ from needs import MKDOCS, needs
 from page_blocks import Block, blocks, missing
 from vrx_mj.cli import main
 from vrx_mj.config.search import find
-from vrx_mj.formats.gazebo.stock import LAUNCHED
-from vrx_mj.formats.series.macros import macros
+from vrx_mj.formats.gazebo.launched import LAUNCHED
+from vrx_mj.formats.series.worlds import macros
 
 REPO = Path(__file__).resolve().parents[1]
 DOCS = REPO / "docs"

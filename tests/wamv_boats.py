@@ -3,8 +3,7 @@
 import xml.etree.ElementTree as ET
 from functools import cache
 
-from vrx_mj.formats.parts.generate import example_file, wamv_urdf
-from vrx_mj.formats.parts.read import load_parts
+from vrx_mj.formats.parts.read import example_file, load_parts, wamv_urdf
 
 SINGLES = ("camera", "gps", "imu", "lidar", "ground_truth", "pinger", "ball_shooter")
 SUITE = {"vrx_sensors_enabled": "true"}

@@ -27,7 +27,7 @@ from vrx_mj.config.values import MAX_NUMBER, Color, Coordinate, Name, NumberOf, 
 from vrx_mj.config.world import Sensors, WorldConfig
 from vrx_mj.formats.parts.compliance import load_rules
 from vrx_mj.formats.parts.read import PartType, part_types
-from vrx_mj.formats.series.macros import REQUIRED, macros
+from vrx_mj.formats.series.worlds import REQUIRED, macros
 from vrx_mj.formats.urdf import gazebo, gazebo_sensors
 from vrx_mj.formats.urdf.elements import FIELDS, Entry, Tag, sections
 from vrx_mj.tasks.registry import TASK_KINDS

@@ -25,8 +25,7 @@ from vrx_mj.errors import (
 )
 from vrx_mj.formats.parts.read import load_parts
 from vrx_mj.formats.urdf.expand import expand
-from vrx_mj.formats.urdf.meshes import read_mesh
-from vrx_mj.formats.urdf.reader import read_urdf
+from vrx_mj.formats.urdf.reader import read_mesh, read_urdf
 
 MOST = 2000
 """Characters of a message about one mistake."""

@@ -65,7 +65,7 @@ def _serve(words: Sequence[str], folder: Path) -> list[Words]:
 
 def _gzserver(words: Sequence[str], folder: Path) -> list[Words]:
     """A world without boats."""
-    from vrx_mj.formats.gazebo.stock import named_world
+    from vrx_mj.formats.gazebo.launched import named_world
 
     given = _named_arguments(words)
     if Path(given["world_name"]).stem == "empty":

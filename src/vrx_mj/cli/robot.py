@@ -52,8 +52,7 @@ def build(
     Example: vrx-mj robot build --thrusters thruster_config.yaml --components component_config.yaml -o my_wamv.urdf
     """
     from vrx_mj.formats.parts.compliance import judge
-    from vrx_mj.formats.parts.generate import example_file, wamv_urdf
-    from vrx_mj.formats.parts.read import load_parts
+    from vrx_mj.formats.parts.read import example_file, load_parts, wamv_urdf
 
     if thrusters is not None and layout is not None:
         raise CommandError("--thrusters and --layout both define the engines: give one of them")
@@ -77,8 +76,7 @@ def build(
 def _write_mjcf(urdf: str, file: Path, output: Path, namespace: str) -> None:
     from vrx_mj.config.robots import RobotConfig
     from vrx_mj.formats.urdf.expand import own_packages
-    from vrx_mj.formats.urdf.meshes import MeshFiles
-    from vrx_mj.formats.urdf.reader import read_urdf
+    from vrx_mj.formats.urdf.reader import MeshFiles, read_urdf
     from vrx_mj.mjcf.boats import assemble_boat
     from vrx_mj.mjcf.robots import save_robot
 
@@ -236,7 +234,7 @@ def read_hull(mesh: Path, scale: float) -> "FloatArray":
         VrxError: it cannot be read, or parts of it are inside out.
     """
     from vrx_mj.config.shapes import solid_of_mesh
-    from vrx_mj.formats.urdf.meshes import read_mesh
+    from vrx_mj.formats.urdf.reader import read_mesh
     from vrx_mj.mjcf.surfaces import checked_surface
 
     data = read_mesh(mesh, (scale, scale, scale))

@@ -10,7 +10,7 @@ READERS = (
     Reader("sources", ("",), "gazebo.opening:open_source"),
     Reader("worlds", WORLD_SUFFIXES, "gazebo.worlds:world_document"),
     Reader("worlds", ("#",), "series.worlds:world_document"),
-    Reader("names", ("",), "gazebo.stock:world_message"),
+    Reader("names", ("",), "gazebo.launched:world_message"),
     Reader("series", (".yaml", ".yml"), "series.worlds:refuse_axes"),
     Reader("fleets", (".launch", ".launch.py"), "gazebo.opening:launch_document"),
     Reader("fleets", (*XML_SUFFIXES, *MODELS), "gazebo.opening:fleet_document"),
@@ -19,6 +19,6 @@ READERS = (
     Reader("robots", MODELS, find="gazebo.models:model_file"),
     Reader("robots", ("/",), find="gazebo.models:file_in_folder"),
     Reader("parts", ("",), "parts.read:load_parts"),
-    Reader("meshes", ("",), "urdf.meshes:read_mesh"),
+    Reader("meshes", ("",), "urdf.reader:read_mesh"),
 )
 """The first that claims a path has it."""

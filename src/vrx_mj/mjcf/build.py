@@ -17,12 +17,10 @@ from vrx_mj.config.tree import ros_names_note
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, VrxWarning, first_lines
 from vrx_mj.foreign import budget
 from vrx_mj.formats.gazebo.sdf_boats import read_boat
-from vrx_mj.formats.parts.generate import wamv_urdf
-from vrx_mj.formats.parts.read import load_parts
+from vrx_mj.formats.parts.read import load_parts, wamv_urdf
 from vrx_mj.formats.urdf.expand import ExpandedText, check_library, expand, own_packages
-from vrx_mj.formats.urdf.meshes import MeshFiles, with_file_uris
 from vrx_mj.formats.urdf.model import Urdf
-from vrx_mj.formats.urdf.reader import in_namespace, read_urdf
+from vrx_mj.formats.urdf.reader import MeshFiles, in_namespace, read_urdf, with_file_uris
 from vrx_mj.formats.urdf.xml_document import read_bytes
 from vrx_mj.mjcf.boats import Boat, assemble_boat, with_places
 from vrx_mj.mjcf.derive import DENSITY, LINES, Derived, derived_floats, derived_lines

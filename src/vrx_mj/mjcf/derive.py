@@ -10,7 +10,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.config.search import contained_file
 from vrx_mj.config.shapes import Shape, enclosed_volume, solid
 from vrx_mj.errors import VrxError
-from vrx_mj.formats.urdf.meshes import read_mesh
+from vrx_mj.formats.urdf.reader import read_mesh
 from vrx_mj.frames import apply, compose, rotation
 from vrx_mj.mjcf.boats import Boat, Part, boat_mass
 from vrx_mj.mjcf.flotation import Flotation, flotation, flotation_at

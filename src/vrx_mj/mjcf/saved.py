@@ -21,7 +21,7 @@ from vrx_mj.config.loading import fault_text
 from vrx_mj.config.tree import literal
 from vrx_mj.constants import LONGEST_STEP, SHORTEST_STEP
 from vrx_mj.errors import StateError
-from vrx_mj.formats.urdf.meshes import is_binary_stl
+from vrx_mj.formats.urdf.reader import is_binary_stl
 from vrx_mj.mjcf.pieces import PREFIX, Part, Piece, Pieces, owner_of
 from vrx_mj.model.kinds import Pose, record, record_from
 from vrx_mj.model.world import FORMAT, FORMER, Parameters, broken_references, format_of, parameters_of, tree_of

@@ -13,7 +13,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from vrx_mj.config.search import contained_file, display
 from vrx_mj.config.shapes import Shape, Visual
 from vrx_mj.errors import CompileError
-from vrx_mj.formats.urdf.meshes import is_binary_stl, mesh_bytes, obj_text, read_mesh
+from vrx_mj.formats.urdf.reader import is_binary_stl, mesh_bytes, obj_text, read_mesh
 from vrx_mj.resources import root
 
 _MESH = "vrx_mj/mesh"

@@ -20,7 +20,7 @@ from typing import NamedTuple
 from vrx_mj.config.search import BUILT_IN, DEEPEST, SOURCES, ReadingError, is_built_in, packages_around, read_limited
 from vrx_mj.errors import NetworkError, VrxError
 from vrx_mj.formats.gazebo.launch import SERVING
-from vrx_mj.formats.gazebo.stock import PACKAGES, stock_launches
+from vrx_mj.formats.gazebo.launched import PACKAGES, stock_launches
 from vrx_mj.outputs import Content, check_inside, write_files, writing
 from vrx_mj.resources import root
 from vrx_mj.ros.messages import DEFINITIONS, MEMBER, definition, own_text

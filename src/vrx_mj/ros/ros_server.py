@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from vrx_mj.constants import EARLY
 from vrx_mj.errors import CommandError, ConfigError, SensorError, VrxError, shorten
-from vrx_mj.formats.gazebo.text_models import model_of_text
+from vrx_mj.formats.gazebo.sdf_objects import model_of_text
 from vrx_mj.formats.urdf.reader import in_namespace
 from vrx_mj.frames import compose
 from vrx_mj.ros.diagnosis import Diagnosis

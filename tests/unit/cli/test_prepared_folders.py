@@ -46,8 +46,8 @@ OWN = {
     "cli/robot.py",
     "recording/exports.py",
     "runtime/state.py",
-    "formats/gazebo/text_models.py",  # temporary folders of our own, made anew
-    "formats/parts/generate.py",
+    "formats/gazebo/sdf_objects.py",  # temporary folders of our own, made anew
+    "formats/parts/read.py",
     "recording/rrd_file.py",
     "cli/bench.py",
     "draw/map.py",  # to where `atomic_write` says

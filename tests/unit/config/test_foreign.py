@@ -13,7 +13,7 @@ from vrx_mj.config.search import catalogue, find
 from vrx_mj.config.world import WorldConfig, load_world
 from vrx_mj.errors import UnknownNameError, VrxError
 from vrx_mj.formats import READERS
-from vrx_mj.formats.gazebo.stock import LAUNCHED, PLACES
+from vrx_mj.formats.gazebo.launched import LAUNCHED, PLACES
 from vrx_mj.formats.parts.read import load_parts
 from vrx_mj.mjcf.compile import compile_world
 

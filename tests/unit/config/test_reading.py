@@ -19,7 +19,7 @@ from vrx_mj.config.yaml_text import read_lines
 from vrx_mj.errors import VrxError
 from vrx_mj.formats.parts.read import load_parts
 from vrx_mj.formats.urdf.expand import Files, arguments, expand
-from vrx_mj.formats.urdf.meshes import MeshFiles, mesh_bytes, read_mesh
+from vrx_mj.formats.urdf.reader import MeshFiles, mesh_bytes, read_mesh
 from vrx_mj.mjcf.build import build_boat
 from vrx_mj.mjcf.terrain import shoreline
 

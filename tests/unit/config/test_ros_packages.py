@@ -7,7 +7,7 @@ import pytest
 from vrx_mj.config.search import PACKAGE_PATH, enclosing_packages, package_above, package_paths
 from vrx_mj.errors import ConfigError
 from vrx_mj.formats.urdf.expand import Files, expand
-from vrx_mj.formats.urdf.meshes import MeshFiles, MissingMeshError
+from vrx_mj.formats.urdf.reader import MeshFiles, MissingMeshError
 
 XACRO = '<robot name="cora" xmlns:xacro="http://www.ros.org/wiki/xacro">{0}</robot>'
 INCLUDE = XACRO.format('<xacro:include filename="$(find {0})/xacro/hull.xacro"/>')

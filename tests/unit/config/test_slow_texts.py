@@ -7,7 +7,7 @@ import pytest
 from vrx_mj.config.yaml_text import find_lookalikes
 from vrx_mj.errors import VrxError
 from vrx_mj.formats.parts.read import has_expression, triple
-from vrx_mj.formats.urdf.meshes import MeshFiles, read_mesh, with_file_uris
+from vrx_mj.formats.urdf.reader import MeshFiles, read_mesh, with_file_uris
 from vrx_mj.formats.urdf.xml_document import parse_robot
 
 MANY = 300_000

@@ -5,8 +5,7 @@ import xml.etree.ElementTree as ET
 
 import pytest
 
-from vrx_mj.formats.parts.generate import wamv_urdf
-from vrx_mj.formats.parts.read import load_parts
+from vrx_mj.formats.parts.read import load_parts, wamv_urdf
 from vrx_mj.formats.urdf.expand import expand
 from wamv_boats import FLAGS, SUITE, local, origin, robot, text_of, values
 

@@ -12,8 +12,7 @@ from vrx_mj.formats.gazebo.launch import read_launch
 from vrx_mj.formats.gazebo.sdf_boats import read_boat
 from vrx_mj.formats.gazebo.worlds import gazebo_world
 from vrx_mj.formats.urdf.expand import expand
-from vrx_mj.formats.urdf.meshes import read_mesh
-from vrx_mj.formats.urdf.reader import read_urdf
+from vrx_mj.formats.urdf.reader import read_mesh, read_urdf
 
 MARK = "mark7263"
 """It is in each file outside."""

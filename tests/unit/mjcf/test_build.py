@@ -13,7 +13,7 @@ from vrx_mj.config.fleet import Order
 from vrx_mj.config.robots import load_robot
 from vrx_mj.config.search import PACKAGE_PATH
 from vrx_mj.errors import CompileError, ConfigError, UnknownNameError, VrxError, VrxWarning
-from vrx_mj.formats.parts.generate import example_file, wamv_urdf
+from vrx_mj.formats.parts.read import example_file, wamv_urdf
 from vrx_mj.mjcf.build import build_boat, robot_urdf
 from vrx_mj.model.world import tree_of
 from vrx_mj.resources import root

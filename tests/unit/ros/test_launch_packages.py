@@ -11,7 +11,7 @@ from vrx_mj.cli import nodes as programs
 from vrx_mj.config.search import package_name
 from vrx_mj.errors import VrxError
 from vrx_mj.formats.gazebo.launch import launch_of
-from vrx_mj.formats.gazebo.stock import PACKAGES, named_world, stock_launch, stock_launches
+from vrx_mj.formats.gazebo.launched import PACKAGES, named_world, stock_launch, stock_launches
 from vrx_mj.formats.urdf.expand import expand
 from vrx_mj.ros import packages
 from vrx_mj.ros.packages import NODES, PACKAGE_LIST, PACKAGE_NAMES, put_files, write_launch_packages

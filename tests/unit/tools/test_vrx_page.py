@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from vrx_mj.formats.gazebo.stock import STOCK_LAUNCHES
-from vrx_mj.formats.series.macros import macros
+from vrx_mj.formats.gazebo.launched import STOCK_LAUNCHES
+from vrx_mj.formats.series.worlds import macros
 
 REPO = Path(__file__).parents[3]
 PAGE = (REPO / "docs/vrx.md").read_text(encoding="utf-8")

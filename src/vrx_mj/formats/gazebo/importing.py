@@ -35,7 +35,7 @@ from vrx_mj.formats.series.worlds import section_text
 from vrx_mj.formats.urdf.elements import unused_name
 from vrx_mj.formats.urdf.expand import ExpandedText, check_library, declared_names, expand, own_packages
 from vrx_mj.formats.urdf.expand import arguments as declared_arguments
-from vrx_mj.formats.urdf.meshes import MeshFiles, with_mesh_names
+from vrx_mj.formats.urdf.reader import MeshFiles, with_mesh_names
 from vrx_mj.formats.urdf.xml_document import file_error, read_bytes
 from vrx_mj.resources import root
 

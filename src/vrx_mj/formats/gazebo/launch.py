@@ -17,25 +17,31 @@ from vrx_mj.config.tree import File, Place, literal
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, nearest, shorten
 from vrx_mj.foreign import budget, spend
 from vrx_mj.formats.gazebo.document import Element, Fate, Note, faults_at, home_path, is_file, read_document
-from vrx_mj.formats.gazebo.launched import ENDING, POSE, Launch, Spawned, checked_fleet, pose_of_words, spawn_options
-from vrx_mj.formats.gazebo.models import NO_MODEL, has_model, is_gazebo_model, is_template, model_element, model_file
-from vrx_mj.formats.gazebo.sdf_boats import boat_pose, is_boat
-from vrx_mj.formats.gazebo.sdf_models import pose_of, safe_name
-from vrx_mj.formats.gazebo.stock import (
+from vrx_mj.formats.gazebo.launched import (
+    ENDING,
     NAMED_PACKAGES,
     NOWHERE,
+    POSE,
     STOCK_LAUNCHES,
+    Launch,
+    Spawned,
     StockLaunch,
     advice,
+    checked_fleet,
     instead_of,
     is_tool,
     named_world,
     object_named,
     package_left_out,
+    pose_of_words,
     robot_named,
+    spawn_options,
     stock_launch,
     unlocks,
 )
+from vrx_mj.formats.gazebo.models import NO_MODEL, has_model, is_gazebo_model, is_template, model_element, model_file
+from vrx_mj.formats.gazebo.sdf_boats import boat_pose, is_boat
+from vrx_mj.formats.gazebo.sdf_models import pose_of, safe_name
 from vrx_mj.formats.urdf.elements import truth
 from vrx_mj.formats.urdf.expand import LEFT_OUT, Files, declared_names, evaluate_argument
 from vrx_mj.formats.urdf.xml_document import file_error

@@ -42,10 +42,18 @@ from vrx_mj.errors import (
 )
 from vrx_mj.formats.gazebo.document import read_document
 from vrx_mj.formats.gazebo.launch import is_launch, launch_of, read_launch
-from vrx_mj.formats.gazebo.launched import Launch, fleet_of, with_objects
+from vrx_mj.formats.gazebo.launched import (
+    NAMED_PACKAGES,
+    TABLE,
+    Launch,
+    fleet_of,
+    instead_of,
+    is_tool,
+    stock_launch,
+    with_objects,
+)
 from vrx_mj.formats.gazebo.models import ROBOT, file_in_folder, is_gazebo_model, model_element, model_file
 from vrx_mj.formats.gazebo.sdf_boats import is_boat
-from vrx_mj.formats.gazebo.stock import NAMED_PACKAGES, TABLE, instead_of, is_tool, stock_launch
 from vrx_mj.formats.gazebo.worlds import NO_BOATS, GazeboWorld, gazebo_world, is_gazebo_world, warn_of_losses
 from vrx_mj.formats.series.pieces import Content
 from vrx_mj.formats.urdf.expand import arguments as declared_arguments

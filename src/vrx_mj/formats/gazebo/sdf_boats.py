@@ -14,16 +14,14 @@ from markupsafe import Markup as Escaped
 
 from vrx_mj.formats.gazebo.document import Element
 from vrx_mj.formats.gazebo.models import model_element
-from vrx_mj.formats.gazebo.sdf_joints import SdfJoint, read_sdf_joint
-from vrx_mj.formats.gazebo.sdf_links import read_sdf_link
+from vrx_mj.formats.gazebo.sdf_links import SdfJoint, read_sdf_joint, read_sdf_link
 from vrx_mj.formats.gazebo.sdf_models import WORLD, Model
 from vrx_mj.formats.urdf.elements import LARGEST, Node, losses
 from vrx_mj.formats.urdf.gazebo import THRUSTERS
 from vrx_mj.formats.urdf.gazebo_sensors import library
 from vrx_mj.formats.urdf.links import BOUNDED, ENDLESS, TYPES, freed
-from vrx_mj.formats.urdf.meshes import with_shapes
 from vrx_mj.formats.urdf.model import ZERO, Joint, Limits, Loss, Urdf, relative
-from vrx_mj.formats.urdf.reader import warn
+from vrx_mj.formats.urdf.reader import warn, with_shapes
 from vrx_mj.formats.urdf.xml_document import Markup
 from vrx_mj.frames import Pose, compose, inverse
 from vrx_mj.resources import root

@@ -1,18 +1,30 @@
-"""Links of an SDF with their masses and shapes, in the form that those of a URDF have."""
+"""Links of an SDF with their masses and shapes, in the form that those of a URDF have.
+
+Joints of an SDF: what they join, where, and about which axes.
+
+Links of a model of Gazebo as a tree of bodies on joints; links that fixed joints hold together are one body.
+"""
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from functools import partial
+from operator import attrgetter
 
 import numpy as np
 
+from vrx_mj.arrays import FloatArray
 from vrx_mj.config.shapes import Shape, solid
-from vrx_mj.formats.gazebo.sdf_models import Model, Scope
-from vrx_mj.formats.urdf.elements import FIELDS, Node, Values
-from vrx_mj.formats.urdf.links import gazebo_color, inertial_of, read_shapes, shape_name
-from vrx_mj.formats.urdf.meshes import solid_mesh
-from vrx_mj.formats.urdf.model import ZERO, Color, Inertial, Link, LinkRow, MeshRow
-from vrx_mj.rigid_bodies import MassProperties, combine, with_pose
+from vrx_mj.config.tree import choice
+from vrx_mj.config.values import MAX_NUMBER
+from vrx_mj.errors import UnknownNameError
+from vrx_mj.formats.gazebo.sdf_models import MODEL, WORLD, Model, Scope, given_pose
+from vrx_mj.formats.urdf.elements import FIELDS, LARGEST, Node, Values
+from vrx_mj.formats.urdf.links import gazebo_color, inertial_of, length_one, read_shapes, shape_name
+from vrx_mj.formats.urdf.model import ZERO, Color, Inertial, Limits, Link, LinkRow, MeshRow, relative
+from vrx_mj.formats.urdf.reader import solid_mesh
+from vrx_mj.frames import Pose, apply, compose, rotation
+from vrx_mj.rigid_bodies import MassProperties, combine, rigid, with_pose
 
 _UNIT = 1.0
 """Mass [kg] and moments of inertia [kg m2] of a link that gives none, by SDF."""
@@ -142,3 +154,272 @@ def _mesh(kind: Node) -> Values:
 
 SHAPES = ("box", "sphere", "cylinder", "capsule", "ellipsoid", "mesh")
 """Shapes of SDF that there are here."""
+
+
+_AXIS_OF_JOINT = (1, 5)
+"""Version of SDF from which the axis of a joint is in the joint's frame, not in the model's."""
+_FRAMES = (1, 7)
+"""Version of SDF from which `expressed_in` says so, and `use_parent_model_frame` is nothing."""
+_AXES = {
+    "fixed": 1, "revolute": 1, "continuous": 1, "prismatic": 1, "ball": 0, "universal": 2, "screw": 1, "revolute2": 2,
+    "gearbox": 1,
+}  # fmt: skip
+"""The types of joints of SDF, and how many axes each has."""
+_UNLIMITED = ("fixed", "continuous")
+"""Types of joints whose limits say nothing."""
+
+_Vector = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Axis:
+    """An axis of a joint, about which its child turns or along which it slides."""
+
+    xyz: _Vector
+    """Direction in the joint's frame, of length 1."""
+    limits: Limits
+    dynamics: dict[str, float]
+    """Damping, friction, stiffness and spring_reference as an object has them, without those that are 0."""
+
+
+@dataclass(frozen=True)
+class SdfJoint:
+    """A joint between two links, or a link and the world."""
+
+    name: str
+    type: str
+    parent: str
+    """Whole name of a link, or that of the world."""
+    child: str
+    place: Pose
+    """Pose of its frame in the model [m, rad]."""
+    shift: Pose
+    """Pose of the joint's frame in that of its child [m, rad]."""
+    axes: tuple[Axis, ...]
+    node: Node
+
+    @property
+    def holds(self) -> bool:
+        """Whether its links cannot move against each other: it is fixed, or its limits leave no room."""
+        bounded = self.type in {"revolute", "prismatic"} and bool(self.axes)
+        return self.type == "fixed" or (bounded and self.axes[0].limits.lower == self.axes[0].limits.upper)
+
+
+def read_sdf_joint(model: Model, node: Node, scope: Scope) -> SdfJoint | None:
+    """A `<joint>`; None where it does not name its ends. Problems are noted, not raised."""
+    kind = node.attribute("type") or ""
+    if kind not in _AXES:
+        node.fault(choice(kind, tuple(_AXES)) if kind else f"required, but missing; one of {', '.join(_AXES)}", "type")
+    parent, child = (_end(model, node, tag, scope) for tag in ("parent", "child"))
+    if not parent or not child:
+        return None
+    if parent == child:
+        node.fault(f"joins the link '{parent}' to itself")
+    given, usual = given_pose(node), scope.name(MODEL if child == WORLD else node.text("child"))
+    place = model.frames.placement(given, scope, usual)
+    around = model.frames.pose(child) if child != WORLD else ZERO
+    shift = given.pose if usual == child and not given.relative_to else relative(around, place)
+    tags = ("axis", "axis2")[: _AXES.get(kind, 1)]
+    axes = tuple(_axis(model, node, tag, kind, place, scope) for tag in tags)
+    return SdfJoint(scope.name(node.required_attribute("name")), kind, parent, child, place, shift, axes, node)
+
+
+def _end(model: Model, node: Node, tag: str, scope: Scope) -> str:
+    """The link that a joint names, itself or by what is attached to it; empty, with a problem, without one."""
+    end = node.required_child(tag)
+    text = node.text(tag) or (end.text("link_name") if end else "")
+    if end is None or text == WORLD:
+        return text
+    found = model.link(scope.name(text)) if text else ""
+    if not found:
+        end.fault(str(UnknownNameError("link", text, model.links)) if text else "must not be empty")
+    return found
+
+
+def _axis(model: Model, node: Node, tag: str, kind: str, place: Pose, scope: Scope) -> Axis:
+    found = node.child(tag)
+    if found is None:
+        return Axis((0.0, 0.0, 1.0), Limits(-LARGEST, LARGEST), {})
+    x, y, z = found.values("xyz", "x y z", (0.0, 0.0, 1.0))
+    if not (x or y or z):
+        found.fault("must have a length, got '0 0 0'", "xyz")
+    axis, frame = length_one((x, y, z)), _frame_of_axis(model, node, found, scope)
+    turn = relative(place, model.frames.pose(frame)) if frame else ZERO
+    if turn[3:] != ZERO[3:]:
+        axis = length_one(apply(rotation(*turn[3:]), axis))
+    return Axis(axis, _limits(found, kind), _dynamics(found))
+
+
+def _frame_of_axis(model: Model, node: Node, axis: Node, scope: Scope) -> str:
+    """The frame in which the direction of an axis is given; empty for the joint's own."""
+    direction = axis.child("xyz")
+    frame = (direction.attribute("expressed_in") or "") if direction else ""
+    if frame:
+        return model.frames.find(scope.name(frame), given_pose(node)._replace(node=node))
+    older = model.version < _FRAMES and axis.flag("use_parent_model_frame", model.version < _AXIS_OF_JOINT)
+    return scope.model if older else ""
+
+
+def _limits(axis: Node, kind: str) -> Limits:
+    """Limits of an axis; one without any turns or slides freely."""
+    limit = axis.child("limit")
+    if limit is None:
+        return Limits(-LARGEST, LARGEST)
+    lower, upper = _endless(limit, "lower", -LARGEST), _endless(limit, "upper", LARGEST)
+    if kind not in _UNLIMITED and lower > upper:
+        limit.fault(f"lower {lower:g} is above upper {upper:g}")
+    return Limits(lower, upper, *(max(_endless(limit, tag, 0.0), 0.0) for tag in ("effort", "velocity")))
+
+
+def _endless(part: Node, tag: str, usual: float, **limits: float) -> float:
+    """A number that may be endless: SDF writes 1e16 or inf."""
+    return min(max(part.value(tag, usual, largest=math.inf, **limits), -LARGEST), LARGEST)
+
+
+def _dynamics(axis: Node) -> dict[str, float]:
+    """Damping, friction and spring of an axis; what is endless, as 5e80, is the largest that there is here."""
+    dynamics = axis.child("dynamics")
+    if dynamics is None:
+        return {}
+    rows = {"damping": "damping", "friction": "friction", "spring_stiffness": "stiffness"}
+    found = {ours: min(_endless(dynamics, tag, 0.0, low=0.0), MAX_NUMBER) for tag, ours in rows.items()}
+    found["spring_reference"] = dynamics.value("spring_reference", 0.0)
+    return {key: value for key, value in found.items() if value}
+
+
+_LEAST = 1e-9
+"""Smallest share of the largest moment of inertia, or moment [kg m2], that a principal moment has in MuJoCo."""
+
+
+@dataclass(frozen=True)
+class Body:
+    """Links that move as one."""
+
+    name: str
+    """Whole name of the link that gives it its frame; that of the world for what stands in that alone."""
+    pose: Pose
+    """Pose in the model [m, rad]."""
+    parts: list[tuple[LinkRow, Pose]] = field(default_factory=list)
+    """The links, each with its pose in the body."""
+
+
+@dataclass(frozen=True)
+class Hinge:
+    """A joint between two bodies."""
+
+    joint: SdfJoint
+    near: Body
+    far: Body
+    is_backward: bool
+    """Whether the body that hangs on the other is the joint's parent."""
+
+
+class Tree:
+    """The links of a model as a tree of bodies on the one that hangs on no other.
+
+    A group is what cannot move against each other, called by one of its links.
+
+    Args:
+        links: the links.
+        places: pose of each in the model [m, rad].
+        joints: the joints between them and to the world.
+        is_static: whether none of them moves: all are one body in the frame of the model.
+    """
+
+    def __init__(
+        self, links: Sequence[LinkRow], places: Sequence[Pose], joints: Sequence[SdfJoint], *, is_static: bool
+    ) -> None:  # fmt: skip
+        self.links = {row.link.name: row for row in links}
+        self.places = {WORLD: ZERO, **dict(zip(self.links, places, strict=True))}
+        self.group = {name: WORLD if is_static else name for name in (WORLD, *self.links)}
+        for joint in filter(attrgetter("holds"), joints):
+            self.group[self.of(joint.child)] = self.of(joint.parent)
+        self.moving = [joint for joint in joints if not (joint.holds or is_static)]
+        self.edges: dict[str, list[SdfJoint]] = {}
+        for joint in self.moving:
+            for end in {self.of(joint.parent), self.of(joint.child)}:
+                self.edges.setdefault(end, []).append(joint)
+        self.held: dict[str, Body] = {}
+        """The body of each group."""
+        self.hinges: list[Hinge] = []
+        self.loose: list[str] = []
+        """Links that nothing holds; they are part of the first body."""
+        self.loops: list[SdfJoint] = []
+        """Joints that would close a loop, which are open."""
+        world = self.of(WORLD)
+        self.is_anchored = world in self.edges or any(self.of(name) == world for name in self.links)
+        """Whether the first body does not move."""
+        self.fill(world if self.is_anchored else self.top(next(iter(self.links))))
+
+    def of(self, name: str) -> str:
+        """The group of a link."""
+        while self.group[name] != name:
+            self.group[name] = self.group[self.group[name]]
+            name = self.group[name]
+        return name
+
+    def fill(self, root: str) -> None:
+        """Make the bodies, from a group on; what hangs on nothing is held to the first body."""
+        own = next((name for name in self.links if self.of(name) == root), WORLD)
+        self.held[root] = Body(own, ZERO)
+        self.grow(root)
+        for name in self.links:
+            if self.of(name) not in self.held:
+                top = self.top(name)
+                self.loose.append(name)
+                self.held[top] = self.held[root]
+                self.grow(top)
+        for name, row in self.links.items():
+            body = self.held[self.of(name)]
+            body.parts.append((row, relative(body.pose, self.places[name])))
+        self.bodies = list({id(body): body for body in self.held.values()}.values())
+        """All of them, the one that hangs on no other first."""
+
+    def top(self, name: str) -> str:
+        """The group from which the joints lead to that of a link; that of the link in a circle."""
+        above = {self.of(joint.child): self.of(joint.parent) for joint in reversed(self.moving)}
+        group, seen = self.of(name), set[str]()
+        while group in above and group not in seen:
+            seen.add(group)
+            group = above[group]
+        return group
+
+    def grow(self, root: str) -> None:
+        """Add what hangs on a group by joints, whichever end of a joint is nearer."""
+        queue, used = [root], set[int]()
+        for group in queue:
+            for joint in self.edges.get(group, []):
+                if id(joint) in used:
+                    continue
+                used.add(id(joint))
+                is_backward = self.of(joint.child) == group
+                end = joint.parent if is_backward else joint.child
+                if self.of(end) in self.held:
+                    self.loops.append(joint)
+                    continue
+                far = self.held[self.of(end)] = Body(end, self.places[end])
+                self.hinges.append(Hinge(joint, self.held[group], far, is_backward))
+                queue.append(self.of(end))
+
+
+def mass_of(body: Body) -> MassProperties | None:
+    """Mass and inertia of all links of a body together, along its axes; None without a mass."""
+    weights = ((row.link.inertial, pose) for row, pose in body.parts)
+    parts = [with_pose(rigid(own.mass, ZERO[:3], own.tensor), compose(pose, own.pose)) for own, pose in weights if own]
+    if not parts:
+        return None
+    whole = combine(parts)
+    return replace(whole, inertia=_possible(whole.inertia))
+
+
+def _possible(inertia: FloatArray) -> FloatArray:
+    """An inertia as MuJoCo takes it: moments that are off by rounding are the least that can exist."""
+    moments, axes = np.linalg.eigh(inertia)
+    if moments[2] <= 0.0:
+        return inertia
+    least = max(_LEAST * float(moments[2]), _LEAST)
+    low, middle, high = np.maximum(moments, least)
+    short = max(high - low - middle, 0.0)
+    if low == moments[0] and short <= _LEAST * high:
+        return inertia
+    return np.asarray(axes @ np.diag([low + short, middle, high]) @ axes.T)

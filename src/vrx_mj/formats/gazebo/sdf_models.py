@@ -29,8 +29,8 @@ from vrx_mj.formats.gazebo.models import (
 from vrx_mj.formats.series.pieces import At
 from vrx_mj.formats.urdf.elements import Findings, Node, own_name
 from vrx_mj.formats.urdf.links import Surroundings
-from vrx_mj.formats.urdf.meshes import MeshFiles
 from vrx_mj.formats.urdf.model import ZERO, relative
+from vrx_mj.formats.urdf.reader import MeshFiles
 from vrx_mj.formats.urdf.xml_document import Markup
 from vrx_mj.frames import Pose, angles, compose, inverse, rotation_matrix
 

@@ -16,8 +16,8 @@ import PIL.Image
 import trimesh
 
 from vrx_mj.errors import VrxError
-from vrx_mj.formats.urdf.meshes import MeshData
 from vrx_mj.formats.urdf.model import Color
+from vrx_mj.formats.urdf.reader import MeshData
 
 _MOST_TRIANGLES = 200_000
 """MuJoCo's own limit for STL files."""

@@ -15,7 +15,7 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.errors import VrxError
-from vrx_mj.formats.urdf.meshes import mesh_glb
+from vrx_mj.formats.urdf.reader import mesh_glb
 from vrx_mj.mjcf.templates import mesh_of_file
 from vrx_mj.mjcf.world import World
 from vrx_mj.ros.interface import BOTH, Output

@@ -9,8 +9,7 @@ from vrx_mj.config.fleet import load_fleet
 from vrx_mj.config.world import load_world
 from vrx_mj.errors import ConfigError, VrxError, VrxWarning
 from vrx_mj.formats.gazebo.launch import launch_of
-from vrx_mj.formats.gazebo.launched import fleet_of
-from vrx_mj.formats.gazebo.stock import STOCK_LAUNCHES
+from vrx_mj.formats.gazebo.launched import STOCK_LAUNCHES, fleet_of
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.mjcf.world import World
 from vrx_mj.ros.table.boats import description

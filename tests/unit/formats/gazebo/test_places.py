@@ -11,7 +11,7 @@ from vrx_mj.formats.gazebo.launch import launch_of
 from vrx_mj.formats.gazebo.models import PATHS, model_file
 from vrx_mj.formats.gazebo.worlds import gazebo_world
 from vrx_mj.formats.urdf.expand import Files, own_packages
-from vrx_mj.formats.urdf.meshes import MeshFiles
+from vrx_mj.formats.urdf.reader import MeshFiles
 
 PAGE = Path(__file__).parents[4] / "docs/vrx.md"
 MODEL = '<sdf version="1.6"><model name="m"><static>true</static><link name="l"/></model></sdf>'

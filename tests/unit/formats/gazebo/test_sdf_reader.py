@@ -12,7 +12,7 @@ from vrx_mj.errors import VrxWarning
 from vrx_mj.formats.gazebo.document import Report
 from vrx_mj.formats.gazebo.models import model_element
 from vrx_mj.formats.gazebo.sdf_boats import is_boat, read_boat
-from vrx_mj.formats.gazebo.sdf_joints import read_sdf_joint
+from vrx_mj.formats.gazebo.sdf_links import read_sdf_joint
 from vrx_mj.formats.gazebo.sdf_models import Model
 from vrx_mj.formats.gazebo.sdf_objects import model_section
 from vrx_mj.formats.gazebo.worlds import gazebo_world

@@ -8,9 +8,8 @@ import pytest
 from vrx_mj.config.world import load_world
 from vrx_mj.errors import ConfigError, VrxWarning
 from vrx_mj.formats.gazebo.launch import launch_of
-from vrx_mj.formats.gazebo.launched import fleet_of
+from vrx_mj.formats.gazebo.launched import STOCK_LAUNCHES, fleet_of, is_tool, stock_launch
 from vrx_mj.formats.gazebo.opening import file_in, open_source
-from vrx_mj.formats.gazebo.stock import STOCK_LAUNCHES, is_tool, stock_launch
 
 LISTED = Path(__file__).parents[3] / "golden/vrx_names/launch_arguments.csv"
 

@@ -10,7 +10,7 @@ from macro_blocks import BLOCKS
 from vrx_mj.cli.nodes import NODES
 from vrx_mj.config.world import load_world
 from vrx_mj.errors import VrxWarning
-from vrx_mj.formats.series.macros import macros
+from vrx_mj.formats.series.worlds import macros
 
 HEAD = (
     '<sdf version="1.6" xmlns:xacro="http://ros.org/wiki/xacro">\n<world name="bay">\n'

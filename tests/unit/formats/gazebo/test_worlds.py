@@ -15,7 +15,7 @@ from vrx_mj.config.world import load_world
 from vrx_mj.errors import ConfigError, VrxError, VrxWarning
 from vrx_mj.foreign import asking, budget, reader
 from vrx_mj.formats.gazebo.worlds import gazebo_world
-from vrx_mj.formats.series.macros import macros
+from vrx_mj.formats.series.worlds import macros
 
 NAMED = {name for name in macros() if "name" in macros()[name].defaults}
 BASES = {name for name in macros() if macros()[name].part == "base"}

@@ -6,8 +6,16 @@ import pytest
 
 from vrx_mj.config.tree import File, Place
 from vrx_mj.errors import UnknownNameError, VrxError
-from vrx_mj.formats.parts.generate import LAYOUTS, arguments_of_wamv, example_file, wamv_urdf, xacro_text
-from vrx_mj.formats.parts.read import Instance, PartsFile, load_parts
+from vrx_mj.formats.parts.read import (
+    LAYOUTS,
+    Instance,
+    PartsFile,
+    arguments_of_wamv,
+    example_file,
+    load_parts,
+    wamv_urdf,
+    xacro_text,
+)
 from vrx_mj.formats.urdf.expand import expand
 from vrx_mj.resources import root
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from vrx_mj.formats.series.macros import REQUIRED, macros
+from vrx_mj.formats.series.worlds import REQUIRED, macros
 
 LISTED = Path(__file__).parents[3] / "golden/vrx_names/macros.csv"
 OTHER = {

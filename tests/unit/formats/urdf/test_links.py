@@ -7,8 +7,7 @@ import pytest
 
 from urdf_boats import link, robot
 from vrx_mj.errors import ConfigError
-from vrx_mj.formats.urdf.meshes import stand_ins
-from vrx_mj.formats.urdf.reader import read_urdf
+from vrx_mj.formats.urdf.reader import read_urdf, stand_ins
 from vrx_mj.frames import apply, compose, inverse, rotation
 
 POINT = (0.3, -0.2, 0.7)

@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from peak_memory import peak_memory
 from vrx_mj.errors import VrxError
 from vrx_mj.foreign import ReaderError, ask
-from vrx_mj.formats.urdf import meshes
-from vrx_mj.formats.urdf.meshes import MeshData, read_mesh
+from vrx_mj.formats.urdf import reader
+from vrx_mj.formats.urdf.reader import MeshData, read_mesh
 
 BIG = 900_000_000
 SHAPE = {"attributes": {"POSITION": 0}}
@@ -258,7 +258,7 @@ def test_what_is_no_mesh_is_left_out(tmp_path):
 
 @pytest.mark.parametrize("suffix", ["gltf", "3mf", "zip", "off", "STEP", "dae.gz", "xyz"])
 def test_only_the_kinds_that_are_known_reach_the_library(tmp_path, monkeypatch, suffix):
-    monkeypatch.setattr(meshes, "ask", lambda *_, **__: pytest.fail("it does"))
+    monkeypatch.setattr(reader, "ask", lambda *_, **__: pytest.fail("it does"))
     (tmp_path / f"a.{suffix}").write_bytes(b"OFF\n")
     with pytest.raises(VrxError) as caught:
         read_mesh(tmp_path / f"a.{suffix}")

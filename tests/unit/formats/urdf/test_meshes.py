@@ -14,7 +14,7 @@ import trimesh
 
 from vrx_mj.config.shapes import MESH_SUFFIXES, Shape
 from vrx_mj.errors import VrxError
-from vrx_mj.formats.urdf.meshes import MeshFiles, check_mesh, obj_text, read_mesh, with_file_uris
+from vrx_mj.formats.urdf.reader import MeshFiles, check_mesh, obj_text, read_mesh, with_file_uris
 from vrx_mj.mjcf.templates import mesh as compiled
 
 SIDES = (1.0, 2.0, 3.0)
@@ -237,7 +237,7 @@ def test_a_missing_file_is_told(tmp_path):
 
 NORMALS = """
 from pathlib import Path
-from vrx_mj.formats.urdf.meshes import read_mesh
+from vrx_mj.formats.urdf.reader import read_mesh
 corners = "vertex 0 0 0\\nvertex 1 0 {0}\\nvertex 0 1 0\\n"
 text = "solid a\\n" + "".join("facet normal x y z\\n" + corners.format(n) for n in range(4)) + "endsolid a\\n"
 Path("a.stl").write_text(text, encoding="utf-8")

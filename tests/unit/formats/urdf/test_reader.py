@@ -15,9 +15,8 @@ from hypothesis import strategies as st
 from lxml import etree
 
 from vrx_mj.errors import VrxError, VrxWarning
-from vrx_mj.formats.urdf.meshes import MeshFiles
 from vrx_mj.formats.urdf.model import Limits, chain
-from vrx_mj.formats.urdf.reader import read_urdf
+from vrx_mj.formats.urdf.reader import MeshFiles, read_urdf
 from vrx_mj.frames import inverse
 
 TESTS = Path(__file__).parents[3]

@@ -16,7 +16,7 @@ from trimesh.transformations import quaternion_matrix
 import vrx_mj
 from ros_scene import served
 from vrx_mj.draw.course import map_of
-from vrx_mj.formats.urdf.meshes import read_mesh
+from vrx_mj.formats.urdf.reader import read_mesh
 from vrx_mj.mjcf.templates import mesh_of_file
 from vrx_mj.ros.table.boats import description
 from vrx_mj.ros.table.viewers import CUBE, DELETE_ALL, MARKERS, START, TRIANGLES, with_meshes_inside
