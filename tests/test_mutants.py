@@ -79,6 +79,6 @@ def test_related_tests_import_the_package_by_names_at_the_top_by_helpers_and_by_
     assert "tests/unit/cli/test_trial.py" in of("mjcf/world.py")
     assert "tests/integration/test_campaign_exec.py" in of("campaign/trial.py")
     assert "tests/integration/test_fingerprints_worlds.py" in of("physics/drag.py")
-    assert "tests/integration/test_fingerprints_worlds.py" not in of("nmea/ais.py")
+    assert "tests/integration/test_fingerprints_worlds.py" not in of("nmea.py")
     assert "tests/integration/test_fingerprints_files.py" in of("formats/gazebo/worlds.py")
     assert "tests/integration/test_fingerprints_validation.py" in of("validation/cases/waves.py")

@@ -13,8 +13,7 @@ from integration.sailing import ROUGH, boats
 from integration.sensing import GPS, IMU, sailing
 from needs import GPSDECODE, needs
 from vrx_mj.config.sensors import ErrorModel
-from vrx_mj.nmea import Instruments
-from vrx_mj.nmea.sentences import START
+from vrx_mj.nmea import START, Instruments
 
 NOISE = ErrorModel(noise=(0.3, 0.3, 0.3))
 WESTERN = {"latitude": -33.03, "longitude": -71.62}

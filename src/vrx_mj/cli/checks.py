@@ -150,7 +150,7 @@ def validate(
         raise CommandError("--case and --data are needed together: the case, and its measurements")
     cases = select_cases(tuple(only or ()), quick=quick)
     if case is not None and data is not None:
-        from vrx_mj.validation.measured import measured_case
+        from vrx_mj.validation.report import measured_case
 
         cases = (measured_case(case, data), *(cases if only or quick else ()))
     with Bar("validating", len(cases), "cases") as bar:

@@ -2,9 +2,8 @@
 
 from collections.abc import Callable
 
-from vrx_mj.trials.decay import decay
+from vrx_mj.trials.procedures import crash_stop, decay, pull_out, spiral, turning, zigzag
 from vrx_mj.trials.records import Figure, SimulatedVessel, Track, Trial, Vessel, VesselState
-from vrx_mj.trials.steering import crash_stop, pull_out, spiral, turning, zigzag
 
 __all__ = [
     "TRIALS",

@@ -9,7 +9,7 @@ from pyais import decode
 
 from vrx_mj.frames import quaternion
 from vrx_mj.model.things import Georeference
-from vrx_mj.nmea.ais import FIRST, Size, Transponder, mmsi_of, size_of
+from vrx_mj.nmea import FIRST, Size, Transponder, mmsi_of, size_of
 from vrx_mj.runtime.observation import BoatObservation
 
 KNOT = 1852.0 / 3600.0

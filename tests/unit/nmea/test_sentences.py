@@ -8,7 +8,7 @@ import pynmea2
 import pytest
 
 from vrx_mj.frames import quaternion, rotation
-from vrx_mj.nmea.sentences import KINDS
+from vrx_mj.nmea import KINDS
 from vrx_mj.sensors.readings import Fix, Inertia, Mount, Reading
 
 NORTH = math.pi / 2

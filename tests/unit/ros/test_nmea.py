@@ -17,9 +17,8 @@ from vrx_mj.nmea import Instruments
 from vrx_mj.ros import cdr
 from vrx_mj.ros.interface import Inbox, Output, RosInterface, Sent
 from vrx_mj.ros.messages import new
-from vrx_mj.ros.nmea import MOST_SENTENCES, SENTENCE, Nmea, nmea_outputs, nmea_topics
 from vrx_mj.ros.ros_server import RosServer
-from vrx_mj.ros.serve import Wanted, serve
+from vrx_mj.ros.serve import MOST_SENTENCES, SENTENCE, Nmea, Wanted, nmea_outputs, nmea_topics, serve
 
 SOON = 20.0
 """Wall time after which what does not come is missing [s]."""

@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 
 from vrx_mj.errors import CommandError
 from vrx_mj.trials import VesselState, crash_stop, decay, pull_out, spiral, turning, zigzag
-from vrx_mj.trials.decay import decay_figures
+from vrx_mj.trials.procedures import decay_figures
 
 U, K, T = 2.0, 0.2, 3.0
 """Speed [m/s], gain [1/s] and time constant [s] of Nomoto's model T r' + r = K helm."""

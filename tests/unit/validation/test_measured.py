@@ -10,8 +10,7 @@ from peak_memory import peak_memory
 from vrx_mj import Simulation, compile_world
 from vrx_mj.config.measured import MOST_BYTES, SIGNALS, read_case, read_measurements
 from vrx_mj.errors import VrxError
-from vrx_mj.validation.measured import _READERS, measured_case
-from vrx_mj.validation.report import run_cases
+from vrx_mj.validation.report import _READERS, measured_case, run_cases
 
 WORLD = "physics: {profile: marine}\nsea: {model: none}\nspawn: {robot: skiff, sensors: none}\n"
 CASE = """
