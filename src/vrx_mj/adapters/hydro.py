@@ -12,6 +12,7 @@ import numpy as np
 from vrx_mj.adapters.pole_fit import Memory, fitted_memory
 from vrx_mj.arrays import ComplexArray, FloatArray, IntArray
 from vrx_mj.config.dynamics import FORMAT
+from vrx_mj.config.shapes import normals_of
 from vrx_mj.errors import CommandError, VrxError
 from vrx_mj.packages import importing
 
@@ -296,7 +297,7 @@ def panel_hull(corners: FloatArray, panels: int) -> tuple[FloatArray, IntArray, 
     wet = corners[corners[:, :, 2].min(axis=1) < -_WET]
     if not len(wet):
         raise VrxError("no part of the hull is under water; check --mass, and the mesh's unit (m)")
-    area = float(np.linalg.norm(np.cross(wet[:, 1] - wet[:, 0], wet[:, 2] - wet[:, 0]), axis=1).sum()) / 2.0
+    area = float(np.linalg.norm(normals_of(wet), axis=1).sum()) / 2.0
     longest = math.sqrt(4.0 / math.sqrt(3.0) * area / panels)
     points, index = np.unique(np.round(corners.reshape(-1, 3), 9), axis=0, return_inverse=True)
     vertices, faces = trimesh.remesh.subdivide_to_size(points, index.reshape(-1, 3), longest, max_iter=20)

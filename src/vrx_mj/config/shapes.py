@@ -205,6 +205,12 @@ def _convex_hulls(pieces: Iterable[FloatArray]) -> list[FloatArray]:
     return [hull for hull in map(_hull, groups) if len(hull)]
 
 
+def normals_of(triangles: FloatArray) -> FloatArray:
+    """Normals (n, 3) of triangles (n, 3, 3), as long as twice their areas."""
+    found: FloatArray = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    return found
+
+
 def _hull(points: FloatArray) -> FloatArray:
     """Triangles (n, 3, 3) of the convex hull of points; none if these lie in a plane."""
     from scipy.spatial import ConvexHull, QhullError
@@ -214,8 +220,7 @@ def _hull(points: FloatArray) -> FloatArray:
     except QhullError:
         return np.empty((0, 3, 3))
     corners: FloatArray = points[hull.simplices]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    inward = np.einsum("ij,ij->i", normals, hull.equations[:, :3]) < 0.0
+    inward = np.einsum("ij,ij->i", normals_of(corners), hull.equations[:, :3]) < 0.0
     corners[inward] = corners[inward, ::-1]
     return corners
 

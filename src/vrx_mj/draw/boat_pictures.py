@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from vrx_mj.arrays import FloatArray
+from vrx_mj.config.shapes import normals_of
 from vrx_mj.draw.map import FORMATS
 from vrx_mj.draw.style import INK, Thing, font_warnings_hidden, label, write
 from vrx_mj.errors import VrxError
@@ -165,7 +166,7 @@ def draw_surfaces(axes: Axes, view: View, boat: _Shaded) -> None:
     """The boat's triangles, the nearest last, each lighter the more it faces the viewer."""
     triangles = np.concatenate([triangles for triangles, _ in boat])
     light = np.concatenate([np.full(len(triangles), light) for triangles, light in boat])
-    normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    normal = normals_of(triangles)
     facing = view.side * normal[:, view.depth] / np.maximum(np.linalg.norm(normal, axis=1), 1e-12)
     light = np.clip(light + 0.12 * facing, 0.0, 1.0)
     order = np.argsort(view.side * triangles[:, :, view.depth].mean(axis=1))

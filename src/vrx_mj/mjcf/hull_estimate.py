@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vrx_mj.arrays import FloatArray
+from vrx_mj.config.shapes import normals_of
 from vrx_mj.constants import SEA_WATER_DENSITY, STANDARD_GRAVITY
 from vrx_mj.mjcf.flotation import HullSheet, below, flotation_at, hull_sheet
 from vrx_mj.physics.thrust import normal_slope
@@ -179,9 +180,9 @@ def _hull(wet: FloatArray) -> _Hull:
     area = np.array([each.volume for each in found]) / dx
     breadth = np.array([each.area for each in found]) / dx
     draft = np.array([-float(piece[:, :, 2].min(initial=0.0)) for piece in pieces])
-    normals = 0.5 * np.cross(wet[:, 1] - wet[:, 0], wet[:, 2] - wet[:, 0])
-    sizes = np.linalg.norm(normals, axis=1)
-    ahead, astern = (float(sizes[side * normals[:, 0] > _BLUNT * sizes].sum()) for side in (1.0, -1.0))
+    across = 0.5 * normals_of(wet)
+    sizes = np.linalg.norm(across, axis=1)
+    ahead, astern = (float(sizes[side * across[:, 0] > _BLUNT * sizes].sum()) for side in (1.0, -1.0))
     middle = 0.5 * float(wet[:, :, 1].min() + wet[:, :, 1].max())
     floor = 1e-6 * float(draft.max())
     return _Hull(
@@ -210,7 +211,7 @@ def estimated_hull(
     Raises:
         VrxError: it does not float, or hardly touches the water.
     """
-    sizes = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    sizes = np.linalg.norm(normals_of(corners), axis=1)
     height = float(sizes @ corners[:, :, 2].mean(axis=1) / sizes.sum())
     afloat = hull_sheet(corners, mass, (0.0, 0.0, 0.0), DENSITY, _GRAVITY)
     (x, y, _), waterline = afloat.center_of_buoyancy, afloat.waterline
@@ -281,7 +282,7 @@ def _stern(hulls: Sequence[_Hull], stern: float) -> tuple[float, float, float, f
 def _windage(corners: FloatArray) -> tuple[float, float, float]:
     """Areas above the water seen from ahead and from the side [m2], and the height of the latter's middle [m]."""
     dry = -below(-corners, 0.0)
-    normals = np.abs(0.5 * np.cross(dry[:, 1] - dry[:, 0], dry[:, 2] - dry[:, 0]))
+    normals = np.abs(0.5 * normals_of(dry))
     ahead, side = (0.5 * float(normals[:, axis].sum()) for axis in (0, 1))
     return ahead, side, float(0.5 * normals[:, 1] @ dry[:, :, 2].mean(axis=1) / side)
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
+from vrx_mj.config.shapes import normals_of
 from vrx_mj.errors import VrxError
 
 _MOST_TRIANGLES = 20_000
@@ -212,7 +213,7 @@ def _crossing_middles(one: FloatArray, other: FloatArray, least: float) -> Float
 
 def _normals(triangles: FloatArray) -> FloatArray:
     """Unit normals (n, 3); 0 of triangles without area."""
-    found: FloatArray = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    found: FloatArray = normals_of(triangles)
     length = np.linalg.norm(found, axis=1)
     found /= np.where(length > 0.0, length, 1.0)[:, None]
     return found
@@ -254,7 +255,7 @@ def panels_of(corners: FloatArray) -> tuple[FloatArray, IntArray]:
     whose triangles are not, one half is divided and mirrored, so that waves from ahead do not push it aside.
     """
     points, triangles = _merge_points(corners)
-    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    across = normals_of(corners)
     equal = 2.0 * math.sqrt(0.5 * float(np.linalg.norm(across, axis=1).sum()) / FEWEST)
     longest = max(equal, float(np.ptp(points, axis=0).max()) / _ALONG)
     found, even = (_divide(points, triangles, longest, even=choice) for choice in (False, True))
@@ -349,7 +350,7 @@ def _same_surface(one: FloatArray, other: FloatArray) -> bool:
 
 def _moments(corners: FloatArray) -> FloatArray:
     """Integrals (13,) over triangles of 1, the place, its products and the normal."""
-    across = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    across = 0.5 * normals_of(corners)
     area = np.linalg.norm(across, axis=1)
     middles = 0.5 * (corners + np.roll(corners, -1, axis=1))  # at which a sum of second order is exact
     square = np.einsum("n,nij,nik->jk", area, middles, middles) / 3.0

@@ -17,6 +17,7 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.search import ReadingError, find_terrain, read_limited
+from vrx_mj.config.shapes import normals_of
 from vrx_mj.config.values import MAX_COORDINATE
 from vrx_mj.errors import ConfigError, Problem, shorten
 from vrx_mj.mjcf.pieces import Piece
@@ -81,7 +82,7 @@ def _stl(triangles: FloatArray) -> bytes:
     """Triangles as binary STL, in a fixed order, without a date."""
     order = np.lexsort(triangles.reshape(len(triangles), 9).T)
     corners = triangles[order]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal = normals_of(corners)
     length = np.sqrt(np.sum(normal * normal, axis=1))
     keep = length > 1e-6  # slivers of no area upset MuJoCo
     facet = np.zeros(int(keep.sum()), dtype=_FACET)

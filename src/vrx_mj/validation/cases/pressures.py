@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.arrays import FloatArray
+from vrx_mj.config.shapes import normals_of
 from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.frames import rotation_matrix
 from vrx_mj.physics.panels import panels_of, wrench_of_pressures
@@ -100,7 +101,7 @@ def _integral(sim: Simulation, triangles: FloatArray, center: FloatArray, time: 
     t = np.full(triangles.shape[:2], time)
     depth = sim.sea.height(triangles[..., 0], triangles[..., 1], t) - triangles[..., 2]
     wet = _wet(triangles, depth)
-    area = 0.5 * np.cross(wet[:, 1] - wet[:, 0], wet[:, 2] - wet[:, 0]) / 3.0
+    area = 0.5 * normals_of(wet) / 3.0
     total = np.zeros(6)
     for place in (0.5 * (wet + np.roll(wet, -1, axis=1))).swapaxes(0, 1):  # midpoints of edges
         force = -area * sim.sea.pressure(place[:, 0], place[:, 1], place[:, 2], np.full(len(place), time))[:, None]
