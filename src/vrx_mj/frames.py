@@ -119,6 +119,11 @@ def _rows(w: _Angle, x: _Angle, y: _Angle, z: _Angle) -> tuple[tuple[_Angle, _An
     )
 
 
+def heading(w: float, x: float, y: float, z: float) -> float:
+    """Heading [rad] of a unit quaternion, body to world, counter-clockwise from x, in [-pi, pi]."""
+    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+
+
 def rotation_matrix(quaternion: npt.ArrayLike) -> FloatArray:
     """Return the (3, 3) rotation matrix, body to world, of a unit quaternion (w, x, y, z)."""
     w, x, y, z = np.asarray(quaternion, np.float64).tolist()

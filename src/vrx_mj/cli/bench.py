@@ -148,12 +148,7 @@ def batch_rows() -> list[Row]:
         bench_row("batch_mb_per_row", megabytes_per_row(), "MB", None),
         *(
             bench_row(f"free_ratio_{rows}_{sea}", engine_ratio(rows, sea), "x engine mujoco", least, at_least=True)
-            for sea, rows, least in (
-                ("vrx", 64, 2.0),
-                ("vrx", 1024, 2.0),
-                ("60_waves", 64, 1.3),
-                ("60_waves", 1024, 1.5),
-            )
+            for sea, rows, least in _FREE_BARS
         ),
         bench_row("free_row_of_4096", row_cost(4096, 64), "x a row of 64", 1.15),
         bench_row("free_kb_per_row", 1e3 * megabytes_per_row(100_000, "free"), "kB", 2.5),

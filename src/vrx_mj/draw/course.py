@@ -13,6 +13,7 @@ import numpy as np
 
 from vrx_mj.arguments import check_kind
 from vrx_mj.arrays import FloatArray
+from vrx_mj.constants import DOCK_CELL
 from vrx_mj.draw.style import boat_color, hex_color
 from vrx_mj.frames import quaternion, rotation_matrix
 from vrx_mj.mjcf.objects import BALL
@@ -260,8 +261,6 @@ Rgb = tuple[float, float, float]
 
 _NO_FLEET = "single"
 """What the compiler calls the one boat of a world without a fleet."""
-_DOCK_CELL = 2.0
-"""Edge of a dock's cell [m] (VRX's dock_block)."""
 _EMPTY = Course()
 
 
@@ -272,7 +271,7 @@ class MapDock:
     name: str
     cells: FloatArray
     yaw: float
-    block: float = _DOCK_CELL
+    block: float = DOCK_CELL
 
 
 @dataclass(frozen=True)

@@ -74,7 +74,6 @@ from vrx_mj.physics.wind import AIR_DENSITY
 from vrx_mj.rigid_bodies import MassProperties, rigid
 
 _Color = tuple[float, float, float, float]
-_Vector = tuple[float, float, float]
 
 _WORLD = "world"
 """Name of a root link that stays where the boat is put, by Gazebo's convention."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal, overload
 
 from vrx_mj.arrays import FloatArray
-from vrx_mj.frames import rotation_matrix
+from vrx_mj.frames import heading, rotation_matrix
 
 if TYPE_CHECKING:
     from vrx_mj.runtime.hull import Hull, Propeller
@@ -50,8 +50,7 @@ class BoatObservation:
     @property
     def heading(self) -> float:
         """Heading [rad], counter-clockwise from the world's x axis, from -pi to pi."""
-        w, x, y, z = self.quaternion.tolist()
-        return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+        return heading(*self.quaternion.tolist())
 
     @property
     def speed(self) -> float:

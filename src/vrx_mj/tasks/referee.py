@@ -22,6 +22,7 @@ from vrx_mj.config.loading import fault_text
 from vrx_mj.config.tree import literal
 from vrx_mj.constants import EARLY
 from vrx_mj.errors import CommandError, StateError
+from vrx_mj.frames import heading
 from vrx_mj.model.tasks import TaskBase, followed_things
 
 Count = Annotated[int, Field(ge=0, le=1 << 53)]
@@ -110,8 +111,7 @@ class Pose:
     @property
     def yaw(self) -> float:
         """Heading [rad], counter-clockwise from x, in [-pi, pi]."""
-        w, x, y, z = self.quaternion
-        return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+        return heading(*self.quaternion)
 
 
 @dataclass(frozen=True, slots=True)

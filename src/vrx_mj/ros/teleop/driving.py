@@ -15,7 +15,7 @@ from websockets.sync.client import ClientConnection, connect
 
 from vrx_mj.drive.pilot import HELP, Driver, Engine, Motion, Terminal, Wheel, drive, engine_commands
 from vrx_mj.errors import CommandError, NetworkError
-from vrx_mj.frames import compass
+from vrx_mj.frames import compass, heading
 from vrx_mj.ros.parameters import command_topic
 from vrx_mj.runtime.timing import Pause
 from vrx_mj.signals import ended_by_signals
@@ -225,11 +225,10 @@ class Scene:
         self.motions = {name: self._motion(pose["orientation"], twist["linear"]) for name, pose, twist in rows}
 
     def _motion(self, turn: Mapping[str, float], velocity: Mapping[str, float]) -> Motion:
-        w, x, y, z = (turn[axis] for axis in "wxyz")
-        heading = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+        yaw = heading(*(turn[axis] for axis in "wxyz"))
         course = math.atan2(velocity["y"], velocity["x"])
         speed = math.hypot(velocity["x"], velocity["y"])
-        return Motion(speed, compass(heading + self.x_from_east), compass(course + self.x_from_east))
+        return Motion(speed, compass(yaw + self.x_from_east), compass(course + self.x_from_east))
 
     def _note_wind(self, name: str, message: _Values) -> None:
         setattr(self, name, message["data"])

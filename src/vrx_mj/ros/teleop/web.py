@@ -14,7 +14,6 @@ from typing import Any
 from vrx_mj.errors import NetworkError
 from vrx_mj.ros.network import host_of, is_loopback, who_listens
 
-_PAGE_PORT = 8090
 _LOOPBACK = "127.0.0.1"
 FILES = {
     "/": ("index.html", "text/html"),
