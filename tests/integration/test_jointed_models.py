@@ -9,7 +9,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import vrx_mj
-from vrx_mj.cli.importing import import_
+from vrx_mj.cli.files import import_
 from vrx_mj.frames import rotation
 
 pytestmark = pytest.mark.filterwarnings("ignore::vrx_mj.errors.VrxWarning")

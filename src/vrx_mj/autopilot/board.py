@@ -26,8 +26,7 @@ from vrx_mj.physics.tables import BLADES
 from vrx_mj.runtime.battery import Charge
 from vrx_mj.runtime.commands import ANGLE
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.sensors.instruments import apparent_wind, inertia
-from vrx_mj.sensors.kinds import Draw
+from vrx_mj.sensors.instruments import Draw, apparent_wind, inertia
 from vrx_mj.sensors.readings import Mount, Place, place_of_mount
 
 _FORWARD_RIGHT_DOWN = ((1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, -1.0))

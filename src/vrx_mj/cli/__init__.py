@@ -1,10 +1,15 @@
-"""The command line, `vrx-mj`."""
+"""The command line, `vrx-mj`.
+
+PYTHONPATH: a sourced ROS puts packages of its own there, for another Python or too old for us.
+"""
 
 import gc
+import importlib.util
+import os
 import sys
+import traceback
+from collections.abc import Iterator
 from pathlib import Path
-
-from vrx_mj.cli.environment import installed_first, intruder
 
 __all__ = ["main"]
 
@@ -39,3 +44,68 @@ def _is_interrupt(error: BaseException | None) -> bool:
     return error is not None and (
         isinstance(error, KeyboardInterrupt) or _is_interrupt(error.__cause__ or error.__context__)
     )
+
+
+PACKAGES = frozenset({
+    "IPython", "PIL", "av", "capytaine", "cbor2", "collada", "foxglove", "gymnasium", "jinja2", "llvmlite", "lxml",
+    "lz4", "markupsafe", "matplotlib", "mujoco", "numba", "numba_cuda", "numpy", "pettingzoo", "psutil", "pyais",
+    "pyarrow", "pydantic", "pynmea2", "ray", "rerun", "rerun_notebook", "rich", "rosbags", "scipy", "shapely",
+    "trimesh", "typer", "websockets", "xacro", "yaml", "yourdfpy",
+})  # fmt: skip
+"""Packages that the sources import, by the names of their modules."""
+EXTRAS = {
+    "ros1": ("rosbags", "lz4"), "foxglove": ("rosbags", "foxglove"), "rosbridge": ("rosbags", "websockets", "cbor2"),
+    "rl": ("gymnasium", "pettingzoo"), "ray": ("ray",), "notebook": ("ipykernel", "rerun_notebook"),
+    "video": ("av",), "hydro": ("capytaine",), "nmea": ("rosbags", "pynmea2", "pyais"),
+    "cuda": ("numba_cuda",), "warp": ("mujoco_warp",),
+}  # fmt: skip
+"""Modules that each extra brings."""
+
+
+def missing_modules(extra: str) -> list[str]:
+    """The modules of an extra that are not installed."""
+    return [module for module in EXTRAS[extra] if importlib.util.find_spec(module) is None]
+
+
+def installed_first() -> None:
+    """Have Python look where packages are installed first, and in the folders of PYTHONPATH last."""
+    named = set(_named_folders())
+    sys.path.sort(key=lambda entry: Path(entry).resolve() in named)
+
+
+def intruder(error: BaseException) -> str | None:
+    """The message where a package from PYTHONPATH failed in the place of one we need; else None.
+
+    After `installed_first` that happens only to a package that is not installed here.
+    """
+    for file in _files(error):
+        for folder in _named_folders():
+            path = Path(file).resolve()
+            name = path.relative_to(folder).parts[0].removesuffix(".py") if path.is_relative_to(folder) else ""
+            if name in PACKAGES:
+                cause = str(error).partition("\n")[0]
+                return (
+                    f"vrx-mj: {name} in {path}, from PYTHONPATH, is in the way ({type(error).__name__}: {cause}): "
+                    f"run with PYTHONPATH empty; if {name} is missing then, install vrx_mj again"
+                )
+    return None
+
+
+def _named_folders() -> Iterator[Path]:
+    """The folders that PYTHONPATH names, and the current one, which `python -m` and an empty entry mean."""
+    return (Path(entry).resolve() for entry in ["", *os.environ.get("PYTHONPATH", "").split(os.pathsep)])
+
+
+def _files(error: BaseException) -> Iterator[str]:
+    """The files that an error and its causes are about, the innermost first."""
+    frames = reversed(traceback.extract_tb(error.__traceback__))
+    about = (
+        getattr(error, "filename", None),  # SyntaxError
+        getattr(error, "path", None),  # ImportError
+        getattr(getattr(error, "obj", None), "__file__", None),  # AttributeError
+        *(frame.filename for frame in frames),
+    )
+    yield from (file for file in about if isinstance(file, str))
+    cause = error.__cause__ or error.__context__
+    if cause is not None:
+        yield from _files(cause)

@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from rich.text import Text
 
-from vrx_mj.cli.environment import EXTRAS, PACKAGES, missing_modules
+from vrx_mj.cli import EXTRAS, PACKAGES, missing_modules
 from vrx_mj.cli.screen import print_table, show
 from vrx_mj.constants import PHYSICS_VERSION
 from vrx_mj.errors import VrxError, first_names

@@ -190,7 +190,7 @@ COMMANDS = {
     "run": Entry("Sail", "commands:run", "Sail a world, and print where the boats end and how the task is scored."),
     "view": Entry("Sail", "commands:view", "Watch a world live, and drive its boats with the keyboard."),
     "new": Entry("Sail", "commands:new", "Copy a commented start file into the current folder."),
-    "import": Entry("Sail", "importing:import_", "Convert files of Gazebo and VRX to ours."),
+    "import": Entry("Sail", "files:import_", "Convert files of Gazebo and VRX to ours."),
     "compile": Entry("Sail", "commands:compile_", "Compile a world to MJCF that plain MuJoCo opens."),
     "list": Entry("Look", "commands:list_", "List worlds, fleets, robots, objects, docks or tasks."),
     "map": Entry("Look", "commands:map_", "Draw a world as seen from above."),
@@ -209,7 +209,7 @@ COMMANDS = {
     "teleop": Entry("ROS", "ros:teleop", "Drive a boat of a served world."),
     "ros": Entry("ROS", "ros:app", "Write the packages that ROS 1 programs and roslaunch need."),
     "campaign": Entry("Learn", "campaign:campaign", "Sail controllers in many worlds, and compare their scores."),
-    "worlds": Entry("Learn", "importing:app", "Generate series of worlds from an axes file, as VRX's generator does."),
+    "worlds": Entry("Learn", "files:app", "Generate series of worlds from an axes file, as VRX's generator does."),
 }  # fmt: skip
 
 FIRST = {

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from vrx_mj.bar import Bar
-from vrx_mj.cli.environment import missing_modules
+from vrx_mj.cli import missing_modules
 from vrx_mj.cli.options import (
     DEFAULT_PORT,
     Arguments,

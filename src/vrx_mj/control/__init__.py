@@ -11,8 +11,7 @@ from vrx_mj.control.channel import Channel, Gymkhana
 from vrx_mj.control.docking import Docking
 from vrx_mj.control.perception import Perceiver
 from vrx_mj.control.pilot import Commands, Skipper, task_of
-from vrx_mj.control.waypoints import StationKeeper, WaypointFollower
-from vrx_mj.control.wildlife import WildlifeCircler
+from vrx_mj.control.waypoints import StationKeeper, WaypointFollower, WildlifeCircler
 
 if TYPE_CHECKING:
     from vrx_mj.runtime.observation import Observation

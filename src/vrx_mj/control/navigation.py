@@ -24,7 +24,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.constants import STANDARD_GRAVITY
 from vrx_mj.errors import VrxError, VrxWarning
 from vrx_mj.frames import FLATTENING, SEMI_MAJOR, Geodetic, rotation_matrix
-from vrx_mj.sensors.kinds import variances
+from vrx_mj.sensors.instruments import variances
 
 if TYPE_CHECKING:
     from vrx_mj.runtime.mounted import Mounted

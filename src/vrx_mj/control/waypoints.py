@@ -1,18 +1,19 @@
 """Station-keeping: be at a pose and stay there.
 
 Wayfinding: come near to every waypoint, with its heading.
+
+Wildlife: circle platypus and turtle, each in its sense, and keep away from the crocodile.
 """
 
 import math
 from typing import TYPE_CHECKING
 
-from vrx_mj.control.guidance import best_order, wrap_angle
-from vrx_mj.control.navigation import Estimate, Point
+from vrx_mj.control.guidance import around, best_order, orbit, wrap_angle
+from vrx_mj.control.navigation import Estimate, Point, polar
 from vrx_mj.control.pilot import Commands, Moment, Pilot, Skipper
 
 if TYPE_CHECKING:
     from vrx_mj.runtime.task_runner import TaskObservation
-
 
 _NEAR = 6.0
 """Within this distance [m] of its place a boat turns to the heading that it is to have, beyond it goes there bow first.
@@ -130,3 +131,114 @@ class WaypointFollower(Skipper):
             worst = max(range(len(self._poses)), key=lambda number: self._least[number])
             self._order = [worst if self._least[worst] > _FAIR else here]
         self._since, self._berth = math.inf, Berth()
+
+
+_SENSES = {"platypus": -1.0, "turtle": 1.0}
+"""Senses of the circles: clockwise and counter-clockwise."""
+_RADIUS = 5.5
+"""Radius of the circles [m]: half of what engages, so that neither a gust nor the boat's own length spoils it."""
+_TIGHT = 4.0
+"""Radius of a circle beside a crocodile [m]: as small as the boat's length allows without touching the animal."""
+_ENGAGED = 9.0
+"""Within this distance [m] a way around an animal counts for sure; the task demands 10 m, in space."""
+_CLEARANCE = 13.0
+"""Distance from a crocodile [m]: what engages it, and 3 m for what it swims between two messages."""
+_ROOM = 5.0
+"""Distance from animals on the way [m]: a boat's length."""
+_WIDTH = 3.0
+"""This far off a circle [m] the course is 45 degrees toward it."""
+_TOUCH = 3.0
+"""Least distance from anything [m]."""
+_CENTRIPETAL = 0.55
+"""Acceleration in a circle at most [m/s2]: 160 N for the WAM-V."""
+_CLOSED = math.tau + math.radians(30.0)
+"""How far around [rad] is enough: all eight gates, and a margin for where the first was."""
+_CRAB = math.radians(50.0)
+"""The bow points at most this far into the circle [rad]."""
+
+
+class WildlifeCircler(Skipper):
+    """Circles the animals that must be circled, on the shortest way, clear of the others.
+
+    A vector field leads into the circle and along it. A catamaran has hardly any drag sideways, so thrust must give the
+    centripetal force. The bow therefore points into the circle, along the sum of the forces against drag and toward
+    the centre, and the main thrusters give all of it. Its speed is what `_CENTRIPETAL` allows.
+    """
+
+    def begin(self) -> None:
+        """Forget the animals, at the start of a run."""
+        self._order: list[int] | None = None
+        self._bearing: float | None = None
+        self._swept = 0.0
+
+    def steer(self, now: Moment) -> Commands:
+        """Commands that follow the present circle, or lead to the next one."""
+        animals = [(str(animal["name"]), self.navigator.place(animal)) for animal in now.task.get("animals", ())]
+        if self._order is None and animals:
+            wanted = [number for number, (name, _) in enumerate(animals) if name in _SENSES]
+            order = best_order(now.seen.place, [animals[number][1] for number in wanted])
+            self._order = [wanted[number] for number in order]
+        if not self._order:
+            return self.stop(now)
+        self._sweep(now.seen, *animals[self._order[0]])
+        if self._swept > _CLOSED:
+            self._order.pop(0)
+            self._bearing, self._swept = None, 0.0
+            return self.steer(now)
+        return self._circle(now, self._order[0], animals)
+
+    def _sweep(self, seen: Estimate, name: str, centre: Point) -> None:
+        """Add up the way around [rad]; away from the animal, or the wrong way, it starts over."""
+        distance, bearing = seen.to(*centre)
+        if distance > _ENGAGED or self._swept < 0.0:
+            self._swept, self._bearing = 0.0, None
+        if distance <= _ENGAGED:
+            if self._bearing is not None:
+                self._swept += _SENSES[name] * wrap_angle(bearing - self._bearing)
+            self._bearing = bearing
+
+    def _circle(self, now: Moment, number: int, animals: list[tuple[str, Point]]) -> Commands:
+        """Sail along the vector field, or around what is in the way."""
+        (name, centre), seen = animals[number], now.seen
+        here, sense = seen.place, _SENSES[name]
+        radius = self._radius(centre, animals)
+        speed = self._speed(seen.to(*centre)[0] - radius, radius)
+        discs = [(place, _clearance(name, math.dist(place, centre))) for name, place in animals if place != centre]
+        aim = around(here, centre, discs)
+        if aim != centre:
+            return self.sail(now, speed, seen.to(*aim)[1])
+        ahead = orbit((here[0] - centre[0], here[1] - centre[1]), radius, sense, _WIDTH)
+        return self._along(now, centre, radius, (ahead[0] * speed, ahead[1] * speed), sense)
+
+    def _along(self, now: Moment, centre: Point, radius: float, velocity: Point, sense: float) -> Commands:
+        """Sail with a velocity that turns as the circle does, the bow along the force that it takes."""
+        distance, bearing = now.seen.to(*centre)
+        speed = math.hypot(*velocity)
+        inward = speed * speed / radius if distance < radius + 2.0 * _WIDTH else 0.0
+        drag, _ = self.pilot.craft.drag(speed, 0.0)
+        crab = min(_CRAB, math.atan2(self.pilot.craft.mass * inward, drag))
+        return self.pilot.sail(
+            now.seen,
+            now.t,
+            *velocity,
+            math.atan2(velocity[1], velocity[0]) + sense * crab,
+            turn=sense * inward / max(speed, 0.1),
+            acceleration=polar(inward, bearing),
+        )
+
+    @staticmethod
+    def _radius(centre: Point, animals: list[tuple[str, Point]]) -> float:
+        """Radius of a circle [m]: smaller beside a crocodile."""
+        free = [math.dist(centre, place) - _CLEARANCE + 1.0 for name, place in animals if name not in _SENSES]
+        return max(_TIGHT, min([_RADIUS, *free]))
+
+    def _speed(self, off: float, radius: float) -> float:
+        """Speed [m/s] at a distance `off` from the circle [m]."""
+        circling = math.sqrt(_CENTRIPETAL * radius)
+        braked = math.sqrt(circling**2 + 2.0 * self.pilot.braking * max(0.0, off - _WIDTH))
+        return min(braked, 0.95 * self.pilot.top_speed)
+
+
+def _clearance(name: str, apart: float) -> float:
+    """How far [m] to stay from an animal that is so far from the one to circle: not so far that no circle fits."""
+    return max(_TOUCH, min(_ROOM if name in _SENSES else _CLEARANCE, apart - _TIGHT - 1.5))

@@ -20,8 +20,8 @@ from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import ConfigError, VrxError, VrxWarning
 from vrx_mj.frames import Pose
 from vrx_mj.mjcf.boats import Boat
-from vrx_mj.mjcf.derive import boat_box
 from vrx_mj.mjcf.docks import block_corners
+from vrx_mj.mjcf.flotation import boat_box
 from vrx_mj.mjcf.objects import PlacedDock, PlacedObject
 from vrx_mj.mjcf.terrain import area_of, shoreline
 

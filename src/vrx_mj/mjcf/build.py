@@ -23,7 +23,7 @@ from vrx_mj.formats.urdf.model import Urdf
 from vrx_mj.formats.urdf.reader import MeshFiles, in_namespace, read_urdf, with_file_uris
 from vrx_mj.formats.urdf.xml_document import read_bytes
 from vrx_mj.mjcf.boats import Boat, assemble_boat, with_places
-from vrx_mj.mjcf.derive import DENSITY, LINES, Derived, derived_floats, derived_lines
+from vrx_mj.mjcf.flotation import DENSITY, LINES, Derived, derived_floats, derived_lines
 from vrx_mj.resources import root
 
 _SHOWN_NOTES = 12

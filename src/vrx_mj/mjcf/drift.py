@@ -19,9 +19,9 @@ import numpy.typing as npt
 from vrx_mj.arrays import ComplexArray, FloatArray
 from vrx_mj.config.dynamics import Hydro
 from vrx_mj.mjcf.flotation import below, outline
-from vrx_mj.mjcf.hull_tables import hull_tables, nested_tuples
 from vrx_mj.model import tables
 from vrx_mj.model.boats import Drift, Vessel
+from vrx_mj.model.tables import hull_tables, nested_tuples
 from vrx_mj.physics.drift import FASTEST
 from vrx_mj.physics.tables import Table
 from vrx_mj.physics.vessel import load_harmonics

@@ -19,13 +19,12 @@ from vrx_mj.config.dynamics import CrossFlowConfig, Hydro, MarineHullConfig, Ske
 from vrx_mj.config.shapes import enclosed_volume, solid
 from vrx_mj.errors import VrxError, VrxWarning
 from vrx_mj.mjcf.boats import Boat, boat_mass, push_center
-from vrx_mj.mjcf.derive import hull_corners
 from vrx_mj.mjcf.drift import HullInWaves, coriolis, cross_matrix, with_drift
-from vrx_mj.mjcf.flotation import Flotation, flotation, lift_fault
-from vrx_mj.mjcf.hull_tables import nested_tuples
+from vrx_mj.mjcf.flotation import Flotation, flotation, hull_corners, lift_fault
 from vrx_mj.mjcf.surfaces import checked_surface, panels_of
 from vrx_mj.model.boats import MOST_TRIANGLES, Diffraction, Memory, Strip, Vessel
 from vrx_mj.model.kinds import Six
+from vrx_mj.model.tables import nested_tuples
 from vrx_mj.model.water import Sea
 from vrx_mj.physics.tables import MATRIX, MESH
 from vrx_mj.physics.thrust import normal_slope

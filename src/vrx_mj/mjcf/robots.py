@@ -45,7 +45,6 @@ from vrx_mj.mjcf.boats import (
     push_center,
     turning_mass,
 )
-from vrx_mj.mjcf.hull_tables import nested_tuples
 from vrx_mj.mjcf.hulls import vessel_of
 from vrx_mj.mjcf.parameters import PROFILES, Rows
 from vrx_mj.mjcf.pieces import PREFIX, Piece
@@ -64,6 +63,7 @@ from vrx_mj.model.boats import (
 )
 from vrx_mj.model.boats import Boat as Entry
 from vrx_mj.model.kinds import LONGEST_DESCRIPTION, record_from
+from vrx_mj.model.tables import nested_tuples
 from vrx_mj.model.water import Sea
 from vrx_mj.model.world import Sensor
 from vrx_mj.outputs import write_files

@@ -20,11 +20,20 @@ from vrx_mj.physics.free_body import SOLVE_WORK
 from vrx_mj.physics.tables import Table
 from vrx_mj.runtime.bodies import write_pose
 from vrx_mj.runtime.commands import channels_of
-from vrx_mj.runtime.free import check_free, free_bodies
 from vrx_mj.runtime.hull import energy_of
 from vrx_mj.runtime.limits import ThreadPool, thread_count
 from vrx_mj.runtime.loop_arrays import LoopArrays
-from vrx_mj.runtime.row_tables import SEPARATE, Equilibrium, RowTables, Variation, allocating, check_memory, row_bytes
+from vrx_mj.runtime.row_tables import (
+    SEPARATE,
+    Equilibrium,
+    RowTables,
+    Variation,
+    allocating,
+    check_free,
+    check_memory,
+    free_bodies,
+    row_bytes,
+)
 from vrx_mj.runtime.rows import (
     ROW_LOOPS,
     Rows,

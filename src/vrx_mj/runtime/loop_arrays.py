@@ -13,10 +13,10 @@ import numpy.typing as npt
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.config.sensors import BallShooterConfig
 from vrx_mj.errors import CompileError, StateError
-from vrx_mj.mjcf.hull_tables import flat, hull_tables, starts
 from vrx_mj.mjcf.world import World
 from vrx_mj.model import tables
 from vrx_mj.model.boats import Hull, Propeller, Station, Thruster, Vessel, Windage
+from vrx_mj.model.tables import flat, hull_tables, starts
 from vrx_mj.model.things import Block, Float
 from vrx_mj.model.world import Parameters
 from vrx_mj.physics.free_body import FREE_BODY, SOLVE_WORK

@@ -34,8 +34,7 @@ from vrx_mj.runtime.warmup import compile_notice
 from vrx_mj.runtime.weather import Sea, Wind
 from vrx_mj.sensors.camera import Cameras
 from vrx_mj.sensors.displays import Display, new_pattern, next_pattern, next_symbol, symbol_mark
-from vrx_mj.sensors.instruments import apparent_wind, beam, bottom_distance
-from vrx_mj.sensors.kinds import Draw
+from vrx_mj.sensors.instruments import Draw, apparent_wind, beam, bottom_distance
 from vrx_mj.sensors.lidar import Lidar, Water, cast_at_sea, noisy
 from vrx_mj.sensors.rays import cast
 from vrx_mj.sensors.readings import Image, Mount, Place, PointCloud, Reading, Scan

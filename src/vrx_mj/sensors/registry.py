@@ -7,8 +7,17 @@ import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.config.sensors import BallShooterConfig, CameraConfig, LidarConfig, P3dConfig, PingerConfig
-from vrx_mj.sensors.instruments import ANEMOMETER, ECHO_SOUNDER, GNSS_COMPASS, GPS, IMU
-from vrx_mj.sensors.kinds import Draw, Plot, RecordedNumbers, SensorKind
+from vrx_mj.sensors.instruments import (
+    ANEMOMETER,
+    ECHO_SOUNDER,
+    GNSS_COMPASS,
+    GPS,
+    IMU,
+    Draw,
+    Plot,
+    RecordedNumbers,
+    SensorKind,
+)
 from vrx_mj.sensors.readings import Place, Scan, Shooter, Sound, Truth
 
 _MOST_SHOTS = 1000.0

@@ -2,8 +2,20 @@
 
 from collections.abc import Callable
 
-from vrx_mj.trials.procedures import crash_stop, decay, pull_out, spiral, turning, zigzag
-from vrx_mj.trials.records import Figure, SimulatedVessel, Track, Trial, Vessel, VesselState
+from vrx_mj.trials.procedures import (
+    Figure,
+    SimulatedVessel,
+    Track,
+    Trial,
+    Vessel,
+    VesselState,
+    crash_stop,
+    decay,
+    pull_out,
+    spiral,
+    turning,
+    zigzag,
+)
 
 __all__ = [
     "TRIALS",

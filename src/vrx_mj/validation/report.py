@@ -26,18 +26,7 @@ from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.outputs import write_files
 from vrx_mj.runtime.observation import BoatObservation
 from vrx_mj.runtime.simulation import Simulation
-from vrx_mj.validation.cases import (
-    drifting,
-    hulls,
-    mean_forces,
-    pressures,
-    propellers,
-    runs,
-    spheres,
-    vrx,
-    waves,
-    winds,
-)
+from vrx_mj.validation.cases import drifting, hulls, mean_forces, pressures, propellers, runs, waves, winds
 from vrx_mj.validation.rows import EVIDENCE, Band, Case, Comparison, Outcome, Row
 
 PAGE, RESULTS = "index.html", "results.json"
@@ -182,7 +171,7 @@ def write_report(folder: Path, results: Sequence[Result], left_out: Sequence[Cas
     return folder / PAGE
 
 
-_SUBJECTS = waves, hulls, pressures, propellers, spheres, drifting, mean_forces, winds, runs, vrx
+_SUBJECTS = waves, hulls, pressures, propellers, drifting, mean_forces, winds, runs
 CASES = tuple(each for subject in _SUBJECTS for each in vars(subject).values() if isinstance(each, Case))
 """All of them."""
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 import vrx_mj
-from vrx_mj.cli.environment import PACKAGES, installed_first, intruder
+from vrx_mj.cli import PACKAGES, installed_first, intruder
 
 PARTS = {"vrx_mj", "annotated_types", "pydantic_core", "rerun_bindings"}  # ours, and what comes with pydantic and rerun
 

@@ -9,7 +9,7 @@ from vrx_mj.config.fleet import Order
 from vrx_mj.errors import VrxError
 from vrx_mj.formats.parts.read import example_file
 from vrx_mj.mjcf.build import build_boat
-from vrx_mj.sensors.kinds import variances
+from vrx_mj.sensors.instruments import variances
 
 
 def named(boat):

@@ -9,8 +9,7 @@ import pytest
 from vrx_mj.control import SKIPPERS, Captain, StationKeeper
 from vrx_mj.control.navigation import Estimate
 from vrx_mj.control.perception import Blob, View
-from vrx_mj.control.waypoints import waypoint_error
-from vrx_mj.control.wildlife import WildlifeCircler, _clearance
+from vrx_mj.control.waypoints import WildlifeCircler, _clearance, waypoint_error
 from vrx_mj.errors import VrxWarning
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from urdf_boats import assemble, joint, link
 from vrx_mj.config.dynamics import HydrodynamicsConfig
 from vrx_mj.errors import VrxError
-from vrx_mj.mjcf.derive import derived_floats, derived_lines
+from vrx_mj.mjcf.flotation import derived_floats, derived_lines
 
 RHO = 997.8
 

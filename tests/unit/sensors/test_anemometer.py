@@ -7,8 +7,7 @@ import pytest
 
 from vrx_mj.config.sensors import AnemometerConfig
 from vrx_mj.frames import quaternion
-from vrx_mj.sensors.instruments import apparent_wind, wind_reading
-from vrx_mj.sensors.kinds import Draw
+from vrx_mj.sensors.instruments import Draw, apparent_wind, wind_reading
 from vrx_mj.sensors.readings import Mount, place_of_mount
 
 QUIET = AnemometerConfig(name="wind", link="mast", noise=0.0)

@@ -8,8 +8,7 @@ import pytest
 from unit.sensors.test_lidar import scene
 from vrx_mj.config.sensors import EchoSounderConfig
 from vrx_mj.frames import rotation
-from vrx_mj.sensors.instruments import ECHO_SOUNDER, beam, bottom_distance, echo
-from vrx_mj.sensors.kinds import Draw
+from vrx_mj.sensors.instruments import ECHO_SOUNDER, Draw, beam, bottom_distance, echo
 from vrx_mj.sensors.lidar import Lidar
 from vrx_mj.sensors.readings import Place
 

@@ -7,7 +7,7 @@ import pytest
 
 from vrx_mj.config.sensors import ErrorModel
 from vrx_mj.physics.noise import axis_error, bits, gauss_markov, normal, stream_key
-from vrx_mj.sensors.kinds import Draw, errors, variances
+from vrx_mj.sensors.instruments import Draw, errors, variances
 
 COUNT = 6000
 SPREAD = 4.5 / math.sqrt(COUNT)

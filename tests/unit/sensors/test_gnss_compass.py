@@ -7,8 +7,7 @@ import pytest
 
 from vrx_mj.config.sensors import GnssCompassConfig
 from vrx_mj.frames import compass, matrix_quaternion, quaternion_product, rotation
-from vrx_mj.sensors.instruments import heading
-from vrx_mj.sensors.kinds import Draw
+from vrx_mj.sensors.instruments import Draw, heading
 from vrx_mj.sensors.readings import Place
 
 QUIET = GnssCompassConfig(name="compass", link="mast", heading_noise=0.0, turn_noise=0.0)

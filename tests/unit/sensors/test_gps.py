@@ -8,8 +8,7 @@ import pytest
 
 from vrx_mj.config.sensors import ErrorModel, GpsConfig
 from vrx_mj.config.world import Georeference
-from vrx_mj.sensors.instruments import fix
-from vrx_mj.sensors.kinds import Draw, errors
+from vrx_mj.sensors.instruments import Draw, errors, fix
 from vrx_mj.sensors.readings import Place
 
 SYDNEY = Georeference(latitude=-33.724223, longitude=150.679736)

@@ -7,8 +7,7 @@ import pytest
 
 from vrx_mj.config.sensors import ErrorModel, ImuConfig
 from vrx_mj.frames import conjugate, quaternion, quaternion_product, rotation, rotation_vector
-from vrx_mj.sensors.instruments import inertia
-from vrx_mj.sensors.kinds import Draw, errors
+from vrx_mj.sensors.instruments import Draw, errors, inertia
 from vrx_mj.sensors.readings import Place
 
 CONFIG = ImuConfig(name="imu", link="imu_link")

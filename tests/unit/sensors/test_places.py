@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from vrx_mj.config.sensors import P3dConfig, PingerConfig
 from vrx_mj.frames import conjugate, quaternion, quaternion_product, rotation, rotation_vector
-from vrx_mj.sensors.kinds import Draw
+from vrx_mj.sensors.instruments import Draw
 from vrx_mj.sensors.readings import Mount, Place, place_of_mount
 from vrx_mj.sensors.registry import sound, truth
 

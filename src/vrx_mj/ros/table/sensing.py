@@ -15,7 +15,7 @@ from vrx_mj.ros.interface import VRX, VRX3, Input, Output, Service, with_vrx3
 from vrx_mj.ros.messages import Message, fields, new, stamp
 from vrx_mj.ros.table.host import Host, header, odometry
 from vrx_mj.runtime.mounted import Mounted
-from vrx_mj.sensors.kinds import covariance
+from vrx_mj.sensors.instruments import covariance
 from vrx_mj.sensors.readings import (
     ApparentWind,
     Echo,

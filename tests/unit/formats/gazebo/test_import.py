@@ -11,7 +11,7 @@ import yaml
 
 from gazebo_files import classic_text, newer_text
 from sdf_boats import BOATS
-from vrx_mj.cli.importing import import_
+from vrx_mj.cli.files import import_
 from vrx_mj.config.world import load_world
 from vrx_mj.errors import ConfigError, VrxError, VrxWarning
 from vrx_mj.formats.gazebo.importing import HEAD, TITLE, import_files
