@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from vrx_mj.mjcf.compile import compile_world
-from vrx_mj.mjcf.drawing import drawing_model
+from vrx_mj.mjcf.scene import drawing_model
 from vrx_mj.recording import record
 from vrx_mj.recording.antialiasing import antialias
 from vrx_mj.runtime.batch import Batch

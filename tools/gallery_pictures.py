@@ -19,7 +19,7 @@ from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.draw.course import MapScene, map_of
 from vrx_mj.draw.map import map_png
 from vrx_mj.frames import rotation
-from vrx_mj.mjcf.drawing import drawing_model
+from vrx_mj.mjcf.scene import drawing_model
 from vrx_mj.sensors.camera import Cameras
 from vrx_mj.sensors.displays import CODES, displays_of
 

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from vrx_mj.arrays import FloatArray
 from vrx_mj.drive.pilot import HELP, OURS, window_key
 from vrx_mj.drive.session import Session
-from vrx_mj.mjcf.drawing import add_signs
+from vrx_mj.mjcf.scene import add_signs
 from vrx_mj.mjcf.world import World
 from vrx_mj.recording.record_scene import SeaHeight
 from vrx_mj.runtime.simulation import Simulation

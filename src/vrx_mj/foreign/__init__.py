@@ -1,6 +1,5 @@
 """The process in which strangers' files are read: without rights, within limits, answering with plain tables."""
 
-from vrx_mj.foreign.asking import ask, ask_ahead, budget, spend
-from vrx_mj.foreign.reader import ReaderError
+from vrx_mj.foreign.asking import ReaderError, ask, ask_ahead, budget, spend
 
 __all__ = ["ReaderError", "ask", "ask_ahead", "budget", "spend"]

@@ -1,4 +1,4 @@
-"""The process in which strangers' files are read, run by its path: `vrx_mj.foreign.reader` starts it and talks to it.
+"""The process in which strangers' files are read, run by its path: `vrx_mj.foreign.asking` starts it and talks to it.
 
 Where the system can fork it waits for jobs, imports what each needs, and has a copy of itself do it; else it does one.
 Standard input has blocks: first the folders of modules, then jobs. Standard output has pieces of an answer, an empty

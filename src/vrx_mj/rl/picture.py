@@ -9,7 +9,7 @@ import numpy as np
 from vrx_mj.arrays import BoolArray, ByteArray, FloatArray
 from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.frames import rotation
-from vrx_mj.mjcf.drawing import drawing_model
+from vrx_mj.mjcf.scene import drawing_model
 from vrx_mj.mjcf.world import World
 from vrx_mj.rl.problem import Rows
 from vrx_mj.sensors.camera import Cameras

@@ -12,7 +12,7 @@ import mujoco
 from vrx_mj.arguments import as_text, check_name
 from vrx_mj.errors import CommandError, DivergedError, StateError
 from vrx_mj.libmujoco import without_timers
-from vrx_mj.mjcf.drawing import drawing_model
+from vrx_mj.mjcf.scene import drawing_model
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.numbers import run_numbers, with_numbers
 from vrx_mj.model.world import checked_parameters

@@ -14,7 +14,7 @@ import pytest
 
 from foreign_jobs.tricks import Row
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxWarning
-from vrx_mj.foreign import ReaderError, ask, ask_ahead, asking, budget, reader, spend
+from vrx_mj.foreign import ReaderError, ask, ask_ahead, asking, budget, spend
 
 LINUX = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the limits are those of Linux")
 LOCKS = "from vrx_mj.foreign.confinement import lock_files; raise SystemExit(not lock_files(['/']))"
@@ -140,7 +140,7 @@ def test_native_code_opens_no_socket_and_starts_no_program(call):
 
 def test_it_knows_nothing_of_the_environment(monkeypatch):
     monkeypatch.setenv("SECRET", "1")
-    assert told("environment", returns=dict[str, str]).keys() <= {*reader.ENVIRONMENT, "SYSTEMROOT"}
+    assert told("environment", returns=dict[str, str]).keys() <= {*asking.ENVIRONMENT, "SYSTEMROOT"}
 
 
 def test_it_has_no_kernels_and_no_simulator():
@@ -153,19 +153,19 @@ def test_it_has_no_kernels_and_no_simulator():
 @LINUX
 @pytest.mark.parametrize("name", ["memory", "slowly_memory"])
 def test_memory_is_limited(name, monkeypatch):
-    monkeypatch.setattr(reader, "memory", lambda _pid: 0)
+    monkeypatch.setattr(asking, "memory", lambda _pid: 0)
     assert reason(name, memory=64 << 20) == "it takes more than 64 MiB of memory"
 
 
 @LINUX
 def test_memory_is_watched_where_the_system_has_no_limit(monkeypatch):
-    monkeypatch.setattr(reader, "memory", lambda _pid: 1 << 40)
+    monkeypatch.setattr(asking, "memory", lambda _pid: 1 << 40)
     assert reason("asleep") == "it takes more than 512 MiB of memory"
 
 
 def test_memory_that_a_copy_took_is_measured():
     told("modules", returns=list[str])
-    assert reader.memory(reader.READER._process.pid) < 32 << 20
+    assert asking.memory(asking.READER._process.pid) < 32 << 20
 
 
 @LINUX
@@ -175,7 +175,7 @@ def test_processor_time_is_limited():
 
 
 def test_the_clock_is_limited(monkeypatch):
-    monkeypatch.setattr(reader, "CLOCK_PER_PROCESSOR_TIME", 0.2)
+    monkeypatch.setattr(asking, "CLOCK_PER_PROCESSOR_TIME", 0.2)
     assert reason("asleep", seconds=1) == "it takes more than 0.2 s"
 
 
@@ -196,11 +196,11 @@ def limited(monkeypatch, unit, most):
 
 
 def test_all_jobs_of_a_command_have_one_budget(monkeypatch):
-    message = limited(monkeypatch, reader.TIME, 10)
+    message = limited(monkeypatch, asking.TIME, 10)
     with budget():
         with budget():
             assert told("unknowns", returns=int) == 0
-        reader.READER.spent[reader.TIME] += 11.0
+        asking.READER.spent[asking.TIME] += 11.0
         assert reason("unknowns", returns=int) == message
     assert told("unknowns", returns=int) == 0
     with budget():
@@ -209,7 +209,7 @@ def test_all_jobs_of_a_command_have_one_budget(monkeypatch):
 
 @pytest.mark.parametrize("cached", [True, False])
 def test_text_of_all_jobs_of_a_command_is_limited_asked_anew_or_not(cached, monkeypatch):
-    message = limited(monkeypatch, reader.TEXT, 3)
+    message = limited(monkeypatch, asking.TEXT, 3)
     values = ["x" * (1 << 19), [], {}]  # half a MiB there and back
     with budget():
         for _ in range(4 if cached else 2):
@@ -219,7 +219,7 @@ def test_text_of_all_jobs_of_a_command_is_limited_asked_anew_or_not(cached, monk
 
 
 def test_notes_of_a_command_are_limited_warnings_among_them(monkeypatch):
-    message = limited(monkeypatch, reader.NOTES, 3)
+    message = limited(monkeypatch, asking.NOTES, 3)
     with budget():
         spend("mesh a.stl", notes=2)
         with pytest.warns(VrxWarning, match="a hull"):
@@ -229,10 +229,10 @@ def test_notes_of_a_command_are_limited_warnings_among_them(monkeypatch):
 
 
 def test_what_is_ended_counts_with_all_that_it_might_take(monkeypatch):
-    monkeypatch.setattr(reader, "CLOCK_PER_PROCESSOR_TIME", 0.02)
-    before = reader.READER.spent[reader.TIME]
+    monkeypatch.setattr(asking, "CLOCK_PER_PROCESSOR_TIME", 0.02)
+    before = asking.READER.spent[asking.TIME]
     assert reason("asleep", seconds=7)
-    assert reader.READER.spent[reader.TIME] >= before + 7
+    assert asking.READER.spent[asking.TIME] >= before + 7
 
 
 # The process
@@ -247,7 +247,7 @@ def test_a_process_that_ends_is_one_line_and_again():
 @LINUX
 def test_a_process_that_is_killed_meanwhile_is_one_line_and_again():
     told("modules", returns=list[str])
-    pid = reader.READER._process.pid
+    pid = asking.READER._process.pid
     threading.Timer(0.2, os.kill, (pid, signal.SIGKILL)).start()
     assert reason("asleep") == "its reader was ended by SIGKILL"
     assert told("modules", returns=list[str])
@@ -256,7 +256,7 @@ def test_a_process_that_is_killed_meanwhile_is_one_line_and_again():
 @LINUX
 def test_a_process_that_went_for_want_of_work_is_started_again():
     told("modules", returns=list[str])
-    process = reader.READER._process
+    process = asking.READER._process
     process.kill()
     process.wait()
     assert told("modules", returns=list[str])
@@ -264,9 +264,9 @@ def test_a_process_that_went_for_want_of_work_is_started_again():
 
 def test_jobs_have_one_process():
     first = told("modules", returns=list[str])
-    pid = reader.READER._process and reader.READER._process.pid
+    pid = asking.READER._process and asking.READER._process.pid
     assert told("modules", returns=list[str]) == first
-    assert (reader.READER._process and reader.READER._process.pid) == pid
+    assert (asking.READER._process and asking.READER._process.pid) == pid
 
 
 def test_threads_take_turns(inside):
@@ -285,16 +285,16 @@ def test_threads_take_turns(inside):
 
 INTERRUPTED = """
 import os, signal, threading
-from vrx_mj.foreign import ask, asking, reader
+from vrx_mj.foreign import ask, asking
 asking.PACKAGE = "foreign_jobs"
 def interrupt():
-    print(reader.READER._process.pid, flush=True)
+    print(asking.READER._process.pid, flush=True)
     os.kill(os.getpid(), signal.SIGINT)
 threading.Timer(1.0, interrupt).start()
 try:
     ask("tricks:forever", returns=int, about="a", cached=False)
 except KeyboardInterrupt:
-    print(reader.READER._process)
+    print(asking.READER._process)
 """
 
 
@@ -311,7 +311,7 @@ def test_an_interrupt_ends_it():
 
 FORKED = """
 import os
-from vrx_mj.foreign import ask, asking, reader
+from vrx_mj.foreign import ask, asking
 asking.PACKAGE = "foreign_jobs"
 told = lambda: len(ask("tricks:modules", returns=list[str], about="a", cached=False))
 first = told()
@@ -331,10 +331,10 @@ def test_a_forked_process_has_one_of_its_own():
 
 
 def test_where_the_system_cannot_fork_each_job_has_a_process(monkeypatch, inside):
-    monkeypatch.setattr(reader, "FORKS", False)
-    reader.READER.end()
+    monkeypatch.setattr(asking, "FORKS", False)
+    asking.READER.end()
     assert told("content", str(inside / "a.txt"), reads=[inside]) == "content"
-    assert reader.READER._process is None
+    assert asking.READER._process is None
     assert reason("flood", returns=bytes, answer=1 << 20) == "it comes to more than 1 MiB"
     assert "not allowed to read" in reason("content", str(inside.parent / "secret.txt"), reads=[inside])
 
@@ -345,8 +345,8 @@ def test_where_the_system_cannot_fork_each_job_has_a_process(monkeypatch, inside
 def times_run(monkeypatch):
     """How often the process was asked."""
     runs = []
-    answer = reader.READER.answer
-    monkeypatch.setattr(reader.READER, "answer", lambda job, about: runs.append(job) or answer(job, about))
+    answer = asking.READER.answer
+    monkeypatch.setattr(asking.READER, "answer", lambda job, about: runs.append(job) or answer(job, about))
     return runs
 
 

@@ -8,8 +8,8 @@ import pytest
 import xacro
 
 from vrx_mj.foreign import confinement
+from vrx_mj.foreign.asking import READER
 from vrx_mj.foreign.confinement import AccessLog
-from vrx_mj.foreign.reader import READER
 
 CONFINED = {
     "test_allowed.py", "test_hostile_folders.py", "test_mesh_bombs.py", "test_meshes.py", "test_outside.py",

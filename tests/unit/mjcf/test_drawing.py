@@ -9,8 +9,18 @@ import pytest
 from vrx_mj.config.world import FogConfig, SkyConfig
 from vrx_mj.errors import ConfigError, VrxWarning
 from vrx_mj.mjcf.compile import compile_world
-from vrx_mj.mjcf.drawing import FOAM, SEA, SKY_SIDE, drawing_model, drawing_spec, sea_palette, sky_cube
-from vrx_mj.mjcf.scene import DAY, daylight, fog_range
+from vrx_mj.mjcf.scene import (
+    DAY,
+    FOAM,
+    SEA,
+    SKY_SIDE,
+    daylight,
+    drawing_model,
+    drawing_spec,
+    fog_range,
+    sea_palette,
+    sky_cube,
+)
 from vrx_mj.physics.surface import RINGS, SPOKES, horizon
 from vrx_mj.runtime.stepping_models import stepping_models
 

@@ -9,8 +9,8 @@ import pytest
 
 from vrx_mj.errors import CompileError
 from vrx_mj.mjcf.compile import compile_world
-from vrx_mj.mjcf.drawing import drawing_model
 from vrx_mj.mjcf.objects import _Ground
+from vrx_mj.mjcf.scene import drawing_model
 from vrx_mj.mjcf.terrain import on_land, shoreline
 from vrx_mj.model.world import tree_of
 from vrx_mj.runtime.stepping_models import stepping_models

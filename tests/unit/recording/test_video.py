@@ -15,7 +15,7 @@ import vrx_mj
 from trees import partial
 from vrx_mj.draw.style import boat_colors
 from vrx_mj.errors import RecordError, UnknownNameError, VideoError, VrxError
-from vrx_mj.mjcf.drawing import drawing_model
+from vrx_mj.mjcf.scene import drawing_model
 from vrx_mj.packages import install_extra
 from vrx_mj.physics.surface import SPOKES, fan_triangles
 from vrx_mj.recording import read_record

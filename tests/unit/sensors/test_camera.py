@@ -13,7 +13,7 @@ import pytest
 from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.errors import RenderError
 from vrx_mj.mjcf.compile import compile_world
-from vrx_mj.mjcf.drawing import drawing_model
+from vrx_mj.mjcf.scene import drawing_model
 from vrx_mj.mjcf.world import make_world
 from vrx_mj.sensors import canvas
 from vrx_mj.sensors.camera import Cameras

@@ -10,7 +10,7 @@ import pytest
 
 from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.mjcf.compile import compile_world
-from vrx_mj.mjcf.drawing import drawing_model
+from vrx_mj.mjcf.scene import drawing_model
 from vrx_mj.sensors.camera import Cameras
 from vrx_mj.sensors.view import CATEGORIES, Labeller, category_of
 

@@ -8,7 +8,7 @@ import pytest
 
 from vrx_mj.config.sensors import LidarConfig
 from vrx_mj.mjcf.compile import compile_world
-from vrx_mj.mjcf.drawing import drawing_model
+from vrx_mj.mjcf.scene import drawing_model
 from vrx_mj.sensors.lidar import Lidar
 from vrx_mj.sensors.rays import reflecting
 

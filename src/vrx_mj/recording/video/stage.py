@@ -19,7 +19,7 @@ import numpy.typing as npt
 from vrx_mj.arguments import as_number, as_numbers
 from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.errors import CommandError, RecordError, quote
-from vrx_mj.mjcf.drawing import add_skin, compiled_spec, drawing_spec
+from vrx_mj.mjcf.scene import add_skin, compiled_spec, drawing_spec
 from vrx_mj.physics.surface import EDGE, PLAIN, RINGS, SPOKES, draw_surface, fan_triangles, sky_distance
 from vrx_mj.recording.antialiasing import antialias, smooth
 from vrx_mj.recording.boat_sets import HUGE, BoatSet, columns_in

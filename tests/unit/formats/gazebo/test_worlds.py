@@ -13,7 +13,7 @@ from macro_blocks import BLOCKS
 from vrx_mj.config.fleet import load_fleet
 from vrx_mj.config.world import load_world
 from vrx_mj.errors import ConfigError, VrxError, VrxWarning
-from vrx_mj.foreign import asking, budget, reader
+from vrx_mj.foreign import asking, budget
 from vrx_mj.formats.gazebo.worlds import gazebo_world
 from vrx_mj.formats.series.worlds import macros
 
@@ -561,8 +561,8 @@ def test_a_loop_that_is_neither_is_refused():
 
 def test_models_of_a_world_are_parsed_by_one_question(monkeypatch):
     asked = []
-    answer = reader.READER.answer
-    monkeypatch.setattr(reader.READER, "answer", lambda job, about: asked.append(about) or answer(job, about))
+    answer = asking.READER.answer
+    monkeypatch.setattr(asking.READER, "answer", lambda job, about: asked.append(about) or answer(job, about))
     monkeypatch.setattr(asking, "_folder", lambda: None)
     asking._answers.clear()
     names = [f"buoy_{number}" for number in range(20)]
@@ -578,6 +578,6 @@ def test_models_of_a_world_are_parsed_by_one_question(monkeypatch):
 
 
 def test_too_many_notes_on_a_world_are_refused(monkeypatch):
-    monkeypatch.setitem(asking.TOGETHER, reader.NOTES, 20)
+    monkeypatch.setitem(asking.TOGETHER, asking.NOTES, 20)
     with budget(), pytest.raises(VrxError, match="the files of this command come to more than 20 notes and elements"):
         said("<include><uri>model://nothing</uri></include>" * 30)
