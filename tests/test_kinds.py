@@ -16,7 +16,7 @@ from vrx_mj.control import SKIPPERS
 from vrx_mj.mjcf.tasks import _RESOLVERS
 from vrx_mj.model import tasks
 from vrx_mj.ros.table.sensing import TOPICS
-from vrx_mj.ros.table.tasks import MORE_TOPICS, MoreTopics, topics_of
+from vrx_mj.ros.table.world import MORE_TOPICS, MoreTopics, topics_of
 from vrx_mj.sensors.registry import SENSOR_KINDS
 from vrx_mj.tasks.registry import TASK_KINDS
 
@@ -80,7 +80,7 @@ TASK_PARTS: dict[str, Collection[str]] = {
     "configuration: Task in config/tasks.py": set(TASKS),
     "compiled form: Task in model/tasks.py": set(tasks.TASKS),
     "record: TASK_KINDS in tasks/registry.py": set(TASK_KINDS),
-    "topic or service for its message: MORE_TOPICS in ros/table/tasks.py": {
+    "topic or service for its message: MORE_TOPICS in ros/table/world.py": {
         name
         for name in TASK_KINDS
         if name not in SAMPLES or not SAMPLES[name].message or hears(MORE_TOPICS.get(name, MoreTopics()))

@@ -37,7 +37,7 @@ from vrx_mj.ros.steering import HeldThrust, Steering
 from vrx_mj.ros.table import CLOCK, make_tables
 from vrx_mj.ros.table.boats import Localization, Source, description
 from vrx_mj.ros.table.host import BoatOutputs, Bodies, CmdVel, InitialPoses, Scenery
-from vrx_mj.ros.table.tasks import TASK_INFO
+from vrx_mj.ros.table.world import TASK_INFO
 from vrx_mj.runtime.applied import AppliedForces
 from vrx_mj.runtime.observation import Observation
 from vrx_mj.runtime.simulation import Simulation

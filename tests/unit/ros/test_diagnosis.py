@@ -17,7 +17,7 @@ from vrx_mj.ros.diagnosis import Diagnosis, TopicHints, meant_topic
 from vrx_mj.ros.interface import Command
 from vrx_mj.ros.messages import new
 from vrx_mj.ros.table import make_tables
-from vrx_mj.ros.table.tasks import elsewhere, topics_of
+from vrx_mj.ros.table.world import elsewhere, topics_of
 from vrx_mj.runtime.observation import BoatObservation
 
 

@@ -12,9 +12,17 @@ from vrx_mj.ros.table.boats import BoatFrames, Localization, boat_inputs
 from vrx_mj.ros.table.gazebo import gazebo_inputs, gazebo_outputs, gazebo_services, gz_services
 from vrx_mj.ros.table.host import Host
 from vrx_mj.ros.table.sensing import sensor_inputs, sensor_outputs, sensor_services
-from vrx_mj.ros.table.tasks import elsewhere, task_inputs, task_outputs, task_services
 from vrx_mj.ros.table.viewers import marker_output
-from vrx_mj.ros.table.world import CLOCK, world_inputs, world_outputs, world_services
+from vrx_mj.ros.table.world import (
+    CLOCK,
+    elsewhere,
+    task_inputs,
+    task_outputs,
+    task_services,
+    world_inputs,
+    world_outputs,
+    world_services,
+)
 
 __all__ = ["CLOCK", "make_tables"]
 

@@ -1,10 +1,13 @@
-"""What belongs to the world: its clock, frames, wind, placards, formation, and its chart."""
+"""What belongs to the world: its clock, frames, wind, placards, formation, and its chart.
+
+Topics and services of tasks, by VRX's names.
+"""
 
 import json
 import math
 import os
-from collections.abc import Iterator, Sequence
-from dataclasses import asdict
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
 from functools import cache, lru_cache, partial
 from typing import Any
 
@@ -13,13 +16,16 @@ import numpy as np
 from vrx_mj.draw.course import ground_of, map_of, object_color
 from vrx_mj.draw.style import hex_color
 from vrx_mj.drive.pilot import engines_of
+from vrx_mj.errors import CommandError
+from vrx_mj.model.tasks import Wildlife
 from vrx_mj.ros import messages
 from vrx_mj.ros.cdr import kind
-from vrx_mj.ros.interface import BOTH, VRX, VRX3, Input, Output, Service, with_vrx3
-from vrx_mj.ros.messages import Message, new, stamp
+from vrx_mj.ros.interface import BOTH, VRX, VRX3, Input, Output, Service, in_vrx3, parameters, with_vrx3
+from vrx_mj.ros.messages import Message, duration, fields, new, stamp
 from vrx_mj.ros.table.boats import WORLD_FRAME, BoatFrames, transform
 from vrx_mj.ros.table.host import Host, collision_name, header
 from vrx_mj.ros.table.viewers import START
+from vrx_mj.tasks.registry import TASK_KINDS, Form
 
 _WORLD = "/vrx_mj/world"
 _Row = dict[str, Any]
@@ -165,3 +171,275 @@ def world_services(host: Host) -> Iterator[Service]:
         return {"sim_time": host.sim.time, "success": True}
 
     yield Service("/vrx_mj/step", "vrx_mj_msgs/Step", step)
+
+
+_RATE = 1.0
+"""Rate of a task's info and numbers [Hz]."""
+
+_ANIMAL_RATE = 1.0
+"""[Hz], VRX 3's default."""
+_COLORS = 3
+TASK_INFO = "/vrx/task/info"
+_COLOR_SEQUENCE = "/vrx/scan_dock_deliver/color_sequence"
+_INFO = "vrx_gazebo/Task"
+
+
+def task_outputs(host: Host) -> Iterator[Output]:
+    """Topics that the world's task publishes; nothing without a task."""
+    task = host.sim.task
+    if task is None:
+        return
+    yield Output(TASK_INFO, _INFO, lambda: _info(_task(host)), _RATE)
+    yield Output(TASK_INFO, "ros_gz_interfaces/ParamVec", lambda: _info_parameters(host), _RATE, dialects=VRX3)
+    yield from _task_contacts(host, "/vrx")
+    yield from _outputs(host, task["type"])
+
+
+def task_inputs(host: Host) -> Iterator[Input]:
+    """Topics that the world's task subscribes to."""
+    return _of_task(host).inputs(host)
+
+
+def task_services(host: Host) -> Iterator[Service]:
+    """Services of the world's task."""
+    return _of_task(host).services(host)
+
+
+def _outputs(host: Host, kind: str) -> Iterator[Output]:
+    """Topics of a type of task: its outputs, under its stems, and what else VRX has."""
+    topics = MORE_TOPICS.get(kind, MoreTopics())
+    stem, vrx3_stem = topics.stem or f"/vrx/{kind}", topics.vrx3_stem or topics.stem or f"/vrx/{kind}"
+    for key, form in TASK_KINDS[kind].outputs.items():
+        if form is not None:
+            form_type, convert = _FORMS[form]
+            make = partial(_output, host, key, convert)
+            rate = _RATE if form in {"number", "numbers"} else 0.0
+            output = Output(f"{stem}/{key}", form_type, make, rate, latched=not rate)
+            yield from with_vrx3(output, f"{vrx3_stem}/{key}")
+    yield from topics.outputs(host)
+
+
+def _output(host: Host, key: str, convert: Callable[[Any, float], Message]) -> Message | None:
+    task = _task(host)
+    return None if task.get(key) is None else convert(task[key], task["ready_time"])
+
+
+def _rms_error(host: Host) -> Iterator[Output]:
+    """The mean error by 2019's name."""
+    make = partial(_output, host, "mean_pose_error", _FORMS["number"][1])
+    yield Output("/vrx/station_keeping/rms_error", "std_msgs/Float64", make, _RATE)
+
+
+def _animal_poses(host: Host) -> Iterator[Output]:
+    """All animals in one topic; VRX 3 has a topic for each."""
+    yield Output("/vrx/wildlife/animals/poses", "geographic_msgs/GeoPath", lambda: _animals(host), 10.0)
+    task = host.sim.world.parameters.task
+    for index in range(len(task.animals) if isinstance(task, Wildlife) else 0):
+
+        def animal(index: int = index) -> Message | None:
+            path = _animals(host)
+            return None if path is None else path.poses[index]
+
+        pose = Output("", "geographic_msgs/GeoPoseStamped", animal, _ANIMAL_RATE)
+        yield in_vrx3(pose, f"/vrx/wildlife/animal{index}/pose")
+
+
+def _placard_symbol(host: Host) -> Iterator[Output]:
+    make = partial(_output, host, "symbol", _FORMS["text"][1])
+    yield Output("/vrx/scan_dock/placard_symbol", "std_msgs/String", make, latched=True)
+
+
+def _landmark(host: Host) -> Iterator[Input]:
+    def send(name: str, latitude: float, longitude: float) -> None:
+        host.sim.send("landmark", {"type": name, "latitude": latitude, "longitude": longitude})
+
+    def landmark(message: Message) -> None:
+        place = message.pose.position
+        send(message.header.frame_id, place.latitude, place.longitude)
+
+    def vrx3_landmark(message: Message) -> None:
+        """Latitude and longitude [degrees] are its x and y."""
+        place = message.pose.position
+        send(message.header.frame_id, place.x, place.y)
+
+    yield Input("/vrx/perception/landmark", "geographic_msgs/GeoPoseStamped", landmark)
+    yield Input("/vrx/perception/landmark", "geometry_msgs/PoseStamped", vrx3_landmark, dialects=VRX3)
+
+
+def _color_sequence(host: Host) -> Iterator[Service]:
+    """The colours of the light buoy, by the names of 2019 and of 2022."""
+
+    def colors(request: Message) -> dict[str, object]:
+        return {"success": _sent_colors(host, [request.color1, request.color2, request.color3])}
+
+    for name in ("/vrx/scan_dock/color_sequence", _COLOR_SEQUENCE):
+        yield Service(name, "vrx_gazebo/ColorSequence", colors)
+
+
+def _vrx3_color_sequence(host: Host) -> Iterator[Input]:
+    """The colours of the light buoy as a topic."""
+
+    def colors(message: Message) -> None:
+        names = list(message.data)
+        if len(names) != _COLORS:
+            raise CommandError(f"{len(names)} colours: {_COLORS} are needed, as in ['red', 'green', 'blue']")
+        if not _sent_colors(host, names):
+            raise CommandError("no sequence of colours is accepted now: only one, while the task runs")
+
+    yield Input(_COLOR_SEQUENCE, "ros_gz_interfaces/StringVec", colors, dialects=VRX3)
+
+
+def _sent_colors(host: Host, colors: list[str]) -> bool:
+    """Whether the task takes colours now; as in VRX even wrong ones."""
+    is_open = bool(_task(host).get("color_sequence_open"))
+    if is_open:
+        host.sim.send("color_sequence", colors)
+    return is_open
+
+
+def _task_contacts(host: Host, stem: str) -> Iterator[Output]:
+    """What the boat touches, unless VRX_DEBUG=false silences it."""
+    if os.environ.get("VRX_DEBUG") != "false":
+        make = partial(_contact, host)
+        yield Output(f"{stem}/debug/contact", "vrx_gazebo/Contact", make, _CONTACT_RATE, recorded="nowhere")
+
+
+def _gymkhana(host: Host) -> Iterator[Output]:
+    """Its two parts, each with a task of its own as in VRX; the black box's score is its mean error."""
+
+    def blackbox() -> Message:
+        task = _task(host)
+        return _info({**task, "name": "gymkhana_blackbox", "score": float(task.get("mean_pose_error", 0.0))})
+
+    channel, box = "/vrx/gymkhana_channel", "/vrx/gymkhana_blackbox"
+    yield Output(f"{channel}/task/info", _INFO, lambda: _info(_task(host)["channel"]), _RATE)
+    yield Output(f"{box}/task/info", _INFO, blackbox, _RATE)
+    yield from _task_contacts(host, channel)
+    yield from _task_contacts(host, box)
+
+
+def _task(host: Host) -> Mapping[str, Any]:
+    return host.sim.task or {}
+
+
+def _info(task: Mapping[str, Any]) -> Message:
+    times = {"ready_time": stamp, "running_time": stamp, "elapsed_time": duration, "remaining_time": duration}
+    values = {name: task[name] for name in fields(_INFO)}
+    return new(_INFO, **values | {name: make(task[name]) for name, make in times.items()})
+
+
+def _info_parameters(host: Host) -> Message:
+    info = _info(_task(host))
+    values = {name: getattr(info, name) for name in fields(_INFO)}
+    times = {name: value.sec + 1e-9 * value.nanosec for name, value in values.items() if name.endswith("_time")}
+    return parameters(header(host.sim.time), values | times)
+
+
+def _place(time: float, frame: str, place: Mapping[str, Any]) -> Message:
+    """geographic_msgs/GeoPoseStamped; without a georeference x and y [m] instead of latitude and longitude."""
+    on_earth = place.get("latitude") is not None
+    half = 0.5 * float(place.get("yaw_from_east", place.get("yaw", 0.0)))
+    return new(
+        "geographic_msgs/GeoPoseStamped",
+        header=header(time, frame),
+        pose={
+            "position": {
+                "latitude": float(place["latitude"] if on_earth else place["x"]),
+                "longitude": float(place["longitude"] if on_earth else place["y"]),
+                "altitude": float(place.get("altitude", place.get("z", 0.0)) or 0.0),
+            },
+            "orientation": (math.cos(half), 0.0, 0.0, math.sin(half)),
+        },
+    )
+
+
+def _path(time: float, places: list[Message]) -> Message:
+    return new("geographic_msgs/GeoPath", header=header(time), poses=places)
+
+
+def _numbers(values: Sequence[float]) -> Message:
+    side = new("std_msgs/MultiArrayDimension", label="minimum errors", size=len(values), stride=len(values))
+    layout = new("std_msgs/MultiArrayLayout", dim=[side])
+    return new("std_msgs/Float64MultiArray", layout=layout, data=values)
+
+
+_FORMS: Mapping[Form, tuple[str, Callable[[Any, float], Message]]] = {
+    "number": ("std_msgs/Float64", lambda value, _: new("std_msgs/Float64", data=float(value))),
+    "numbers": ("std_msgs/Float64MultiArray", lambda values, _: _numbers(values)),
+    "text": ("std_msgs/String", lambda text, _: new("std_msgs/String", data=text)),
+    "place": ("geographic_msgs/GeoPoseStamped", lambda place, ready: _place(ready, "", place)),
+    "places": (
+        "geographic_msgs/GeoPath",
+        lambda places, ready: _path(ready, [_place(ready, "", place) for place in places]),
+    ),
+}
+"""Type of message of each form of outputs, and what makes it of a value and the time at which the task is ready [s]."""
+
+
+def _animals(host: Host) -> Message | None:
+    animals, time = _task(host).get("animals"), host.sim.time
+    if animals is None:
+        return None
+    return _path(time, [_place(time, animal["name"], animal) for animal in animals])
+
+
+def _contact(host: Host) -> Message | None:
+    """The first contact of the boat that has the task, by Gazebo's names of collisions; None without one."""
+    boat, model = str(_task(host)["boat"]), host.sim.model
+    for contact in host.sim.data.contact:
+        names = [collision_name(model, int(geom), host.sim.boats) for geom in contact.geom]
+        if contact.dist < 0.0 and any(name.startswith(f"{boat}::") for name in names):
+            return new("vrx_gazebo/Contact", header=header(host.sim.time), collision1=names[0], collision2=names[1])
+    return None
+
+
+@dataclass(frozen=True)
+class MoreTopics:
+    """What a type of task has in VRX besides a topic for each output under `/vrx/TYPE`."""
+
+    stem: str = ""
+    """Where its topics are in VRX classic, if not there."""
+    vrx3_stem: str = ""
+    """Where they are in VRX 3, if elsewhere."""
+    outputs: Callable[[Host], Iterator[Output]] = lambda _host: iter(())
+    inputs: Callable[[Host], Iterator[Input]] = lambda _host: iter(())
+    services: Callable[[Host], Iterator[Service]] = lambda _host: iter(())
+
+
+def _of_task(host: Host) -> MoreTopics:
+    return MORE_TOPICS.get(str(_task(host).get("type")), MoreTopics())
+
+
+def topics_of(host: Host, kind: str) -> Iterator[Output | Input | Service]:
+    """All topics and services of a type of task, besides the info and the contacts that all have."""
+    topics = MORE_TOPICS.get(kind, MoreTopics())
+    yield from _outputs(host, kind)
+    yield from topics.inputs(host)
+    yield from topics.services(host)
+
+
+def elsewhere(host: Host) -> dict[str, str]:
+    """Topics and services of the tasks that this world has not, with whose they are."""
+    owners: dict[str, dict[str, None]] = {}
+    for task in TASK_KINDS:
+        for entry in topics_of(host, task):
+            owners.setdefault(entry.name, {})[task] = None
+    own = _task(host).get("type")
+    return {
+        name: f"it belongs to {', '.join(kinds)} tasks; this world has none"
+        for name, kinds in owners.items()
+        if own not in kinds
+    }
+
+
+_DOCKING = MoreTopics(outputs=_placard_symbol, inputs=_vrx3_color_sequence, services=_color_sequence)
+MORE_TOPICS: Mapping[str, MoreTopics] = {
+    "stationkeeping": MoreTopics("/vrx/station_keeping", "/vrx/stationkeeping", _rms_error),
+    "perception": MoreTopics(inputs=_landmark),
+    "dock": _DOCKING,
+    "scan_and_dock": _DOCKING,
+    "scan_dock_deliver": _DOCKING,
+    "wildlife": MoreTopics(outputs=_animal_poses),
+    "gymkhana": MoreTopics("/vrx/gymkhana_blackbox", outputs=_gymkhana),
+}
+"""Topics and services by type of task."""

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from vrx_mj.errors import CommandError
 from vrx_mj.ros.limits import SMALL, Intake, Place
-from vrx_mj.ros.rosbridge.client import _OVERHEAD, Fragments
+from vrx_mj.ros.rosbridge.server import _OVERHEAD, Fragments
 
 
 def piece(identity, number, total, data):
@@ -45,7 +45,7 @@ def test_of_clients_that_hold_too_much_the_first_goes():
 
 
 def test_fragments_without_characters_are_bounded_too(monkeypatch):
-    monkeypatch.setattr("vrx_mj.ros.rosbridge.client.MOST_INCOMING", 3 * _OVERHEAD)
+    monkeypatch.setattr("vrx_mj.ros.rosbridge.server.MOST_INCOMING", 3 * _OVERHEAD)
     intake = Intake(100_000)
     fragments = Fragments(intake, Place("127.0.0.1", list))
     for number in range(3):

@@ -23,8 +23,8 @@ from vrx_mj.ros import messages
 from vrx_mj.ros.interface import Output, RosInterface, Sent
 from vrx_mj.ros.limits import MOST_BYTES_OF_ALL, Counts, Intake, Place
 from vrx_mj.ros.rosbridge import codec
-from vrx_mj.ros.rosbridge.client import PIECE, Client
 from vrx_mj.ros.rosbridge.codec import Options, Parcel
+from vrx_mj.ros.rosbridge.server import PIECE, Client
 from vrx_mj.ros.rosbridge.topics import Subscription
 
 CLIENTS = 64
@@ -147,7 +147,7 @@ def queued(client):
 
 
 def test_a_full_queue_loses_the_oldest_and_counts_them(monkeypatch):
-    monkeypatch.setattr("vrx_mj.ros.rosbridge.client.MOST_MESSAGES", 3)
+    monkeypatch.setattr("vrx_mj.ros.rosbridge.server.MOST_MESSAGES", 3)
     monkeypatch.setattr("vrx_mj.ros.limits.MOST_BYTES", 10)
     counts = Counts()
     one = client(counts)
@@ -280,7 +280,7 @@ def test_of_what_is_being_sent_the_message_is_not_kept():
 
 
 def test_a_client_that_reads_no_answers_is_disconnected(bridged, monkeypatch, caplog):
-    monkeypatch.setattr("vrx_mj.ros.rosbridge.client.MOST_ANSWERS", 50)
+    monkeypatch.setattr("vrx_mj.ros.rosbridge.server.MOST_ANSWERS", 50)
     with socket.create_connection(("127.0.0.1", bridged.bridge.port)) as peer:
         peer.sendall(HELLO)
         peer.recv(1000)

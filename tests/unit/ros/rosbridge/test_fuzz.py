@@ -14,9 +14,9 @@ from websockets.sync.client import connect
 from bridged import Bridged, imu
 from rosbridge_client import Skipping, Talk
 from vrx_mj.ros.limits import Pace
-from vrx_mj.ros.rosbridge import client
-from vrx_mj.ros.rosbridge.client import CLIENT_BURST, CLIENTS_SHARE
+from vrx_mj.ros.rosbridge import server
 from vrx_mj.ros.rosbridge.codec import png
+from vrx_mj.ros.rosbridge.server import CLIENT_BURST, CLIENTS_SHARE
 
 THRUST, TWIST, IMU = "/wamv/thrusters/left_thrust_cmd", "/wamv/cmd_vel", "/wamv/sensors/imu/data"
 
@@ -118,7 +118,7 @@ def feed(url, messages):
 
 
 def test_thousands_of_mutated_messages_leave_the_server_as_it_was(monkeypatch, caplog):
-    monkeypatch.setattr(client, "CLIENTS_SHARE", 100.0)  # the brake is tested below
+    monkeypatch.setattr(server, "CLIENTS_SHARE", 100.0)  # the brake is tested below
     sent = mutants(5200)
     with Bridged() as bridged:
         feed(bridged.url, itertools.islice(sent, 400))

@@ -384,7 +384,7 @@ def test_a_message_larger_than_allowed_ends_the_connection(bridged):
 
 
 def test_a_client_may_hold_so_much_and_no_more(bridged, talk, monkeypatch):
-    monkeypatch.setattr("vrx_mj.ros.rosbridge.client.MOST_HELD", 4)
+    monkeypatch.setattr("vrx_mj.ros.rosbridge.server.MOST_HELD", 4)
     talk.say("advertise", topic="/one", type="std_msgs/String")
     talk.say("subscribe", topic="/two", type="std_msgs/String", id="a")
     talk.say("subscribe", topic="/two", type="std_msgs/String", id="b")

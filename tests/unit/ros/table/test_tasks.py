@@ -11,7 +11,7 @@ from vrx_mj.errors import CommandError
 from vrx_mj.ros import cdr
 from vrx_mj.ros.messages import new
 from vrx_mj.ros.table.host import header
-from vrx_mj.ros.table.tasks import task_inputs, task_outputs
+from vrx_mj.ros.table.world import task_inputs, task_outputs
 
 PLACE = {"latitude": -33.7, "longitude": 150.6, "altitude": 1.5, "yaw": 2 * math.atan2(0.6, 0.8)}
 TASK = {
