@@ -18,7 +18,7 @@ from vrx_mj.model import tasks
 from vrx_mj.ros.table.sensing import TOPICS
 from vrx_mj.ros.table.world import MORE_TOPICS, MoreTopics, topics_of
 from vrx_mj.sensors.registry import SENSOR_KINDS
-from vrx_mj.tasks.registry import TASK_KINDS
+from vrx_mj.tasks import TASK_KINDS
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 
@@ -79,7 +79,7 @@ def listed_topics(page):
 TASK_PARTS: dict[str, Collection[str]] = {
     "configuration: Task in config/tasks.py": set(TASKS),
     "compiled form: Task in model/tasks.py": set(tasks.TASKS),
-    "record: TASK_KINDS in tasks/registry.py": set(TASK_KINDS),
+    "record: TASK_KINDS in tasks/__init__.py": set(TASK_KINDS),
     "topic or service for its message: MORE_TOPICS in ros/table/world.py": {
         name
         for name in TASK_KINDS

@@ -30,7 +30,7 @@ from vrx_mj.formats.parts.read import PartType, part_types
 from vrx_mj.formats.series.worlds import REQUIRED, macros
 from vrx_mj.formats.urdf import gazebo, gazebo_sensors
 from vrx_mj.formats.urdf.elements import FIELDS, Entry, Tag, sections
-from vrx_mj.tasks.registry import TASK_KINDS
+from vrx_mj.tasks import TASK_KINDS
 
 REPO = Path(__file__).resolve().parents[1]
 FOLDER = REPO / "docs" / "formats"

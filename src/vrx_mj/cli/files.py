@@ -120,7 +120,7 @@ def _angles(boat: "Boat") -> Iterator[str]:
 def _tasks(*, verbose: bool) -> Iterator[str]:
     """A line for each type of task: what its score is; verbose: with its keys."""
     from vrx_mj.config.tasks import TASKS, TaskConfig
-    from vrx_mj.tasks.registry import TASK_KINDS
+    from vrx_mj.tasks import TASK_KINDS
 
     for name, task in TASKS.items():
         yield f"{name}: {TASK_KINDS[name].meaning}"

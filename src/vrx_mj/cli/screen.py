@@ -54,8 +54,8 @@ def warn_once() -> Callable[..., None]:
 
 def score_line(name: str, kind: str, state: str, score: float | None, collisions: int, timed_out: bool) -> str:
     """The result of a task of a kind in one line."""
+    from vrx_mj.tasks import TASK_KINDS
     from vrx_mj.tasks.referee import score_text
-    from vrx_mj.tasks.registry import TASK_KINDS
 
     meaning, hits = TASK_KINDS[kind], f"{collisions} collision{'' if collisions == 1 else 's'}"
     end = "finished, timed out" if timed_out else "finished" if state == "finished" else f"cut while {state}"

@@ -48,14 +48,23 @@ from vrx_mj.mjcf.objects import (
     place_objects,
     spare_ball,
 )
-from vrx_mj.mjcf.parameters import Rows, current_parameters, sea_parameters
+from vrx_mj.mjcf.parameters import (
+    Rows,
+    air_parameters,
+    current_parameters,
+    newcomer_wind,
+    own_load,
+    sea_parameters,
+    warn_if_unmoved,
+    warn_if_unpushed,
+    wind_parameters,
+)
 from vrx_mj.mjcf.pieces import Part, Piece, Pieces, owner_of
 from vrx_mj.mjcf.robots import boat_kind, boat_rows, reweighed_piece, stiffness
 from vrx_mj.mjcf.scene import marker_rows, scene_parameters, scene_values
 from vrx_mj.mjcf.tasks import Touch, task_parameters, thing_touches, touch_sensor, touches_of
 from vrx_mj.mjcf.templates import render
 from vrx_mj.mjcf.terrain import shoreline, terrain_piece
-from vrx_mj.mjcf.wind import air_parameters, newcomer_wind, own_load, warn_if_unmoved, warn_if_unpushed, wind_parameters
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Boat, Hull, Spawn
 from vrx_mj.model.kinds import record_from

@@ -21,10 +21,9 @@ from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import ConfigError, UnknownNameError
 from vrx_mj.frames import Pose, apply, compose, inverse, rotation
 from vrx_mj.mjcf.objects import PlacedDock, element_row
-from vrx_mj.mjcf.parameters import Rows
+from vrx_mj.mjcf.parameters import NO_WIND, Rows, wind_coefficients
 from vrx_mj.mjcf.pieces import Piece
 from vrx_mj.mjcf.templates import Geom, Mesh, geoms, meshes
-from vrx_mj.mjcf.wind import NO_WIND, wind_coefficients
 from vrx_mj.model.kinds import record_from
 from vrx_mj.model.things import Block, Dock, Element, Mooring, Placard
 

@@ -42,11 +42,10 @@ from vrx_mj.config.world import PhysicsConfig, WorldConfig
 from vrx_mj.constants import WATER_DENSITY
 from vrx_mj.errors import CompileError
 from vrx_mj.frames import Pose, apply, compose, inverse, rotation
-from vrx_mj.mjcf.parameters import PROFILES, Rows
+from vrx_mj.mjcf.parameters import NO_WIND, PROFILES, Rows
 from vrx_mj.mjcf.pieces import Piece
 from vrx_mj.mjcf.templates import geoms, meshes
 from vrx_mj.mjcf.terrain import land_distance
-from vrx_mj.mjcf.wind import NO_WIND
 from vrx_mj.model.kinds import record_from
 from vrx_mj.model.things import Element, Float, Follower, Light, Object, PathPoint, Rope
 from vrx_mj.model.world import Parameters

@@ -1,29 +1,51 @@
-"""The sea of a compiled world, and the tables of a world in the making."""
+"""The sea of a compiled world, and the tables of a world in the making.
+
+Wind of a compiled world: its gusts, and the coefficients of what it pushes.
+"""
 
 import math
-from collections.abc import Mapping, Sequence
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any
 
 from vrx_mj.arguments import check_kind
-from vrx_mj.config.weather import CurrentConfig, SeaConfig, TideConfig
+from vrx_mj.config.fleet import BoatConfig
+from vrx_mj.config.kinds import CLASSIC, MARINE, NEWER
+from vrx_mj.config.robots import SailEntry
+from vrx_mj.config.search import catalogue
+from vrx_mj.config.weather import CurrentConfig, SeaConfig, TideConfig, WindageConfig, WindConfig
 from vrx_mj.config.world import PhysicsConfig
 from vrx_mj.constants import WATER_DENSITY, WAVE_GRAVITY
+from vrx_mj.errors import VrxWarning
+from vrx_mj.mjcf import boats
 from vrx_mj.mjcf.world import World
-from vrx_mj.model.boats import Boat, Hull, Station, Thruster
+from vrx_mj.model.boats import Boat, Hull, Station, Thruster, Windage, WindCoefficients
 from vrx_mj.model.kinds import ProfileCode, record_from
 from vrx_mj.model.numbers import Number
 from vrx_mj.model.things import Block, Dock, Element, Float, Follower, Light, Mooring, Object, PathPoint, Placard, Rope
-from vrx_mj.model.water import Current, Layer, Sea, Wave
+from vrx_mj.model.water import Air, Current, Layer, Sea, Wave, Wind
 from vrx_mj.model.world import Parameters, Sensor
-from vrx_mj.physics.tables import MARINE, VRX, VRX3
+from vrx_mj.physics import tables
 from vrx_mj.physics.waves import cwr_components, pms_components
-from vrx_mj.spectra import LONGEST, REGULAR, SHORTEST, SPECTRA, Site, irregular_sea
+from vrx_mj.physics.wind import BLENDERMANN, Areas, Superstructure, isherwood_curve
+from vrx_mj.spectra import (
+    LONGEST,
+    REGULAR,
+    SHORTEST,
+    SPECTRA,
+    Site,
+    Spectrum,
+    gust_frequencies,
+    gust_variance,
+    irregular_sea,
+    npd,
+)
 
 _Row = dict[str, Any]
 _NIL_AMPLITUDE = 1e-9
 """Waves lower than this [m] are left out: with VRX's scale 2.5 the longest one has 1e-11 m."""
-PROFILES: Mapping[str, ProfileCode] = {"vrx": VRX, "vrx3": VRX3, "marine": MARINE}
+PROFILES: Mapping[str, ProfileCode] = {"vrx": tables.VRX, "vrx3": tables.VRX3, "marine": tables.MARINE}
 """Codes of the profiles in the runtime's tables."""
 
 
@@ -55,7 +77,7 @@ def sea_parameters(sea: SeaConfig, physics: PhysicsConfig) -> Sea:
 
 def _moving(physics: PhysicsConfig) -> int:
     """Whether what floats feels how the water moves."""
-    return 1 if PROFILES[physics.profile] == MARINE else 0
+    return 1 if PROFILES[physics.profile] == tables.MARINE else 0
 
 
 def _ocean(sea: SeaConfig, physics: PhysicsConfig) -> Sea:
@@ -158,3 +180,155 @@ class Rows:
     def shooters(self) -> list[tuple[str, str]]:
         """The ball shooters among the sensors, each as (boat, sensor)."""
         return [(sensor.boat, sensor.name) for sensor in self.sensors if sensor.type == "ball_shooter"]
+
+
+NO_WIND = (0.0, 0.0, 0.0)
+_NPD_HEIGHT = 10.0
+"""Height of the mean speed on which the NPD spectrum depends [m]."""
+_STALE = "wind_stale_link"
+"""VRX's defect by which the wind pushes no boat."""
+_FIRST_GUST = {"vrx": 0.0, "vrx3": 0.001, "marine": 0.0}
+"""Length of the first step that the gusts assume [s]; 0: its own. VRX 3's USVWind.cc."""
+
+_SHOWN_NAMES = 3
+"""Boats that a warning names."""
+
+_Coefficients = tuple[float, float, float]
+
+
+def wind_parameters(wind: WindConfig | None, profile: str = CLASSIC) -> Wind:
+    """The gust process and its direction; a world without wind is one of 0 m/s."""
+    wind = wind or WindConfig(mean_velocity=0.0, var_gain=0.0)
+    toward, gusts = math.radians(wind.direction), _spectrum(wind)
+    return record_from(
+        Wind,
+        wind,
+        direction=(math.cos(toward), math.sin(toward)),
+        mean=wind.mean_velocity,
+        gain=math.sqrt(gust_variance(gusts)) if gusts else wind.var_gain,
+        time_constant=wind.var_time,
+        first_step=_FIRST_GUST[profile],
+    )
+
+
+def air_parameters(wind: WindConfig | None, profile: str) -> Air | None:
+    """Profile over height and gusts of the wind in profile `marine`; None in VRX's, and without wind."""
+    if wind is None or profile != MARINE:
+        return None
+    gusts = _spectrum(wind)
+    return record_from(
+        Air,
+        wind,
+        exponent=wind.exponent or 0.0,
+        roughness=wind.roughness or 0.0,
+        turning=math.radians(wind.turning),
+        spread=math.radians(wind.var_direction),
+        time_constant=wind.var_direction_time,
+        gust_frequencies=tuple(gust_frequencies(gusts, wind.components)) if gusts else (),
+    )
+
+
+def _spectrum(wind: WindConfig) -> Spectrum | None:
+    """The spectrum of the gusts at the wind's height; the speed at 10 m, on which it depends, is by the wind's profile.
+
+    None: they are a Gauss-Markov process, or there is no wind.
+    """
+    if wind.spectrum != "npd" or not wind.mean_velocity:
+        return None
+    share = (_NPD_HEIGHT / wind.height) ** (wind.exponent or 0.0)
+    if wind.roughness:
+        share = math.log(max(_NPD_HEIGHT, wind.roughness) / wind.roughness) / math.log(wind.height / wind.roughness)
+    return npd(share * wind.mean_velocity, wind.height)
+
+
+def wind_coefficients(wind: WindConfig | None, *names: str) -> _Coefficients | None:
+    """Coefficients (Cx, Cy, Cz) for a thing that goes by any of these names; None if none is listed."""
+    for item in (wind.objects if wind else None) or ():
+        if item.model in names:
+            return item.coefficients
+    return None
+
+
+def boat_wind(
+    wind: WindConfig | None, physics: PhysicsConfig, name: str, robot: str, own: _Coefficients | None
+) -> _Coefficients:
+    """Coefficients for a boat: the world's, or else its `own`; none where the world's push nothing."""
+    if _STALE in physics.quirks:
+        return NO_WIND
+    return wind_coefficients(wind, name, robot) or (own if _pushes_boats(wind, physics) else None) or NO_WIND
+
+
+def boat_windage(
+    wind: WindConfig | None, physics: PhysicsConfig, names: Sequence[str], own: WindageConfig | None
+) -> Windage | None:
+    """Areas of a boat in profile `marine`, unless the world lists coefficients for its names, or pushes nothing."""
+    listed = wind_coefficients(wind, *names) is not None
+    if (
+        own is None
+        or physics.profile != MARINE
+        or listed
+        or _STALE in physics.quirks
+        or not _pushes_boats(wind, physics)
+    ):
+        return None
+    vessel = BLENDERMANN[own.vessel] if own.vessel else None
+    return record_from(Windage, own, curve=_curve(own), vessel=vessel)
+
+
+def _curve(own: WindageConfig) -> tuple[tuple[float, float, float, float], ...]:
+    """Angles [rad] and coefficients of surge, sway and yaw that a boat lists, or that are Isherwood's."""
+    ship = own.isherwood
+    if ship is None:
+        return tuple((math.radians(angle), cx, cy, cn) for angle, cx, cy, cn in own.curve)
+    areas = Areas(own.frontal_area, own.lateral_area, own.length, own.height)
+    more = Superstructure(ship.breadth, ship.perimeter, ship.superstructure_area, ship.masts)
+    return isherwood_curve(more, areas, own.offset)
+
+
+def _pushes_boats(wind: WindConfig | None, physics: PhysicsConfig) -> bool:
+    """Whether boats that nobody lists are pushed. VRX 3's wind is apparent: in a world without wind it adds no drag."""
+    return physics.profile != NEWER if wind is None else wind.objects != ()
+
+
+def newcomer_wind(wind: WindConfig | None, physics: PhysicsConfig) -> tuple[WindCoefficients, ...] | None:
+    """Wind coefficients for boats that join later; None: those of their own, (): none."""
+    if wind is not None and wind.objects:
+        return tuple(record_from(WindCoefficients, item) for item in wind.objects)
+    return None if _pushes_boats(wind, physics) else ()
+
+
+def own_load(boat: boats.Boat, physics: PhysicsConfig) -> object:
+    """Coefficients, windage or sail by which the wind pushes a kind of boat; None without any."""
+    sail = next((item.blade for item in boat.thrusters if isinstance(item.blade, SailEntry)), None)
+    return boat.wind or (boat.windage if physics.profile == MARINE else None) or sail
+
+
+def warn_if_unpushed(
+    world: str, wind: WindConfig | None, physics: PhysicsConfig, boats: Iterable[tuple[BoatConfig, object]]
+) -> None:
+    """One warning if a wind blows that has no coefficients for some boats, each given with what it has of its own."""
+    if wind is None or wind.objects == () or _STALE in physics.quirks or not (wind.mean_velocity or wind.var_gain):
+        return
+    still = [boat for boat, own in boats if not own and wind_coefficients(wind, boat.name, boat.robot) is None]
+    if still:
+        text = f"world {world}: the wind does not push {_first(boat.name for boat in still)}"
+        lack = f"no wind coefficients for robot {_first(boat.robot for boat in still)}"
+        advice = "write `wind: [x, y, yaw]` in the robot's YAML, or list it in `wind.objects`, Gazebo's <wind_obj>"
+        warnings.warn(f"{text}: {lack}; {advice}", VrxWarning, stacklevel=5)
+
+
+def warn_if_unmoved(world: str, wind: WindConfig | None, moving: Iterable[str]) -> None:
+    """One warning if the wind lists things, but no kind of boat, of which none can move."""
+    names = {*moving, *catalogue("robots")} if wind is not None and wind.objects else set()
+    idle = [item.model for item in (wind.objects if wind else None) or () if item.model not in names]
+    if idle:
+        text = f"world {world}: wind.objects has no effect on {_first(idle)}"
+        warnings.warn(
+            f"{text}; list boats, objects that float, and docks with `dynamic: true`", VrxWarning, stacklevel=5
+        )
+
+
+def _first(names: Iterable[str]) -> str:
+    known = list(dict.fromkeys(names))
+    more = [f"{len(known) - _SHOWN_NAMES} more"] if len(known) > _SHOWN_NAMES else []
+    return ", ".join([*known[:_SHOWN_NAMES], *more])

@@ -46,10 +46,9 @@ from vrx_mj.mjcf.boats import (
     turning_mass,
 )
 from vrx_mj.mjcf.hulls import vessel_of
-from vrx_mj.mjcf.parameters import PROFILES, Rows
+from vrx_mj.mjcf.parameters import PROFILES, Rows, boat_wind, boat_windage
 from vrx_mj.mjcf.pieces import PREFIX, Piece
 from vrx_mj.mjcf.templates import geoms, meshes
-from vrx_mj.mjcf.wind import boat_wind, boat_windage
 from vrx_mj.model.boats import (
     MJCF_FIELDS,
     AutopilotChannel,

@@ -16,8 +16,8 @@ from vrx_mj.errors import CommandError, RecordError, StateError
 from vrx_mj.recording.parts import FRAMES
 from vrx_mj.recording.reader import Record, read_record
 from vrx_mj.runtime.state import State
+from vrx_mj.tasks import make_referee
 from vrx_mj.tasks.referee import Frame, FrameLayout, Referee, parsed_dump
-from vrx_mj.tasks.registry import make_referee
 
 
 @dataclass(frozen=True)

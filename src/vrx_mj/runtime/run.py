@@ -25,8 +25,8 @@ from vrx_mj.runtime.observation import TASK, BoatObservation, Observation
 from vrx_mj.runtime.rows import as_numbers
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.runtime.subscriptions import Touch
+from vrx_mj.tasks import TASK_KINDS
 from vrx_mj.tasks.referee import frame_stride, has_started
-from vrx_mj.tasks.registry import TASK_KINDS
 
 FASTEST_SPIN = 12.0
 """Rate of turn [rad/s] that no boat reaches by itself: two turns a second."""

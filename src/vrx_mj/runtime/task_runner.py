@@ -18,8 +18,8 @@ from vrx_mj.errors import CommandError, StateError, quote
 from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.loop_arrays import LoopArrays
 from vrx_mj.runtime.timing import steps_to_multiple
+from vrx_mj.tasks import make_referee
 from vrx_mj.tasks.referee import FrameLayout, Message, Referee, Verdict, frame_stride, parsed_dump
-from vrx_mj.tasks.registry import make_referee
 
 _NEVER = 1 << 62
 """Steps to the next frame without a task, or after its end."""

@@ -9,10 +9,9 @@ from vrx_mj.config.objects import PathConfig, load_object
 from vrx_mj.config.weather import WindConfig
 from vrx_mj.config.world import MarkersConfig, PhysicsConfig, SeaConfig
 from vrx_mj.mjcf.objects import DENSITY, PlacedObject, follower_row, object_rows
-from vrx_mj.mjcf.parameters import Rows, sea_parameters
+from vrx_mj.mjcf.parameters import Rows, boat_wind, sea_parameters, wind_parameters
 from vrx_mj.mjcf.scene import AHEAD, marker_rows
 from vrx_mj.mjcf.tasks import touches_of
-from vrx_mj.mjcf.wind import boat_wind, wind_parameters
 
 STILL = (3.0, -2.0, 0.0, 0.0, 0.0, 0.0)
 

@@ -12,7 +12,7 @@ from vrx_mj.config.search import catalogue
 from vrx_mj.config.weather import WindConfig
 from vrx_mj.config.world import PhysicsConfig
 from vrx_mj.errors import VrxWarning
-from vrx_mj.mjcf.wind import boat_wind, newcomer_wind
+from vrx_mj.mjcf.parameters import boat_wind, newcomer_wind
 from vrx_mj.model.world import tree_of
 
 WAMV = (0.5, 0.5, 0.33)

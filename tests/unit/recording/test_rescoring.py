@@ -12,8 +12,8 @@ from unit.tasks.streams import task
 from vrx_mj.recording.checks import rescore
 from vrx_mj.recording.reader import Record, SavedState
 from vrx_mj.runtime.state import STATE_VERSION, State
+from vrx_mj.tasks import make_referee
 from vrx_mj.tasks.referee import FrameLayout
-from vrx_mj.tasks.registry import make_referee
 
 GOAL = {"x": 0.0, "y": 0.0, "yaw": 0.0, "latitude": None, "longitude": None}
 TASK = task("stationkeeping", goal=GOAL, heading=False)

@@ -12,8 +12,8 @@ from vrx_mj.recording.session import RecordWriter
 from vrx_mj.recording.task_chunks import FATES, PLOT, WORDS, TaskChunks, TaskMarks, legend_chunks, words
 from vrx_mj.recording.timeline import changes
 from vrx_mj.runtime.state import STATE_VERSION, State
+from vrx_mj.tasks import make_referee
 from vrx_mj.tasks.referee import FrameLayout
-from vrx_mj.tasks.registry import make_referee
 
 BUOYS = {"red_0": (5.0, 10.0), "green_0": (-5.0, 10.0), "red_1": (5.0, 30.0), "green_1": (-5.0, 30.0)}
 TASK = task_of({

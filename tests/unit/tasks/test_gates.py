@@ -10,8 +10,8 @@ from unit.tasks.streams import begin, buoys, courses, frame, gate_names, look, p
 from vrx_mj.config.objects import load_object
 from vrx_mj.errors import CommandError
 from vrx_mj.model import tasks
+from vrx_mj.tasks import make_referee
 from vrx_mj.tasks.gates import FAILURE, Gate, gate_between, passage, side_of
-from vrx_mj.tasks.registry import make_referee
 
 COURSES = courses()
 EAST = Gate(0.0, 0.0, 0.0, 10.0)

@@ -4,8 +4,8 @@ import pytest
 
 from unit.tasks.streams import begin, buoys, frame, gate_names, look, task
 from vrx_mj.errors import CommandError
+from vrx_mj.tasks import make_referee
 from vrx_mj.tasks.referee import Release, SetPinger
-from vrx_mj.tasks.registry import make_referee
 
 GATES = [((x, -5), (x, 5)) for x in (10, 20)]
 STANDS = buoys(GATES)

@@ -6,9 +6,9 @@ import pytest
 
 from unit.tasks.streams import begin, frame, look, pose, task
 from vrx_mj.errors import CommandError
+from vrx_mj.tasks import make_referee
 from vrx_mj.tasks.perception import ahead_of
 from vrx_mj.tasks.referee import PlaceObject, Release
-from vrx_mj.tasks.registry import make_referee
 
 RED, GREEN = "mb_marker_buoy_red", "mb_marker_buoy_green"
 

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from unit.tasks.samples import SAMPLES, restless, sample
 from unit.tasks.streams import begin, frame, pose, task
 from vrx_mj.errors import CommandError, StateError, UnknownNameError
+from vrx_mj.tasks import TASK_KINDS, make_referee
 from vrx_mj.tasks.referee import Message, Referee, Release, Rules, dead_time
-from vrx_mj.tasks.registry import TASK_KINDS, make_referee
 
 GOAL = {"x": 0.0, "y": 0.0, "yaw": 0.0, "latitude": None, "longitude": None}
 TYPES = sorted(TASK_KINDS)

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from unit.tasks.streams import begin, frame, pose, task
 from vrx_mj.errors import CommandError
 from vrx_mj.model.tasks import Goal
+from vrx_mj.tasks import make_referee
 from vrx_mj.tasks.gates import pose_error
-from vrx_mj.tasks.registry import make_referee
 
 ORIGIN = {"x": 0.0, "y": 0.0, "yaw": 0.0, "latitude": None, "longitude": None}
 

@@ -6,7 +6,7 @@ import pytest
 
 from unit.tasks.streams import begin, frame, look, task
 from vrx_mj.errors import CommandError
-from vrx_mj.tasks.registry import make_referee
+from vrx_mj.tasks import make_referee
 
 
 def place(x, y, yaw=0.0):

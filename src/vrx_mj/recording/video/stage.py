@@ -32,8 +32,8 @@ from vrx_mj.sensors.canvas import Canvas
 from vrx_mj.sensors.displays import check_display_marks, displays_of
 from vrx_mj.sensors.sea import SeaSkin, Skin
 from vrx_mj.sensors.view import SMALLEST, View
+from vrx_mj.tasks import TASK_KINDS
 from vrx_mj.tasks.referee import TaskStatus
-from vrx_mj.tasks.registry import TASK_KINDS
 
 _CALM = 1.2
 """Standard deviation over which a followed path is smoothed [s]."""

@@ -6,7 +6,7 @@ import numpy.typing as npt
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.rl.problem import Entry, Judged, Problem, RefereedRow, Spot, Team
 from vrx_mj.runtime.task_runner import TaskObservation
-from vrx_mj.tasks.registry import TASK_KINDS
+from vrx_mj.tasks import TASK_KINDS
 
 _COMMON_OUTPUTS = ("type", "name", "boat", "state", "elapsed_time", "num_collisions", "score")
 """Outputs that all tasks have."""

@@ -25,7 +25,7 @@ from vrx_mj.ros.messages import Message, duration, fields, new, stamp
 from vrx_mj.ros.table.boats import WORLD_FRAME, BoatFrames, transform
 from vrx_mj.ros.table.host import Host, collision_name, header
 from vrx_mj.ros.table.viewers import START
-from vrx_mj.tasks.registry import TASK_KINDS, Form
+from vrx_mj.tasks import TASK_KINDS, Form
 
 _WORLD = "/vrx_mj/world"
 _Row = dict[str, Any]
