@@ -17,7 +17,7 @@ from vrx_mj.mjcf.tasks import _RESOLVERS
 from vrx_mj.model import tasks
 from vrx_mj.ros.table.sensing import TOPICS
 from vrx_mj.ros.table.world import MORE_TOPICS, MoreTopics, topics_of
-from vrx_mj.sensors.registry import SENSOR_KINDS
+from vrx_mj.sensors import SENSOR_KINDS
 from vrx_mj.tasks import TASK_KINDS
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
@@ -40,7 +40,7 @@ SENSOR_PARTS: dict[str, Collection[str]] = {
     "configuration: SensorConfig in config/sensors.py": {
         kind.model_fields["type"].default for kind in get_args(get_args(SensorConfig)[0])
     },
-    "record: SENSOR_KINDS in sensors/registry.py": set(SENSOR_KINDS),
+    "record: SENSOR_KINDS in sensors/__init__.py": set(SENSOR_KINDS),
     "form in recordings: RecordedNumbers in its record": {
         name for name, kind in SENSOR_KINDS.items() if kind.numbers is not None or name == "camera"
     },

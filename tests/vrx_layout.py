@@ -8,7 +8,7 @@ import csv
 from pathlib import Path
 
 from gazebo_files import classic_text
-from vrx_mj.resources import root
+from vrx_mj.packages import root
 
 __all__ = ["LAUNCHES", "write_vrx"]
 

@@ -1,4 +1,7 @@
-"""Packages of others: what an extra brings, the command that installs it for this Python, and PyTorch's triton."""
+"""Packages of others: what an extra brings, the command that installs it for this Python, and PyTorch's triton.
+
+Where the package's own assets, templates and fleets are.
+"""
 
 import contextlib
 import ctypes
@@ -8,6 +11,8 @@ import re
 import shlex
 import sys
 from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
 
 _PLAIN = re.compile(r"[\w.:/\\-]+")
 """Words that Windows' shells take without quotes."""
@@ -75,3 +80,13 @@ def shell_word(word: str) -> str:
     if os.name != "nt":
         return shlex.quote(word) if word.isprintable() else f"$'{''.join(map(_ansi_c, word))}'"
     return word if _PLAIN.fullmatch(word) else f'"{word}"'
+
+
+@cache
+def root() -> Path:
+    """The folder that holds `assets`, `templates` and `fleets`.
+
+    The package's own folder when it was installed from a wheel, the repository in an editable install.
+    """
+    package = Path(__file__).resolve().parent
+    return package if (package / "assets").is_dir() else package.parents[1]

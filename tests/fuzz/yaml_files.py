@@ -16,7 +16,7 @@ from vrx_mj import Simulation, compile_world
 from vrx_mj.config.world import load_world
 from vrx_mj.formats.series.axes import read_series
 from vrx_mj.formats.series.worlds import series_world
-from vrx_mj.resources import root
+from vrx_mj.packages import root
 
 REPO = Path(__file__).resolve().parents[2]
 ASSETS, BROKEN = root() / "assets", REPO / "tests" / "broken"

@@ -12,7 +12,7 @@ import pytest
 
 import vrx_mj
 from integration.sailing import COEFFICIENTS, edited, table
-from vrx_mj.resources import root
+from vrx_mj.packages import root
 from vrx_mj.runtime.observation import rotation_matrix
 
 ORACLE = root() / "assets" / "validation" / "oracle"

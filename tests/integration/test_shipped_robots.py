@@ -15,7 +15,7 @@ from vrx_mj.config.search import catalogue
 from vrx_mj.mjcf.boats import boat_mass
 from vrx_mj.mjcf.build import build_boat
 from vrx_mj.mjcf.flotation import hull_sheet
-from vrx_mj.resources import root
+from vrx_mj.packages import root
 
 ROBOTS = sorted(catalogue("robots"))
 ADRIFT = ("barge_10m", "barge_4m", "cylinder", "sphere")

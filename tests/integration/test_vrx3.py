@@ -13,7 +13,7 @@ from vrx_mj.config.world import load_world
 from vrx_mj.errors import VrxWarning
 from vrx_mj.frames import rotation_matrix
 from vrx_mj.model.world import tree_of
-from vrx_mj.resources import root
+from vrx_mj.packages import root
 
 JAGGED = {"gain": 2.0, "period": 2.0, "direction": [1.0, 0.0]}
 """The roughest sea of VRX 2023."""

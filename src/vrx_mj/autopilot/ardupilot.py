@@ -26,7 +26,7 @@ from typing import Any, NamedTuple, Self
 
 from vrx_mj.autopilot.board import LONGEST, SHORTEST, Board, Channels, channels_of, is_servo_pulse
 from vrx_mj.errors import CommandError, NetworkError, UnknownNameError
-from vrx_mj.resources import root
+from vrx_mj.packages import root
 from vrx_mj.runtime.simulation import Simulation
 
 FORMATS = {18458: struct.Struct("<HHI16H"), 29569: struct.Struct("<HHI32H")}

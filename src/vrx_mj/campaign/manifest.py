@@ -27,7 +27,7 @@ from vrx_mj.constants import PHYSICS_VERSION
 from vrx_mj.errors import CommandError, RecordError, UnknownNameError, VrxError, VrxWarning, first_names
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.outputs import check_inside
-from vrx_mj.resources import root
+from vrx_mj.packages import root
 from vrx_mj.runtime.run import fingerprint, split_name
 
 _MANIFEST = "campaign.json"

@@ -21,7 +21,7 @@ from vrx_mj.config.kinds import KINDS
 from vrx_mj.config.search import catalogue
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError, VrxWarning, shorten
 from vrx_mj.outputs import Content, begins, write_file, write_files, writing
-from vrx_mj.resources import root
+from vrx_mj.packages import root
 
 if TYPE_CHECKING:
     from vrx_mj.config.base import Config

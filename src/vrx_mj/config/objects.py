@@ -40,7 +40,7 @@ from vrx_mj.errors import UnknownNameError, VrxError, VrxWarning
 from vrx_mj.frames import apply, rotation
 from vrx_mj.model.kinds import Seed
 from vrx_mj.model.things import Float, Follower, Rope
-from vrx_mj.resources import root
+from vrx_mj.packages import root
 
 MOST_LINKS = 64
 """Links of an object beside its own."""

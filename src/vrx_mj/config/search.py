@@ -14,7 +14,7 @@ from pathlib import Path, PurePosixPath
 
 from vrx_mj.config.kinds import KINDS, function_of, kind_of, needs
 from vrx_mj.errors import LONGEST_NAME, UnknownNameError, VrxError, nearest, shorten
-from vrx_mj.resources import root
+from vrx_mj.packages import root
 
 _NO_FILES = {"d": "a folder", "p": "a pipe", "s": "a socket", "c": "a device", "b": "a device"}
 """Kinds of paths that are no files, by their letter in a long listing."""

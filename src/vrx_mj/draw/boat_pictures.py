@@ -18,7 +18,7 @@ from vrx_mj.draw.style import INK, Thing, font_warnings_hidden, label, write
 from vrx_mj.errors import VrxError
 from vrx_mj.formats.parts.compliance import Box, PartVerdict, Verdict
 from vrx_mj.formats.parts.read import Kind, triple_of
-from vrx_mj.resources import root
+from vrx_mj.packages import root
 
 _SIZE = (1600, 1000)
 """Width and height [px]."""

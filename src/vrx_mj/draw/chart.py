@@ -13,7 +13,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from vrx_mj.draw.style import INK, boat_color, font_warnings_hidden, hex_color
-from vrx_mj.resources import root
+from vrx_mj.packages import root
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

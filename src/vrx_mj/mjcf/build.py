@@ -24,7 +24,7 @@ from vrx_mj.formats.urdf.reader import MeshFiles, in_namespace, read_urdf, with_
 from vrx_mj.formats.urdf.xml_document import read_bytes
 from vrx_mj.mjcf.boats import Boat, assemble_boat, with_places
 from vrx_mj.mjcf.flotation import DENSITY, LINES, Derived, derived_floats, derived_lines
-from vrx_mj.resources import root
+from vrx_mj.packages import root
 
 _SHOWN_NOTES = 12
 """Greatest number of faults of a robot that a warning lists."""

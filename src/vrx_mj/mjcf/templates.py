@@ -14,7 +14,7 @@ from vrx_mj.config.search import contained_file, display
 from vrx_mj.config.shapes import Shape, Visual
 from vrx_mj.errors import CompileError
 from vrx_mj.formats.urdf.reader import is_binary_stl, mesh_bytes, obj_text, read_mesh
-from vrx_mj.resources import root
+from vrx_mj.packages import root
 
 _MESH = "vrx_mj/mesh"
 """Name of a mesh that is tried alone."""

@@ -21,7 +21,7 @@ from vrx_mj.recording.record_scene import RecordScene
 from vrx_mj.recording.static_chunks import FEW_NAMES, LEGEND_PATH, NAMES, legend_spots, name_width
 from vrx_mj.recording.task_chunks import MARKS, PLOT, STEPS, TOUCH_WORDS, WORDS
 from vrx_mj.recording.timeline import TIMELINE
-from vrx_mj.sensors.registry import SENSOR_KINDS
+from vrx_mj.sensors import SENSOR_KINDS
 
 _SKY = (158, 190, 214)
 PLAN_WATER = (16, 45, 66)

@@ -41,8 +41,8 @@ from vrx_mj.recording.sea_meshes import packed_colors, ramp
 from vrx_mj.recording.static_chunks import UNSEEN
 from vrx_mj.recording.timeline import Held, Ticker, arrow_strips, numbers, static, times
 from vrx_mj.recording.water_chunks import WaterChunks
+from vrx_mj.sensors import SENSOR_KINDS
 from vrx_mj.sensors.readings import Scan
-from vrx_mj.sensors.registry import SENSOR_KINDS
 from vrx_mj.sensors.view import CATEGORY_NAMES, focal_length
 
 _SHOWN_RATE, _ARROW_RATE, _PLOT_RATE = 10.0, 10.0, 5.0

@@ -38,8 +38,8 @@ from vrx_mj.recording.parts import COMPANIES, EVENTS, FRAMES, ROWS, RUN, STATES,
 from vrx_mj.recording.record_scene import MovingBody, RecordedSensor, RowLayout
 from vrx_mj.recording.rrd_file import allowance, parsed_file
 from vrx_mj.runtime.subscriptions import Touch
+from vrx_mj.sensors import SENSOR_KINDS
 from vrx_mj.sensors.readings import Image, PointCloud, Reading
-from vrx_mj.sensors.registry import SENSOR_KINDS
 from vrx_mj.sensors.view import intrinsics
 from vrx_mj.tasks.referee import Message
 

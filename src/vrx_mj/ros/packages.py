@@ -22,7 +22,7 @@ from vrx_mj.errors import NetworkError, VrxError
 from vrx_mj.formats.gazebo.launch import SERVING
 from vrx_mj.formats.gazebo.launched import PACKAGES, stock_launches
 from vrx_mj.outputs import Content, check_inside, write_files, writing
-from vrx_mj.resources import root
+from vrx_mj.packages import root
 from vrx_mj.ros.messages import DEFINITIONS, MEMBER, definition, own_text
 
 _OF_DEBIAN = frozenset({"nav_msgs", "roscpp", "sensor_msgs", "std_srvs", "tf2_msgs"})

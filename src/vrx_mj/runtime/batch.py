@@ -18,10 +18,10 @@ from vrx_mj.libmujoco import without_timers
 from vrx_mj.mjcf.world import World
 from vrx_mj.physics.free_body import SOLVE_WORK
 from vrx_mj.physics.tables import Table
-from vrx_mj.runtime.bodies import write_pose
 from vrx_mj.runtime.commands import channels_of
 from vrx_mj.runtime.hull import energy_of
 from vrx_mj.runtime.limits import ThreadPool, thread_count
+from vrx_mj.runtime.live_world import write_pose
 from vrx_mj.runtime.loop_arrays import LoopArrays
 from vrx_mj.runtime.row_tables import (
     SEPARATE,

@@ -9,9 +9,9 @@ import mujoco
 from vrx_mj.arrays import FloatArray
 from vrx_mj.mjcf.objects import ball_name
 from vrx_mj.mjcf.world import World
+from vrx_mj.sensors import SENSOR_KINDS
 from vrx_mj.sensors.instruments import SensorKind
 from vrx_mj.sensors.readings import Mount, Place, place_of_mount
-from vrx_mj.sensors.registry import SENSOR_KINDS
 
 
 @dataclass(frozen=True)

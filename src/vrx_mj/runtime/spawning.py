@@ -21,8 +21,7 @@ from vrx_mj.mjcf.compile import staying, with_boat, with_dock, with_object, with
 from vrx_mj.mjcf.objects import ball_names
 from vrx_mj.mjcf.pieces import owner_of
 from vrx_mj.mjcf.world import World
-from vrx_mj.runtime.bodies import FreeBodies
-from vrx_mj.runtime.live_world import LiveWorld, loop_arrays_of
+from vrx_mj.runtime.live_world import FreeBodies, LiveWorld, loop_arrays_of
 from vrx_mj.runtime.loop_arrays import MODEL_ARRAYS, OPTIONS, LoopArrays, memories_of
 from vrx_mj.runtime.stepping_models import fitting
 from vrx_mj.runtime.turns import Turn, in_turn

@@ -16,7 +16,7 @@ import numpy as np
 from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.draw.chart import Chart
 from vrx_mj.errors import VrxError
-from vrx_mj.resources import root
+from vrx_mj.packages import root
 
 
 def folder() -> Path:

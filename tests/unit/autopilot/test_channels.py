@@ -7,7 +7,7 @@ import pytest
 from vrx_mj import compile_world
 from vrx_mj.autopilot.board import Channel, channels_of
 from vrx_mj.errors import CommandError, VrxError
-from vrx_mj.resources import root
+from vrx_mj.packages import root
 
 CALM = {"physics": {"profile": "vrx"}, "sea": {"model": "none"}}
 

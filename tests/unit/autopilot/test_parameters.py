@@ -4,7 +4,7 @@ import pytest
 
 from vrx_mj import Simulation, compile_world
 from vrx_mj.autopilot.board import channels_of
-from vrx_mj.resources import root
+from vrx_mj.packages import root
 
 FILES = sorted((root() / "assets" / "robots").glob("*/ardurover.parm"))
 CALM = {"physics": {"profile": "marine"}, "sea": {"model": "none"}}

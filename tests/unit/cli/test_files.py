@@ -11,7 +11,7 @@ from vrx_mj.config.search import PACKAGE_PATH, catalogue, package_paths
 from vrx_mj.config.tasks import TASKS
 from vrx_mj.errors import VrxError
 from vrx_mj.mjcf.compile import compile_world
-from vrx_mj.resources import root
+from vrx_mj.packages import root
 
 SOME = {
     "worlds": {"example_course", "ocean", "sydney_regatta", "sand_island"},

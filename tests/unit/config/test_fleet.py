@@ -9,7 +9,7 @@ from vrx_mj.config.fleet import load_fleet
 from vrx_mj.config.search import catalogue
 from vrx_mj.config.world import load_world
 from vrx_mj.errors import ConfigError, VrxWarning
-from vrx_mj.resources import root
+from vrx_mj.packages import root
 
 GUIDE = """usv_count: 3
 layout: circle

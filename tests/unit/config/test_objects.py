@@ -12,7 +12,7 @@ from vrx_mj.config.search import ALLOW, catalogue, contained_file, find
 from vrx_mj.config.shapes import Shape
 from vrx_mj.config.world import load_world
 from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, VrxWarning
-from vrx_mj.resources import root
+from vrx_mj.packages import root
 
 
 @pytest.mark.usefixtures("here")

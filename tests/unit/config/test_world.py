@@ -12,7 +12,7 @@ from vrx_mj.config import world as world_module
 from vrx_mj.config.search import catalogue
 from vrx_mj.config.world import Georeference, SeaConfig, SkyConfig, load_world
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxWarning
-from vrx_mj.resources import root
+from vrx_mj.packages import root
 
 
 def write(folder, name, text):

@@ -16,7 +16,7 @@ from vrx_mj.errors import CompileError, ConfigError, UnknownNameError, VrxError,
 from vrx_mj.formats.parts.read import example_file, wamv_urdf
 from vrx_mj.mjcf.build import build_boat, robot_urdf
 from vrx_mj.model.world import tree_of
-from vrx_mj.resources import root
+from vrx_mj.packages import root
 
 PUSHER = (link("left_propeller"), joint("shaft", "left_propeller", xyz="-2 0 0", kind="continuous"), thruster("left"))
 DYNAMICS = '<plugin name="water" filename="libusv_gazebo_dynamics_plugin.so"><hullRadius>0.2</hullRadius></plugin>'

@@ -7,7 +7,7 @@ import pytest
 import trimesh
 
 from vrx_mj.mjcf.hull_estimate import DENSITY, added_mass_of_sections, estimated_hull, shares_of_strips
-from vrx_mj.resources import root
+from vrx_mj.packages import root
 
 
 @pytest.mark.parametrize("draft", [0.2, 0.5, 1.5])

@@ -13,7 +13,7 @@ from vrx_mj.config.shapes import BuoyancyElement
 from vrx_mj.frames import compose, rotation
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.mjcf.objects import object_piece, place_docks, place_objects
-from vrx_mj.resources import root
+from vrx_mj.packages import root
 
 GOLDEN = Path(__file__).parents[2] / "golden"
 OBJECTS = root() / "assets" / "objects"

@@ -19,7 +19,7 @@ from vrx_mj.config.values import NumberOf
 from vrx_mj.config.world import WorldConfig
 from vrx_mj.errors import CommandError, CompileError, UnknownNameError
 from vrx_mj.model.numbers import run_numbers, with_numbers
-from vrx_mj.resources import root
+from vrx_mj.packages import root
 from vrx_mj.runtime.loop_arrays import LoopArrays
 from vrx_mj.runtime.views import ARRAYS
 

@@ -20,7 +20,7 @@ from vrx_mj.mjcf.boats import Boat, axis_inertia, boat_mass, body_mass, push_cen
 from vrx_mj.mjcf.build import build_boat
 from vrx_mj.mjcf.robots import LIGHTEST, hull_row, robot_piece, stiffness, thruster_rows
 from vrx_mj.model.boats import Hull, Inertia
-from vrx_mj.resources import root
+from vrx_mj.packages import root
 from vrx_mj.rigid_bodies import combine, rigid, with_pose
 
 LAYOUTS = ("H", "T", "X")

@@ -18,7 +18,7 @@ from vrx_mj.mjcf.pieces import Piece, Pieces
 from vrx_mj.mjcf.saved import ATTRIBUTES, contents_of
 from vrx_mj.mjcf.world import World, make_world, world_of
 from vrx_mj.model.world import json_of, tree_of
-from vrx_mj.resources import root
+from vrx_mj.packages import root
 
 RAFT = {"name": "raft", "pose": [20, 0, 0, 0, 0, 0.3], "dynamic": True, "layout": "X  X\nX  X\nXXXX\n"}
 WORLDS = {

@@ -6,10 +6,10 @@ import math
 import numpy as np
 
 from vrx_mj.model import tables
+from vrx_mj.packages import root
 from vrx_mj.physics.motion import Motion
 from vrx_mj.physics.tables import BOX, CYLINDER, GLF, SPHERE, VRX
 from vrx_mj.physics.waves import cwr_components, pms_components
-from vrx_mj.resources import root
 
 ORACLE = root() / "assets" / "validation" / "oracle"
 

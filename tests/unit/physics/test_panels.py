@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from unit.physics.rows import rotation
+from vrx_mj.packages import root
 from vrx_mj.physics.lanes import WIDTH
 from vrx_mj.physics.panels import panels_of, wrench_of_pressures, wrench_of_still_water
-from vrx_mj.resources import root
 
 TABLES = root() / "assets" / "validation"
 WEIGHT = 1025.0 * 9.81

@@ -102,7 +102,7 @@ def test_files_of_others_that_include_them_start_the_same(written, monkeypatch, 
 
 def test_the_boat_of_the_package_expands_to_ours(written, monkeypatch):
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(written))
-    from vrx_mj.resources import root
+    from vrx_mj.packages import root
 
     arguments = {"namespace": "cat", "thruster_config": "X", "gps_enabled": "true"}
     ours = root() / "assets/robots/wamv/wamv_gazebo/urdf/wamv_gazebo.urdf.xacro"

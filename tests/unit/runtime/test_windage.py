@@ -8,7 +8,7 @@ from scipy.optimize import brentq
 
 from vrx_mj import Batch, Simulation, compile_world
 from vrx_mj.errors import ConfigError
-from vrx_mj.resources import root
+from vrx_mj.packages import root
 
 AREAS = "frontal_area: 0.4, lateral_area: 1.1, length: 2.4, height: 0.3"
 THREE = f"{{{AREAS}, coefficients: [0.6, 0.9, 0.05]}}"

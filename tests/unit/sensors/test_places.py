@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from vrx_mj.config.sensors import P3dConfig, PingerConfig
 from vrx_mj.frames import conjugate, quaternion, quaternion_product, rotation, rotation_vector
+from vrx_mj.sensors import sound, truth
 from vrx_mj.sensors.instruments import Draw
 from vrx_mj.sensors.readings import Mount, Place, place_of_mount
-from vrx_mj.sensors.registry import sound, truth
 
 angle = st.floats(-3.1, 3.1)
 BODY = """<mujoco><worldbody><body name="hull"><freejoint/><geom size="0.1"/>

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from vrx_mj.resources import root
+from vrx_mj.packages import root
 from vrx_mj.spectra import (
     Site,
     equal_energy_bands,

@@ -5,7 +5,7 @@ import subprocess
 
 import pytest
 
-from vrx_mj.resources import root
+from vrx_mj.packages import root
 from vrx_mj.validation.report import CASES
 from vrx_mj.validation.rows import EVIDENCE, Band, bands
 

@@ -5,7 +5,7 @@ import pytest
 import yaml
 from scipy.optimize import least_squares
 
-from vrx_mj.resources import root
+from vrx_mj.packages import root
 from vrx_mj.validation.rows import rows
 
 

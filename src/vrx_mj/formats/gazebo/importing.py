@@ -37,7 +37,7 @@ from vrx_mj.formats.urdf.expand import ExpandedText, check_library, declared_nam
 from vrx_mj.formats.urdf.expand import arguments as declared_arguments
 from vrx_mj.formats.urdf.reader import MeshFiles, with_mesh_names
 from vrx_mj.formats.urdf.xml_document import file_error, read_bytes
-from vrx_mj.resources import root
+from vrx_mj.packages import root
 
 TABLE = "import.md"
 """Name of the file with the table."""

@@ -25,8 +25,7 @@ from vrx_mj.formats.series.pieces import At, Content, with_places
 from vrx_mj.formats.urdf.elements import numbers_of, truth
 from vrx_mj.formats.urdf.expand import LEFT_OUT
 from vrx_mj.frames import Pose
-from vrx_mj.packages import shell_word
-from vrx_mj.resources import root
+from vrx_mj.packages import root, shell_word
 
 ENDING = ".launch"
 """How the names of launch files end."""

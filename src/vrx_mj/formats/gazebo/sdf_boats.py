@@ -24,7 +24,7 @@ from vrx_mj.formats.urdf.model import ZERO, Joint, Limits, Loss, Urdf, relative
 from vrx_mj.formats.urdf.reader import warn, with_shapes
 from vrx_mj.formats.urdf.xml_document import Markup
 from vrx_mj.frames import Pose, compose, inverse
-from vrx_mj.resources import root
+from vrx_mj.packages import root
 
 
 def urdf_text(robot: Urdf, tags: Iterable[Node]) -> str:

@@ -24,7 +24,7 @@ from vrx_mj.config.values import Name, Positive, Vec3, numbers
 from vrx_mj.config.yaml_text import parse, read_lines
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.formats.parts.read import Instance, Kind, PartsFile, Release, name_of, part_types, place_of
-from vrx_mj.resources import root
+from vrx_mj.packages import root
 
 Point = tuple[float, float, float]
 """x, y, z in base_link [m]."""

@@ -31,7 +31,7 @@ from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, VrxW
 from vrx_mj.formats.urdf.elements import numbers_of, truth
 from vrx_mj.formats.urdf.expand import Result, evaluate, expand
 from vrx_mj.formats.urdf.xml_document import file_error
-from vrx_mj.resources import root
+from vrx_mj.packages import root
 
 Kind = Literal["components", "thrusters"]
 

@@ -32,7 +32,7 @@ from vrx_mj.config.tree import Place
 from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, VrxWarning, first_lines, first_names, shorten
 from vrx_mj.foreign import ReaderError, ask
 from vrx_mj.formats.urdf.xml_document import Table, file_error, read_bytes, read_text
-from vrx_mj.resources import root
+from vrx_mj.packages import root
 
 OUTSIDE = f"it is neither in the folder of the first file nor in a package; {ALLOW}"
 """Reason why a file may not be read."""

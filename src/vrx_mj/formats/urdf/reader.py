@@ -31,7 +31,7 @@ from vrx_mj.formats.urdf.links import ShapeT
 from vrx_mj.formats.urdf.model import Color, Link, LinkRow, MeshRow, Scale, Urdf, chain
 from vrx_mj.formats.urdf.xml_document import WORDING
 from vrx_mj.frames import Pose, inverse
-from vrx_mj.resources import root
+from vrx_mj.packages import root
 
 _PACKAGE = re.compile(r"(package|model)://([^/]*)/(.*)", re.DOTALL)
 _SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*)://")

@@ -17,7 +17,7 @@ from scipy.optimize import brentq
 from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.frames import rotation_matrix
-from vrx_mj.resources import root
+from vrx_mj.packages import root
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.validation.rows import Comparison, Outcome, TableRow, case
 from vrx_mj.validation.rows import rows as table_rows

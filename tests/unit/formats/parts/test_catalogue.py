@@ -6,7 +6,7 @@ import pytest
 
 from vrx_mj.formats.parts.compliance import judge, load_rules, rule_sets
 from vrx_mj.formats.parts.read import catalogue, load_parts, part_types
-from vrx_mj.resources import root
+from vrx_mj.packages import root
 
 TYPES = part_types()
 START = root() / "assets" / "start"

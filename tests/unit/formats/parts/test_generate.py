@@ -17,7 +17,7 @@ from vrx_mj.formats.parts.read import (
     xacro_text,
 )
 from vrx_mj.formats.urdf.expand import expand
-from vrx_mj.resources import root
+from vrx_mj.packages import root
 
 FLAGS = tuple(
     f"{what}_enabled"

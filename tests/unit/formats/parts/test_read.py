@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from vrx_mj.errors import ConfigError, VrxWarning
 from vrx_mj.formats.parts.read import PartsFile, load_parts, name_of, place_of
-from vrx_mj.resources import root
+from vrx_mj.packages import root
 
 BROKEN = Path(__file__).parents[3] / "broken"
 CASES = [(kind, file.name) for kind in ("components", "thrusters") for file in sorted((BROKEN / kind).glob("*.yaml"))]

@@ -24,9 +24,9 @@ from vrx_mj.frames import rotation_matrix
 from vrx_mj.ros import cdr
 from vrx_mj.ros.messages import decode, encode
 from vrx_mj.ros.table.sensing import sensor_outputs
+from vrx_mj.sensors import truth
 from vrx_mj.sensors.instruments import Draw, fix, inertia
 from vrx_mj.sensors.readings import ApparentWind, Echo, Heading, Image, Label, Labels, Place, PointCloud, Reading, Sound
-from vrx_mj.sensors.registry import truth
 from vrx_mj.sensors.view import intrinsics
 
 
