@@ -9,8 +9,6 @@ says how many channels there are, the rate of frames [Hz] (16 bits), the number 
 each channel's pulse [us] (16 bits each). An answer is one JSON object between two newlines.
 """
 
-from __future__ import annotations
-
 import contextlib
 import errno
 import json

@@ -7,8 +7,6 @@ Axes are those of aircraft: north-east-down for the world, forward-right-down fo
 Which channel of an autopilot commands what of a boat.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Whether pictures can be drawn here: each way is tried, in a process of its own, since a failure may end it."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

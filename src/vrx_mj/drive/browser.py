@@ -1,7 +1,5 @@
 """A running simulation in a browser: the chunks of a recording, sent while they are made."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import replace

@@ -3,8 +3,6 @@
 Only this module touches the simulation. Keys are taken between calls of the compiled loop.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections import deque

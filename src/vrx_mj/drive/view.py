@@ -1,7 +1,5 @@
 """Watch a running simulation and drive its boats: in MuJoCo's window, or in a browser where there is no display."""
 
-from __future__ import annotations
-
 import contextlib
 from collections.abc import Callable, Iterator
 from typing import Protocol

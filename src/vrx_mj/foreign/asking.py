@@ -3,8 +3,6 @@
 The process without rights, seen from the process that has them: started when first needed, watched, and ended.
 """
 
-from __future__ import annotations
-
 import atexit
 import contextlib
 import hashlib

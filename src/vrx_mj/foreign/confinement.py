@@ -4,8 +4,6 @@ Walls, of which a system may lack all but the first: a hook of Python's own that
 limits of the system, Landlock, which Linux has since 5.13, for what native code opens, and a filter of its calls.
 """
 
-from __future__ import annotations
-
 import contextlib
 import ctypes
 import hashlib

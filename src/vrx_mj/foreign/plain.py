@@ -1,7 +1,5 @@
 """Plain data as a block of bytes: JSON, and beside it the bytes of arrays."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import re
