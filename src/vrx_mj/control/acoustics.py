@@ -10,7 +10,7 @@ import numpy as np
 from vrx_mj.arrays import FloatArray
 from vrx_mj.control.buoy_map import Lookout
 from vrx_mj.control.guidance import approach_speed, around, clear_of, wrap_angle
-from vrx_mj.control.navigation import Estimate, Point, beside, sensor_named
+from vrx_mj.control.navigation import Estimate, Point, beside, direction_to, sensor_named
 from vrx_mj.control.pilot import POSITION_RATE, Commands, Moment, Skipper
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ class Roam:
 
     def likely(self, place: Point, reach: float) -> bool:
         """Whether a place may be of the course: it lies ahead of the beginning, and not too far off."""
-        bearing = math.atan2(place[1] - self._place[1], place[0] - self._place[0])
+        bearing = direction_to(self._place, place)
         return math.dist(place, self._place) < reach and abs(wrap_angle(bearing - self._heading)) < _ASIDE
 
     @property

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from vrx_mj.control.acoustics import Roam, in_a_row
 from vrx_mj.control.buoy_map import Buoy, Lookout
 from vrx_mj.control.guidance import wrap_angle
-from vrx_mj.control.navigation import Point, beside, in_axes, nearest
+from vrx_mj.control.navigation import Point, beside, direction_to, in_axes, nearest
 from vrx_mj.control.pilot import Commands, Moment, Skipper
 
 _NARROWEST, _WIDEST = 5.0, 32.0
@@ -119,7 +119,7 @@ def next_gate(here: Point, course: float | None, gates: Iterable[Gate]) -> Gate 
     """The gate to take next from `here`, near and with little turning; `course` [rad] is that from `here`."""
 
     def effort(gate: Gate) -> float:
-        bearing = math.atan2(gate.middle[1] - here[1], gate.middle[0] - here[0])
+        bearing = direction_to(here, gate.middle)
         turns = abs(wrap_angle(gate.course - bearing))
         if course is not None:
             turns += abs(wrap_angle(bearing - course))

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from itertools import permutations
 from typing import TYPE_CHECKING, NamedTuple
 
-from vrx_mj.control.navigation import Estimate, Point, beside, in_axes, polar
+from vrx_mj.control.navigation import Estimate, Point, beside, direction_to, in_axes, polar
 from vrx_mj.control.velocity import Allocation, Craft, clamp, steady_rate
 from vrx_mj.errors import CommandError
 
@@ -201,9 +201,9 @@ class Track:
     def spot(self, along: float, left: float = 0.0) -> Spot:
         """The place `along` [m] from the start and `left` [m] of the track there."""
         before, here, after = (self._place(along + way) for way in (-CHORD, 0.0, CHORD))
-        direction = math.atan2(after[1] - before[1], after[0] - before[0])
-        came = math.atan2(here[1] - before[1], here[0] - before[0])
-        goes = math.atan2(after[1] - here[1], after[0] - here[0])
+        direction = direction_to(before, after)
+        came = direction_to(before, here)
+        goes = direction_to(here, after)
         return Spot(*beside(here, direction, 0.0, left), direction, wrap_angle(goes - came) / CHORD, left)
 
     def _place(self, along: float) -> Point:
@@ -225,8 +225,8 @@ def round_corners(points: Sequence[Point], radius: float) -> list[Point]:
 def _arc(before: Point, corner: Point, after: Point, radius: float) -> list[Point]:
     """Arc between two legs, tangent to both, from one to the other."""
     one, other = math.dist(before, corner), math.dist(corner, after)
-    heading = math.atan2(corner[1] - before[1], corner[0] - before[0])
-    turn = wrap_angle(math.atan2(after[1] - corner[1], after[0] - corner[0]) - heading)
+    heading = direction_to(before, corner)
+    turn = wrap_angle(direction_to(corner, after) - heading)
     bend = math.tan(0.5 * abs(turn))
     cut = min(radius * bend, 0.5 * one, 0.5 * other)  # of each leg
     if bend < 1e-9 or cut < 1e-9:

@@ -82,6 +82,11 @@ def polar(length: float, direction: float) -> Point:
     return length * math.cos(direction), length * math.sin(direction)
 
 
+def direction_to(origin: Point, place: Point) -> float:
+    """The direction [rad] of a place as seen from an origin."""
+    return math.atan2(place[1] - origin[1], place[0] - origin[0])
+
+
 def in_axes(direction: float, east: float, north: float) -> Point:
     """The parts of a vector along a direction [rad] and to port of it."""
     cos, sin = math.cos(direction), math.sin(direction)

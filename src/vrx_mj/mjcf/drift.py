@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from vrx_mj.arrays import ComplexArray, FloatArray
 from vrx_mj.config.dynamics import Hydro
-from vrx_mj.mjcf.flotation import below, outline
+from vrx_mj.mjcf.flotation import below, faces_of, outline
 from vrx_mj.model import tables
 from vrx_mj.model.boats import Drift, Vessel
 from vrx_mj.model.tables import hull_tables, nested_tuples
@@ -158,7 +158,7 @@ class HullInWaves:
         Midpoints of edges integrate it over each triangle, on which the loop has it linear.
         """
         vessel, level, k = self.vessel, self._level, self.waves["wavenumber"][:, None]
-        wet = below(np.array(vessel.vertices)[np.array(vessel.triangles)], level)
+        wet = below(faces_of(vessel), level)
         share = np.cross(wet[:, 2] - wet[:, 0], wet[:, 1] - wet[:, 0])[:, None] / 6.0  # of a midpoint, inward
         places = 0.5 * (wet + np.roll(wet, -1, axis=1))
         loads = np.concatenate((np.broadcast_to(share, places.shape), np.cross(places, share)), axis=2).reshape(-1, 6)
@@ -301,7 +301,7 @@ class HullInWaves:
         """Draft [m], and `outline` of the waterline; that of a hull with a stiffness is a rectangle."""
         vessel = self.vessel
         if vessel.is_mesh:
-            corners = np.array(vessel.vertices)[np.array(vessel.triangles)]
+            corners = faces_of(vessel)
             return self._level - float(corners[:, :, 2].min()), *outline(corners, self._level)
         area = vessel.restoring[2][2] / (self._density * self._gravity)
         a, b = 0.5 * vessel.length, 0.5 * area / vessel.length

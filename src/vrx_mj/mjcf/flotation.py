@@ -23,6 +23,7 @@ from vrx_mj.errors import VrxError
 from vrx_mj.formats.urdf.reader import read_mesh
 from vrx_mj.frames import apply, compose, rotation
 from vrx_mj.mjcf.boats import Boat, Part, boat_mass
+from vrx_mj.model.boats import Vessel
 
 _MOST_LIFT = 1000.0
 """Lift of the whole hull over the boat's weight: a light inflatable one has 20."""
@@ -404,6 +405,12 @@ def _resistance(length: float) -> dict[str, object]:
         "drag_linear": tuple(value * (forces if i < 3 else moments) for i, value in enumerate(_MODEL_LINEAR)),
         "drag_quadratic": (_MODEL_SURGE_QUADRATIC * scale**2, 0.0, 0.0, 0.0, 0.0, 0.0),
     }
+
+
+def faces_of(vessel: Vessel) -> FloatArray:
+    """Triangles (n, 3, 3) of a hull's mesh [m]."""
+    found: FloatArray = np.array(vessel.vertices)[np.array(vessel.triangles)]
+    return found
 
 
 def hull_corners(boat: Boat, volume: float) -> tuple[FloatArray, tuple[str, ...]]:

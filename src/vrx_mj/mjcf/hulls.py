@@ -20,7 +20,7 @@ from vrx_mj.config.shapes import enclosed_volume, solid
 from vrx_mj.errors import VrxError, VrxWarning
 from vrx_mj.mjcf.boats import Boat, boat_mass, push_center
 from vrx_mj.mjcf.drift import HullInWaves, coriolis, cross_matrix, with_drift
-from vrx_mj.mjcf.flotation import Flotation, flotation, hull_corners, lift_fault
+from vrx_mj.mjcf.flotation import Flotation, faces_of, flotation, hull_corners, lift_fault
 from vrx_mj.mjcf.surfaces import checked_surface, panels_of
 from vrx_mj.model.boats import MOST_TRIANGLES, Diffraction, Memory, Strip, Vessel
 from vrx_mj.model.kinds import Six
@@ -203,7 +203,7 @@ def warn_if_rough(boat: Boat, vessel: Vessel | None, sea: Sea, timestep: float) 
             f"{100.0 * short / whole:.3g} % of the sea's energy is in waves shorter than its waterline of "
             f"{vessel.length:.3g} m, to which it answers too much without `hydro`; `vrx-mj robot hydro --bem` makes it"
         )
-    corners = np.array(vessel.vertices)[np.array(vessel.triangles)] if vessel.hydrostatics == MESH else None
+    corners = faces_of(vessel) if vessel.hydrostatics == MESH else None
     rest = None if corners is None else flotation(corners, body.mass / sea.density)
     stiffness, _ = _stiffness_at_rest(vessel, body, sea.density, rest)
     rates = _rates(_inertia(body) + np.array(vessel.added_mass), stiffness, vessel)

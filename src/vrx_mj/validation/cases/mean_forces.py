@@ -16,7 +16,7 @@ from vrx_mj.config.dynamics import read_hydro
 from vrx_mj.config.robots import load_robot
 from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.mjcf.drift import HullInWaves
-from vrx_mj.mjcf.flotation import flotation
+from vrx_mj.mjcf.flotation import faces_of, flotation
 from vrx_mj.mjcf.hulls import about_origin
 from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Hull
@@ -182,7 +182,7 @@ def _in_waves(robot: str, hull: Hull, density: float) -> tuple[HullInWaves, Floa
     rigid[3:, 3:] = (own.xx, own.xy, own.xz), (own.xy, own.yy, own.yz), (own.xz, own.yz, own.zz)
     rigid, weight = about_origin(rigid, hull.body_com), density * GRAVITY
     if vessel.is_mesh:
-        rest = flotation(np.array(vessel.vertices)[np.array(vessel.triangles)], vessel.displacement / density)
+        rest = flotation(faces_of(vessel), vessel.displacement / density)
         center = np.array((rest.middle, rest.center[1], hull.body_com[2]))
         trim, heel = (weight * rest.volume * height for height in rest.metacentric_heights(center))
         stiffness = about_origin(np.diag([0.0, 0.0, weight * rest.area, heel, trim, 0.0]), center)

@@ -19,6 +19,7 @@ from vrx_mj.arrays import FloatArray
 from vrx_mj.config.shapes import normals_of
 from vrx_mj.draw.chart import Chart, Series
 from vrx_mj.frames import rotation_matrix
+from vrx_mj.mjcf.flotation import faces_of
 from vrx_mj.physics.panels import panels_of, wrench_of_pressures
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.validation.cases.waves import PERIOD, moment
@@ -75,7 +76,7 @@ def _pressures_of(
     (boat,) = sim.boats
     (hull,) = sim.world.parameters.hulls
     assert hull.vessel is not None, "no hull of its own"
-    mesh = _divide(np.array(hull.vessel.vertices)[np.array(hull.vessel.triangles)])
+    mesh = _divide(faces_of(hull.vessel))
     times, ours, exact = [], [], []
     for _ in range(_SAMPLES):
         then = sim.time + sim.timestep  # a force is that of the time at which its step ends
