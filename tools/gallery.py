@@ -127,7 +127,7 @@ def page() -> str:
     """The text of docs/gallery.md."""
     parts = [HEAD, RECORDINGS, "## Worlds\n", *_world_parts(), "## Competition worlds\n", *_competition_parts()]
     parts += ["## Robots\n", _section(ROBOTS, {name: load_robot(name).description for name in ROBOTS.names})]
-    parts += ["## Dock drawings\n", "The drawings in `assets/docks`. Docks are fixed unless they have `dynamic: true`.\n"]
+    parts += ["## Dock drawings\n", "Drawings in `assets/docks`. A dock is fixed unless it has `dynamic: true`.\n"]
     parts += [_section(DOCKS, dict.fromkeys(DOCKS.names, "")), "## Objects\n"]
     for sheet in object_sheets():
         parts += [f"### {sheet.title}\n", *([f"{sheet.text}\n"] if sheet.text else [])]

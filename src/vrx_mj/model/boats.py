@@ -70,7 +70,7 @@ class Windage:
     height: NonNegative
     """Height of the lateral area's centre over the link's origin [m]."""
     offset: Real
-    """Distance of that centre ahead of the link's origin [m]."""
+    """Distance of the lateral area's centre ahead of the link's origin [m]."""
     coefficients: WindForce | None = None
     """Coefficients of -cos, sin and sin 2 of the angle [1]."""
     curve: Annotated[tuple[_WindPoint, ...], Field(max_length=1000)] = ()
@@ -359,9 +359,9 @@ class Thruster:
     max_command: Annotated[Real, Unless("is_blade")]
     """Largest command [1]; with commands in newtons, that in [N]."""
     max_forward: Annotated[NonNegative, Unless("is_blade", "measured")]
-    """Force of full power ahead [N]."""
+    """Maximum force ahead [N]."""
     max_reverse: Annotated[NonPositive, Unless("is_blade", "measured")]
-    """Force of full power astern [N], at most 0."""
+    """Maximum force astern [N], at most 0."""
     timeout: Real
     """Time for which a command holds [s]; for ever unless above 0."""
     max_angle: NonNegative
@@ -385,7 +385,7 @@ class Thruster:
     race_area: Annotated[NonNegative, Unless("has_no_race")]
     """Area of that propeller's disc [m2]."""
     race_share: Annotated[Share, Unless("has_no_race")]
-    """Share of the blade that the race covers [1]."""
+    """Fraction of the blade in the race [1]."""
     measured: Propeller | None = field(default=None, metadata=LEFT_OUT)
     """Its propeller in profile `marine`, instead of `mapping`."""
     sail: Sail | None = field(default=None, metadata=LEFT_OUT)
@@ -445,7 +445,7 @@ class Battery:
     capacity: Positive
     """Charge [A h]."""
     voltage: Annotated[tuple[_VoltagePoint, ...], Field(min_length=2, max_length=100)]
-    """Shares of the charge that are left, from 0 to 1, with the voltage at rest [1, V]."""
+    """Remaining fractions of the charge, from 0 to 1, with the voltage at rest [1, V]."""
     resistance: NonNegative
     """Internal resistance [ohm]."""
 
@@ -500,7 +500,7 @@ class WindCoefficients:
     model: Text
     """Name of a boat, an object, a kind of robot or a model of objects."""
     link: Text | None = None
-    """VRX's link_name: of an object that has joints, the link that is pushed; by default its own."""
+    """VRX's link_name: for an object with joints, the link on which the wind acts; by default its own link."""
     coefficients: tuple[Coefficient, Coefficient, Coefficient]
     """Coefficients of the force along x and y and of the torque about z [N s2/m2, N m s2/m2]."""
 

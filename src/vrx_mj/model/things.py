@@ -152,7 +152,7 @@ class Rope:
     anchor: Vec2
     """Place of the anchor, x and y [m]."""
     length: NonNegative
-    """Distance up to which it is slack, on the horizontal plane [m]."""
+    """Horizontal distance up to which it is slack [m]."""
     stiffness: NonNegative
     """Stiffness [N/m]."""
     damping: NonNegative
