@@ -340,8 +340,8 @@ def _resists(value: _Matrix) -> _Matrix:
     for index, row in enumerate(value):
         if row[index] < 0.0:
             raise fault(
-                f"entry {index + 1}{index + 1} of the diagonal is {row[index]:.4g}, and 0 or more is needed; with the "
-                "signs of X_u and X_du (SNAME, Fossen) turn all"
+                f"entry {index + 1}{index + 1} of the diagonal is {row[index]:.4g}, and 0 or more is needed; if the "
+                "signs are those of X_u and X_du (SNAME, Fossen), reverse all of them"
             )
     return value
 

@@ -63,7 +63,7 @@ def solid_of_mesh(name: str, points: FloatArray, triangles: IntArray) -> Solid:
     volumes = [enclosed_volume(corners) for corners in whole]
     total = math.fsum(volumes)
     if total < 0.0:
-        notes.append(f"mesh {name} is inside out (a volume of {total:.3g} m3): its triangles are turned")
+        notes.append(f"mesh {name} is inside out (a volume of {total:.3g} m3): its triangles are reversed")
         whole, volumes = [corners[:, ::-1] for corners in whole], [-volume for volume in volumes]
     sized = list(zip(whole, volumes, strict=True))
     kept = [corners if volume > 0.0 else corners[:, ::-1] for corners, volume in sized

@@ -94,7 +94,7 @@ class Reader:
                 process.stdin.flush()
                 return process
             self.end()
-        raise ReaderError("a file", "the process that reads it ends at once")
+        raise ReaderError("a file", "the process that reads it ends immediately")
 
     @contextlib.contextmanager
     def _watcher(self, process: subprocess.Popen[bytes], limits: Limits) -> Iterator[list[str]]:
