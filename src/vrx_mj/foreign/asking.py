@@ -1,4 +1,4 @@
-"""Asking for what is in strangers' files: answers come from the process without rights, or from those given before."""
+"""Asking for what is in strangers' files: answers come from the sandboxed process, or from those given before."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def ask(
     job: str, *arguments: object, returns: type[_T], about: str, reads: Iterable[Path | str] = (),
     memory: int = _MEMORY, seconds: int = _SECONDS, answer: int = ANSWER, threads: bool = False, cached: bool = True,
 ) -> _T:  # fmt: skip
-    """Return what a function of ours returns in the process without rights, with its warnings and errors.
+    """Return what a function of ours returns in the sandboxed process, with its warnings and errors.
 
     Args:
         job: the function, as "formats.urdf.mesh_file:mesh". Its module is imported there alone.

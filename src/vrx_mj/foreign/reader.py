@@ -1,4 +1,4 @@
-"""The process without rights, seen from the process that has them: started when first needed, watched, and ended."""
+"""The sandboxed process, seen from the process that has them: started when first needed, watched, and ended."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One job in the process without rights: what its function returns, warns and raises, and from which files."""
+"""One job in the sandboxed process: what its function returns, warns and raises, and from which files."""
 
 from __future__ import annotations
 
