@@ -15,9 +15,9 @@ _COLUMNS = ("x", "y", "z", "a", "b", "c", "d")
 def contacts() -> Outcome:
     """Contacts of a float with a box.
 
-    A float of the WAM-V and a box of the size of its battery, as worlds have them, in 100 attitudes, 10 mm beyond their
-    first contact. Contacts are those of the MuJoCo that is installed; its versions 4.0.0 and 4.0.1 make different ones
-    of cylinders. The prism of 64 sides that a cylinder is in worlds lacks 0.24 mm.
+    A float of the WAM-V and a box of the size of its battery, as in worlds, in 100 attitudes, 10 mm beyond their
+    first contact. Contacts are those of the installed MuJoCo; versions 4.0.0 and 4.0.1 differ in contacts of
+    cylinders. The prism of 64 sides that represents a cylinder in worlds lacks 0.24 mm.
     """
     spec = mujoco.MjSpec()
     for mesh in meshes(_SHAPES):

@@ -34,9 +34,9 @@ def section_flume() -> Outcome:
     theory in two dimensions, in regular waves of the measured amplitude and 1 m of water, which grow as exp(-t / 2.5
     periods). Fixed: first harmonics of Froude-Krylov force and diffraction. Afloat, on the springs and with the
     friction of the rig: first harmonics in the flume's window over that of our wave there; mean force of the last 18
-    of 30 s. Its linear damping of roll is fitted to the roll at 1.238 s, which is no row.
+    of 30 s. Its linear roll damping is fitted to the roll at 1.238 s, which is not a row.
 
-    Reference: The mean force on the fixed section is not compared: a hull's file has that of a hull that moves.
+    Reference: The mean force on the fixed section is not compared: a hull's file has that of a moving hull.
     """
     charts: dict[str, list[tuple[float, float, float]]] = defaultdict(list)
     conditions = groupby(table_rows("flume"), lambda row: (row["set"], row["period"], 1e3 * row["height"]))

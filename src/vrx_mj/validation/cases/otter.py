@@ -46,11 +46,10 @@ def otter_periods() -> Outcome:
     linear system; its damped periods are those of its eigenvalues: of heave and pitch coupled with surge, and of
     roll coupled with sway and yaw.
 
-    Reference: Fossen (2021), Handbook of Marine Craft Hydrodynamics and Motion Control, and his otter.py of the
-    Python Vehicle Simulator (commit 61a8f41): mass, added mass, damping and stiffness by its formulas, worked out a
-    second time. Eigenvalues of M, D and G about rest without trim, with the payload 0.05 m ahead of midships and a
-    time constant of 1 s in sway. Earlier versions of it have the payload amidships and no damping in sway: 0.681,
-    0.975 and 1.136 s.
+    Reference: Fossen (2021), Handbook of Marine Craft Hydrodynamics and Motion Control, and his otter.py of the Python
+    Vehicle Simulator (commit 61a8f41): mass, added mass, damping and stiffness by its formulas, computed independently.
+    Eigenvalues of M, D and G about rest without trim, with the payload 0.05 m ahead of midships and a time constant of
+    1 s in sway. Earlier versions of it have the payload amidships and no damping in sway: 0.681, 0.975 and 1.136 s.
     """
     sim, step, still = packaged_simulation(_TANK), 1e-4, np.zeros(6)
     by_pose, by_velocity = np.zeros((6, 6)), np.zeros((6, 6))
@@ -80,8 +79,8 @@ def otter_surge() -> Outcome:
     (1.118 m/s instead of 1.029), is left out: mass and stiffness have it already.
 
     Reference: Fossen (2021), Handbook of Marine Craft Hydrodynamics and Motion Control, and his otter.py of the
-    Python Vehicle Simulator (commit 61a8f41): mass, added mass, damping and stiffness by its formulas, worked out a
-    second time. 2 k n^2 = |X_u| u.
+    Python Vehicle Simulator (commit 61a8f41): mass, added mass, damping and stiffness by its formulas, computed
+    independently. 2 k n^2 = |X_u| u.
     """
     sim, series = packaged_simulation(_TANK), []
     for rate in (60.0, 80.0, 100.0):

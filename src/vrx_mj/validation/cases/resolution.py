@@ -61,7 +61,7 @@ def panels_doubled() -> Outcome:
     parts across.
 
     Reference: Closed form, rho g A e^(-k d) sinc(k l / 2) and 2 rho g b sin(k l / 2) (1 - e^(-k d)) / k per metre.
-    The pressure is linear over a panel: twice as many each way leave a quarter of the error, order 2.
+    The pressure is linear over a panel: twice as many in each direction leave a quarter of the error, order 2.
     """
     long, deep = 0.5 * _WAVE * _LENGTH, math.exp(-_WAVE * _DRAFT)
     heave = _DENSITY * GRAVITY * _LENGTH * _BEAM * deep * math.sin(long) / long

@@ -58,7 +58,7 @@ def _in_theory() -> list[TableRow]:
 def sphere_decay() -> Outcome:
     """Free decay of a sphere with wave radiation.
 
-    assets/validation/worlds/iea_sphere.yaml: radius 5 m, 261.8 t, half under water of 1000 kg/m3, let go 1 m too
+    assets/validation/worlds/iea_sphere.yaml: radius 5 m, 261.8 t, half under water of 1000 kg/m3, released 1 m too
     high. Added mass and memory are from Capytaine: make_spheres.py.
 
     Reference: Wendt et al. (2019), benchmark of IEA OES: lowest and highest of five codes and CFD.
@@ -78,7 +78,7 @@ def sphere_decay() -> Outcome:
 def sphere_theory() -> Outcome:
     """Free decay of a sphere, in theory.
 
-    assets/validation/worlds/iea_sphere.yaml as in sphere-decay, in steps of 1 ms: at 10 ms all is half a step
+    assets/validation/worlds/iea_sphere.yaml as in sphere-decay, in steps of 1 ms: at 10 ms the motion is half a step
     early.
     """
     times, heights = _decay("iea_sphere", 1.0, 8.0, physics={**PHYSICS, "timestep": 0.001})
@@ -92,7 +92,7 @@ def sphere_theory() -> Outcome:
 def sphere_tank() -> Outcome:
     """Free decay of a sphere in a tank.
 
-    assets/validation/worlds/kramer_sphere.yaml: diameter 0.3 m, 7.056 kg, water of 998.2 kg/m3, g 9.82 m/s2, let go
+    assets/validation/worlds/kramer_sphere.yaml: diameter 0.3 m, 7.056 kg, water of 998.2 kg/m3, g 9.82 m/s2, released
     at 30, 90 and 150 mm.
 
     Reference: Kramer et al. (2021), Highly accurate experimental heave decay tests with a floating sphere.

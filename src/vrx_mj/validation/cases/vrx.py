@@ -145,9 +145,9 @@ def vrx_runs() -> Outcome:
     all motions.
 
     Reference: VRX's own C++ (osrf/vrx, gazebo_classic, commit c9b9388), compiled unmodified:
-    assets/validation/oracle, whose README says how. It was integrated with Gazebo's scheme at 1 ms; with added
-    mass, that in the mass matrix, by Runge and Kutta's. The band is three times the difference that its own results
-    show between steps of 1 and 10 ms; of decay_roll_added_mass that is more than the motion itself.
+    assets/validation/oracle, whose README says how. It was integrated with Gazebo's scheme at 1 ms. Runs with added
+    mass have it in the mass matrix and were integrated by Runge-Kutta. The band is three times the difference between
+    its own results with steps of 1 and 10 ms; for decay_roll_added_mass this is more than the motion itself.
     """
     for name in _RUNS:
         times, theirs, ours = _poses_of(_cases()[name])

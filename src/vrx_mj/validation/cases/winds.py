@@ -141,8 +141,8 @@ def wind_wander() -> Outcome:
     A wind that turns by 2 degrees/s from 30 degrees, for two turns; one with gusts of 1.5 m/s and a direction of 8
     degrees that are Gauss-Markov processes, both with a time constant of 1 s: 2 h, every 0.1 s.
 
-    Reference: Variance sigma^2, correlation e^(-t / tau). The bands are three standard deviations of what a record
-    of T = 7200 tau shows: sqrt(2 tau / T) of the variance, by Bartlett (1946) sqrt((1 - 3 e^-2) tau / T) of the
+    Reference: Variance sigma^2, correlation e^(-t / tau). The bands are three standard deviations of the estimate from
+    a record of T = 7200 tau: sqrt(2 tau / T) of the variance, by Bartlett (1946) sqrt((1 - 3 e^-2) tau / T) of the
     correlation after tau.
     """
     rate, times = 2.0, np.linspace(0.0, 360.0, 73)
