@@ -98,7 +98,7 @@ class WindConfig(Config):
     var_time: Annotated[float, NumberOf(Wind, "time_constant"), Only("spectrum", ("gauss_markov",))] = 2.0
     seed: Annotated[Seed, NumberOf(Wind, "seed")] = 0
     update_rate: Annotated[float, NumberOf(Wind, "update_rate")] = 10.0
-    """Rate at which the wind is published [Hz]; it has no effect on motion."""
+    """Rate at which VRX publishes the wind [Hz]; it has no effect on motion."""
     height: Annotated[float, NumberOf(Air, "height")] = 10.0
     """Height above the water at which `mean_velocity` applies [m]. This key and the following ones are for profile
     `marine`."""
@@ -265,8 +265,8 @@ class SeaConfig(InFolder):
     """Kind of sea.
 
     VRX's: Pierson-Moskowitz sampling (`pms`), constant wavelength-to-amplitude ratio (`cwr`), flat water (`none`).
-    Spectra: `jonswap`, Pierson-Moskowitz' for a height and a period (`pm`), shallow water (`tma`), a `file`. One wave:
-    a linear one (`regular`), a steep one of five harmonics (`stokes5`)."""
+    Spectra: `jonswap`, Pierson-Moskowitz of a given height and period (`pm`), shallow water (`tma`), a `file`. One
+    wave: a linear one (`regular`), a steep one of five harmonics (`stokes5`)."""
     number: Annotated[int, Field(ge=1, le=100), Only("model", VRX_SEAS)] = 3
     """Number of component waves of `pms` and `cwr`; at most 3 for pms."""
     scale: Annotated[Positive, Only("model", VRX_SEAS)] = 1.5
@@ -287,7 +287,7 @@ class SeaConfig(InFolder):
     """Time constant of the growth of VRX's waves at the start [s]."""
     significant_height: Annotated[float | None, NumberOf(Sea, "significant_height"), Only("model", _SPECTRA)] = None
     """Significant wave height of a spectrum, Hs = 4 sqrt(m0) [m]; by default that of `sea_state`, or of the file. If
-    neither this file nor its base selects a spectrum, it makes the sea `jonswap`, with a warning."""
+    this file sets no `model` and its base has no spectrum, it makes the sea `jonswap`, with a warning."""
     peak_period: Annotated[Positive | None, Only("model", _SPECTRA)] = None
     """Peak period of a spectrum [s]; by default that of a fully developed sea, 5 s at a height of 1 m."""
     sea_state: Annotated[Annotated[int, Field(ge=0, lt=len(SEA_STATES))] | None, Only("model", _SPECTRA)] = None
