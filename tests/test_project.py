@@ -174,7 +174,7 @@ def test_public_names_are_listed_in_packages_alone():
 
 
 def test_functions_that_are_named_in_texts_are_there():
-    """Jobs of the process without rights, readers and commands, as `formats.urdf.kinematics:tree`."""
+    """Jobs of the sandboxed process, readers and commands, as `formats.urdf.kinematics:tree`."""
     named = re.compile(r'"((?:\w+\.)*\w+):(\w+)"')
     missing = []
     for file in SOURCES:

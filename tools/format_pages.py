@@ -38,7 +38,7 @@ SIMPLE = {float: "number", int: "whole number", str: "text", bool: "true or fals
 MARK = "<!-- from here on by tools/format_pages.py -->\n"
 HEADER = "| key | type and range | unit | default | meaning |\n|---|---|---|---|---|\n"
 FORMS = {"word": "text", "switch": "true or false", "triple": "text of 3 numbers"}
-EXTENDS = "| `extends` | text | | | A name or a path of another file of this kind; the keys of this one win. |\n"
+EXTENDS = "| `extends` | text | | | Name or path of another file of this kind, whose keys this file overrides. |\n"
 UNIT = re.compile(r"\[((?:degrees|pixels|points|rad|kg|Hz|N|m|s|h|1)(?:[ /,0-9][^\]]*)?)\]")
 
 POSE = "pose [x, y, z, roll, pitch, yaw]"
@@ -313,7 +313,7 @@ def part_section(part: PartType, most: int, allowed: tuple[str, ...]) -> str:
 
 def axes_page() -> str:
     """Macros with their parameters."""
-    text = begin("axes") + "## Macros\n\n| macro | makes | parameters and defaults | XML |\n|---|---|---|---|\n"
+    text = begin("axes") + "## Macros\n\n| macro | creates | parameters and defaults | XML |\n|---|---|---|---|\n"
     for name, macro in macros().items():
         given = ", ".join(parameter(key, value) for key, value in macro.defaults.items())
         blocks = ", ".join(f"`/**{block}`" for block in macro.blocks)
@@ -375,7 +375,7 @@ def gazebo_page() -> str:
     for name, kind in kinds.items():
         text += row((f"`{name}`", f"`{kind.type}`", f"`{kind.topic.format(kind.own or 'NAME')}`"))
     quiet = ", ".join(f"`{name}`" for name in sorted(gazebo.QUIET_PLUGINS))
-    text += f"\n## Read without a word\n\n{quiet}\n\n## Not simulated\n\n| tag | warning |\n|---|---|\n"
+    text += f"\n## Read without a message\n\n{quiet}\n\n## Not simulated\n\n| tag | warning |\n|---|---|\n"
     text += "".join(row((f"`{tag.path}`", words.format(tag.path))) for tag, words in NOT_DONE)
     return text + elements_of_sdf()
 

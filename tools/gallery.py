@@ -24,23 +24,24 @@ FOLDER = "gallery"
 """Of the pictures, in docs."""
 HEAD = """# Gallery
 
-Everything in the catalogue, drawn by vrx_mj's own camera and map. Names are those that YAML files use: `model:` of an
-object, `layout:` of a dock, `robot:` of a boat, `extends:` of a world. `vrx-mj list KIND --verbose` prints the same
-lists with your own files.
+Everything in the catalogue, drawn by vrx_mj's own camera and map. The names are those used in YAML files: `model:` of
+an object, `layout:` of a dock, `robot:` of a boat, `extends:` of a world. `vrx-mj list KIND --verbose` prints the same
+lists, including your own files.
 
-This page is written by `tools/gallery.py`.
+`tools/gallery.py` writes this page.
 """
 RECORDINGS = """## Recordings
 
-By `python tools/look.py FOLDER --gallery`, in rerun's viewer, dark and light: the README's run, a storm of 1.2 m, one
-boat in open water, 20 boats, wayfinding, docking and a collision; then what a camera sees of the storm from
-0.5, 2, 12, 60 and 200 m, and the example course in RViz and in Lichtblick.
+Recordings in rerun's viewer, with the dark and the light theme: the README's run, a storm of 1.2 m, one boat in open
+water, 20 boats, wayfinding, docking and a collision. Below them are camera images of the storm from heights of 0.5, 2,
+12, 60 and 200 m, and the example course in RViz and in Lichtblick. `python tools/look.py FOLDER --gallery` makes this
+picture.
 
 [![Recordings in rerun's viewer](gallery/recordings.webp)](gallery/recordings.webp)
 """
 load_object = functools.cache(load)
 LIGHTS = "robotx_light_buoy"
-LIGHT_TEXT = "The last three letters are the colours that the panels show in turn; the pictures show the first."
+LIGHT_TEXT = "The last three letters are the colours that the panels show in turn. The pictures show the first colour."
 
 
 @dataclass(frozen=True)
@@ -65,10 +66,10 @@ OBJECTS: tuple[tuple[str, str, Callable[[str], bool]], ...] = (
     ("Marker buoys", "", _starts("mb_marker", "surmark")),
     ("Round buoys and totems", "", lambda name: _starts("mb_round", "polyform")(name) or name.endswith("_totem")),
     ("Light buoys", LIGHT_TEXT, _starts(LIGHTS)),
-    ("Animals", "In worlds they swim along paths.", _starts("crocodile", "platypus", "turtle", "moving_pinger")),
+    ("Animals", "In the worlds they swim along paths.", _starts("crocodile", "platypus", "turtle", "moving_pinger")),
     ("Dock blocks and placards", "", _starts("dock_block", "placard", "post")),
-    ("Symbols", "What placards show.", _starts("symbol")),
-    ("Docks of VRX", "`_base` has no placards, `_dynamic` floats.", _starts("dock_20")),
+    ("Symbols", "Symbols on placards.", _starts("symbol")),
+    ("Docks of VRX", "A `_base` dock has no placards. A `_dynamic` dock floats.", _starts("dock_20")),
     ("Ashore", "", _starts("antenna", "chair", "ground_station", "table", "tent")),
 )
 """Objects that are no courses, in the order of the page; the rest is in `OTHERS`."""
@@ -84,7 +85,7 @@ def object_sheets() -> Iterator[Sheet]:
         left = [name for name in left if not belongs(name)]
     yield Sheet(OTHERS, tuple(left))
     courses = tuple(name for name in catalogue("objects") if _is_course(load_object(name)))
-    yield Sheet(COURSES, courses, "Objects that consist of objects, seen from above: x points to the right, y up.")
+    yield Sheet(COURSES, courses, "Objects that consist of other objects, seen from above: x points right, y up.")
 
 
 def _is_course(thing: ObjectConfig) -> bool:
@@ -126,7 +127,7 @@ def page() -> str:
     """The text of docs/gallery.md."""
     parts = [HEAD, RECORDINGS, "## Worlds\n", *_world_parts(), "## Competition worlds\n", *_competition_parts()]
     parts += ["## Robots\n", _section(ROBOTS, {name: load_robot(name).description for name in ROBOTS.names})]
-    parts += ["## Dock drawings\n", "The drawings of `assets/docks`; the docks are fixed, unless `dynamic: true`.\n"]
+    parts += ["## Dock drawings\n", "Drawings in `assets/docks`. A dock is fixed unless it has `dynamic: true`.\n"]
     parts += [_section(DOCKS, dict.fromkeys(DOCKS.names, "")), "## Objects\n"]
     for sheet in object_sheets():
         parts += [f"### {sheet.title}\n", *([f"{sheet.text}\n"] if sheet.text else [])]
@@ -140,7 +141,7 @@ def _section(sheet: Sheet, descriptions: Mapping[str, str]) -> str:
 
 
 def _world_parts() -> Iterator[str]:
-    yield "Views 5 s after the start, from behind the boat. A world without a sea is drawn without water.\n"
+    yield "Views from behind the boat, 5 s after the start. A world without a sea is drawn without water.\n"
     yield f"![{VIEWS.title}]({VIEWS.file})\n"
     for name in VIEWS.names:
         yield f"### {name}\n"
@@ -150,8 +151,8 @@ def _world_parts() -> Iterator[str]:
 
 def _competition_parts() -> Iterator[str]:
     yield (
-        "VRX's published worlds of practice and competition. Worlds of one task differ in the sea, the wind, the fog\n"
-        "and the places of things; the maps are those of the first one. Rules: [Tasks and scores](tasks.md).\n"
+        "VRX's published practice and competition worlds. Worlds with the same task differ in sea, wind, fog and the\n"
+        "positions of objects. The maps show the first world of each task. Rules: [Tasks and scores](tasks.md).\n"
     )
     worlds = competition_worlds()
     for sheet in competition_sheets():

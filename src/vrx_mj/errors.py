@@ -76,7 +76,7 @@ class VrxWarning(UserWarning):
 
 
 class ChoiceError(VrxError):
-    """A folder of which several files may be meant.
+    """A folder that contains several files to choose from.
 
     `choices` are the words of a command line for each file, with what it opens.
     """
@@ -142,7 +142,7 @@ class UnknownNameError(VrxError):
 
     @property
     def left_out(self) -> int:
-        """How many of the known names the message does not show, for a name that resembles none of them."""
+        """Number of known names that the message does not show, for a name that resembles none of them."""
         return 0 if self._close or self.advice else max(0, len(self.known) - _SHOWN_NAMES)
 
     def _hint(self) -> str:

@@ -329,7 +329,7 @@ class ArduPilot:
         try:
             self.restart()
         except CommandError as error:
-            self._report("WARN", f"{link.boat}: its autopilot restarted; the simulation goes on: {error}")
+            self._report("WARN", f"{link.boat}: its autopilot restarted; the simulation continues: {error}")
             return
         self._report("INFO", f"{link.boat}: its autopilot restarted; the simulation restarts too")
         for other in self._links:

@@ -74,7 +74,7 @@ def compile_(
     scene = compiled.save(output, simulator=simulator)
     to_sail = f"; to sail it: vrx_mj.Simulation.load('{output}')" if simulator == "mujoco" else ""
     typer.echo(f"{scene}: opens in {SIMULATORS[simulator].title}{to_sail}")
-    typer.echo("there the boats fall: water, wind and thrust come from vrx_mj's loop alone (vrx-mj run, vrx-mj view)")
+    typer.echo("the boats fall there: water, wind and thrust act only in vrx_mj itself (vrx-mj run, vrx-mj view)")
 
 
 @reads_files
@@ -223,7 +223,7 @@ def replay(
     from vrx_mj.recording.video import Shot, draw_video, parse_size
 
     if video is not None and coco is not None:
-        raise CommandError("--video and --coco write different things: give one of them")
+        raise CommandError("--video and --coco cannot be combined: give one of them")
     if not recording.is_file():
         raise RecordError(no_recording(recording))
     if coco is not None:

@@ -70,12 +70,12 @@ Pattern = Annotated[tuple[LightColor, LightColor, LightColor], several("three of
 
 
 class LightConfig(Config):
-    """Panels that light up together: a second each of three colours, then two seconds dark, and again."""
+    """Panels that light up together: three colours for one second each, then two seconds dark, repeatedly."""
 
     panels: Annotated[tuple[Name, ...], NotEmpty]
     """Names of the visuals that are the panels."""
     pattern: Pattern = (OFF, OFF, OFF)
-    """The colours until a task or a user gives others."""
+    """The colours until a task or a user sets others."""
 
 
 _Board = Literal["placard", "placard_2022"]
@@ -123,18 +123,18 @@ class BayConfig(Config):
     symbol: Annotated[Symbol | None, Only("placard", ("placard", "placard_2022"))] = None
     """Symbol of its placard at the start; by default a blue circle."""
     placard: Literal["placard", "placard_2022", "none"] = "placard"
-    """A board of 2 by 3 m, the one of 2022 with two holes, or none. Not used where the dock lists its `placards`."""
+    """A board of 2 by 3 m, that of 2022 with two holes, or none. Ignored if the dock lists its `placards`."""
     internal: Box | None = None
-    """Zone in which the boat's origin has to stay."""
+    """Zone in which the boat's origin must stay."""
     external: Box | None = None
-    """Zone through which the boat has to leave."""
+    """Zone through which the boat must leave."""
 
 
 class PlacardConfig(Config):
-    """A board with a symbol on it, at a place of its own."""
+    """A board with a symbol, at its own pose."""
 
     name: Name
-    """Name of the placard, which nothing else in the world has."""
+    """Name of the placard, unique in the world."""
     model: _Board = "placard"
     """The board of 2019, 2 by 3 m, or that of 2022, which has two holes."""
     pose: Pose
@@ -144,9 +144,9 @@ class PlacardConfig(Config):
     symbol: Symbol = _FIRST_SYMBOL
     """Symbol at the start."""
     shapes: Annotated[tuple[_ShapeName, ...], NotEmpty] = SHAPES
-    """Shapes that it can show; any other shows nothing."""
+    """Shapes that it can show; for any other shape it stays blank."""
     block: Annotated[tuple[int, int], numbers("row column")] | None = None
-    """Block of a dynamic dock that carries it, counted from 0; by default the nearest."""
+    """Block of a dynamic dock that carries it, counted from 0; by default the nearest one."""
 
 
 class HoleConfig(Config):
@@ -155,11 +155,11 @@ class HoleConfig(Config):
     bay: Annotated[int, Field(ge=1)]
     """Number of the bay, from 1."""
     size: Literal["big", "small"]
-    """Size of the hole, one of VRX's two; a task gives points by it."""
+    """Size of the hole, one of VRX's two. The points of a task depend on it."""
     center: Vec3
     """Centre of the hole in the dock's frame [m]."""
     box: Size
-    """Edges of the box in which a ball is in the hole [m]."""
+    """Edges of the box [m] in which a ball counts as in the hole."""
 
 
 @dataclass(frozen=True)
@@ -324,12 +324,12 @@ _MAX_BLOCKS = 200
 
 
 class Placed(InFolder):
-    """Something with a name of its own, somewhere: in a world, or as part of a composite object."""
+    """Something with a name and a pose, in a world or as part of a composite object."""
 
     name: Name
-    """Name in the world; nothing else has it."""
+    """Name, unique in the world."""
     pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    """Pose in the world, or in the object that this is a part of [m, rad]."""
+    """Pose in the world, or in the object of which this is a part [m, rad]."""
 
 
 def _drawing(value: object) -> object:
@@ -363,31 +363,31 @@ _Block = Annotated[Number, demand(_BLOCKS.__contains__, f"a block is {_EDGES} m 
 
 
 class MooringConfig(Config):
-    """Lines that hold a dynamic dock: a spring and a damper along the water at each of its four corners."""
+    """Mooring lines of a dynamic dock: a horizontal spring and damper at each of its four corners."""
 
     stiffness: Annotated[float, NumberOf(Mooring, "stiffness")] = 2000.0
     damping: Annotated[float, NumberOf(Mooring, "damping")] = 2000.0
 
 
 class DockPlacement(Placed):
-    """A dock somewhere."""
+    """A dock at a pose."""
 
     layout: _Drawing
     """A drawing, as a block of text `|` or a list of rows; a name from `docks`; or the path of a text file."""
     dynamic: Switch = False
-    """Whether it floats: its blocks hang together by hinges."""
+    """Whether it floats. Its blocks are then connected by hinges."""
     block: _Block = 2.0
-    """Edge of a block [m]: 1 x 1 to 4 x 4 cubes of 0.5 m."""
+    """Edge of a block [m]: a block is 1 x 1 to 4 x 4 cubes of 0.5 m."""
     mooring: Annotated[MooringConfig | None, Only("dynamic", (True,))] = None
-    """Lines that hold a dynamic dock; without them it drifts."""
+    """Mooring lines of a dynamic dock; without them it drifts."""
     bays: tuple[BayConfig, ...] | None = None
-    """Keys of the first bays, or of all. Without it a dock has all bays of its drawing, and no placards."""
+    """Keys of the first bays, or of all. Without this key a dock has all bays of its drawing, but no placards."""
     placards: tuple[PlacardConfig, ...] | None = None
     """Placards of the bays in their order; by default one at the inner end of each bay of `bays`."""
     holes: tuple[HoleConfig, ...] | None = None
     """Holes for balls; by default those of the placards."""
     symbols: tuple[Symbol, ...] = ()
-    """Symbols that the placards show at the start, in their order."""
+    """Symbols that the placards show at the start, in the order of the placards."""
 
     @cached_property
     def cells(self) -> tuple[Cell, ...]:

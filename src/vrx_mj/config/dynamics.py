@@ -183,25 +183,25 @@ class ThrusterConfig(Config):
     mapping: Literal["linear", "glf", "newtons"]
     """Meaning of a command: a share of the largest force, that on VRX's curve, or the force, as in profile vrx3."""
     max_command: Annotated[Positive, NumberOf(Thruster, "max_command")] = 1.0
-    """The command that gives the largest force."""
+    """Command that gives the maximum force."""
     max_force_forward: Annotated[float, NumberOf(Thruster, "max_forward")] = 250.0
     max_force_reverse: Annotated[float, NumberOf(Thruster, "max_reverse")] = -100.0
     timeout: Annotated[float, NumberOf(Thruster, "timeout")] = 1.0
-    """Time after which a command counts as zero [s]; 0: never, as in worlds of profile vrx3."""
+    """Time after which a command counts as zero [s]; 0 means never, as in worlds of profile vrx3."""
     max_angle: Annotated[float, NumberOf(Thruster, "max_angle")] = 1.5707963267948966
 
 
 class ContactConfig(Config):
-    """How a hull yields to what it touches, as a mass on a spring and a damper."""
+    """How a hull yields in a contact, like a mass on a spring and a damper."""
 
     duration: Annotated[float, Field(ge=0.05, le=2)] = 0.3
-    """Time from the first touch to the last of a hull that hits a wall and rebounds [s]: 0.2 to 0.5 for inflatables."""
+    """Duration of the contact when a hull hits a wall and rebounds [s]; 0.2 to 0.5 for inflatables."""
     damping_ratio: Annotated[float, Field(ge=0.05, le=0.95)] = 0.5
-    """Share of the critical damping; with 0.5 it rebounds with 0.3 of its speed."""
+    """Fraction of critical damping; with 0.5 the hull rebounds with 0.3 of its speed."""
 
 
 class HullConfig(Config):
-    """One float of a boat, lifted at points: VRX 3's Surface plugin. Each point has an equal piece of it."""
+    """One float of a boat, lifted at points as in VRX 3's Surface plugin. Each point represents an equal piece."""
 
     length: Positive
     """Length of the float [m]."""
@@ -218,7 +218,7 @@ class HydrodynamicsConfig(Config):
     """
 
     water_level: Annotated[float, NumberOf(Hull, "level")] = 0.0
-    """Height of the water for this boat, above the sea's own mean level [m]: it floats that much higher."""
+    """Height of the water for this boat above the sea's mean level [m]. The boat floats higher by this amount."""
     water_density: Annotated[Positive, NumberOf(Hull, "density")] = 997.8
     hull_radius: Positive
     """Radius of each of the two half-cylinders that carry the boat [m]."""
@@ -229,7 +229,7 @@ class HydrodynamicsConfig(Config):
     length_n: Annotated[int, Field(ge=1, le=1000)] = 2
     """Stations along each hull."""
     hulls: tuple[HullConfig, ...] = ()
-    """Floats that carry the boat in place of two hulls with stations spread evenly along them."""
+    """Floats that carry the boat, instead of two hulls with evenly spaced stations."""
     added_mass: Annotated[Six, NumberOf(Hull, "added_mass")]
     drag_linear: Annotated[Six, NumberOf(Hull, "drag_linear")]
     drag_quadratic: Annotated[Six, NumberOf(Hull, "drag_quadratic")]
@@ -260,28 +260,26 @@ _Quadrant = Annotated[tuple[Number, Number, Number], numbers("angle thrust torqu
 
 
 class PropellerConfig(Config):
-    """A propeller whose thrust was measured, in worlds of profile `marine`, instead of the thruster's own curve."""
+    """A propeller with measured thrust, which replaces the thruster's curve in worlds of profile `marine`."""
 
     thrust: Annotated[tuple[_Point, ...], NumberOf(Propeller, "thrust"), Field(max_length=1000)]
-    """Commands -1..1 and the thrust at rest that each gives [N], by rising command, with `[0, 0]`.
-
-    A command is a share of the thruster's `max_command`. Between rows are straight lines; a command beyond the first
-    or the last gives that one's thrust."""
+    """Commands -1..1 and their thrust at rest [N], in rising order, including `[0, 0]`. A command is a fraction of the
+    thruster's `max_command`. The table is interpolated linearly; a command beyond the first or last row gives that
+    row's thrust."""
     diameter: Annotated[float, NumberOf(Propeller, "diameter"), Field(le=20)]
-    """Diameter [m]; what of the disc is in air pushes nothing and draws no power."""
+    """Diameter [m]. The part of the disc in the air gives no thrust and draws no power."""
     vanishing_speed: Annotated[float, Field(ge=0.1), NumberOf(Propeller, "vanishing_speed")] | None = None
-    """Speed through the water, along the axis, at which full thrust vanishes [m/s]; by default it never does."""
+    """Speed through the water, along the axis, at which full thrust becomes zero [m/s]; by default it never does."""
     four_quadrant: Annotated[tuple[_Quadrant, ...], Field(max_length=721), BeforeValidator(_of_series)] = ()
     """Coefficients C_T* and C_Q* of thrust and torque over the angle of advance from -180 to 180 [degrees], instead of
-    `vanishing_speed`; or `wageningen_b4_70`, that propeller's with a pitch ratio of 1.
-
-    The angle is that of the speed ahead over 0.7 pi n D. Between rows are straight lines."""
+    `vanishing_speed`; or `wageningen_b4_70`, for that propeller with a pitch ratio of 1. The tangent of the angle is
+    the speed ahead over 0.7 pi n D. The table is interpolated linearly."""
     time_constant: Annotated[float, NumberOf(Propeller, "time_constant")] = 0.0
-    """Time in which thrust at rest gets to 63 % of a new command's [s]; by default it follows at once."""
+    """Time constant of thrust at rest after a new command (to 63 %) [s]; by default it follows at once."""
     dead_zone: Annotated[float, NumberOf(Propeller, "dead_zone")] = 0.0
-    """Commands up to this, either way, give no thrust at all."""
+    """Commands of at most this size, ahead or astern, give no thrust."""
     power: Annotated[float, NumberOf(Propeller, "power")] = 0.0
-    """Electric power at full thrust at rest [W]; by default it is not known. Less thrust takes its share^1.5 of it."""
+    """Electric power at full thrust at rest [W]; unknown by default. A fraction s of full thrust takes s^1.5 of it."""
 
     def _faults(self) -> list[Fault]:
         found: list[Fault] = []
@@ -342,8 +340,8 @@ def _resists(value: _Matrix) -> _Matrix:
     for index, row in enumerate(value):
         if row[index] < 0.0:
             raise fault(
-                f"entry {index + 1}{index + 1} of the diagonal is {row[index]:.4g}, and 0 or more is needed; with the "
-                "signs of X_u and X_du (SNAME, Fossen) turn all"
+                f"entry {index + 1}{index + 1} of the diagonal is {row[index]:.4g}, and 0 or more is needed; if the "
+                "signs are those of X_u and X_du (SNAME, Fossen), reverse all of them"
             )
     return value
 
@@ -375,16 +373,16 @@ _Along = Annotated[tuple[NonNegative, ...], Field(max_length=100), NotEmpty, Bef
 
 
 class CrossFlowConfig(Config):
-    """Drag of the flow across a hull, by strips along it: that of a cylinder for each strip's own velocity."""
+    """Cross-flow drag of a hull by strips along it: each has the drag of a cylinder at its own velocity."""
 
     stern: Coordinate
-    """x of its end astern [m]."""
+    """x of its aft end [m]."""
     bow: Coordinate
-    """x of its end ahead [m]."""
+    """x of its forward end [m]."""
     draft: _Along
-    """Draft [m]: one number, or those at even distances from stern to bow."""
+    """Draft [m]: one number, or values at even distances from stern to bow."""
     coefficient: _Along
-    """Drag coefficient over the lateral area, of all hulls of a boat together: one number, or those from stern to
+    """Drag coefficient over the lateral area, for all hulls of a boat together: one number, or values from stern to
     bow."""
     strips: Annotated[int, Field(ge=1, le=MOST_STRIPS)] = 20
     """Number of strips of equal length."""
@@ -404,13 +402,13 @@ class SkegConfig(Config):
     z: Coordinate = 0.0
     """z of its centre of pressure [m]."""
     area: Positive
-    """Area seen from the side [m2]; that of several side by side together."""
+    """Area seen from the side [m2]; for several fins side by side, their total."""
     aspect_ratio: Positive
     """Height over mean length."""
 
 
 class MarineHullConfig(InFolder):
-    """A hull in worlds of profile `marine`, instead of `hydrodynamics`, from which comes what is not given here.
+    """A hull in worlds of profile `marine`. Keys that are not given have the values of `hydrodynamics`.
 
     Axes are those of the base link: x forward, y left, z up.
     """
@@ -418,39 +416,39 @@ class MarineHullConfig(InFolder):
     folder_keys: ClassVar = {"folder": "hydro"}
 
     hydrostatics: Literal["mesh", "matrix"] = "mesh"
-    """Pressure of still water and waves on closed surfaces; or the stiffness of a published model of coefficients."""
+    """Hydrostatics from the pressure of still water and waves on closed surfaces (`mesh`), or from the stiffness of a
+    published model of coefficients (`matrix`)."""
     shapes: Annotated[tuple[Shape, ...], Field(max_length=100), Only("hydrostatics", ("mesh",))] = ()
-    """Closed surfaces of the hull that do not overlap, of 100 to 700 triangles; by default the robot's own shapes."""
+    """Closed surfaces of the hull that do not overlap, with 100 to 700 triangles; by default the robot's shapes."""
     point: Annotated[Vec3 | None, NumberOf(Vessel, "point")] = None
-    """Point to which the matrices belong [m]; by default the boat's centre of mass."""
+    """Point about which the matrices are given [m]; by default the boat's centre of mass."""
     added_mass: Annotated[_Resistance | None, NumberOf(Vessel, "added_mass")] = None
     """Added mass [kg, kg m, kg m2], six rows of six, or the diagonal."""
     munk: Switch = True
-    """Whether added mass turns a boat across the stream: Munk's moment."""
+    """Whether added mass turns a boat across the stream (the Munk moment)."""
     damping_linear: _Resistance | None = None
     """Linear damping [N s/m, N s, N m s], six rows of six, or the diagonal."""
     damping_quadratic: Annotated[Six | None, NumberOf(Vessel, "damping_quadratic")] = None
     resistance: Annotated[tuple[_ResistancePoint, ...], Field(max_length=1000)] = ()
-    """Speeds through the water and the resistance to each [m/s, N], by rising speed from `[0, 0]`, in place of damping.
-
-    Between rows are straight lines, astern it is the same, and beyond the last row it goes with the square of the
-    speed. A speed is a Froude number times the root of g times the length of the waterline."""
+    """Speeds through the water and the resistance at each [m/s, N], in rising order from `[0, 0]`, instead of damping.
+    The table is interpolated linearly and also applies astern. Beyond the last row, resistance is proportional to the
+    square of the speed. A Froude number times sqrt(g L), with the length of the waterline L, gives the speed."""
     crossflow: CrossFlowConfig | None = None
-    """Drag of the flow across the hull by strips; with it, quadratic damping of sway and yaw is 0 unless given."""
+    """Cross-flow drag of the hull by strips. With it, quadratic damping of sway and yaw is 0 unless given."""
     skegs: Annotated[tuple[SkegConfig, ...], Field(max_length=MOST_SKEGS)] = ()
-    """Fins that keep the boat on its course, against Munk's moment."""
+    """Fins that keep the boat on course, against the Munk moment."""
     restoring: Annotated[_Stiffness | None, Only("hydrostatics", ("matrix",), required=True)] = None
-    """Stiffness at rest, of `hydrostatics: matrix` [N/m, N, N m], six rows of six, or the diagonal."""
+    """Stiffness at rest for `hydrostatics: matrix` [N/m, N, N m], six rows of six, or the diagonal."""
     displacement: Annotated[Positive | None, NumberOf(Vessel, "displacement"), _OfMatrix] = None
-    """Mass at which the water is at `waterline`, of `hydrostatics: matrix` [kg]; by default the boat's."""
+    """Mass at which the water is at `waterline`, for `hydrostatics: matrix` [kg]; by default the boat's."""
     waterline: Annotated[float, NumberOf(Vessel, "waterline"), _OfMatrix] = 0.0
-    """Height of the water at rest, of `hydrostatics: matrix` [m]."""
+    """Height of the water at rest, for `hydrostatics: matrix` [m]."""
     hydro: Annotated[str, loads(read_hydro)] | None = None
-    """File of radiation and diffraction that `vrx-mj robot hydro --bem` writes, beside this one: added mass, memory of
-    the waves that the hull makes, forces of those that it scatters."""
+    """File of radiation and diffraction in the folder of this file, as `vrx-mj robot hydro --bem` writes it: added
+    mass, memory of the waves that the hull makes, and forces of the waves that it scatters."""
     diffraction: Annotated[Switch, Only("hydro")] = True
-    """Whether waves act with the diffraction of `hydro`; or, without, with the added mass and memory of the water's
-    motion at the centre of buoyancy, which is right for waves that are long against the hull."""
+    """Whether waves act with the diffraction of `hydro`. Otherwise they act through added mass and memory with the
+    water's motion at the centre of buoyancy, which is accurate for waves that are long compared with the hull."""
 
     def _faults(self) -> Iterator[Fault]:
         if self.hydro and self.added_mass:

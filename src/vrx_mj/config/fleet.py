@@ -55,16 +55,17 @@ class Order:
 
 
 class FleetPosition(Config):
-    """A boat's place in the frame of the fleet's origin."""
+    """A boat's position in the frame of the fleet's origin."""
 
     x: Coordinate
-    """Along the x axis of the fleet's frame [m]."""
+    """Position along the x axis of the fleet's frame [m]."""
     y: Coordinate
-    """Along the y axis of the fleet's frame [m]."""
+    """Position along the y axis of the fleet's frame [m]."""
     z: Coordinate = HEIGHT
-    """Height of the boat's origin over the mean water [m]."""
+    """Height of the boat's origin above the mean water level [m]."""
     Y: Number = 0.0
-    """Heading [degrees], counter-clockwise from the frame's x axis; of `headings: compass` clockwise from its y."""
+    """Heading [degrees], counter-clockwise from the frame's x axis; with `headings: compass` clockwise from its y
+    axis."""
 
     def pose_in(self, headings: Headings | None) -> Pose:
         """The place as a pose [m, rad]; `headings` is the convention of `Y`."""
@@ -85,25 +86,26 @@ class _Built(InFolder):
     thrusters_folder: Folder = None
     components_folder: Folder = None
     robot: Annotated[str, loads(load_robot)] | None = None
-    """Kind of boat; by default that of the world's spawn."""
+    """Kind of boat; by default that of the world's `spawn`."""
     arguments: Arguments | None = None
-    """Arguments of the robot's xacro, as `{mast_height: 2.5, locked: false}`; a boat's come on top of the fleet's."""
+    """Arguments of the robot's xacro, such as `{mast_height: 2.5, locked: false}`. Those of a boat are added to those
+    of the fleet."""
     thrusters: Annotated[str, loads(partial(_read_parts, "thrusters"), "thrusters_folder")] | None = None
-    """Layout of the thrusters, H, T or X, or a thruster file; by default that of the world's spawn."""
+    """Layout of the thrusters (H, T or X), or a thruster file; by default that of the world's `spawn`."""
     components: Annotated[str, loads(partial(_read_parts, "components"), "components_folder")] | None = None
     """Path of a component file."""
     sensors: Sensors | None = None
-    """`vrx`, `none`, or names of suites or sensors; by default those of the world's spawn."""
+    """`vrx`, `none`, or names of suites or sensors; by default those of the world's `spawn`."""
     engines: _Engines | None = None
-    """Whether the engines are fixed to the hull, the default, or bodies on hinges, at four times the cost."""
+    """Whether the engines are fixed to the hull (the default), or bodies on hinges, at four times the cost."""
     controller: _Controller | None = None
-    """Controller of the boats, module:function or module:Class, unless a run is given another."""
+    """Controller of the boats, module:function or module:Class. A controller given to the run overrides it."""
     ais: AisClass | None = None
-    """Class of the AIS transponder, A or B; by default B of hulls shorter than 20 m."""
+    """Class of the AIS transponder, A or B; by default B for hulls shorter than 20 m."""
 
 
 class BoatEntry(_Built):
-    """Differences of one boat, found by its name or by its place in the list."""
+    """Settings of a single boat, identified by its name or by its place in the list."""
 
     name: Name | None = None
     """Name of the boat."""
@@ -175,13 +177,13 @@ class FleetConfig(Layout, _Built, FromFile):
     description: str = ""
     """Description in `vrx-mj list fleets --verbose`."""
     usv_count: Annotated[int, Field(ge=0, le=10_000)] | None = None
-    """Number of boats; by default as many as `positions` and `boats` make."""
+    """Number of boats; by default as many as `positions` and `boats` define."""
     positions: tuple[FleetPosition, ...] = ()
-    """Places of the first boats, whatever the layout."""
+    """Positions of the first boats, in any layout."""
     origin: Origin = "world"
     """Frame of positions and poses: the world, its spawn pose, or [x, y, yaw] [m, rad]."""
     boats: tuple[BoatEntry, ...] = ()
-    """Differences of single boats, and boats with names and poses of their own."""
+    """Settings of single boats, and additional boats with their own names and poses."""
 
     def _faults(self) -> Iterable[Fault]:
         return list(_count_faults(self)) or _entry_faults(self)

@@ -34,24 +34,24 @@ _TRIES = 1000
 
 
 class Layout(Config):
-    """How boats are placed that have no positions."""
+    """How boats without positions are placed."""
 
     layout: LayoutName | None = None
-    """How boats that have no `positions` are placed."""
+    """How boats without `positions` are placed."""
     radius: Annotated[Positive, Only("layout", ("circle",))] = 20.0
     """Radius of the circle [m]."""
     start_angle: Annotated[Number, Only("layout", ("circle",))] = 0.0
     """Angle of the circle's first boat [degrees], counter-clockwise from the frame's x axis."""
     spacing: Annotated[Positive, Only("layout", ("line", "column", "wedge", "grid", "random"))] = 10.0
-    """Distance between neighbours; in a random layout the least distance [m]."""
+    """Distance between neighbours; in a random layout the minimum distance [m]."""
     size: Annotated[Positive | None, Only("layout", ("random",))] = None
-    """Edge of the square of a random layout, around the origin [m]."""
+    """Edge of the square of a random layout, centred on the origin [m]."""
     seed: Annotated[Seed | None, Only("layout", ("random",))] = None
     """Seed of a random layout; by default that of the world's file."""
     heading: Annotated[Heading | None, Only("layout")] = None
-    """Heading of the layout's boats, by the convention that `headings` gives [degrees]."""
+    """Heading of the layout's boats [degrees], in the convention of `headings`."""
     headings: Headings | None = None
-    """How `Y` and `heading` are read: math, counter-clockwise from x, or compass, clockwise from y. By default math."""
+    """Convention of `Y` and `heading`: math (the default), counter-clockwise from x, or compass, clockwise from y."""
 
 
 def spots(layout: Layout, count: int, seed: int = 0) -> tuple[_Spot, ...]:

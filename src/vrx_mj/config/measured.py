@@ -34,21 +34,21 @@ _LARGEST, _LATEST = 1e9, 36_000.0
 
 
 class CommandsConfig(Config):
-    """Commands of a boat from a time on, until the next."""
+    """Commands of a boat from a time until the next entry."""
 
     time: NonNegative
-    """From when on [s]."""
+    """Time from which these commands apply [s]."""
     thrusters: dict[str, Number]
-    """Command of each thruster, as `{left: 0.5, right: 0.5, left_angle: 0.1}`; what is not listed is 0."""
+    """Command of each thruster, such as `{left: 0.5, right: 0.5, left_angle: 0.1}`; those not listed are 0."""
 
 
 class SignalConfig(Config):
     """A column of the measurements."""
 
     of: str | None = None
-    """Signal of the boat that it is; by default that of the column's own name."""
+    """Signal of the boat to which the column corresponds; by default the one with the column's name."""
     band: Positive
-    """Greatest difference that is inside, in the signal's unit."""
+    """Largest difference that counts as inside, in the signal's unit."""
 
 
 class MeasuredCaseConfig(InFolder):
@@ -66,7 +66,7 @@ class MeasuredCaseConfig(InFolder):
     boat: str | None = None
     """Boat that was measured; by default the only one."""
     pose: Pose | None = None
-    """Pose of the boat at time 0 [m, rad]; by default where the world has it."""
+    """Pose of the boat at time 0 [m, rad]; by default that of the world."""
     velocity: Row | None = None
     """Velocity of the boat at time 0, u v w p q r [m/s, rad/s]; by default at rest."""
     seed: Seed = 0

@@ -60,18 +60,18 @@ def _parallel(one: tuple[float, float, float], other: tuple[float, float, float]
 
 
 class AxisConfig(Config):
-    """An axis of a joint, about which the child link turns, or along which it slides."""
+    """An axis of a joint, about which the child link turns or along which it slides."""
 
     xyz: Annotated[Vec3, demand(lambda axis: math.hypot(*axis) >= 1e-9, "must have a length, got {}")] = (0.0, 0.0, 1.0)
     """Direction of the axis in the joint's frame."""
     limits: _Limits | None = None
-    """Lowest and highest angle [rad] or, of a prismatic joint, position [m]; without them it moves freely."""
+    """Lowest and highest angle [rad], or position [m] of a prismatic joint. Without limits it moves freely."""
     damping: NonNegative = 0.0
-    """Damping [N m s/rad], of a prismatic joint [N s/m]."""
+    """Damping [N m s/rad], or [N s/m] for a prismatic joint."""
     friction: NonNegative = 0.0
-    """Dry friction [N m], of a prismatic joint [N]."""
+    """Dry friction [N m], or [N] for a prismatic joint."""
     stiffness: NonNegative = 0.0
-    """Stiffness of a spring in the joint [N m/rad], of a prismatic joint [N/m]."""
+    """Stiffness of a spring in the joint [N m/rad], or [N/m] for a prismatic joint."""
     spring_reference: Number = 0.0
     """Angle [rad] or position [m] at which the spring is at rest."""
 
@@ -82,7 +82,7 @@ class JointConfig(Config):
     name: Name
     """Name of the joint."""
     type: Literal["revolute", "continuous", "prismatic", "universal", "ball"]
-    """Kind of joint: one axis to turn about, the same without limits, one to slide along, two axes, or any."""
+    """Kind of joint: one axis of rotation, the same without limits, one axis to slide along, two axes, or a ball."""
     parent: Name
     """Link that carries the joint."""
     child: Name
@@ -90,9 +90,10 @@ class JointConfig(Config):
     pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     """Pose of the joint in the frame of the child link [m, rad]."""
     axis: AxisConfig = Field(default_factory=AxisConfig)
-    """The axis; a universal joint's first one, which stays with the parent. Of a ball only the damping counts."""
+    """The axis. For a universal joint it is the first axis, which is fixed to the parent. For a ball joint only the
+    damping is used."""
     axis2: Annotated[AxisConfig | None, Only("type", ("universal",), required=True)] = None
-    """Second axis of a universal joint, which turns with the first."""
+    """Second axis of a universal joint, which is fixed to the child."""
 
     @property
     def axes(self) -> tuple[AxisConfig, ...]:
@@ -110,23 +111,23 @@ class JointConfig(Config):
 
 
 class LinkConfig(InFolder):
-    """A link of an object beside its own, which hangs on a joint."""
+    """An additional link of an object, connected by a joint."""
 
     name: Name
     """Name of the link."""
     pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    """Pose in the object's frame [m, rad], where its joint is at 0."""
+    """Pose in the object's frame [m, rad] when its joint is at 0."""
     mass: Annotated[float, NumberOf(Float, "mass")]
     center_of_mass: Vec3 = (0.0, 0.0, 0.0)
     """Centre of mass in the link's frame [m]."""
     inertia: Inertia
-    """Ixx, Iyy, Izz, and Ixy, Ixz, Iyz where it has them, about the centre of mass, along the link's axes [kg m2]."""
+    """Ixx, Iyy, Izz, optionally followed by Ixy, Ixz, Iyz, about the centre of mass, along the link's axes [kg m2]."""
     collisions: tuple[Shape, ...] = ()
     """Shapes that boats and other objects collide with; those of one object do not collide with each other."""
     visuals: tuple[Visual, ...] = ()
-    """Shapes that are seen."""
+    """Visible shapes."""
     buoyancy: BuoyancyConfig | None = None
-    """Displacement and drag of the link; without them water does nothing to it."""
+    """Displacement and drag of the link; without this key water has no effect on it."""
 
 
 def tree_faults(root: str, links: Sequence[str], joints: Sequence[_Ends]) -> list[Fault]:
@@ -179,43 +180,44 @@ _POINTS = 8
 
 
 class CirclePath(Config):
-    """A circle round where the thing starts, counter-clockwise, as eight waypoints; the first lies to the east."""
+    """A counter-clockwise circle around the start, as eight waypoints. The first lies to the east."""
 
     radius: Positive
     """Radius of the circle [m]."""
 
 
 class LinePath(Config):
-    """To and fro between where the thing starts and another place."""
+    """A line back and forth between the start and another position."""
 
     length: Positive
     """Distance between the two [m]."""
     direction: Number = 0.0
-    """Direction of the other place [rad], counter-clockwise from the thing's own x axis at the start."""
+    """Direction of the other end [rad], counter-clockwise from the object's x axis at the start."""
 
 
 class PathConfig(Config):
     """The path of a floating object: VRX's follow_plugin, or the TrajectoryFollower of the worlds of 2023."""
 
     waypoints: Annotated[tuple[Point, ...], NotEmpty] | None = None
-    """Places in the world [m]."""
+    """Positions in the world [m]."""
     circle: CirclePath | None = None
-    """A circle around where it starts."""
+    """A circle around the start."""
     line: LinePath | None = None
-    """To and fro along a line from where it starts."""
+    """Back and forth along a line from the start."""
     force: NonNegative = 10.0
-    """Force with which it swims, along its x axis [N]."""
+    """Force that propels it along its x axis [N]."""
     torque: NonNegative = 1.0
-    """Torque with which it turns toward its waypoint [N m]."""
+    """Torque that turns it toward its waypoint [N m]."""
     bearing_tolerance: Annotated[float, NumberOf(Follower, "tolerance"), Field(le=180)] = 2.0
-    """How far off its bow a waypoint may be before it turns [degrees]."""
+    """Angle off the bow beyond which it turns toward its waypoint [degrees]."""
     range_tolerance: Annotated[Positive, NumberOf(Follower, "reach")] = 0.5
     loop: Switch = True
-    """Whether it goes on to the first waypoint after the last one; else it stays there."""
+    """Whether it continues to the first waypoint after the last one; otherwise it stays there."""
     start: Annotated[int, Field(ge=0)] = 0
-    """The waypoint that it swims to first, counted from 0."""
+    """First waypoint to swim to, counted from 0."""
     turns_first: Switch | None = None
-    """Whether it swims only while its waypoint is within the tolerance of its bow; by default in profile vrx3 alone."""
+    """Whether it swims only while its waypoint is within `bearing_tolerance` of its bow; by default only in profile
+    vrx3."""
 
     def _faults(self) -> Iterator[Fault]:
         yield from exclusive(self, "waypoints", "circle", "line", required=True)
@@ -251,26 +253,26 @@ MOST_OBJECTS = 10_000
 
 
 class RopeConfig(Config):
-    """A rope from a floating object to an anchor below its place."""
+    """A rope from a floating object to an anchor below its initial position."""
 
     length: Annotated[float, NumberOf(Rope, "length")] = 2.0
     stiffness: Annotated[Positive | None, NumberOf(Rope, "stiffness")] = None
-    """Stiffness [N/m]; by default 10 N/m for each kg of the object."""
+    """Stiffness [N/m]; by default 10 N/m per kg of the object."""
     damping: Annotated[float | None, NumberOf(Rope, "damping")] = None
     """Damping [N s/m]; by default critical."""
 
 
 class Placement(Placed):
-    """An object somewhere."""
+    """An object at a pose."""
 
     model: str
-    """A name from `objects`, the path of a YAML or SDF file relative to this one, or model://NAME of Gazebo."""
+    """A name from `objects`, the path of a YAML or SDF file relative to this one, or Gazebo's model://NAME."""
     path: PathConfig | None = None
-    """Path along which it swims; by default its model's own. `null`: it drifts."""
+    """Path along which it swims; by default that of its model. With `null` it drifts."""
     symbols: tuple[Symbol, ...] = ()
-    """Symbols that the placards of its docks show at the start, in their order."""
+    """Symbols that the placards of its docks show at the start, in the order of the placards."""
     mooring: RopeConfig | None = None
-    """Rope of what floats, in profile `marine`, where everything without a path has one. `null`: it drifts."""
+    """Mooring rope in profile `marine`, where every floating object without a path has one. With `null` it drifts."""
 
     @cached_property
     def config(self) -> "ObjectConfig":
@@ -293,7 +295,7 @@ class Placement(Placed):
 
 
 class ObjectConfig(InFolder):
-    """An object's file. One that floats has mass, inertia and buoyancy; a composite only has parts."""
+    """An object's file. A floating object has mass, inertia and buoyancy; a composite only has parts."""
 
     description: str = ""
     """Description in `vrx-mj list objects --verbose`."""
@@ -305,25 +307,25 @@ class ObjectConfig(InFolder):
     center_of_mass: Annotated[Vec3, _Afloat] = (0.0, 0.0, 0.0)
     """Centre of mass in the link's frame [m]."""
     inertia: Annotated[Inertia | None, _Afloat] = None
-    """Ixx, Iyy, Izz, and Ixy, Ixz, Iyz where it has them, about the centre of mass, along the link's axes [kg m2]."""
+    """Ixx, Iyy, Izz, optionally followed by Ixy, Ixz, Iyz, about the centre of mass, along the link's axes [kg m2]."""
     collisions: tuple[Shape, ...] = ()
     """Shapes that boats and other objects collide with."""
     visuals: tuple[Visual, ...] = ()
-    """Shapes that are seen."""
+    """Visible shapes."""
     buoyancy: Annotated[BuoyancyConfig | None, _Afloat] = None
-    """Displacement and drag; an object that floats needs them."""
+    """Displacement and drag; required for a floating object."""
     path: Annotated[PathConfig | None, _Afloat] = None
-    """Path along which it swims, unless the world gives another."""
+    """Path along which it swims, unless the world specifies another."""
     light: LightConfig | None = None
     """Panels of a light buoy."""
     links: Annotated[tuple[LinkConfig, ...], Field(max_length=MOST_LINKS)] = ()
-    """Links beside its own, each of which hangs on a joint."""
+    """Additional links, each connected by a joint."""
     joints: tuple[JointConfig, ...] = ()
-    """Joints, by which its links hang on each other and on its own."""
+    """Joints that connect the links to each other and to the object's own link."""
     objects: tuple[Placement, ...] = ()
-    """Other objects that this one is made of."""
+    """Objects of which this one consists."""
     docks: tuple[DockPlacement, ...] = ()
-    """Docks that this object is made of."""
+    """Docks of which this object consists."""
 
     @property
     def kind(self) -> Literal["floating", "static", "composite"]:
@@ -438,14 +440,14 @@ def _must_be_single(model: str, near: Path | None) -> None:
 
 
 class FieldKind(InFolder):
-    """Equal objects of a field."""
+    """Objects of one kind in a field."""
 
     model: Annotated[str, loads(_must_be_single)]
     """A name from `objects`, or the path of a YAML file relative to this one."""
     count: Annotated[int, Field(ge=1, le=_MOST)]
     """Number of these objects."""
     name: Name | None = None
-    """Beginning of their names, before a number; by default the model's."""
+    """Prefix of their names, followed by a number; by default the name of the model."""
 
     @property
     def stem(self) -> str:
@@ -454,18 +456,19 @@ class FieldKind(InFolder):
 
 
 class FieldConfig(Config):
-    """Objects in a square, not too near each other, boats at their start, other objects, docks and the shore."""
+    """Objects at random positions in a square, not too near each other, boats at their start, others and the shore."""
 
     name: Name
     """Name of the field."""
     objects: Annotated[tuple[FieldKind, ...], NotEmpty]
-    """Kinds of objects in the field, and how many of each."""
+    """Kinds of objects in the field, and the number of each."""
     size: Positive = 40.0
     """Edge of the square [m], along the world's axes."""
     center: Point = (0.0, 0.0)
     """Centre of the square in the world [m]."""
     min_distance: NonNegative = 5.0
-    """Least distance between the objects' origins, and from them to the origins of other things, to docks and to the
+    """Minimum distance between the objects' origins, and from them to the origins of other things, to docks and to the
     shore [m]."""
     seed: Seed | None = None
-    """Seed of the places; by default that of the world's file, so that other runs of one world have the same field."""
+    """Seed of the positions; by default the seed in the world's file, so that all runs of a world have the same
+    field."""

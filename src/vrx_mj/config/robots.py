@@ -57,11 +57,11 @@ class ThrusterEntry(ThrusterConfig):
     """A thruster, by the names of its links and joints in the URDF."""
 
     mapping: Literal["linear", "glf"]
-    """Force in proportion to the command, or on VRX's generalised logistic curve."""
+    """Mapping from command to force: proportional (`linear`), or VRX's generalised logistic curve (`glf`)."""
     propeller: str
     """Link at whose origin the thrust acts, along its x axis."""
     joint: str | None = None
-    """Joint that steers it; without one it does not steer."""
+    """Joint that steers it; without one it is fixed."""
     max_angle: Annotated[float, NumberOf(Thruster, "max_angle"), Only("joint")] = 1.5707963267948966
     servo: Annotated[ServoConfig, Only("joint")] = ServoConfig(kp=300.0, kd=20.0, effort=10.0, velocity=10.0)
     """Servo that steers the thruster."""
@@ -71,7 +71,7 @@ class RudderEntry(Config):
     """A rudder or a keel: a wing in the water with the normal force of the MMG standard method."""
 
     joint: str | None = None
-    """Joint that turns it; its axis points up. Without one it is a keel, along x of the base link."""
+    """Joint that turns it, with its axis up. Without a joint it is a keel, along x of the base link."""
     area: Annotated[Positive, NumberOf(Thruster, "area")]
     """Area of the blade [m2]."""
     aspect_ratio: Positive
@@ -79,7 +79,7 @@ class RudderEntry(Config):
     center: Vec3 = (0.0, 0.0, 0.0)
     """Centre of pressure in the frame of the joint's child link, or of the base link [m]."""
     propeller: Name | None = None
-    """Thruster in whose race it is."""
+    """Thruster whose race it is in."""
     propeller_diameter: Annotated[Positive | None, Only("propeller", required=True)] = None
     """Diameter of that thruster's propeller [m]."""
     race_share: Annotated[float, NumberOf(Thruster, "race_share"), Only("propeller")] = 1.0
@@ -92,19 +92,19 @@ class SailEntry(Config):
     """A sail whose boom turns on a joint: lift and drag over the angle at which the apparent wind meets its chord."""
 
     joint: str
-    """Joint of the boom; its axis points up. At angle 0 the sail runs aft from it, along -x of its child link."""
+    """Joint of the boom, with its axis up. At angle 0 the sail runs aft from it, along -x of its child link."""
     area: Annotated[Positive, NumberOf(Thruster, "area")]
     """Area of the sail [m2]."""
     center: Vec3 = (0.0, 0.0, 0.0)
     """Centre of effort in the frame of the joint's child link [m]."""
     aspect_ratio: Positive = 4.0
-    """Square of the height over the area, of which the coefficients are made unless they are given."""
+    """Aspect ratio, the square of the height over the area. The coefficients follow from it unless they are given."""
     coefficients: Annotated[tuple[_SailPoint, ...], Field(max_length=361)] = ()
-    """Coefficients over that angle from 0 to 180 [degrees], with straight lines between them, the same on both sides.
-
-    Lift is across the apparent wind; at 180 that meets the leech."""
+    """Coefficients over that angle from 0 to 180 [degrees], interpolated linearly, the same on both sides. Lift is
+    across the apparent wind. At 180 the wind meets the leech."""
     sheet: Switch = True
-    """Whether the command is how far a sheet lets the boom to lee, either way; else the boom goes to that angle."""
+    """Whether the command is the angle up to which a sheet lets the boom out to leeward, on either side. Otherwise the
+    boom turns to the commanded angle."""
     max_angle: Annotated[float, NumberOf(Thruster, "max_angle")] = 1.5707963267948966
     servo: ServoConfig = ServoConfig(kp=3000.0, kd=200.0, effort=1000.0, velocity=1.0)
     """Servo that holds the boom."""
@@ -122,18 +122,17 @@ _Spans = Annotated[
 
 
 class ChannelEntry(Config):
-    """The command of an autopilot's channel."""
+    """The command that an autopilot's channel sets."""
 
     thruster: str
-    """Name of the command: a thruster, or what turns, with `_angle` after its name."""
+    """Name of the command: a thruster, or a part that turns with `_angle` after its name."""
     trim: Annotated[Number, Field(ge=500, le=2500)] | None = None
-    """Pulse that commands nothing [us]; by default 1500, of a sail 1000."""
+    """Pulse of a zero command [us]; by default 1500, for a sail 1000."""
     span: _Spans | None = None
-    """How much shorter and longer the pulses are that command all [us]; one number is for both.
-
-    Below 0 for what turns the other way; by default 400, of a sail 1000."""
+    """Differences of the shortest and longest pulses from the trim [us]; one number sets both. A negative number
+    reverses the direction. By default 400, for a sail 1000."""
     dead_band: Annotated[Number, Field(ge=0, le=500)] = 0.0
-    """How far from the trim a pulse still commands nothing [us]."""
+    """Largest difference from the trim that still gives a zero command [us]."""
 
     def _faults(self) -> Iterator[Fault]:
         short, long = self.span or (1000.0, 1000.0)
@@ -174,7 +173,7 @@ class _Partial(Config):
 
 
 class HydrodynamicsEntry(_Partial, HydrodynamicsConfig):
-    """Known values of a hull; the rest comes from the URDF's dynamics plugin, or is derived from its shapes."""
+    """Known values of a hull. The others come from the URDF's dynamics plugin, or are derived from its shapes."""
 
 
 class DriveEntry(_Partial):
@@ -186,20 +185,20 @@ class DriveEntry(_Partial):
 
 
 class ProfileEntry(Config):
-    """Differences of a robot in worlds of another profile than `vrx`."""
+    """Differences of a robot in worlds of a profile other than `vrx`."""
 
     hydrodynamics: HydrodynamicsEntry = HydrodynamicsEntry.model_validate({})
-    """Other lift, drag and added mass."""
+    """Lift, drag and added mass in this profile."""
     thrusters: DriveEntry = DriveEntry.model_validate({})
-    """Other limits of the thrusters."""
+    """Limits of the thrusters in this profile."""
     contact: ContactConfig | None = None
-    """How its hull yields instead."""
+    """How its hull yields in this profile."""
     shot_impulse: NonNegative | None = None
-    """Impulse of a shot of its ball shooters [N s]."""
+    """Impulse of a shot of its ball shooters [N s] in this profile."""
 
 
 class Profiles(Config):
-    """Profiles of physics for which a robot's file may differ."""
+    """Profiles of physics in which a robot's values may differ."""
 
     vrx3: ProfileEntry = ProfileEntry()
     """Differences in worlds of profile vrx3."""
@@ -231,35 +230,35 @@ class RobotConfig(InFolder):
     layouts: dict[Name, Arguments] = Field(default_factory=dict)
     """Layouts of thrusters by name, as xacro arguments."""
     suites: dict[Name, Arguments] = Field(default_factory=dict)
-    """Sets of sensors by name, as xacro arguments; `vrx` and `none` among them, if it has any."""
+    """Sets of sensors by name, as xacro arguments. If there are any, `vrx` and `none` must be among them."""
     vrx_parts: Switch = False
-    """Whether VRX's thruster and component files can be given for it."""
+    """Whether it accepts VRX's thruster and component files."""
     hydrodynamics: HydrodynamicsEntry = HydrodynamicsEntry.model_validate({})
     """Lift, drag and added mass."""
     contact: ContactConfig = ContactConfig()
-    """How its hull yields to what it touches."""
+    """How its hull yields in a contact."""
     thrusters: dict[Name, ThrusterEntry] = Field(default_factory=dict)
-    """Thrusters by the names that commands have; `{}` for a boat that has none, and drifts."""
+    """Thrusters by the names of their commands; `{}` for a boat without any, which drifts."""
     rudders: dict[Name, RudderEntry] = Field(default_factory=dict)
-    """Rudders, and keels, by the names that commands have."""
+    """Rudders and keels by the names of their commands."""
     sails: dict[Name, SailEntry] = Field(default_factory=dict)
-    """Sails by the names that commands have."""
+    """Sails by the names of their commands."""
     propellers: dict[Name, PropellerConfig] = Field(default_factory=dict)
-    """Measured propellers by the names of their thrusters, in worlds of profile `marine`.
-
-    In a robot with layouts those of thrusters that a boat does not have do nothing."""
+    """Measured propellers by the names of their thrusters, in worlds of profile `marine`. In a robot with layouts,
+    propellers of thrusters that a boat does not have are ignored."""
     wind: Annotated[Vec3 | None, NumberOf(Hull, "wind")] = None
-    """Wind coefficients along x and y and about z [N s2/m2, N s2/m], in worlds that list none for it."""
+    """Wind coefficients along x and y and about z [N s2/m2, N s2/m], in worlds that list none for this boat."""
     windage: WindageConfig | None = None
     """Areas and coefficients in worlds of profile `marine`, instead of `wind`."""
     hull: MarineHullConfig | None = None
-    """Hull in worlds of profile `marine`; what it does not give is that of `hydrodynamics`."""
+    """Hull in worlds of profile `marine`. Keys that it does not give have the values of `hydrodynamics`."""
     autopilot: dict[_ChannelNumber, _Channel] = Field(default_factory=dict)
-    """Commands of an autopilot's channels, 1 to 32; by default 1 and 3 are two engines, or rudder and engine."""
+    """Commands of an autopilot's channels, 1 to 32; by default channels 1 and 3 are two engines, or rudder and
+    engine."""
     battery: BatteryEntry | None = None
-    """Its battery, whose voltage and current autopilots receive."""
+    """Battery, whose voltage and current autopilots receive."""
     sensors: tuple[SensorConfig, ...] = ()
-    """Sensors besides those of the URDF; posed in their link's frame."""
+    """Sensors in addition to those of the URDF, with poses in their link's frame."""
     profiles: Profiles = Profiles()
     """Differences in worlds of other profiles."""
 

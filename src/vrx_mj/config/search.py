@@ -42,7 +42,7 @@ def read_limited(file: Path, most: int) -> bytes:
     except ValueError:
         raise ReadingError("cannot be read: its name is not valid") from None
     if size > most or len(data) > most:
-        raise ReadingError(f"has more than {most / 1e6:g} MB, the largest size that is read")
+        raise ReadingError(f"is larger than {most / 1e6:g} MB, the maximum")
     return data
 
 

@@ -36,7 +36,7 @@ class _Sensor(Config):
     name: Name
     """Name of the sensor on its boat."""
     link: str
-    """The link that carries it, without the boat's namespace."""
+    """Link that carries it, without the boat's namespace."""
     frame: str = ""
     """Frame of its readings, without the boat's namespace; by default the link."""
     pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -46,7 +46,7 @@ class _Sensor(Config):
 
 
 class CameraConfig(_Sensor):
-    """A pinhole camera without distortion, looking along x of its pose; `frame` is the optical one."""
+    """A pinhole camera without distortion, looking along x of its pose. `frame` is its optical frame."""
 
     type: Literal["camera"] = "camera"
     """Type of the sensor."""
@@ -59,20 +59,20 @@ class CameraConfig(_Sensor):
     horizontal_fov: Annotated[float, Field(gt=0, lt=3.1415)] = 1.3962634
     """Horizontal field of view [rad]."""
     near: Positive = 0.05
-    """Nearest distance that is seen [m]."""
+    """Nearest visible distance [m]."""
     far: Positive = 300.0
-    """Farthest distance that is seen [m]."""
+    """Farthest visible distance [m]."""
     noise: NonNegative = 0.007
-    """Standard deviation per pixel, of full scale, the same in the three channels."""
+    """Standard deviation of each pixel, as a fraction of full scale, the same in the three channels."""
     baseline: Number = 0.07
     """`hackBaseline` of Gazebo's plugin [m]: P[3] of the camera's info is -f times this."""
     info: Literal["vrx", "centered"] = "vrx"
-    """Principal point in the camera's info: `vrx`, ((w + 1) / 2, (h + 1) / 2), for pixels that are counted from 1, or
-    `centered`, ((w - 1) / 2, (h - 1) / 2), from 0."""
+    """Principal point in the camera's info: `vrx`, ((w + 1) / 2, (h + 1) / 2), for pixels counted from 1, or
+    `centered`, ((w - 1) / 2, (h - 1) / 2), for pixels counted from 0."""
     antialiasing: Annotated[Literal[0, 2, 4], Field(exclude_if=operator.not_)] = 0
-    """Samples per pixel that smooth edges, in two to three times the time; 0: none."""
+    """Samples per pixel for smooth edges, which take two to three times as long; 0 for none."""
     labels: Annotated[Switch, Field(exclude_if=operator.not_)] = False
-    """Whether its pictures come with the names, boxes and masks of what they show."""
+    """Whether its images come with the names, boxes and masks of the objects they show."""
 
     def _faults(self) -> Iterator[Fault]:
         if self.near >= self.far:
@@ -80,12 +80,12 @@ class CameraConfig(_Sensor):
 
 
 class LidarConfig(_Sensor):
-    """A lidar: `points` from several rings, `scan` from one, planar."""
+    """A lidar: `points` from several rings, or a planar `scan` from one."""
 
     type: Literal["lidar"] = "lidar"
     """Type of the sensor."""
     output: Literal["points", "scan"] = "points"
-    """A cloud of points, or the ranges of one planar ring."""
+    """Output: a point cloud, or the ranges of one planar ring."""
     rate: _Rate = 10.0
     """Scans per second [Hz]."""
     rings: Annotated[int, Field(ge=1, le=256)] = 16
@@ -99,11 +99,11 @@ class LidarConfig(_Sensor):
     range: _Range = (0.1, 130.0)
     """Nearest and farthest return [m]."""
     resolution: NonNegative = 0.0
-    """Steps of the range [m]; 0: none."""
+    """Resolution of the range [m]; 0 for none."""
     noise: NonNegative = 0.01
     """Standard deviation of the range [m]."""
     sea_returns: Switch = False
-    """Whether water reflects; VRX's does not."""
+    """Whether water reflects; in VRX it does not."""
 
     def _faults(self) -> Iterator[Fault]:
         if max(abs(angle) for angle in self.azimuth) > 2.0 * math.pi:
@@ -124,13 +124,13 @@ class GpsConfig(_Sensor):
     rate: _Rate = 15.0
     """Fixes per second [Hz]."""
     position: ErrorModel = ErrorModel()
-    """Errors along the world's x, y and z axes [m], as Hector's."""
+    """Errors along the world's x, y and z axes [m], in Hector's model."""
     velocity: ErrorModel = ErrorModel()
     """Errors along the world's x, y and z axes [m/s]."""
 
 
 class ImuConfig(_Sensor):
-    """An inertial unit: orientation, rates and accelerations with gravity in them."""
+    """An inertial measurement unit: orientation, angular rates, and accelerations including gravity."""
 
     type: Literal["imu"] = "imu"
     """Type of the sensor."""
@@ -141,13 +141,13 @@ class ImuConfig(_Sensor):
     angular_velocity: ErrorModel = ErrorModel()
     """Errors about the sensor's axes [rad/s]."""
     heading: ErrorModel = ErrorModel()
-    """Errors of the yaw [rad]; only the last of the three counts."""
+    """Errors of the yaw [rad]; only the last of the three is used."""
     tilt: ErrorModel = ErrorModel()
-    """Errors of roll and pitch [rad]; the last of the three does not count."""
+    """Errors of roll and pitch [rad]; the last of the three is ignored."""
 
 
 class P3dConfig(_Sensor):
-    """The truth: pose and twist of a link in the world, with noise if wanted."""
+    """Ground truth: pose and twist of a link in the world, optionally with noise."""
 
     type: Literal["p3d"] = "p3d"
     """Type of the sensor."""
@@ -173,29 +173,29 @@ class PingerConfig(_Sensor):
 
 
 class BallShooterConfig(_Sensor):
-    """A launcher of balls, along x of its pose. It is fired, and reads how many shots are left."""
+    """A launcher that fires balls along x of its pose. Its reading is the number of shots left."""
 
     type: Literal["ball_shooter"] = "ball_shooter"
     """Type of the sensor."""
     rate: _Rate = 10.0
     """Readings per second [Hz]."""
     shots: Annotated[int, Field(ge=0, le=1000)] = 4
-    """Balls that it has at the start."""
+    """Number of balls at the start."""
     impulse: NonNegative = 0.3
-    """Impulse of a shot [N s]; VRX: 300 N for 1 ms."""
+    """Impulse of a shot [N s]; in VRX 300 N for 1 ms."""
     muzzle: Vec3 = (0.14, 0.0, 0.0)
-    """Start of the ball in the launcher's frame [m]."""
+    """Initial position of the ball in the launcher's frame [m]."""
 
 
 class AnemometerConfig(_Sensor):
-    """A wind sensor, at the masthead as a rule: the apparent wind in the plane of its x and y."""
+    """A wind sensor, usually at the masthead: the apparent wind in the plane of its x and y."""
 
     type: Literal["anemometer"] = "anemometer"
     """Type of the sensor."""
     rate: _Rate = 10.0
     """Readings per second [Hz]."""
     noise: NonNegative = 0.1
-    """Standard deviation of the wind's velocity along x and along y [m/s]."""
+    """Standard deviation of the wind's velocity along x and y [m/s]."""
 
 
 class GnssCompassConfig(_Sensor):
@@ -206,13 +206,13 @@ class GnssCompassConfig(_Sensor):
     rate: _Rate = 10.0
     """Readings per second [Hz]."""
     heading_noise: NonNegative = 0.007
-    """Standard deviation of the heading [rad]; 0.007 is usual of antennas 1 m apart."""
+    """Standard deviation of the heading [rad]; 0.007 is typical for antennas 1 m apart."""
     turn_noise: NonNegative = 0.0035
     """Standard deviation of the rate of turn [rad/s]."""
 
 
 class EchoSounderConfig(_Sensor):
-    """An echo sounder: the distance along x of its pose, which has to point down, to the bottom."""
+    """An echo sounder: the distance to the bottom along x of its pose, which must point down."""
 
     type: Literal["echo_sounder"] = "echo_sounder"
     """Type of the sensor."""
@@ -223,7 +223,7 @@ class EchoSounderConfig(_Sensor):
     noise: NonNegative = 0.02
     """Standard deviation of the distance [m]."""
     field_of_view: Annotated[float, Field(ge=0, lt=3.1415)] = 0.436
-    """Width of the beam [rad], as its messages say; what it measures is along the beam's middle."""
+    """Width of the beam [rad], as stated in its messages. The measurement is along the middle of the beam."""
 
 
 SensorConfig = Annotated[

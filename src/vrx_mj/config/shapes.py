@@ -45,10 +45,10 @@ _Mesh = Annotated[str, demand(_is_mesh, f"expected a mesh that ends in {_ENDS}, 
 
 
 class Shape(InFolder):
-    """A primitive or a mesh, centred on its pose; cylinders and capsules lie along their z axis."""
+    """A primitive or a mesh, centred on its pose. Cylinders and capsules are aligned with their z axis."""
 
     name: Name | None = None
-    """Name of the shape, for what refers to it."""
+    """Name of the shape, for references to it."""
     type: Literal["box", "sphere", "cylinder", "capsule", "ellipsoid", "mesh"]
     """Kind of shape."""
     size: Annotated[Size | None, Only("type", ("box", "ellipsoid"), required=True)] = None
@@ -56,17 +56,17 @@ class Shape(InFolder):
     radius: Annotated[Positive | None, Only("type", ("sphere", "cylinder", "capsule"), required=True)] = None
     """Radius [m]."""
     length: Annotated[Positive | None, Only("type", ("cylinder", "capsule"), required=True)] = None
-    """Length along z [m]; a capsule's without its two caps."""
+    """Length along z [m]; for a capsule without its two caps."""
     file: Annotated[_Mesh | None, Only("type", ("mesh",), required=True)] = None
     """A mesh (.obj, .stl, .dae, .ply or .glb), relative to the folder of the file that names it."""
     scale: Annotated[_Scale, BeforeValidator(_three), Only("type", ("mesh",))] = (1.0, 1.0, 1.0)
-    """Factors of a mesh along x, y and z; a negative one mirrors it. A file may give one number for all three."""
+    """Scale of a mesh along x, y and z. A negative factor mirrors it. A file may give one number for all three."""
     pose: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     """Pose in the link's frame [m, rad]."""
 
 
 class Visual(Shape):
-    """A shape that is seen."""
+    """A visible shape."""
 
     color: Color = (0.5, 0.5, 0.5, 1.0)
     """Colour of the shape."""
@@ -88,16 +88,17 @@ class BuoyancyElement(Shape):
 
 
 class BuoyancyConfig(Config):
-    """VRX's buoyancy_gazebo_plugin: what an object displaces, and its drag in water."""
+    """Displacement and drag of an object in water, as in VRX's buoyancy_gazebo_plugin."""
 
     fluid_density: Annotated[Positive, NumberOf(Float, "density")] = WATER_DENSITY
     fluid_level: Annotated[float, NumberOf(Float, "level")] = 0.0
     linear_drag: Annotated[float, NumberOf(Float, "linear_drag")]
-    """Drag of each element over the link's mass and linear velocity [1/s], scaled by the share of it under water."""
+    """Drag of each element over the link's mass and linear velocity [1/s], scaled by its submerged fraction."""
     angular_drag: Annotated[float, NumberOf(Float, "angular_drag")]
-    """Drag torque of each element over mass, mean extent squared and angular velocity [1/s], scaled likewise."""
+    """Drag torque of each element over mass, mean extent squared and angular velocity [1/s], scaled by its submerged
+    fraction."""
     elements: Annotated[tuple[BuoyancyElement, ...], NotEmpty]
-    """Shapes that displace water; the whole volume of each counts."""
+    """Shapes that displace water. The whole volume of each counts, even if shapes overlap."""
 
 
 _SEGMENTS = 64
@@ -149,7 +150,7 @@ def solid_of_mesh(name: str, points: FloatArray, triangles: IntArray) -> Solid:
     volumes = [enclosed_volume(corners) for corners in whole]
     total = math.fsum(volumes)
     if total < 0.0:
-        notes.append(f"mesh {name} is inside out (a volume of {total:.3g} m3): its triangles are turned")
+        notes.append(f"mesh {name} is inside out (a volume of {total:.3g} m3): its triangles are reversed")
         whole, volumes = [corners[:, ::-1] for corners in whole], [-volume for volume in volumes]
     sized = list(zip(whole, volumes, strict=True))
     kept = [corners if volume > 0.0 else corners[:, ::-1] for corners, volume in sized

@@ -28,31 +28,32 @@ Gate = Annotated[
 
 
 class ShownObject(Config):
-    """An object that shows up before the boat for a while."""
+    """An object that appears in front of the boat for a while."""
 
     time: NonNegative
-    """Time at which it shows up, from the start of the run [s]."""
+    """Time at which it appears, from the start of the run [s]."""
     duration: Positive = 5.0
-    """Time for which it is shown [s]."""
+    """Time for which it is visible [s]."""
     type: str | None = None
-    """Name that a right report gives it; by default its model."""
+    """Type in a correct report; by default its model."""
     name: str
-    """Name of the object in the world, which waits elsewhere."""
+    """Name of the object in the world, where it waits elsewhere."""
     pose: Pose
-    """Pose in the boat's frame, of which only the yaw turns [m, rad]."""
+    """Pose relative to the boat [m, rad], in a frame that turns with the boat's yaw only."""
 
 
 class ChannelConfig(Config):
-    """A channel of gates, and what collisions in it cost."""
+    """A channel of gates, and the penalty for collisions in it."""
 
     course: str | None = None
-    """The object whose parts make the gates; by default the world itself."""
+    """Object whose parts form the gates; by default the world itself."""
     gates: tuple[Gate, ...] = ()
-    """Names of [left, right] buoys in the order of crossing, left to starboard; by default red_bound_i, its partner."""
+    """Names of [left, right] buoys in the order of crossing, with the left one to starboard; by default red_bound_i and
+    its partner."""
     obstacle_penalty: NonNegative = 10.0
     """Penalty for a collision [s]."""
     collision_buffer: NonNegative = 10.0
-    """Dead time after a counted collision [s]."""
+    """Time after a counted collision in which others do not count [s]."""
 
 
 class BaySign(Config):
@@ -67,7 +68,7 @@ class BaySign(Config):
 
 
 class TargetConfig(Config):
-    """Points for a ball in a hole."""
+    """Points for balls in a hole."""
 
     bay: Annotated[int, Field(ge=1)]
     """Number of the bay, from 1."""
@@ -78,13 +79,13 @@ class TargetConfig(Config):
 
 
 class AnimalConfig(Config):
-    """An animal and what to do about it."""
+    """An animal and the required behaviour near it."""
 
     name: str
     """Name of the object in the world."""
     goal: Literal["avoid", "circumnavigate_clockwise", "circumnavigate_counterclockwise"] | None = None
-    """What to do about it; by default that of its model: avoid a crocodile, circle a platypus clockwise, a turtle
-    counterclockwise."""
+    """Required behaviour near it; by default that of its model: avoid a crocodile, circle a platypus clockwise, a
+    turtle counterclockwise."""
 
 
 class TaskConfig(Config):
@@ -101,11 +102,11 @@ class TaskConfig(Config):
     initial_state_duration: NonNegative = 10.0
     """Time for which the boat is held at the start [s]."""
     ready_state_duration: NonNegative = 10.0
-    """Time for which it is free before the run counts [s]."""
+    """Time for which the boat is free before the run counts [s]."""
     running_state_duration: NonNegative = 300.0
-    """Longest time that the run may take [s]."""
+    """Maximum duration of the run [s]."""
     collision_buffer: NonNegative = 3.0
-    """Dead time after a counted collision [s]."""
+    """Time after a counted collision in which others do not count [s]."""
     locked: Switch = True
     """Whether the boat is held in surge, sway and yaw until the task is ready."""
 
@@ -116,7 +117,7 @@ class TaskConfig(Config):
 
 
 class GoalConfig(Config):
-    """A pose, in one of two frames."""
+    """A pose in one of two frames."""
 
     goal: Geodetic | None = None
     """Latitude, longitude [degrees] and yaw [rad, from east] to hold."""
@@ -136,7 +137,7 @@ class StationkeepingTask(GoalConfig, TaskConfig):
 
 
 class WayfindingTask(TaskConfig):
-    """Visit poses, in any order."""
+    """Visit poses in any order."""
 
     type: Literal["wayfinding"]
     waypoints: Annotated[tuple[Geodetic, ...], NotEmpty] | None = None
@@ -149,14 +150,14 @@ class WayfindingTask(TaskConfig):
 
 
 class PerceptionTask(TaskConfig):
-    """Locate and name objects that show up before the boat, which is held throughout."""
+    """Locate and identify objects that appear in front of the boat, which is held throughout."""
 
     held: ClassVar[bool] = True
     type: Literal["perception"]
     objects: Annotated[tuple[ShownObject, ...], NotEmpty]
-    """Objects that show up: time, duration, type, name and pose of each."""
+    """Objects that appear: time, duration, type, name and pose of each."""
     loop_forever: Switch = False
-    """Whether the sequence starts anew when all objects are gone."""
+    """Whether the sequence starts again when all objects are gone."""
 
 
 class NavigationTask(ChannelConfig, TaskConfig):
@@ -166,37 +167,37 @@ class NavigationTask(ChannelConfig, TaskConfig):
 
 
 class FollowPathTask(ChannelConfig, TaskConfig):
-    """Pass the gates of a channel; some may be left out."""
+    """Pass the gates of a channel. Some may be left out."""
 
     type: Literal["follow_path"]
     points_per_gate_crossed: NonNegative = 10.0
     """Points for a gate [points]."""
     bonus: NonNegative = 1.0
-    """More, for a gate right after the one before it, and for the last [points]."""
+    """Bonus for a gate crossed directly after the previous one, and for the last gate [points]."""
     obstacle_penalty: NonNegative = 3.0
     """Penalty for a collision [points]."""
 
 
 class DockTask(TaskConfig):
-    """Dock where the light buoy and the placards demand it; deliver balls through holes."""
+    """Dock in the bay that the light buoy and the placards indicate, and deliver balls through holes."""
 
     type: Literal["dock", "scan_and_dock", "scan_dock_deliver"]
     dock: str
-    """Name of the dock: of an object or of an entry of `docks`."""
+    """Name of the dock: an object or an entry of `docks`."""
     bays: Annotated[tuple[BaySign, ...], NotEmpty]
     """The dock's bays in its order: name, symbol and dock_allowed of each."""
     light_buoy: str | None = None
     """Name of the light buoy."""
     color_sequence: Colors = ("red", "green", "blue")
-    """Colours of the light buoy, which are to be reported."""
+    """Colours of the light buoy, which must be reported."""
     color_bonus_points: NonNegative = 10.0
-    """Points for the right report of the colours [points]."""
+    """Points for a correct report of the colours [points]."""
     dock_bonus_points: NonNegative = 10.0
     """Points for docking [points]; by default 15 in scan_dock_deliver."""
     correct_dock_bonus_points: NonNegative = 10.0
-    """More, for docking in the correct bay [points]; by default 5 in scan_dock_deliver."""
+    """Bonus for docking in the correct bay [points]; by default 5 in scan_dock_deliver."""
     enable_color_checker: Switch = True
-    """Whether a report of the colours is taken; by default not in dock."""
+    """Whether a report of the colours is accepted; by default not in dock."""
     min_dock_time: NonNegative = 10.0
     """Time to stay in the bay [s]."""
     targets: tuple[TargetConfig, ...] | None = None
@@ -222,15 +223,15 @@ class WildlifeTask(TaskConfig):
 
     type: Literal["wildlife"]
     collision_buffer: NonNegative = 10.0
-    """Dead time after a counted collision [s]."""
+    """Time after a counted collision in which others do not count [s]."""
     animals: tuple[AnimalConfig, ...] = ()
     """Name and goal of each; by default all animals of the world."""
     engagement_distance: Positive = 10.0
     """Distance within which an animal is engaged [m]."""
     time_bonus: NonNegative = 30.0
-    """Bonus for each animal that was dealt with as it should be [s]."""
+    """Bonus for each animal with the required behaviour [s]."""
     publication_rate: Positive | None = None
-    """Rate at which the animals' places are published [Hz]; by default at every look."""
+    """Rate at which the animals' positions are published [Hz]; by default at every check of the task."""
 
 
 class GymkhanaTask(TaskConfig):
@@ -252,7 +253,7 @@ class AcousticPerceptionTask(TaskConfig):
     pinger: Vec3
     """x, y, z of the beacon [m]."""
     goal_tolerance: Positive = 3.0
-    """Distance at which it is reached, in space [m]."""
+    """Distance in three dimensions at which it counts as reached [m]."""
 
 
 class AcousticTrackingTask(TaskConfig):
@@ -262,7 +263,7 @@ class AcousticTrackingTask(TaskConfig):
     pinger: str
     """Name of the object that carries the beacon."""
     pinger_depth: Number = 2.0
-    """z of the beacon that receivers hear [m]; VRX's is above the water."""
+    """z of the beacon that receivers detect [m]; in VRX it is above the water."""
     obstacle_penalty: NonNegative = 1.0
     """Penalty for a collision [m]."""
 

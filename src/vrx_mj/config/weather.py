@@ -41,34 +41,34 @@ _M2 = 44714.16
 
 
 class TideConfig(Config):
-    """A current whose arrow draws an ellipse."""
+    """A tidal current whose velocity vector follows an ellipse."""
 
     speed: NonNegative
-    """Greatest speed, along `direction` [m/s]."""
+    """Maximum speed, along `direction` [m/s]."""
     minor: Number = 0.0
-    """Greatest speed across it [m/s]; below 0 the arrow turns clockwise."""
+    """Maximum speed across it [m/s]; with a negative value the vector turns clockwise."""
     direction: Number = 0.0
-    """Direction of the greatest speed [degrees], counter-clockwise from x."""
+    """Direction of the maximum speed [degrees], counter-clockwise from x."""
     period: Positive = _M2
-    """Period [s]; by default that of the principal lunar tide."""
+    """Period [s]; by default that of the principal lunar tide (M2)."""
     phase: Annotated[float, NumberOf(Current, "tide_phase")] = 0.0
-    """Phase at time 0 [degrees]: 0 is the greatest speed along `direction`."""
+    """Phase at time 0 [degrees]; at phase 0 the speed along `direction` is at its maximum."""
 
 
 _Layer = tuple[Annotated[float, NumberOf(Layer, "depth")], Annotated[float, NumberOf(Layer, "share")]]
 
 
 class CurrentConfig(Config):
-    """Water that streams, the same everywhere but for its depth."""
+    """A current, the same everywhere at a given depth."""
 
     speed: NonNegative = 0.0
     """Mean speed at the surface [m/s]."""
     direction: Number = 0.0
-    """Direction in which the water moves [degrees], counter-clockwise from x, as for the wind."""
+    """Direction in which the water moves [degrees], counter-clockwise from x, like that of the wind."""
     profile: Annotated[tuple[Annotated[_Layer, numbers("depth share")], ...], Field(max_length=10_000)] = ()
-    """Share of the mean and of the tide at depths [m], with straight lines between them; by default 1 everywhere."""
+    """Depths [m] and the fraction of the mean and of the tide there, interpolated linearly; by default 1 everywhere."""
     tide: TideConfig | None = None
-    """A tide, which adds to the mean."""
+    """A tide, which is added to the mean."""
     var_gain: Annotated[float, NumberOf(Current, "gain")] = 0.0
     var_time: Annotated[float, NumberOf(Current, "time_constant")] = 60.0
     seed: Annotated[Seed, NumberOf(Current, "seed")] = 0
@@ -78,17 +78,17 @@ class CurrentConfig(Config):
 
 
 class WindObject(Config):
-    """Something that the wind pushes: a boat, an object, or every boat of a kind."""
+    """Something on which the wind acts: a boat, an object, or every boat of a kind."""
 
     model: str
     """Name of a boat, an object, a kind of robot or a model of objects."""
     link: str | None = None
-    """VRX's link_name: of an object that has joints, the link that is pushed; by default its own."""
+    """VRX's link_name: for an object with joints, the link on which the wind acts; by default its own link."""
     coefficients: Annotated[Vec3, NumberOf(WindCoefficients, "coefficients")]
 
 
 class WindConfig(Config):
-    """VRX's usv_gazebo_wind_plugin: a mean wind with Gauss-Markov gusts; and what profile `marine` adds to it."""
+    """Mean wind with Gauss-Markov gusts as in VRX's usv_gazebo_wind_plugin, and what profile `marine` adds."""
 
     direction: Number = 270.0
     """Direction in which the air moves [degrees], counter-clockwise from x."""
@@ -97,26 +97,27 @@ class WindConfig(Config):
     var_time: Annotated[float, NumberOf(Wind, "time_constant"), Only("spectrum", ("gauss_markov",))] = 2.0
     seed: Annotated[Seed, NumberOf(Wind, "seed")] = 0
     update_rate: Annotated[float, NumberOf(Wind, "update_rate")] = 10.0
-    """Rate at which VRX publishes the wind [Hz]; no effect on motion."""
+    """Rate at which VRX publishes the wind [Hz]; it has no effect on motion."""
     height: Annotated[float, NumberOf(Air, "height")] = 10.0
-    """Height above the water at which the wind has its speed [m]; this and what follows are for profile `marine`."""
+    """Height above the water at which `mean_velocity` applies [m]. This key and the following ones are for profile
+    `marine`."""
     exponent: Annotated[float | None, NumberOf(Air, "exponent"), Field(le=1)] = None
     """Exponent of a power law over height, 0.11 over open water; by default the wind is the same at all heights."""
     roughness: Annotated[Positive | None, NumberOf(Air, "roughness")] = None
     """Roughness length of a logarithmic profile over height [m], 0.0002 over open water; instead of `exponent`."""
     spectrum: Literal["gauss_markov", "npd"] = "gauss_markov"
-    """Gusts: those of `var_gain` and `var_time`, or the NPD (Froya) spectrum, which follows from speed and height."""
+    """Spectrum of the gusts: that of `var_gain` and `var_time`, or the NPD (Froya) spectrum, which follows from speed
+    and height."""
     components: Annotated[int, Field(ge=1, le=500), Only("spectrum", ("npd",))] = 60
-    """Number of harmonics of which the gusts of a spectrum consist."""
+    """Number of harmonics that make up the gusts of a spectrum."""
     turning: Annotated[float, NumberOf(Air, "turning")] = 0.0
     """Rate at which the direction turns [degrees/s], counter-clockwise."""
     var_direction: Annotated[float, NumberOf(Air, "spread")] = 0.0
     """Standard deviation of the direction (Gauss-Markov) [degrees]."""
     var_direction_time: Annotated[float, NumberOf(Air, "time_constant")] = 60.0
     objects: tuple[WindObject, ...] | None = None
-    """Objects that the wind pushes besides boats whose robot has coefficients of its own; by default these boats alone.
-
-    `[]`: nothing at all."""
+    """Objects on which the wind acts, in addition to boats whose robot has its own coefficients; by default only these
+    boats. With `[]` the wind acts on nothing."""
 
     def _faults(self) -> Iterator[Fault]:
         yield from exclusive(self, "exponent", "roughness")
@@ -134,7 +135,7 @@ _Three = Annotated[tuple[NonNegative, NonNegative, Number], numbers("cx cy cn")]
 
 
 class IsherwoodConfig(Config):
-    """Inputs of Isherwood's formulas for merchant ships (1972) besides the areas. The link's origin is amidships."""
+    """Inputs of Isherwood's (1972) formulas for merchant ships besides the areas. The link's origin is amidships."""
 
     breadth: Positive
     """Breadth [m]."""
@@ -143,7 +144,7 @@ class IsherwoodConfig(Config):
     superstructure_area: NonNegative = 0.0
     """Lateral area of the superstructure [m2]."""
     masts: Annotated[int, Field(ge=0, le=20)] = 0
-    """Distinct groups of masts seen from the side, without those close against the bridge."""
+    """Number of distinct groups of masts seen from the side, without those close to the bridge."""
 
 
 class WindageConfig(Config):
@@ -153,20 +154,19 @@ class WindageConfig(Config):
     lateral_area: Annotated[float, NumberOf(Windage, "lateral_area")]
     length: Annotated[float, NumberOf(Windage, "length")]
     height: Annotated[float, NumberOf(Windage, "height")]
-    """Height of the lateral area's centre over the link's origin, which counts as the water's level [m].
-
-    There the wind acts, with its speed at this height."""
+    """Height of the lateral area's centre above the link's origin, which is taken as the water level [m]. The wind acts
+    there, with its speed at this height."""
     offset: Annotated[float, NumberOf(Windage, "offset")] = 0.0
     coefficients: _Three | None = None
-    """Coefficients cx, cy, cn of -cx cos, cy sin and cn sin 2 of the angle off the bow from which the wind comes."""
+    """Coefficients cx, cy, cn of -cx cos(a), cy sin(a) and cn sin(2 a), where a is the angle off the bow from which the
+    wind comes."""
     curve: Annotated[tuple[_Point, ...], Field(max_length=361)] = ()
-    """Coefficients over that angle from 0 to 180 [degrees], with straight lines between them, the same on both sides.
-
-    cx is below 0 in wind from ahead; cy above 0 pushes to lee; cn above 0 turns the bow to lee."""
+    """Coefficients over that angle from 0 to 180 [degrees], interpolated linearly, the same on both sides. cx is
+    negative in wind from ahead. A positive cy pushes to leeward, and a positive cn turns the bow to leeward."""
     isherwood: IsherwoodConfig | None = None
-    """A merchant ship, whose coefficients Isherwood (1972) gives."""
+    """A merchant ship with Isherwood's (1972) coefficients."""
     vessel: _Vessel | None = None
-    """Type of vessel, whose coefficients Blendermann (1994) gives."""
+    """Type of vessel, with Blendermann's (1994) coefficients."""
 
     def _faults(self) -> list[Fault]:
         found = list(exclusive(self, "coefficients", "curve", "isherwood", "vessel", required=True))
@@ -257,23 +257,23 @@ def _spectra_with(key: str) -> tuple[str, ...]:
 
 
 class SeaConfig(InFolder):
-    """The waves: VRX's, with the tags, meanings and defaults of its `ocean_waves`, or those of a spectrum."""
+    """The waves: VRX's, with the parameters, meanings and defaults of its `ocean_waves`, or those of a spectrum."""
 
     folder_keys: ClassVar = {"folder": "file"}
     model: SeaModel = "pms"
     """Kind of sea.
 
     VRX's: Pierson-Moskowitz sampling (`pms`), constant wavelength-to-amplitude ratio (`cwr`), flat water (`none`).
-    Spectra: `jonswap`, Pierson-Moskowitz' for a height and a period (`pm`), shallow water (`tma`), a `file`. One wave:
-    a linear one (`regular`), a steep one of five harmonics (`stokes5`)."""
+    Spectra: `jonswap`, Pierson-Moskowitz of a given height and period (`pm`), shallow water (`tma`), a `file`. One
+    wave: a linear one (`regular`), a steep one of five harmonics (`stokes5`)."""
     number: Annotated[int, Field(ge=1, le=100), Only("model", VRX_SEAS)] = 3
-    """Component waves of `pms` and `cwr`; pms has at most 3."""
+    """Number of component waves of `pms` and `cwr`; at most 3 for pms."""
     scale: Annotated[Positive, Only("model", VRX_SEAS)] = 1.5
     """Ratio between neighbouring components: of frequencies in pms, of wavelengths in cwr; 1.1 in profile vrx3."""
     angle: Annotated[Number, Only("model", VRX_SEAS)] = 0.4
     """Angle between the directions of neighbouring components of `pms` and `cwr` [rad]."""
     steepness: Annotated[NonNegative, Only("model", VRX_SEAS)] = 0.0
-    """VRX's steepness; it is kept, but the height of the water does not depend on it."""
+    """VRX's steepness. It is stored, but the height of the water does not depend on it."""
     gain: Annotated[NonNegative, Only("model", ("pms",))] = 0.1
     """Factor on amplitudes (pms)."""
     amplitude: Annotated[NonNegative, Only("model", ("cwr",))] = 0.0
@@ -281,39 +281,40 @@ class SeaConfig(InFolder):
     period: Annotated[Positive, Only("model", (*VRX_SEAS, *_REGULAR))] = 5.0
     """Peak (pms) or median (cwr) period, or that of a regular wave [s]."""
     direction: Annotated[_Direction, Only("model", (*VRX_SEAS, *_SPECTRA, *_REGULAR))] = (1.0, 0.0)
-    """Direction in which the waves travel, along x and y; any length but zero."""
+    """Direction in which the waves travel, as components along x and y; any nonzero length."""
     tau: Annotated[float, NumberOf(Sea, "tau"), Field(ge=0), Only("model", VRX_SEAS)] = 2.0
-    """Time constant of the waves' growth at the start [s], of VRX's seas."""
+    """Time constant of the growth of VRX's waves at the start [s]."""
     significant_height: Annotated[float | None, NumberOf(Sea, "significant_height"), Only("model", _SPECTRA)] = None
-    """Significant height of a spectrum, Hs = 4 sqrt(m0) [m]; by default that of `sea_state`, or of the file.
-
-    On top of a base's `model` without one, or of no model, it makes the sea `jonswap`, with a warning."""
+    """Significant wave height of a spectrum, Hs = 4 sqrt(m0) [m]; by default that of `sea_state`, or of the file. If
+    this file sets no `model` and its base has no spectrum, it makes the sea `jonswap`, with a warning."""
     peak_period: Annotated[Positive | None, Only("model", _SPECTRA)] = None
-    """Peak period of a spectrum [s]; by default that of a sea fully raised by the wind, 5 s at a height of 1 m."""
+    """Peak period of a spectrum [s]; by default that of a fully developed sea, 5 s at a height of 1 m."""
     sea_state: Annotated[Annotated[int, Field(ge=0, lt=len(SEA_STATES))] | None, Only("model", _SPECTRA)] = None
     """Sea state 0 to 6 (WMO code table 3700) instead of a height: 0, 0.05, 0.3, 0.875, 1.875, 3.25 or 5 m."""
     gamma: Annotated[float, Field(ge=1, le=20), Only("model", _spectra_with("gamma"))] = 3.3
     """Peak enhancement of `jonswap` and `tma`."""
     spreading: Annotated[Annotated[float, Field(gt=0, le=1000)] | None, Only("model", _SPECTRA)] = None
-    """Exponent s of the spreading cos^(2 s)(theta / 2) of a spectrum; by default all waves travel alike."""
+    """Exponent s of the directional spreading cos^(2 s)(theta / 2) of a spectrum; by default all waves travel in the
+    same direction."""
     components: Annotated[int, Field(ge=1, le=500), Only("model", _SPECTRA)] = 60
-    """Component waves of a spectrum, of equal energy on the average."""
+    """Number of component waves of a spectrum, of equal mean energy."""
     amplitudes: Annotated[Literal["drawn", "fixed"], Only("model", _SPECTRA)] = "drawn"
-    """Whether the energies of components are drawn from the run's seed, or are those of the spectrum in every run."""
+    """Whether the energies of the components are drawn from the run's seed, or equal those of the spectrum in every
+    run."""
     record: Annotated[Positive, Only("model", _SPECTRA), Only("amplitudes", ("drawn",))] = 3600.0
-    """Time over which a run's significant height differs from that of other seeds as in a Gaussian sea [s]."""
+    """Length of a record whose significant wave height scatters between seeds as in a Gaussian sea [s]."""
     height: Annotated[NonNegative | None, Only("model", _REGULAR, required=True)] = None
     """Height of a regular wave, crest over trough [m]."""
     file: Annotated[Annotated[str, loads(read_spectrum)] | None, Only("model", ("file",), required=True)] = None
-    """Spectrum of model `file`: lines of frequency [Hz] and density [m2/Hz], as CSV; a path relative to this file."""
+    """Spectrum of model `file`: a CSV file with lines of frequency [Hz] and density [m2/Hz], as a path relative to this
+    file."""
     depth: Annotated[float | None, NumberOf(Sea, "depth")] = None
-    """Depth of the water [m], over a flat bottom; by default it is deep.
-
-    Echo sounders find the bottom. Waves have their lengths and motion by it; VRX's keep the lengths of deep water."""
+    """Depth of the water over a flat bottom [m]; by default the water is deep. Echo sounders detect the bottom.
+    Wavelengths and water motion depend on it, except that VRX's waves keep their deep-water lengths."""
     density: Annotated[float, NumberOf(Sea, "density")] = SEA_WATER_DENSITY
-    """Density of the water [kg/m3], which presses on hulls; only in profile `marine`."""
+    """Density of the water that acts on hulls [kg/m3]; only in profile `marine`."""
     ramp: Annotated[float, NumberOf(Sea, "tau"), Field(ge=0), Only("model", (*_SPECTRA, *_REGULAR))] = 0.0
-    """Time constant of the growth of spectra and regular waves [s]; by default they are there from the start."""
+    """Time constant of the growth of spectra and regular waves [s]; by default they have full height from the start."""
 
     @model_validator(mode="before")
     @classmethod

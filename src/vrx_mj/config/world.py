@@ -32,20 +32,20 @@ from vrx_mj.spectra import REGULAR, SPECTRA, VRX_SEAS
 
 
 class MarkersConfig(Config):
-    """An upright cylinder at every place, and one ahead of it that lies along the yaw wanted there."""
+    """An upright cylinder at every position, and a horizontal one ahead of it that points along the desired yaw."""
 
     scaling: Annotated[
         Size, demand(lambda size: size[0] == size[1], "the first two must be equal, as a marker is round, got {}")
     ] = (0.2, 0.2, 2.0)
-    """Diameter, once more, and length of the cylinders [m]."""
+    """Diameter, diameter again, and length of the cylinders [m]."""
     height: Number = 0.5
-    """Height of the upright cylinder's lower end over the mean water [m]."""
+    """Height of the upright cylinder's lower end above the mean water level [m]."""
     color: Color = (1.0, 0.0, 0.0, 1.0)
     """Colour of the markers."""
     task: Switch = True
     """Whether the goal or the waypoints of the world's task have markers."""
     places: tuple[Cartesian, ...] = ()
-    """Other places that have markers: x, y [m] and yaw [rad] in the world."""
+    """Other positions with markers: x, y [m] and yaw [rad] in the world."""
 
 
 _Hour = Annotated[float, Field(ge=0, le=24)]
@@ -72,11 +72,11 @@ class SkyConfig(Config):
     time: _Hour = 10.0
     """Time of day [h]."""
     sunrise: _Hour = 6.0
-    """When the sun rises [h]."""
+    """Time of sunrise [h]."""
     sunset: _Hour = 20.0
-    """When the sun sets [h]."""
+    """Time of sunset [h]."""
     clouds: CloudsConfig = CloudsConfig()
-    """Clouds, which are not drawn: giving any gives a warning."""
+    """Clouds. They are not drawn; setting them gives a warning."""
 
     def _faults(self) -> Iterator[Fault]:
         if self.sunset <= self.sunrise:
@@ -87,7 +87,8 @@ class FogConfig(Config):
     """Fog."""
 
     type: Literal["none", "linear", "exp", "quadratic"] = "none"
-    """How fog grows with the distance; exp and quadratic are drawn linear between their distances of 5 % and 95 %."""
+    """How fog increases with distance. exp and quadratic fog are drawn as linear between their distances of 5 % and 95
+    %."""
     color: Annotated[Color, Only("type", ("linear", "exp", "quadratic"))] = (1.0, 1.0, 1.0, 1.0)
     """Colour of the fog, and of the horizon in it."""
     start: Annotated[NonNegative, Only("type", ("linear",))] = 1.0
@@ -117,11 +118,11 @@ class SceneConfig(Config):
     background: Color | None = None
     """Colour of the horizon, and of the sky where `sky` is false."""
     sky: _Sky = True
-    """Whether there is a sky, or which hour it shows; by default a clear morning."""
+    """Whether there is a sky, or its time of day; by default a clear morning."""
     grid: Switch = False
-    """SDF's grid, which is not drawn: true gives a warning."""
+    """SDF's grid. It is not drawn; true gives a warning."""
     origin_visual: Switch = False
-    """SDF's axes at the origin, which are not drawn: true gives a warning."""
+    """SDF's axes at the origin. They are not drawn; true gives a warning."""
     shadows: Switch = True
     """Whether the sun casts shadows."""
     fog: FogConfig | None = None
@@ -140,25 +141,25 @@ FULL_TURN = 2 * math.pi
 
 
 class PhysicsConfig(Config):
-    """How time passes and what pulls down."""
+    """Profile, step and gravity."""
 
     profile: Profile = DEFAULT
-    """Whose physics the world has: VRX classic's, VRX 3's, or `marine`, that of naval architects."""
+    """Physics profile: VRX classic's, VRX 3's, or `marine`, the models of naval architecture."""
     timestep: Annotated[float, Field(ge=SHORTEST_STEP, le=LONGEST_STEP)] = 0.01
-    """Physics step [s]; 0.004 in profile vrx3."""
+    """Physics step [s]; by default 0.004 in profile vrx3."""
     gravity: NonNegative = GRAVITY
-    """Gravity of the world, downwards [m/s2]; 9.80665 in profile marine."""
+    """Gravity, downward [m/s2]; by default 9.80665 in profile marine."""
     quirks: tuple[Literal["wind_stale_link"], ...] = ()
-    """Defects of VRX's worlds to keep. `wind_stale_link`: no wind on boats, for VRX's names a link that they lack."""
+    """Defects of VRX's worlds to keep. `wind_stale_link`: no wind acts on boats, because VRX's file names a link that
+    they do not have."""
     at_base_link: tuple[Literal["gps", "imu", "pinger"], ...] = ("gps", "imu", "pinger")
-    """Sensors that measure at the origin of `base_link` wherever they are mounted; all others do so at their own place.
-
-    The default is the profile's: in marine none does. `[pinger]`, that of vrx3, is what the plugins do in a VRX whose
-    GPS and IMU links are not merged into `base_link`, as those of the WAM-V's own macros."""
+    """Sensors that measure at the origin of `base_link`, wherever they are mounted; all others measure where they are
+    mounted. The default depends on the profile; in marine it is none. `[pinger]`, the default of vrx3, is what VRX's
+    plugins do if GPS and IMU links are not merged into `base_link`, like those of the WAM-V's own macros."""
 
 
 class Georeference(Geodetic, Config):
-    """The place of the world's origin on Earth (WGS84)."""
+    """The position of the world's origin on Earth (WGS84)."""
 
     latitude: Latitude
     """Latitude [degrees]."""
@@ -183,19 +184,20 @@ Sensors = Annotated[tuple[str, ...], BeforeValidator(_names)]
 
 
 class SpawnConfig(InFolder):
-    """The one boat of a run without a fleet."""
+    """The boat of a run without a fleet."""
 
     folder_keys: ClassVar = {"folder": "robot"}
     pose: Pose = (0.0, 0.0, 0.1, 0.0, 0.0, 0.0)
     """Pose in the world [m, rad]."""
     robot: Annotated[str, loads(load_robot)] = "wamv"
-    """Kind of boat: a name, or a path relative to this file. It replaces the base's with its thrusters and sensors."""
+    """Kind of boat: a name, or a path relative to this file. It replaces that of the base, together with its thrusters
+    and sensors."""
     arguments: Arguments = Field(default_factory=dict)
-    """Arguments of the robot's xacro, as `{mast_height: 2.5, locked: false}`."""
+    """Arguments of the robot's xacro, such as `{mast_height: 2.5, locked: false}`."""
     thrusters: str = "T"
     """Layout of the thrusters: H, T or X; only for a robot that has layouts."""
     sensors: Sensors | None = None
-    """`vrx`, `none`, or names of suites or sensors; by default what the robot carries."""
+    """`vrx`, `none`, or names of suites or sensors; by default the sensors of the robot."""
 
     @field_validator("thrusters")
     @classmethod
@@ -206,7 +208,7 @@ class SpawnConfig(InFolder):
 
 
 class WorldConfig(FromFile):
-    """A world's file, on top of those that it extends."""
+    """A world's file, merged with those that it extends."""
 
     folder_keys: ClassVar = {"folder": "terrain"}
     name: str = "world"
@@ -214,7 +216,7 @@ class WorldConfig(FromFile):
     description: str = ""
     """Description in `vrx-mj list worlds --verbose`."""
     georeference: Georeference | None = None
-    """Place of the origin on Earth; GPS and geodetic goals need it."""
+    """Position of the origin on Earth; required by GPS and geodetic goals."""
     physics: PhysicsConfig = PhysicsConfig()
     """Profile, step and gravity."""
     sea: SeaConfig = SeaConfig()
@@ -226,23 +228,23 @@ class WorldConfig(FromFile):
     scene: SceneConfig = SceneConfig()
     """Light, sky and fog."""
     spawn: SpawnConfig = SpawnConfig()
-    """The one boat of a run without a fleet, and what fleets take from it."""
+    """The boat of a run without a fleet, and defaults for fleets."""
     terrain: Annotated[str, loads(find_terrain)] | None = None
-    """Shoreline and ground: a name from `assets/terrain`."""
+    """Shoreline and ground, as a name from `assets/terrain`."""
     objects: tuple[Placement, ...] = ()
     """Objects in the water and on the shore."""
     docks: tuple[DockPlacement, ...] = ()
     """Docks, drawn with letters."""
     fields: tuple[FieldConfig, ...] = ()
-    """Objects at places drawn from a seed."""
+    """Objects at random positions drawn from a seed."""
     task: Task = None
-    """The task of a boat, which is scored; by default none."""
+    """The task, which is scored; by default none."""
     markers: MarkersConfig = MarkersConfig()
-    """Markers of the task's goals and of other places; only looked at."""
+    """Markers at the task's goals and at other positions; visual only."""
     camera: Pose | None = None
-    """Pose of the view that a recording opens with [m, rad]."""
+    """Camera pose with which a recording opens [m, rad]."""
     seed: Seed = 0
-    """Seed of everything random, unless a run is given another."""
+    """Seed of everything random, unless a run specifies another."""
 
     @model_validator(mode="before")
     @classmethod

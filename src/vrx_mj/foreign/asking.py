@@ -1,6 +1,6 @@
-"""Asking for what is in strangers' files: answers come from the process without rights, or from those given before.
+"""Asking for what is in strangers' files: answers come from the sandboxed process, or from those given before.
 
-The process without rights, seen from the process that has them: started when first needed, watched, and ended.
+The sandboxed process is started when first needed, watched, and ended.
 """
 
 import atexit
@@ -104,7 +104,7 @@ class Reader:
                 process.stdin.flush()
                 return process
             self.end()
-        raise ReaderError("a file", "the process that reads it ends at once")
+        raise ReaderError("a file", "the process that reads it ends immediately")
 
     @contextlib.contextmanager
     def _watcher(self, process: subprocess.Popen[bytes], limits: Limits) -> Iterator[list[str]]:
@@ -261,7 +261,7 @@ def ask(
     job: str, *arguments: object, returns: type[_T], about: str, reads: Iterable[Path | str] = (),
     memory: int = _MEMORY, seconds: int = _SECONDS, answer: int = ANSWER, threads: bool = False, cached: bool = True,
 ) -> _T:  # fmt: skip
-    """Return what a function of ours returns in the process without rights, with its warnings and errors.
+    """Return what a function of ours returns in the sandboxed process, with its warnings and errors.
 
     Args:
         job: the function, as "formats.urdf.mesh_file:mesh". Its module is imported there alone.

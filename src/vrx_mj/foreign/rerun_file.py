@@ -1,4 +1,4 @@
-"""Jobs of the process without rights that read recordings by rerun's own reader, which is native code."""
+"""Jobs of the sandboxed process that read recordings by rerun's own reader, which is native code."""
 
 import importlib.util
 import os

@@ -125,7 +125,7 @@ def check_mass(name: str, added: FloatArray, body: MassProperties, key: str) -> 
         row, column = (int(value) + 1 for value in np.unravel_index(odd.argmax(), odd.shape))
         raise VrxError(
             f"robot {name}: hull.{key} is not symmetric: A{row}{column} is {added[row - 1, column - 1]:.4g}, "
-            f"A{column}{row} is {added[column - 1, row - 1]:.4g}; that of an ideal fluid is"
+            f"A{column}{row} is {added[column - 1, row - 1]:.4g}; in an ideal fluid it is"
         )
     values, vectors = np.linalg.eigh(_inertia(body) + added)
     if values[0] <= 0.0:
@@ -201,7 +201,7 @@ def warn_if_rough(boat: Boat, vessel: Vessel | None, sea: Sea, timestep: float) 
     if not vessel.diffraction and short > _SHORT_SHARE * whole:
         notes.append(
             f"{100.0 * short / whole:.3g} % of the sea's energy is in waves shorter than its waterline of "
-            f"{vessel.length:.3g} m, to which it answers too much without `hydro`; `vrx-mj robot hydro --bem` makes it"
+            f"{vessel.length:.3g} m, to which it responds too much: give it `hydro`, by `vrx-mj robot hydro --bem`"
         )
     corners = faces_of(vessel) if vessel.hydrostatics == MESH else None
     rest = None if corners is None else flotation(corners, body.mass / sea.density)
@@ -217,7 +217,7 @@ def warn_if_rough(boat: Boat, vessel: Vessel | None, sea: Sea, timestep: float) 
         grows = f"{100.0 * gain:.3g} %" if gain < 10.0 else "over 1,000 %"
         notes.append(
             f"at {speed:.3g} m/s, a Froude number of {_DISPLACED:g}, steps of {timestep:g} s add {grows} a minute to "
-            "the energy of heave, roll or pitch, besides what damping takes: give it more, or a shorter `timestep`"
+            "the energy of heave, roll or pitch, before damping: increase its damping, or use a shorter `timestep`"
         )
     if notes:
         warnings.warn(f"robot {boat.name}: {'; '.join(notes)}", VrxWarning, stacklevel=4)

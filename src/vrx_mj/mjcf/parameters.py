@@ -128,8 +128,8 @@ def current_parameters(current: CurrentConfig | None) -> Current | None:
 def parameters(world: World) -> dict[str, Number]:
     """List the numbers of a compiled world: its sea, current, wind and moorings, and its boats, by name.
 
-    A name is the path of a field: `wind.mean`, `wamv.hull.drag_linear.surge`, `wamv.hull.mass`. What follows from other
-    numbers, as heights of waves, or belongs to the MJCF alone, as places of joints, is not among them.
+    A name is the path of a field: `wind.mean`, `wamv.hull.drag_linear.surge`, `wamv.hull.mass`. Numbers that
+    follow from others, such as heights of waves, or exist only in the MJCF, such as places of joints, are not listed.
     `compile_world(..., parameters={name: value})` sets them.
 
     Raises:

@@ -104,11 +104,11 @@ class World:
 
         Args:
             target: a folder, in which the MJCF is named `scene.xml`, or the path of the MJCF, ending in `.xml`.
-            simulator: what opens the MJCF: "mujoco", "warp" (MuJoCo Warp) or "mjx" (MJX with JAX). For the latter two
-                the MJCF, without what they refuse, and `assets/` are written alone.
+            simulator: program that opens the MJCF: "mujoco", "warp" (MuJoCo Warp) or "mjx" (MJX with JAX). For the
+                latter two only the MJCF, without what they reject, and `assets/` are written.
 
         Raises:
-            StateError: an asset's name has a folder in it, a link is in the way, or it cannot be written.
+            StateError: an asset's name contains a folder, a link is in the way, or a file cannot be written.
             UnknownNameError: there is no such simulator.
         """
         scene = _scene(as_path("target", target))

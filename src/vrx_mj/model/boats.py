@@ -70,7 +70,7 @@ class Windage:
     height: NonNegative
     """Height of the lateral area's centre over the link's origin [m]."""
     offset: Real
-    """Distance of that centre ahead of the link's origin [m]."""
+    """Distance of the lateral area's centre ahead of the link's origin [m]."""
     coefficients: WindForce | None = None
     """Coefficients of -cos, sin and sin 2 of the angle [1]."""
     curve: Annotated[tuple[_WindPoint, ...], Field(max_length=1000)] = ()
@@ -84,13 +84,13 @@ class Strip:
     """A piece of a hull's lateral area, or a skeg, in body axes."""
 
     x: Real
-    """Place of its middle, ahead of the link's origin [m]."""
+    """Position of a strip's middle, ahead of the link's origin [m]."""
     z: Real
-    """Height at which its force acts [m]."""
+    """Height at which the force of a strip acts [m]."""
     drag: NonNegative
-    """Force over the square of its velocity across the water [N s2/m2]."""
+    """Force of a strip over the square of its transverse velocity through the water [N s2/m2]."""
     lift: NonNegative = field(default=0.0, metadata=LEFT_OUT)
-    """Force over the product of its speed and its velocity across the water [N s2/m2]."""
+    """Force of a strip over the product of its speed and its transverse velocity through the water [N s2/m2]."""
 
 
 @record
@@ -166,13 +166,15 @@ class Vessel:
     restoring: Annotated[SixBySix, Unless("is_mesh")] = ((0.0,) * 6,) * 6
     """Stiffness at rest [N/m, N, N m]."""
     displacement: NonNegative = 0.0
-    """Mass of the water that it displaces at rest [kg]; with a matrix, it is at `waterline` then."""
+    """Mass of the water that the hull displaces at rest [kg]; with a matrix, the mass at which it floats at
+    `waterline`."""
     waterline: Annotated[Real, Unless("is_mesh")] = 0.0
-    """Height of the water at rest over the link's origin, with a matrix [m]."""
+    """Height of the water at rest above the link's origin, with a matrix [m]."""
     buoyancy: Vec3
-    """Centre of buoyancy at rest, where the water's motion counts [m]; with a matrix, where that mass is carried."""
+    """Centre of buoyancy at rest, where the water's motion is evaluated [m]; with a matrix, where the weight is
+    carried."""
     spread: Annotated[tuple[NonNegative, NonNegative], Parts("along", "across")]
-    """Second moments of the waterplane over its area, about its middle, along and across [m2]."""
+    """Second moments of the waterplane over its area, about its centre, along and across the hull [m2]."""
     strips: Annotated[tuple[Strip, ...], Field(max_length=MOST_STRIPS + MOST_SKEGS)] = field(
         default=(), metadata=LEFT_OUT
     )
@@ -208,7 +210,7 @@ class Inertia:
     zz: Positive
     """Moment of inertia about z [kg m2]."""
     xy: Real
-    """Product of inertia of x and y, below 0 for mass at x y > 0 [kg m2]."""
+    """Product of inertia of x and y, negative for mass at x y > 0 [kg m2]."""
     xz: Real
     """Product of inertia of x and z [kg m2]."""
     yz: Real
@@ -230,7 +232,7 @@ class Hull:
     density: Annotated[NonNegative, Unless("vessel")]
     """Density of the water [kg/m3]."""
     level: Real
-    """Height of the mean surface above the sea's own level [m]."""
+    """Height of the mean water surface for this body above the sea's level [m]."""
     added_mass: Annotated[Six, Unless("vessel")]
     """Added mass and added inertia [kg, kg m2]."""
     drag_linear: Annotated[Six, Unless("vessel")]
@@ -244,7 +246,7 @@ class Hull:
     mass: Positive
     """Mass of the MJCF's body [kg]."""
     wind: Annotated[WindForce, Unless("windage")]
-    """Wind coefficients along x and y, and of turning [N s2/m2, N m s2/m2]."""
+    """Wind coefficients along x and y, and about z [N s2/m2, N m s2/m2]."""
     thruster_count: Count
     """Number of its thrusters."""
     profile: ProfileCode
@@ -270,11 +272,11 @@ class Station:
     """A piece of a hull's float at which the water lifts it."""
 
     position: Vec3
-    """Place on the keel line [m], body axes from the link's origin."""
+    """Position of a station on the keel line [m], body axes from the link's origin."""
     radius: NonNegative
     """Radius of the float [m]."""
     length: NonNegative
-    """Length of the piece [m]."""
+    """Length of float that a station represents [m]."""
 
 
 Command = Annotated[float, Field(ge=-1.0, le=1.0)]
@@ -290,7 +292,7 @@ class Propeller:
     """A propeller whose thrust was measured, in profile `marine`."""
 
     thrust: Annotated[tuple[ThrustPoint, ...], Field(min_length=2, max_length=1000)]
-    """Rising commands, and the thrust at rest that each gives [1, N]."""
+    """Rising commands and their thrust at rest [1, N]."""
     diameter: Positive
     """Diameter [m]."""
     vanishing_speed: Positive | None
@@ -298,7 +300,7 @@ class Propeller:
     time_constant: NonNegative
     """Time constant of thrust at rest [s]."""
     dead_zone: Annotated[float, Field(ge=0.0, lt=1.0)]
-    """Size of command up to which there is no thrust [1]."""
+    """Largest size of a command that gives no thrust [1]."""
     power: NonNegative
     """Electric power at full thrust at rest [W]."""
     four_quadrant: Annotated[tuple[QuadrantPoint, ...], Field(max_length=721), TIED] = field(
@@ -357,23 +359,23 @@ class Thruster:
     mapping: Annotated[int, Field(ge=0, le=4)]
     """From command to force: linear, generalised logistic, rudder, newtons, or sail."""
     max_command: Annotated[Real, Unless("is_blade")]
-    """Largest command [1]; with commands in newtons, that in [N]."""
+    """Maximum command [1]; with commands in newtons in [N]."""
     max_forward: Annotated[NonNegative, Unless("is_blade", "measured")]
-    """Force of full power ahead [N]."""
+    """Maximum force ahead [N]."""
     max_reverse: Annotated[NonPositive, Unless("is_blade", "measured")]
-    """Force of full power astern [N], at most 0."""
+    """Maximum force astern [N], at most 0."""
     timeout: Real
-    """Time for which a command holds [s]; for ever unless above 0."""
+    """Time for which a command holds [s]; without limit unless above 0."""
     max_angle: NonNegative
-    """Largest steering angle either way [rad]."""
+    """Maximum steering angle to either side [rad]."""
     kp: NonNegative
     """Stiffness of the servo [N m/rad]."""
     kd: NonNegative
     """Damping of the servo [N m s/rad]."""
     effort: NonNegative
-    """Largest torque of the servo [N m]."""
+    """Maximum torque of the servo [N m]."""
     velocity: NonNegative
-    """Largest rate of the servo [rad/s]."""
+    """Maximum rate of the servo [rad/s]."""
     area: Annotated[NonNegative, Unless("is_propeller")]
     """Area of a rudder's blade or a sail [m2]."""
     slope: Annotated[NonNegative, Unless("is_propeller", "sail")]
@@ -383,9 +385,9 @@ class Thruster:
     race: Annotated[Index, RowOf("thrusters")]
     """Thruster in whose race a rudder is, or -1."""
     race_area: Annotated[NonNegative, Unless("has_no_race")]
-    """Area of that propeller's disc [m2]."""
+    """Disc area of the propeller whose race a rudder is in [m2]."""
     race_share: Annotated[Share, Unless("has_no_race")]
-    """Share of the blade that the race covers [1]."""
+    """Fraction of the blade in the race [1]."""
     measured: Propeller | None = field(default=None, metadata=LEFT_OUT)
     """Its propeller in profile `marine`, instead of `mapping`."""
     sail: Sail | None = field(default=None, metadata=LEFT_OUT)
@@ -445,7 +447,7 @@ class Battery:
     capacity: Positive
     """Charge [A h]."""
     voltage: Annotated[tuple[_VoltagePoint, ...], Field(min_length=2, max_length=100)]
-    """Shares of the charge that are left, from 0 to 1, with the voltage at rest [1, V]."""
+    """Remaining fractions of the charge, from 0 to 1, with the voltage at rest [1, V]."""
     resistance: NonNegative
     """Internal resistance [ohm]."""
 
@@ -500,7 +502,7 @@ class WindCoefficients:
     model: Text
     """Name of a boat, an object, a kind of robot or a model of objects."""
     link: Text | None = None
-    """VRX's link_name: of an object that has joints, the link that is pushed; by default its own."""
+    """VRX's link_name: for an object with joints, the link on which the wind acts; by default its own link."""
     coefficients: tuple[Coefficient, Coefficient, Coefficient]
     """Coefficients of the force along x and y and of the torque about z [N s2/m2, N m s2/m2]."""
 

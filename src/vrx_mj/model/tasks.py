@@ -102,12 +102,12 @@ class Channel:
 
 @record
 class Shown:
-    """An object that shows up before the boat for a while."""
+    """An object that appears in front of the boat for a while."""
 
     time: NonNegative
     """When it shows up [s]."""
     duration: NonNegative
-    """Time for which it is shown [s]."""
+    """Time for which it is visible [s]."""
     type: Text
     """Type in a correct report."""
     name: Text = field(metadata=_name_of(_THING))

@@ -54,7 +54,7 @@ class Float:
     gravity: NonNegative
     """Gravity [m/s2]."""
     level: Real
-    """Height of the mean surface above the sea's own level [m]."""
+    """Height of the mean water surface for this body above the sea's level [m]."""
     linear_drag: NonNegative
     """Drag over mass and velocity [1/s]."""
     angular_drag: NonNegative
@@ -62,7 +62,7 @@ class Float:
     profile: ProfileCode
     """Whose list of effects acts: 0 for VRX classic's, 1 for VRX 3's."""
     wind: WindForce
-    """Wind coefficients along x and y, and of turning [N s2/m2, N m s2/m2]."""
+    """Wind coefficients along x and y, and about z [N s2/m2, N m s2/m2]."""
     element_start: Annotated[Row, RowOf("elements", owned=True)]
     """First of its elements."""
     element_count: Count
@@ -114,7 +114,7 @@ class Block:
     gravity: NonNegative
     """Gravity [m/s2]."""
     level: Real
-    """Height of the mean surface above the sea's own level [m]."""
+    """Height of the mean water surface for this body above the sea's level [m]."""
     linear_drag: NonNegative
     """Drag over mass and velocity [1/s]."""
     angular_drag: NonNegative
@@ -124,7 +124,7 @@ class Block:
     element_count: Count
     """Number of its elements."""
     wind: WindForce
-    """Wind coefficients along x and y, and of turning [N s2/m2, N m s2/m2]."""
+    """Wind coefficients along x and y, and about z [N s2/m2, N m s2/m2]."""
 
 
 @record
@@ -152,7 +152,7 @@ class Rope:
     anchor: Vec2
     """Place of the anchor, x and y [m]."""
     length: NonNegative
-    """Distance up to which it is slack, on the horizontal plane [m]."""
+    """Horizontal distance up to which it is slack [m]."""
     stiffness: NonNegative
     """Stiffness [N/m]."""
     damping: NonNegative

@@ -59,7 +59,7 @@ class Sea:
     waves: Annotated[tuple[Wave, ...], Field(max_length=10_000)]
     """The components."""
     significant_height: Annotated[NonNegative, Unless("has_fixed_height")]
-    """Significant wave height [m]; set by name, it scales all components and leaves their periods."""
+    """Significant wave height [m]; setting it by name scales all components and keeps their periods."""
     period: Annotated[NonNegative, TIED]
     """Period that the file gives [s]."""
     direction: Annotated[Vec2, TIED]
@@ -71,7 +71,7 @@ class Sea:
     density: Annotated[Positive, TIED] = field(default=WATER_DENSITY, metadata=LEFT_OUT)
     """Density of the water [kg/m3]."""
     moving: Flag = field(default=0, metadata=LEFT_OUT)
-    """1: what floats feels how the water moves, as in profile `marine`."""
+    """1: the water's motion acts on floating bodies, as in profile `marine`."""
 
     @property
     def random(self) -> bool:
@@ -109,7 +109,7 @@ class Layer:
     depth: NonNegative
     """Depth under the mean surface [m]."""
     share: Real
-    """Share of the current at the surface [1]."""
+    """Fraction of the current at the surface [1]."""
 
 
 @record
@@ -117,11 +117,11 @@ class Current:
     """A mean current, a tide and a random part."""
 
     mean: Vec2
-    """Velocity at the surface, along x and y [m/s]."""
+    """Mean velocity at the surface, along x and y [m/s]."""
     tide_major: Vec2
-    """Velocity along the ellipse's longer axis at its greatest, along x and y [m/s]."""
+    """Velocity of the tide along the major axis of its ellipse at its maximum, along x and y [m/s]."""
     tide_minor: Vec2
-    """Velocity across that a quarter of a period later, along x and y [m/s]."""
+    """Velocity of the tide a quarter of a period later, along the minor axis, along x and y [m/s]."""
     tide_frequency: NonNegative
     """Angular frequency of the tide [rad/s]."""
     tide_phase: Real
@@ -133,7 +133,7 @@ class Current:
     seed: Seed
     """Seed of the random part; 0 leaves it to the run's seed."""
     layers: Annotated[tuple[Layer, ...], Field(max_length=10_000)]
-    """Shares of the mean and of the tide over the depth; none: 1 everywhere."""
+    """Fractions of the mean and of the tide over the depth; none: 1 everywhere."""
 
 
 @record
@@ -149,7 +149,7 @@ class Wind:
     time_constant: Positive
     """Time constant of the gusts [s]."""
     first_step: NonNegative
-    """The gusts' own length of the first step [s]; 0: that of all others."""
+    """Length of the first step of the gusts [s]; 0: that of all others."""
     seed: Seed
     """Seed of the gusts; 0 leaves it to the run's seed."""
     update_rate: Real
@@ -161,15 +161,15 @@ class Air:
     """Profile over height, gusts of a spectrum and turning direction of a wind in profile `marine`."""
 
     height: Positive
-    """Height above the water at which the wind has its speed [m]."""
+    """Height above the water at which the wind's mean speed applies [m]."""
     exponent: NonNegative
-    """Exponent of its power law over height [1]; 0: the same at all heights."""
+    """Exponent of the wind's power law over height [1]; 0: the same at all heights."""
     roughness: NonNegative
-    """Roughness length of its logarithmic profile [m]; 0: it has the power law."""
+    """Roughness length of the wind's logarithmic profile [m]; 0: the power law applies."""
     turning: Real
-    """Rate at which its direction turns [rad/s], counter-clockwise."""
+    """Rate at which the wind's direction turns [rad/s], counter-clockwise."""
     spread: NonNegative
-    """Standard deviation of its direction [rad]."""
+    """Standard deviation of the wind's direction [rad]."""
     time_constant: Positive
     """Time constant of the direction [s]."""
     gust_frequencies: Annotated[tuple[Positive, ...], Field(max_length=10_000)]

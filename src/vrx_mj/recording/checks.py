@@ -68,7 +68,7 @@ class Comparison:
 
     @property
     def equal(self) -> bool:
-        """Whether all of the motion is the same, to the last bit; names of worlds and fleets, and seeds, may differ."""
+        """Whether all of the motion is the same, bit for bit; names of worlds and fleets, and seeds, may differ."""
         return self.complete and self.parting is None
 
     def __str__(self) -> str:

@@ -103,7 +103,7 @@ def write_coco(
     source: str | Path, folder: str | Path, *, boat: str | None = None, begin: float | None = None,
     end: float | None = None,
 ) -> int:  # fmt: skip
-    """Write what cameras saw at every second of a recording, whether or not they were recorded; returns the pictures.
+    """Write the cameras' pictures at every second of a recording, even if they were not recorded; returns their number.
 
     Args:
         source: a recording.
@@ -170,11 +170,11 @@ def read(recording: str | Path | Record) -> dict[str, pa.Table]:
       yaw, in the world's axes; linear and angular velocity (vx to wz) in the body's, forward-left-up; latitude and
       longitude, null where the world has no georeference.
     - `thrust`: a row for each time and thruster.
-    - `wind`: a row for each time; `direction` is where it blows toward, counter-clockwise from x, as `yaw`.
+    - `wind`: a row for each time; `direction` is the direction it blows toward, counter-clockwise from x, like `yaw`.
     - `contacts`: a row for each touch of a boat, with the largest force of its first half second.
     - `events`: a row for each message.
 
-    The metadata of a column have its unit.
+    The metadata of each column contain its unit.
 
     Raises:
         RecordError: the file is missing, not a recording, damaged, or of another version.

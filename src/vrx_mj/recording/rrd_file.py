@@ -1,4 +1,4 @@
-"""What a rerun file holds, parsed in the process without rights: a file that ends the parser is an error, and no more.
+"""What a rerun file holds, parsed in the sandboxed process: a file that ends the parser is an error, and no more.
 
 That process may take as much memory and processor time as a recording of this size can need. What it hands back is
 checked here as if it came from the file.

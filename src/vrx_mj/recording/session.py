@@ -209,17 +209,18 @@ def record(
 ) -> Iterator[RecordWriter]:
     """Record everything that `sim` does inside the `with` statement to a rerun file.
 
-    Without `sea` the water's surface is left out, which is most of the file and of the work. Of `sensors` every reading
-    is recorded, or fewer: `["wamv1:front_left_camera@5", "wamv1:lidar_wamv", "wamv2"]`, a boat for all of its sensors,
-    or "all"; pictures and points at 5 per second take some MB per minute. The motion stays the same to the last bit.
+    Without `sea` the water's surface is left out, which takes most of the file and of the work. Every reading of the
+    `sensors` is recorded, or as many per second as given: `["wamv1:front_left_camera@5", "wamv1:lidar_wamv", "wamv2"]`.
+    A boat stands for all of its sensors, "all" for all sensors. Pictures and points at 5 per second take some MB per
+    minute. The motion stays the same bit for bit.
 
-    An exception, Ctrl-C included, ends the recording properly and goes on; even a killed process leaves a
-    file that reads up to its last second.
+    After an exception, including Ctrl-C, the recording is completed and the exception continues. Even a killed process
+    leaves a file that can be read up to its last second.
 
     The camera follows the boat `follow`, or else the whole fleet.
 
-    Boats, objects and docks that are spawned appear, but for boats' sensors; those that are removed go, and readings of
-    their sensors end.
+    Spawned boats, objects and docks appear in the recording, but not the sensors of spawned boats. Removed ones
+    disappear, and so do readings of their sensors.
 
     Raises:
         RecordError: the file cannot be written.
@@ -390,7 +391,7 @@ def _rates(boat: str, sensor: str, most: float | None, rates: _Rates) -> dict[tu
 
 
 def open_viewer(path: str | Path, *, follow: str | None = None, write: Callable[[str], None] = print) -> int:
-    """Open a recording in the viewer, which listens to this machine only; the viewer's exit code.
+    """Open a recording in the viewer, which listens to this machine only; returns its exit code.
 
     Without a display it is served to a browser until Ctrl-C, and `write` is called with lines that say where.
 

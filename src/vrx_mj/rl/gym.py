@@ -42,12 +42,13 @@ class VectorEnv(ProblemRows, gymnasium.vector.VectorEnv[Floats32, Floats32, npt.
     port [10 m/s], the previous action, and the problem's entries (`observation_names`). Axes are the boat's: x ahead,
     y to port. The values are exact, without sensor noise.
 
-    An episode begins with the boat afloat at rest. Its sea, and what else the options vary, is drawn from the row's
-    seed; what was drawn, and the problem's goals, is in the `info` of `reset`, and of the step that begins a row anew.
+    An episode begins with the boat afloat at rest. Its sea, and everything else that the options vary, is drawn from
+    the row's seed. The drawn values and the problem's goals are in the `info` of `reset`, and of the step that resets
+    a row.
 
     A row ends (terminated) when its boat is lost: 2 m deeper under the water than at rest (`info["sunk"]`), leaning
     more than 90 degrees (`capsized`), or with a state that became NaN or too large (`diverged`). Its last reward is
-    what the problem has it forfeit, never less than going on would have cost.
+    the problem's forfeit, which is never less than the cost of continuing.
     """
 
     metadata = {"render_modes": ["rgb_array", "rgb_array_list"], "render_fps": round(1 / PERIOD)}  # noqa: RUF012
@@ -160,7 +161,7 @@ class VectorEnv(ProblemRows, gymnasium.vector.VectorEnv[Floats32, Floats32, npt.
     def render(self) -> tuple[Any, ...] | None:
         """Picture (height, width, 3) of each row, from behind and above its boat; None without `render_mode`.
 
-        With `rgb_array_list` a list for each row: its pictures since the last call, or since its episode began.
+        With `rgb_array_list` it is a list for each row of its pictures since the last call, or since its episode began.
         """
         self._check_open()
         if self.render_mode is None:
@@ -215,7 +216,7 @@ class Env(gymnasium.Env[Floats32, Floats32]):
         return self._rows.observation_names
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Floats32, Info]:
-        """Begin an episode; UnknownNameError: there are no `options`, an episode is drawn from its seed alone."""
+        """Begin an episode; UnknownNameError if `options` are given: an episode is drawn from its seed alone."""
         reset_options(options)
         super().reset(seed=seed, options=options)
         self._rows.closed = False

@@ -61,7 +61,7 @@ class TeamVectorEnv(ProblemRows):
     `info["present"]` the boats in the next step, `team_reward` (num_envs,) and `own_reward` the parts of the rewards,
     `sunk` and `capsized` (num_envs, boats) the boats that are lost, and `diverged` (num_envs,) the rows whose state
     became NaN or too large. These end, as in `VectorEnv`, and forfeit what their problem defines. When rows begin,
-    `info` has what was drawn for them (`drawn_names`), with masks.
+    `info` contains the values drawn for them (`drawn_names`), with masks.
 
     A row in which all boats have ended begins another episode in the next step, which gives no rewards there, unless
     `autoreset` is false.
@@ -143,7 +143,7 @@ class TeamVectorEnv(ProblemRows):
 
     @property
     def drawn_names(self) -> frozenset[str]:
-        """Names of what `info` has for the whole of a row when its episode begins."""
+        """Names of the values that `info` has for a whole row when its episode begins."""
         return frozenset(self._core.problem.episode_facts()) | frozenset(self._core.variety.facts())
 
     @property
@@ -228,7 +228,7 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
 
     @property
     def np_random(self) -> np.random.Generator:
-        """What episodes are drawn from, as in Gymnasium; wrappers draw from it too."""
+        """Generator from which episodes are drawn, as in Gymnasium; wrappers draw from it too."""
         generators, row = self._rows._core.generators, np.arange(1)
         generators.seed(row, None)  # keeps the one that there is
         return generators.of(row)[0]
@@ -246,7 +246,7 @@ class ParallelEnv(pettingzoo.ParallelEnv[str, Floats32, Floats32]):  # type: ign
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Floats32], _Infos]:
-        """Begin an episode; there are no `options`: what is given, as by PettingZoo's tests, is ignored and named."""
+        """Begin an episode. There are no `options`: any given, as by PettingZoo's tests, are logged and ignored."""
         try:
             reset_options(options)
         except UnknownNameError as unknown:

@@ -69,11 +69,11 @@ class Batch:
 
     Row i moves exactly as a `Simulation` of the same world and seed, whatever the number of rows and threads. A batch
     has no tasks, sensors or recordings; a `Simulation` has them, and can continue from the state that `get_state(row)`
-    returns. A row with parameters that `vary` has changed belongs to a different world.
+    returns. A row whose parameters `vary` has changed belongs to a different world.
 
     Threads that share a batch take turns; while one advances, the methods of all others raise a CommandError.
 
-    A copy, also one that was pickled, continues as the original does, bit for bit.
+    A copy, including a pickled one, continues like the original, bit for bit.
     """
 
     @delays_exit()
@@ -163,7 +163,7 @@ class Batch:
 
     @property
     def seeds(self) -> IntArray:
-        """Seed of the present run of each row, (n,)."""
+        """Seed of the current run of each row, (n,)."""
         return self._seeds.copy()
 
     @property
@@ -175,7 +175,7 @@ class Batch:
     def largest(self) -> FloatArray:
         """Least and greatest effective value of every command, (channels, 2): share of full power, N, or angle [rad].
 
-        Values outside are clamped. A row whose thrusters `vary` has changed has limits of its own.
+        Values outside are clamped. A row whose thrusters `vary` has changed has its own limits.
         """
         return np.array([channel.limits for channel in self._channels]).reshape(-1, 2)
 
@@ -377,18 +377,18 @@ class Batch:
             wind_direction: direction of the air's motion [rad], counter-clockwise from x.
             gusts: standard deviation of the gusts [m/s].
             waves: factor of all waves' amplitudes, 0 for none.
-            wave_period: factor of all waves' periods; lengths follow, heights stay.
+            wave_period: factor of all waves' periods; lengths change with them, heights do not.
             wave_band: factor of the width of the spectrum's band, in logarithms of frequency: 0 for one period.
             wave_direction: direction in which the sea travels [rad], counter-clockwise from x.
             wave_spread: factor of the angles between the waves and that direction: 0 for a long-crested sea.
-            wave_phases: phase of each wave at the origin at time 0 [rad], (waves,) or (rows, waves). Of a row that has
-                them no energies are drawn either.
+            wave_phases: phase of each wave at the origin at time 0 [rad], (waves,) or (rows, waves). In these rows
+                the waves' energies are not drawn either.
             mass: factor of every boat's mass and inertia; such a row has its own model. Above `largest_masses` a
                 boat capsizes or sinks.
             thrust: factor of all thrusters' forces.
             parameters: values of numbers by name, as `vrx_mj.parameters` lists them:
-                `{"wamv.hull.drag_linear.surge": [40, 60]}`. Such a row is a run of a world that was compiled with its
-                numbers. It takes about a millisecond for each row.
+                `{"wamv.hull.drag_linear.surge": [40, 60]}`. Such a row is a run of a world that was compiled with these
+                numbers. This takes about a millisecond per row.
 
         Raises:
             UnknownNameError: no number of the boats or the weather has a name in `parameters`.
@@ -407,7 +407,7 @@ class Batch:
     def get_state(self, row: int) -> State:
         """Complete state of a row; a `Simulation` of the same world continues from it exactly as the row does.
 
-        No `Simulation` takes the state of a row that differs from its world because of `vary`.
+        A `Simulation` rejects the state of a row that differs from its world because of `vary`.
 
         Raises:
             CommandError: the row does not exist.
@@ -425,7 +425,7 @@ class Batch:
 
     @property
     def largest_masses(self) -> FloatArray:
-        """Factor of its mass up to which each boat floats at rest on a calm, (boats,); beyond, an end goes under."""
+        """Factor of its mass up to which each boat floats at rest in calm water, (boats,); above it, an end sinks."""
         return self._equilibrium.largest_masses()
 
     @in_turn
@@ -435,7 +435,7 @@ class Batch:
 
     @in_turn
     def sea_height(self, x: npt.ArrayLike, y: npt.ArrayLike) -> FloatArray:
-        """Height [m] of each row's sea at points x, y, (n, points) [m, ENU], at the row's present time.
+        """Height [m] of each row's sea at points x, y, (n, points) [m, ENU], at the row's current time.
 
         Raises:
             CommandError: the points are not numbers, or do not have that shape.

@@ -45,7 +45,7 @@ class Rudder:
 class Hull:
     """Figures of a boat; drag is linear and quadratic in surge, sway, heave, roll, pitch and yaw, body axes.
 
-    In profile `marine` they are those of its `hull`, its cross-flow drag among them.
+    In profile `marine` they are those of its `hull`, including cross-flow drag.
     """
 
     mass: float
@@ -68,7 +68,7 @@ class Hull:
     """Speeds ahead and the resistance there [m/s, N], beside the drag in surge; empty where none was measured."""
 
     def resistance_at(self, speed: float) -> float:
-        """The force [N] of `resistance` that holds it back at a speed ahead [m/s], below 0 astern."""
+        """Force [N] of `resistance` against the motion at a speed ahead [m/s], negative astern."""
         return float(resistance_at(np.array([*self.resistance], RESISTANCE), speed)) if self.resistance else 0.0
 
 
@@ -210,7 +210,7 @@ def energy_of(arrays: LoopArrays, boat: str, index: int, states: Table) -> Float
     measured = own[own >= 0]
     if not arrays.propellers["power"][measured].any():
         raise CommandError(
-            f"no energy of {boat}: none of its thrusters has a `power`; it belongs to the `propellers` of its robot, "
+            f"no energy for {boat}: none of its thrusters has a `power`; set it in the `propellers` of its robot, "
             "which act in worlds of profile marine"
         )
     energy: FloatArray = states["energy"][..., measured].sum(axis=-1)

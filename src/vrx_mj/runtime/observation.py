@@ -70,9 +70,9 @@ class BoatObservation:
 
 
 class Observation(dict[str, BoatObservation]):
-    """What controllers see: the boats by name and, in a world with a task, `obs["task"]`: its phase, score and outputs.
+    """Input of controllers: boats by name and, in a world with a task, its phase, score and outputs as `obs["task"]`.
 
-    Who goes through it meets the boats alone.
+    Iteration covers the boats only.
     """
 
     def __init__(self, boats: Iterable[tuple[str, BoatObservation]], task: Mapping[str, object] | None = None) -> None:

@@ -57,7 +57,7 @@ def check_free(arrays: LoopArrays, name: str) -> None:
     elif known != model.nv or driven or not arrays.broadphase["unconstrained"].all():
         why = f"MuJoCo holds, drives or pushes something in world {name}; leave it out"
     if why:
-        raise CommandError(f'engine free: {why}, or take engine="mujoco"')
+        raise CommandError(f'engine free: {why}, or use engine="mujoco"')
 
 
 def free_bodies(arrays: LoopArrays, model: mujoco.MjModel, hulls: Table, vessels: Table) -> Table:

@@ -35,14 +35,14 @@ from vrx_mj.signals import delays_exit
 class Simulation(Roster):
     """A running world: it takes commands, advances the physics and gives observations.
 
-    The same world, seed and commands give the same motion to the last bit, on the same kind of CPU, with the
+    The same world, seed and commands give the same motion bit for bit, on the same kind of CPU and with the
     same versions of MuJoCo, numba and vrx_mj.
 
-    Threads that share one take turns: a call waits for the short calls of others. While one thread advances, whatever
-    changes the run, `get_state`, `forces` and sensors' readings raise a CommandError in all others; they may command,
-    and look at the time, the sea, the wind, the task, and poses by `observe`, which may be of the middle of a step.
+    Threads that share one take turns: a call waits for the short calls of others. While one thread advances, calls
+    that change the run, `get_state`, `forces` and sensors' readings raise a CommandError in all others. These may send
+    commands and read the time, the sea, the wind, the task, and poses by `observe`, possibly in the middle of a step.
 
-    A copy, also one that was pickled, continues as the original does, bit for bit. Recorders, subscriptions, watches
+    A copy, including a pickled one, continues like the original, bit for bit. Recorders, subscriptions, watches
     and changes of `model` are not copied.
     """
 
@@ -132,13 +132,14 @@ class Simulation(Roster):
     def reset(self, seed: int | None = None, *, parameters: Mapping[str, float] | None = None) -> Observation:
         """Restart the run with the world's seed or the given one, and return the first observation.
 
-        Boats, objects and docks are those of the world that was given to the simulation: spawning and removing are
+        Boats, objects and docks are those of the original world of the simulation: spawning and removing are
         undone.
 
         Args:
             seed: seed of everything random; None: that of the world.
-            parameters: values of numbers of the world in this run by name, as `vrx_mj.parameters` lists them; those of
-                batteries, and those that the MJCF has, too, as masses, cannot be changed. None: those of the world.
+            parameters: values of numbers of the world in this run by name, as `vrx_mj.parameters` lists them. Those of
+                batteries, and those that the MJCF contains too, such as masses, cannot be changed. None: those of the
+                world.
 
         Raises:
             CommandError: the seed is not a whole number from 0 to 2^63 - 1, a value of `parameters` is not a number in
@@ -453,7 +454,7 @@ class Simulation(Roster):
 
     @in_turn
     def watch_contacts(self, tell: Callable[[Touch], None], *, ended: bool = False) -> ContactWatch:
-        """Call `tell(touch)` once for every touch of a boat, with the other body, the time and the largest force.
+        """Call `tell(touch)` once for every touch of a boat, with the other body, the time and the maximum force.
 
         The call comes from within `advance`, up to half a second after the touch began, or with `ended` a second after
         it was over, and must not advance, reset or set the state. A touch of less than 0.25 s may be missed.
@@ -479,7 +480,7 @@ class Simulation(Roster):
         """Attach a listener that gets `rate` rows per simulated second [Hz], one state per second, and events.
 
         Raises:
-            CommandError: it has not the methods of a listener, is attached already, or the rate is not above 0.
+            CommandError: it lacks a method of a listener, is already attached, or the rate is not above 0.
         """
         check_listener(listener)
         if not 0.0 < as_number(rate) < math.inf:

@@ -93,7 +93,7 @@ class State:
 
     @property
     def sha256(self) -> str:
-        """SHA-256 of everything that moves; equal runs have the same, whichever sensors were read."""
+        """SHA-256 of everything that moves; equal runs have the same hash, whichever sensors were read."""
         digest = hashlib.sha256(f"{self.version} {self.seed}".encode())
         digest.update(np.float64(self.time).tobytes())
         digest.update(self.mujoco.tobytes())

@@ -43,7 +43,7 @@ _Pair = tuple[str, str]
 
 @dataclass
 class Touch:
-    """A boat touches something."""
+    """A contact of a boat with something else."""
 
     __pydantic_config__ = STRICT
     boat: str

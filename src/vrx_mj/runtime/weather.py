@@ -60,7 +60,9 @@ class Sea:
     def velocity(self, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike, t: npt.ArrayLike) -> FloatArray:
         """Velocity [m/s, ENU] of the water in the waves at (x, y, z) [m, ENU] and time t [s]: shape + (3,).
 
-        Linear theory: it decays with depth, and is above the mean level what it is there. Errors are those of `height`.
+        Linear theory: it decays with depth, and is continued by reflection above the mean level.
+
+        Errors are those of `height`.
         """
         return self._at(orbital_motions, (6,), x=x, y=y, z=z, t=t)[..., :3]
 
@@ -107,7 +109,7 @@ class Wind:
 
     @property
     def direction(self) -> float:
-        """Where it blows to now [rad], counter-clockwise from x."""
+        """Direction it blows toward now [rad], counter-clockwise from x."""
         east, north = self._arrays.wind["direction"][0]
         toward = math.atan2(north, east)
         for angle in self._arrays.air_state["angle"].tolist():
@@ -117,9 +119,9 @@ class Wind:
     def velocity(self, t: npt.ArrayLike, z: npt.ArrayLike | None = None) -> FloatArray:
         """Velocity [m/s, ENU] of the air at simulated time t [s]: an array of t's shape + (3,).
 
-        Gusts come from a numbered stream, so any time can be asked for, past or future; between
-        steps the gust of the last one holds, and at t = 0 the first is still to come. `z` is the height above the
-        water [m], broadcast against t, in winds with a profile; by default that at which the wind has its speed.
+        Gusts come from a numbered stream, so t may be any time, past or future. Between
+        steps the gust of the last one holds, and at t = 0 there is no gust yet. `z` is the height above the
+        water [m], broadcast against t, for winds with a profile; by default the wind's reference height.
 
         Raises:
             CommandError: a time or a height is not a number, they cannot be broadcast, or a time is more than 1e5 s

@@ -103,7 +103,7 @@ def choose_backend() -> str:
     """
     wanted = os.environ.get("MUJOCO_GL", "").lower().strip()
     if wanted in _OFF:
-        raise RenderError(f"MUJOCO_GL={wanted} forbids drawing; unset it, or set it to egl or osmesa")
+        raise RenderError(f"MUJOCO_GL={wanted} disables rendering; unset it, or set it to egl or osmesa")
     load_triton()
     if sys.platform != "linux" or wanted not in (*BACKENDS, *_AUTOMATIC):
         return "mujoco"

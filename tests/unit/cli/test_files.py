@@ -60,7 +60,7 @@ def test_list_has_a_line_for_each_type_of_task_and_its_keys_when_asked(cli):
     assert [line.partition(":")[0] for line in lines] == list(TASKS)
     more = cli("list", "tasks", "--verbose").out.splitlines()
     assert set(lines) < set(more)
-    assert "  goal_tolerance: Distance at which it is reached, in space [m]." in more
+    assert "  goal_tolerance: Distance in three dimensions at which it counts as reached [m]." in more
     assert more.index("all tasks") < more.index("  boat: The boat that is scored; by default the fleet's first.")
 
 

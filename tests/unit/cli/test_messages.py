@@ -88,7 +88,7 @@ MESSAGES = {
     "run ocean --summary no/s.json": "cannot write the summary 'no/s.json': No such file or directory",
     "replay no.rrd": "no recording 'no.rrd'",
     "replay no.rrd --video run.mp4": "no recording 'no.rrd'",
-    "replay no.rrd --video a.mp4 --coco data": "--video and --coco write different things: give one of them",
+    "replay no.rrd --video a.mp4 --coco data": "--video and --coco cannot be combined: give one of them",
     "run ocean --follow wamv": "--follow wamv needs --record FILE.rrd",
     "run ocean --duration 1 --record run.rrd --follow x": "no boat named 'x'; known: wamv",
     "compare no.rrd no.rrd": "no recording 'no.rrd'",

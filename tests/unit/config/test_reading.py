@@ -45,7 +45,7 @@ def test_what_is_too_large_is_not_read(tmp_path):
         stream.truncate(LARGE)
     message = []
     assert peak_memory(lambda: message.append(refusal(lambda: read_limited(tmp_path / "a", WHOLE)))) < 1_000_000
-    assert message == ["has more than 0.0001 MB, the largest size that is read"]
+    assert message == ["is larger than 0.0001 MB, the maximum"]
 
 
 def test_a_file_that_says_it_is_empty_is_read_up_to_the_limit():

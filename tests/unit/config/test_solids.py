@@ -71,7 +71,7 @@ def test_what_is_displaced_is_what_a_library_cuts_off(level):
 def test_a_mesh_that_is_inside_out_is_turned_and_said():
     found = mesh_of(box((2, 1, 0.5), inside_out=True))
     assert volume(found) == pytest.approx(1.0)
-    assert found.notes == ("mesh hull.stl is inside out (a volume of -1 m3): its triangles are turned",)
+    assert found.notes == ("mesh hull.stl is inside out (a volume of -1 m3): its triangles are reversed",)
 
 
 def test_a_mesh_that_is_open_is_closed_and_said():

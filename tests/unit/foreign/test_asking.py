@@ -1,4 +1,4 @@
-"""The process without rights: what it answers, what it may not do, and what it may not take."""
+"""The sandboxed process: what it answers, what it may not do, and what it may not take."""
 
 import os
 import signal

@@ -1,4 +1,4 @@
-"""Files are read in this process where tests are about what they mean, not about the process without rights."""
+"""Files are read in this process where tests are about what they mean, not about the sandboxed process."""
 
 import json
 import os

@@ -308,7 +308,7 @@ def test_energy_needs_a_power(barge):
     sim = barge()
     (boat,) = sim.boats
     message = (
-        f"no energy of {boat}: none of its thrusters has a `power`; it belongs to the `propellers` of its robot, which "
+        f"no energy for {boat}: none of its thrusters has a `power`; set it in the `propellers` of its robot, which "
         "act in worlds of profile marine"
     )
     for each in (sim, Batch(sim.world, 2)):

@@ -295,17 +295,15 @@ class TestMatrix:
         (
             "{added_mass: [-80, 0, 0, 0, 0, 0]}",
             (
-                "hull.added_mass: entry 11 of the diagonal is -80, and 0 or more is needed; with the signs "
-                "of X_u and X_du "
-                "(SNAME, Fossen) turn all"
+                "hull.added_mass: entry 11 of the diagonal is -80, and 0 or more is needed; if the signs "
+                "are those of X_u and X_du (SNAME, Fossen), reverse all of them"
             ),
         ),
         (
             "{damping_linear: [0, 0, 0, 0, 0, -9]}",
             (
-                "hull.damping_linear: entry 66 of the diagonal is -9, and 0 or more is needed; with the "
-                "signs of X_u and "
-                "X_du (SNAME, Fossen) turn all"
+                "hull.damping_linear: entry 66 of the diagonal is -9, and 0 or more is needed; if the "
+                "signs are those of X_u and X_du (SNAME, Fossen), reverse all of them"
             ),
         ),
         (
@@ -346,7 +344,7 @@ ROUND = ", ".join(
         ("{shapes: [{type: mesh, file: open.stl}]}", 0.0,
          ": mesh open.stl is open (4 edges without a second triangle): its convex hull is used"),
         ("{shapes: [{type: mesh, file: inverted.stl}]}", 0.0,
-         ": mesh inverted.stl is inside out (a volume of -8 m3): its triangles are turned"),
+         ": mesh inverted.stl is inside out (a volume of -8 m3): its triangles are reversed"),
         (OVERLAPPING, 0.0, (": its surfaces overlap, most of all shapes[0] and shapes[1]: 2.03 of 10 m3 "
                             "count twice and lift "
          "too much; join them to one, for example with Blender's Boolean union")),
@@ -425,7 +423,7 @@ ROWS = ["[0, 5, 0, 0, 0, 0]", "[0, 9, 0, 0, 0, 0]", *[NONE] * 4]
         (
             f"{{added_mass: [{', '.join(ROWS)}]}}",
             4100.0,
-            "robot ./barge.urdf: hull.added_mass is not symmetric: A12 is 5, A21 is 0; that of an ideal fluid is",
+            "robot ./barge.urdf: hull.added_mass is not symmetric: A12 is 5, A21 is 0; in an ideal fluid it is",
         ),
     ],
 )

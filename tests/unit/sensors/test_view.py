@@ -193,7 +193,7 @@ def test_a_way_that_was_asked_for_and_does_not_work_is_not_replaced(choice):
 def test_drawing_that_is_switched_off_says_so(choice):
     with pytest.raises(RenderError) as caught:
         choice("off", ("egl",))
-    assert str(caught.value) == "MUJOCO_GL=off forbids drawing; unset it, or set it to egl or osmesa"
+    assert str(caught.value) == "MUJOCO_GL=off disables rendering; unset it, or set it to egl or osmesa"
 
 
 def test_a_library_that_is_missing_is_named(monkeypatch):

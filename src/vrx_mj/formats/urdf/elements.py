@@ -297,7 +297,7 @@ def _fault(word: str, above: float, low: float, high: float, largest: float) -> 
     return f"must lie between -{largest:g} and {largest:g}, got {word}" if abs(value) > largest else ""
 
 
-_TEXT = (Path(__file__).parent / "tags.json").read_bytes()  # the process without rights may read no file later
+_TEXT = (Path(__file__).parent / "tags.json").read_bytes()  # the sandboxed process may read no file later
 _Side = Literal["boat", "object", "world"]
 _SIDES = get_args(_Side)
 

@@ -1,4 +1,4 @@
-"""The package `xacro` at work on one file, whose expressions are Python: a job for the process without rights.
+"""The package `xacro` at work on one file, whose expressions are Python: a job for the sandboxed process.
 
 The package is driven from outside: its elements know their places, it reads files and finds packages through here,
 and its warnings and errors are gathered with the element, the expression and the macro calls that led to them.

@@ -1,4 +1,4 @@
-"""A URDF's text in the process without rights: every element checked; yourdfpy follows its joints."""
+"""A URDF's text in the sandboxed process: every element checked; yourdfpy follows its joints."""
 
 from collections.abc import Sequence
 from dataclasses import replace

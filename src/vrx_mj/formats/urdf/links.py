@@ -326,7 +326,7 @@ def robot_of(
 ) -> Urdf:
     """A robot whose links hang together and can exist, with what its tags mean, unless something is wrong with it.
 
-    Without `turns` the process without rights is asked where its joints put its links.
+    Without `turns` the sandboxed process is asked where its joints put its links.
     """
     top = checked_root(links, joints, root)
     check_masses(links, around, root)

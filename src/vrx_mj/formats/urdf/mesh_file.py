@@ -1,4 +1,4 @@
-"""The shape and the colour in a mesh file, read by trimesh in the process without rights.
+"""The shape and the colour in a mesh file, read by trimesh in the sandboxed process.
 
 Pictures that a mesh names are not opened.
 """

@@ -204,7 +204,7 @@ def mesh_glb(path: Path) -> bytes:
 
 
 def _ask(what: str, path: Path, size: int, returns: type[_Found]) -> _Found:
-    """What the process without rights gives of a mesh file."""
+    """What the sandboxed process gives of a mesh file."""
     name = shorten(path.name)
     if path.suffix.lower() not in MESH_SUFFIXES:
         raise VrxError(f"expected a mesh that ends in {one_of(MESH_SUFFIXES)}, got '{name}'")

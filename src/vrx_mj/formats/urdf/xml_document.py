@@ -1,7 +1,7 @@
 """XML of others, for which this is the one parser: it is as tolerant as tinyxml, with which Gazebo and urdfdom read.
 
 What XML does not allow and tinyxml reads is one warning for each kind of it, with the place of the first. It works in
-the process without rights: `read_bytes`, for texts that are handed to it, is for any other.
+the sandboxed process: `read_bytes`, for texts that are handed to it, is for any other.
 """
 
 import codecs

@@ -539,7 +539,7 @@ class Localization:
         apart, self._origin = math.dist(self._origin, place), place
         if apart > 0.0:
             what = f"{self._boat}/odom moves by {apart:.4g} m in map, to the datum that it was given"
-            self._host.warn_once(f"datum of {self._boat}", f"{what}: all in that frame jumps")
+            self._host.warn_once(f"datum of {self._boat}", f"{what}: everything in that frame jumps")
 
     def _place(self, point: Message) -> FloatArray:
         """(3,) of a geographic_msgs/GeoPoint in `map` [m]."""

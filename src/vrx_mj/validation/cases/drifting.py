@@ -78,7 +78,7 @@ def _in_theory() -> list[TableRow]:
 def sphere_decay() -> Outcome:
     """Free decay of a sphere with wave radiation.
 
-    assets/validation/worlds/iea_sphere.yaml: radius 5 m, 261.8 t, half under water of 1000 kg/m3, let go 1 m too
+    assets/validation/worlds/iea_sphere.yaml: radius 5 m, 261.8 t, half under water of 1000 kg/m3, released 1 m too
     high. Added mass and memory are from Capytaine: make_spheres.py.
 
     Reference: Wendt et al. (2019), benchmark of IEA OES: lowest and highest of five codes and CFD.
@@ -98,7 +98,7 @@ def sphere_decay() -> Outcome:
 def sphere_theory() -> Outcome:
     """Free decay of a sphere, in theory.
 
-    assets/validation/worlds/iea_sphere.yaml as in sphere-decay, in steps of 1 ms: at 10 ms all is half a step
+    assets/validation/worlds/iea_sphere.yaml as in sphere-decay, in steps of 1 ms: at 10 ms the motion is half a step
     early.
     """
     times, heights = _decay("iea_sphere", 1.0, 8.0, physics={**PHYSICS, "timestep": 0.001})
@@ -112,7 +112,7 @@ def sphere_theory() -> Outcome:
 def sphere_tank() -> Outcome:
     """Free decay of a sphere in a tank.
 
-    assets/validation/worlds/kramer_sphere.yaml: diameter 0.3 m, 7.056 kg, water of 998.2 kg/m3, g 9.82 m/s2, let go
+    assets/validation/worlds/kramer_sphere.yaml: diameter 0.3 m, 7.056 kg, water of 998.2 kg/m3, g 9.82 m/s2, released
     at 30, 90 and 150 mm.
 
     Reference: Kramer et al. (2021), Highly accurate experimental heave decay tests with a floating sphere.
@@ -224,7 +224,7 @@ _ADRIFT = (
 def sphere_orbit() -> Outcome:
     """A neutral sphere in a wave.
 
-    assets/validation/worlds/orbit.yaml: a sphere of 0.1 m that weighs what it displaces, 1 m under waves 10 m long
+    assets/validation/worlds/orbit.yaml: a neutrally buoyant sphere of 0.1 m, 1 m under waves 10 m long
     and 0.2 m high. Orbit and drift are the harmonic and the slope of its track over four periods.
 
     Reference: Linear theory: orbits of radius a e^(k z); Stokes (1847): drift omega k a^2 e^(2 k z).
@@ -256,7 +256,7 @@ def current_adrift() -> Outcome:
 
     The robots skiff and wamv without commands in flat water with a current of 0.5 m/s, from rest.
 
-    Reference: All forces of the water are on the velocity through it: the boat ends with the current's.
+    Reference: All forces of the water depend on the velocity through it, so the boat ends at the current's velocity.
     """
     speed, series = 0.5, []
     for robot in ("skiff", "wamv"):
@@ -273,10 +273,11 @@ def swell_adrift() -> Outcome:
     """A boat adrift in a long swell.
 
     Robots without commands in a regular wave of 20 s, 2.48 m in amplitude and 4.96 m from trough to crest: their
-    way over 20 periods, after 10. The skiff, the WAM-V and the Heron are meshes, the Otter is matrices.
+    drift over 20 periods, after 10. The skiff, the WAM-V and the Heron have meshes, the Otter has matrices.
 
-    Reference: A boat that is short beside the wave drifts with it, by about the water's drift at the surface, omega
-    k a^2 (Stokes, 1847), 0.019 m/s; the band is up to three times this. In VRX it drifts against the waves.
+    Reference: A boat that is short compared with the wave drifts with it, at about the speed of the water at the
+    surface, omega k a^2 (Stokes, 1847), 0.019 m/s; the band is up to three times this. In VRX it drifts against the
+    waves.
     """
     amplitude, period = 2.48, 20.0
     omega = 2.0 * math.pi / period
@@ -301,11 +302,11 @@ def beam_wind() -> Outcome:
     """A boat in a beam wind.
 
     assets/validation/worlds/beam_wind.yaml: a boat without engines in a wind of 10 m/s from the side; its speed to
-    lee.
+    leeward.
 
     Reference: The root of rho_air / 2 A_L c_y (V - v)^2 = d_1 v + d_2 v^2, with the numbers of the boat's file: the
-    apparent wind drives, not the true one. The file's numbers are in both: the row shows that they act, not that a
-    boat has them.
+    apparent wind drives the boat, not the true one. Both sides use the file's numbers: the row shows that they act, not
+    that a real boat has them.
     """
     wind = 10.0
     sim = packaged_simulation("beam_wind")
@@ -358,11 +359,11 @@ def _unit(degrees: float) -> FloatArray:
 def current_tide() -> Outcome:
     """A tide over the depth.
 
-    assets/validation/worlds/drogues.yaml: neutral spheres with much drag, 0.5 to 12 m deep, in a current of 0.3 m/s
+    assets/validation/worlds/drogues.yaml: neutral spheres with high drag, 0.5 to 12 m deep, in a current of 0.3 m/s
     toward 30 degrees with a tide of 0.6 and 0.25 m/s, turning clockwise, over a profile. Their velocities over the
     second of its periods of 300 s: mean and first harmonic.
 
-    Reference: Mean and ellipse of the world's file, times the share of straight lines between the profile's depths.
+    Reference: Mean and ellipse of the world's file, times the profile, interpolated linearly between its depths.
     """
     current = {
         "speed": _MEAN, "direction": _TOWARD, "profile": _PROFILE,
@@ -401,7 +402,7 @@ def _ellipses(seen: FloatArray, shares: FloatArray, phase: FloatArray) -> Chart:
 def current_random() -> Outcome:
     """The random part of a current.
 
-    assets/validation/worlds/drogue_random.yaml: one of these spheres in a current of a random part alone, 0.1 m/s
+    assets/validation/worlds/drogue_random.yaml: one of these spheres in a current with a random part only, 0.1 m/s
     with a time constant of 2 s: 2 h, every 0.2 s.
 
     Reference: Gauss-Markov process: variance sigma^2, correlation e^(-t / tau). The bands are three standard
@@ -459,7 +460,7 @@ def mooring_offset() -> Outcome:
     """Offset of a moored sphere in a current.
 
     assets/validation/worlds/moored.yaml: a neutral sphere of 1 m, 5 m deep, on a rope of 3 m and 200 N/m without
-    damping; let go where the rope is straight, its place after 300 s in currents of 0.5, 1 and 1.5 m/s.
+    damping; released where the rope is straight; its position after 300 s in currents of 0.5, 1 and 1.5 m/s.
 
     Reference: Stretch d U / s, with the drag d = 26.8 N s/m of the sphere's file: the rope pulls on the horizontal
     plane.
@@ -481,11 +482,11 @@ def mooring_period() -> Outcome:
     """Swings on a mooring.
 
     assets/validation/worlds/moored.yaml: a neutral sphere of 1 m, 5 m deep, on a rope of 3 m and 200 N/m without
-    damping, in a current of 1 m/s; let go 5 cm from where it rests, along the rope and across it.
+    damping, in a current of 1 m/s; released 5 cm from its rest position, along the rope and across it.
 
     Reference: Along sqrt(s / m - delta^2) and across sqrt(d U / (m r) - delta^2), with r the distance from the
     anchor and delta = d / 2 m: a spring, and a pendulum in the stream. Objects have no added mass. A rope is
-    implicit in time, which damps as the step times its stiffness does, here 2 N s/m.
+    implicit in time, which damps like the step times its stiffness, here 2 N s/m.
     """
     sim, aside = packaged_simulation("moored"), 0.05
     far = _offset(1.0)

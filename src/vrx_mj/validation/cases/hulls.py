@@ -166,7 +166,7 @@ def froude_krylov() -> Outcome:
     """Wave forces on a fixed barge.
 
     assets/validation/worlds/barge.yaml with a regular wave of 3 s and an amplitude of 1 cm from ahead and from the
-    side; the barge is put back before each of 60 samples over a period. Forces are first harmonics per metre of
+    side; the barge is reset before each of 60 samples over a period. Forces are first harmonics per metre of
     wave amplitude.
 
     Reference: Airy's pressure rho g a e^(k z) cos(k x - omega t) integrated over the box, per metre: heave rho g A
@@ -201,8 +201,9 @@ def froude_krylov() -> Outcome:
 def heave_undamped() -> Outcome:
     """Free heave without damping.
 
-    assets/validation/worlds/barge.yaml, let go 5 cm too high, for 20 periods. Nothing damps it, so the energy of
-    motion, added mass included, and of stiffness must stay; compared are its means over whole periods.
+    assets/validation/worlds/barge.yaml, released 5 cm too high, for 20 periods. It has no damping, so the sum of
+    kinetic energy, including added mass, and potential energy must be constant. Its means over whole periods are
+    compared.
 
     Reference: 2 pi sqrt((m + A33) / C33), and conservation of energy.
     """
@@ -227,11 +228,11 @@ def heave_undamped() -> Outcome:
 def step_halved() -> Outcome:
     """Order of the scheme in time.
 
-    assets/validation/worlds/barge.yaml, let go 5 cm too high, with steps of 20, 10, 5 and 2.5 ms; the error of the
+    assets/validation/worlds/barge.yaml, released 5 cm too high, with steps of 20, 10, 5 and 2.5 ms; the error of the
     height after 2 s.
 
-    Reference: The closed form of free heave. The scheme is MuJoCo's semi-implicit Euler, which is of first order:
-    half the step, half the error.
+    Reference: The closed form of free heave. The integrator is MuJoCo's semi-implicit Euler, which is of first order:
+    half the step gives half the error.
     """
     until, steps, errors = 2.0, (0.02, 0.01, 0.005, 0.0025), []
     for step in steps:
@@ -256,8 +257,8 @@ def added_mass_impact() -> Outcome:
     assets/validation/worlds/barge.yaml, which runs into a fixed quay at 0.2 and 0.5 m/s without drag. The impulse
     is the sum of the contact force over the steps; e is the ratio of the speeds after and before.
 
-    Reference: The momentum that changes is the boat's and the water's that goes along: (m + A11) (1 + e) v. Added
-    mass that is only a force would leave it out of the blow.
+    Reference: The change of momentum of the boat and of the water that moves with it: (m + A11) (1 + e) v. If added
+    mass were only a force, it would be missing from the impact.
     """
     quay = {"name": "quay", "pose": [4, 0, 0, 0, 0, 0], "layout": "XXX\nXXX\nXXX\n"}
     series = []
@@ -284,8 +285,8 @@ def float_contact() -> Outcome:
     assets/validation/worlds/barge.yaml, without damping, which runs at 1 m/s into a marker buoy without mooring.
     The impulse is the sum of the contact force over 4 s, at steps of 20, 10 and 5 ms.
 
-    Reference: The same run at a step of 0.5 ms. Drag of what floats is part of its inertia, so that a long step
-    does not give a light buoy more or less of a blow.
+    Reference: The same run at a step of 0.5 ms. The drag of a floating object is part of its inertia, so the impact on
+    a light buoy does not depend on the step.
     """
     buoy = {"name": "buoy", "model": "mb_marker_buoy_red", "pose": [3.6, 0, 0, 0, 0, 0], "mooring": None}
     steps, impulses, series = (0.0005, 0.02, 0.01, 0.005), [], []
@@ -315,9 +316,9 @@ _COLUMNS = ("x", "y", "z", "a", "b", "c", "d")
 def contacts() -> Outcome:
     """Contacts of a float with a box.
 
-    A float of the WAM-V and a box of the size of its battery, as worlds have them, in 100 attitudes, 10 mm beyond their
-    first contact. Contacts are those of the MuJoCo that is installed; its versions 4.0.0 and 4.0.1 make different ones
-    of cylinders. The prism of 64 sides that a cylinder is in worlds lacks 0.24 mm.
+    A float of the WAM-V and a box of the size of its battery, as in worlds, in 100 attitudes, 10 mm beyond their
+    first contact. Contacts are those of the installed MuJoCo; versions 4.0.0 and 4.0.1 differ in contacts of
+    cylinders. The prism of 64 sides that represents a cylinder in worlds lacks 0.24 mm.
     """
     spec = mujoco.MjSpec()
     for each in templates.meshes(_SHAPES):

@@ -42,16 +42,16 @@ _TOWARD = {"head": math.pi, "beam": 0.5 * math.pi, "following": 0.0}
 def waves_adrift() -> Outcome:
     """Boats adrift in waves.
 
-    Robots without commands in a swell of 6 s, 0.8 m from trough to crest, with the waves and beam to them: the slope
+    Robots without commands in a swell of 6 s, 0.8 m from trough to crest, stern and beam to the waves: the slope
     of their track over 50 periods, after 300; and in a JONSWAP sea of 0.3 m and 4 s, over 900 s after 900, the mean of
-    two seeds. Both begin with a ramp. Boats yaw as they like. Nothing brakes the sphere: it has an acceleration in the
-    sea, from 60 to 360 s, the mean of six of them and two seeds.
+    two seeds. Both begin with a ramp. Boats are free to yaw. The sphere has no damping: its acceleration in the
+    sea is measured, from 60 to 360 s, the mean of six spheres and two seeds.
 
-    Reference: The speed at which what damps a hull takes the mean force of the waves, sum a^2 D: d s + q |s| s and the
-    drag across it, in the mean over the hull's motion against the water, with s the speed less the Stokes drift at half
-    the draft T, sum omega k a^2 e^(-k T). D is that of the waves that the hull makes (Maruo, 1960) and throws back
-    (Faltinsen et al., 1980), or with a file that of all far off, at the headings and the speed that it has (Aranha,
-    1994). The sphere carries half of its mass along (Lamb, 1932).
+    Reference: The speed at which damping balances the mean force of the waves, sum a^2 D. Damping is d s + q |s| s and
+    cross-flow drag, averaged over the hull's motion relative to the water, with s the speed minus the Stokes drift at
+    half the draft T, sum omega k a^2 e^(-k T). D is that of the waves that the hull makes (Maruo, 1960) and reflects
+    (Faltinsen et al., 1980), or with a file the far-field force, at the hull's headings and speed (Aranha,
+    1994). The added mass of the sphere is half of its mass (Lamb, 1932).
     """
     for name, sea, seeds, times in (("swell", _SWELL, (0,), (1800.0, 2100.0)), ("sea", _SEA, _SEEDS, (900.0, 1800.0))):
         found = np.mean([_speeds_adrift(sea, seed, *times) for seed in seeds], axis=0)
@@ -203,9 +203,9 @@ def _in_waves(robot: str, hull: Hull, density: float) -> tuple[HullInWaves, Floa
 def mean_drift() -> Outcome:
     """Mean force of waves on a free barge.
 
-    assets/validation/worlds/drift_barge.yaml: a box of 3.2 x 1.4 m with a draft of 0.35 m that only its waves damp,
-    roll apart, in regular waves 1 or 4 cm high. The force is the acceleration of its track over 25 s, times its mass
-    with the added one at frequency 0.
+    assets/validation/worlds/drift_barge.yaml: a box of 3.2 x 1.4 m with a draft of 0.35 m, damped only by its waves
+    except in roll, in regular waves 1 or 4 cm high. The force is the acceleration of its track over 25 s, times its
+    mass and its added mass at frequency 0.
 
     Reference: Capytaine's far-field force (Maruo, 1960; Newman, 1967) with its own motions, by its indirect method;
     the band is 10 %, or 2 % of the largest of head waves.
@@ -255,9 +255,9 @@ def moored_drift() -> Outcome:
     """Mean force of waves on a moored barge.
 
     The barge of drift_barge.yaml on a spring that gives it a period of 25 s in surge and sway, and holds its heading;
-    the mean pull of the spring over 90 s, after 20, by least squares beside the waves and the slow swings.
+    the mean force of the spring over 90 s, after 20, by least squares together with the waves and the slow oscillation.
 
-    Reference: As of mean-drift, which does not depend on so soft a spring; the band is 15 %, or 2 % of the largest of
+    Reference: That of mean-drift, since so soft a spring does not affect it; the band is 15 %, or 2 % of the largest of
     head waves.
     """
     for row in table_rows("drift"):
@@ -272,12 +272,12 @@ def moored_drift() -> Outcome:
 def towed_drift() -> Outcome:
     """Mean force of waves on a towed barge.
 
-    The barge of moored-drift on the same spring, whose end goes ahead at 0.1 or 0.2 m/s; nothing resists it in calm
-    water. The mean pull ahead, and beam to the waves aside.
+    The barge of moored-drift on the same spring, whose end moves ahead at 0.1 or 0.2 m/s; it has no resistance in calm
+    water. The mean force ahead, and in beam waves also sideways.
 
-    Reference: Aranha (1994), 1 - 4 tau times the force at rest of waves of the frequency of encounter, from 2 tau
-    further ahead, with tau = omega U / g along and across them; that force is Capytaine's far-field one. The band is
-    15 %, or 2 % of the largest of head waves at rest.
+    Reference: Aranha (1994), 1 - 4 tau times the force at rest of waves of the frequency of encounter, from a direction
+    2 tau further ahead, with tau = omega U / g along and across them; that force is Capytaine's far-field one. The band
+    is 15 %, or 2 % of the largest of head waves at rest.
     """
     for row in table_rows("towed"):
         expected = row["ahead"], row["aside"]

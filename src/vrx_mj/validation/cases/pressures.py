@@ -173,7 +173,7 @@ def diffraction_headings() -> Outcome:
     """Diffraction forces on a fixed hull.
 
     assets/validation/worlds/bowed_box.yaml: a box with a bow, 4.5 m long, with its file of 36 directions and 12
-    frequencies, in a regular wave of 3 s and 1 cm; the hull is put back before each of 60 samples over a period.
+    frequencies, in a regular wave of 3 s and 1 cm; the hull is reset before each of 60 samples over a period.
     First harmonics per metre of wave, in world axes about the centre of mass: amplitudes of what is above a tenth
     of the whole force or moment, and the difference of all three with their phases.
     """
@@ -220,8 +220,8 @@ def roll_damping() -> Outcome:
     assets/validation/worlds/drift_barge.yaml, free from rest in beam waves of 2 s and 4 cm for 20 s: the moment of its
     linear damping in roll, 400 N m s, every 50 ms.
 
-    Reference: Minus 400 N m s times the hull's own rate of roll, as the forces that waves scatter are those on a hull
-    that does not turn.
+    Reference: Minus 400 N m s times the hull's own roll rate, because the diffraction forces are those on a hull
+    that does not rotate.
     """
     wave = {"model": "regular", "height": 0.04, "period": 2.0, "direction": [0.0, 1.0], "density": 1025.0}
     sim = packaged_simulation("drift_barge", sea=wave)
@@ -269,9 +269,9 @@ def _swing(robot: str, period: float, toward: float, periods: int) -> tuple[Floa
 def short_waves() -> Outcome:
     """A boat in waves as long as its hulls, and shorter.
 
-    Robot wamv without sensors, 4.1 m long at the waterline and without a file of radiation, free in following and beam
+    Robot wamv without sensors, 4.1 m long at the waterline and without a radiation file, free in following and beam
     waves of 1 mm; first harmonics of heave of the centre of mass, roll and pitch over the last 8 of 24 periods. The
-    wave of 1.5 s is 0.85 of the hulls' length: there no motion may be more than twice the reference's.
+    wave of 1.5 s is 0.85 of the hulls' length; in it, no motion may exceed twice the reference's.
     """
     for row in table_rows("short_waves"):
         yield from _swings(row, "", 24)
@@ -283,7 +283,7 @@ def response_amplitudes() -> Outcome:
 
     Robots wamv_hydro, otter_hydro, heron_hydro and blueboat_hydro without sensors, free in waves of 1 mm; first
     harmonics of heave of the centre of mass, roll and pitch over the last 8 of 60 periods. In waves shorter than the
-    waterline no motion may be more than twice the reference's.
+    waterline, no motion may exceed twice the reference's.
     """
     for row in table_rows("response_amplitudes"):
         yield from _swings(row, "_hydro", 60)
@@ -349,7 +349,7 @@ def panels_doubled() -> Outcome:
     parts across.
 
     Reference: Closed form, rho g A e^(-k d) sinc(k l / 2) and 2 rho g b sin(k l / 2) (1 - e^(-k d)) / k per metre.
-    The pressure is linear over a panel: twice as many each way leave a quarter of the error, order 2.
+    The pressure is linear over a panel: twice as many in each direction leave a quarter of the error, order 2.
     """
     long, deep = 0.5 * _WAVE * _LENGTH, math.exp(-_WAVE * _DRAFT)
     heave = _DENSITY * GRAVITY * _LENGTH * _BEAM * deep * math.sin(long) / long

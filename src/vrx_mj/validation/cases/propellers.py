@@ -55,12 +55,12 @@ def _run_with_thrust(command: float, **keys: object) -> Simulation:
 def propeller_lag() -> Outcome:
     """A propeller's lag and energy.
 
-    assets/validation/worlds/propeller_tank.yaml: a boat that is put back before every step, with full command from
+    assets/validation/worlds/propeller_tank.yaml: a boat that is reset before every step, with full command from
     time 0. Its propeller has 80 N at rest, a time constant of 0.5 s and 900 W.
 
-    Reference: T (1 - e^(-t / tau)), and the integral of P (T / T_full)^1.5 by quadrature: power goes with the third
-    power of the shaft's rate, thrust with the second. The numbers of the boat's file are in both: the rows show
-    that they act, not that a propeller has them.
+    Reference: T (1 - e^(-t / tau)), and the integral of P (T / T_full)^1.5 by quadrature: power is proportional to the
+    cube of the shaft speed, thrust to its square. Both sides use the numbers of the boat's file: the rows show
+    that they act, not that a real propeller has them.
     """
     sim, until = packaged_simulation(_TANK), 4.0 * _LAG
     thrusts = [_thrust_at(sim, 1.0) for _ in range(round(until / sim.timestep))]
@@ -87,12 +87,12 @@ def _open_water(thrust: float, speed: float) -> float:
 def propeller_speed() -> Outcome:
     """A propeller's thrust at speed.
 
-    assets/validation/worlds/propeller_tank.yaml at full and at half command: put back at speeds of 0 to 1.5 m/s,
-    and at rest in a current from ahead; and free in still water for 30 s.
+    assets/validation/worlds/propeller_tank.yaml at full and at half command: reset to speeds of 0 to 1.5 m/s,
+    and at rest in a current from ahead; then free in still water for 30 s.
 
-    Reference: Open-water line T = rho D^4 n^2 (a - b J), J = u / (n D), with a and b of 80 N at rest and none at 4
-    m/s; the root of it and of drag, 12 u + 18 u^2. The numbers of the boat's file are in both: the rows show that
-    they act, not that a propeller has them.
+    Reference: Open-water line T = rho D^4 n^2 (a - b J), J = u / (n D), with a and b of 80 N at rest and none at 4 m/s;
+    the speed at which it equals the drag, 12 u + 18 u^2. Both sides use the numbers of the boat's file: the rows show
+    that they act, not that a real propeller has them.
     """
     series, speeds = [], (0.0, 0.5, 1.0, 1.5)
     for command, thrust in _COMMANDS.items():
@@ -128,8 +128,8 @@ def propeller_ventilation() -> Outcome:
     assets/validation/worlds/propeller_tank.yaml: the boat held at heights at which the propeller's centre is
     between 1.25 radii under the surface and as much above it, at full command.
 
-    Reference: The share of the disc that is under water, by quadrature of its chords. Air that is drawn down makes
-    a real propeller lose more, and earlier.
+    Reference: The submerged fraction of the disc, by quadrature of its chords. A real propeller draws down air, and
+    so loses more thrust, and earlier.
     """
     sim, depths = _run_with_thrust(1.0), np.linspace(-1.25, 1.25, 11)
     shares = [_thrust_at(sim, 1.0, height=_DEPTH - 0.5 * _DIAMETER * depth) / _FULL for depth in depths.tolist()]
@@ -157,11 +157,11 @@ _HELD = {1.0: -0.772, -1.0: 0.695}
 def propeller_quadrants() -> Outcome:
     """A propeller in four quadrants.
 
-    assets/validation/worlds/propeller_tank.yaml with propeller_boat/b4_70.yaml: a boat put back at speeds ahead of a
+    assets/validation/worlds/propeller_tank.yaml with propeller_boat/b4_70.yaml: a boat reset to speeds ahead, with a
     propeller of 80 N at rest and 900 W, 0.2 m across, with `four_quadrant: wageningen_b4_70`. Its shaft turns at the
-    rate that gives 80 N. At advance ratios of 0 to 1: thrust and power, as K_T and K_Q; without a command, the shaft
-    held, its drag at 2 m/s either way; and with full command in water from behind, J = -0.4, the thrust over that at
-    rest.
+    speed that gives 80 N. At advance ratios of 0 to 1: thrust and power, as K_T and K_Q; without a command, with the
+    shaft locked, its drag at 2 m/s ahead and astern; and with full command in water from behind, J = -0.4, the thrust
+    over that at rest.
 
     Reference: Ahead, the polynomials of the B series (Oosterveld, M. W. C., van Oossanen, P., 1975, Further
     computer-analyzed data of the Wageningen B-screw series, ISP 22, no. 251), another fit of the same tank's tests than
@@ -205,8 +205,8 @@ def rudder_stream() -> Outcome:
     Robot skiff at 1 m/s through the water, its propeller at 0.6 and its rudder at 0.3 rad, for 60 s: in still water,
     and in a current of 0.81 m/s, which carries it along. Then its rudder over the water.
 
-    Reference: Galileo's principle: the motion through the water is the same, and the paths are those of the stream
-    apart. In air a rudder has no force of water.
+    Reference: Galileo's principle: the motion through the water is the same, and the paths differ by that of the
+    stream. In air the water exerts no force on a rudder.
     """
     paths, fleet = [], {"robot": "skiff", "boats": [{"name": "a", "pose": [0.0] * 6}]}
     currents = {(0.0, 0.0): {"speed": 0.0}, _STREAM: {"speed": math.hypot(*_STREAM), "direction": _TOWARD}}
@@ -244,9 +244,9 @@ def heron_speed() -> Outcome:
     Robot heron in still water and still air, from rest, with both jets at three commands for 10 s.
 
     Reference: Batista, L. F. W. et al. (2024), A Deep Reinforcement Learning Framework and Methodology for Reducing
-    the Sim-to-Real Gap in ASV Navigation, IROS: the identified damping in surge, by which 22 to 24 N a side make
+    the Sim-to-Real Gap in ASV Navigation, IROS: the identified damping in surge, with which 22 to 24 N a side give
     1.597 to 1.667 m/s; below that 2 T = d u^2. The robot's file has that model's damping and thrusts: the rows show
-    that it moves by them, and are no measured speeds.
+    that it moves accordingly. They are not measured speeds.
     """
     sim = marine_simulation({"robot": "heron", "boats": [{"name": "a", "pose": [0, 0, 0, 0, 0, 0]}]})
     edges = [Series("published top speeds", [0.0, 10.0], [speed] * 2, reference=True) for speed in (_SLOWEST, _FASTEST)]
@@ -274,8 +274,8 @@ def hull_resistance() -> Outcome:
     assets/validation/worlds/heron_resistance: robot heron with `resistance` in place of its damping in surge, in still
     water and still air, from rest, with both jets at three commands for 30 s.
 
-    Reference: The speed at which the table has the thrust of both jets, by straight lines between its rows, and beyond
-    the last one by the square of the speed.
+    Reference: The speed at which the table's resistance equals the thrust of both jets, interpolated linearly, and
+    beyond the last row proportional to the square of the speed.
     """
     boat = {"name": "a", "pose": [0, 0, 0, 0, 0, 0]}
     sim = marine_simulation({"robot": str(folder() / "worlds" / "heron_resistance" / "robot.yaml"), "boats": [boat]})
@@ -311,9 +311,9 @@ def _pull(sim: Simulation, command: float) -> float:
 def wamv_bollard() -> Outcome:
     """Bollard pull of the WAM-V 16.
 
-    Robot wamv in still water, let float for 20 s, then put to rest; both propellers at a command for one step. The
-    pull is that of its mass with added mass times the acceleration of its centre of mass. The robot's table of
-    thrust is made of these measurements: the rows show that what is in it gets to the boat.
+    Robot wamv floats in still water for 20 s, and is then set to rest; both propellers get a command for one step. The
+    pull is its mass with added mass times the acceleration of its centre of mass. The robot's table of
+    thrust consists of these measurements: the rows show that they act on the boat.
 
     Reference: Sarda, E. I., Qu, H., Bertaska, I. R., von Ellenrieder, K. D. (2016), Station-keeping control of an
     unmanned surface vehicle exposed to current and wind disturbances, Ocean Engineering 127: one propeller.
@@ -340,11 +340,11 @@ _KINGFISHERS = {
 def heron_lake() -> Outcome:
     """Speeds of a Kingfisher on a lake.
 
-    Robot kingfisher in still water and still air: each run from its speed at the start, with its commands at the end,
-    for as long; the speed is the mean of the last 30 %. Its thrust is fitted to the odd runs, and judged on the even
-    ones. Beside it the same boat with the thrust that was published with it, fitted to none.
+    Robot kingfisher in still water and still air: each run starts at its measured speed and has its final commands,
+    for the same time; the speed is the mean of the last 30 %. Its thrust is fitted to the odd runs, and tested on the
+    even ones. For comparison the same boat with the published thrust, not fitted to any run.
 
-    Reference: How commands moved in a run is not known, so times to 63 % of a change are not compared.
+    Reference: How commands changed within a run is not known, so times to 63 % of a change are not compared.
     """
     measured = [row["speed_end_m_s"] for row in rows("lake_runs")]
     commands = [row["port_command_end"] for row in rows("lake_runs")]
@@ -414,11 +414,10 @@ def otter_periods() -> Outcome:
     linear system; its damped periods are those of its eigenvalues: of heave and pitch coupled with surge, and of
     roll coupled with sway and yaw.
 
-    Reference: Fossen (2021), Handbook of Marine Craft Hydrodynamics and Motion Control, and his otter.py of the
-    Python Vehicle Simulator (commit 61a8f41): mass, added mass, damping and stiffness by its formulas, worked out a
-    second time. Eigenvalues of M, D and G about rest without trim, with the payload 0.05 m ahead of midships and a
-    time constant of 1 s in sway. Earlier versions of it have the payload amidships and no damping in sway: 0.681,
-    0.975 and 1.136 s.
+    Reference: Fossen (2021), Handbook of Marine Craft Hydrodynamics and Motion Control, and his otter.py of the Python
+    Vehicle Simulator (commit 61a8f41): mass, added mass, damping and stiffness by its formulas, computed independently.
+    Eigenvalues of M, D and G about rest without trim, with the payload 0.05 m ahead of midships and a time constant of
+    1 s in sway. Earlier versions of it have the payload amidships and no damping in sway: 0.681, 0.975 and 1.136 s.
     """
     sim, step, still = packaged_simulation(_OTTER_TANK), 1e-4, np.zeros(6)
     by_pose, by_velocity = np.zeros((6, 6)), np.zeros((6, 6))
@@ -448,8 +447,8 @@ def otter_surge() -> Outcome:
     (1.118 m/s instead of 1.029), is left out: mass and stiffness have it already.
 
     Reference: Fossen (2021), Handbook of Marine Craft Hydrodynamics and Motion Control, and his otter.py of the
-    Python Vehicle Simulator (commit 61a8f41): mass, added mass, damping and stiffness by its formulas, worked out a
-    second time. 2 k n^2 = |X_u| u.
+    Python Vehicle Simulator (commit 61a8f41): mass, added mass, damping and stiffness by its formulas, computed
+    independently. 2 k n^2 = |X_u| u.
     """
     sim, series = packaged_simulation(_OTTER_TANK), []
     for rate in (60.0, 80.0, 100.0):

@@ -53,11 +53,11 @@ _WARNED = (
 def limits_said() -> Outcome:
     """Warnings of what is beyond the model.
 
-    assets/validation/worlds/barge.yaml, whose hull nothing damps, in a regular wave of 1.4 s without a ramp, and for a
-    step at 7.5 m/s: each of four warnings is looked for with its figure. Then in still water at 2.51 m/s, a Froude
-    number of 0.4, set swinging in heave and pitch: what the squares of its pitch grow by in 25 s, as a share a minute.
+    assets/validation/worlds/barge.yaml, whose hull has no damping, in a regular wave of 1.4 s without a ramp, and for a
+    step at 7.5 m/s: four warnings are expected with their figures. Then in still water at 2.51 m/s, a Froude
+    number of 0.4, oscillating in heave and pitch: the growth of the squares of its pitch in 25 s, as a share a minute.
 
-    Reference: Each warning once. The gain is that of the warning: 118 % a minute, by the eigenvalues of the scheme
+    Reference: Each warning once. The gain is that of the warning: 118 % a minute, by the eigenvalues of the integrator
     v' = v + dt a(v, s), s' = s + dt v' with the linear forces of added mass at that speed.
     """
     with warnings.catch_warnings(record=True) as caught, contextlib.chdir(folder() / "worlds"):
@@ -81,7 +81,7 @@ def calm_hour() -> Outcome:
 
     assets/validation/worlds/barge.yaml, a barge at rest in still water without damping, for an hour.
 
-    Reference: Nothing acts that would move it.
+    Reference: No force moves it.
     """
     _, places = record(packaged_simulation("barge"), lambda sim: only_boat(sim).position, 60, 60.0)
     yield Comparison("greatest distance from its place", "m", None, np.linalg.norm(places[1:], axis=1).max())
@@ -122,9 +122,9 @@ def same_bits() -> Outcome:
     """Equal to the last bit.
 
     The robot skiff in a sea of 20 components: alone and among 8 boats of which none is near, 20 s; and four rows of
-    a batch beside single runs of the same seeds, 5 s.
+    a batch compared with single runs of the same seeds, 5 s.
 
-    Reference: A boat does not feel how many others there are, nor how its run is computed.
+    Reference: The motion of a boat does not depend on the number of other boats, nor on how its run is computed.
     """
     sea = {**_SEA, "components": 20}
     places = [{"name": f"boat{i}", "pose": [40.0 * i, 0.0, 0.0, 0.0, 0.0, 0.0]} for i in range(8)]
@@ -185,10 +185,10 @@ def rough_treatment() -> Outcome:
     """Rough treatment.
 
     The barge of assets/validation/worlds/barge.yaml on its side with 3 rad/s, in waves of 0.14 of their length, and
-    dropped from 5 m; 20 skiffs at full power into each other in a sea; a WAM-V at full power that falls in upside
-    down, and one that runs up the shore of Sand Island. 20 s each, looked at ten times a second.
+    dropped from 5 m; 20 skiffs that collide at full power in a sea; a WAM-V at full power that falls in upside
+    down, and one that runs up the shore of Sand Island. 20 s each, checked ten times a second.
 
-    Reference: Numbers stay finite: what breaks, slams or is hit loses energy, and never gains any without bound.
+    Reference: Numbers stay finite: impacts dissipate energy, and no motion grows without bound.
     """
     for name, made in _ROUGH.items():
         sim, bad = made(), 0
@@ -334,9 +334,9 @@ def vrx_runs() -> Outcome:
     all motions.
 
     Reference: VRX's own C++ (osrf/vrx, gazebo_classic, commit c9b9388), compiled unmodified:
-    assets/validation/oracle, whose README says how. It was integrated with Gazebo's scheme at 1 ms; with added
-    mass, that in the mass matrix, by Runge and Kutta's. The band is three times the difference that its own results
-    show between steps of 1 and 10 ms; of decay_roll_added_mass that is more than the motion itself.
+    assets/validation/oracle, whose README says how. It was integrated with Gazebo's scheme at 1 ms. Runs with added
+    mass have it in the mass matrix and were integrated by Runge-Kutta. The band is three times the difference between
+    its own results with steps of 1 and 10 ms; for decay_roll_added_mass this is more than the motion itself.
     """
     for name in _RUNS:
         times, theirs, ours = _poses_of(_cases()[name])

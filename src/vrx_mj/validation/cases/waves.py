@@ -43,8 +43,8 @@ def airy() -> Outcome:
 def stokes5() -> Outcome:
     """Steep waves of the fifth order.
 
-    Worlds with a wave of model stokes5. The period is searched for at which our wave has the reference's length;
-    crest and trough are heights of the simulated surface.
+    Worlds with a wave of model stokes5. We search for the period at which our wave has the reference's length.
+    Crest and trough are heights of the simulated surface.
     """
     for row in rows("stokes5"):
         height, length, depth = (row[key] for key in ("height", "length", "depth"))
@@ -182,8 +182,8 @@ def sea_scatter() -> Outcome:
     A JONSWAP sea of Hs 1 m and Tp 7 s of 60 and 200 components; the height of the surface at one place for an hour, and
     in a world of `record: 600` for ten minutes, every two seconds, with 400 seeds.
 
-    Reference: a Gaussian sea, whose variance m0 has in a record of T seconds the variance int S^2 df / T (Bendat and
-    Piersol, 2010); the deviation of Hs over Hs is half of that of m0 over m0.
+    Reference: A Gaussian sea, whose variance m0 has the variance int S^2 df / T in a record of T seconds (Bendat and
+    Piersol, 2010); the relative deviation of Hs is half of that of m0.
     """
     density = _jonswap(np.linspace(0.25, 6.0, 20_001) * 2.0 * math.pi / PERIOD, 1.0)
     roughness = PERIOD * 20_000 / 5.75 * float((density**2).sum() / density.sum() ** 2)

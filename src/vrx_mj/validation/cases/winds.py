@@ -153,8 +153,8 @@ def wind_wander() -> Outcome:
     A wind that turns by 2 degrees/s from 30 degrees, for two turns; one with gusts of 1.5 m/s and a direction of 8
     degrees that are Gauss-Markov processes, both with a time constant of 1 s: 2 h, every 0.1 s.
 
-    Reference: Variance sigma^2, correlation e^(-t / tau). The bands are three standard deviations of what a record
-    of T = 7200 tau shows: sqrt(2 tau / T) of the variance, by Bartlett (1946) sqrt((1 - 3 e^-2) tau / T) of the
+    Reference: Variance sigma^2, correlation e^(-t / tau). The bands are three standard deviations of the estimate from
+    a record of T = 7200 tau: sqrt(2 tau / T) of the variance, by Bartlett (1946) sqrt((1 - 3 e^-2) tau / T) of the
     correlation after tau.
     """
     rate, times = 2.0, np.linspace(0.0, 360.0, 73)
@@ -199,9 +199,9 @@ def section_flume() -> Outcome:
     theory in two dimensions, in regular waves of the measured amplitude and 1 m of water, which grow as exp(-t / 2.5
     periods). Fixed: first harmonics of Froude-Krylov force and diffraction. Afloat, on the springs and with the
     friction of the rig: first harmonics in the flume's window over that of our wave there; mean force of the last 18
-    of 30 s. Its linear damping of roll is fitted to the roll at 1.238 s, which is no row.
+    of 30 s. Its linear roll damping is fitted to the roll at 1.238 s, which is not a row.
 
-    Reference: The mean force on the fixed section is not compared: a hull's file has that of a hull that moves.
+    Reference: The mean force on the fixed section is not compared: a hull's file has that of a moving hull.
     """
     charts: dict[str, list[tuple[float, float, float]]] = defaultdict(list)
     conditions = groupby(table_rows("flume"), lambda row: (row["set"], row["period"], 1e3 * row["height"]))

@@ -74,7 +74,7 @@ def in_launch(path):
 
 
 def in_xacro(path):
-    """A part of a xacro, which the process without rights opens."""
+    """A part of a xacro, which the sandboxed process opens."""
     Path("my.xacro").write_text(XACRO % path.format("urdf/part.xacro"), encoding="utf-8")
     return expand(Path("my.xacro"))
 

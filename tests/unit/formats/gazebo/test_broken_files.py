@@ -121,7 +121,7 @@ TREES = {
     "too_large": (
         {"bay.world": b"<sdf>" + b" " * 4000000 + b"</sdf>"},
         "bay.world",
-        "bay.world: has more than 4 MB, the largest size that is read",
+        "bay.world: is larger than 4 MB, the maximum",
     ),
     "missing_world": ({}, "bay.world", "bay.world: cannot be read: No such file or directory"),
     "missing_sdf": ({}, "bay.sdf", "bay.sdf: cannot be read: No such file or directory"),

@@ -183,7 +183,7 @@ def test_a_folder_that_is_deep(team):
 
 
 @pytest.mark.parametrize(("count", "each", "said"), [
-    (1, 10**12, "team/0.world: has more than 4 MB, the largest size that is read"),
+    (1, 10**12, "team/0.world: is larger than 4 MB, the maximum"),
     (10, 3_900_000, "more than 32 MB to read in team: name a smaller folder"),
 ])  # fmt: skip
 def test_files_that_are_large(team, count, each, said):

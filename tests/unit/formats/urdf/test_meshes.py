@@ -142,7 +142,7 @@ def test_too_many_triangles_are_refused(tmp_path):
 def test_too_large_a_file_is_refused_unread(tmp_path):
     with (tmp_path / "huge.stl").open("wb") as stream:
         stream.truncate(50_000_001)
-    assert refusal(tmp_path / "huge.stl") == "mesh huge.stl has more than 50 MB, the largest size that is read"
+    assert refusal(tmp_path / "huge.stl") == "mesh huge.stl is larger than 50 MB, the maximum"
 
 
 def test_a_mesh_in_millimetres_called_metres_is_refused(wedge, tmp_path):

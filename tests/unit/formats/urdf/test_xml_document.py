@@ -1,4 +1,4 @@
-"""XML of others: read as tinyxml reads it, in the process without rights, with the place of each element."""
+"""XML of others: read as tinyxml reads it, in the sandboxed process, with the place of each element."""
 
 import re
 import subprocess
