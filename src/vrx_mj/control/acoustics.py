@@ -1,4 +1,4 @@
-"""Acoustics: come to a beacon that lies still, or stay with one that swims."""
+"""Controllers of the acoustic tasks: reach a beacon that lies still, or follow one that swims."""
 
 import math
 from collections.abc import Iterable
@@ -18,63 +18,61 @@ if TYPE_CHECKING:
 
 
 _LEGS = ((50.0, 0.0), (100.0, 0.0), (100.0, 0.7), (150.0, 0.35), (100.0, -0.7), (150.0, -0.35))
-"""Where to look: distances [m] and angles [rad] from where the search began. A lidar sees things at 60 to 110 m."""
+"""Search legs: distances [m] and angles [rad] from where the search began. A lidar sees things at 60 to 110 m."""
 SEARCH_TIME = 40.0
-"""How long one of them is tried for [s]: a shore may lie before it."""
-_THERE = 6.0
-"""A place within this distance [m] was reached."""
-_ASIDE = 1.9
-"""Boats begin with the bow toward the course: what lies further than this [rad] off it is taken for the shore's."""
-
-
-_ROW, _MOST = 12.0, 1
-"""What has more others than that within that distance [m] is one of many: stones of a shore."""
+"""Longest time spent on one leg [s]: a shore may lie before its end."""
+_ARRIVAL_DISTANCE = 6.0
+"""A leg ends within this distance of its end point [m]."""
+_COURSE_SECTOR = 1.9
+"""Boats begin with the bow toward the course. What lies at a larger angle from it [rad] is taken for shore."""
+_ROW_SPACING, _ROW_NEIGHBOURS = 12.0, 1
+"""Something with more unknown neighbours than this within this distance [m] is one of the stones of a shore."""
 
 RANGE_NOISE = 3.0
 """Standard deviation of a range [m]: VRX's wamv_pinger.xacro."""
 ANGLE_NOISE = 0.01
-"""Standard deviation of a bearing and of an elevation [rad]: as above."""
+"""Standard deviation of a bearing and of an elevation [rad]: VRX's wamv_pinger.xacro."""
 _DEPTH, _DEPTH_NOISE = -1.0, 1.5
-"""What is known of a still beacon's height [m] before anything is heard: in the upper 3 m of the water."""
-_HEIGHT = 2.0
-"""Height or depth of a moving beacon [m]; VRX 3's swims under water and is heard from over it."""
-_SWERVE = 0.5
-"""Acceleration of a moving beacon [m/s2], as noise of 1 s."""
+"""Height of a still beacon before anything is heard, mean and standard deviation [m]: in the upper 3 m of the water."""
+_MOVING_HEIGHT = 2.0
+"""Height or depth of a moving beacon [m]; VRX 3's swims under water and is heard from above."""
+_BEACON_ACCELERATION = 0.5
+"""Standard deviation of a moving beacon's acceleration [m/s2], as white noise over 1 s."""
 _LEAST_ELEVATION = 4.0 * ANGLE_NOISE
-"""Below this [rad] an elevation gives no distance."""
-_HASTE = 1.5
-"""How much faster [m/s] than a boat that is to stop at the beacon: it need only pass by."""
-_BOW = 3.0
-"""Within this distance [m] of where it goes the boat keeps its heading: bearings are wild there."""
-_BERTH = 4.2
-"""Distance [m] from buoys: half the boat's length, the buoy's radius, and a metre and a half."""
-_CAUTIOUS = 3.0
-"""Speed [m/s] among buoys."""
+"""Smallest elevation from which a distance is computed [rad]."""
+_PASSING_SPEED = 1.5
+"""Speed above that of an approach which stops at the beacon [m/s]: the boat only has to pass by."""
+_HEADING_HOLD_DISTANCE = 3.0
+"""Within this distance of its goal the boat keeps its heading [m]: bearings are unreliable there."""
+_BUOY_CLEARANCE = 4.2
+"""Distance to keep from buoys [m]: half the boat's length, the buoy's radius, and 1.5 m."""
+_SPEED_AMONG_BUOYS = 3.0
+"""Largest speed among buoys [m/s]."""
 
 
 def in_a_row(place: Point, others: Iterable[Point]) -> bool:
-    """Whether something unknown is one of many: a lidar sees one stone here and one there."""
-    return sum(0.0 < math.dist(place, other) < _ROW for other in others) > _MOST
+    """Whether an unknown thing is one of a row: a lidar sees the stones of a shore one by one."""
+    return sum(0.0 < math.dist(place, other) < _ROW_SPACING for other in others) > _ROW_NEIGHBOURS
 
 
 class Roam:
-    """Places ahead of where a search began, one after the other."""
+    """A search: places ahead of where it began, one after the other."""
 
     def __init__(self, place: Point, heading: float, time: float) -> None:
-        """It begins at a place [m] with a heading [rad] at a time [s]."""
+        """Begin at a place [m] with a heading [rad] at a time [s]."""
         self._place, self._heading, self._since = place, heading, time
         self._leg = 0
 
     def next(self, seen: Estimate, time: float) -> Point:
-        """Where to go now [m]."""
-        if seen.to(*self._goal)[0] < _THERE or time - self._since > SEARCH_TIME:
+        """The place to go to now [m]."""
+        if seen.to(*self._goal)[0] < _ARRIVAL_DISTANCE or time - self._since > SEARCH_TIME:
             self._leg, self._since = self._leg + 1, time
         return self._goal
 
-    def likely(self, place: Point, reach: float) -> bool:
-        """Whether a place may be of the course: it lies ahead of the beginning, and not too far off."""
+    def may_be_course(self, place: Point, reach: float) -> bool:
+        """Whether a place may belong to the course: it lies within `reach` [m] ahead of where the search began."""
         bearing = direction_to(self._place, place)
-        return math.dist(place, self._place) < reach and abs(wrap_angle(bearing - self._heading)) < _ASIDE
+        return math.dist(place, self._place) < reach and abs(wrap_angle(bearing - self._heading)) < _COURSE_SECTOR
 
     @property
     def _goal(self) -> Point:
@@ -84,7 +82,7 @@ class Roam:
 
 @dataclass(frozen=True)
 class SoundBearing:
-    """Direction and range of a beacon as one sound gives them, in the local frame."""
+    """Direction and range of a beacon from one sound, in the local frame."""
 
     position: FloatArray
     """Position of the boat at that time, (3,) [m]."""
@@ -97,7 +95,7 @@ class SoundBearing:
 
 
 def sound_bearing(sound: "Sound", seen: Estimate, age: float) -> SoundBearing:
-    """A receiver's reading, `age` [s] old, by a boat that is now as `seen`."""
+    """The bearing of a receiver's reading that is `age` [s] old, for a boat whose state now is `seen`."""
     level = math.cos(sound.elevation)
     own = (level * math.cos(sound.bearing), level * math.sin(sound.bearing), math.sin(sound.elevation))
     direction = seen.rotation @ own
@@ -106,7 +104,7 @@ def sound_bearing(sound: "Sound", seen: Estimate, age: float) -> SoundBearing:
 
 
 class StillBeacon:
-    """Least squares over all that was heard, as an information filter of the beacon's position.
+    """Least squares over all sounds, as an information filter of the beacon's position.
 
     A sound is a point, at its range in its direction, whose error is 3 m along the direction and 1 % of the distance
     across it. Bearings from two places cross sharply, so the estimate is good long before the boat is there.
@@ -120,7 +118,7 @@ class StillBeacon:
         """East and north [m]; None before the first sound."""
 
     def update(self, sound: SoundBearing) -> None:
-        """Take a sound in."""
+        """Add a sound to the estimate."""
         distance = max(1.0, abs(sound.range))
         if self.place is not None:
             distance = max(1.0, math.dist(self.place, sound.position[:2].tolist()))
@@ -133,10 +131,10 @@ class StillBeacon:
 
 
 class MovingBeacon:
-    """A Kalman filter of a beacon's place and velocity on the water, constant but for `_SWERVE`.
+    """A Kalman filter of a beacon's place and velocity on the water; its acceleration is white noise.
 
-    Near by, the elevation of a beacon whose height is known gives its distance better than the range does: at 8 m
-    within 0.3 m. Both are taken, each with its weight.
+    At short distance the elevation of a beacon whose height is known gives its distance better than the range does: at
+    8 m within 0.3 m. Both are used, each with its weight.
     """
 
     def __init__(self) -> None:
@@ -145,7 +143,7 @@ class MovingBeacon:
         self._time = 0.0
 
     def update(self, sound: SoundBearing, t: float) -> None:
-        """Take a sound of the time `t` [s] in."""
+        """Add a sound heard at the time `t` [s] to the estimate."""
         place, covariance = _on_water(sound)
         if self._state is None:
             self._state = np.array([*place, 0.0, 0.0])
@@ -170,16 +168,16 @@ class MovingBeacon:
         step = np.eye(4)
         step[0, 2] = step[1, 3] = interval
         noise = np.kron(np.array([[interval**3 / 3, interval**2 / 2], [interval**2 / 2, interval]]), np.eye(2))
-        self._covariance = step @ self._covariance @ step.T + _SWERVE**2 * noise
+        self._covariance = step @ self._covariance @ step.T + _BEACON_ACCELERATION**2 * noise
         return np.asarray(step @ state)
 
 
 def _on_water(sound: SoundBearing) -> tuple[FloatArray, FloatArray]:
-    """Where a sound puts the beacon [m], east and north, and the covariance [m2]."""
+    """The beacon's place from one sound [m], east and north, and its covariance [m2]."""
     level = math.cos(sound.elevation)
     distance, weight = sound.range * level, RANGE_NOISE**-2
     if abs(sound.elevation) > _LEAST_ELEVATION:
-        rise = abs(math.copysign(_HEIGHT, sound.elevation) - float(sound.position[2]))
+        rise = abs(math.copysign(_MOVING_HEIGHT, sound.elevation) - float(sound.position[2]))
         by_angle = rise / math.tan(abs(sound.elevation))
         sharp = (ANGLE_NOISE * (by_angle**2 + rise**2) / rise) ** -2
         distance, weight = (distance * weight + by_angle * sharp) / (weight + sharp), weight + sharp
@@ -190,14 +188,14 @@ def _on_water(sound: SoundBearing) -> tuple[FloatArray, FloatArray]:
 
 
 class Listener(Skipper):
-    """Hears a beacon by the boat's acoustic receiver."""
+    """A skipper who hears a beacon through the boat's acoustic receiver."""
 
     def begin(self) -> None:
-        """Forget what was heard."""
+        """Forget all sounds."""
         self._count = -1
 
     def sound(self, now: Moment) -> SoundBearing | None:
-        """What was heard since the last call, if anything."""
+        """The newest sound, or None if there is none since the last call."""
         name = sensor_named(now.boat, "pinger") or sensor_named(now.boat, "receiver")
         if name is None:
             return None
@@ -231,8 +229,8 @@ class BeaconSeeker(Listener):
         if self._beacon.place is None:
             return self.stop(now)
         distance, bearing = now.seen.to(*self._beacon.place)
-        speed = min(self.pilot.top_speed, _HASTE + approach_speed(distance, POSITION_RATE, self.pilot.braking))
-        return self.sail(now, speed, bearing, bearing if distance > _BOW else now.seen.heading)
+        speed = min(self.pilot.top_speed, _PASSING_SPEED + approach_speed(distance, POSITION_RATE, self.pilot.braking))
+        return self.sail(now, speed, bearing, bearing if distance > _HEADING_HOLD_DISTANCE else now.seen.heading)
 
 
 class BeaconFollower(Listener):
@@ -261,11 +259,11 @@ class BeaconFollower(Listener):
         beacon, seen = self._beacon.at(now.t), now.seen
         if beacon is None:
             return self.stop(now)
-        discs = [(buoy.place, _BERTH) for buoy in self._lookout.map.sure]
+        discs = [(buoy.place, _BUOY_CLEARANCE) for buoy in self._lookout.map.sure]
         goal = clear_of(beacon[:2], discs)
         aim = around(seen.place, goal, discs)
         distance, bearing = seen.to(*goal)[0], seen.to(*aim)[1]
-        speed = min(_CAUTIOUS, approach_speed(distance, POSITION_RATE, self.pilot.braking))
+        speed = min(_SPEED_AMONG_BUOYS, approach_speed(distance, POSITION_RATE, self.pilot.braking))
         drift = beacon[2:] if aim == beacon[:2] else (0.0, 0.0)
         velocity = beside(drift, bearing, speed)
-        return self.pilot.sail(seen, now.t, *velocity, bearing if distance > _BOW else seen.heading)
+        return self.pilot.sail(seen, now.t, *velocity, bearing if distance > _HEADING_HOLD_DISTANCE else seen.heading)

@@ -144,12 +144,12 @@ class Docking(Skipper):
     def _tower(self, seen: Estimate) -> Tower | None:
         """The tower that may be the light buoy: one that was seen lit, or else the nearest."""
         assert self._roam is not None, "before the task runs"
-        likely, towers = self._roam.likely, self.lookout.towers
+        may_be_course, towers = self._roam.may_be_course, self.lookout.towers
         places = [tower.place for tower in towers]
         known = [
             tower
             for tower in towers
-            if tower.lit or (likely(tower.place, _TOWER_REACH) and not in_a_row(tower.place, places))
+            if tower.lit or (may_be_course(tower.place, _TOWER_REACH) and not in_a_row(tower.place, places))
         ]
         return min(known, key=lambda tower: (not tower.lit, tower.far(seen)), default=None)
 
@@ -196,7 +196,7 @@ class Docking(Skipper):
     def _view(self, seen: Estimate) -> tuple[Face, Point] | None:
         """What to look at next, and where from: an unread face, from before it, or the back of one that was read."""
         assert self._roam is not None, "before the task runs"
-        known = [face for face in self.lookout.faces if self._roam.likely(face.place, math.inf)]
+        known = [face for face in self.lookout.faces if self._roam.may_be_course(face.place, math.inf)]
         unread = [face for face in known if not face.symbol and face.looks < 5 and face.tried < _FACE_PATIENCE]
         views = [(face, face.ahead(LINE_UP + 2.0)) for face in unread]
         if not views:

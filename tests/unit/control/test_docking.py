@@ -121,9 +121,9 @@ def test_a_search_goes_on_when_it_is_there_or_has_tried_for_long():
     second = roam.next(estimate(*first), 20.0)
     assert second == pytest.approx((10.0, 100.0))
     assert roam.next(estimate(10.0, 60.0), 21.0 + SEARCH_TIME) != second
-    assert roam.likely((10.0, 30.0), 60.0)
-    assert not roam.likely((10.0, 90.0), 60.0)
-    assert not roam.likely((10.0, -30.0), 60.0)
+    assert roam.may_be_course((10.0, 30.0), 60.0)
+    assert not roam.may_be_course((10.0, 90.0), 60.0)
+    assert not roam.may_be_course((10.0, -30.0), 60.0)
 
 
 def test_a_cutout_is_about_its_place_and_whole():
