@@ -286,6 +286,24 @@ def test_rows_are_sailed_together_and_one_that_fails_fails_alone(folder, monkeyp
 
 
 @POSIX
+def test_logs_of_rows_have_their_warnings(folder, monkeypatch):
+    monkeypatch.chdir(folder)
+    Path("upset.yaml").write_text("boats: [{name: wamv, pose: [0, 0, 1, 3, 0, 0]}]", encoding="utf-8")
+    logs = {}
+    for rows in (True, False):
+        place = made(folder / f"upset {rows}")
+        trials = [
+            Trial(Cell("crew:abreast", "gusts.yaml", seed), fleet="upset.yaml", duration=1.0, rows=rows)
+            for seed in range(3)
+        ]
+        assert all(not result.has_failed for result in run_trials(trials, place, ProcessPool(1)))
+        texts = [(place / trial.cell.folder / "log.txt").read_text(encoding="utf-8") for trial in trials]
+        logs[rows] = [re.findall("VrxWarning: (.*)", text) for text in texts]
+    assert logs[True] == logs[False]
+    assert [line for line in logs[True][2] if line.startswith("wamv has capsized at t = 0.1 s")]
+
+
+@POSIX
 def test_rows_that_end_their_worker_are_sailed_alone(folder, monkeypatch, tmp_path):
     monkeypatch.chdir(folder)
     trials = [Trial(Cell("crew:mutiny", "gusts.yaml", seed), duration=2.0, rows=True) for seed in range(16)]

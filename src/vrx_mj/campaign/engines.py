@@ -31,7 +31,7 @@ _PROBE, _ROOM = ".probe", 65_536
 """A file that is written to see whether there is room, and its size [bytes]."""
 _AHEAD = 16
 """Results that a worker may be ahead of those taken."""
-_CHUNK = 64
+_CHUNK = 256
 """Trials that a worker gets at a time, at most."""
 
 

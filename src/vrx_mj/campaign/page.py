@@ -42,16 +42,16 @@ _SHAPE = 1.5
 """Width by height of a map."""
 _PIXELS = 720.0
 """Width of a map when it is shown large [px]: sizes that must stay visible go by it."""
-_MOST_POINTS = 1500
-"""Points of all tracks of a map together, at most."""
+_TRACKS, _TRACK_POINTS = 50, 30
+"""Tracks of a map, and points of each, at most: more hide each other."""
 _MAPS_SIZE = 900_000
-"""Characters of all maps together, a fifteenth of it points of tracks: no more maps are drawn beyond."""
+"""Characters of all maps together, 500 of them for a track: no more maps are drawn beyond."""
 _SHOWN_SEEDS = 30
 """Seeds up to which each has a column of its own."""
 _SHOWN_CELLS = 3000
 """Trials up to which each has a cell of its own, and rows of the table of scores, at most."""
 _LISTED = 200
-"""Kinds of failures, changes, points of a controller in a chart and tracks on a map that are shown, at most."""
+"""Kinds of failures, changes, and points of a controller in a chart that are shown, at most."""
 _BEND = 1.0
 """Details of the shore that are smaller than this are left out [m]."""
 _NEAR = 40.0
@@ -62,14 +62,11 @@ _Line = Sequence[Sequence[float]]
 _Values = dict[str, Any]
 
 
-def map_values(
-    sketch: _Values, results: Sequence[Result], controllers: Sequence[str], most_points: int = _MOST_POINTS
-) -> _Values:
+def map_values(sketch: _Values, results: Sequence[Result], controllers: Sequence[str]) -> _Values:
     """What the template of a map takes: the frame, the land in it, a scale bar, and the tracks of these trials."""
     tracks = [(result, line) for result in results for line in result.tracks.values() if line]
     west, south, east, north = view = _view(sketch, [line for _, line in tracks])
-    pixel, stride = (east - west) / _PIXELS, 1 + sum(len(line) for _, line in tracks) // most_points
-    length = nice_length((east - west) / 4.0)
+    pixel, length = (east - west) / _PIXELS, nice_length((east - west) / 4.0)
     x, y = west + 14.0 * pixel, south + 16.0 * pixel
     return {
         "west": west, "north": north, "width": east - west, "height": north - south, "pixel": pixel,
@@ -77,14 +74,14 @@ def map_values(
         "bar": [(x, y + 4.0 * pixel), (x, y), (x + length, y), (x + length, y + 4.0 * pixel)],
         "bar_label": (x + length / 2, y + 5.0 * pixel),
         "bar_length": length,
-        "tracks": [_track(result, line, stride, controllers) for result, line in tracks],
+        "tracks": [_track(result, line, controllers) for result, line in tracks],
     }  # fmt: skip
 
 
-def _track(result: Result, line: _Line, stride: int, controllers: Sequence[str]) -> _Values:
+def _track(result: Result, line: _Line, controllers: Sequence[str]) -> _Values:
     """A boat's way; the template ends it with a dot, or a cross where the trial failed."""
     cell, number = result.cell, controllers.index(result.cell.controller)
-    points = [*line[:-1:stride], line[-1]]
+    points = [*line[: -1 : 1 + len(line) // _TRACK_POINTS], line[-1]]
     return {
         "controller": cell.controller, "seed": cell.seed, "failed": result.has_failed, "points": points,
         "index": number,
@@ -352,7 +349,7 @@ def _color(score: float, scores: Sequence[float], better: str) -> str:
 def _maps(campaign: Campaign, sketches: Mapping[str, _Row]) -> Iterator[_Row]:
     plan, tasks = campaign.manifest.plan, tasks_of_worlds(campaign.results.values())
     groups, detailed = grouped(campaign.results.values(), lambda result: result.cell.world), _is_detailed(campaign)
-    left, most_points = _MAPS_SIZE, min(_MOST_POINTS, max(60, _MAPS_SIZE // 15 // len(plan.worlds)))
+    left = _MAPS_SIZE
     for number, world in enumerate(plan.worlds):
         if world not in sketches or left < 0:
             continue
@@ -363,7 +360,7 @@ def _maps(campaign: Campaign, sketches: Mapping[str, _Row]) -> Iterator[_Row]:
             if own:
                 recorded = [result for result in own if result.recording and detailed]
                 lines.append({"controller": controller, "index": index, "mean": mean_of(own), "recorded": recorded})
-        svg = map_svg(world, sketches[world], found, plan.controllers, most_points)
+        svg = map_svg(world, sketches[world], found, plan.controllers)
         left -= len(svg)
         yield {
             "world": world, "number": number, "task": tasks.get(world), "lines": lines,
@@ -374,7 +371,7 @@ def _maps(campaign: Campaign, sketches: Mapping[str, _Row]) -> Iterator[_Row]:
 
 def _with_tracks(campaign: Campaign) -> Campaign:
     """The campaign with the tracks that the maps show: of each world some trials from the best to the worst."""
-    most = max(3, min(_LISTED, _MAPS_SIZE // 450 // len(campaign.manifest.plan.worlds)))
+    most = max(3, min(_TRACKS, _MAPS_SIZE // 500 // len(campaign.manifest.plan.worlds)))
     chosen = []
     for own in grouped(campaign.results.values(), lambda result: result.cell.world).values():
         order = sorted(own, key=lambda result: (result.has_failed, result.score or 0.0))
@@ -390,11 +387,9 @@ def _with_tracks(campaign: Campaign) -> Campaign:
     )
 
 
-def map_svg(
-    world: str, sketch: _Row, results: Sequence[Result], controllers: Sequence[str], most_points: int = _MOST_POINTS
-) -> Markup:
+def map_svg(world: str, sketch: _Row, results: Sequence[Result], controllers: Sequence[str]) -> Markup:
     """A world from above with the tracks of these trials."""
-    values = {"world": world, **map_values(sketch, results, controllers, most_points)}
+    values = {"world": world, **map_values(sketch, results, controllers)}
     return Markup(_environment().get_template("map.svg.j2").render(map=values, sketch=sketch))
 
 

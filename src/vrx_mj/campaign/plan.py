@@ -5,6 +5,7 @@ import glob
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
+from functools import cache
 from hashlib import sha256
 from itertools import product
 from pathlib import Path
@@ -169,6 +170,7 @@ def _worlds(pattern: str) -> Sequence[str]:
     return found
 
 
+@cache
 def folder_name(name: str) -> str:
     """A name as that of one folder, on any system: `vrx2022/gymkhana` becomes `vrx2022.gymkhana`.
 

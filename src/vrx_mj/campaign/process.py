@@ -30,14 +30,14 @@ import numpy as np
 
 from vrx_mj.campaign.plan import State, Trial
 from vrx_mj.campaign.program import ENDING, adopt_orphans
-from vrx_mj.campaign.results import ALLOWED, END, GROUP, LOG, REACHED, WHAT, Result, Stopwatch
+from vrx_mj.campaign.results import ALLOWED, END, GROUP, LOG, REACHED, TIME_UP, WHAT, Result, Stopwatch
 from vrx_mj.campaign.trial import PREPARATION, sail, sail_rows
 from vrx_mj.outputs import check_inside
 from vrx_mj.runtime.simulation import Simulation
 
 _PRELOADED = "vrx_mj.campaign.warm"
 _GRACE = 5.0
-"""A process that should have ended itself is killed this much later [s]."""
+"""A process that should have ended is killed this much later [s]."""
 _MOST_LOG = 50_000_000
 """A trial that prints more than this is ended [bytes]."""
 _TAIL = 100_000
@@ -172,9 +172,13 @@ class TrialProcess:
                 return found
             self._process.join(_GRACE)
         if self._process.is_alive():
-            if late <= _GRACE and found is None and not self._prints_too_much():
-                return []
-            reason = None if late > _GRACE else f"printed more than {_MOST_LOG // 1_000_000} MB"
+            if found is None and late <= (_GRACE if TIME_UP is None else 0.0):
+                if not self._prints_too_much():
+                    return []
+                reason = f"printed more than {_MOST_LOG // 1_000_000} MB"
+            elif found is None and TIME_UP is not None and self._process.pid is not None:
+                os.kill(self._process.pid, TIME_UP)  # it writes to its log where it is, and ends
+                self._process.join(_GRACE)
             self.stop()
         self._process.join()
         self._end_groups()
@@ -257,6 +261,8 @@ def _sail_here(
         os.setsid()
     die_with_parent()
     adopt_orphans()
+    if TIME_UP is not None:
+        faulthandler.register(TIME_UP, 2, chain=True)  # which ends it
     stopwatch, before = Stopwatch(shared), ProcessState()
     for trial in trials:
         folder = root / trial.cell.folder
@@ -266,7 +272,6 @@ def _sail_here(
             for note in notes:
                 warnings.warn_explicit(note.message, note.category, note.filename, note.lineno)
             results = sail_rows(trials, stopwatch, warm) if together else [sail(trial, folder, stopwatch, warm)]
-        faulthandler.cancel_dump_traceback_later()
         sys.stdout.flush()
         sys.stderr.flush()
         if trial is not trials[0] and results[0].has_failed:

@@ -4,6 +4,7 @@ import csv
 import faulthandler
 import io
 import json
+import signal
 import sqlite3
 import time
 from collections.abc import Iterable, Iterator, Mapping, MutableSequence
@@ -11,6 +12,8 @@ from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from vrx_mj.arrays import FloatArray
 from vrx_mj.campaign.plan import Cell, State, folder_name
@@ -271,6 +274,8 @@ def write_text(file: Path, text: str) -> None:
     write_files(file.parent, {file.name: text}, WHAT)
 
 
+TIME_UP = getattr(signal, "SIGUSR2", None)
+"""Signal with which the campaign ends a trial whose time is up; Windows has none, and the trial ends itself."""
 END, ALLOWED, REACHED, GROUP = 0, 1, 2, 3
 """Slots of the memory that a trial shares: when it must have ended, by the monotonic clock, the wall time that it may
 take, the simulated time that it has reached [s], and the process group of the program that sails it, or 0."""
@@ -284,15 +289,16 @@ MOST = 400
 
 
 class Stopwatch:
-    """Reports to the campaign how far the trial is, and ends this process when its time is up."""
+    """Reports to the campaign how far the trial is, and when it must have ended."""
 
     def __init__(self, shared: MutableSequence[float]) -> None:
         self._shared = shared
 
     def allow(self, wall: float) -> None:
-        """Let the trial take this wall time [s] from now on; then it writes to its log where it is, and ends."""
+        """Let the trial take this wall time [s] from now on."""
         self._shared[ALLOWED], self._shared[END] = wall, time.monotonic() + wall
-        faulthandler.dump_traceback_later(wall, exit=True)
+        if TIME_UP is None:
+            faulthandler.dump_traceback_later(wall, exit=True)
 
     def reach(self, moment: float) -> None:
         """Note the simulated time [s]."""
@@ -323,10 +329,10 @@ class Tracks:
 
 def simplified_track(places: list[_Point]) -> list[list[float]]:
     """A line through few of these places (Douglas and Peucker 1973), with a tolerance that keeps it short enough."""
-    from shapely import LineString
+    import shapely
 
-    tolerance, points = TOLERANCE, places
+    tolerance, points = TOLERANCE, np.array(places)
     while len(points) > 2 and (len(points) > MOST or tolerance == TOLERANCE):
-        points = list(LineString(points).simplify(tolerance, preserve_topology=False).coords)
-        tolerance *= 1.5
-    return [[round(x, 1), round(y, 1)] for x, y in points]
+        line = shapely.simplify(shapely.linestrings(points), tolerance, preserve_topology=False)
+        tolerance, points = 1.5 * tolerance, shapely.get_coordinates(line)
+    return points.round(1).tolist()  # type: ignore[no-any-return]

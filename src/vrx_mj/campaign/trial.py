@@ -15,15 +15,25 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vrx_mj.arrays import FloatArray
+from vrx_mj.arrays import BoolArray, FloatArray
 from vrx_mj.campaign.plan import Cell, State, Trial
 from vrx_mj.campaign.results import Result, Stopwatch, Tracks
 from vrx_mj.campaign.vary import numbers_by_name
 from vrx_mj.errors import VrxError
 from vrx_mj.mjcf.compile import compile_world
-from vrx_mj.model.numbers import run_numbers
+from vrx_mj.model.numbers import run_numbers, with_numbers
 from vrx_mj.runtime.batch import Batch
-from vrx_mj.runtime.run import Controller, Summary, fingerprint, load_controller, planned_duration, run, steps_of_calls
+from vrx_mj.runtime.run import (
+    Controller,
+    Summary,
+    fingerprint,
+    harmless_speeds,
+    is_unusual,
+    load_controller,
+    planned_duration,
+    run,
+    steps_of_calls,
+)
 from vrx_mj.runtime.simulation import Simulation
 
 _RECORDING = "run.rrd"
@@ -95,7 +105,7 @@ def sail(trial: Trial, folder: Path, stopwatch: Stopwatch, warm: Simulation | No
         warm = warm or Simulation(compile_world(trial.cell.world, fleet=trial.fleet))
         base = warm.world
         numbers = numbers_by_name(base, trial.parameters)
-        if not numbers.keys() <= run_numbers(base.numbers).keys():
+        if numbers and not numbers.keys() <= run_numbers(base.numbers).keys():
             warm = Simulation(compile_world(trial.cell.world, fleet=trial.fleet, parameters=numbers))
             numbers = {}
         warm.reset(trial.cell.seed, parameters=numbers)
@@ -112,22 +122,24 @@ def sail(trial: Trial, folder: Path, stopwatch: Stopwatch, warm: Simulation | No
 def sail_rows(trials: Sequence[Trial], stopwatch: Stopwatch, warm: Simulation | None) -> list[Result]:
     """Sail trials of one controller that takes rows, in one world, as the rows of a batch; their results.
 
+    Trials of which a run may warn, as boats capsize, have none: their logs are written when they are sailed alone.
     There are none where each must be sailed alone: with a task; with quantities that a batch cannot vary; after an
     error, of which each trial then has its own; and where the first or the last one comes out otherwise alone, as by
     numpy's `@`, which rounds by the number of rows. `warm` is as in `sail`.
     """
     try:
         sim = warm or Simulation(compile_world(trials[0].cell.world, fleet=trials[0].fleet))
-        results, *alone = (_row_results(own, stopwatch, sim) for own in (trials, trials[:1], trials[-1:]))
+        (results, unusual), *alone = (_row_results(own, stopwatch, sim) for own in (trials, trials[:1], trials[-1:]))
     except Exception:
         traceback.print_exc()
         return []
     ends = zip(alone, (results[0], results[-1]), strict=True)
-    return results if all(own.state_sha256 == row.state_sha256 for (own,), row in ends) else []
+    same = all(own.state_sha256 == row.state_sha256 for ((own,), _), row in ends)
+    return [result for result, odd in zip(results, unusual, strict=True) if same and not odd]
 
 
-def _row_results(trials: Sequence[Trial], stopwatch: Stopwatch, warm: Simulation) -> list[Result]:
-    """Results of trials without a task, which end with their time."""
+def _row_results(trials: Sequence[Trial], stopwatch: Stopwatch, warm: Simulation) -> tuple[list[Result], BoolArray]:
+    """Results of trials without a task, which end with their time; of which of them a run may warn."""
     begun, world, first = time.perf_counter(), warm.world, trials[0]
     steps = warm.steps_in(first.duration or planned_duration(warm))
     stopwatch.allow(PREPARATION)
@@ -136,6 +148,8 @@ def _row_results(trials: Sequence[Trial], stopwatch: Stopwatch, warm: Simulation
     batch.vary(parameters={name: [own[name] for own in numbers] for name in numbers[0]})
     batch.reset(seed=seeds)
     controller: Any = load_own_controller(first.cell.controller, seeds)
+    worlds = [with_numbers(world.parameters, own, run_numbers(world.numbers)) for own in numbers]
+    speeds, unusual = np.array([*map(harmless_speeds, worlds)]), np.zeros(batch.n, bool)
     seen, tracks = batch.features[..., :2].copy(), [Tracks() for _ in trials]
     way = np.zeros(seen.shape[:2])
     stopwatch.allow(first.timeout or _EXTRA_TIME + steps * batch.timestep)  # if it is not enough, each has so much
@@ -149,6 +163,7 @@ def _row_results(trials: Sequence[Trial], stopwatch: Stopwatch, warm: Simulation
         now = batch.features[..., :2].copy()
         way += np.hypot(*np.moveaxis(now - seen, -1, 0))
         seen = now
+        unusual |= is_unusual(batch.features, speeds)
     common = {
         "sim_time": steps * batch.timestep, "wall_time": (time.perf_counter() - begun) / batch.n,
         "platform": fingerprint(), "world_sha256": world.sha256,
@@ -157,7 +172,7 @@ def _row_results(trials: Sequence[Trial], stopwatch: Stopwatch, warm: Simulation
     return [
         _result(trial, own, state_sha256=batch.get_state(row).sha256, poses_sha256=motions[row], **common)
         for row, (trial, own) in enumerate(zip(trials, tracks, strict=True))
-    ]
+    ], unusual
 
 
 def _result(trial: Trial, tracks: Tracks, **own: Any) -> Result:

@@ -23,6 +23,8 @@ from vrx_mj.runtime.batch import Batch
 from vrx_mj.runtime.run import fingerprint, takes_rows
 from vrx_mj.runtime.simulation import Simulation
 
+_ROWS = 64
+"""Rows of a batch, at most."""
 _LOADING = 60.0
 """Wall time that the check of a controller waits for it [s]."""
 
@@ -55,18 +57,20 @@ class Worker:
             alone = trial.record or trial.serving
             together.setdefault(trial.cell if alone else (trial.cell.controller, trial.cell.world), []).append(trial)
         for trials in together.values():
-            yield from self._sail(trials)
+            count = _ROWS if trials[0].rows else len(trials)
+            for first in range(0, len(trials), count):
+                yield from self._sail(trials[first : first + count])
 
     def _sail(self, trials: Sequence[Trial]) -> Iterator[Result]:
         """Results of trials of a controller in a world: of rows, where a batch can, and else one after the other."""
         self._prepare(trials[0])
         whose = trials[0].cell.controller, trials[0].cell.world
         if trials[1:] and trials[0].rows and self._warm and not self._warm.world.parameters.task:
-            results = list(self._results(trials, together=True))
-            if len(results) == len(trials):
-                yield from results
-                return
-            self._repeats[whose] = False
+            results = [result for result in self._results(trials, together=True) if not result.has_failed]
+            yield from results
+            sailed = {result.cell for result in results}
+            trials = [trial for trial in trials if trial.cell not in sailed]
+            self._repeats.setdefault(whose, False)
         if trials[2:] and FORKS and whose not in self._repeats:
             first, *later = self._results(trials[:2])
             yield first
@@ -76,11 +80,9 @@ class Worker:
                 self._repeats[whose] = [replace(one, wall_time=alone.wall_time) for one in later] == [alone]
             trials = trials[2:]
         while trials:
-            results = []
             for result in self._results(trials if self._repeats.get(whose) else trials[:1]):
-                results.append(result)
+                trials = trials[1:]
                 yield result
-            trials = trials[len(results) :]
 
     def _results(self, trials: Sequence[Trial], *, together: bool = False) -> Iterator[Result]:
         """Results of trials that one process sails; fewer where the rest is to be sailed by another one."""

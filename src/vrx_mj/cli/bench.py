@@ -85,7 +85,7 @@ def sailing(count: int, world: Mapping[str, object] = SEA) -> Simulation:
 
 Row = dict[str, Any]
 _ROUNDS = 15
-_FIGURES = 26
+_FIGURES = 27
 """Figures that `measure` takes: for the progress only."""
 _VERDICTS = {True: "yes", False: "no", None: ""}
 
@@ -132,8 +132,10 @@ def _core_rows() -> Iterator[Row]:
     yield bench_row("lidar_scans", lidar_scans(30), "scans/s", 100.0, at_least=True)
     yield bench_row("rtf_1", real_time_factor(), "x real time", None)
     yield bench_row("ardupilot_rtf", ardupilot_factor(2000), "x real time", 5.0, at_least=True)
-    for name, world in (("calm", _CALM), ("sea", SEA), ("task", {**_OCEAN, "task": _TASK})):
-        yield bench_row(f"campaign_share_{name}", campaign_share(world), "of processor time", 0.85, at_least=True)
+    task = {**_OCEAN, "task": _TASK}
+    for name, worlds in (("calm", [_CALM]), ("sea", [SEA]), ("task", [task]), ("mix", [_CALM, task])):
+        share = campaign_share(worlds, controllers=len(worlds))
+        yield bench_row(f"campaign_share_{name}", share, "of processor time", 0.85, at_least=True)
 
 
 def batch_rows() -> list[Row]:

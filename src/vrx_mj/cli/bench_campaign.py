@@ -1,8 +1,9 @@
 """What of a campaign's processor time is simulation."""
 
+import itertools
 import json
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import chdir, closing
 from pathlib import Path
 
@@ -28,32 +29,40 @@ _WARM_UP = 10
 """Trials that do not count."""
 
 
-def campaign_share(world: Mapping[str, object], trials: int = 100) -> float:
+def campaign_share(worlds: Sequence[Mapping[str, object]], *, controllers: int = 1, trials: int = 100) -> float:
     """Share of a campaign's processor time in which trials of 30 s step, observe, and keep the score.
 
     That is what a trial takes from the first call of its controller to the last, and a 299th more, over what all
-    processes take, with the database and the page. Trials of a warm-up do not count.
+    processes take, with the database and the page. Each world has a campaign, of `trials` of each controller beside
+    those of a warm-up, which do not count.
     """
+    simulated, taken = zip(*(_times(world, controllers, trials) for world in worlds), strict=True)
+    return sum(simulated) / sum(taken)
+
+
+def _times(world: Mapping[str, object], controllers: int, trials: int) -> tuple[float, float]:
+    """Processor time that trials of a world simulate, and that they take in all [s]."""
     with tempfile.TemporaryDirectory() as folder, chdir(folder):
-        write_files(Path(), {"hold.py": _CONTROLLER, "world.yaml": json.dumps(world)}, "the campaign")
-        seeds, last = tuple(range(4 * trials)), _WARM_UP + trials - 1  # workers get many at a time until there are few
-        begun = begin(Path("results"), Plan(("hold:steady",), ("world.yaml",), seeds, duration=30.0))
-        planned = [begun.manifest.plan.trial(cell) for cell in begun.manifest.plan.cells]
+        names = [f"hold_{number}" for number in range(controllers)]
+        files = {f"{name}.py": _CONTROLLER for name in names}
+        write_files(Path(), {**files, "world.yaml": json.dumps(world)}, "the campaign")
+        seeds, last = tuple(range(4 * trials)), _WARM_UP + trials * controllers
+        plan = Plan(tuple(f"{name}:steady" for name in names), ("world.yaml",), seeds, duration=30.0)
+        begun = begin(Path("results"), plan)  # workers get many at a time until there are few
+        planned = [plan.trial(cell) for cell in plan.cells]
         page, simulated, marks = LivePage(begun), 0.0, list[float]()
         sailed = run_trials(planned, begun.folder, ProcessPool(1))
         with ResultStore(begun.folder, writes=True) as store, closing(sailed):
-            for result in sailed:
+            for number, result in enumerate(itertools.islice(sailed, last), start=1):
                 store.add(result)
                 page.refresh()
-                if result.cell.seed in (_WARM_UP - 1, last):
+                if number in (_WARM_UP, last):
                     marks.append(_spent())
-                if result.cell.seed >= _WARM_UP:
+                if number > _WARM_UP:
                     log = begun.folder / result.cell.folder / LOG
                     first, final = map(float, log.read_text(encoding="utf-8").split())
                     simulated += (final - first) * 300 / 299
-                if result.cell.seed == last:
-                    break
-        return simulated / (marks[1] - marks[0])
+        return simulated, marks[1] - marks[0]
 
 
 def _spent() -> float:

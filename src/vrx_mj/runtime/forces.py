@@ -44,7 +44,7 @@ class RunCopy:
         named = arrays.by_name(np.zeros(3, np.int64), np.zeros((0, 0)))
         changed = [name for name in named if ARRAYS[name].use == STATE or name in _APPLIED]
         self._own, self._copies = named, {name: named[name].copy() for name in changed}
-        self._run = Run(arrays.model, arrays.contact_free, arrays.data, named | self._copies)
+        self._run = Run(arrays.model, arrays.contact_free, arrays.data).lead_to(named | self._copies)
 
     def fresh(self) -> tuple[Run, dict[str, npt.NDArray[Any]]]:
         """The copy in the present state, and its arrays that a step changes, by name."""

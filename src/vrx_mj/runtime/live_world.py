@@ -176,6 +176,7 @@ class LiveWorld:
         self.thrusters: dict[str, dict[str, Propeller]] = {}
         self._take(world, loop_arrays_of(world, self.physics_models))
         self.sampler = Sampler(self.arrays.columns, self.arrays.timestep)
+        self._run = self.arrays.run(self.sampler.table, self.sampler.buffer)
         self.sea, self.wind = Sea(self.arrays), Wind(self.arrays)
         own = weakref.proxy(self)  # a run that nobody holds goes at once, with its models and its drawing context
         self.sensing = Sensing(
@@ -278,7 +279,7 @@ class LiveWorld:
 
     def renew_arguments(self) -> None:
         """Give the loop the present arrays."""
-        self._run = self.arrays.run(self.sampler.table, self.sampler.buffer)
+        self._run = self.arrays.run(self.sampler.table, self.sampler.buffer, self._run)
         self.run_copy = cache(partial(RunCopy, self.arrays))
         self._loop: Callable[..., int] = LOOPS[self.arrays.loop]
 

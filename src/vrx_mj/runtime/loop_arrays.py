@@ -115,17 +115,17 @@ def memories_of(hulls: Sequence[Hull]) -> list[int]:
 class Run:
     """A table of one run, and the arrays to which it leads."""
 
-    def __init__(
-        self,
-        model: mujoco.MjModel,
-        contact_free: mujoco.MjModel,
-        data: mujoco.MjData,
-        arrays: dict[str, npt.NDArray[np.generic]],
-    ) -> None:
+    def __init__(self, model: mujoco.MjModel, contact_free: mujoco.MjModel, data: mujoco.MjData) -> None:
         self.table = np.zeros(1, RUN)
-        self._held = model, contact_free, data, arrays
+        self.models = model, contact_free, data
+        self._arrays: dict[str, npt.NDArray[np.generic]] = {}
         point_models(self.table, model, contact_free, data)
-        point(self.table, **arrays)
+
+    def lead_to(self, arrays: dict[str, npt.NDArray[np.generic]]) -> "Run":
+        """Lead to these arrays, by name; the run itself."""
+        point(self.table, **{name: array for name, array in arrays.items() if array is not self._arrays.get(name)})
+        self._arrays = arrays
+        return self
 
 
 def point_models(run: Table, model: mujoco.MjModel, contact_free: mujoco.MjModel, data: mujoco.MjData) -> None:
@@ -476,9 +476,11 @@ class LoopArrays:
         }  # fmt: skip
         return {name: found[name] if name in found else getattr(self, name) for name in ARRAYS}
 
-    def run(self, sampling: IntArray, samples: FloatArray) -> "Run":
-        """The run that `advance` takes."""
-        return Run(self.model, self.contact_free, self.data, self.by_name(sampling, samples))
+    def run(self, sampling: IntArray, samples: FloatArray, last: Run | None = None) -> Run:
+        """The run that `advance` takes: the last one, where it is of the same models."""
+        models = self.model, self.contact_free, self.data
+        own = last if last and last.models == models else Run(*models)
+        return own.lead_to(self.by_name(sampling, samples))
 
     def _free_joints(self, rows: Sequence[Float | Hull | Block]) -> Mapping[str, IntArray]:
         """Ids of bodies by their names, and the addresses of their free joints."""

@@ -15,6 +15,7 @@ import mujoco
 import numpy as np
 
 from vrx_mj.arguments import as_number, check_kind, check_name
+from vrx_mj.arrays import BoolArray, FloatArray
 from vrx_mj.constants import PHYSICS_VERSION
 from vrx_mj.errors import CommandError, UnknownNameError, VrxError, VrxWarning, first_names, quote
 from vrx_mj.model.boats import Vessel
@@ -51,12 +52,12 @@ def spin(boat: BoatObservation) -> float:
 class MotionWarnings:
     """Warnings of boats that capsize, spin, or are faster than their resistance is modelled, once for each boat."""
 
-    def __init__(self, sim: Simulation | None = None) -> None:
+    def __init__(self, world: Parameters) -> None:
         self.lines: list[str] = []
         """Warnings so far."""
         self._reported: set[tuple[str, str]] = set()
-        self._world = sim.world.parameters if sim is not None else None
-        rows = zip(self._world.boats, self._world.hulls, strict=True) if self._world else ()
+        self._world = world
+        rows = zip(world.boats, world.hulls, strict=True)
         self._vessels = {boat.name: hull.vessel for boat, hull in rows if hull.vessel}
 
     def warn(self, seen: Observation, time: float) -> None:
@@ -70,7 +71,7 @@ class MotionWarnings:
             if (rate := spin(boat)) > FASTEST_SPIN:
                 text = f"spins at {rate:.3g} rad/s at t = {time:.1f} s, more than {FASTEST_SPIN:g}"
                 self._warn(name, "spins", f"{text}: check masses, inertias and floats of its robot")
-            if self._world and name in self._vessels and (text := _too_fast(self._world, self._vessels[name], boat)):
+            if name in self._vessels and (text := _too_fast(self._world, self._vessels[name], boat)):
                 self._warn(name, "fast", f"{text} at t = {time:.1f} s")
 
     def _warn(self, boat: str, what: str, text: str) -> None:
@@ -80,14 +81,36 @@ class MotionWarnings:
             warnings.warn(self.lines[-1], VrxWarning, stacklevel=4)
 
 
+def harmless_speeds(world: Parameters) -> list[float]:
+    """For each boat the speed forward over ground [m/s] up to which `MotionWarnings` do not call it fast."""
+    current = math.hypot(*world.current.mean) if world.current else 0.0
+    return [_fastest(world, own.vessel) - current - 1e-9 if own.vessel else math.inf for own in world.hulls]
+
+
+def is_unusual(features: FloatArray, speeds: FloatArray) -> BoolArray:
+    """Whether `MotionWarnings` may have to warn, (n,), of boats with `Batch.features`, (n, boats, 13).
+
+    `speeds` are the `harmless_speeds` of each row [m/s], (n, boats).
+    """
+    tilted = (features[..., 4:6] ** 2).sum(axis=-1) > 0.5 - 1e-9  # at right angles
+    spinning = (features[..., 10:] ** 2).sum(axis=-1) > FASTEST_SPIN**2 - 1e-9
+    return (tilted | spinning | (features[..., 7] > speeds)).any(axis=1)  # type: ignore[no-any-return]
+
+
+def _fastest(world: Parameters, vessel: Vessel) -> float:
+    """Speed up to which a boat's resistance is modelled [m/s]."""
+    return vessel.resistance[-1][0] if vessel.resistance else _PLANING * math.sqrt(world.sea.gravity * vessel.length)
+
+
 def _too_fast(world: Parameters, vessel: Vessel, boat: BoatObservation) -> str:
     """How a boat of profile `marine` goes faster than its resistance is modelled; empty if it does not."""
     east, north = world.current.mean if world.current else (0.0, 0.0)
     speed = boat.velocity[0] - east * math.cos(boat.heading) - north * math.sin(boat.heading)
-    froude = speed / math.sqrt(world.sea.gravity * vessel.length)
-    if vessel.resistance and speed > (last := vessel.resistance[-1][0]):
-        return f"makes {speed:.3g} m/s, more than the {last:g} m/s at which its `resistance` ends"
-    if not vessel.resistance and froude > _PLANING:
+    fastest = _fastest(world, vessel)
+    if vessel.resistance and speed > fastest:
+        return f"makes {speed:.3g} m/s, more than the {fastest:g} m/s at which its `resistance` ends"
+    if speed > fastest:
+        froude = speed / math.sqrt(world.sea.gravity * vessel.length)
         text = f"makes {speed:.3g} m/s on a waterline of {vessel.length:.3g} m, a Froude number of {froude:.3g}"
         return f"{text}: planing, above {_PLANING:g}, is not modelled without a `resistance`"
     return ""
@@ -223,7 +246,12 @@ def run(
     controller = controller and _of_simulation(controller, sim)
     steps = sim.steps_in(planned_duration(sim) if duration is None else duration)
     way = dict.fromkeys(sim.boats, 0.0)
-    before, begun, interrupted, upsets = sim.observe(), clock.perf_counter(), False, MotionWarnings(sim)
+    before, begun, interrupted, upsets = (
+        sim.observe(),
+        clock.perf_counter(),
+        False,
+        MotionWarnings(sim.world.parameters),
+    )
     done, touches = 0, list[Touch]()
     watch = sim.watch_contacts(touches.append)
     try:

@@ -165,7 +165,7 @@ def test_trials_without_a_task_and_those_not_sailed_have_cells_too():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("worlds", "seeds", "tracks"), [(100, 10, 1000), (10, 2500, 2000)])
+@pytest.mark.parametrize(("worlds", "seeds", "tracks"), [(100, 10, 1000), (10, 2500, 500)])
 def test_a_large_campaign_makes_a_page_of_bounded_size(tmp_path, worlds, seeds, tracks):
     """Many worlds, and many seeds, of which none has a cell of its own."""
     long = {"wamv": [[0.1 * i, 0.2 * i] for i in range(100)]}

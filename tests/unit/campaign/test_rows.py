@@ -11,7 +11,8 @@ import vrx_mj
 from vrx_mj.campaign.plan import Plan
 from vrx_mj.campaign.results import Stopwatch
 from vrx_mj.campaign.trial import sail, sail_rows
-from vrx_mj.campaign.vary import parse_vary
+from vrx_mj.campaign.vary import numbers_by_name, parse_vary
+from vrx_mj.runtime.run import load_controller
 
 GALE = {
     "extends": "ocean",
@@ -122,3 +123,21 @@ def test_a_simulation_has_the_features_of_a_row(gale):
         sailing.advance(50)
     np.testing.assert_array_equal(gale.features, batch.features[0])
     assert gale.state_sha256 == batch.get_state(0).sha256
+
+
+@pytest.mark.filterwarnings("ignore::vrx_mj.VrxWarning")
+@pytest.mark.parametrize(("roll", "seconds"), [(1.565, 0.75), (0.0, 0.75)])
+def test_trials_with_warnings_are_sailed_alone(roll, seconds):
+    """A boat on its side capsizes in some winds earlier than in others."""
+    fleet = {"boats": [{"name": "wamv", "pose": [0, 0, 1, roll, 0, 0]}]}
+    sim = vrx_mj.Simulation(vrx_mj.compile_world(GALE, fleet=fleet))
+    vary = parse_vary(["wind.mean_velocity=5..150"])
+    plan = Plan(("policies:Policy",), ("gale.yaml",), (0, 1, 2, 3), vary, duration=seconds)
+    trials, quiet = [plan.trial(cell) for cell in plan.cells], []
+    for trial in trials:
+        sim.reset(trial.cell.seed, parameters=numbers_by_name(sim.world, trial.parameters))
+        controller = load_controller("policies:Policy", trial.cell.seed, sim)
+        if not vrx_mj.run(sim, seconds, controller=controller).warnings:
+            quiet.append(trial.cell)
+    assert [result.cell for result in sail_rows(trials, Stopwatch([0.0] * 4), sim)] == quiet
+    assert (0 < len(quiet) < 4) == (roll > 0.0)

@@ -4,13 +4,23 @@ import math
 import warnings
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from integration.sailing import AFLOAT, CALM, boats, simulation
 from trees import partial
 from vrx_mj import Simulation, VrxWarning, compile_world
 from vrx_mj.errors import CommandError, VrxError
-from vrx_mj.runtime.run import MotionWarnings, _by_pair, fleet_controller, names_controllers, run, steady
+from vrx_mj.runtime.run import (
+    MotionWarnings,
+    _by_pair,
+    fleet_controller,
+    harmless_speeds,
+    is_unusual,
+    names_controllers,
+    run,
+    steady,
+)
 from vrx_mj.runtime.subscriptions import Touch
 
 
@@ -155,9 +165,12 @@ def calm_sim():
 
 def test_a_boat_that_floats_upright_is_nothing_to_say(calm_sim):
     calm_sim.set_boat("a", pose=(0, 0, 0, 1.5, 0, 0), velocity=(0, 0, 0, 0, 0, 11.9))
-    upsets = MotionWarnings()
+    upsets = MotionWarnings(calm_sim.world.parameters)
     upsets.warn(calm_sim.observe(), 0.0)
     assert upsets.lines == []
+    assert not is_unusual(calm_sim.features[None], np.inf)
+    calm_sim.set_boat("a", pose=(0, 0, 0, 1.6, 0, 0))
+    assert is_unusual(calm_sim.features[None], np.inf)
 
 
 def test_a_run_says_once_that_a_boat_has_capsized(calm_sim):
@@ -192,19 +205,22 @@ def test_a_boat_faster_than_its_resistance_is_modelled_is_said_once(tmp_path, hu
         fleet = {"robot": str(tmp_path / "box.yaml"), "boats": [{"name": "a", "pose": [0.0] * 6}]}
         sim = Simulation(compile_world(world, fleet=fleet))
     sim.set_boat("a", velocity=(speed + 1.0, 0, 0, 0, 0, 0))
-    upsets = MotionWarnings(sim)
+    upsets = MotionWarnings(sim.world.parameters)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         for _ in range(2):
             upsets.warn(sim.observe(), sim.time)
     assert [str(item.message) for item in caught] == upsets.lines == ([f"{text} at t = 0.0 s"] if text else [])
+    assert bool(upsets.lines) <= is_unusual(sim.features[None], np.array([harmless_speeds(sim.world.parameters)]))
+    assert not is_unusual(0.3 * sim.features[None], np.array([harmless_speeds(sim.world.parameters)]))
 
 
 def test_a_boat_that_spins_is_said_with_its_rate(calm_sim):
-    upsets = MotionWarnings()
+    upsets = MotionWarnings(calm_sim.world.parameters)
     calm_sim.set_boat("a", velocity=(0, 0, 0, 0, 5, 12))
     with pytest.warns(VrxWarning, match="^a spins at 13 rad/s at t = 2.0 s, more than 12: check masses, inertias"):
         upsets.warn(calm_sim.observe(), 2.0)
+    assert is_unusual(calm_sim.features[None], np.inf)
     upsets.warn(calm_sim.observe(), 3.0)
     assert len(upsets.lines) == 1
 
