@@ -225,6 +225,16 @@ def pytest_collection_modifyitems(items):
     _deal(items, int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1")))
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_collection():
+    """Search for no garbage meanwhile: there is none, and it takes a fifth of the time."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.enable()
+
+
 def pytest_collection_finish():
     """Leave the tests themselves, about a million objects, out of all that later searches for garbage, now rarer."""
     gc.collect()
