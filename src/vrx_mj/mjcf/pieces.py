@@ -35,8 +35,8 @@ _SECTIONS = {
 """Tags of the sections of a piece that hold its elements, by the names of their blocks."""
 _BODY_KEYS = ("body1", "body2", "subtree2")
 """Attributes that name a body."""
-_COMPILED: set[str] = set()
-"""Digests of pieces that MuJoCo has compiled."""
+_COMPILED, _REMEMBERED = set[str](), 4096
+"""Digests of pieces that MuJoCo has compiled, and how many of them are remembered."""
 
 
 class Detail(Enum):
@@ -282,6 +282,8 @@ class Pieces:
                 one.spec().compile()
             except ValueError:
                 self.spec().compile()
+            if len(_COMPILED) == _REMEMBERED:
+                _COMPILED.clear()
             _COMPILED.add(one.digest)
 
     def text(self) -> str:
