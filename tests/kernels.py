@@ -23,13 +23,15 @@ WATERS = ("vrx", "none"), ("vrx", "jonswap"), ("marine", "none")
 
 def world_of(profile, sea):
     """A world of one boat."""
-    return compile_world({"physics": {"profile": profile}, "sea": {"model": sea}}, fleet={"sensors": "none"})
+    waves = {"model": sea} | ({"significant_height": 0.5} if sea != "none" else {})
+    return compile_world({"physics": {"profile": profile}, "sea": waves}, fleet={"sensors": "none"})
 
 
 def loops():
-    """The loops of simulations: of VRX's boats alone, in few and in many waves, and of any."""
+    """The loops of simulations and their forces: of VRX's boats alone, in few and in many waves, and of any."""
     for water in WATERS:
-        Simulation(world_of(*water))
+        sim = Simulation(world_of(*water))
+        sim.forces(sim.boats[0])
 
 
 def pictures():

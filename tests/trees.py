@@ -3,10 +3,13 @@
 import json
 from collections.abc import Mapping
 from dataclasses import MISSING, fields, is_dataclass
+from functools import cache
 from types import NoneType, UnionType
 from typing import Union, get_args, get_origin, get_type_hints
 
 from vrx_mj.model.world import Parameters, parameters_of
+
+hints_of = cache(get_type_hints)
 
 
 def typed(tree):
@@ -16,7 +19,7 @@ def typed(tree):
 
 def partial(tree, kind=Parameters):
     """A dataclass of the model with the fields that a tree gives, and defaults; others raise an AttributeError."""
-    hints, made = get_type_hints(kind), object.__new__(kind)
+    hints, made = hints_of(kind), object.__new__(kind)
     for own in fields(kind):
         if own.name in tree:
             object.__setattr__(made, own.name, _as(hints[own.name], tree[own.name]))
@@ -29,7 +32,7 @@ def partial(tree, kind=Parameters):
 
 def task_of(tree):
     """A task of the type that a tree has, as `partial`."""
-    return _as(get_type_hints(Parameters)["task"], tree)
+    return _as(hints_of(Parameters)["task"], tree)
 
 
 def _as(hint, value):
@@ -40,7 +43,7 @@ def _as(hint, value):
         typed = [
             kind
             for kind in kinds
-            if isinstance(value, Mapping) and value.get("type") in get_args(get_type_hints(kind).get("type"))
+            if isinstance(value, Mapping) and value.get("type") in get_args(hints_of(kind).get("type"))
         ]
         others = [kind for kind in inside if kind is not NoneType]
         return None if value is None else _as((typed or others)[0], value)

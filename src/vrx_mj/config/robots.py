@@ -5,6 +5,7 @@ whose YAML, if it has one, is called as itself: `my_boat.yaml` goes with `my_boa
 """
 
 from collections.abc import Iterator, Mapping
+from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
@@ -29,6 +30,7 @@ from vrx_mj.config.weather import WindageConfig
 from vrx_mj.errors import UnknownNameError, VrxError
 from vrx_mj.model.boats import Battery, Hull, Thruster
 from vrx_mj.model.kinds import Share
+from vrx_mj.resources import root
 
 _DESCRIPTIONS = (".urdf.xacro", *WORLD_SUFFIXES, ".xacro", ".urdf")
 """How a robot's description may end, the longest first."""
@@ -308,12 +310,26 @@ class RobotConfig(InFolder):
 
 def load_robot(name: str, near: Path | None = None) -> RobotConfig:
     """The kind of boat of a name, or of a path relative to the folder `near`."""
-    return validate(RobotConfig, robot_section(name, near), Loading())
+    file = referenced_file("robots", name, near).absolute()
+    return _packaged_robot(file) if file.is_relative_to(root() / "assets") else _robot(file)
+
+
+@lru_cache(maxsize=32)
+def _packaged_robot(file: Path) -> RobotConfig:
+    """A file of the package's own, which do not change while it runs."""
+    return _robot(file)
+
+
+def _robot(file: Path) -> RobotConfig:
+    return validate(RobotConfig, _section(file), Loading())
 
 
 def robot_section(name: str, near: Path | None = None) -> Section:
     """The content of a robot's YAML, with places; of a URDF, xacro or SDF without one its name alone."""
-    file = referenced_file("robots", name, near).absolute()
+    return _section(referenced_file("robots", name, near).absolute())
+
+
+def _section(file: Path) -> Section:
     if not _file_part(file.name).lower().endswith(_DESCRIPTIONS):
         return read_source("robots", file)
     beside = _beside(file)

@@ -200,12 +200,9 @@ class _Compilation(Assembly):
         self.sea = parameters.sea
         pieces = self._pieces()
         try:
-            pieces.first_of_each_kind().spec().compile()
-        except ValueError:
-            try:
-                pieces.spec().compile()
-            except ValueError as error:
-                raise CompileError(f"MuJoCo cannot compile the {self._name()}: {error}") from error
+            pieces.check()
+        except ValueError as error:
+            raise CompileError(f"MuJoCo cannot compile the {self._name()}: {error}") from error
         try:
             return World(pieces, checked_parameters(parameters))
         except ValidationError as error:

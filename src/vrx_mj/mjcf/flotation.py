@@ -432,6 +432,7 @@ def hull_corners(boat: Boat, volume: float) -> tuple[FloatArray, tuple[str, ...]
     return corners, kept
 
 
+@lru_cache(maxsize=32)
 def boat_box(boat: Boat) -> tuple[_Corner, _Corner]:
     """Least and greatest corner [m] in the base link's axes of the box around what the base link carries.
 

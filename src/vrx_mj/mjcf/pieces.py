@@ -35,6 +35,8 @@ _SECTIONS = {
 """Tags of the sections of a piece that hold its elements, by the names of their blocks."""
 _BODY_KEYS = ("body1", "body2", "subtree2")
 """Attributes that name a body."""
+_COMPILED, _REMEMBERED = set[str](), 4096
+"""Digests of pieces that MuJoCo has compiled, and how many of them are remembered."""
 
 
 class Detail(Enum):
@@ -68,6 +70,12 @@ class Piece:
     def file(self) -> str:
         """Name of the file that holds it in a saved world."""
         return f"piece_{hashlib.sha256(self.text.encode()).hexdigest()[:16]}.xml"
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 of its document and files."""
+        contents = [(name, hashlib.sha256(content).hexdigest()) for name, content in self.files.items()]
+        return hashlib.sha256(repr((self.text, contents)).encode()).hexdigest()
 
     @cached_property
     def blocks(self) -> Mapping[str, str]:
@@ -226,6 +234,12 @@ class Pieces:
         """Contents of the files that are named, by file name."""
         return {file: content for piece in self._kinds for file, content in piece.files.items()}
 
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 of all that MuJoCo makes its models of."""
+        parts = [(part.name, part.pose, part.piece.digest) for part in self.parts]
+        return hashlib.sha256(repr((self.own.digest, parts)).encode()).hexdigest()
+
     @property
     def _kinds(self) -> list[Piece]:
         """Each piece once."""
@@ -255,6 +269,22 @@ class Pieces:
         parts = tuple(part for group in kinds.values() for part in group)
         left = {part.owner for part in self.parts} - {part.owner for part in parts}
         return Pieces(self.own.without(left), parts)
+
+    def check(self) -> None:
+        """Have MuJoCo compile one of each kind, unless it has in this process.
+
+        Raises:
+            ValueError: MuJoCo refuses the MJCF.
+        """
+        one = self.first_of_each_kind()
+        if one.digest not in _COMPILED:
+            try:
+                one.spec().compile()
+            except ValueError:
+                self.spec().compile()
+            if len(_COMPILED) == _REMEMBERED:
+                _COMPILED.clear()
+            _COMPILED.add(one.digest)
 
     def text(self) -> str:
         """The MJCF."""

@@ -161,6 +161,7 @@ def _environment() -> Environment:
         loader=FileSystemLoader(root() / "templates", encoding="utf-8"),
         undefined=StrictUndefined,
         autoescape=True,
+        auto_reload=False,
         keep_trailing_newline=True,
         finalize=_text,
     )

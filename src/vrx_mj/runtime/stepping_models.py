@@ -6,8 +6,10 @@ A `Simulation` has memory for heaps of bodies. Rows of a batch, of which there a
 of each two things that can touch, and at most what MuJoCo chooses, which is 13 MB of address space and more.
 """
 
+import copy
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import lru_cache
 
 import mujoco
 import numpy as np
@@ -128,6 +130,14 @@ def check_room(model: mujoco.MjModel, qpos: FloatArray, starts: IntArray) -> Non
 
 
 _DETAILS = (Detail.WITHOUT_VISUALS, Detail.CONTACT_FREE)
+_LARGEST = 4 << 20
+"""Size of a model [bytes] above which it is not kept for the next run of its world."""
+
+
+@lru_cache(maxsize=16)
+def _compiled(digest: str, roomy: bool) -> list[mujoco.MjModel]:
+    """A place for the stepping models of a world, by its pieces' digest."""
+    return []
 
 
 def stepping_models(world: World) -> tuple[mujoco.MjModel, mujoco.MjModel]:
@@ -159,12 +169,17 @@ class PhysicsModels:
         Raises:
             CompileError: MuJoCo cannot compile the saved world.
         """
+        known, first = _compiled(world.pieces.digest, self._roomy), self._kept is None
+        if known and first:
+            return copy.copy(known[0]), copy.copy(known[1])
         try:
             specs = self._specs(world.pieces)
             collision, contact_free = (self._compile(spec, len(world.pieces.parts)) for spec in specs)
         except ValueError as error:
             raise CompileError(f"MuJoCo cannot compile the saved world {world.name}: {error}") from error
         self._kept = world.pieces, specs
+        if first and collision.nbuffer < _LARGEST:
+            known[:] = copy.copy(collision), copy.copy(contact_free)
         return collision, contact_free
 
     def _specs(self, pieces: Pieces) -> list[mujoco.MjSpec]:

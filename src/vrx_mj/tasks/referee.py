@@ -13,7 +13,7 @@ import math
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from dataclasses import asdict, dataclass, field, replace
-from functools import cached_property
+from functools import cache
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, TypeAdapter, ValidationError
@@ -247,7 +247,8 @@ class RunningMean:
         return self.mean
 
 
-_DUMP, _STATUS = TypeAdapter[Any](dict[str, Any]), TypeAdapter[Any](TaskStatus)
+_adapter = cache(TypeAdapter[Any])
+_DUMP, _STATUS = _adapter(dict[str, Any]), _adapter(TaskStatus)
 
 _DEAD_TIME_VRX3 = 3.0
 """Dead time after a collision in VRX 3 [s], which does not read the value of a world (ScoringPlugin.cc)."""
@@ -456,13 +457,9 @@ class Referee:
         if state.get("type") != self.type:
             raise StateError(f"the state is of the task {literal(state.get('type'))}, not '{self.type}'")
         self._fitting(_STATUS, "sheet", asdict(self._start), state)
-        self._rules.check(self._fitting(self._rules_kind, "rules", self._first, state))
+        self._rules.check(self._fitting(_adapter(type(self._rules.state)), "rules", self._first, state))
 
     # Inside
-
-    @cached_property
-    def _rules_kind(self) -> TypeAdapter[object]:
-        return TypeAdapter(type(self._rules.state))
 
     def _fitting(
         self, kind: TypeAdapter[object], name: str, first: Mapping[str, object], state: Mapping[str, object]

@@ -27,6 +27,7 @@ from vrx_mj.config.weather import SeaConfig, WindageConfig, WindConfig
 from vrx_mj.config.world import FogConfig, load_world
 from vrx_mj.errors import ConfigError, VrxError, VrxWarning
 from vrx_mj.mjcf.compile import compile_world
+from vrx_mj.mjcf.pieces import Pieces
 
 Content = dict[str, Any]
 Place = Callable[[Content], Content]
@@ -320,13 +321,14 @@ def _files(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(("name", "kind"), [(name, kind) for name, block in BLOCKS.items() for kind in block.kinds])
-def test_every_key_of_every_kind_changes_the_world_or_is_refused(name, kind):
+def test_every_key_of_every_kind_changes_the_world_or_is_refused(name, kind, monkeypatch):
     block, selector = BLOCKS[name], name.partition(".")[2].partition(" ")[0]
     assert set(block.values) | {selector} == {*keys_of(block.model), selector}
     chosen = {selector: {"true": True, "false": False}.get(kind, kind)} if selector and kind else {}
     own = {**block.kinds[kind], **chosen}
     plain = outcome(block.place(own))
     assert isinstance(plain, tuple), plain
+    monkeypatch.setattr(Pieces, "check", lambda _: None)  # what MuJoCo refuses has changed
     others = {key: value for key, value in block.values.items() if key != selector}
     silent = [key for key, value in others.items() if outcome(block.place({**own, key: value})) == plain]
     assert [key for key in silent if key not in LOOKED_AT and (block.model, key) not in REFERRED_TO] == []

@@ -4,6 +4,7 @@ import math
 import re
 import shutil
 from fractions import Fraction
+from functools import cache
 from types import UnionType
 from typing import Annotated, Union, get_args, get_origin, get_type_hints
 
@@ -148,11 +149,15 @@ def in_file(tree, path):
     return tree
 
 
+@cache
+def expression_of(pattern):
+    return re.compile(re.escape(pattern).replace(r"\*", r"(\w+)").replace(r"\#", r"(\d+)"))
+
+
 def places_of(name):
     """Place of a number in a file, and the factor that makes its unit SI; nothing for what no file gives as it is."""
     for pattern, place in GIVEN.items():
-        expression = re.escape(pattern).replace(r"\*", r"(\w+)").replace(r"\#", r"(\d+)")
-        if match := re.fullmatch(expression, name):
+        if match := expression_of(pattern).fullmatch(name):
             path, factor = (place, 1.0) if isinstance(place, str) else place
             for step in match.groups():
                 path = re.sub(r"[*#]", step, path, count=1)

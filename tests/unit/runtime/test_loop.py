@@ -7,10 +7,12 @@ import mujoco
 import numpy as np
 import pytest
 
+import kernels
 import vrx_mj
 from integration.sailing import AHEAD, added_mass, boats, edited, head_on, same_bits, simulation, water
 from integration.sensing import GUN, sailing
 from vrx_mj.model.world import tree_of
+from vrx_mj.runtime.loop import LOOPS
 from vrx_mj.runtime.loop_arrays import LoopArrays
 from vrx_mj.runtime.state import SIGNATURE
 
@@ -190,3 +192,8 @@ def test_many_waves_at_a_time_change_no_bit(monkeypatch):
         found.append((sim.state_sha256, batch.qpos.tobytes()))
         assert same_bits(batch.qpos[0], sim.data.qpos)
     assert found[0] == found[1]
+
+
+def test_each_loop_is_compiled_at_the_start_of_the_tests():
+    worlds = [kernels.world_of(*water) for water in kernels.WATERS]
+    assert {vrx_mj.Simulation(world)._live.arrays.loop for world in worlds} == {*range(len(LOOPS))}

@@ -9,7 +9,7 @@ import pytest
 import vrx_mj
 from vrx_mj.mjcf.compile import with_boat, without
 from vrx_mj.model.world import tree_of
-from vrx_mj.runtime.stepping_models import PhysicsModels, arena_bytes, stepping_models
+from vrx_mj.runtime.stepping_models import PhysicsModels, _compiled, arena_bytes, stepping_models
 
 TWO = {
     "boats": [
@@ -92,6 +92,7 @@ def test_what_differs_is_told():
 @pytest.mark.parametrize(("robot", "read_alone"), [("wamv", 2), ("barge_4m", 2), ("cora", 3)])
 def test_who_comes_last_is_joined_and_nothing_is_read_again(monkeypatch, robot, read_alone):
     """Each of both models reads the boat, and the one with shapes the meshes that it has not."""
+    _compiled.cache_clear()
     world = vrx_mj.compile_world("ocean", fleet=TWO)
     stepping = PhysicsModels(roomy=False)
     stepping.models(world)
@@ -109,3 +110,31 @@ def test_another_world_is_read():
     stepping = PhysicsModels(roomy=False)
     for world in (vrx_mj.compile_world("ocean"), vrx_mj.compile_world({"physics": {"timestep": 0.02}})):
         assert not different(stepping_models(world)[0], stepping.models(world)[0])
+
+
+@pytest.mark.parametrize("roomy", [True, False])
+def test_the_next_run_of_a_world_has_the_same_models_without_compiling(monkeypatch, roomy):
+    first = PhysicsModels(roomy=roomy).models(vrx_mj.compile_world("ocean", fleet=TWO))
+    monkeypatch.delattr(mujoco.MjSpec, "compile")
+    again = vrx_mj.compile_world("ocean", fleet=TWO)
+    made = PhysicsModels(roomy=roomy).models(again)
+    assert not any(map(different, first, made))
+    made[0].body_mass[:], made[1].body_mass[:] = 1.0, 1.0  # a user's changes are of one run
+    assert not any(map(different, first, PhysicsModels(roomy=roomy).models(again)))
+
+
+def test_a_world_that_differs_in_a_sign_of_zero_has_models_of_its_own():
+    poses = [{"boats": [{"name": "a", "pose": [0.0, 0.0, zero, 0.0, 0.0, 0.0]}]} for zero in (0.0, -0.0)]
+    one, other = (vrx_mj.compile_world("ocean", fleet=fleet).pieces for fleet in poses)
+    assert one.digest != other.digest
+
+
+def test_boats_join_a_run_whose_models_were_kept():
+    world = vrx_mj.compile_world("ocean", fleet=TWO)
+    later = with_boat(world, near_first(world, name="late"))
+    for _ in "12":
+        stepping = PhysicsModels()
+        stepping.models(world)
+    joined = stepping.models(later)
+    _compiled.cache_clear()
+    assert not any(map(different, PhysicsModels().models(later), joined))
