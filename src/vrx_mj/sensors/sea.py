@@ -5,7 +5,7 @@ import math
 import mujoco
 import numpy as np
 
-from vrx_mj.arrays import FloatArray
+from vrx_mj.arrays import FloatArray, IntArray
 from vrx_mj.model.tables import SEA, WAVE, table_of
 from vrx_mj.model.water import Sea
 from vrx_mj.physics.surface import RINGS, SPOKES, draw_surface, ring_distances, ripples, spokes
@@ -17,8 +17,10 @@ _SHOWN = 3
 """First group of geoms that pictures do not show."""
 _SMALLEST, _LARGEST = 0.2, 15.0
 """Half lengths of geoms that foam surrounds [m]."""
-_FOAM_SEEN, _MOST = 40.0, 32
-"""Up to which distance [m], and around how many."""
+_FOAM_SEEN, _MOST = 40.0, 256
+"""Up to which distance [m], and around how many boxes."""
+_CELL = 0.5
+"""Length [m] of waterline that shares one of them."""
 _NOTHING = np.zeros((0, 7))
 
 
@@ -41,6 +43,16 @@ def wave_table(sea: Sea, seed: int | None = None) -> Table:
 def sea_table(sea: Sea) -> Table:
     """A world's sea as `tables.SEA`, one row."""
     return table_of(SEA, [sea], depth=[math.inf if sea.depth is None else sea.depth])
+
+
+def _mesh_edges(model: mujoco.MjModel, mesh: int) -> tuple[FloatArray, IntArray]:
+    """Points (n, 3) [m] of a mesh, and numbers (m, 2) of those that its edges join."""
+    vertex, face = model.mesh_vertadr[mesh], model.mesh_faceadr[mesh]
+    corners = model.mesh_face[face : face + model.mesh_facenum[mesh]]
+    edges = np.sort(corners[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1).astype(np.int64)
+    ends = np.unique(edges @ (1 << 32, 1))
+    points = model.mesh_vert[vertex : vertex + model.mesh_vertnum[mesh]].astype(np.float64)
+    return points, np.column_stack([ends >> 32, ends & 0xFFFFFFFF])
 
 
 class Skin:
@@ -74,6 +86,8 @@ class SeaSkin(Skin):
         half = model.geom_aabb[:, 3:].max(axis=1)
         afloat = (model.geom_bodyid > 0) & (model.geom_group < _SHOWN) & (half > _SMALLEST) & (half < _LARGEST)
         self._geoms, self._boxes = np.flatnonzero(afloat), model.geom_aabb[afloat]
+        self._meshes = np.where(model.geom_type == mujoco.mjtGeom.mjGEOM_MESH, model.geom_dataid, -1)[afloat]
+        self._outlines = {mesh: _mesh_edges(model, mesh) for mesh in np.unique(self._meshes[self._meshes >= 0])}
         super().__init__(int(model.skin_vertnum[0]) if self.wet else 0)
 
     def set_waves(self, waves: Table) -> None:
@@ -107,22 +121,47 @@ class SeaSkin(Skin):
     def floats(self, data: mujoco.MjData, eye: FloatArray, time: float) -> FloatArray:
         """What stands in the water near an eye (3,) [m] at `time` [s], as `draw_surface` has it; foam grows with waves.
 
-        Geoms count by their boxes, whose axis nearest to upright is left out.
+        Meshes count by boxes along their waterline, other geoms by one, whose axis nearest to upright is left out.
         """
+        slope = math.sqrt(0.5 * float(np.sum((self._waves["amplitude"] * self._waves["wavenumber"]) ** 2)))
+        if slope == 0.0:
+            return _NOTHING
         axes = data.geom_xmat[self._geoms].reshape(-1, 3, 3)
         centres = data.geom_xpos[self._geoms] + (axes @ self._boxes[:, :3, None])[..., 0]
         near = np.hypot(*(centres - eye)[:, :2].T) < _FOAM_SEEN
-        axes, centres, half = axes[near], centres[near], self._boxes[near, 3:]
-        surface = self.height(centres[:, 0], centres[:, 1], time)
-        wet = np.abs(centres[:, 2] - surface) < (np.abs(axes[:, 2]) * half).sum(axis=1)
-        axes, centres, half = axes[wet][:_MOST], centres[wet][:_MOST], half[wet][:_MOST]
-        row, upright = np.arange(len(half)), np.abs(axes[:, 2]).argmax(axis=1)
-        one, other = (upright + 1) % 3, (upright + 2) % 3
-        edge = axes[row, :2, one]
-        edge = edge / np.maximum(np.linalg.norm(edge, axis=1, keepdims=True), 1e-6)
-        slope = math.sqrt(0.5 * float(np.sum((self._waves["amplitude"] * self._waves["wavenumber"]) ** 2)))
-        froth = np.full(len(row), 0.7 * math.tanh(10.0 * slope))
-        return np.column_stack([centres[:, :2], edge, half[row, one], half[row, other], froth])
+        surface = np.full(len(near), math.nan)
+        surface[near] = self.height(centres[near, 0], centres[near, 1], time)
+        wet = np.abs(centres[:, 2] - surface) < (np.abs(axes[:, 2]) * self._boxes[:, 3:]).sum(axis=1)
+        found = [self._boxes_of(data, number, time) for number in np.flatnonzero(wet)]
+        boxes = np.concatenate([np.zeros((0, 6)), *found])[:_MOST]
+        return np.column_stack([boxes, np.full(len(boxes), 0.7 * math.tanh(10.0 * slope))])
+
+    def _boxes_of(self, data: mujoco.MjData, number: int, time: float) -> FloatArray:
+        """Boxes (n, 6) of a geom at the surface: east, north, direction of an edge (2,), and half lengths [m]."""
+        geom, middle, half = self._geoms[number], self._boxes[number, :3], self._boxes[number, 3:]
+        place, axes = data.geom_xpos[geom], data.geom_xmat[geom].reshape(3, 3)
+        upright = int(np.abs(axes[2]).argmax())
+        level = [(upright + 1) % 3, (upright + 2) % 3]
+        low, high = (middle - half)[None, level], (middle + half)[None, level]
+        if (mesh := self._meshes[number]) >= 0:
+            points, edges = self._outlines[mesh]
+            spots = place + axes[:, level].T * half[level, None] * [[[1.0]], [[-1.0]]] + axes @ middle
+            water = self.height(spots[..., 0], spots[..., 1], time)
+            slope = (water[0] - water[1]) / (2.0 * half[level])
+            over = points @ axes[2] + place[2] - water.mean() - (points - middle)[:, level] @ slope
+            over = over[edges]
+            cut = over[:, 0] * over[:, 1] < 0.0
+            (first, last), share = np.swapaxes(points[edges[cut]][..., level], 0, 1), over[cut, :1]
+            line = first + share / (share - over[cut, 1:]) * (last - first)
+            _, cell = np.unique(np.floor(line / _CELL) @ (1.0, 1e4), return_inverse=True)
+            low, high = np.full((2, int(cell.max(initial=-1)) + 1, 2), math.inf) * [[[1.0]], [[-1.0]]]
+            np.minimum.at(low, cell, line)
+            np.maximum.at(high, cell, line)
+        offsets = np.zeros((len(low), 3))
+        offsets[:, level] = 0.5 * (low + high)
+        edge = axes[:2, level[0]] / max(math.hypot(*axes[:2, level[0]]), 1e-6)
+        centres = place[:2] + offsets @ axes[:2].T
+        return np.column_stack([centres, np.broadcast_to(edge, centres.shape), 0.5 * (high - low)])
 
     def move_into(self, view: View, data: mujoco.MjData, time: float, *, relief: float = 1.0) -> None:
         """Compute what a view sees of the surface at `time` [s], in the light of the first lamp or else from above.

@@ -37,6 +37,7 @@ from vrx_mj.recording.video.stage import (
     BEHIND,
     FULL_SPEED,
     HIGH,
+    LARGE,
     LASTS,
     OVER,
     PIECES,
@@ -90,6 +91,19 @@ def test_the_chasing_eye_is_behind_the_boat_and_looks_before_it(heading):
     target = np.array([*((place + AHEAD) * along), 1.1])
     column, row, _ = project(view_of(eye, 200, 100), target, 200, 100)
     assert (column, row) == pytest.approx((100.0, 50.0), abs=1e-6)
+
+
+def test_the_chasing_eye_sees_all_of_a_large_boat_as_large_as_one_that_is_smaller():
+    chase, spots = Chase(straight(2.0), 0.5), []
+    for radius in (LARGE, 3.0 * LARGE):
+        chase.radius = radius
+        stern = np.array([30.0 - radius, 0.0, 0.5])
+        spots.append(project(view_of(chase.eye(15.0), 200, 100), stern, 200, 100))
+    (column, row, near), (_, low, far) = spots
+    assert column == pytest.approx(100.0)
+    assert far == pytest.approx(3.0 * near, rel=0.02)
+    assert row == pytest.approx(low, abs=2.0)
+    assert row < 100.0
 
 
 def test_the_eye_above_has_all_boats_in_its_picture_at_all_times_and_north_up():
@@ -181,6 +195,38 @@ def test_no_crest_of_the_drawn_sea_hides_foam(storm_skin, eye, half, elevations)
     sides = edges[:-1, None] + share[..., None] * (edges[1:] - edges[:-1])[:, None]
     x, y, z = (sides[:, :, :1] + share * (sides[:, :, 1:] - sides[:, :, :1])).reshape(-1, 3).T
     assert np.all(z > storm_skin.drawn_height(x, y))
+
+
+@pytest.mark.parametrize("height", [0.001, 0.3])
+def test_foam_lies_around_each_hull_of_a_catamaran_and_not_between_them(height):
+    """Two bars of 4 x 0.4 x 0.4 m that are 2 m apart, one mesh, turned by 0.5 rad."""
+    bar = np.array(list(itertools.product((-2.0, 2.0), (-0.2, 0.2), (-0.2, 0.2))))
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    faces = np.array([(a, *pair) for a, b, c, d in quads for pair in ((b, c), (c, d))])
+    spec = mujoco.MjSpec()
+    spec.add_mesh(
+        name="hulls",
+        uservert=np.concatenate([np.add(bar, (0.0, side, 0.0)) for side in (-1.0, 1.0)]).ravel(),
+        userface=np.concatenate([faces, faces + 8]).ravel(),
+    )
+    body = spec.worldbody.add_body(name="boat", pos=(3.0, 1.0, 0.0), quat=(math.cos(0.25), 0.0, 0.0, math.sin(0.25)))
+    body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname="hulls")
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    swell = {"model": "jonswap", "significant_height": height, "peak_period": 4.0}
+    world = vrx_mj.compile_world({"extends": "ocean", "physics": {"profile": "marine"}, "sea": swell}, nudge=False)
+    skin = SeaSkin(model, world.parameters.sea)
+    boxes = skin.floats(data, np.array([0.0, 0.0, 2.0]), 0.0)
+    turn = np.array([[math.cos(0.5), -math.sin(0.5)], [math.sin(0.5), math.cos(0.5)]])
+    along, across = ((boxes[:, :2] - (3.0, 1.0)) @ turn).T
+    edge = np.abs(boxes[:, 2:4] @ turn)
+    half_along, half_across = (np.sum(edges * boxes[:, 4:6], axis=1) for edges in (edge, edge[:, ::-1]))
+    assert np.all(np.abs(np.abs(across) - 1.0) + half_across < 0.2 + 1e-6)
+    for side in (-1.0, 1.0):
+        own = np.sign(across) == side
+        ends = (along + half_along)[own].max(), (along - half_along)[own].min()
+        assert ends == pytest.approx((2.0, -2.0), abs=0.01 if height < 0.1 else 1.5)
 
 
 def test_a_calm_sea_is_drawn_all_over_by_an_eighteenth_of_its_triangles():

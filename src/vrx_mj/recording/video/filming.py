@@ -146,7 +146,8 @@ class Film:
         self._labels = [{boat.name: boat_label(boat.name, boat.robot) for boat in boats} for boats in sets]
         self._paths, self._colors = paths, boat_colors(recorded.boats, list(chain.from_iterable(sets)))
         self._cell = 0.0 if eye else _DETAIL * BEHIND / view_of(Eye(np.zeros(3), np.eye(3)), *self.size).focal_length
-        self._eyes = (eye,) if eye else self._views(list(paths.values()), paths[boat])
+        self._boat, self._chase = boat, Chase(paths[boat], self._footage.level)
+        self._eyes = (eye,) if eye else self._views(list(paths.values()))
         self._stage: tuple[int, Stage] | None = None
         self._inset: tuple[float, _Picture] | None = None
 
@@ -173,11 +174,11 @@ class Film:
             self._stage[1].close()
             self._stage = None
 
-    def _views(self, paths: Sequence[FloatArray], path: FloatArray) -> Sequence[Callable[[float], Eye]]:
-        """The cameras, the large picture's first: behind the boat of a path, and above those of all paths."""
-        level, (width, height), view = self._footage.level, self.size, self._shot.view
-        chase = () if view == "above" else (Chase(path, level).eye,)
-        return chase if view == "chase" else (*chase, Above(paths, level, width / height).eye)
+    def _views(self, paths: Sequence[FloatArray]) -> Sequence[Callable[[float], Eye]]:
+        """The cameras, the large picture's first: behind the boat that is followed, and above those of all paths."""
+        (width, height), view = self.size, self._shot.view
+        chase = () if view == "above" else (self._chase.eye,)
+        return chase if view == "chase" else (*chase, Above(paths, self._footage.level, width / height).eye)
 
     def _inset_at(self, time: float) -> _Picture:
         """The view from above in a thin frame: that of the last time at which it is drawn."""
@@ -194,8 +195,9 @@ class Film:
 
     def _view_picture(self, time: float, eye_at: Callable[[float], Eye], size: tuple[int, int]) -> _Picture:
         """What an eye sees at a time [s], with the boats' names."""
-        moment, eye = self._footage.at(time), eye_at(time)
-        shown = self._stage_of(moment.boat_set).draw(moment, eye, size)
+        moment = self._footage.at(time)
+        stage, eye = self._stage_of(moment.boat_set), eye_at(time)
+        shown = stage.draw(moment, eye, size)
         if self._shot.captions:
             places = self._footage.places(moment)
             _name_boats(shown, view_of(eye, *size), places, self._colors, self._labels[moment.boat_set])
@@ -209,6 +211,7 @@ class Film:
             own = seed if isinstance(seed, int) else 0
             boats = self._footage.recorded.companies[boat_set]
             self._stage = boat_set, Stage(boats, self._paths, self.size, own, self._cell)
+            self._chase.radius = self._stage[1].radii.get(self._boat, self._chase.radius)
         return self._stage[1]
 
     def _write(self, shown: _Picture, time: float) -> None:

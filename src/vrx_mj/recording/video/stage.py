@@ -43,6 +43,8 @@ _SMOOTHED = 10.0
 """Places of a smoothed path per second."""
 BEHIND, HIGH, AHEAD = 11.0, 3.6, 5.0
 """Distances of the chasing camera behind the boat and over the water, and of its target before the boat [m]."""
+LARGE = 4.0
+"""Radius of a boat from which these distances grow with it [m]."""
 _FIELD = 1.15
 """Horizontal field of view [rad]."""
 ROOM = 12.0
@@ -114,13 +116,16 @@ class Chase:
         self._level = level
         self._place = smooth_path(path[:, 0], path[:, 1:3], _CALM)
         self._heading = smooth_path(path[:, 0], path[:, 3:4], _TURN_CALM)
+        self.radius = 0.0
+        """How far the boat reaches from its origin [m]."""
 
     def eye(self, time: float) -> Eye:
         """Where it is at a time [s]."""
         place, (heading,) = self._place(time), self._heading(time).tolist()
         along = np.array([math.cos(heading), math.sin(heading)])
-        back, front = place - BEHIND * along, place + AHEAD * along
-        return looking((*back, self._level + HIGH), (*front, self._level + 0.6), (0.0, 0.0, 1.0))
+        scale = max(self.radius / LARGE, 1.0)
+        back, front = place - scale * BEHIND * along, place + scale * AHEAD * along
+        return looking((*back, self._level + scale * HIGH), (*front, self._level + scale * 0.6), (0.0, 0.0, 1.0))
 
 
 class Above:
@@ -316,8 +321,19 @@ class Stage:
         self._displays = displays_of(parameters)
         width, height = size
         self._canvas = Canvas(self._model, width=width, height=height, fog=parameters.scene.fog)
-        self.level = parameters.sea.level
-        """Mean height of the water [m]."""
+        mujoco.mj_kinematics(self._model, self._data)
+        self.radii = {
+            boat.name: self._radius(self._model.body(hull.body).id)
+            for boat, hull in zip(parameters.boats, parameters.hulls, strict=True)
+        }
+        """How far each boat reaches from its origin [m]."""
+
+    def _radius(self, body: int) -> float:
+        """How far what hangs on a body reaches from its origin [m]."""
+        model, data = self._model, self._data
+        own = model.body_rootid[model.geom_bodyid] == body
+        reach = np.linalg.norm(data.geom_xpos - data.xpos[body], axis=1) + model.geom_rbound
+        return float(reach.max(where=own, initial=0.0))
 
     def draw(self, moment: Instant, eye: Eye, size: tuple[int, int]) -> ByteArray:
         """The picture (height, width, 3) of what an eye sees at a moment."""
