@@ -13,6 +13,6 @@ if not hasattr(np, "row_stack"):
 with importing("vrx_mj.cuda", "numba_cuda", "cuda"):
     import numba_cuda  # noqa: F401
 
-from vrx_mj.cuda.batch import Batch
+from vrx_mj.cuda.batch import Batch, check_driver
 
-__all__ = ["Batch"]
+__all__ = ["Batch", "check_driver"]

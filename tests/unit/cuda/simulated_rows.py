@@ -87,11 +87,12 @@ def stop(world):
     print("\n".join(messages))
 
 
-kernels.advance_free_row = in_the_simulator(kernels.advance_free_row)
-kernels.command_row = in_the_simulator(kernels.command_row)
-fleet = boats((0.0, 0.0, 0.3), engines="fixed")
-buoy = {"model": "mb_round_buoy_black", "name": "b", "pose": [100.0, 0, 0, 0, 0, 0]}
-for profile in sys.argv[1:]:
-    world = vrx_mj.compile_world(water(physics={"profile": profile}, objects=[buoy]), fleet=fleet)
-    compare(world, PARAMETERS[profile])
-stop(vrx_mj.compile_world(water(objects=[buoy]), fleet=fleet))
+if __name__ == "__main__":
+    kernels.advance_free_row = in_the_simulator(kernels.advance_free_row)
+    kernels.command_row = in_the_simulator(kernels.command_row)
+    fleet = boats((0.0, 0.0, 0.3), engines="fixed")
+    buoy = {"model": "mb_round_buoy_black", "name": "b", "pose": [100.0, 0, 0, 0, 0, 0]}
+    for profile in sys.argv[1:]:
+        world = vrx_mj.compile_world(water(physics={"profile": profile}, objects=[buoy]), fleet=fleet)
+        compare(world, PARAMETERS[profile])
+    stop(vrx_mj.compile_world(water(objects=[buoy]), fleet=fleet))
