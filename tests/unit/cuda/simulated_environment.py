@@ -13,8 +13,7 @@ import numpy as np
 from numba import cuda
 from numba.cuda.simulator.cudadrv.devicearray import FakeCUDAArray
 
-from unit.cuda.simulated_rows import in_the_simulator
-from vrx_mj.cuda import kernels
+from unit.cuda.simulated_rows import run_as_compiled
 from vrx_mj.errors import VrxError
 from vrx_mj.rl import device
 
@@ -161,8 +160,7 @@ def refusals():
 
 
 if __name__ == "__main__":
-    for function in ("advance_free_row", "command_row", "observe_row"):
-        setattr(kernels, function, in_the_simulator(getattr(kernels, function)))
+    run_as_compiled()
     device.arrays = Library
     cuda.as_cuda_array = lambda given, sync: FakeCUDAArray(given.own)
     cuda.get_current_device = lambda: SimpleNamespace(id=0)
