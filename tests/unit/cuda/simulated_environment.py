@@ -4,7 +4,7 @@ In the simulator CuPy's arrays are those of `Strict`: like them they are not con
 with these nor asked for a truth, for which the host would wait.
 """
 
-import contextlib
+import importlib.util
 import inspect
 from types import SimpleNamespace
 
@@ -17,10 +17,7 @@ from unit.cuda.simulated_rows import run_as_compiled
 from vrx_mj.errors import VrxError
 from vrx_mj.rl import device
 
-cupy = None
-with contextlib.suppress(ImportError):
-    import cupy
-
+cupy = importlib.import_module("cupy") if importlib.util.find_spec("cupy") else None
 ROWS, STEPS = 3, 5
 OPTIONS = {"waves": (0, 1), "wind_speed": (0, 6), "gusts": 1.0, "mass": (0.9, 1.1), "max_episode_steps": STEPS}
 PROBLEMS = "StationKeeping", "Wayfinding", "FollowPath"
