@@ -14,5 +14,6 @@ with importing("vrx_mj.cuda", "numba_cuda", "cuda"):
     import numba_cuda  # noqa: F401
 
 from vrx_mj.cuda.batch import Batch, check_driver
+from vrx_mj.cuda.kernels import SIMULATED
 
-__all__ = ["Batch", "check_driver"]
+__all__ = ["SIMULATED", "Batch", "check_driver"]

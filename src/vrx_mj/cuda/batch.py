@@ -6,11 +6,10 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 import numpy.typing as npt
 from numba import cuda
-from numba.cuda.core import config
 
 from vrx_mj.arguments import as_int
 from vrx_mj.arrays import IntArray
-from vrx_mj.cuda.kernels import advance_marine, advance_vrx, command, launcher, observe
+from vrx_mj.cuda.kernels import SIMULATED, advance_marine, advance_vrx, command, launcher, observe
 from vrx_mj.cuda.rows import DeviceArray, DeviceRows
 from vrx_mj.errors import CommandError, DivergedError
 from vrx_mj.mjcf.world import World
@@ -25,7 +24,7 @@ _CUDA = (2, 13)
 
 def check_driver() -> None:
     """CommandError: there is no graphics processor."""
-    if not (config.ENABLE_CUDASIM or cuda.is_available()):
+    if not (SIMULATED or cuda.is_available()):
         text = 'take vrx_mj.Batch(engine="free"), or device="cpu"'
         raise CommandError(f"no graphics processor: numba-cuda finds no CUDA driver (nvidia-smi); {text}")
 

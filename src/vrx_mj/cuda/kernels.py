@@ -15,6 +15,8 @@ from vrx_mj.physics.tables import Table
 from vrx_mj.physics.vessel import VesselWork
 from vrx_mj.runtime.rows import advance_free_row, command_row, observe_row
 
+SIMULATED = bool(config.ENABLE_CUDASIM)
+"""Whether this is numba's simulator of a processor, in which arrays of the device are NumPy's."""
 _FEW_WAVES, _REGISTERS = 10, 96
 """Up to so many waves a row has all registers that it wants; beyond, more rows at once are faster: on an H100 with 60
 waves 765 million steps a second with 96 registers and 541 without a limit; with 5 waves 1,330 and 1,769."""
@@ -98,7 +100,7 @@ def launcher(function: Callable[..., None], rows: int, waves: int, stream: Strea
 
 @cache
 def _compiled(function: Callable[..., None], registers: int | None) -> Any:
-    if config.ENABLE_CUDASIM:
+    if SIMULATED:
         return cuda.jit(function)
     folder, before = cache_folder(), config.CACHE_DIR
     if folder:

@@ -6,10 +6,9 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 from numba import cuda
-from numba.cuda.core import config
 
 from vrx_mj.arrays import FloatArray, IntArray
-from vrx_mj.cuda.kernels import Stream, begin_rows, launcher, write_rows
+from vrx_mj.cuda.kernels import SIMULATED, Stream, begin_rows, launcher, write_rows
 from vrx_mj.physics.tables import Table
 from vrx_mj.physics.vessel import HullMeshes, VesselWork, vessel_work
 from vrx_mj.runtime.row_tables import SEPARATE, RowTables, check_memory
@@ -61,7 +60,7 @@ class DeviceRows:
         self._rows, self._stream, self._marine = rows, stream, not rows.arrays.vrx_only
         self.arrays: dict[str, DeviceArray] = {}
         self._starts: tuple[tuple[DeviceArray, ...], tuple[DeviceArray, ...]] = (), ()
-        if not config.ENABLE_CUDASIM:
+        if not SIMULATED:
             each = sum(part.nbytes for part in self._work(0)) if self._marine else 0
             size = rows.runs.nbytes + sum(host.nbytes for _, host in self._hosts()) + rows.n * each
             free, _ = cuda.current_context().get_memory_info()

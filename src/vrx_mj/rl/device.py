@@ -6,18 +6,17 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from numba.cuda.core import config
 
 from vrx_mj.arrays import BoolArray, FloatArray
-from vrx_mj.cuda import Batch, check_driver
+from vrx_mj.cuda import SIMULATED, Batch, check_driver
 from vrx_mj.errors import CommandError
 from vrx_mj.packages import importing
 from vrx_mj.rl.environment import Actions, Environment, Floats32, Info
 from vrx_mj.rl.options import PERIOD, ActionError, Seeds
 
 arrays: Any = np
-"""The library of arrays: CuPy; in numba's simulator of a processor NumPy, whose memory is the simulator's."""
-if not config.ENABLE_CUDASIM:
+"""The library of arrays: CuPy, or NumPy where the processor is simulated."""
+if not SIMULATED:
     with importing("device='cuda'", "CuPy", "cuda"):
         import cupy
 
