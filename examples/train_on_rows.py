@@ -15,8 +15,8 @@ WORLD = {
     "sea": {"model": "pms", "number": 3, "scale": 1.5, "gain": 0.2, "period": 5, "angle": 0.4, "tau": 0},
     "wind": {"var_gain": 0.5, "var_time": 5, "objects": [{"model": "wamv", "coefficients": [0.5, 0.5, 0.33]}]},
 }
-HOLD, HORIZON, EPISODE = 40, 16, 150
-"""Physics steps of a decision, 0.4 s; decisions of an update; decisions for which a goal stands, 60 s."""
+HOLD, HORIZON, EPISODE = 0.4, 16, 150
+"""Duration of a decision [s]; decisions of an update; decisions for which a goal stands, 60 s."""
 DISCOUNT, TRACE, CLIP, RATE = 0.98, 0.95, 0.2, 2e-3
 
 
@@ -57,8 +57,7 @@ class Boats:
 
     def step(self, actions: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
         """Hold shares of full power of the four engines, which are not turned, for 0.4 s; what `observe` returns."""
-        self.batch.command(torch.nn.functional.pad(actions.clamp(-1, 1).double(), (0, 4)))
-        self.batch.advance(HOLD)
+        self.batch.step(torch.nn.functional.pad(actions.clamp(-1, 1).double(), (0, 4)), duration=HOLD)
         self.age += 1
         return self.observe()
 

@@ -13,6 +13,7 @@ if not hasattr(np, "row_stack"):
 with importing("vrx_mj.cuda", "numba_cuda", "cuda"):
     import numba_cuda  # noqa: F401
 
-from vrx_mj.cuda.batch import Batch
+from vrx_mj.cuda.batch import Batch, check_driver
+from vrx_mj.cuda.kernels import SIMULATED
 
-__all__ = ["Batch"]
+__all__ = ["SIMULATED", "Batch", "check_driver"]

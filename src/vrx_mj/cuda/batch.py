@@ -1,26 +1,43 @@
 """Rows of a world on a graphics processor."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
 from numba import cuda
-from numba.cuda.core import config
 
 from vrx_mj.arguments import as_int
 from vrx_mj.arrays import IntArray
-from vrx_mj.cuda.kernels import advance_marine, advance_vrx, command, launcher
+from vrx_mj.cuda.kernels import SIMULATED, advance_marine, advance_vrx, command, launcher, observe
 from vrx_mj.cuda.rows import DeviceArray, DeviceRows
 from vrx_mj.errors import CommandError, DivergedError
 from vrx_mj.mjcf.world import World
 from vrx_mj.runtime import batch
 from vrx_mj.runtime.rows import Rows, as_numbers, which_rows
 from vrx_mj.runtime.state import rows_divergence_message
-from vrx_mj.runtime.timing import MOST_STEPS
+from vrx_mj.runtime.timing import MOST_STEPS, whole_steps
 
 _CUDA = (2, 13)
 """Kinds of device by DLPack's numbers: the card's memory, and managed memory."""
+
+
+def check_driver() -> None:
+    """CommandError: there is no graphics processor."""
+    if not (SIMULATED or cuda.is_available()):
+        text = 'take vrx_mj.Batch(engine="free"), or device="cpu"'
+        raise CommandError(f"no graphics processor: numba-cuda finds no CUDA driver (nvidia-smi); {text}")
+
+
+class RowsObserved(NamedTuple):
+    """What a learner needs of rows, arrays on the device that stay where they are."""
+
+    features: DeviceArray
+    """(n, boats, 13): `vrx_mj.Batch.features`."""
+    wind: DeviceArray
+    """(n, 2): `vrx_mj.Batch.wind`."""
+    surface: DeviceArray
+    """(n, boats): height of the sea at the boats' origins [m]."""
 
 
 class Batch:
@@ -49,20 +66,27 @@ class Batch:
         Raises:
             CommandError: there is no graphics processor or not enough memory, or a body of the world is not free.
         """
-        if not (config.ENABLE_CUDASIM or cuda.is_available()):
-            raise CommandError(
-                'no graphics processor: numba-cuda finds no CUDA driver (nvidia-smi); use vrx_mj.Batch(engine="free")'
-            )
-        self._batch = batch.Batch(world, n, seed=seed, threads=1, engine="free")
-        self.world, self.n = world, self._batch.n
+        check_driver()
+        self._start(batch.Batch(world, n, seed=seed, threads=1, engine="free"), stream)
+
+    @classmethod
+    def of(cls, host: batch.Batch, *, stream: int | None = None) -> Self:
+        """The rows of a batch on the host with `engine="free"`, which `host` returns, in its state."""
+        check_driver()
+        made = cls.__new__(cls)
+        made._start(host, stream)
+        return made
+
+    def _start(self, host: batch.Batch, stream: int | None) -> None:
+        self._batch, self.world, self.n = host, host.world, host.n
         self._stream = cuda.external_stream(stream) if stream else cuda.default_stream()
         rows, waves = self._batch._rows, len(self._batch._arrays.waves)
         self._rows = DeviceRows(rows, self._stream)
         advance = advance_vrx if rows.arrays.vrx_only else advance_marine
         self._advance = launcher(advance, self.n, waves, self._stream)
-        self._command = launcher(command, self.n, 0, self._stream)
+        self._command, self._observe = (launcher(each, self.n, 0, self._stream) for each in (command, observe))
         self._thrusters, self._angles = map(cuda.to_device, (self._batch._thrusters, self._batch._angles))
-        self._asked = 0
+        self._asked, self._going = 0, self._rows.arrays["going"]
 
     @property
     def boats(self) -> tuple[str, ...]:
@@ -73,6 +97,12 @@ class Batch:
     def channels(self) -> tuple[tuple[str, str], ...]:
         """Boat and name of every command, in the order that `command` takes: thrusts, then steering angles."""
         return self._batch.channels
+
+    @property
+    def open_water(self) -> bool:
+        """Whether a row has nothing that its boat could touch; then no row ever stops for it."""
+        arrays = self._batch._arrays
+        return len(arrays.movers) == 1 and not len(arrays.obstacles)
 
     @property
     def timestep(self) -> float:
@@ -113,41 +143,62 @@ class Batch:
         Raises:
             CommandError: the shape is wrong, or the numbers are on another device or of another type.
         """
-        given, needed = self._on_device(values), (self.n, len(self.channels))
-        if tuple(given.shape) != needed or given.dtype not in (np.float64, np.float32):
-            text = f"{needed}, float64 or float32, is needed"
-            raise CommandError(f"invalid commands of shape {given.shape}, {given.dtype}: {text}")
+        given = self._on_device("commands", values, (self.n, len(self.channels)), np.float64, np.float32)
         at = self._rows.arrays
         self._command(at["runs"], at["time"], given, self._thrusters, self._angles, float(hold))
 
-    def _on_device(self, values: npt.ArrayLike) -> DeviceArray:
-        """An array of the host, or of another library, as one of numba's."""
+    def _on_device(self, what: str, values: npt.ArrayLike, shape: tuple[int, ...], *types: type) -> DeviceArray:
+        """An array of the host, or of another library, as one of numba's; errors are those of `command`."""
         given: DeviceArray
         if hasattr(values, "__cuda_array_interface__"):
             kind, number = values.__dlpack_device__() if hasattr(values, "__dlpack_device__") else (_CUDA[0], None)
             own = cuda.get_current_device().id
             if kind not in _CUDA or number not in {None, own}:
-                raise CommandError(f"commands are on device {number}: move them to device {own}, which has the rows")
+                raise CommandError(f"{what} are on device {number}: move them to device {own}, which has the rows")
             given = cuda.as_cuda_array(values, sync=False)
         else:
-            given = cuda.to_device(np.ascontiguousarray(as_numbers("commands", values)), stream=self._stream)
+            given = cuda.to_device(np.ascontiguousarray(as_numbers(what, values), types[0]), stream=self._stream)
+        if tuple(given.shape) != shape or given.dtype not in types:
+            text = f"{shape}, {' or '.join(each.__name__ for each in types)}, is needed"
+            raise CommandError(f"invalid {what} of shape {given.shape}, {given.dtype}: {text}")
         return given
 
-    def advance(self, steps: int) -> None:
-        """Advance all rows by a number of physics steps, in one launch.
+    def advance(self, steps: int, rows: Any = None) -> None:
+        """Advance rows by a number of physics steps, in one launch.
+
+        Args:
+            steps: number of steps.
+            rows: mask (n,) of bool on this device of the rows; by default all. `done` of the others stays.
 
         Raises:
-            CommandError: `steps` is not a whole number of 0 or more.
+            CommandError: `steps` is not a whole number of 0 or more, or `rows` no such mask.
         """
         self._asked, at = as_int("number of steps", steps, 0, MOST_STEPS), self._rows.arrays
-        own = at["runs"], at["time"], at["done"], at["features"], self.timestep, self._asked
+        self._going = at["going"] if rows is None else self._on_device("rows", rows, (self.n,), np.bool_)
+        own = at["runs"], at["time"], self._going, at["done"], at["features"], self.timestep, self._asked
         self._advance(*own, *self._rows.work)
+
+    def step(self, values: npt.ArrayLike | None = None, *, duration: float, rows: Any = None) -> None:
+        """Advance rows by simulated time [s], a multiple of the timestep, under commands of all rows, (n, channels).
+
+        A command holds for the whole duration. Errors are those of `command` and `advance`.
+        """
+        steps = whole_steps(duration, self.timestep)
+        if values is not None:
+            self.command(values, hold=(steps + 0.5) * self.timestep)
+        self.advance(steps, rows)
+
+    def observe(self) -> RowsObserved:
+        """State of every boat, the wind and the height of the sea at every boat now."""
+        at = self._rows.arrays
+        self._observe(at["runs"], at["time"], at["wind_velocity"], at["surface"])
+        return RowsObserved(at["features"], at["wind_velocity"], at["surface"])
 
     def near(self) -> IntArray:
         """Numbers of the rows that the last `advance` stopped because something was near; waits for the device."""
-        done = self.done.copy_to_host(stream=self._stream)
+        done, going = (each.copy_to_host(stream=self._stream) for each in (self.done, self._going))
         self._stream.synchronize()
-        return np.flatnonzero((done >= 0) & (done < self._asked))
+        return np.flatnonzero((done >= 0) & (done < self._asked) & (going != 0))
 
     def check(self) -> None:
         """Wait for the device, and name rows that have stopped.
@@ -179,6 +230,21 @@ class Batch:
         """Reset rows to their start, as `vrx_mj.Batch.reset` does; errors are its. Only these are copied."""
         self._batch.reset(rows, seed=seed)
         self._push_rows(rows, moving=True)
+
+    def keep(self) -> None:
+        """Take the state of the batch on the host, as `push` does, and keep it as starts, for `begin`."""
+        self._rows.keep()
+        self._asked = 0
+
+    def begin(self, rows: Any, starts: Any) -> None:
+        """Let rows go on from kept starts, without a copy from the host.
+
+        Args:
+            rows: mask (n,) of bool on this device of the rows.
+            starts: (n,), int64, on this device: the number of the row whose start each takes.
+        """
+        begun = self._on_device("rows", rows, (self.n,), np.bool_)
+        self._rows.begin(begun, self._on_device("starts", starts, (self.n,), np.int64))
 
     def vary(self, rows: Rows = None, **values: Any) -> None:
         """Change parameters of rows from their next reset on, as `vrx_mj.Batch.vary` does; errors are its."""

@@ -9,12 +9,14 @@ import numba_cuda
 from numba import cuda
 from numba.cuda.core import config
 
-from vrx_mj.arrays import FloatArray, IntArray
+from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.physics.kernel import cache_folder
 from vrx_mj.physics.tables import Table
 from vrx_mj.physics.vessel import VesselWork
-from vrx_mj.runtime.rows import advance_free_row, command_row
+from vrx_mj.runtime.rows import advance_free_row, command_row, observe_row
 
+SIMULATED = bool(config.ENABLE_CUDASIM)
+"""Whether this is numba's simulator of a processor, in which arrays of the device are NumPy's."""
 _FEW_WAVES, _REGISTERS = 10, 96
 """Up to so many waves a row has all registers that it wants; beyond, more rows at once are faster: on an H100 with 60
 waves 765 million steps a second with 96 registers and 541 without a limit; with 5 waves 1,330 and 1,769."""
@@ -30,21 +32,23 @@ class Stream(Protocol):
 
 
 def advance_vrx(
-    runs: Table, time: FloatArray, done: IntArray, features: FloatArray, dt: float, steps: int, damping: FloatArray
-) -> None:
-    """Advance every row of a world of VRX's profiles."""
+    runs: Table, time: FloatArray, going: BoolArray, done: IntArray, features: FloatArray, dt: float, steps: int,
+    damping: FloatArray,
+) -> None:  # fmt: skip
+    """Advance every row that is `going`, of a world of VRX's profiles."""
     row = cuda.grid(1)
-    if row < time.size:
+    if row < time.size and going[row]:
         advance_free_row(runs, row, time, done, features, dt, steps, damping[row], None)
 
 
 def advance_marine(
-    runs: Table, time: FloatArray, done: IntArray, features: FloatArray, dt: float, steps: int, damping: FloatArray,
-    pressures: FloatArray, wet: Table, found: IntArray, cut: FloatArray, polynomial: FloatArray, columns: FloatArray,
+    runs: Table, time: FloatArray, going: BoolArray, done: IntArray, features: FloatArray, dt: float, steps: int,
+    damping: FloatArray, pressures: FloatArray, wet: Table, found: IntArray, cut: FloatArray, polynomial: FloatArray,
+    columns: FloatArray,
 ) -> None:  # fmt: skip
-    """Advance every row; each has a part of the memory of `vessel_work`."""
+    """Advance every row that is `going`; each has a part of the memory of `vessel_work`."""
     row = cuda.grid(1)
-    if row < time.size:
+    if row < time.size and going[row]:
         work = VesselWork(pressures[row], wet[row], found[row], cut[row], polynomial[row], columns[row])
         advance_free_row(runs, row, time, done, features, dt, steps, damping[row], work)
 
@@ -56,6 +60,22 @@ def command(
     row = cuda.grid(1)
     if row < time.size:
         command_row(runs, row, time[row], values[row], thrusters, angles, hold)
+
+
+def observe(runs: Table, time: FloatArray, wind: FloatArray, surface: FloatArray) -> None:
+    """Write wind, (n, 2), and heights of the sea at boats, (n, boats), of every row."""
+    row = cuda.grid(1)
+    if row < time.size:
+        observe_row(runs, row, time[row], wind[row], surface[row])
+
+
+def begin_rows(begun: BoolArray, starts: IntArray, kept: tuple[Table, ...], wholes: tuple[Table, ...]) -> None:
+    """Write the bytes of a row's start, a row of each of `kept`, into the tables of those rows that are `begun`."""
+    row = cuda.grid(1)
+    if row < starts.size and begun[row]:
+        for table in range(len(kept)):
+            for byte in range(kept[table].shape[1]):
+                wholes[table][row, byte] = kept[table][starts[row], byte]
 
 
 def write_rows(which: IntArray, parts: Table, whole: Table) -> None:
@@ -80,7 +100,7 @@ def launcher(function: Callable[..., None], rows: int, waves: int, stream: Strea
 
 @cache
 def _compiled(function: Callable[..., None], registers: int | None) -> Any:
-    if config.ENABLE_CUDASIM:
+    if SIMULATED:
         return cuda.jit(function)
     folder, before = cache_folder(), config.CACHE_DIR
     if folder:

@@ -6,10 +6,9 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 from numba import cuda
-from numba.cuda.core import config
 
 from vrx_mj.arrays import FloatArray, IntArray
-from vrx_mj.cuda.kernels import Stream, launcher, write_rows
+from vrx_mj.cuda.kernels import SIMULATED, Stream, begin_rows, launcher, write_rows
 from vrx_mj.physics.tables import Table
 from vrx_mj.physics.vessel import HullMeshes, VesselWork, vessel_work
 from vrx_mj.runtime.row_tables import SEPARATE, RowTables, check_memory
@@ -34,8 +33,8 @@ class DeviceArray(Protocol):
     def copy_to_host(self, ary: npt.NDArray[np.generic] | None = None, stream: Stream | int = 0) -> FloatArray:
         """A copy of it on the host; `ary` takes it, if given."""
 
-    def copy_to_device(self, ary: npt.NDArray[np.generic], stream: Stream | int = 0) -> None:
-        """Take over an array of the host."""
+    def copy_to_device(self, ary: "npt.NDArray[np.generic] | DeviceArray", stream: Stream | int = 0) -> None:
+        """Take over an array of the host or the device."""
 
     def view(self, dtype: npt.DTypeLike) -> "DeviceArray":
         """The same memory as numbers of another type."""
@@ -60,7 +59,8 @@ class DeviceRows:
         """
         self._rows, self._stream, self._marine = rows, stream, not rows.arrays.vrx_only
         self.arrays: dict[str, DeviceArray] = {}
-        if not config.ENABLE_CUDASIM:
+        self._starts: tuple[tuple[DeviceArray, ...], tuple[DeviceArray, ...]] = (), ()
+        if not SIMULATED:
             each = sum(part.nbytes for part in self._work(0)) if self._marine else 0
             size = rows.runs.nbytes + sum(host.nbytes for _, host in self._hosts()) + rows.n * each
             free, _ = cuda.current_context().get_memory_info()
@@ -103,8 +103,27 @@ class DeviceRows:
             for name, parts in zip(VesselWork._fields, works, strict=True):
                 self._put(name, np.stack(parts))
         self._put("damping", np.zeros((rows.n, max(1, len(rows.arrays.floats)), 3)))
+        self._put("wind_velocity", np.zeros((rows.n, 2)))
+        self._put("surface", np.zeros((rows.n, len(rows.arrays.hulls))))
+        self._put("going", np.ones(rows.n, np.bool_))
         self._put("runs", runs)
         self._stream.synchronize()
+
+    def keep(self) -> None:
+        """Copy everything from the host, and keep it as starts, for `begin`."""
+        self.push()
+        hosts, n = dict(self._hosts()), self._rows.n
+        names = [name for name in hosts if "." not in name and len(hosts[name]) == n]
+        names += VesselWork._fields if self._marine else ()
+        wholes = tuple(self.arrays[name].view(np.uint8).reshape(n, -1) for name in names)
+        kept = tuple(map(cuda.device_array_like, wholes))
+        for start, whole in zip(kept, wholes, strict=True):
+            start.copy_to_device(whole, stream=self._stream)
+        self._starts = kept, wholes
+
+    def begin(self, begun: DeviceArray, starts: DeviceArray) -> None:
+        """Let rows that are `begun`, (n,) of bool, go on from those of the kept starts that `starts`, (n,), names."""
+        launcher(begin_rows, self._rows.n, 0, self._stream)(begun, starts, *self._starts)
 
     def push_rows(self, which: IntArray, *, moving: bool) -> None:
         """Copy these rows' parts of the stacks from the host, with or without what moves.

@@ -259,11 +259,14 @@ class Environment:
         """
         which = np.flatnonzero(rows)
         self.generators.seed(which, seed)
-        self.begin(which)
+        self.begin(rows)
         return self.observe()
 
-    def begin(self, rows: IntArray) -> None:
-        """Begin an episode in some rows."""
+    def begin(self, begun: BoolArray) -> None:
+        """Begin an episode in some rows, (n,)."""
+        rows = np.flatnonzero(begun)
+        if not len(rows):
+            return
         random = self.generators.of(rows)
         self.variety.draw(rows, random)
         self.batch.reset(rows, seed=[int(own.integers(2**31)) for own in random])
@@ -272,25 +275,31 @@ class Environment:
         self.roster.begin(rows, random)
         self.steps[rows], self._last[rows] = 0, 0.0
         team = self.team()
-        who = np.zeros_like(team.present)
-        who[rows] = team.present[rows]
-        self.problem.begin(who, team)
+        self.problem.begin(team.present & begun[:, None], team)
         if self._neighbours is not None:
             self._neighbours.begin(rows, keys, team)
 
+    def info(self, facts: Mapping[str, npt.NDArray[np.generic]], rows: BoolArray) -> Info:
+        """`info` for the facts of some rows, (n, ...): zeros for other rows, a mask `_NAME` for each; {} for no row."""
+        info: Info = {}
+        if rows.any():
+            for name, value in facts.items():
+                wide = rows.reshape(-1, *[1] * (value.ndim - 1))
+                info[name], info[f"_{name}"] = np.where(wide, value, np.zeros_like(value)), rows.copy()
+        return info
+
     def episode_info(self, rows: BoolArray) -> Info:
         """`info` for the rows whose episodes have just begun: what was drawn for them."""
-        return row_info(self.problem.episode_facts() | self.variety.facts(), rows) if rows.any() else {}
+        return self.info(self.problem.episode_facts() | self.variety.facts(), rows)
 
     def step(self, actions: Floats32) -> Outcome:
         """Apply checked actions, (n, boats, channels), for 0.1 s; rows without boats begin an episode instead."""
-        going: BoolArray = np.asarray(self.roster.present.any(axis=1))
-        if not going.all():
-            self.begin(np.flatnonzero(~going))
+        going: BoolArray = np.any(self.roster.present, axis=1)
+        self.begin(~going)
         acted = self.roster.present & going[:, None]
         self._last = np.where(acted[..., None], actions, np.float32(0.0))
         forfeit = self.problem.forfeit(np.maximum(self._horizon - self.steps, LEAST_LEFT))
-        diverged = self._advance(np.flatnonzero(going))
+        diverged = self._advance(going)
         counts = acted & ~diverged[:, None]
         sunk, capsized = self.lost_boats.sunk_boats() & counts, self.lost_boats.capsized_boats() & counts
         team = self.team()
@@ -303,7 +312,7 @@ class Environment:
         shared = own[:, 0] if self._neighbours is None else _team_reward(judged, own, forfeit, gone, acted, diverged)
         over = ended | cut
         if self._neighbours is not None:
-            team = self._team_after_joining(team, np.asarray((acted & ~over).any(axis=1)))
+            team = self._team_after_joining(team, np.any(acted & ~over, axis=1))
             self._neighbours.note(going, team)
         observation = self._observe(team)
         facts = self.facts()
@@ -333,8 +342,9 @@ class Environment:
         observed: Floats32 = whole.astype(np.float32)
         return observed if self._neighbours is None else np.where(team.present[..., None], observed, np.float32(0.0))
 
-    def _advance(self, rows: IntArray) -> BoolArray:
-        """Advance rows under their last actions; which rows have diverged, (n,)."""
+    def _advance(self, going: BoolArray) -> BoolArray:
+        """Advance rows, (n,), under their last actions; which rows have diverged, (n,)."""
+        rows = np.flatnonzero(going)
         with contextlib.suppress(DivergedError):
             self.batch.step(self.actions.commands(self._last[rows]), duration=PERIOD, rows=rows)
         return self.batch.diverged.copy()
@@ -369,8 +379,10 @@ class ProblemRows:
         """gymnasium.error.ResetNeeded: no episode has begun, or one has ended where there is advice how to reset it."""
         self._check_open()
         self._core.generators.check_begun()
+        if advice is None:
+            return
         ended = np.flatnonzero(~self._core.roster.present.any(axis=1))
-        if advice is not None and len(ended):
+        if len(ended):
             raise gymnasium.error.ResetNeeded(f"the episodes of rows {ended[:5].tolist()} have ended{advice}")
 
 
@@ -412,16 +424,6 @@ class Actions:
             text = f"invalid action {value:.7g} for {self.names[owner][channel]} of {owner}"
             raise ActionError(f"row {row}: {text}: a number from -1 to 1 is needed")
         return np.where(counts, given, np.float32(0.0))
-
-
-def row_info(facts: Mapping[str, npt.NDArray[np.generic]], rows: BoolArray) -> Info:
-    """`info` for the facts of some rows, (n, ...): zeros for other rows, a mask `_NAME` beside each; {} for no row."""
-    info: Info = {}
-    if rows.any():
-        for name, value in facts.items():
-            wide = rows.reshape(-1, *[1] * (value.ndim - 1))
-            info[name], info[f"_{name}"] = np.where(wide, value, np.zeros_like(value)), rows.copy()
-    return info
 
 
 def _team_reward(

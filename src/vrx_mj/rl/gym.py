@@ -1,7 +1,6 @@
 """Gymnasium environments with one boat each, one at a time or thousands; importing this module registers them."""
 
-from collections.abc import Mapping
-from typing import Any, SupportsFloat
+from typing import Any, Literal, SupportsFloat, get_args
 
 import gymnasium
 import numpy as np
@@ -13,7 +12,7 @@ from vrx_mj.arguments import check_name
 from vrx_mj.arrays import BoolArray, ByteArray, FloatArray
 from vrx_mj.errors import quote
 from vrx_mj.mjcf.compile import Source
-from vrx_mj.rl.environment import BOUND, Environment, Floats32, Info, ProblemRows, row_info
+from vrx_mj.rl.environment import BOUND, Environment, Floats32, Info, ProblemRows
 from vrx_mj.rl.options import (
     PERIOD,
     Range,
@@ -28,6 +27,8 @@ from vrx_mj.rl.options import (
 from vrx_mj.rl.problems import ALONE, PROBLEMS
 from vrx_mj.runtime.batch import Engine
 
+Device = Literal["cpu", "cuda"]
+"""Where rows and their arrays are."""
 _Arrays = tuple[Floats32, FloatArray, BoolArray, BoolArray, Info]
 
 
@@ -64,6 +65,7 @@ class VectorEnv(ProblemRows, gymnasium.vector.VectorEnv[Floats32, Floats32, npt.
         max_episode_steps: int | None = None,
         threads: int | None = None,
         engine: Engine = "mujoco",
+        device: Device = "cpu",
         render_mode: str | None = None,
         width: int = 480,
         height: int = 320,
@@ -82,6 +84,9 @@ class VectorEnv(ProblemRows, gymnasium.vector.VectorEnv[Floats32, Floats32, npt.
                 no such number; where it is given, `duration` has no default. `gymnasium.make_vec` always gives it.
             threads: number of threads, as for `vrx_mj.Batch`.
             engine: what integrates, `mujoco` or `free`, as for `vrx_mj.Batch`.
+            device: where rows and arrays are: with `cuda` on a graphics processor, where the engine is `free`; see
+                `rl.device.DeviceEnvironment`. Arrays are CuPy's, and `info` has those of all rows, without masks.
+                Actions, of any library on the processor, are clipped, not checked.
             render_mode: None, rgb_array, or rgb_array_list, which draws in every step, for `render` to return all.
             width: width of the pictures [pixels].
             height: height of the pictures [pixels].
@@ -100,11 +105,12 @@ class VectorEnv(ProblemRows, gymnasium.vector.VectorEnv[Floats32, Floats32, npt.
             VrxError: the world or the fleet is invalid, as for `compile_world`, or there is no memory for the rows.
         """
         check_name("problem", problem, ALONE)
+        check_name("device", device, get_args(Device))
         check_count("num_envs", num_envs)
         check_picture(render_mode, self.metadata["render_modes"], width, height)
         self.num_envs, self.render_mode, self._mode = num_envs, render_mode, _reset_mode(autoreset_mode)
         self.metadata = type(self).metadata | {"autoreset_mode": self._mode}
-        self._core = Environment(
+        self._core = self._environment(device)(
             problem, num_envs, world=world, fleet=fleet, duration=duration, max_episode_steps=max_episode_steps,
             threads=threads, engine=engine, size=(width, height), variety=variety,
         )  # fmt: skip
@@ -115,6 +121,16 @@ class VectorEnv(ProblemRows, gymnasium.vector.VectorEnv[Floats32, Floats32, npt.
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._films: list[list[ByteArray]] = [[] for _ in range(num_envs)]
         self._all = np.ones((num_envs, 1), np.bool_)
+
+    def _environment(self, device: Device) -> type[Environment]:
+        """The kind of environment for a device; gymnasium.error.Error: it has no pictures, or no such mode."""
+        if device == "cpu":
+            return Environment
+        if self.render_mode is not None or self._mode is not AutoresetMode.NEXT_STEP:
+            raise gymnasium.error.Error("device cuda has no render_mode, and autoreset_mode NextStep alone")
+        from vrx_mj.rl.device import DeviceEnvironment
+
+        return DeviceEnvironment
 
     def reset(self, *, seed: Seeds = None, options: dict[str, Any] | None = None) -> tuple[Floats32, Info]:
         """Begin an episode in every row.
@@ -150,10 +166,10 @@ class VectorEnv(ProblemRows, gymnasium.vector.VectorEnv[Floats32, Floats32, npt.
             name: value[:, 0] if value.ndim > 1 else value for name, value in (outcome.facts | outcome.losses).items()
         }
         begun, over = outcome.idle, done | cut
-        info = row_info(facts, ~begun)
+        info = core.info(facts, ~begun)
         if self._mode is AutoresetMode.SAME_STEP and over.any():
-            info, begun = row_info(facts, ~over) | _final(facts, observation, over), over
-            core.begin(np.flatnonzero(over))
+            info, begun = core.info(facts, ~over) | _final(core.info(facts, over), observation, over), over
+            core.begin(over)
             observation = core.observe()[:, 0]
         self._film(begun)
         return observation, reward, done, cut, info | core.episode_info(begun)
@@ -277,13 +293,12 @@ def _alone(info: Info) -> Info:
     return {name: value.copy() if np.ndim(value) else value.item() for name, value in own.items()}
 
 
-def _final(facts: Mapping[str, npt.NDArray[np.generic]], observation: Floats32, ended: BoolArray) -> Info:
-    """`info` for the last observations and facts of the rows whose episodes have just ended, (n,); None for others."""
+def _final(info: Info, observation: Floats32, ended: BoolArray) -> Info:
+    """`info` for the last observations and `info` of the rows whose episodes have just ended, (n,); None for others."""
     seen = np.full(len(observation), None, object)
     for row in np.flatnonzero(ended).tolist():
         seen[row] = observation[row].copy()
-    facts_of_ended = row_info(facts, ended)
-    return {"final_obs": seen, "_final_obs": ended.copy(), "final_info": facts_of_ended, "_final_info": ended.copy()}
+    return {"final_obs": seen, "_final_obs": ended.copy(), "final_info": info, "_final_info": ended.copy()}
 
 
 for _name in ALONE:

@@ -23,12 +23,15 @@ def array(dtype, ndim=1):
 
 REAL, WHOLE = types.float64, types.int64
 RUNS, TIME, DONE, FEATURES = array(RUN), array("f8"), array("i8"), array("f8", 3)
-DAMPING = array("f8", 3)
+DAMPING, GOING = array("f8", 3), array("?")
+TABLES = types.UniTuple(array("u1", 2), 20)
 WORK = array("f8", 2), array("u1", 2), array("u4", 2), array("f8", 3), array("f8", 4), array("f8", 3)
 SIGNATURES = {
-    "advance_vrx": (RUNS, TIME, DONE, FEATURES, REAL, WHOLE, DAMPING),
-    "advance_marine": (RUNS, TIME, DONE, FEATURES, REAL, WHOLE, DAMPING, *WORK),
+    "advance_vrx": (RUNS, TIME, GOING, DONE, FEATURES, REAL, WHOLE, DAMPING),
+    "advance_marine": (RUNS, TIME, GOING, DONE, FEATURES, REAL, WHOLE, DAMPING, *WORK),
     "command": (RUNS, TIME, array("f4", 2), array("i8"), array("i8"), REAL),
+    "observe": (RUNS, TIME, array("f8", 2), array("f8", 2)),
+    "begin_rows": (GOING, array("i8"), TABLES, TABLES),
     "write_rows": (array("i8"), array("u1", 2), array("u1", 2)),
 }
 dispatcher.get_current_device = lambda: SimpleNamespace(compute_capability=HOPPER)  # callees ask the driver

@@ -31,8 +31,22 @@ def test_rows_in_the_simulator_are_those_of_the_cpu_to_the_bit():
     assert text == "invalid commands 'x': an array of numbers is needed"
 
 
+def test_environments_in_the_simulator_are_those_of_the_cpu_to_the_bit():
+    """Steps, rewards, facts and episodes of every problem in open water, and nothing waits for the device."""
+    touch, picture, mode, unknown, some, shape = run(str(HERE / "simulated_environment.py"), NUMBA_ENABLE_CUDASIM="1")
+    assert touch.startswith("device cuda: boats could touch something in world world")
+    assert picture == mode == "device cuda has no render_mode, and autoreset_mode NextStep alone"
+    assert unknown == "no device named 'tpu'; known: cpu, cuda"
+    assert some.startswith("device cuda: rows begin anew by themselves; leave out `reset_mask`")
+    assert shape == "invalid actions of shape (3,): (2, 4) is needed"
+
+
 @pytest.mark.parametrize(
-    "kernels", [("advance_vrx", "command", "write_rows"), pytest.param(("advance_marine",), marks=pytest.mark.nightly)]
+    "kernels",
+    [
+        ("advance_vrx", "command", "observe", "begin_rows", "write_rows"),
+        pytest.param(("advance_marine",), marks=pytest.mark.nightly),
+    ],
 )
 def test_what_a_thread_does_compiles_for_the_processor(kernels):
     """In float64, with fused products, and without calls of functions that are not there."""

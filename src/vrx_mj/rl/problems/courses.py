@@ -58,7 +58,7 @@ class StationKeeping(Problem):
         self._error = self._now(team)
         self._sum += np.where(going[:, None], self._error, 0.0)
         self._steps += going
-        return Judged(-0.1 * self._error, np.zeros((self.n, 1), np.bool_))
+        return Judged(-0.1 * self._error, np.zeros_like(team.present))
 
     def episode_facts(self) -> dict[str, npt.NDArray[np.generic]]:
         """The goals, (n, 3): x, y [m] and heading [rad]."""
@@ -85,13 +85,14 @@ class Course(Problem):
 
     def __init__(self, rows: Rows) -> None:
         super().__init__(rows)
-        self._points, self._rows = np.zeros((self.n, self.count, 3)), np.arange(self.n)
+        self._points = np.zeros((self.n, self.count, 3))
         self._at = np.zeros((self.n, 1), np.int64)
 
     def _point(self, later: int) -> FloatArray:
         """(3, n, 1): x, y [m] and direction [rad] of the present place, or of one after it."""
-        points: FloatArray = self._points[self._rows, np.minimum(self._at[:, 0] + later, self.count - 1)]
-        return points.T[:, :, None]
+        at = np.minimum(self._at + later, self.count - 1)[:, :, None]
+        points: FloatArray = np.take_along_axis(self._points, at, axis=1)
+        return points.transpose(2, 0, 1)
 
     def _more(self) -> FloatArray:
         """(n, 1): 1 where a place follows the present one, else 0."""
