@@ -141,17 +141,17 @@ class Held:
         `within`: how far each may be off before a row is shown, if that is more.
         """
         self._step, self._keep, self._within = np.asarray(step, np.float64), keep, np.asarray(within, np.float64)
-        self._last = np.full(0, np.nan)
+        self._last, self._limits = np.full(0, np.nan), list[FloatArray]()
 
     def __call__(self, values: FloatArray) -> tuple[BoolArray, FloatArray]:
         """Which of the rows (n, ...) are shown, and what is shown at the time of each, of the same shape."""
         count, taken = math.prod(values.shape[1:]), np.empty(len(values), np.bool_)
         shown = np.array(values, np.float64).reshape(len(values), count)
         if len(self._last) != count:
+            keep = (self._keep + 1e-9) * self._step
+            self._limits = [np.full(count, each) for each in (self._step, keep, np.maximum(self._within, keep))]
             self._last = np.full(count, np.nan)
-        step, within = (np.full(count, each) for each in (self._step, self._within))
-        keep = (self._keep + 1e-9) * step
-        _hold(shown, step, keep, np.maximum(within, keep), self._last, taken)
+        _hold(shown, *self._limits, self._last, taken)
         return taken, shown.reshape(values.shape)
 
 

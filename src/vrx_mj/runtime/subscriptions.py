@@ -28,10 +28,10 @@ from vrx_mj.runtime.timing import sample_number, steps_to_time, stride_of
 from vrx_mj.sensors.readings import Reading
 from vrx_mj.tasks.referee import Message
 
-_TOUCHING, _FREE = 0.05, 0.5
-"""Simulated time between two samples while a boat touches something, and while none does [s].
+_TOUCHING, _REPORTING, _FREE = 0.05, 0.5, 1e9
+"""Simulated time between two samples while a boat touches something, while a touch is to be reported, and else [s].
 
-A sample ends a call of the compiled loop, which costs 20 us.
+A sample ends a call of the compiled loop, which costs 20 us; the loop returns by itself when a touch begins.
 """
 _SETTLES = 0.5
 """A touch is reported so long after it began, with the largest force until then [s]."""
@@ -84,8 +84,11 @@ class ContactSampler:
         """Steps from `time` [s] to the next sample."""
         return max(1, self._due - round(time / self._arrays().timestep))
 
-    def look(self, time: float) -> Mapping[_Pair, tuple[Vec3, Vec3]] | None:
-        """Forces of the last step and where they act by pairs, as `forces_of_pairs`; None if none is due at `time`."""
+    def look(self, time: float, *, waiting: bool) -> Mapping[_Pair, tuple[Vec3, Vec3]] | None:
+        """Forces of the last step and where they act by pairs, as `forces_of_pairs`; None if none is due at `time`.
+
+        `waiting`: a touch is to be reported.
+        """
         arrays = self._arrays()
         step, look = round(time / arrays.timestep), arrays.broadphase[0]
         stopped = self._armed and not look["armed"]
@@ -98,7 +101,8 @@ class ContactSampler:
         stride = max(
             1, round(_TOUCHING / arrays.timestep)
         )  # samples are at whole multiples of it, however the run is cut
-        self._due = (step // stride + round((_FREE if self._armed else _TOUCHING) / _TOUCHING)) * stride
+        until = _TOUCHING if not self._armed else _REPORTING if waiting else _FREE
+        self._due = (step // stride + round(until / _TOUCHING)) * stride
         return found
 
 
@@ -123,6 +127,11 @@ class ContactWatch:
         for pair, (vector, point) in found.items():
             self._note(pair, vector, point, time)
         self._report([pair for pair in self._waiting if self._is_due(pair, time)])
+
+    @property
+    def waiting(self) -> bool:
+        """Whether a touch was not reported yet."""
+        return bool(self._waiting)
 
     def end(self) -> None:
         """Report touches that were not reported yet."""
@@ -308,7 +317,8 @@ class Subscriptions:
 
     def deliver(self, time: float) -> None:
         """Look at the contacts, and hand over readings, where that is due at `time` [s] and was not done yet."""
-        found = self._contacts.look(time) if self._watches else None
+        waiting = any(watch.waiting for watch in self._watches)
+        found = self._contacts.look(time, waiting=waiting) if self._watches else None
         if found is not None:
             for watch in self._watches:
                 with self._handing_over():
@@ -337,7 +347,8 @@ class Subscriptions:
 STRIDE, COUNTDOWN, FILLED = 0, 1, 2
 """Columns of the sampling table: steps per row, steps until the next row, rows in the buffer."""
 
-_BUFFER_BYTES = 4_000_000
+_BUFFER_BYTES = 1_000_000
+"""Size of a buffer, about: the memory of larger blocks is not kept, which takes four times the time."""
 
 
 class Listener(Protocol):
