@@ -1,8 +1,8 @@
 """Which test runs which line of the source: a map, made once by coverage, that finds the tests of a mutant.
 
-As a plugin of pytest it writes the map; `line_tests` reads it. What is compiled, or runs as its module is imported, is
-no test's: there the nearest count, and those that run a function that uses it, or uses what uses it. What is parsed in
-the process without rights is in no map: its mutants are left to the nearest tests.
+As a plugin of pytest it writes the map, which the two functions after it read. What is compiled, or runs as its module
+is imported, is no test's: there the nearest count, and those that run a function that uses it, or uses what uses it.
+What is parsed in the process without rights is in no map: its mutants are left to the nearest tests.
 """
 
 import ast
@@ -91,23 +91,37 @@ class Part:
     """The lines that a test runs: none of what is compiled or runs at import."""
 
 
-def line_tests(mutant: Mutant) -> list[str]:
-    """Tests that run the mutant's line, near ones, fingerprints and others, the quickest first; none where none do."""
+def near_line_tests(mutant: Mutant) -> list[str]:
+    """Tests nearest to the module that run the mutant's line; where no test is known to run it, all the nearest."""
+    tests = _line_tests(mutant)
+    if not tests:
+        return nearest_tests(mutant)
+    return _in_turn(_within(tests, nearest_tests(mutant)), "[")
+
+
+def far_line_tests(mutant: Mutant) -> list[str]:
+    """Fingerprints and other tests that run the mutant's line."""
+    tests = _line_tests(mutant) - _within(_line_tests(mutant), nearest_tests(mutant))
+    widest = _within(tests, fingerprint_tests(mutant))
+    return [*_in_turn(widest, "["), *_in_turn(tests - widest, "::")]
+
+
+def _within(tests: Iterable[str], files: Sequence[str]) -> set[str]:
+    return {test for test in tests if test.partition("::")[0] in files}
+
+
+@functools.lru_cache(maxsize=1)
+def _line_tests(mutant: Mutant) -> frozenset[str]:
+    """All that run its line, or, where it is compiled or runs at import, what uses it, and the nearest."""
     text = (ROOT / mutant.source).read_text(encoding="utf-8")
     line = text.count("\n", 0, text.index(mutant.old)) + 1
     part = next((part for part in _parts(SOURCES / mutant.file) if line in part.span), None)
     if part is None:
-        return []
-    near, widest = (tuple(f"{file}::" for file in of(mutant)) for of in (nearest_tests, fingerprint_tests))
-    runs, found = line in part.body, list[str]()
+        return frozenset()
+    runs = line in part.body
     places = [(part.file, _statement(part.file, line))] if runs else _users(part)
-    tests = {test for file, lines in places for test in _tests_of(file, lines)}
-    if not runs:
-        tests |= {test for test in _times(os.environ[FOLDER]) if test.startswith(near)}
-    for files, group_end in ((near, "["), (widest, "["), (("tests/",), "::")):
-        found += _in_turn((test for test in tests if test.startswith(files)), group_end)
-        tests.difference_update(found)
-    return found
+    near = set() if runs else _within(_times(os.environ[FOLDER]), nearest_tests(mutant))
+    return frozenset(near.union(*(_tests_of(file, lines) for file, lines in places)))
 
 
 def _in_turn(tests: Iterable[str], group_end: str) -> list[str]:

@@ -9,11 +9,12 @@
 
 Each mutant is made in a scratch copy of the repository, never in the checkout. Stages run until one fails, which
 kills the mutant: the test files nearest to the module, the unit tests of its package, and the tests of the everyday
-tier; for those drawn at random the quickest tests that run the mutant's line, by a map of lines, or the nearest where
-the map has none; then, as it is done by night, the slow fingerprints, nightly ones too. `--stages` may add the related
-ones, which are all that import something of the package, and those of them that are slow: ten minutes a mutant. The map
-(`lines.py`) is made first, in twice the time of the everyday tests, or is that of an earlier run of the same source.
-Mutants that `equal.yaml` lists do what the source does: they are counted apart, and not tried.
+tier; for those drawn at random the nearest tests that run the mutant's line, by a map of lines, or all the nearest
+where the map has none; the quickest others that run it, fingerprints first; then, as it is done by night, the slow
+fingerprints, nightly ones too. `--stages` may add the related ones, which are all that import something of the package,
+and those of them that are slow: ten minutes a mutant. The map (`lines.py`) is made first, in twice the time of the
+everyday tests, or is that of an earlier run of the same source. Mutants that `equal.yaml` lists do what the source
+does: they are counted apart, and not tried.
 
 A test that kills is run again without a mutant; one that fails there, too, is named and left out. Kernels compile into
 a cache of the scratch copy's own.
@@ -35,20 +36,20 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 import yaml
 
 from mutants.catalogue import Mutant, mutants
-from mutants.lines import FOLDER, line_tests, write_map
+from mutants.lines import FOLDER, far_line_tests, near_line_tests, write_map
 from mutants.random_mutants import draw
 from mutants.scratch import Scratch, fingerprint_tests, nearest_tests, own_tests, related_tests
 
 STAGES = {
     "nearest": nearest_tests, "own": own_tests, "related": related_tests, "nightly": fingerprint_tests,
-    "lines": lambda mutant: line_tests(mutant) or nearest_tests(mutant),
+    "near": near_line_tests, "far": far_line_tests,
     "slow": related_tests, "tier": lambda _: ["tests"],
 }  # fmt: skip
-LISTED, DRAWN = ("nearest", "own", "tier"), ("lines", "nightly")
+LISTED, DRAWN = ("nearest", "own", "tier"), ("near", "far", "nightly")
 """Stages for the mutants of the file, and for those drawn at random."""
 MARKS = dict.fromkeys(STAGES, "not slow") | {"nightly": "slow", "slow": "slow and not nightly"}
 """Which tests count, as pytest's -m."""
-LIMITS = dict.fromkeys(STAGES, 2400.0) | {"nearest": 300.0, "own": 300.0, "lines": 240.0}
+LIMITS = dict.fromkeys(STAGES, 2400.0) | {"nearest": 300.0, "own": 300.0, "near": 240.0, "far": 240.0}
 """Processor time [s]: more than the tests take, so that only a mutant that never ends meets it."""
 ENDLESS, ALIVE, EQUAL = "endless", "alive", "equal"
 EQUAL_MUTANTS = yaml.safe_load(Path(__file__).with_name("equal.yaml").read_text(encoding="utf-8"))
@@ -142,7 +143,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     rows = list[dict[str, object]]()
     with tempfile.TemporaryDirectory(prefix="mutants-") as folder:
         os.environ[FOLDER] = str((options.lines or Path(folder) / "lines").resolve())
-        if "lines" in stages and not (Path(os.environ[FOLDER]) / "lines").exists():
+        if not {"near", "far"}.isdisjoint(stages) and not (Path(os.environ[FOLDER]) / "lines").exists():
             write_map(Path(os.environ[FOLDER]), options.jobs)
         free: SimpleQueue[Scratch] = SimpleQueue()
         for job in range(options.jobs):
