@@ -92,11 +92,8 @@ class Part:
 
 
 def near_line_tests(mutant: Mutant) -> list[str]:
-    """Tests nearest to the module that run the mutant's line; where no test is known to run it, all the nearest."""
-    tests = _line_tests(mutant)
-    if not tests:
-        return nearest_tests(mutant)
-    return _in_turn(_within(tests, nearest_tests(mutant)), "[")
+    """Tests nearest to the module that run the mutant's line; any nearest ones where no test is known to run it."""
+    return _in_turn(_within(_line_tests(mutant) or _times(os.environ[FOLDER]), nearest_tests(mutant)), "[")
 
 
 def far_line_tests(mutant: Mutant) -> list[str]:

@@ -9,7 +9,7 @@
 
 Each mutant is made in a scratch copy of the repository, never in the checkout. Stages run until one fails, which
 kills the mutant: the test files nearest to the module, the unit tests of its package, and the tests of the everyday
-tier; for those drawn at random the nearest tests that run the mutant's line, by a map of lines, or all the nearest
+tier; for those drawn at random the nearest tests that run the mutant's line, by a map of lines, or any nearest ones
 where the map has none; the quickest others that run it, fingerprints first; then, as it is done by night, the slow
 fingerprints, nightly ones too. `--stages` may add the related ones, which are all that import something of the package,
 and those of them that are slow: ten minutes a mutant. The map (`lines.py`) is made first, in twice the time of the
@@ -99,8 +99,8 @@ def table(rows: Sequence[dict[str, object]], stages: Sequence[str]) -> str:
 
 
 def is_alive(row: dict[str, object]) -> bool:
-    """Whether no test failed."""
-    return row["killed"] in {ALIVE, ENDLESS}
+    """Whether no test failed, or went on for ever."""
+    return row["killed"] == ALIVE
 
 
 def killed(rows: Sequence[dict[str, object]]) -> float:
