@@ -4,9 +4,12 @@ import ast
 import re
 from collections import Counter
 
+import pytest
+
 from mutants.catalogue import KINDS, ROOT, Mutant, mutants
+from mutants.lines import FOLDER, far_line_tests, near_line_tests, write_map
 from mutants.random_mutants import draw, edits_of, mutable
-from mutants.run import DRAWN, MARKS, STAGES
+from mutants.run import DRAWN, EQUAL_MUTANTS, MARKS, STAGES, killed, table
 from mutants.scratch import nearest_tests, own_tests, related_tests
 
 MUTANTS = mutants()
@@ -82,3 +85,29 @@ def test_related_tests_import_the_package_by_names_at_the_top_by_helpers_and_by_
     assert "tests/integration/test_fingerprints_worlds.py" not in of("nmea.py")
     assert "tests/integration/test_fingerprints_files.py" in of("formats/gazebo/worlds.py")
     assert "tests/integration/test_fingerprints_validation.py" in of("validation/cases/waves.py")
+
+
+def test_mutants_equal_to_the_source_are_counted_apart_each_with_a_reason():
+    rows = [{"package": "any", "file": "any.py", "id": kind, "killed": kind} for kind in ("near", "alive", "equal")]
+    assert killed(rows) == 0.5
+    assert "1 of 2 that are not equal killed: 50%\nalive:\n  any.py: alive\n" in table(rows, ["near"])
+    assert all(len(reason.split()) > 3 for edits in EQUAL_MUTANTS.values() for reason in edits.values())
+    assert all((ROOT / "src/vrx_mj" / file).is_file() for file in EQUAL_MUTANTS)
+
+
+@pytest.mark.slow
+def test_a_map_finds_the_tests_that_run_a_line_or_what_uses_it(tmp_path, monkeypatch):
+    def of(file, line, tests_of=near_line_tests):
+        text = (ROOT / "src/vrx_mj" / file).read_text(encoding="utf-8")
+        tests = tests_of(Mutant("any", file, "sign", text[text.index(line) :], ""))
+        return {test.partition("::")[2].partition("[")[0] for test in tests}
+
+    monkeypatch.setenv(FOLDER, str(tmp_path))
+    write_map(tmp_path, 1, ["tests/unit/test_bar.py", "tests/unit/physics/test_sail.py"])
+    printed_above = {"test_what_is_printed_meanwhile_stands_above_the_bar", "test_without_colors_lines_are_plain"}
+    assert of("bar.py", 'self._write(f"{_CLEAR}{in_color') == printed_above
+    drawn = of("bar.py", "_DRAW_PERIOD = 0.1")
+    assert "test_a_terminal_is_drawn_ten_times_a_second_at_most" in drawn > printed_above
+    assert not any("sail" in test or "wind" in test for test in drawn)
+    assert "test_drag_is_along_the_wind_and_lift_across_it" in of("physics/sail.py", "pressure = 0.5")  # compiled
+    assert of("bar.py", "_DRAW_PERIOD = 0.1", far_line_tests) == set()

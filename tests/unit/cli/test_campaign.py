@@ -22,6 +22,8 @@ def steady(obs, t):
         (("a:b", "--rosbridge"), "--rosbridge needs --exec: it applies to programs, not to controllers"),
         (("--exec", "c", "--exec", "c"), "the program c is named twice"),
         (("--exec", " "), "invalid --exec '': the name of a program is needed"),
+        (("--exec", "c", "--ardupilot", "--rosbridge"), "--ardupilot serves no ROS: --rosbridge and --lockstep cannot"),
+        (("--exec", "c", "--ardupilot", "--lockstep", "a"), "--ardupilot serves no ROS: --rosbridge and --lockstep"),
         (("--exec", "c", "--rate", "0"), "invalid --rate '0': a number above 0 is needed, 1 for real time, or max"),
     ],
 )

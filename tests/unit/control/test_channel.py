@@ -2,12 +2,13 @@
 
 import math
 from itertools import pairwise
+from types import SimpleNamespace
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrx_mj.control.channel import gate_of, next_gate, opening, pair_buoys, side_of, wall
+from vrx_mj.control.channel import Channel, Gymkhana, gate_of, next_gate, opening, pair_buoys, side_of, wall
 
 COURSES = {  # red and partner of each gate in order: VRX's short_navigation_course1, navigation_phase2_3, short..._5
     "short": [((0, 12), (0, 0)), ((-20, 0), (-10, -10)), ((-34, -6), (-36, -18)), ((-44, 4), (-58, 4))],
@@ -82,3 +83,24 @@ def test_a_wall_is_as_long_as_its_gate_and_has_no_holes():
 @pytest.mark.parametrize(("place", "side"), [((-1.0, 3.0), "after"), ((1.0, 3.0), "before"), ((1.0, 13.0), "")])
 def test_a_place_is_before_or_after_a_gate_or_outside(place, side):
     assert side_of(gate_of((0.0, 12.0), (0.0, 0.0)), place) == side  # westward
+
+
+@pytest.mark.parametrize(
+    ("task", "far", "order"),
+    [
+        ({"goal": {"x": 30, "y": 0}}, 30, "channel"),
+        ({"channel": {"state": "running"}, "goal": {"x": 30, "y": 0}}, 30, "channel"),
+        ({"channel": {"state": "finished"}}, 30, "channel"),
+        ({"channel": {"state": "finished"}, "goal": {"x": 30, "y": 0}}, 30, ("go", (30, 0))),
+        ({"channel": {"state": "finished"}, "goal": {"x": 30, "y": 0}}, 3, ("hold", (30, 0))),
+    ],
+)
+def test_a_gymkhana_goes_on_to_its_goal_after_the_channel_and_holds_it(task, far, order, monkeypatch):
+    parts = {
+        "lookout": SimpleNamespace(look=lambda *_, **__: None),
+        "pilot": SimpleNamespace(hold=lambda seen, t, *place_and_heading: ("hold", place_and_heading[:2])),
+        "go": lambda _, now, place: ("go", place),
+    }
+    boat = type("Boat", (Gymkhana,), {**parts, "begin": lambda _: None})()
+    monkeypatch.setattr(Channel, "steer", lambda *_: "channel")
+    assert boat.steer((None, SimpleNamespace(to=lambda *_: (far, 0.0), heading=0.0), task, 0.0)) == order

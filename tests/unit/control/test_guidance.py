@@ -56,6 +56,7 @@ def test_a_disc_in_the_way_is_passed_along_its_tangent_on_the_nearer_side(y):
 
 def test_who_is_inside_goes_straight_out():
     assert around((9.0, 0.0), (20.0, 0.0), [((10.0, 0.0), 3.0)]) == pytest.approx((6.0, 0.0))
+    assert around((9.4, -0.8), (20.0, 0.0), [((10.0, 0.0), 3.0)]) == pytest.approx((9.4 - 1.8, -0.8 - 2.4))
 
 
 def test_the_first_of_two_discs_counts():

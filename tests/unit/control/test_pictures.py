@@ -64,6 +64,11 @@ def test_most_of_the_coloured_pixels_decide():
     assert color_of(pixels, [WATER] * 10) == "red"
 
 
+def test_what_is_nearly_black_has_no_hue():
+    assert color_of([(26, 2, 2)] * 4, [WATER] * 4) == "red"
+    assert color_of([(24, 2, 2)] * 4, [WATER] * 4) == "black"
+
+
 @pytest.mark.parametrize(
     ("look", "kind"),
     [

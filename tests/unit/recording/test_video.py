@@ -3,12 +3,14 @@
 import dataclasses
 import itertools
 import math
+from fractions import Fraction
 from pathlib import Path
 from types import SimpleNamespace
 
 import mujoco
 import numpy as np
 import pytest
+from PIL import Image, ImageSequence
 
 import recorded_run
 import vrx_mj
@@ -21,7 +23,7 @@ from vrx_mj.physics.surface import SPOKES, fan_triangles
 from vrx_mj.recording import read_record
 from vrx_mj.recording.antialiasing import write_yuv
 from vrx_mj.recording.session import RecordWriter
-from vrx_mj.recording.video import Film, Shot, draw_video, looking, parse_size, write_video
+from vrx_mj.recording.video import Film, Shot, draw_video, filming, looking, parse_size, write_video
 from vrx_mj.recording.video.filming import (
     PHASES,
     clock_line,
@@ -481,3 +483,14 @@ def test_a_log_says_how_far_a_video_is(tmp_path, monkeypatch, capsys):
     first, second = capsys.readouterr().err.splitlines()
     assert first.startswith("drawing: 1 of 4 pictures, ")
     assert second.startswith("drawing: 2 of 4 pictures, ")
+
+
+@pytest.mark.parametrize(
+    ("suffix", "rate", "durations"),
+    [(".webp", 30, [33, 34, 33]), (".webp", 8, [125] * 3), (".gif", 8, [120] * 3), (".gif", 90, [20] * 3)],
+)
+def test_pictures_are_shown_for_the_time_between_them(suffix, rate, durations, tmp_path):
+    pictures = np.random.default_rng(0).integers(0, 256, (3, 8, 8, 3)).astype(np.uint8)
+    filming._ENCODERS[suffix][0](tmp_path / f"run{suffix}", iter(pictures), 3, Fraction(rate))
+    with Image.open(tmp_path / f"run{suffix}") as image:
+        assert [frame.copy().info["duration"] for frame in ImageSequence.Iterator(image)] == durations

@@ -7,7 +7,7 @@ import psutil
 import pytest
 
 from ros_scene import Fake
-from vrx_mj.ros import network
+from vrx_mj.ros import network, serve
 from vrx_mj.ros.serve import Wanted, _Announcer, _show_addresses
 
 FAR = "203.0.113.7"
@@ -29,6 +29,19 @@ def told(**wanted):
     lines = []
     _show_addresses(Wanted(**wanted), lambda level, text: lines.append((level, text)))
     return lines
+
+
+@pytest.mark.parametrize(("host", "is_warned"), [("127.0.0.1", False), ("localhost", False), ("0.0.0.0", True)])
+def test_who_listens_for_other_machines_is_warned_and_told_what_to_type_there(host, is_warned, monkeypatch):
+    lines = []
+    sim = SimpleNamespace(boats=("a", "b"), world=SimpleNamespace(name="bay"))
+    monkeypatch.setattr(serve, "announced_address", lambda *_: FAR)
+    monkeypatch.setattr(serve, "unreachable", lambda *_: None)
+    serve._greet(SimpleNamespace(sim=sim, tables={}), Wanted(host=host, ros1=True), lambda *line: lines.append(line))
+    assert lines[0] == ("INFO", "bay: 2 boats, a, b")
+    warning = f"listening on {host}: any machine on that network can drive the boats and end the run"
+    assert (("WARN", warning) in lines) == is_warned
+    assert any(FAR in text for _, text in lines) == is_warned
 
 
 def test_the_addresses_of_interfaces_are_this_machines_and_no_loopback():

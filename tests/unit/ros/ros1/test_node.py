@@ -2,19 +2,22 @@
 
 import asyncio
 import os
+import re
+import struct
 from types import SimpleNamespace
 
 import pytest
 
+from vrx_mj.errors import CommandError
 from vrx_mj.ros.graph import Graph, Service
 from vrx_mj.ros.interface import Inbox, UnknownTopicPublisher
 from vrx_mj.ros.limits import Intake
 from vrx_mj.ros.messages import new
 from vrx_mj.ros.network import Notices, shown_process, who_listens
-from vrx_mj.ros.ros1.connection import with_length
+from vrx_mj.ros.ros1.connection import encode_header, with_length
 from vrx_mj.ros.ros1.node import Slave, Watch
 from vrx_mj.ros.ros1.registrar import PORTION, Registrar, _portions
-from vrx_mj.ros.ros1.tcpros import Provided, Publication, Stream, Subscription
+from vrx_mj.ros.ros1.tcpros import Provided, Publication, Stream, Subscription, call_service
 
 
 @pytest.fixture
@@ -256,3 +259,28 @@ def test_a_node_whose_name_another_took_registers_nothing_again(notices):
     asyncio.run(run())
     assert reasons == ["another node /gazebo, at http://other:1/, has taken its place"]
     assert asked.count("registerPublisher") == 1
+
+
+@pytest.mark.parametrize(
+    ("answer", "reason"),
+    [
+        ({"error": "not today", "type": "std_srvs/Trigger"}, "not today"),
+        ({"error": "not today"}, "not today"),
+        ({"md5sum": "*"}, "its type is not known"),
+        ({"type": "std_srvs/Unheard"}, None),
+    ],
+)
+def test_a_service_that_refuses_or_does_not_say_its_type_is_not_called(answer, reason):
+    async def run():
+        async def refuse(reader, writer):
+            await reader.readexactly(*struct.unpack("<I", await reader.readexactly(4)))
+            writer.write(encode_header(answer))
+            writer.close()
+
+        async with await asyncio.start_server(refuse, "127.0.0.1", 0) as server:
+            host, port = server.sockets[0].getsockname()
+            await call_service(f"rosrpc://{host}:{port}", "/x", "/light", new)
+
+    told = f"/light: {reason}" if reason else "/light has the type std_srvs/Unheard, which is not known here"
+    with pytest.raises(CommandError, match=f"^{re.escape(told)}$"):
+        asyncio.run(run())
