@@ -30,7 +30,7 @@ from vrx_mj.config.weather import WindageConfig
 from vrx_mj.errors import UnknownNameError, VrxError
 from vrx_mj.model.boats import Battery, Hull, Thruster
 from vrx_mj.model.kinds import Share
-from vrx_mj.resources import root
+from vrx_mj.packages import root
 
 _DESCRIPTIONS = (".urdf.xacro", *WORLD_SUFFIXES, ".xacro", ".urdf")
 """How a robot's description may end, the longest first."""

@@ -24,7 +24,7 @@ from vrx_mj.model.kinds import Pose as StartPose
 from vrx_mj.model.things import Dock, Object
 from vrx_mj.model.water import Sea, Wind
 from vrx_mj.model.world import Parameters
-from vrx_mj.tasks.gates import gate_between
+from vrx_mj.tasks.courses import gate_between
 from vrx_mj.tasks.perception import ahead_of
 from vrx_mj.tasks.referee import Pose
 

@@ -32,7 +32,7 @@ from vrx_mj.recording.reader import RecordedFrame, SavedState
 from vrx_mj.recording.timeline import NAMED, arrow_strips, changes, numbers, static, thin_lines, times
 from vrx_mj.runtime.subscriptions import Touch
 from vrx_mj.tasks import TASK_KINDS, make_referee
-from vrx_mj.tasks.gates import gate_between
+from vrx_mj.tasks.courses import gate_between
 from vrx_mj.tasks.referee import Frame, FrameLayout, Pose, Referee, has_started, score_text
 
 _HEIGHT = 0.35

@@ -9,8 +9,8 @@ from typing import Any, Literal
 
 from vrx_mj.errors import UnknownNameError
 from vrx_mj.model.tasks import TaskBase
+from vrx_mj.tasks.courses import FollowPath, Gymkhana, NavigationCourse, Stationkeeping, Wayfinding
 from vrx_mj.tasks.dock import Docking
-from vrx_mj.tasks.gates import FollowPath, Gymkhana, NavigationCourse, Stationkeeping, Wayfinding
 from vrx_mj.tasks.perception import AcousticPerception, AcousticTracking, Perception
 from vrx_mj.tasks.referee import Referee, Rules
 from vrx_mj.tasks.wildlife import Wildlife

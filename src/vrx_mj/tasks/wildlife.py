@@ -13,7 +13,7 @@ from pydantic import Field
 from vrx_mj.constants import EARLY
 from vrx_mj.errors import StateError
 from vrx_mj.model import tasks
-from vrx_mj.tasks.gates import Side
+from vrx_mj.tasks.courses import Side
 from vrx_mj.tasks.referee import Count, Frame, Outputs, Pose, Referee, Rules, TaskStatus
 
 GATES = 8

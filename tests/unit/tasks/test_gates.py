@@ -11,7 +11,7 @@ from vrx_mj.config.objects import load_object
 from vrx_mj.errors import CommandError
 from vrx_mj.model import tasks
 from vrx_mj.tasks import make_referee
-from vrx_mj.tasks.gates import FAILURE, Gate, gate_between, passage, side_of
+from vrx_mj.tasks.courses import FAILURE, Gate, gate_between, passage, side_of
 
 COURSES = courses()
 EAST = Gate(0.0, 0.0, 0.0, 10.0)

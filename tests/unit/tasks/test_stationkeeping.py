@@ -10,7 +10,7 @@ from unit.tasks.streams import begin, frame, pose, task
 from vrx_mj.errors import CommandError
 from vrx_mj.model.tasks import Goal
 from vrx_mj.tasks import make_referee
-from vrx_mj.tasks.gates import pose_error
+from vrx_mj.tasks.courses import pose_error
 
 ORIGIN = {"x": 0.0, "y": 0.0, "yaw": 0.0, "latitude": None, "longitude": None}
 

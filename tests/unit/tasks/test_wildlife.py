@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from unit.tasks.streams import frame, pose, task
 from vrx_mj.errors import CommandError
-from vrx_mj.tasks.gates import gate_between, side_of
+from vrx_mj.tasks.courses import gate_between, side_of
 from vrx_mj.tasks.referee import Referee
 from vrx_mj.tasks.wildlife import AXES, GATES, Wildlife, gate_side
 

@@ -13,7 +13,7 @@ from vrx_mj.model.world import tree_of
 from vrx_mj.rl.problem import Team, open_water, pose_error, team_of, wrap_angle
 from vrx_mj.rl.problems.courses import FollowPath, StationKeeping, Wayfinding
 from vrx_mj.rl.problems.docking import Docking
-from vrx_mj.tasks.gates import pose_error as scored_error
+from vrx_mj.tasks.courses import pose_error as scored_error
 from vrx_mj.tasks.referee import Pose
 
 
