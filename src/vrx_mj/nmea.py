@@ -1,8 +1,7 @@
-"""Sentences of NMEA 0183, each made of the readings of one moment, with the sensors' noise.
+"""NMEA 0183: sentences of boats' instruments at a moment of a run, and AIS messages that their receivers hear.
 
-AIS: when a vessel's transponder reports (ITU-R M.1371-5, annex 1, tables 1 and 2), and what.
-
-What boats' instruments write at the present moment of a run, and what their AIS receivers hear.
+Each sentence is made of the readings of one moment, with the sensors' noise. When a transponder reports, and what,
+follows ITU-R M.1371-5, annex 1, tables 1 and 2.
 """
 
 import math

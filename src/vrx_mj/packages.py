@@ -1,7 +1,4 @@
-"""Packages of others: what an extra brings, the command that installs it for this Python, and PyTorch's triton.
-
-Where the package's own assets, templates and fleets are.
-"""
+"""Packages: what an extra brings, the command that installs it for this Python, PyTorch's triton; and our assets."""
 
 import contextlib
 import ctypes

@@ -1,10 +1,10 @@
-"""Signals that end a process: handled like Ctrl-C, so that recordings are closed and terminals restored first.
+"""Signals that end a process, and the exit of the interpreter while threads are in MuJoCo.
 
-What is ignored from the start stays ignored: SIGINT in a background job of a shell script, SIGHUP under nohup.
+Signals are handled like Ctrl-C, so that recordings are closed and terminals restored first. A signal that was ignored
+from the start stays ignored: SIGINT in a background job of a shell script, SIGHUP under nohup.
 
-The exit of the interpreter while daemon threads are in MuJoCo's code: it waits for them, and they begin no more.
-
-A thread that came back from there during the exit would end the process: Python has it unwound in the midst of C++.
+At its exit the interpreter waits for daemon threads in MuJoCo's code, and they begin no more. A thread that came back
+from there during the exit would end the process, because Python unwinds it in the midst of C++.
 """
 
 import atexit

@@ -5,9 +5,7 @@ the mean frequency of the sea are those of its spectrum, and no two waves have a
 repeats. How much energy a band has in one record is drawn from a run's seed, as in a Gaussian sea. Numbers are made by
 scalar functions, which give the same bits on every processor.
 
-Linear waves: their lengths, how high they can be, and what sea states are.
-
-Gusts of a spectrum: the one of NPD, and the harmonics that add up to it.
+Linear wave theory, sea states, and the spectrum of gusts (NPD) with its harmonics are here as well.
 """
 
 import math

@@ -1,8 +1,7 @@
-"""Boats that ArduPilot's SITL sails: each frame of an autopilot takes time on by the frame's length, and no further.
+"""ArduPilot's SITL as the autopilot of boats, over its JSON interface.
 
-While an autopilot thinks, the simulation waits; so the same frames give the same run to the bit.
-
-ArduPilot's JSON interface: packets of servo outputs, and the lines of JSON that answer them.
+Each frame of the autopilot advances the simulation by the length of the frame and no further. While the autopilot
+thinks, the simulation waits, so the same frames give the same run to the bit.
 
 Source: libraries/SITL/examples/JSON/readme.md of ArduPilot. A packet is little-endian: a magic number (16 bits) that
 says how many channels there are, the rate of frames [Hz] (16 bits), the number of the frame (32 bits), and the width of

@@ -1,10 +1,9 @@
-"""What an autopilot's board on a boat measures, without errors: ArduPilot adds those of its own simulated sensors.
+"""The board of an autopilot on a boat: what it measures, and which of its channels commands what.
 
-Echo sounders are the boat's own, with their rates and errors.
+Measurements have no errors: ArduPilot adds those of its own simulated sensors. Echo sounders are the boat's own, with
+their rates and errors.
 
 Axes are those of aircraft: north-east-down for the world, forward-right-down for the boat.
-
-Which channel of an autopilot commands what of a boat.
 """
 
 import math

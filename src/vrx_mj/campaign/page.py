@@ -1,7 +1,4 @@
-"""The page of a campaign: one static file that needs no network. Layout is in `templates/campaign`.
-
-Maps of a campaign's page: what is in a world, and the numbers of the template that draws it with all tracks.
-"""
+"""The page of a campaign, with its maps: one static file that needs no network. Layout is in `templates/campaign`."""
 
 import math
 import time

@@ -1,6 +1,6 @@
 """The command line, `vrx-mj`.
 
-PYTHONPATH: a sourced ROS puts packages of its own there, for another Python or too old for us.
+A sourced ROS puts packages of its own on PYTHONPATH, for another Python or too old for us: ours are looked up first.
 """
 
 import gc

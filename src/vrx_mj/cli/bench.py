@@ -2,11 +2,11 @@
 
 Everything is warmed up first; ratios alternate their two sides and take medians.
 
-Cost of recordings: `vrx-mj bench --recordings` runs the commands themselves, each in a fresh process. What a recording
-costs alone is taken inside of one, in which a run with it and one without take turns.
+`vrx-mj bench --recordings` measures the cost of recordings: it runs the commands themselves, each in a fresh process.
+What a recording costs alone is measured inside one process, in which runs with and without it alternate.
 
-Their order turns around from round to round. Beside each figure is its A/A row: by how much the figures of even and of
-odd rounds differ. Where that is wider than the margin to the budget there is no verdict.
+The order of the variants reverses from round to round. Beside each figure is its A/A row, the difference between the
+figures of even and of odd rounds. Where that is wider than the margin to the budget there is no verdict.
 """
 
 import importlib.util

@@ -1,7 +1,4 @@
-"""`vrx-mj trial`: turning circle, zigzag, crash stop, pull-out, spiral and free decay of a boat.
-
-`vrx-mj validate`: the physics against closed forms, other programs and tanks.
-"""
+"""Commands that check physics: `vrx-mj trial`, manoeuvring trials of a boat, and `vrx-mj validate`, the report."""
 
 import json
 import math

@@ -1,9 +1,4 @@
-"""`vrx-mj list` and `vrx-mj new`.
-
-`vrx-mj import`: files of Gazebo and VRX as files of ours.
-
-`vrx-mj worlds`: many worlds from one file.
-"""
+"""Commands on files: `vrx-mj list`, `vrx-mj new`, `vrx-mj import` (Gazebo and VRX to ours) and `vrx-mj worlds`."""
 
 import fnmatch
 import os

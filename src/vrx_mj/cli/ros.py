@@ -1,7 +1,4 @@
-"""`vrx-mj ros`: packages for ROS 1 programs and roslaunch; `vrx-mj convert`: recordings to bags.
-
-`vrx-mj serve`: a world for ROS, in a process that has none.
-"""
+"""Commands for ROS: `vrx-mj serve`, `vrx-mj ros` (packages for programs of ROS 1), `vrx-mj convert` (bags)."""
 
 import logging
 import shlex

@@ -1,10 +1,7 @@
-"""Docks drawn with letters: `X` is a block, of 2 m by 2 m unless its dock has another `block`, and a blank is water.
+"""Docks drawn with letters, and their bays with placards and holes.
 
-In the dock's frame row i is at x = 2 i and column j at y = 2 j: +x points down the page, +y to the right.
-
-Bays of docks: where a drawing has them, and what a file gives for them, their placards and their holes.
-
-All places are in the dock's frame [m]: x down the page, y to the right, z up from the water.
+`X` is a block, 2 m by 2 m unless the dock has another `block`; a blank is water. In the dock's frame row i is at x = 2
+i and column j at y = 2 j [m]: +x points down the page, +y to the right, +z up from the water.
 """
 
 import contextlib

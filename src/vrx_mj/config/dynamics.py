@@ -1,9 +1,8 @@
-"""Hydrodynamics and engines of a boat: VRX's parameters, and a hull and propellers as a naval architect gives them.
+"""Hydrodynamics and engines of a boat: VRX's parameters, or a hull and propellers as a naval architect describes them.
 
-Radiation and diffraction of a hull, in a file that `vrx-mj robot hydro --bem` writes: JSON, numbers in SI units.
-
-Matrices are about `point`, the phase of a wave is that at the origin of the base link, and forces are in axes level
-with the water: real and imaginary part of F in Re(F e^(i (k x - omega t))), per metre of a wave's amplitude.
+A hull's radiation and diffraction come from a JSON file that `vrx-mj robot hydro --bem` writes, in SI units. Its
+matrices are about `point`, the phase of a wave is that at the origin of the base link, and forces are in axes level
+with the water: real and imaginary part of F in Re(F e^(i (k x - omega t))), per metre of the wave's amplitude.
 """
 
 import itertools

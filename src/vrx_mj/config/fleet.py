@@ -1,6 +1,6 @@
-"""A fleet's file: how many boats, of which kind, and where.
+"""A fleet's file, and the fleet in a world: how many boats of which kind start where.
 
-Reading a fleet for a world: clashing names, a full square, bearings, a fleet far from everything.
+Reading checks names that clash, a square that is full, bearings, and a fleet far from everything.
 """
 
 import math

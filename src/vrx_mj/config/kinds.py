@@ -1,10 +1,8 @@
-"""Kinds of files, by name and beginning, and the commands that take them: for messages about wrong files.
+"""Kinds of files, readers of other people's files, and the profiles of physics.
 
-Readers of other people's files, by suffix. `vrx_mj.formats` lists them; this package knows none of them.
-
-A file of ours is YAML, or a name without a suffix: for those nothing is asked and nothing imported.
-
-The profiles of physics: VRX classic's, VRX 3's and `marine`, and their defaults.
+A file's kind follows from its name and its beginning; messages about wrong files name the command that takes it.
+Readers are found by suffix. `vrx_mj.formats` lists them, and this package knows none of them: a file of ours is YAML,
+or a name without a suffix, for which nothing is asked and nothing imported.
 """
 
 import contextlib

@@ -1,7 +1,4 @@
-"""Things in the water and on the shore: floating, static, or courses composed of others, and fields of them.
-
-Links of an object that move against each other, and the joints between them: a tree from the object's own link.
-"""
+"""Things in the water and on the shore: floating, static, jointed, courses composed of others, and fields of them."""
 
 import contextlib
 import math

@@ -1,6 +1,6 @@
-"""Shapes that collide, are seen, or displace water, and what a link displaces.
+"""Shapes that collide, are seen or displace water, and the closed surfaces that they make.
 
-Closed surfaces that hold a volume: from shapes and from meshes, which may be inside out or open.
+Meshes may be inside out or open: they are repaired, with a note.
 """
 
 import itertools

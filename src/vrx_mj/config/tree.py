@@ -1,7 +1,4 @@
-"""The content of a file with its places: sections and lists whose entries know their line and column.
-
-How values, choices and names read in a message.
-"""
+"""The content of a file as sections and lists whose entries know their line and column, and values in messages."""
 
 import json
 import math

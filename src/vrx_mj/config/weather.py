@@ -1,9 +1,4 @@
-"""The current of a world's file: a mean with a profile over depth, a tide, and a slow random part.
-
-The wind of a world's file, and what a boat shows to it: areas, and coefficients over its angle.
-
-The sea of a world's file: VRX's wave fields, spectra of ocean engineers, and regular waves.
-"""
+"""Sea, wind and current of a world's file, and what a boat shows to the wind."""
 
 import math
 from collections.abc import Iterable, Iterator, Sequence

@@ -1,7 +1,4 @@
-"""Worlds: sea, wind, scene, terrain and what is in the water.
-
-The look of a world, in SDF's vocabulary, and the markers of its goals and waypoints.
-"""
+"""Worlds: sea, wind, terrain, what is in the water, the look of it all in SDF's vocabulary, and markers of goals."""
 
 import math
 import warnings

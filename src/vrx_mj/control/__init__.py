@@ -1,7 +1,4 @@
-"""Guidance, navigation and control laws for controllers, and controllers to start from: one for each task.
-
-The captain: one controller for every task, which hands over to the one that knows it.
-"""
+"""Guidance, navigation and control laws, a controller for each task, and the captain, which picks the right one."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING

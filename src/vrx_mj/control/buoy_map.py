@@ -1,9 +1,7 @@
-"""A map of what floats around, made of many looks: places from the lidar, colours from a camera.
+"""A map of what floats around: places from the lidar, and colours and shapes from a camera, over many looks.
 
 A place is the mean of the last looks, as buoys drift; a colour is that of most looks. What was seen once, or has gone
 from where the lidar must see it, is forgotten.
-
-What a camera shows of something whose place is known: its colour and its shape.
 
 A buoy contrasts with the water around it, whatever the light and the fog; so what is judged is the difference
 between the pixels that differ and the background, and how those lean towards one colour, not their brightness.

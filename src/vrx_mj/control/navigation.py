@@ -1,15 +1,13 @@
-"""Navigation: where a boat is and how it moves, from its GPS and its inertial unit, in a local frame of its own.
+"""Navigation: where a boat is and how it moves, from its GPS and IMU, in a local frame; with covariances or without.
 
-The frame is level and east-north, its origin where the first fix was. VRX's GPS errs by a millimetre and its velocity
-by 2 cm/s, its inertial unit's attitude not at all: nothing needs a filter; a fix is only carried on to the present.
-`Localizer` filters the same measurement for receivers that err more, by the figures of the sensors' files, which an
-observation does not have.
+The frame is level and east-north, and its origin is the first fix. For `Navigator` a fix is only carried on to the
+present: VRX's GPS errs by a millimetre and its velocity by 2 cm/s, and its inertial unit's attitude has no error, so
+nothing needs a filter.
 
-Localization: where a boat is and how it moves, with covariances, from its GPS and its inertial unit.
-
-The position is filtered: it goes on by the receiver's velocities from one fix to the next, which corrects it as the
-variances of both have it (a Kalman filter). Attitude, rates and velocity are what the sensors measure. All are carried
-on to the present. White noise and drifts have the variances of the sensors' files; offsets are in no covariance.
+`Localizer` filters the same measurements for receivers with larger errors, by the figures of the sensors' files, which
+an observation does not contain. It carries the position on by the receiver's velocities from one fix to the next,
+which corrects it by the variances of both (a Kalman filter). Attitude, rates and velocity are what the sensors
+measure. White noise and drifts have the variances of the sensors' files; offsets are in no covariance.
 """
 
 import math

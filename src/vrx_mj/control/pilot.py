@@ -1,11 +1,9 @@
-"""The pilot: motion control, from where the boat shall go to what its thrusters do.
+"""The pilot: motion control, from where the boat should go to what its thrusters do; and the base of all controllers.
 
 One law does all, in the manner of dynamic positioning (Fossen, Handbook of Marine Craft Hydrodynamics and Motion
 Control, 2nd ed., 12.2): a wanted velocity over ground is held by a proportional law with the drag fed forward, and an
 observer estimates what else pushes (wind, waves, what the model does not know). A position is held by wanting a
 velocity toward it.
-
-What all controllers have in common: one boat, its navigation, its pilot, and its task.
 """
 
 import math

@@ -1,11 +1,9 @@
-"""The velocity loop: a wanted surge speed and yaw rate, held by the thrusters.
+"""The velocity loop, which holds a surge speed and a yaw rate, and the allocation of its force and moment to thrusters.
 
 Two laws of proportional and integral action, one for each, with the drag of the wanted motion fed forward (Fossen,
 Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed., 15.3). By default the boat is not pushed sideways:
 it may drift in a turn or a wind, and its guidance makes up for that. For a user without guidance a third law holds
 the sway at zero, so that the course is the heading and a turn has the radius of speed over yaw rate.
-
-Thrust allocation: from a wanted force and moment on the hull to commands of thrusters and steering angles.
 
 Every thruster pushes along its line; one that steers counts as two, along the hull and across it (the extended thrust
 representation: Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed., 11.2). The least forces that

@@ -1,9 +1,4 @@
-"""Station-keeping: be at a pose and stay there.
-
-Wayfinding: come near to every waypoint, with its heading.
-
-Wildlife: circle platypus and turtle, each in its sense, and keep away from the crocodile.
-"""
+"""Controllers of courses: hold a pose, visit waypoints with their headings, circle the animals of the wildlife task."""
 
 import math
 from typing import TYPE_CHECKING

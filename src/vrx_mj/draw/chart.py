@@ -1,7 +1,4 @@
-"""Charts of curves and points as SVG that stands in a page by itself, without script or network.
-
-Templates of pages: static files that need no network, in folders of `templates`.
-"""
+"""Charts as SVG, and the templates of pages: static files without script or network."""
 
 import io
 from collections.abc import Sequence

@@ -1,7 +1,4 @@
-"""What a task lays out in the world: gates, bays, circles, paths and beacons, for maps and recordings. Plain data.
-
-What a map of a world shows, as plain data.
-"""
+"""What a map or a recording shows of a world and its task, as plain data: gates, bays, circles, paths, beacons."""
 
 import colorsys
 import math

@@ -1,6 +1,7 @@
-"""Colours that are seen on light and on dark: each has a contrast of at least 3:1 with white and with black.
+"""Colours and text of maps and charts.
 
-Text on a map: fonts for every script, and names that keep out of each other's way.
+Each colour has a contrast of at least 3:1 with white and with black. Fonts cover every script, and names are placed so
+that they do not overlap.
 """
 
 import colorsys

@@ -1,7 +1,4 @@
-"""Turns keys into commands of boats' engines, whatever their layout, without a simulation or a window.
-
-Keys pressed in a terminal, without waiting for Enter, and the status in its last lines.
-"""
+"""Keys to commands of engines, whatever a boat's layout; and keys and status lines in a terminal."""
 
 from __future__ import annotations
 

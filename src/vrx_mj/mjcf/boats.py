@@ -1,11 +1,7 @@
-"""A boat as it is built: the parts of a URDF that move together, its thrusters, rudders, sails, water and sensors.
+"""A boat as it is built: the parts of a URDF that move together, its masses, thrusters, rudders, sails and sensors.
 
 Links on fixed joints belong to the base link, as in Gazebo; those on joints that do not turn, or that nothing
 steers, are rigid here too, at zero. What steers is a joint of a thruster, rudder or sail, with all that hangs on it.
-
-Steering of a boat: joints that turn thrusters, rudders and sails, and the links that turn with them.
-
-Mass, centre of mass and inertia of a boat, and of what it is made of.
 """
 
 import re

@@ -1,11 +1,8 @@
-"""From a world and a fleet to a `World`: pieces are rendered once for each kind, and placed under their names.
+"""From a world and a fleet to a `World`, and worlds with one boat, object or dock more or less.
 
-A world in the making: pieces under their names and rows of tables, each thing after all others.
-
-A world with one boat, object or dock more, or one less: the rest is not compiled again.
-
-What joins comes last, in the MJCF and in every table, a boat with the ball of its shooter after it. So the others keep
-their order, and MuJoCo gives them the same numbers.
+Pieces are rendered once for each kind and placed under their names. What joins a compiled world comes last, in the
+MJCF and in every table, a boat with the ball of its shooter after it. So the others keep their order and their numbers
+in MuJoCo, and are not compiled again.
 """
 
 import json

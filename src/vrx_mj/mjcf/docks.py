@@ -1,8 +1,6 @@
-"""Docks of a world: their bays, placards and holes, where they are, and how the blocks of floating ones hang together.
+"""Docks of a world: their bays, placards and holes, where they are, and their pieces of MJCF.
 
-A floating dock is one tree of hinges; constraints close its loops.
-
-Docks as pieces of a world: fixed ones as one body, floating ones as a tree of blocks; boards with symbols.
+A fixed dock is one body. A floating one is a tree of blocks on hinges; constraints close its loops.
 """
 
 import math

@@ -1,12 +1,6 @@
-"""A hull's surface afloat: displacement, waterplane and metacentric heights.
-
-What a body displaces that floats upright at some level follows from Archimedes' principle over flat faces, exactly.
-
-The hydrostatics of a hull's mesh: displacement, centres, stiffness and righting arms.
+"""Hydrostatics of a hull's mesh, and a hull's hydrodynamics from its shapes and mass where no file gives them.
 
 Axes are the mesh's own, x forward, y left, z up. The figures follow from Archimedes' principle over its faces, exactly.
-
-A hull's hydrodynamics from its shapes and mass, where no file gives them.
 """
 
 import itertools

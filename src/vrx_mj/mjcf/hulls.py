@@ -1,8 +1,7 @@
-"""The model of a boat's hull in profile `marine`: its mesh, and its matrices about the link's origin.
+"""The model of a boat's hull in profile `marine`: its mesh, its matrices, and its file's radiation and diffraction.
 
-The radiation and diffraction of a file, about the link's origin and in water of a density, as the loop has them.
-
-Whether a hull of profile `marine` can be: its lift, its inertia, and small motions about its rest.
+Everything is about the link's origin, and the file's numbers are scaled to the density of the water. A hull whose
+lift, inertia or small motions about its rest are impossible is refused.
 """
 
 import math

@@ -1,10 +1,8 @@
-"""Objects of the catalogue, and users' own: as pieces of one body or a tree of bodies, and as rows of a world's tables.
+"""Objects of a world file: single things with a name and a pose, their pieces of MJCF and their rows of tables.
 
 Every ball shooter has a ball, parked far under water until it is fired, and used again for every shot. A parked ball
 sleeps, in MuJoCo's sense: it takes no part in a step until its pose is changed. Nothing else ever falls asleep, as the
 tolerance is 0.
-
-From the entries of a world file to single things with a name and a pose in the world.
 
 The objects of a field are at points drawn from a seed, one by one, each where there is room for it. VRX's
 generate_avoid_obstacles_buoys.py means to keep its points 5 m apart and does not; its field is kept as it is, in the

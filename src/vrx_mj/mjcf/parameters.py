@@ -1,7 +1,4 @@
-"""The sea of a compiled world, and the tables of a world in the making.
-
-Wind of a compiled world: its gusts, and the coefficients of what it pushes.
-"""
+"""Sea and wind of a compiled world, and the tables of a world in the making."""
 
 import math
 import warnings

@@ -1,10 +1,8 @@
-"""Robots: a boat as one MuJoCo model, and as rows of the runtime's tables.
+"""Robots: a boat as one MuJoCo model and as rows of the runtime's tables, and a robot for MuJoCo's viewer.
 
 A boat is one body, its base link, whose frame is that of the URDF. With fixed engines everything is part of it;
 with hinged engines each thing that steers is a child body on a hinge. Propellers have no joint: their spin is only
 looks. There are no actuators: the runtime's kernels thrust and steer. Boats of one kind are made once.
-
-A robot as a model for MuJoCo's viewer, in which a control of each joint is its value.
 """
 
 import itertools

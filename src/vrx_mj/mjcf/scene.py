@@ -1,10 +1,7 @@
-"""Look of a world: SDF's scene vocabulary in MuJoCo's terms, and the light of the sky by the hour.
+"""The model that is drawn: the saved world with a sea that moves, a sky with a sun, and markers of goals.
 
-Markers of goals and waypoints: cylinders in the model that is drawn, which the one that steps never has.
-
-The model that is drawn: the saved world, with a sea that can move and a sky with a sun in it.
-
-The sky is a painted cube; the surface of the sea takes its colours from a palette.
+The look is SDF's scene in MuJoCo's terms, with the light of the sky by the hour. The sky is a painted cube, and the
+surface of the sea takes its colours from a palette. Markers are cylinders, which the model that steps never has.
 """
 
 import math

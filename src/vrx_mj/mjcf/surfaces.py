@@ -1,7 +1,4 @@
-"""Closed surfaces that pass through themselves or each other: where, and how much volume that falsifies.
-
-The panels of a hull: its closed surface as points and triangles that are small enough for waves.
-"""
+"""Closed surfaces: where they pass through themselves or each other, and a hull's surface as panels for waves."""
 
 import math
 from collections.abc import Iterator, Sequence

@@ -1,6 +1,6 @@
-"""A compiled world: all that a run needs, and how it is kept in a folder.
+"""A compiled world: all that a run needs, how it is kept in a folder, and its MJCF for other simulators.
 
-MJCF for other simulators that read it, without what they refuse.
+Other simulators get MJCF without what they refuse.
 """
 
 import hashlib

@@ -4,7 +4,7 @@ SI units; the fields of the dataclasses have units and meanings. "Body axes" are
 "world axes" are east, north, up. `qpos` and `dof` are the addresses of a free joint (or, for an engine, of its hinge)
 in MuJoCo's `qpos` and `qvel`; `body` is a body's number. `..._start` and `..._count` are consecutive rows of a table.
 
-Tables of the models of hulls in profile `marine`, as the kernels read them.
+Tables of the hulls' own models in profile `marine` are here as well.
 """
 
 import functools

@@ -1,7 +1,4 @@
-"""Floating things other than boats: single objects, links of jointed ones, and docks as trees of blocks on hinges.
-
-Parts of a compiled world besides boats and water: objects, docks, signs, the shore, and where on Earth it is.
-"""
+"""Parts of a compiled world besides boats and water: floating and fixed objects, docks, signs, shore, georeference."""
 
 from collections.abc import Mapping
 from dataclasses import field

@@ -1,7 +1,4 @@
-"""The whole of a compiled world but for its MJCF, and its form in JSON.
-
-Whether the tables of a compiled world fit each other: what a row points at, by number or by name, is there.
-"""
+"""The whole of a compiled world except its MJCF, its form in JSON, and the check that its tables fit each other."""
 
 import json
 from collections import Counter

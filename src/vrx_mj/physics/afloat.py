@@ -8,12 +8,10 @@ off; its result is turned back.
 
 A mooring is a rope to an anchor, which pulls beyond its length.
 
-Links that hang together by joints: how each moves, and the drag of water on all of them in MuJoCo's own inertia.
-
-A link has the buoyancy and drag of `flotation`, at its present velocity. What it feels at the end of a step depends on
-all joints and contacts, so that its drag is implicit in MuJoCo's own equation of motion, as that of a dock's blocks
-(`raft`): with D = J^T diag(k, k, k_z, kappa, kappa, kappa) J, where J gives the velocity of the link's origin and its
-angular velocity,
+Links on joints have the buoyancy and drag of `flotation`, at their present velocity. What a link feels at the end of a
+step depends on all joints and contacts, so its drag is implicit in MuJoCo's own equation of motion, as that of a dock's
+blocks (`raft`): with D = J^T diag(k, k, k_z, kappa, kappa, kappa) J, where J gives the velocity of the link's origin
+and its angular velocity,
     (M + dt D) (v' - v) = dt (f - D v),      the same as      M (v' - v) = dt (f - D v'),
 whatever else f holds. Only the small torque of drag whose centre is not the link's origin stays explicit.
 

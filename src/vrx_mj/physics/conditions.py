@@ -1,6 +1,6 @@
-"""What is around a hull in a step: the wind, the water, and the hull's motion through it, which all effects share.
+"""What is around a hull in a step, which all effects share: the wind, the water, and the motion through it.
 
-The current: a mean, a tidal ellipse and a random part, which is the same everywhere but for the depth.
+The current is a mean, a tidal ellipse and a random part, and varies in depth alone.
 """
 
 import math

@@ -1,4 +1,4 @@
-"""What still water does to a moving hull: drag, and the water that it carries along (added mass).
+"""What still water does to a moving hull: drag, added mass, cross-flow drag and measured resistance.
 
 VRX's force on the link's centre of mass, in body axes, is -D(nu) nu - M_A d(nu)/dt, with diagonal D and
 M_A and with nu = (u, v, w, p, q, r) the velocity of the link's *origin* and the angular velocity. VRX
@@ -9,14 +9,14 @@ VRX 3 pushes at the link's origin instead, and its M_A acts on the world acceler
 axes: `drag` is then about the origin, there is no `added_bias`, and `added_inertia` is exact. `drag_on_hull` and
 `bias_on_hull` choose by the profile of a hull's row.
 
-The water that a hull carries along, with all 36 coefficients: inertia, and Coriolis and centripetal forces.
+Profile `marine` has all 36 coefficients of added mass, with Coriolis and centripetal forces:
 
 With nu_r = (v, w) the velocity of the link's origin through the water and the angular velocity, body axes, and M_A
 = [[A11, A12], [A21, A22]] about that origin, the force is -M_A d(nu_r)/dt - C_A(nu_r) nu_r (Fossen, 2021, 6.4). Of the
 derivative, the part of the origin's acceleration a and of dw/dt goes into the inertia; the rest is known before a step:
 d(nu_r)/dt = [R^T (a - a_water) - w x v; dw/dt].
 
-Drag of the flow across a hull, by strips along it (ITTC; Fossen 2021, 6.7: cross-flow drag).
+Cross-flow drag is summed over strips along the hull (ITTC; Fossen 2021, 6.7).
 
 A strip of the lateral area T dx moves across the water with v + x r - z p, and has the drag of a cylinder:
 
@@ -26,7 +26,7 @@ which acts at the strip, hence the moments -z Y_i of roll and x Y_i of yaw. A sk
 normal force, rho / 2 A f U^2 sin(alpha) of the MMG standard method (`thrust.normal_slope`), has U times the velocity
 across in the place of the square.
 
-Resistance over speed, as a towing tank measures it (ITTC 7.5-02-02-01).
+Resistance is a curve over speed, as a towing tank measures it (ITTC 7.5-02-02-01).
 """
 
 import math

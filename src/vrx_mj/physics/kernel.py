@@ -1,18 +1,16 @@
-"""The `kernel` decorator: compiled by numba, cached in a folder that belongs to exactly these kernels.
+"""The `kernel` decorator: functions compiled by numba, and a cache of compiled code that survives damage.
 
-Compiled code that other kernels take in, and that never becomes machine code by itself.
+The folder of the cache belongs to the content of exactly these kernels.
 
 numba optimises every function that a kernel calls and makes machine code of it, and does both once more in each
-caller, which holds a copy. What only other kernels call is left out here but for its copies: nobody runs it. A run's
-kernels compile in five sixths of the time, and are as fast.
+caller, which holds a copy. Nobody runs the machine code of what only other kernels call, so `LinkedCompiler` leaves it
+out. A run's kernels compile in five sixths of the time, and are as fast.
 
-numba's cache of compiled functions, made to bear damage: an entry that is not whole is dropped and compiled anew.
-
-Entries are pickles around machine code: to load one is to run it. A digest in front of each file shows damage, such as
-half a file after a crash, before anything is read from it. It does not protect from users who can write to the folder,
-which is why the folder has to be this user's alone: who can write to a folder above it can put another in its
-place, so all of them count, and the folders that symbolic links lie in. On Windows the user's own folders are private
-already, and nothing is checked.
+Cache entries are pickles around machine code: to load one is to run it. A digest in front of each file shows damage,
+such as half a file after a crash, before anything is read from it; what is damaged is dropped and compiled anew. The
+digest does not protect from users who can write to the folder, so the folder has to be this user's alone, and so do
+the folders above it and those of symbolic links. On Windows the user's own folders are private already, and nothing is
+checked.
 """
 
 import functools

@@ -16,9 +16,8 @@ is what the corner's own piece feels, and S(1, 1) what the sum has of it. If a i
 S(1, 1); if it is dry, S(1, 1) is what the sum lacks and S(s, t) what it has too much: in both, |p| / p (S(s, t) -
 S(1, 1)) is added, a weight for each of the three g.
 
-Triangles are looked at in pairs that share an edge: what one of them shows, the other mostly does, too.
-
-A hull's mesh as the kernels of its pressure need it: in parts that lie beside each other, its points in lanes.
+Triangles are looked at in pairs that share an edge, since they are mostly wet or dry together. The kernels have the
+mesh in parts that lie beside each other, with the points in lanes.
 """
 
 from typing import Final, NamedTuple

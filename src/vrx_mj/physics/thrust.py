@@ -1,15 +1,14 @@
-"""Thrusters: from a command to a force, the servo that steers the engine, and rudders.
+"""Thrusters, from a command to a force, with their steering servo; rudders; and propellers of profile `marine`.
 
 A rudder is a wing that turns in the water, and in the race of a propeller. Lift and drag are the parts of its normal
 force across and along the flow, as in the MMG standard method (Yasukawa and Yoshimura, J. Mar. Sci. Technol. 20, 2015):
 F_N = rho / 2 A U^2 f sin(alpha), without stall, so for any angle of attack.
 
-Propellers of profile `marine`: from a command to a thrust that was measured, and what of it is left at sea.
-
-Thrust at rest is a table over the command, with a first-order lag. Speed through the water takes thrust as in open
-water, where K_T falls in a straight line with the advance ratio J = u / (n D): T = rho D^4 n^2 (a - b J). With u_0 the
-speed at which full thrust T_full vanishes, and n^2 going with the thrust T_0 at rest, that is
-T = T_0 (1 - u / (u_0 sqrt(T_0 / T_full))). Waves and current are in the speed, and the waves in the depth.
+A propeller of profile `marine` has a measured thrust and loses part of it at sea. Thrust at rest is a table over the
+command, with a first-order lag. Speed through the water takes thrust as in open water, where K_T falls in a straight
+line with the advance ratio J = u / (n D): T = rho D^4 n^2 (a - b J). With u_0 the speed at which full thrust T_full
+vanishes, and n^2 going with the thrust T_0 at rest, that is T = T_0 (1 - u / (u_0 sqrt(T_0 / T_full))). Waves and
+current are in the speed, and the waves in the depth.
 
 Or it is that of a table over the angle of advance, tan beta = u / (0.7 pi n D), in four quadrants (van Lammeren et al.,
 The Wageningen B-Screw Series, Trans. SNAME 77, 1969), with V^2 = u^2 + (0.7 pi n D)^2 and A_0 = pi D^2 / 4:

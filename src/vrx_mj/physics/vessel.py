@@ -3,7 +3,7 @@
 Everything is about the link's origin, in body axes, with the velocity through the water nu_r = nu - nu_water (Fossen,
 Handbook of Marine Craft Hydrodynamics and Motion Control, 2021, 6.5 and 6.6).
 
-The waves that a hull makes and scatters: memory of its motion (Cummins, 1962), and diffraction of the sea.
+A hull also feels the waves that it makes and scatters.
 
 Radiation: a hull that moves with nu feels -A(inf) d(nu)/dt - mu. The first part is in the inertia (`added_mass`), and
 mu_i = sum over j of the integral of K_ij(t - s) nu_j(s) ds. A sum of damped oscillations stands for the kernel,

@@ -5,11 +5,9 @@ without following the horizontal motion of the water ("simple sampler"), and it 
 calm at time 0. A wave's phase is zero at the origin at time 0, whatever VRX's `phase` is; a
 batch may give its rows others.
 
-Many waves at once: what `elevation` gives, to the bit, and `orbital_motion`, in a third of the time.
-
-The waves lie in columns, so that a processor takes several at a time: all phases, then all cosines, then all that is
-summed. Heights are summed in the order of the waves, motions in the fixed order of `lanes`, so no bit depends on how
-many a processor takes.
+Seas of many waves lie in columns, so that a processor takes several at a time: all phases, then all cosines, then all
+that is summed. `elevation` gives the same bits, and `orbital_motion` too, in a third of the time. Heights are summed
+in the order of the waves, motions in the fixed order of `lanes`, so no bit depends on how many a processor takes.
 """
 
 import math

@@ -1,7 +1,4 @@
-"""Wind: gusts about a mean, in one direction, and what it does to what floats.
-
-The wind's load on a boat by its areas: coefficients over the angle at which the apparent wind comes.
-"""
+"""Wind: gusts about a mean in one direction, and its load on what floats, by areas and coefficients over the angle."""
 
 import math
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,4 @@
-"""Smooth edges in a picture that was drawn with one sample per pixel, in a tenth of the time of four samples.
-
-Colours of a picture as a film has them.
-"""
+"""Pictures of a film: smooth edges from one sample a pixel, in a tenth of the time of four, and the film's colours."""
 
 import math
 

@@ -1,7 +1,4 @@
-"""Says when and where two recordings diverge.
-
-The score of a recorded task, computed again from the frames that its referee saw.
-"""
+"""Checks of recordings: when and where two diverge, and a task's score computed again from the referee's frames."""
 
 from __future__ import annotations
 

@@ -1,8 +1,6 @@
-"""From the parts of a run, as it appended them, to a rerun file: what was recorded, its views, a table of contents.
+"""From the parts of a run, as it appended them, to a rerun file; and a robot at rest whose joints move in turn.
 
 The parts are read from the file once, some at a time, and go as chunks into another, which takes its place at the end.
-
-A robot that stands still as a rerun file, in which its joints move one after the other.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""Pictures with labels as a data set in COCO's form: a folder with `images/` and `annotations.json`.
-
-Recordings as Arrow tables, and as files of other programs: CSV, Parquet, GPX and GeoJSON.
-"""
+"""Recordings as files of other programs: Arrow tables, CSV, Parquet, GPX, GeoJSON, and pictures with COCO labels."""
 
 from __future__ import annotations
 

@@ -1,8 +1,6 @@
-"""What changes with time, as rerun chunks: poses, arrows and plots.
+"""What changes with time, as rerun chunks: poses, arrows, plots, and what sensors measured.
 
 `MovingChunks` holds the little that a chunk must know of the one before it: which samples the slower streams took.
-
-What sensors measured, as rerun chunks: pictures, points, tracks and plots, with what gives the readings back.
 
 Of every reading there is one row in its sensor's own entity: time and number, and either the picture or the points as
 they are shown, or all of its numbers. `reader.RecordedReadings` makes readings of them again.

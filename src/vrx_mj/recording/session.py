@@ -1,8 +1,7 @@
-"""From a running simulation to a recording, and back to a running simulation or into rerun's viewer.
+"""From a running simulation to a recording, and back to a simulation or into rerun's viewer.
 
-Writes a recording while the run goes on: it is appended to the file as it comes, and encoded when it is closed.
-
-A process that is killed leaves a file that reads up to its last flush.
+A recording is appended to its file while the run goes on, and encoded when it is closed. A process that is killed
+leaves a file that reads up to its last flush.
 """
 
 from __future__ import annotations

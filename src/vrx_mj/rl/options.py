@@ -1,7 +1,4 @@
-"""Options of the environments, checked.
-
-What episodes are drawn from: a generator of random numbers for every row, and what differs between episodes.
-"""
+"""Options of the environments, checked, and what episodes are drawn from: a generator for every row, and its ranges."""
 
 import math
 from collections.abc import Mapping, Sequence

@@ -1,6 +1,6 @@
 """What a learning problem consists of, and what it sees of its boats: arrays of rows x boats.
 
-One world with a referee, as a batch of one row, run by a `Simulation`.
+A world with a referee is a batch of one row, run by a `Simulation`.
 """
 
 from abc import ABC, abstractmethod

@@ -3,7 +3,7 @@
 An interface is made once for the boats that there are, and again when boats come or go. Every function in it is
 called by the simulation's own thread.
 
-VRX 3's forms of VRX's messages: what its topics on ROS 2 carry for the same content.
+VRX 3's topics on ROS 2 carry the same content in messages of their own.
 """
 
 import threading

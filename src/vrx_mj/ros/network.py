@@ -1,7 +1,4 @@
-"""The thread in which networks live, what they report, and which process holds a port.
-
-Who may connect: the names and addresses of this machine, and the sites of web pages.
-"""
+"""The thread in which networks live, what they report, which process holds a port, and who may connect."""
 
 import asyncio
 import concurrent.futures

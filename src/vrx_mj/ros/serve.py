@@ -1,6 +1,6 @@
-"""A world that is served: its time keeps pace with the wall's, or goes as fast as it can, until somebody ends it.
+"""A world that is served: it keeps pace with the wall clock, or runs as fast as it can, until somebody ends it.
 
-NMEA 0183 for chart plotters: a boat's sentences by UDP, to every client of a TCP port, and as topics of ROS.
+Chart plotters get a boat's NMEA 0183 sentences by UDP, from a TCP port, and as topics of ROS.
 """
 
 import contextlib

@@ -1,6 +1,6 @@
-"""A world with everything that changes while it runs: what the parts of a `Simulation` share.
+"""A world with everything that changes while it runs, and the poses and velocities of its bodies by name.
 
-Boats, floating objects and floating docks by name: reading and writing the pose and velocity of their links.
+The parts of a `Simulation` share it. Bodies are boats, floating objects and floating docks.
 """
 
 import contextlib

@@ -1,10 +1,6 @@
-"""The rows of a batch: what each has of its own, and its memory.
+"""The rows of a batch: what each has of its own, how its boats float at rest, its parameters, and its free bodies.
 
-Boats that float at rest: where the water carries them, and how heavy they may be for it.
-
-Parameters in which rows of a batch differ from their world, as `Batch.vary` sets them.
-
-Worlds of free bodies alone, which rows of a batch step without MuJoCo while nothing can touch anything.
+Rows of worlds of free bodies alone step without MuJoCo while nothing can touch anything.
 """
 
 import copy

@@ -2,7 +2,7 @@
 
 A row has its `MjData` and its part of every table that changes. Its sea may differ from the world's: `RowSeas`.
 
-What callers of a batch give, checked: rows, seeds, values; and which commands there are.
+What callers of a batch give is checked here too: rows, seeds, values and commands.
 """
 
 import math

@@ -4,7 +4,7 @@ A reading is a function of its moment, the moment before it, the run's seed and 
 are read changes neither the motion nor any reading. Only a first reading depends on when it is asked for: it
 is of that moment, and from then on sensors of the same rate have moments.
 
-A world's lights and placards while it runs: what they show, and what they are made to show.
+A world's lights and placards are here as well: what they show, and what they are made to show.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence

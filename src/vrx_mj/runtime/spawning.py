@@ -1,9 +1,7 @@
-"""Boats, objects and docks that come and go while a simulation runs.
+"""Boats, objects and docks that join or leave a running `Simulation`.
 
-What joins comes last in every table and array and what leaves is cut out, so the others keep their order: of each array
-the rows that stay fill the beginning of the new one, and the rest of that is the newcomer's as it starts.
-
-Boats, objects and docks that come and go: the part of a `Simulation` that changes what is in its world.
+What joins comes last in every table and array, and what leaves is cut out, so the others keep their order: of each
+array the rows that stay fill the beginning of the new one, and the rest holds the newcomer's initial values.
 """
 
 from collections.abc import Callable, Mapping, Sequence

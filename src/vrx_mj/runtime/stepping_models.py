@@ -1,9 +1,8 @@
 """The models that step: a world without visuals, and its contact-free twin, which steps while nothing can touch.
 
-Memory for contacts, and bodies that overlap in more than it takes: MuJoCo ends the process, so they are refused.
-
-A `Simulation` has memory for heaps of bodies. Rows of a batch, of which there are thousands, have it for the contacts
-of each two things that can touch, and at most what MuJoCo chooses, which is 13 MB of address space and more.
+Where contacts need more memory than there is, MuJoCo ends the process, so bodies that overlap that much are refused. A
+`Simulation` has memory for heaps of bodies. Rows of a batch, of which there are thousands, have it for the contacts of
+each two things that can touch, and at most what MuJoCo chooses, which is 13 MB of address space and more.
 """
 
 import copy

@@ -4,7 +4,7 @@ A subscribed sensor is read at the steps at which its clock latches a moment (`r
 rule, so that there is one reading for every measurement and no drift. `Simulation.advance` stops at these steps: the
 motion is the same to the last bit with any listeners.
 
-Rows that the compiled loop copies while it runs, for recorders.
+Recorders read rows that the compiled loop copies while it runs.
 """
 
 import math

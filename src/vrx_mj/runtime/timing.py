@@ -1,6 +1,4 @@
-"""When something is due: samples at a rate of simulated time, durations in physics steps, and pauses between looks.
-
-What sensors see, kept at their own rates: one clock for every rate, and the moments that it latches.
+"""When something is due: samples at a rate of simulated time, durations in physics steps, and clocks of sensors.
 
 A clock of rate r latches its k-th moment at the first step at or after k / r, so rates that do not divide the step are
 kept on average, without drift; above the step's rate it latches one at every step, and numbers are left out. A clock

@@ -1,6 +1,6 @@
-"""What boats measure: from a moment of the world to readings. The runtime decides when.
+"""What boats measure: types of sensors, one record each, from a moment of the world to readings.
 
-The types of sensors, one record each; those with a measurement of their own have it in their module.
+The runtime decides when a sensor measures. Types with a measurement of their own have it in their module.
 """
 
 import math

@@ -1,23 +1,14 @@
-"""A wind sensor that moves with its boat: the apparent wind.
+"""Instruments: anemometer, echo sounder, GNSS compass, GPS and IMU; and what a type of sensor consists of.
 
-An echo sounder: how far along its beam the bottom is.
+GPS and IMU are those of Hector's plugins for Gazebo: position on WGS84 and velocity north-west-up, and differences
+between one measurement and the next. Hector takes the Earth for flat: degrees are metres over the radii of curvature
+at the world's origin, and the height is z. Ours is the ellipsoid. At 1 km from the origin of VRX's Sydney the two
+differ by 0.08 m in height (the world's water is a plane, which rises over the ellipsoid) and by at most 0.06 m on the
+ground; at 100 m by less than 1 mm.
 
-Two satellite antennas as a compass: true heading and rate of turn of the line from one to the other.
-
-A satellite receiver, as Hector's plugin for Gazebo: position on WGS84 and velocity north-west-up.
-
-Hector takes the Earth for flat: degrees are metres over the radii of curvature at the world's origin, and the height
-is z. Ours is the ellipsoid. At 1 km from the origin of VRX's Sydney the two differ by 0.08 m in height (the world's
-water is a plane, which rises over the ellipsoid) and by at most 0.06 m on the ground; at 100 m by less than 1 mm.
-
-An inertial unit, as Hector's plugin for Gazebo: differences between one measurement and the next.
-
-What a type of sensor consists of; `sensors.registry` has one record for each.
-
-Errors of sensors as Hector's plugins model them: offset, drift and white noise along three axes.
-
-Hector scales a drift's increments by the interval instead of its root, so that its size depends on the rate; here a
-drift has the standard deviation that is configured. VRX configures none.
+Errors are Hector's, too: offset, drift and white noise along three axes. Hector scales a drift's increments by the
+interval instead of its root, so its size depends on the rate; here a drift has the standard deviation that is
+configured. VRX configures none.
 """
 
 import math

@@ -1,7 +1,4 @@
-"""What a sensor gives: data with the time and the frame that they belong to.
-
-Where a sensor is and how it moves, from the pose and velocity of the body that carries it.
-"""
+"""What a sensor gives: data with their time and frame; and the place and motion of the sensor."""
 
 import io
 import math

@@ -1,6 +1,6 @@
-"""What a camera can see: which geoms, and how wide a part of the sea.
+"""What a camera sees: its geoms, its part of the sea, and the labels of its pictures.
 
-Labels of a camera's picture: which pixels show which boat, buoy, dock or animal, and the box around them.
+Labels say which pixels show which boat, buoy, dock or animal, with the box around each.
 """
 
 import json

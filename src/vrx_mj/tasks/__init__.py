@@ -1,7 +1,4 @@
-"""Tasks: state machines over a stream of frames, without MuJoCo, and without each other.
-
-The types of tasks, one record each.
-"""
+"""Tasks, one record for each type: state machines over a stream of frames, without MuJoCo and without each other."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field

@@ -1,16 +1,13 @@
-"""Gates of two buoys, and the tasks of crossing them in turn: the navigation course, and the path with points.
+"""Tasks of courses: hold a pose, visit waypoints, and pass gates (navigation course, path with points, gymkhana).
 
 The `left` marker of VRX's files comes to starboard of a boat that crosses the gate as it should: red right returning.
 References: VRX navigation_scoring_plugin.cc of gazebo_classic, and VRX 3 NavigationScoringPlugin.cc.
 
-Gymkhana: a channel, then a beacon among obstacles (VRX gymkhana_scoring_plugin.cc).
+Gymkhana (VRX gymkhana_scoring_plugin.cc) has its channel as a task of its own, with its own collisions, dead time and
+penalty: the navigation course, and in VRX 3 the path with points, which cannot fail.
 
-The channel is a task of its own, with its own collisions, dead time and penalty: the navigation course, and in VRX 3
-the path with points, which cannot fail.
-
-Station-keeping: hold a pose for the whole run (VRX stationkeeping_scoring_plugin.cc).
-
-Wayfinding: come near to every waypoint, in any order (VRX wayfinding_scoring_plugin.cc).
+Station-keeping is scored for the whole run, and waypoints may be visited in any order (VRX
+stationkeeping_scoring_plugin.cc and wayfinding_scoring_plugin.cc).
 """
 
 import math

@@ -1,8 +1,7 @@
-"""Perception: name and locate objects that show up before the boat (VRX perception_scoring_plugin.cc).
+"""Tasks of perception: name and locate objects, find a beacon that lies still, and stay with one that swims.
 
-Acoustics: find a beacon that lies still, or stay with one that swims.
-
-VRX 3's AcousticPerceptionScoringPlugin.cc and AcousticTrackingScoringPlugin.cc.
+References: VRX perception_scoring_plugin.cc, VRX 3 AcousticPerceptionScoringPlugin.cc and
+AcousticTrackingScoringPlugin.cc.
 """
 
 import math

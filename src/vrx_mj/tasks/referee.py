@@ -1,11 +1,8 @@
-"""The referee: phases, times and collisions, which are alike in all tasks; the rest is in a task's rules.
+"""The referee: phases, times and collisions, which all tasks share, and the frames that it sees.
 
-As in VRX a phase begins by the clock, one transition at a time: `ready` after the initial duration, `running` after the
-ready one. The task ends when its rules end it, or when its time is up.
-
-What the rules of tasks do to the world, and what they sum up.
-
-What a referee sees: where things are, what the boat touched, what its team sent, and the status of the task.
+As in VRX a phase begins by the clock, one transition at a time: `ready` after the initial duration, `running` after
+the ready one. The task ends when its rules end it, or when its time is up. A frame says where things are, what the
+boat touched and what its team sent; rules of a task say what that does to the world and to the score.
 """
 
 import json

@@ -1,12 +1,7 @@
-"""Trials of steering: turning circle, zigzag, pull-out and spiral (ITTC 7.5-04-02-01; IMO MSC.137(76)).
+"""Trials of a vessel: turning circle, zigzag, pull-out, spiral, crash stop and free decay; their figures and tracks.
 
-The crash stop: from full ahead to full astern (IMO MSC.137(76)).
-
-Free decay of heave, roll or pitch in calm water: period, linear and quadratic damping.
-
-What a trial records and finds: the vessel's states over time, and figures with their units.
-
-A vessel as trials see it: it takes a power and a helm, and has a position, a heading and speeds.
+References: ITTC 7.5-04-02-01; IMO MSC.137(76). A vessel takes a power and a helm, and has a position, a heading and
+speeds.
 """
 
 import math

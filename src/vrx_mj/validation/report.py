@@ -1,7 +1,4 @@
-"""The report: its cases in their order, and what they have found, as JSON and as a page that needs no network.
-
-A case with a user's own measurements, beside those of the report.
-"""
+"""The report: its cases in order, and a user's own; results as JSON and as a page that needs no network."""
 
 import json
 import math

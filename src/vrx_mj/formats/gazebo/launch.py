@@ -1,6 +1,6 @@
-"""Launch files of ROS 1 that open a world of Gazebo: which world, and which boats and objects they spawn where.
+"""Launch files of ROS 1 that open a world of Gazebo: the world, and the boats and objects that they spawn.
 
-What `$(...)` means in a launch file of ROS 1; the environment stays closed.
+`$(...)` is substituted as roslaunch does it, except that the environment stays closed.
 """
 
 import os

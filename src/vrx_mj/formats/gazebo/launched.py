@@ -1,9 +1,4 @@
-"""Worlds and boats of launch files as documents of ours: a world and a fleet.
-
-VRX's own launch files: which world each opens, with which boats, and what does the work of those that open none.
-
-Packages of ROS and VRX that need not be there: which worlds and robots of ours their files are.
-"""
+"""Worlds and boats of launch files as documents of ours; VRX's own launch files and packages need not be installed."""
 
 import json
 import os.path

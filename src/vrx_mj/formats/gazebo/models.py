@@ -1,6 +1,6 @@
-"""Where the models of Gazebo (SDF) are: their folders, their files, and the models in those.
+"""Models of Gazebo (SDF): where their folders and files are, and the models in them.
 
-The layouts in VRX's dock templates (`model.sdf.erb`), which are Ruby: they are read, and nothing is run.
+The layouts in VRX's dock templates (`model.sdf.erb`) are Ruby: they are read, and nothing is run.
 """
 
 import contextlib

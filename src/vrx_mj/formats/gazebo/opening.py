@@ -1,8 +1,7 @@
-"""Sources of a command: a world, the world and boats of a launch file, or the one that is meant in a folder.
+"""What a command opens: a world, a launch file with its boats, a boat alone, or the one that is meant in a folder.
 
-Fleets of one boat whose file or folder is named instead of a fleet: a URDF or xacro, a robot, a model of Gazebo.
-
-Files of Gazebo and ROS below a folder, as a catkin workspace, a package or a folder of worlds.
+A folder may be a catkin workspace, a package or a folder of worlds. A URDF, a xacro, a robot or a model of Gazebo that
+is named in place of a fleet is a fleet of one boat.
 """
 
 import contextlib

@@ -1,7 +1,4 @@
-"""Boats written in SDF: a model with its links, joints, plugins and sensors, as the robot that a URDF describes.
-
-A robot as the text of a URDF, for programs that read one.
-"""
+"""Boats written in SDF as robots: a model's links, joints, plugins and sensors; and a robot as the text of a URDF."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from copy import deepcopy

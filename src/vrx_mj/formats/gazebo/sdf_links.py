@@ -1,9 +1,4 @@
-"""Links of an SDF with their masses and shapes, in the form that those of a URDF have.
-
-Joints of an SDF: what they join, where, and about which axes.
-
-Links of a model of Gazebo as a tree of bodies on joints; links that fixed joints hold together are one body.
-"""
+"""Links and joints of an SDF in the form of a URDF's, and as a tree of bodies; fixed joints join their links."""
 
 import math
 from collections.abc import Sequence

@@ -1,7 +1,4 @@
-"""A model of Gazebo with the models in it: its links, joints, frames and plugins by their whole names.
-
-Frames of an SDF: where its links, joints, frames and models are, whatever each pose is relative to.
-"""
+"""A model of Gazebo and the models nested in it: links, joints, frames and plugins by full names, and all poses."""
 
 import math
 import re

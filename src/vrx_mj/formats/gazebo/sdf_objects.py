@@ -1,9 +1,7 @@
 """Models of Gazebo (SDF) as objects of ours: bodies on joints with their shapes, or a composite of models.
 
-Models of Gazebo whose SDF comes as a text over a network: no file is read but those of the catalogue and the path.
-
-The path of models is that of the environment's variables; nothing is looked for beside the text or in the current
-folder.
+SDF may come as a text over a network. Then only files of the catalogue and of the environment's model path are read;
+nothing is looked for beside the text or in the current folder.
 """
 
 import re

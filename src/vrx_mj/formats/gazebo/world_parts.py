@@ -1,7 +1,4 @@
-"""Sea, wind, light and place of a Gazebo world as the keys of ours.
-
-The scoring plugins of both generations of VRX as a world's task.
-"""
+"""Sea, wind, light, place and task of a Gazebo world as the keys of ours; plugins of both generations of VRX."""
 
 import math
 import re

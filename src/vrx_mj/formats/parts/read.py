@@ -1,11 +1,8 @@
-"""Reading thruster and component files: values with expressions, names and places of parts, and suspicious values.
+"""Thruster and component files of VRX, and the URDF of a WAM-V that they describe.
 
-Thruster and component files as read, and the parts that they may have, with their parameters.
-
-The URDF of a WAM-V from VRX's thruster and component files, by the macros in `assets/robots/wamv`.
-
-The way is that of VRX's `generate_wamv.launch`: each file becomes a piece of xacro with one macro call for each of
-its parts, and `wamv_gazebo.urdf.xacro` is expanded with these pieces. Unlike there, the boat has any namespace.
+As in VRX's `generate_wamv.launch`, each file becomes a piece of xacro with one macro call for each of its parts, and
+`wamv_gazebo.urdf.xacro` is expanded with these pieces, by the macros in `assets/robots/wamv`. Unlike there, the boat
+may have any namespace. Suspicious values are reported.
 """
 
 import json

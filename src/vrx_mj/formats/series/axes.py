@@ -1,9 +1,8 @@
-"""Axes files: what VRX's generator of worlds reads (vrx_gazebo/src/vrx_gazebo/generate_worlds.py, gazebo_classic).
+"""Axes files, which VRX's generator of worlds reads (vrx_gazebo/src/vrx_gazebo/generate_worlds.py, gazebo_classic).
 
-A file is a mapping of axes. An axis has so many steps; at a step it calls macros, each with sets of parameters. There
-is a world for each combination of steps: its number has the steps as digits, that of the first axis least significant.
-
-Calls of macros in a world of a VRX series, with their values.
+A file is a mapping of axes. An axis has a number of steps; at each step it calls macros, with sets of parameters.
+There is a world for each combination of steps: the steps are the digits of its number, the first axis the least
+significant.
 """
 
 import contextlib

@@ -1,6 +1,6 @@
-"""The worlds of a VRX series, and the YAML files that they become.
+"""The worlds of a VRX series as YAML files, by the macros of VRX's worlds (vrx_gazebo/worlds/xacros, gazebo_classic).
 
-The macros of VRX's worlds (vrx_gazebo/worlds/xacros, gazebo_classic), which are a xacro file of ours.
+The macros are a xacro file of ours.
 """
 
 import contextlib

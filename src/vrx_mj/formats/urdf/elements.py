@@ -1,13 +1,12 @@
-"""Elements of an XML file, read so that everything wrong with them is found at once.
+"""Elements of an XML file, read so that all faults are found at once, and the table of what is read of SDF and URDF.
 
-A value that cannot be read is noted as a problem and its default is handed on, so that reading continues.
+A value that cannot be read is noted as a problem, and reading goes on with its default.
 
-What each element and attribute of SDF 1.4 to 1.12 and of URDF is here, by `tags.json`, and what is lost of a file.
-
-The table has a section for each element of SDF that is described by itself, and `robot` for URDF. By the path of an
-element, or of an attribute after '@', it has a fate and words: `read` and as what, `lost` and why, or `harmless`. A
-third text is the value of which nothing is lost. Fates may differ between `boat`, `object` and `world`. Lost without
-words is what is lost with something around it; read without words is what only holds others.
+The table, `tags.json`, covers SDF 1.4 to 1.12 and URDF. It has a section for each element of SDF that is described by
+itself, and `robot` for URDF. The path of an element, or of an attribute after '@', has a fate and words: `read` and as
+what, `lost` and why, or `harmless`. A third text is the value with which nothing is lost. Fates may differ between
+`boat`, `object` and `world`. Lost without words is lost together with its parent; read without words only holds
+others.
 """
 
 import itertools

@@ -1,9 +1,8 @@
 """xacro files expanded to URDF or SDF, and expressions of YAML and launch files, by `xacro`, without trusting them.
 
-A xacro file is a program: its expressions are Python. `expansion` runs it; here its packages are found, and its errors
-are one `ConfigError` with the file, line and element.
-
-What a xacro or launch file may reach: files in its own folder, in packages and in named folders.
+A xacro file is a program: its expressions are Python. `expansion` runs it, and this module finds its packages and
+turns its errors into one `ConfigError` with the file, line and element. A file may reach files in its own folder, in
+packages and in named folders.
 """
 
 import os

@@ -1,7 +1,4 @@
-"""Gazebo's tags in a URDF: plugins of forces, thrusters and others, and the sensors.
-
-Plugins of gz-sim and of ArduPilot that push boats: Hydrodynamics, Buoyancy, ArduPilotPlugin.
-"""
+"""Gazebo's tags in a URDF: sensors, and the plugins of forces and thrusters of Gazebo, gz-sim and ArduPilot."""
 
 import math
 import re

@@ -1,7 +1,4 @@
-"""Links and joints of a URDF.
-
-A robot of links and joints, checked as a whole.
-"""
+"""Links and joints of a URDF, and the robot that they make, checked as a whole."""
 
 import math
 import re

@@ -1,8 +1,6 @@
-"""URDF text as a `Urdf`, with its meshes; what is wrong with it, and what is suspicious, is said at once.
+"""URDF text as a `Urdf`, with its meshes; all faults and all suspicious values are reported at once.
 
-Mesh files of a URDF: where they are, and what is read from them.
-
-The meshes of a robot's links, found and checked; VRX's, which are not ours to ship, have stand-ins.
+VRX's meshes, which are not ours to ship, have stand-ins.
 """
 
 import json

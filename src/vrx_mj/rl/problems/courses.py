@@ -1,7 +1,4 @@
-"""Problems of poses: hold one, or come to one after the other.
-
-Follow the path: through gates, one after the other.
-"""
+"""Problems of courses: hold a pose, visit poses in turn, and follow a path through gates."""
 
 from typing import ClassVar
 

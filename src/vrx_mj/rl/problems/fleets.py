@@ -1,7 +1,4 @@
-"""Formation: keep one's place beside a leader that is only a point.
-
-Rendezvous: to meet at one of two places, all at the same.
-"""
+"""Problems of fleets: formation, places beside a leader that is only a point, and rendezvous, to meet at one of two."""
 
 import numpy as np
 import numpy.typing as npt

@@ -1,7 +1,4 @@
-"""Connections of ROS 1: headers and frames of TCPROS, each with its length before it, and who listens for them.
-
-The answering end of XML-RPC over HTTP.
-"""
+"""Connections of ROS 1: headers and frames of TCPROS, who listens for them, and the answering end of XML-RPC."""
 
 import asyncio
 import contextlib

@@ -1,8 +1,6 @@
-"""Calls to a ROS 1 graph from a program that is not a node: the master's parameters, and services.
+"""TCPROS: topics and services that nodes of this process provide, topics they listen to, and calls without a node.
 
-Topics that we publish and services that we provide over TCPROS.
-
-A topic that we listen to over TCPROS: a connection to each publisher, made anew while it is registered.
+A `Subscription` connects to each publisher, and connects anew for as long as the publisher is registered.
 """
 
 import asyncio

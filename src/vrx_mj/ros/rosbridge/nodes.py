@@ -1,7 +1,4 @@
-"""rosapi: what clients ask about topics, services, types, parameters and each other.
-
-What the node tf2_web_republisher does for pages that show frames, as by ROSLIB.TFClient: a service and an action.
-"""
+"""What rosapi answers about topics, services, types and parameters, and tf2_web_republisher for ROSLIB.TFClient."""
 
 import asyncio
 import inspect

@@ -1,7 +1,4 @@
-"""The transport: what the simulation's thread calls, and the server in the network's loop.
-
-One client: its operations, one after the other.
-"""
+"""rosbridge: the server in the network's loop, and its clients, whose operations run one after the other."""
 
 import asyncio
 import contextlib

@@ -1,7 +1,4 @@
-"""A boat for ROS: its thrusters, its description, and the joints and frames of its links.
-
-What robot_localization gives, as VRX's example of it: a boat in a frame of its own, by its sensors or as it is.
-"""
+"""A boat for ROS: its thrusters, its description, the frames of its links, and what robot_localization publishes."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence

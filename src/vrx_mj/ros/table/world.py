@@ -1,7 +1,4 @@
-"""What belongs to the world: its clock, frames, wind, placards, formation, and its chart.
-
-Topics and services of tasks, by VRX's names.
-"""
+"""Topics and services of the world and its task: clock, frames, wind, placards, formation, chart, VRX's task topics."""
 
 import json
 import math

@@ -1,11 +1,4 @@
-"""What drifts: a neutral sphere in a wave, and boats in a current, in swell and in the wind.
-
-The current, as drogues show it: its profile, its tide and its random part.
-
-A mooring in a current: where it holds what floats, and how that swings.
-
-Half-submerged spheres: free decay with the memory of their waves, heave in waves, and added mass.
-"""
+"""What drifts: spheres and boats in waves, current and wind, the current itself, moorings; and radiating spheres."""
 
 import json
 import math

@@ -1,7 +1,4 @@
-"""A barge with a hull of its own: stiffness, wave forces, heave without damping, and a blow with added mass.
-
-Hulls in still water: stiffness of barges, and meshes upright, heeled and trimmed; contacts of shapes of hulls.
-"""
+"""Hulls: stiffness of barges, meshes upright, heeled and trimmed, wave forces, heave, blows, contacts of shapes."""
 
 import itertools
 import math

@@ -1,11 +1,4 @@
-"""The pressure of waves on a hull, added up at nodes in a run, against its integral with all waves everywhere.
-
-Forces of waves that a fixed hull scatters, in any heading.
-
-Heave, roll and pitch of free boats in waves as short as they are.
-
-How fast errors fall when the number of panels or components is doubled.
-"""
+"""Forces of waves on hulls: pressure against its integral, scattering, short waves, resolution, a flume section."""
 
 import itertools
 import math

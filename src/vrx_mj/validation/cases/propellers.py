@@ -1,13 +1,4 @@
-"""A measured propeller: its lag, what speed and air take off its thrust, and the energy that it draws.
-
-A propeller in four quadrants, and a rudder in a stream.
-
-The Heron of profile `marine`: its top speed.
-
-The WAM-V 16 of profile `marine`: what its propellers pull.
-
-The Otter of published coefficients: top speeds, and periods of its free motions.
-"""
+"""Propellers and rudders: lag, losses, energy and four quadrants; the WAM-V 16, the Heron and the Otter under way."""
 
 import math
 

@@ -1,7 +1,4 @@
-"""Runs as a whole: what stays at rest, what is mirrored, what is equal to the last bit, and what must stay finite.
-
-Profile `vrx` against VRX's own code: heights of its seas, and runs of its boat.
-"""
+"""Runs as a whole: what stays at rest, is mirrored, equal to the last bit or finite; and VRX's own code beside ours."""
 
 import contextlib
 import math

@@ -1,7 +1,4 @@
-"""Regular waves: lengths by linear theory, and steep waves of the fifth order.
-
-Irregular seas: the energy of their components, records of three hours, and spreading.
-"""
+"""Waves: lengths by linear theory, steep waves of the fifth order, energy, records and spreading of irregular seas."""
 
 import math
 
