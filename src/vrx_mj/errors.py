@@ -1,7 +1,9 @@
 """Errors that a user can cause, each naming the thing, the value and what is allowed."""
 
 import difflib
+import warnings
 from collections.abc import Iterable, Mapping
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Self
 
@@ -73,6 +75,11 @@ class VrxWarning(UserWarning):
 
     def __init__(self, *arguments: object) -> None:
         super().__init__(*_cut_arguments(arguments))
+
+
+def ignore_warnings() -> AbstractContextManager[object]:
+    """A context in which no VrxWarning is given."""
+    return warnings.catch_warnings(action="ignore", category=VrxWarning)
 
 
 class ChoiceError(VrxError):

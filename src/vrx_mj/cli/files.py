@@ -2,7 +2,6 @@
 
 import fnmatch
 import os
-import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
 from pathlib import Path, PurePosixPath
@@ -14,7 +13,7 @@ from vrx_mj.bar import Bar
 from vrx_mj.cli.options import Arguments, Folder, Strict, named_values, reads_files
 from vrx_mj.config.kinds import KINDS
 from vrx_mj.config.search import catalogue
-from vrx_mj.errors import CommandError, UnknownNameError, VrxError, VrxWarning, shorten
+from vrx_mj.errors import CommandError, UnknownNameError, VrxError, ignore_warnings, shorten
 from vrx_mj.outputs import Content, begins, write_file, write_files, writing
 from vrx_mj.packages import root
 
@@ -78,7 +77,7 @@ def command_lines(robot: str) -> Iterator[str]:
     found: dict[str, list[str]] = {}
     for profile in get_args(Profile):
         try:
-            with warnings.catch_warnings(action="ignore", category=VrxWarning):
+            with ignore_warnings():
                 boat = build_boat(Order(robot, profile=profile))
         except VrxError:
             return

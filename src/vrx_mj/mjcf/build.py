@@ -14,7 +14,7 @@ from vrx_mj.config.robots import ProfileEntry, RobotConfig, load_robot, robot_se
 from vrx_mj.config.search import display, is_path, package_paths
 from vrx_mj.config.sensors import BallShooterConfig, SensorConfig
 from vrx_mj.config.tree import ros_names_note
-from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, VrxWarning, first_lines
+from vrx_mj.errors import ConfigError, UnknownNameError, VrxError, VrxWarning, first_lines, ignore_warnings
 from vrx_mj.foreign import budget
 from vrx_mj.formats.gazebo.sdf_boats import read_boat
 from vrx_mj.formats.parts.read import load_parts, wamv_urdf
@@ -162,7 +162,7 @@ def boat_urdf(order: Order, namespace: str) -> str:
     """
     config = load_robot(order.robot, order.folder)
     if config.is_sdf:
-        with warnings.catch_warnings(action="ignore", category=VrxWarning):  # who builds the boat has them
+        with ignore_warnings():  # who builds the boat has them
             return in_namespace(_sdf_boat(order, config)[1], namespace)
     arguments, _ = _equipment(order, config)
     text = in_namespace(robot_urdf(config, order, namespace=namespace, arguments=arguments), namespace)

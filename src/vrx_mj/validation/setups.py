@@ -1,14 +1,13 @@
 """Worlds of the cases: profile `marine`, calm and without wind or current unless given."""
 
 import contextlib
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
 
 from vrx_mj.arrays import FloatArray, IntArray
-from vrx_mj.errors import VrxWarning
+from vrx_mj.errors import ignore_warnings
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.mjcf.world import World
 from vrx_mj.runtime.observation import BoatObservation
@@ -40,7 +39,7 @@ def marine_simulation(fleet: Mapping[str, object] | None = None, **keys: object)
 
 def packaged_simulation(name: str, **keys: object) -> Simulation:
     """A run in a world of `assets/validation/worlds`, with other keys of a world's file; what is unusual is meant."""
-    with warnings.catch_warnings(action="ignore", category=VrxWarning), contextlib.chdir(folder() / "worlds"):
+    with ignore_warnings(), contextlib.chdir(folder() / "worlds"):
         return Simulation(compile_world({"extends": f"./{name}.yaml", "name": name, **keys}))
 
 

@@ -3,7 +3,6 @@
 import contextlib
 import html
 import os
-import warnings
 from collections import ChainMap
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -20,7 +19,7 @@ from vrx_mj.config.robots import load_robot, robot_section
 from vrx_mj.config.search import SCHEME, XML_SUFFIXES, display, kind_name, package_paths
 from vrx_mj.config.tree import File, Items, Place, Section
 from vrx_mj.config.world import WorldConfig
-from vrx_mj.errors import UnknownNameError, VrxError, VrxWarning, shorten
+from vrx_mj.errors import UnknownNameError, VrxError, ignore_warnings, shorten
 from vrx_mj.foreign import budget
 from vrx_mj.formats.gazebo.document import Fate, Note, Report, is_file, label
 from vrx_mj.formats.gazebo.launch import launch_of
@@ -118,7 +117,7 @@ class Imported:
     def add_world(self, file: Path, arguments: Mapping[str, str]) -> str:
         """Write a world with the objects, the boats and the fleet that it brings, and return its path."""
         world = gazebo_world(file, arguments)
-        with warnings.catch_warnings(action="ignore", category=VrxWarning):  # `vrx-mj run` says them again
+        with ignore_warnings():  # `vrx-mj run` says them again
             validate(WorldConfig, read_source("worlds", world.section), Loading(), name=world.name)
         path = self.path_of("", _stem(file), str(file.resolve()))
         if path in self.texts:
@@ -145,7 +144,7 @@ class Imported:
         if path in self.texts:
             return path
         stem = path.removeprefix("robots/").removesuffix(".urdf")
-        with warnings.catch_warnings(action="ignore", category=VrxWarning):
+        with ignore_warnings():
             boat = read_boat(file)
         model = model_element(file)[0]
         self.notes.append(Note(model.place, label(model), "taken over", f"`{path}`, a boat"))
@@ -165,7 +164,7 @@ class Imported:
         """Write the URDF of a boat, with its meshes and what the YAML beside it says, and return its path."""
         read_bytes(file)  # what cannot be read is refused
         where = f"./{file.name}", file.absolute().parent
-        with warnings.catch_warnings(action="ignore", category=VrxWarning):
+        with ignore_warnings():
             config, section = load_robot(*where), robot_section(*where)
             chosen = (*islice(config.layouts.values(), 1), config.suites.get("vrx", {}))
             given = ChainMap(dict(arguments), *map(dict, reversed(chosen)), config.arguments)
@@ -226,7 +225,7 @@ class Imported:
             return path
         report = Report()
         section = model_section(file, report)
-        with warnings.catch_warnings(action="ignore", category=VrxWarning):
+        with ignore_warnings():
             validate(ObjectConfig, section, Loading((file.resolve(),)))
         self.notes += report.notes
         self.texts[path] = ""
@@ -254,7 +253,7 @@ class Imported:
         world = self.add_world(launch.world, {}) if isinstance(launch.world, Path) else launch.world
         if launch.objects and world is not None:
             assert launch.world is not None, "a launch file that opens a world"
-            with warnings.catch_warnings(action="ignore", category=VrxWarning):
+            with ignore_warnings():
                 section, _ = joined_world(launch.world, launch, None)
                 validate(WorldConfig, read_source("worlds", section), Loading())
             items = objects_of(launch)
@@ -343,7 +342,7 @@ def _urdf(file: Path, arguments: Mapping[str, str]) -> str:
     text = read_bytes(file).decode("utf-8", errors="replace")
     if not any(mark in text for mark in _MARKS):
         return text
-    with warnings.catch_warnings(action="ignore", category=VrxWarning):
+    with ignore_warnings():
         return expand(file, arguments=arguments, package_paths=package_paths())
 
 

@@ -17,7 +17,7 @@ from vrx_mj.config.objects import ObjectConfig
 from vrx_mj.config.search import SCHEME, WORLD_SUFFIXES, catalogue
 from vrx_mj.config.tree import File, Place, Section, literal
 from vrx_mj.config.world import WorldConfig
-from vrx_mj.errors import ConfigError, Problem, VrxError, VrxWarning, first_lines, nearest, shorten
+from vrx_mj.errors import ConfigError, Problem, VrxError, VrxWarning, first_lines, ignore_warnings, nearest, shorten
 from vrx_mj.formats.gazebo.document import STRICT, Element, Note, Report, as_node, label, plugin_name, read_document
 from vrx_mj.formats.gazebo.models import (
     NO_MODEL,
@@ -238,7 +238,7 @@ class _Reader:
         """Add a boat of the fleet."""
         self.afloat.append((element, safe_name(name)))
         folder = self.file.absolute().parent
-        with warnings.catch_warnings(action="ignore", category=VrxWarning):  # said again where it is loaded
+        with ignore_warnings():  # said again where it is loaded
             read_boat(model_file(robot, folder))
         pose, place = pose_of_included(element, folder) if element.tag == "include" else pose_of(element)
         whole = At(list(boat_pose(pose, model_file(robot, folder))), place)

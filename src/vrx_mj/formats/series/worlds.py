@@ -20,7 +20,7 @@ from vrx_mj.config.loading import file_of, read_source
 from vrx_mj.config.search import SCHEME, is_path
 from vrx_mj.config.tree import File, Items, Place, Section, literal
 from vrx_mj.config.values import as_switch
-from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, VrxWarning
+from vrx_mj.errors import ConfigError, Problem, UnknownNameError, VrxError, VrxWarning, ignore_warnings
 from vrx_mj.formats.gazebo.document import Element, expanded_calls, parse
 from vrx_mj.formats.gazebo.worlds import GazeboWorld, world_of
 from vrx_mj.formats.series.axes import BLOCK, Call, Series, calls_around, calls_of, read_series
@@ -289,7 +289,7 @@ def _lines(calls: Sequence[Call]) -> dict[_Made, list[Line]]:
 def _expanded_around(series: Series, number: int, lines: Mapping[_Made, list[Line]]) -> dict[_Made, Sequence[Element]]:
     """What the calls of a world make, and those of others at once, unless one of these is wrong."""
     around = dict(lines)
-    with warnings.catch_warnings(action="ignore", category=VrxWarning):
+    with ignore_warnings():
         for call in calls_around(series, number):
             with contextlib.suppress(ConfigError):
                 around[call.loc, call.step] = lines_of(call)
