@@ -140,7 +140,7 @@ def test_a_run_that_is_recorded_goes_on_when_an_autopilot_restarts(one, lines, t
         sailed(bridge, sitl, 10)
         sitl.count = 0
         assert sailed(bridge, sitl, 1)["timestamp"] == [pytest.approx(0.22)]
-    assert "restarted; the simulation goes on: reset cannot be called while" in lines[1]
+    assert "restarted; the simulation continues: reset cannot be called while" in lines[1]
 
 
 def test_lost_frames_are_told_once_and_take_no_time(one, lines):

@@ -78,7 +78,7 @@ def calm_hour() -> Outcome:
 
     assets/validation/worlds/barge.yaml, a barge at rest in still water without damping, for an hour.
 
-    Reference: No force moves it.
+    Reference: No force acts that could move it.
     """
     _, places = record(packaged_simulation("barge"), lambda sim: only_boat(sim).position, 60, 60.0)
     yield Comparison("greatest distance from its place", "m", None, np.linalg.norm(places[1:], axis=1).max())
