@@ -36,8 +36,8 @@ def campaign_share(worlds: Sequence[Mapping[str, object]], *, controllers: int =
     processes take, with the database and the page. Each world has a campaign, of `trials` of each controller beside
     those of a warm-up, which do not count.
     """
-    simulated, taken = zip(*(_times(world, controllers, trials) for world in worlds), strict=True)
-    return sum(simulated) / sum(taken)
+    times = [_times(world, controllers, trials) for world in worlds]
+    return sum(simulated for simulated, _ in times) / sum(taken for _, taken in times)
 
 
 def _times(world: Mapping[str, object], controllers: int, trials: int) -> tuple[float, float]:
