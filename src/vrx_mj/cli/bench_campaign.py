@@ -3,7 +3,7 @@
 import itertools
 import json
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import chdir, closing
 from pathlib import Path
 
@@ -29,19 +29,13 @@ _WARM_UP = 10
 """Trials that do not count."""
 
 
-def campaign_share(worlds: Sequence[Mapping[str, object]], *, controllers: int = 1, trials: int = 100) -> float:
-    """Share of a campaign's processor time in which trials of 30 s step, observe, and keep the score.
+def campaign_times(world: Mapping[str, object], controllers: int = 1, trials: int = 100) -> tuple[float, float]:
+    """Processor time [s] in which trials of 30 s step, observe, and keep the score, and what the campaign takes in all.
 
-    That is what a trial takes from the first call of its controller to the last, and a 299th more, over what all
-    processes take, with the database and the page. Each world has a campaign, of `trials` of each controller beside
-    those of a warm-up, which do not count.
+    The first is what a trial takes from the first call of its controller to the last, and a 299th more; the second what
+    all processes take, with the database and the page. Of each controller there are `trials`, and some of a warm-up,
+    which do not count.
     """
-    simulated, taken = zip(*(_times(world, controllers, trials) for world in worlds), strict=True)
-    return sum(simulated) / sum(taken)
-
-
-def _times(world: Mapping[str, object], controllers: int, trials: int) -> tuple[float, float]:
-    """Processor time that trials of a world simulate, and that they take in all [s]."""
     with tempfile.TemporaryDirectory() as folder, chdir(folder):
         names = [f"hold_{number}" for number in range(controllers)]
         files = {f"{name}.py": _CONTROLLER for name in names}

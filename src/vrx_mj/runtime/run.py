@@ -246,13 +246,8 @@ def run(
     controller = controller and _of_simulation(controller, sim)
     steps = sim.steps_in(planned_duration(sim) if duration is None else duration)
     way = dict.fromkeys(sim.boats, 0.0)
-    before, begun, interrupted, upsets = (
-        sim.observe(),
-        clock.perf_counter(),
-        False,
-        MotionWarnings(sim.world.parameters),
-    )
-    done, touches = 0, list[Touch]()
+    before, begun, interrupted = sim.observe(), clock.perf_counter(), False
+    done, touches, upsets = 0, list[Touch](), MotionWarnings(sim.world.parameters)
     watch = sim.watch_contacts(touches.append)
     try:
         for count in steps_of_calls(steps, sim.timestep, control_rate):
