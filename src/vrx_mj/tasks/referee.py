@@ -454,7 +454,7 @@ class Referee:
         if state.get("type") != self.type:
             raise StateError(f"the state is of the task {literal(state.get('type'))}, not '{self.type}'")
         self._fitting(_STATUS, "sheet", asdict(self._start), state)
-        self._rules.check(self._fitting(_adapter(type(self._rules.state)), "rules", self._first, state))
+        self._rules.check(self._fitting(_adapter(self._rules.state.__class__), "rules", self._first, state))
 
     # Inside
 

@@ -1,5 +1,6 @@
 """The models that step: what is made quickly when boats come and go is what MuJoCo makes of the whole text."""
 
+import copy
 import re
 
 import mujoco
@@ -113,14 +114,23 @@ def test_another_world_is_read():
 
 
 @pytest.mark.parametrize("roomy", [True, False])
-def test_the_next_run_of_a_world_has_the_same_models_without_compiling(monkeypatch, roomy):
-    first = PhysicsModels(roomy=roomy).models(vrx_mj.compile_world("ocean", fleet=TWO))
+def test_the_next_runs_of_a_world_have_the_same_models_without_compiling(monkeypatch, roomy):
+    _compiled.cache_clear()
+    models = PhysicsModels(roomy=roomy).models(vrx_mj.compile_world("ocean", fleet=TWO))
+    first = [*map(copy.copy, models)]
     monkeypatch.delattr(mujoco.MjSpec, "compile")
-    again = vrx_mj.compile_world("ocean", fleet=TWO)
-    made = PhysicsModels(roomy=roomy).models(again)
-    assert not any(map(different, first, made))
-    made[0].body_mass[:], made[1].body_mass[:] = 1.0, 1.0  # a user's changes are of one run
-    assert not any(map(different, first, PhysicsModels(roomy=roomy).models(again)))
+    world = vrx_mj.compile_world("ocean", fleet=TWO)
+    for _ in "12":
+        for model in models:
+            model.body_mass[:] = 1.0  # a user's changes are of one run
+        models = PhysicsModels(roomy=roomy).models(world)
+        assert not any(map(different, first, models))
+
+
+def test_rows_of_a_batch_have_less_memory_than_a_run_of_the_same_world():
+    world = vrx_mj.compile_world("ocean")
+    run, row = (PhysicsModels(roomy=roomy).models(world)[0].narena for roomy in (True, False))
+    assert row < run
 
 
 def test_a_world_that_differs_in_a_sign_of_zero_has_models_of_its_own():
