@@ -21,7 +21,7 @@ from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.errors import CommandError, RecordError, quote
 from vrx_mj.mjcf.drawing import add_skin, compiled_spec, drawing_spec
 from vrx_mj.physics.surface import EDGE, PLAIN, RINGS, SPOKES, draw_surface, fan_triangles, sky_distance
-from vrx_mj.recording.antialiasing import antialias, smooth
+from vrx_mj.recording.antialiasing import Words, antialias, fill_sky, smooth
 from vrx_mj.recording.boat_sets import HUGE, BoatSet, columns_in
 from vrx_mj.recording.checks import scored_frames
 from vrx_mj.recording.reader import Record
@@ -320,7 +320,8 @@ class Stage:
         self._sea = SeaSkin(self._model, parameters.sea, seed)
         self._displays = displays_of(parameters)
         width, height = size
-        self._canvas = Canvas(self._model, width=width, height=height, fog=parameters.scene.fog)
+        self._sky = _own_sky(self._model, parameters.scene.fog)
+        self._canvas = Canvas(self._model, width=width, height=height, fog=parameters.scene.fog, sky=self._sky is None)
         mujoco.mj_kinematics(self._model, self._data)
         self.radii = {
             boat.name: self._radius(self._model.body(hull.body).id)
@@ -357,11 +358,25 @@ class Stage:
         self._foam.move(moment.time, self._sea.drawn_height)
         self._canvas.draw(data, view, (self._sea, self._foam), drawn)
         with compile_notice(smooth, "the smoothing of edges", 3):
+            if self._sky is not None:
+                fill_sky(drawn.view(np.uint32)[..., 0], self._sky, view.rotation, view.half_width, view.half_height)
             return antialias(drawn)
 
     def close(self) -> None:
         """Free the drawing context."""
         self._canvas.close()
+
+
+def _own_sky(model: mujoco.MjModel, fog: bool) -> Words | None:
+    """A model's sky (6 side, side), which needs not be drawn: nothing that lets light through may be before it."""
+    skies = np.flatnonzero(model.tex_type == mujoco.mjtTexture.mjTEXTURE_SKYBOX)
+    opacities = np.where(model.geom_matid < 0, model.geom_rgba[:, 3], model.mat_rgba[model.geom_matid, 3])
+    if fog or not len(skies) or np.any((opacities > 0.0) & (opacities < 1.0) & (model.geom_group < 3)):
+        return None
+    first, side = int(model.tex_adr[skies[0]]), int(model.tex_width[skies[0]])
+    sky = np.full((6 * side, side, 4), 255, np.uint8)
+    sky[..., :3] = model.tex_data[first : first + 18 * side * side].reshape(6 * side, side, 3)
+    return sky.view(np.uint32)[..., 0]
 
 
 def thin_out(model: mujoco.MjModel) -> None:
