@@ -364,7 +364,7 @@ def sky_cube(side: int, zenith: FloatArray, horizon: FloatArray, sun: FloatArray
         sun: unit vector to the sun.
         light: the sun's colour; a weak one has no disc.
     """
-    return np.concatenate([_sky_face(rays, zenith, horizon, sun, light) for rays in _rays(side)])
+    return np.concatenate([_sky_face(rays, zenith, horizon, sun, light) for rays in cube_rays(side)])
 
 
 def _sky_face(
@@ -403,7 +403,7 @@ def sea_palette(width: int, height: int, zenith: FloatArray, horizon: FloatArray
     return _bytes(mirrored + light * np.any(zenith != horizon) * glitter + (FOAM * day - mirrored) * foam)
 
 
-def _rays(side: int) -> Iterator[FloatArray]:
+def cube_rays(side: int) -> Iterator[FloatArray]:
     """Where the middles of the pixels of the cube's six faces lie, unit vectors (side, side, 3), world axes.
 
     MuJoCo's faces are east, west, up, down, south, north, seen from inside and mirrored left to right.

@@ -3,14 +3,21 @@
 import math
 
 import numpy as np
+import numpy.typing as npt
 
-from vrx_mj.arrays import ByteArray
+from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.physics.kernel import inlined_kernel, kernel
 
 _CONTRAST = 24
 """Range of green around a pixel, of 255, from which there is an edge."""
 _REACH = 8.0
 """Pixels along an edge over which it is smoothed, at most."""
+_SKY_PIXELS = 4
+"""Pixels of a row that show one of the sky: it is as wide in a film."""
+
+
+Words = npt.NDArray[np.uint32]
+"""Pixels of four bytes each."""
 
 
 def antialias(drawn: ByteArray) -> ByteArray:
@@ -72,6 +79,50 @@ def _sum_of_two(drawn: ByteArray, row: int, i: int, down: float, right: float, c
     below, beside, last, end = math.floor(down + 0.5), math.floor(right + 0.5), drawn.shape[0] - 1, drawn.shape[1] - 1
     one = drawn[min(max(row - below, 0), last), min(max(i - beside, 0), end), channel]
     return int(one) + int(drawn[min(max(row + below, 0), last), min(max(i + beside, 0), end), channel])
+
+
+@kernel
+def fill_sky(drawn: Words, sky: Words, rotation: FloatArray, half_width: float, half_height: float) -> None:
+    """Write the sky where nothing else was drawn, in a fraction of Mesa's time.
+
+    Args:
+        drawn: picture (height, width), its lowest row first, of colours and opacities; 0 where nothing is.
+        sky: six faces (6 side, side), as `mjcf.scene.sky_cube` has them.
+        rotation: (3, 3), camera to world axes.
+        half_width: of the picture at distance 1.
+        half_height: likewise.
+    """
+    height, width, side = drawn.shape[0], drawn.shape[1], sky.shape[1]
+    for row in range(height):
+        line, empty = drawn[row], 0
+        for i in range(width):
+            empty += line[i] == 0
+        up, color = half_height * (2.0 * (row + 0.5) / height - 1.0), np.uint32(0)
+        for i in range(width if empty else 0):
+            if i % _SKY_PIXELS == 0:
+                color = np.uint32(0)
+            if line[i] == 0:
+                if color == 0:
+                    left = half_width * (1.0 - 2.0 * (i + 0.5) / width)
+                    face, a, b = _sky_place(
+                        rotation[0, 0] + rotation[0, 1] * left + rotation[0, 2] * up,
+                        rotation[1, 0] + rotation[1, 1] * left + rotation[1, 2] * up,
+                        rotation[2, 0] + rotation[2, 1] * left + rotation[2, 2] * up,
+                    )
+                    color = sky[side * face + int(b * side), int(a * side)]
+                line[i] = color
+
+
+@inlined_kernel
+def _sky_place(x: float, y: float, z: float) -> tuple[int, float, float]:
+    """Return a direction's face, and its place to the right and downward there, 0 to 1."""
+    if abs(x) >= max(abs(y), abs(z)):
+        face, a, b = (0, y / x, -z / x) if x > 0.0 else (1, y / x, z / x)
+    elif abs(z) >= abs(y):
+        face, a, b = (2, x / z, -y / z) if z > 0.0 else (3, -x / z, -y / z)
+    else:
+        face, a, b = (5, -x / y, -z / y) if y > 0.0 else (4, -x / y, z / y)
+    return face, 0.4999 * (a + 1.0), 0.4999 * (b + 1.0)
 
 
 @kernel

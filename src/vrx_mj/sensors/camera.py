@@ -101,9 +101,9 @@ class Cameras:
             RenderError: nothing can draw here, with what to install.
         """
         view = self.view(config, position, rotation)
-        samples, size = config.antialiasing, {"width": config.width, "height": config.height}
+        samples, width, height = config.antialiasing, config.width, config.height
         if samples not in self._canvases:
-            self._canvases[samples] = Canvas(self._model, **size, fog=self._fog, samples=samples)
+            self._canvases[samples] = Canvas(self._model, width=width, height=height, fog=self._fog, samples=samples)
         if self._drawn.shape[:2] != (config.height, config.width):
             self._drawn = np.empty((config.height, config.width, 3), np.uint8)
         mujoco.mj_camlight(self._model, data)

@@ -44,7 +44,6 @@ _FLAGS = {
     mujoco.mjtRndFlag.mjRND_SHADOW: False,  # three times the work
     mujoco.mjtRndFlag.mjRND_REFLECTION: False,
     mujoco.mjtRndFlag.mjRND_HAZE: False,  # the sea reaches the horizon
-    mujoco.mjtRndFlag.mjRND_SKYBOX: True,
 }
 _AS_IDS = [int(mujoco.mjtRndFlag.mjRND_SEGMENT), int(mujoco.mjtRndFlag.mjRND_IDCOLOR)]
 """Flags that draw each shape in one colour: its number from 1 on, in 24 bits, least byte first."""
@@ -179,7 +178,9 @@ class Canvas:
     The model must not be used in another thread: while a picture is drawn, what it does not show is hidden in it.
     """
 
-    def __init__(self, model: mujoco.MjModel, *, width: int, height: int, fog: bool, samples: int = 0) -> None:
+    def __init__(
+        self, model: mujoco.MjModel, *, width: int, height: int, fog: bool, samples: int = 0, sky: bool = True
+    ) -> None:
         """Open a context.
 
         Args:
@@ -188,6 +189,7 @@ class Canvas:
             height: likewise.
             fog: whether there is any.
             samples: per pixel, which smooth edges: 0, or 4, which take twice as long.
+            sky: whether it is drawn; where nothing is, opacities are 0 without it.
         """
         self._gl: Any = None
         self._context: Any = None
@@ -199,7 +201,7 @@ class Canvas:
         model.vis.quality.shadowsize = 0
         model.vis.global_.offwidth, model.vis.global_.offheight = width, height
         self._scene = mujoco.MjvScene(model, maxgeom=model.ngeom + model.nskin + _SPARE_GEOMS)
-        for flag, value in {**_FLAGS, mujoco.mjtRndFlag.mjRND_FOG: fog}.items():
+        for flag, value in {**_FLAGS, mujoco.mjtRndFlag.mjRND_FOG: fog, mujoco.mjtRndFlag.mjRND_SKYBOX: sky}.items():
             self._scene.flags[flag] = value
         self._option = mujoco.MjvOption()
         self._option.sitegroup[:] = 0

@@ -19,6 +19,8 @@ _SMALLEST, _LARGEST = 0.2, 15.0
 """Half lengths of geoms that foam surrounds [m]."""
 _FOAM_SEEN, _MOST = 40.0, 256
 """Up to which distance [m], and around how many boxes."""
+_STILL = 0.01
+"""Slope of all waves together below which nothing foams."""
 _CELL = 0.5
 """Length [m] of waterline that shares one of them."""
 _NOTHING = np.zeros((0, 7))
@@ -124,43 +126,42 @@ class SeaSkin(Skin):
         Meshes count by boxes along their waterline, other geoms by one, whose axis nearest to upright is left out.
         """
         slope = math.sqrt(0.5 * float(np.sum((self._waves["amplitude"] * self._waves["wavenumber"]) ** 2)))
-        if slope == 0.0:
+        if slope < _STILL:
             return _NOTHING
         axes = data.geom_xmat[self._geoms].reshape(-1, 3, 3)
         centres = data.geom_xpos[self._geoms] + (axes @ self._boxes[:, :3, None])[..., 0]
-        near = np.hypot(*(centres - eye)[:, :2].T) < _FOAM_SEEN
-        surface = np.full(len(near), math.nan)
-        surface[near] = self.height(centres[near, 0], centres[near, 1], time)
-        wet = np.abs(centres[:, 2] - surface) < (np.abs(axes[:, 2]) * self._boxes[:, 3:]).sum(axis=1)
-        found = [self._boxes_of(data, number, time) for number in np.flatnonzero(wet)]
-        boxes = np.concatenate([np.zeros((0, 6)), *found])[:_MOST]
-        return np.column_stack([boxes, np.full(len(boxes), 0.7 * math.tanh(10.0 * slope))])
+        near = np.flatnonzero(np.hypot(*(centres - eye)[:, :2].T) < _FOAM_SEEN)
+        over = centres[near, 2] - self.height(centres[near, 0], centres[near, 1], time)
+        wet = near[np.abs(over) < (np.abs(axes[near, 2]) * self._boxes[near, 3:]).sum(axis=1)]
+        found = [self._waterline(data, number, time) for number in wet[self._meshes[wet] >= 0].tolist()]
+        wet = wet[self._meshes[wet] < 0]
+        row, upright, half = np.arange(len(wet)), np.abs(axes[wet, 2]).argmax(axis=1), self._boxes[wet, 3:]
+        one, other = (upright + 1) % 3, (upright + 2) % 3
+        edge = axes[wet, :2, one]
+        edge = edge / np.maximum(np.linalg.norm(edge, axis=1, keepdims=True), 1e-6)
+        boxes = np.concatenate([*found, np.column_stack([centres[wet, :2], edge, half[row, one], half[row, other]])])
+        return np.column_stack([boxes, np.full(len(boxes), 0.7 * math.tanh(10.0 * slope))])[:_MOST]
 
-    def _boxes_of(self, data: mujoco.MjData, number: int, time: float) -> FloatArray:
-        """Boxes (n, 6) of a geom at the surface: east, north, direction of an edge (2,), and half lengths [m]."""
+    def _waterline(self, data: mujoco.MjData, number: int, time: float) -> FloatArray:
+        """Boxes (n, 6) along a mesh's waterline: east, north, direction of an edge (2,), and half lengths [m]."""
         geom, middle, half = self._geoms[number], self._boxes[number, :3], self._boxes[number, 3:]
         place, axes = data.geom_xpos[geom], data.geom_xmat[geom].reshape(3, 3)
         upright = int(np.abs(axes[2]).argmax())
         level = [(upright + 1) % 3, (upright + 2) % 3]
-        low, high = (middle - half)[None, level], (middle + half)[None, level]
-        if (mesh := self._meshes[number]) >= 0:
-            points, edges = self._outlines[mesh]
-            spots = place + axes[:, level].T * half[level, None] * [[[1.0]], [[-1.0]]] + axes @ middle
-            water = self.height(spots[..., 0], spots[..., 1], time)
-            slope = (water[0] - water[1]) / (2.0 * half[level])
-            over = points @ axes[2] + place[2] - water.mean() - (points - middle)[:, level] @ slope
-            over = over[edges]
-            cut = over[:, 0] * over[:, 1] < 0.0
-            (first, last), share = np.swapaxes(points[edges[cut]][..., level], 0, 1), over[cut, :1]
-            line = first + share / (share - over[cut, 1:]) * (last - first)
-            _, cell = np.unique(np.floor(line / _CELL) @ (1.0, 1e4), return_inverse=True)
-            low, high = np.full((2, int(cell.max(initial=-1)) + 1, 2), math.inf) * [[[1.0]], [[-1.0]]]
-            np.minimum.at(low, cell, line)
-            np.maximum.at(high, cell, line)
-        offsets = np.zeros((len(low), 3))
-        offsets[:, level] = 0.5 * (low + high)
+        spots = place + axes @ middle + axes[:, level].T * half[level, None] * [[[1.0]], [[-1.0]]]
+        water = self.height(spots[..., 0], spots[..., 1], time)
+        points, edges = self._outlines[self._meshes[number]]
+        over = points @ axes[2] + place[2] - water.mean()
+        over = (over - (points - middle)[:, level] @ ((water[0] - water[1]) / (2.0 * half[level])))[edges]
+        cut = over[:, 0] * over[:, 1] < 0.0
+        (first, last), share = np.swapaxes(points[edges[cut]][..., level], 0, 1), over[cut, :1]
+        line = first + share / (share - over[cut, 1:]) * (last - first)
+        _, cell = np.unique(np.floor(line / _CELL) @ (1.0, 1e4), return_inverse=True)
+        low, high = np.full((2, int(cell.max(initial=-1)) + 1, 2), math.inf) * [[[1.0]], [[-1.0]]]
+        np.minimum.at(low, cell, line)
+        np.maximum.at(high, cell, line)
+        centres = place[:2] + 0.5 * (low + high) @ axes[:2, level].T + middle[upright] * axes[:2, upright]
         edge = axes[:2, level[0]] / max(math.hypot(*axes[:2, level[0]]), 1e-6)
-        centres = place[:2] + offsets @ axes[:2].T
         return np.column_stack([centres, np.broadcast_to(edge, centres.shape), 0.5 * (high - low)])
 
     def move_into(self, view: View, data: mujoco.MjData, time: float, *, relief: float = 1.0) -> None:

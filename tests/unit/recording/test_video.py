@@ -17,11 +17,11 @@ import vrx_mj
 from trees import partial
 from vrx_mj.draw.style import boat_colors
 from vrx_mj.errors import RecordError, UnknownNameError, VideoError, VrxError
-from vrx_mj.mjcf.scene import drawing_model
+from vrx_mj.mjcf.scene import cube_rays, drawing_model
 from vrx_mj.packages import install_extra
 from vrx_mj.physics.surface import SPOKES, fan_triangles
 from vrx_mj.recording import read_record
-from vrx_mj.recording.antialiasing import write_yuv
+from vrx_mj.recording.antialiasing import fill_sky, write_yuv
 from vrx_mj.recording.session import RecordWriter
 from vrx_mj.recording.video import Film, Shot, draw_video, filming, looking, parse_size, write_video
 from vrx_mj.recording.video.filming import (
@@ -121,6 +121,27 @@ def test_the_eye_above_has_all_boats_in_its_picture_at_all_times_and_north_up():
     assert ROOM > 0.0
 
 
+@pytest.mark.parametrize("heading", [0.0, 1.0, 2.4, -2.0, -0.7])
+@pytest.mark.parametrize("rise", [-0.5, 0.3, 4.0])
+def test_the_sky_of_a_picture_is_that_of_the_cube(heading, rise):
+    side = 64
+    faces = np.concatenate(list(cube_rays(side)))
+    sky = np.arange(1, faces[..., 0].size + 1, dtype=np.uint32).reshape(6 * side, side)
+    eye = looking((0.0, 0.0, 0.0), (math.cos(heading), math.sin(heading), rise), UP, field=1.2)
+    view, drawn = view_of(eye, 48, 30), np.zeros((30, 48), np.uint32)
+    drawn[5, :20] = 7
+    fill_sky(drawn, sky, view.rotation, view.half_width, view.half_height)
+    assert np.all(drawn[5, :20] == 7)
+    drawn[5, :20] = drawn[6, :20]
+    row, column = np.indices(drawn.shape)
+    left = view.half_width * (1.0 - 2.0 * (column + 0.5) / 48)
+    up = view.half_height * (2.0 * (row + 0.5) / 30 - 1.0)
+    rays = np.stack([np.ones_like(left), left, up], axis=-1) @ view.rotation.T
+    shown = faces.reshape(-1, 3)[drawn - 1]
+    off = np.arccos(np.clip(np.sum(shown * rays, axis=-1) / np.linalg.norm(rays, axis=-1), -1.0, 1.0))
+    assert off.max() < 4 * 2 * view.half_width / 48 + 2.0 / side  # pixels that share one, and one of the cube's
+
+
 def test_a_place_projects_as_a_pinhole_does():
     view = view_of(looking((0.0, 0.0, 2.0), (10.0, 0.0, 2.0), UP, field=math.pi / 2), 200, 100)
     assert project(view, np.array([10.0, 5.0, 4.5]), 200, 100) == pytest.approx((50.0, 25.0, 10.0))
@@ -199,8 +220,8 @@ def test_no_crest_of_the_drawn_sea_hides_foam(storm_skin, eye, half, elevations)
     assert np.all(z > storm_skin.drawn_height(x, y))
 
 
-@pytest.mark.parametrize("height", [0.001, 0.3])
-def test_foam_lies_around_each_hull_of_a_catamaran_and_not_between_them(height):
+@pytest.mark.parametrize(("height", "period"), [(0.1, 3.0), (0.3, 4.0)])
+def test_foam_lies_around_each_hull_of_a_catamaran_and_not_between_them(height, period):
     """Two bars of 4 x 0.4 x 0.4 m that are 2 m apart, one mesh, turned by 0.5 rad."""
     bar = np.array(list(itertools.product((-2.0, 2.0), (-0.2, 0.2), (-0.2, 0.2))))
     quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
@@ -216,7 +237,7 @@ def test_foam_lies_around_each_hull_of_a_catamaran_and_not_between_them(height):
     model = spec.compile()
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    swell = {"model": "jonswap", "significant_height": height, "peak_period": 4.0}
+    swell = {"model": "jonswap", "significant_height": height, "peak_period": period}
     world = vrx_mj.compile_world({"extends": "ocean", "physics": {"profile": "marine"}, "sea": swell}, nudge=False)
     skin = SeaSkin(model, world.parameters.sea)
     boxes = skin.floats(data, np.array([0.0, 0.0, 2.0]), 0.0)

@@ -146,8 +146,10 @@ class Film:
         self._labels = [{boat.name: boat_label(boat.name, boat.robot) for boat in boats} for boats in sets]
         self._paths, self._colors = paths, boat_colors(recorded.boats, list(chain.from_iterable(sets)))
         self._cell = 0.0 if eye else _DETAIL * BEHIND / view_of(Eye(np.zeros(3), np.eye(3)), *self.size).focal_length
-        self._boat, self._chase = boat, Chase(paths[boat], self._footage.level)
-        self._eyes = (eye,) if eye else self._views(list(paths.values()))
+        level, aspect = self._footage.level, self.size[0] / self.size[1]
+        self._boat, self._chase = boat, Chase(paths[boat], level)
+        eyes = {"chase": self._chase.eye, "above": Above(list(paths.values()), level, aspect).eye}
+        self._eyes = [eye] if eye else [at for view, at in eyes.items() if shot.view in (view, "both")]
         self._stage: tuple[int, Stage] | None = None
         self._inset: tuple[float, _Picture] | None = None
 
@@ -173,12 +175,6 @@ class Film:
         if self._stage is not None:
             self._stage[1].close()
             self._stage = None
-
-    def _views(self, paths: Sequence[FloatArray]) -> Sequence[Callable[[float], Eye]]:
-        """The cameras, the large picture's first: behind the boat that is followed, and above those of all paths."""
-        (width, height), view = self.size, self._shot.view
-        chase = () if view == "above" else (self._chase.eye,)
-        return chase if view == "chase" else (*chase, Above(paths, self._footage.level, width / height).eye)
 
     def _inset_at(self, time: float) -> _Picture:
         """The view from above in a thin frame: that of the last time at which it is drawn."""

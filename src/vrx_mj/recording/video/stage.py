@@ -21,7 +21,7 @@ from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.errors import CommandError, RecordError, quote
 from vrx_mj.mjcf.scene import add_skin, compiled_spec, drawing_spec
 from vrx_mj.physics.surface import EDGE, PLAIN, RINGS, SPOKES, draw_surface, fan_triangles, sky_distance
-from vrx_mj.recording.antialiasing import antialias, smooth
+from vrx_mj.recording.antialiasing import Words, antialias, fill_sky, smooth
 from vrx_mj.recording.boat_sets import HUGE, BoatSet, columns_in
 from vrx_mj.recording.checks import scored_frames
 from vrx_mj.recording.reader import Record
@@ -76,20 +76,14 @@ def looking(position: Sequence[float], target: Sequence[float], up: Sequence[flo
     given = {"position": position, "target": target, "up": up}
     place, aim, above = (np.array(as_numbers(name, value, 3, HUGE)) for name, value in given.items())
     ahead = aim - place
-    left = _cross(above, ahead)
+    left = np.cross(above, ahead)
     if not left.any():
         raise CommandError(f"invalid target {quote(target)}: a place away from the position and not along up is needed")
     if not 0.0 < as_number(field) < math.pi:
         raise CommandError(f"invalid field {quote(field)}: an angle from 0 to pi rad is needed")
     ahead /= math.hypot(*ahead)
     left /= math.hypot(*left)
-    return Eye(place, np.column_stack([ahead, left, _cross(ahead, left)]), field)
-
-
-def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """The cross product (3,), in a twentieth of numpy's time."""
-    (x, y, z), (u, v, w) = a.tolist(), b.tolist()
-    return np.array([y * w - z * v, z * u - x * w, x * v - y * u])
+    return Eye(place, np.column_stack([ahead, left, np.cross(ahead, left)]), field)
 
 
 def view_of(eye: Eye, width: int, height: int) -> View:
@@ -320,20 +314,17 @@ class Stage:
         self._sea = SeaSkin(self._model, parameters.sea, seed)
         self._displays = displays_of(parameters)
         width, height = size
-        self._canvas = Canvas(self._model, width=width, height=height, fog=parameters.scene.fog)
+        self._sky = _own_sky(self._model, parameters.scene.fog)
+        self._canvas = Canvas(self._model, width=width, height=height, fog=parameters.scene.fog, sky=self._sky is None)
         mujoco.mj_kinematics(self._model, self._data)
+        places, owner = self._data.geom_xpos, self._model.body_rootid[self._model.geom_bodyid]
+        reach = np.linalg.norm(places - self._data.xpos[owner], axis=1) + self._model.geom_rbound
+        roots = [self._model.body(hull.body).id for hull in parameters.hulls]
         self.radii = {
-            boat.name: self._radius(self._model.body(hull.body).id)
-            for boat, hull in zip(parameters.boats, parameters.hulls, strict=True)
+            boat.name: float(reach[owner == root].max(initial=0.0))
+            for boat, root in zip(parameters.boats, roots, strict=True)
         }
         """How far each boat reaches from its origin [m]."""
-
-    def _radius(self, body: int) -> float:
-        """How far what hangs on a body reaches from its origin [m]."""
-        model, data = self._model, self._data
-        own = model.body_rootid[model.geom_bodyid] == body
-        reach = np.linalg.norm(data.geom_xpos - data.xpos[body], axis=1) + model.geom_rbound
-        return float(reach.max(where=own, initial=0.0))
 
     def draw(self, moment: Instant, eye: Eye, size: tuple[int, int]) -> ByteArray:
         """The picture (height, width, 3) of what an eye sees at a moment."""
@@ -357,11 +348,25 @@ class Stage:
         self._foam.move(moment.time, self._sea.drawn_height)
         self._canvas.draw(data, view, (self._sea, self._foam), drawn)
         with compile_notice(smooth, "the smoothing of edges", 3):
+            if self._sky is not None:
+                fill_sky(drawn.view(np.uint32)[..., 0], self._sky, view.rotation, view.half_width, view.half_height)
             return antialias(drawn)
 
     def close(self) -> None:
         """Free the drawing context."""
         self._canvas.close()
+
+
+def _own_sky(model: mujoco.MjModel, fog: bool) -> Words | None:
+    """A model's sky (6 side, side), which needs not be drawn: nothing that lets light through may be before it."""
+    skies = np.flatnonzero(model.tex_type == mujoco.mjtTexture.mjTEXTURE_SKYBOX)
+    opacities = np.where(model.geom_matid < 0, model.geom_rgba[:, 3], model.mat_rgba[model.geom_matid, 3])
+    if fog or not len(skies) or np.any((opacities > 0.0) & (opacities < 1.0) & (model.geom_group < 3)):
+        return None
+    first, side = int(model.tex_adr[skies[0]]), int(model.tex_width[skies[0]])
+    sky = np.full((6 * side, side, 4), 255, np.uint8)
+    sky[..., :3] = model.tex_data[first : first + 18 * side * side].reshape(6 * side, side, 3)
+    return sky.view(np.uint32)[..., 0]
 
 
 def thin_out(model: mujoco.MjModel) -> None:
