@@ -1,85 +1,76 @@
-"""Train a policy to keep station, with PPO in PyTorch alone, on rows of a batch.
+"""Train a policy to keep station, with PPO in PyTorch alone, on rows of an environment.
 
-In a clone: `pip install torch .` and `python examples/train_on_rows.py`; with a card of NVIDIA's, `pip install torch
-'.[cuda]'` and `python examples/train_on_rows.py cuda 16384`: then nothing but messages leaves the card.
+In a clone: `pip install torch '.[rl]'` and `python examples/train_on_rows.py`; with a card of NVIDIA's, `pip install
+torch '.[rl,cuda]'` and `python examples/train_on_rows.py cuda 16384`: then nothing but messages leaves the card.
 """
 
 import sys
 
+import gymnasium
 import torch
 
-import vrx_mj
-
-WORLD = {
-    "extends": "ocean",
-    "sea": {"model": "pms", "number": 3, "scale": 1.5, "gain": 0.2, "period": 5, "angle": 0.4, "tau": 0},
-    "wind": {"var_gain": 0.5, "var_time": 5, "objects": [{"model": "wamv", "coefficients": [0.5, 0.5, 0.33]}]},
-}
-HOLD, HORIZON, EPISODE = 0.4, 16, 150
-"""Duration of a decision [s]; decisions of an update; decisions for which a goal stands, 60 s."""
+FLEET = {"thrusters": "X", "engines": "fixed", "sensors": "none"}
+HOLD, HORIZON, EPISODE = 4, 16, 150
+"""Steps of a decision, 0.4 s; decisions of an update, and of an episode, 60 s, in the last step of which one begins."""
 DISCOUNT, TRACE, CLIP, RATE = 0.98, 0.95, 0.2, 2e-3
 
 
 class Boats:
-    """Boats that keep station. Every 60 s a row has another goal, within 10 m of its boat: none needs a reset."""
+    """Rows of the environment, with decisions of 0.4 s, shares of full power of the four engines, which do not turn."""
 
     def __init__(self, rows: int, device: str) -> None:
-        world = vrx_mj.compile_world(WORLD, fleet={"thrusters": "X", "engines": "fixed", "sensors": "none"})
-        if device == "cpu":
-            self.batch = vrx_mj.Batch(world, rows, engine="free")
-        else:
-            from vrx_mj import cuda
+        where = {"device": device} if device == "cuda" else {"engine": "free"}
+        self.device = device
+        self.rows = gymnasium.make_vec(
+            "vrx_mj.rl:vrx_mj/StationKeeping-v0", num_envs=rows, fleet=FLEET, max_episode_steps=HOLD * EPISODE - 1,
+            waves=(0, 1), wind_speed=(0, 6), **where,
+        )  # fmt: skip
+        self.features = len(self.rows.unwrapped.observation_names)
+        self.seen = self.begin(seed=1)
 
-            self.batch = cuda.Batch(world, rows, stream=torch.cuda.current_stream().cuda_stream)
-        waves, wind, direction = torch.rand(3, rows).double()
-        self.batch.vary(waves=waves, wind_speed=6 * wind, wind_direction=2 * torch.pi * direction)
-        self.batch.reset(seed=1)
-        self.state = torch.as_tensor(self.batch.features, device=device)[:, 0]  # the batch's own memory
-        self.device, self.goal = device, torch.zeros(rows, 3, device=device)
-        self.age = torch.randint(EPISODE, (rows,), device=device)
+    def tensor(self, array: object) -> torch.Tensor:
+        """An array of the environment's as a tensor of the same memory."""
+        return torch.as_tensor(array, device=self.device)
 
-    def begin(self, who: torch.Tensor) -> None:
-        """Draw goals, evenly over the disc, and headings."""
-        share, bearing, heading = torch.rand(3, len(who), device=self.device)
-        way = torch.polar(10 * share.sqrt(), 2 * torch.pi * bearing)
-        x, y = self.state[:, 0] + way.real, self.state[:, 1] + way.imag
-        self.goal = torch.where(who[:, None], torch.stack((x, y, 2 * torch.pi * heading), 1), self.goal)
+    def begin(self, seed: int | None = None) -> torch.Tensor:
+        """Begin an episode in every row."""
+        return self.tensor(self.rows.reset(seed=seed)[0])
 
-    def observe(self) -> tuple[torch.Tensor, torch.Tensor]:
-        """What boats see, (rows, 7), and VRX's errors of their poses [m], (rows,)."""
-        x, y, _, w, i, j, k, u, v, _, _, _, r = self.state.unbind(1)
-        yaw = torch.atan2(2 * (i * j + w * k), 1 - 2 * (j * j + k * k))
-        east, north, turn = self.goal[:, 0] - x, self.goal[:, 1] - y, self.goal[:, 2] - yaw
-        ahead, port = yaw.cos() * east + yaw.sin() * north, yaw.cos() * north - yaw.sin() * east
-        away, angle = torch.hypot(ahead, port), torch.atan2(turn.sin(), turn.cos())
-        seen = torch.stack((ahead.asinh(), port.asinh(), angle.sin(), angle.cos(), u, v, 2 * r), 1)
-        return seen.float(), (away + 0.75**away * angle.abs()).float()
-
-    def step(self, actions: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
-        """Hold shares of full power of the four engines, which are not turned, for 0.4 s; what `observe` returns."""
-        self.batch.step(torch.nn.functional.pad(actions.clamp(-1, 1).double(), (0, 4)), duration=HOLD)
-        self.age += 1
-        return self.observe()
+    def step(self, actions: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
+        """What boats see at the end, VRX's mean errors of their poses [m], and in which rows an episode has ended."""
+        given = torch.nn.functional.pad(actions.clamp(-1, 1), (0, 4))
+        after, errors = self.seen, torch.zeros(len(actions), device=self.device)
+        over = errors > 0
+        for _ in range(HOLD):
+            found = self.rows.step(given if self.device == "cuda" else given.numpy())
+            seen, reward, lost, cut = map(self.tensor, found[:4])
+            after = torch.where(over[:, None], after, seen)
+            errors, over = errors - 10 / HOLD * reward, over | lost | cut
+        self.seen = seen
+        return after, errors.float(), over
 
 
-def network(outputs: int) -> torch.nn.Sequential:
+def network(inputs: int, outputs: int) -> torch.nn.Sequential:
     """Two layers of 64; nearly 0 at first."""
     last = torch.nn.Linear(64, outputs)
     torch.nn.init.orthogonal_(last.weight, 0.01)
-    return torch.nn.Sequential(torch.nn.Linear(7, 64), torch.nn.Tanh(), torch.nn.Linear(64, 64), torch.nn.Tanh(), last)
+    return torch.nn.Sequential(
+        torch.nn.Linear(inputs, 64), torch.nn.Tanh(), torch.nn.Linear(64, 64), torch.nn.Tanh(), last
+    )
 
 
 @torch.no_grad()
 def mean_error(boats: Boats, policy: torch.nn.Module) -> float:
-    """VRX's score: the mean error of the pose over 60 s from new goals, here over all rows, too [m]."""
-    boats.begin(boats.age >= 0)
-    return sum(boats.step(policy(boats.observe()[0]))[1].mean().item() for _ in range(EPISODE)) / EPISODE
+    """VRX's score: the mean error of the pose over an episode, here over all rows, too [m]."""
+    boats.seen = boats.begin()
+    return sum(boats.step(policy(boats.seen))[1].mean().item() for _ in range(EPISODE)) / EPISODE
 
 
 def main(device: str = "cpu", rows: int = 256, updates: int = 200) -> tuple[float, float]:
     """Train, and return the mean error [m] before and after."""
     torch.manual_seed(1)
-    boats, policy, value = Boats(rows, device), network(4).to(device), network(1).to(device)
+    boats = Boats(rows, device)
+    policy, value = network(boats.features, 4).to(device), network(boats.features, 1).to(device)
     spread = torch.full((4,), -0.7, device=device, requires_grad=True)
     optimizer = torch.optim.Adam([*policy.parameters(), *value.parameters(), spread], RATE)
     before = mean_error(boats, policy)
@@ -88,14 +79,13 @@ def main(device: str = "cpu", rows: int = 256, updates: int = 200) -> tuple[floa
         kept = []
         with torch.no_grad():
             for _ in range(HORIZON):
-                seen, _ = boats.observe()
+                seen = boats.seen
                 chosen = torch.distributions.Normal(policy(seen), spread.exp())
                 action = chosen.sample()
-                after, error = boats.step(action)
-                cut, worth, chance = boats.age % EPISODE == 0, value(seen), chosen.log_prob(action).sum(1, True)
+                after, error, over = boats.step(action)
+                worth, chance = value(seen), chosen.log_prob(action).sum(1, True)
                 gain = DISCOUNT * value(after) - worth - 0.3 * error.sqrt()[:, None]
-                kept.append([seen, action, chance, gain, worth, ~cut[:, None]])
-                boats.begin(cut)
+                kept.append([seen, action, chance, gain, worth, ~over[:, None]])
             for early, late in zip(kept[-2::-1], kept[:0:-1], strict=True):  # Schulman et al., 2016, eq. 16
                 early[3] += DISCOUNT * TRACE * early[5] * late[3]
             whole = [torch.cat(parts) for parts in zip(*kept, strict=True)]

@@ -52,20 +52,19 @@ class DeviceRows:
     """Arrays on the device by the names of the host's; each stays where it is while its size does."""
 
     def __init__(self, rows: RowTables, stream: Stream) -> None:
-        """Copy the rows' memory to the current device.
-
-        Raises:
-            CommandError: there is not enough memory.
-        """
+        """Copy the rows' memory to the current device; CommandError: there is not enough memory."""
         self._rows, self._stream, self._marine = rows, stream, not rows.arrays.vrx_only
         self.arrays: dict[str, DeviceArray] = {}
         self._starts: tuple[tuple[DeviceArray, ...], tuple[DeviceArray, ...]] = (), ()
-        if not SIMULATED:
-            each = sum(part.nbytes for part in self._work(0)) if self._marine else 0
-            size = rows.runs.nbytes + sum(host.nbytes for _, host in self._hosts()) + rows.n * each
-            free, _ = cuda.current_context().get_memory_info()
-            check_memory(rows.n, size // rows.n + 1, int(free))
+        each = sum(part.nbytes for part in self._work(0)) if self._marine else 0
+        self._check_memory(rows.runs.nbytes + sum(host.nbytes for _, host in self._hosts()) + rows.n * each)
         self.push()
+
+    def _check_memory(self, size: int) -> None:
+        """CommandError: the device has not so many bytes left."""
+        if not SIMULATED:
+            free, _ = cuda.current_context().get_memory_info()
+            check_memory(self._rows.n, size // self._rows.n + 1, int(free))
 
     def _hosts(self) -> Iterator[tuple[str, Table]]:
         """The host's arrays that are not empty, each with a name of its own."""
@@ -110,12 +109,14 @@ class DeviceRows:
         self._stream.synchronize()
 
     def keep(self) -> None:
-        """Copy everything from the host, and keep it as starts, for `begin`."""
+        """Copy everything from the host, and keep it as starts, for `begin`; CommandError: no memory is left."""
         self.push()
         hosts, n = dict(self._hosts()), self._rows.n
         names = [name for name in hosts if "." not in name and len(hosts[name]) == n]
         names += VesselWork._fields if self._marine else ()
         wholes = tuple(self.arrays[name].view(np.uint8).reshape(n, -1) for name in names)
+        self._starts = (), ()
+        self._check_memory(sum(whole.size for whole in wholes))
         kept = tuple(map(cuda.device_array_like, wholes))
         for start, whole in zip(kept, wholes, strict=True):
             start.copy_to_device(whole, stream=self._stream)

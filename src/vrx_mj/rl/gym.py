@@ -127,7 +127,7 @@ class VectorEnv(ProblemRows, gymnasium.vector.VectorEnv[Floats32, Floats32, npt.
         if device == "cpu":
             return Environment
         if self.render_mode is not None or self._mode is not AutoresetMode.NEXT_STEP:
-            raise gymnasium.error.Error("device cuda has no render_mode, and autoreset_mode NextStep alone")
+            raise gymnasium.error.Error("device cuda: use make_vec, without render_mode, with autoreset_mode NextStep")
         from vrx_mj.rl.device import DeviceEnvironment
 
         return DeviceEnvironment
