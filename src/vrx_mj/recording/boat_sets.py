@@ -19,7 +19,7 @@ from vrx_mj.config.loading import fault_text
 from vrx_mj.errors import RecordError, StateError
 from vrx_mj.mjcf.world import World, world_of
 from vrx_mj.model.world import Parameters
-from vrx_mj.recording.packing import unpack_all
+from vrx_mj.recording.packing import shape_of, unpack_rows
 from vrx_mj.recording.parts import LONGEST, ROWS, Part, unpack_files, validator
 from vrx_mj.recording.record_scene import FORMAT, MovingBody, RecordedSensor, RowLayout
 
@@ -67,7 +67,7 @@ def read_boat_sets(first: BoatSet, parts: Sequence[Part], most: int) -> tuple[Bo
         RecordError: one is damaged.
     """
     later = [
-        (boat_set_head(head), files)
+        (parsed_json(BoatSetHead, "companies", head), files)
         for part in parts
         for head, files in zip(part.texts("head"), part.blobs("files"), strict=True)
     ]
@@ -121,7 +121,10 @@ def numbered_blocks(parts: Sequence[Part], count: int, most: int) -> list[tuple[
     numbers = [number for part in parts for number in part.numbers("company", "i")]
     if unknown := [number for number in numbers if not 0 <= number < count]:
         raise RecordError(f"{parts[0].entity}: company: {unknown[0]}, of {count}")
-    return list(zip(numbers, unpack_all([blob for part in parts for blob in part.blobs("block")], most), strict=True))
+    blobs = [blob for part in parts for blob in part.blobs("block")]
+    if (needed := sum(8 * rows * width for rows, width in map(shape_of, blobs))) > most:
+        raise RecordError(f"block: {needed >> 20} MiB of rows: at most {most >> 20}")
+    return list(zip(numbers, map(unpack_rows, blobs), strict=True))
 
 
 def sound_rows(rows: FloatArray, numbers: IntArray, layouts: Sequence[RowLayout]) -> BoolArray:
@@ -222,7 +225,7 @@ class BoatSetHead:
     """Names of the files of the saved world."""
 
 
-_Sent = list[tuple[int, list[tuple[str, Any]]]]
+Sent = list[tuple[int, list[tuple[str, Any]]]]
 """Numbers of frames, and topic and content of what was sent with each."""
 _Schema = TypeVar("_Schema")
 
@@ -233,46 +236,27 @@ def head_of(text: str) -> Head:
     Raises:
         RecordError: it is damaged, or of another version.
     """
-    version = _parse(Version, "head", text)
+    version = parsed_json(Version, "head", text)
     if version.format != FORMAT:
         raise RecordError(f"head: format {version.format}; this version reads {FORMAT}")
-    head = _parse(Head, "head", text)
-    _check_layout("head", head.layout)
+    head = parsed_json(Head, "head", text)
     _check_sensors(head.sensors)
     return head
 
 
-def boat_set_head(text: str) -> BoatSetHead:
-    """The header of the boats that sail together.
-
-    Raises:
-        RecordError: it is damaged.
-    """
-    head = _parse(BoatSetHead, "companies", text)
-    _check_layout("companies", head.layout)
-    return head
-
-
-def sent_messages(text: str) -> _Sent:
-    """What a team sent.
-
-    Raises:
-        RecordError: it is damaged.
-    """
-    return _parse(_Sent, "sent", text)
-
-
-def _parse(schema: Callable[..., _Schema], name: str, text: str) -> _Schema:
-    """The values in a JSON text, by its schema.
+def parsed_json(schema: Callable[..., _Schema], name: str, text: str) -> _Schema:
+    """The values in a JSON text, by its schema; a layout in them is checked.
 
     Raises:
         RecordError: it does not fit.
     """
     try:
         found: _Schema = validator(schema).validate_json(text, strict=True)
-        return found
     except ValidationError as error:
         raise RecordError(f"{name}: {fault_text(error)}") from None
+    if isinstance(found, Head | BoatSetHead):
+        _check_layout(name, found.layout)
+    return found
 
 
 def _check_layout(name: str, layout: RowLayout) -> None:

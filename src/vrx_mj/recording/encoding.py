@@ -222,7 +222,7 @@ def _chunks(model: mujoco.MjModel, name: str) -> Iterator[Chunk]:
         paths.append(f"{paths[model.body_parentid[body]]}/{own}")
         geoms = np.flatnonzero(model.geom_bodyid == body).tolist()
         part = hanging_part(model, body, paths[body], (geom_surface(model, geom) for geom in geoms))
-        yield from looks_chunks(part.path, part.fixed_pose, part.surfaces, None)
+        yield from looks_chunks(part.path, None if part.joints else part.pose, part.surfaces, None)
         for joint in part.joints:
             yield _sweep(model, joint.qpos, part)
 

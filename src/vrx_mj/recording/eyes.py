@@ -16,7 +16,7 @@ from vrx_mj.draw.course import Course, course_of
 from vrx_mj.draw.style import CURRENT_COLOR, WAVE_COLOR, WIND_COLOR
 from vrx_mj.frames import compass
 from vrx_mj.recording.record_scene import RecordScene
-from vrx_mj.recording.timeline import NAMED, Held, Ticker, arrow_strips, changes, static, thin_lines, times
+from vrx_mj.recording.timeline import NAMED, Held, Ticker, arrow_strips, changes, numbers, static, thin_lines
 
 FLEET, PLANNED, PLAN = "/world/fleet", "/world/fleet/plan", "/world/plan"
 """Entities: in the middle of what the camera follows, what a plan follows there, and one that frames a track."""
@@ -187,18 +187,15 @@ class WeatherChunks:
         if not self._texts:
             yield from _still_weather(scene)
         self._texts = texts[-1]
-        at, counts = [times(rows[news, 0])], [len(found)] * len(news)
         toward = np.angle(np.stack(list(found.values()), axis=1)[news])
         along = np.stack([np.cos(toward), np.sin(toward), 0.0 * toward], axis=-1)
-        words = rr.Points3D.columns(labels=[text for i in news for text in texts[i]]).partition(counts)
         for corner in _corners_of(scene):
             spots = corner.spots(corner.arrow, len(found)) + corner.rise * corner.axes[1]
             vectors = corner.length * along
             begins = (spots - 0.5 * vectors).reshape(-1, 3)
             strips = arrow_strips(begins, vectors.reshape(-1, 3), np.cross(*corner.axes))
-            columns = rr.LineStrips3D.columns(strips=strips)
-            yield Chunk.from_columns(corner.path, at, columns.partition(counts))
-            yield Chunk.from_columns(f"{corner.path}/figures", at, words)
+            yield numbers(corner.path, rows[news, 0], rr.LineStrips3D, len(found), strips=strips.astype(np.float32))
+            yield changes(f"{corner.path}/figures", rows[news, 0], rr.Points3D, labels=[texts[i] for i in news])
 
 
 def _still_weather(scene: RecordScene) -> Iterator[Chunk]:

@@ -9,7 +9,7 @@ they are shown, or all of its numbers. `reader.RecordedReadings` makes readings 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict
 from itertools import groupby
 from operator import itemgetter
@@ -127,13 +127,13 @@ class MovingChunks:
         if self._boats and len(posed):
             yield transforms(FLEET, posed[:, 0], self._followed_place(posed))
             names = [boat.name for boat in self._boats]
-            yield from self._water(names, posed[:, 0], self._layout_poses(posed))
+            yield from self._water(names, posed[:, 0], self._of_boats(posed, self._layout.pose))
 
     def _shown_rows(self, rows: FloatArray) -> BoolArray:
         """Which rows are shown: some per second, and all where a boat or the sea moves fast, or the run is watched."""
         shown = self._pose(rows[:, 0])
         if self._boats:
-            shown |= (np.abs(self._boat_velocities(rows)) > _FAST).any(axis=(1, 2))
+            shown |= (np.abs(self._of_boats(rows, self._layout.velocity)) > _FAST).any(axis=(1, 2))
         return shown | (self._plan_size is not None or self._water.fast)
 
     def _transforms(
@@ -157,7 +157,7 @@ class MovingChunks:
 
     def _widen_track(self, rows: FloatArray) -> None:
         """Widen what the plan frames to where the boats are."""
-        places = self._layout_poses(rows)
+        places = self._of_boats(rows, self._layout.pose)
         ends = [places.min(axis=(0, 1))[:2], places.max(axis=(0, 1))[:2], *([] if self.track is None else self.track)]
         self.track = np.array([np.min(ends, axis=0), np.max(ends, axis=0)])
         if self._plan_size is None and (taken := self._place_ticker(rows[:, 0])).any():
@@ -167,7 +167,7 @@ class MovingChunks:
     def _followed_place(self, rows: FloatArray) -> FloatArray:
         """Places (n, 3) [m] of what the camera follows, at the mean water level."""
         own = [i for i, boat in enumerate(self._boats) if boat.name == self._scene.follow]
-        places = self._layout_poses(rows)[:, own or slice(None), :3]
+        places = self._of_boats(rows, self._layout.pose)[:, own or slice(None), :3]
         middle: FloatArray = places.mean(axis=1) * (1.0, 1.0, 0.0)
         return middle
 
@@ -190,7 +190,9 @@ class MovingChunks:
 
     def _plots(self, rows: FloatArray) -> Iterator[Chunk]:
         """One entity per quantity; its series are the boats, or the thrusters."""
-        speed, course, yaw, roll, pitch = motion(self._layout_poses(rows), self._boat_velocities(rows))
+        speed, course, yaw, roll, pitch = motion(
+            self._of_boats(rows, self._layout.pose), self._of_boats(rows, self._layout.velocity)
+        )
         x = self._scene.parameters.x_from_east
         bearings = {"heading": compass(yaw + x), "course": compass(course + x)}
         angles = {"yaw": yaw, "roll": roll, "pitch": pitch}
@@ -233,13 +235,9 @@ class MovingChunks:
             yield plot(f"{name}/range", rows[known], ends)
         yield plot(name, rows, values)
 
-    def _layout_poses(self, rows: FloatArray) -> FloatArray:
-        """Poses (n, boats, 7) of the boats."""
-        return np.stack([rows[:, self._layout.pose(boat)] for boat in self._boats], axis=1)
-
-    def _boat_velocities(self, rows: FloatArray) -> FloatArray:
-        """Velocities (n, boats, 6) of the boats."""
-        return np.stack([rows[:, self._layout.velocity(boat)] for boat in self._boats], axis=1)
+    def _of_boats(self, rows: FloatArray, place: Callable[[MovingBody], slice]) -> FloatArray:
+        """The columns (n, boats, k) that every boat has at its `place`."""
+        return np.stack([rows[:, place(boat)] for boat in self._boats], axis=1)
 
     def _thrust(self, boat: MovingBody, rows: FloatArray) -> Iterator[Chunk]:
         """Arrows of a boat's thrusts, and its engines, each where it has changed."""
@@ -328,7 +326,7 @@ def part_poses(part: RecordedPart, qpos: FloatArray) -> tuple[FloatArray, FloatA
 
     `qpos` (n, nq) are all positions of MuJoCo's.
     """
-    position, turn = np.array([part.position] * len(qpos)), np.array([part.quaternion] * len(qpos))
+    position, turn = np.hsplit(np.array([part.pose] * len(qpos)), [3])
     for joint in part.joints:
         value, axis = qpos[:, joint.qpos : joint.qpos + 1], np.array(joint.axis)
         if joint.kind == "slide":
@@ -379,16 +377,11 @@ def sensor_chunks(scene: RecordScene) -> Iterator[Chunk]:
         elif sensor.type == "gps":
             fixes = rr.Points3D.from_fields(colors=[colors[sensor.boat]], radii=[rr.Radius.ui_points(2.2)])
             yield static(track_path(sensor), fixes)
-        yield from _sensor_series(sensor, colors[sensor.boat])
-
-
-def _sensor_series(sensor: RecordedSensor, rgb: tuple[int, int, int]) -> Iterator[Chunk]:
-    """Names and colours of a sensor's plots."""
-    for plot in SENSOR_KINDS[sensor.type].plots:
-        whose = f"{sensor.boat} {sensor.name}"
-        names = [f"{whose} {axis}" for axis in "xyz"] if plot.axes else [whose]
-        colors = AXIS_COLORS if plot.axes else [rgb]
-        yield static(_plot_path(plot.name, sensor), rr.SeriesLines(names=names, colors=colors, widths=1.5))
+        for plot in SENSOR_KINDS[sensor.type].plots:
+            whose = f"{sensor.boat} {sensor.name}"
+            names = [f"{whose} {axis}" for axis in "xyz"] if plot.axes else [whose]
+            tints = AXIS_COLORS if plot.axes else [colors[sensor.boat]]
+            yield static(_plot_path(plot.name, sensor), rr.SeriesLines(names=names, colors=tints, widths=1.5))
 
 
 def _mount(sensor: RecordedSensor, turn: FloatArray | None = None) -> rr.Transform3D:

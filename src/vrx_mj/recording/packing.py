@@ -287,17 +287,6 @@ def shape_of(blob: bytes | memoryview) -> tuple[int, int]:
     return count, width & ((1 << WIDTH_BITS) - 1)
 
 
-def unpack_all(blobs: Sequence[bytes], most: int) -> list[FloatArray]:
-    """The rows of several such bytes; `most`: bytes of all of them.
-
-    Raises:
-        RecordError: these are not such bytes, or there are more rows.
-    """
-    if (needed := sum(8 * count * width for count, width in map(shape_of, blobs))) > most:
-        raise RecordError(f"block: {needed >> 20} MiB of rows: at most {most >> 20}")
-    return [unpack_rows(blob) for blob in blobs]
-
-
 def unpack_rows(blob: bytes | memoryview) -> FloatArray:
     """The rows of which these are the bytes, bit for bit.
 

@@ -26,12 +26,13 @@ from vrx_mj.recording.boat_sets import (
     HUGE,
     BoatSet,
     Head,
+    Sent,
     all_rows,
     head_of,
     joint_layout,
     numbered_blocks,
+    parsed_json,
     read_boat_sets,
-    sent_messages,
     sound_rows,
 )
 from vrx_mj.recording.parts import COMPANIES, EVENTS, FRAMES, ROWS, RUN, STATES, Part, unpack_files, validator
@@ -313,7 +314,8 @@ def read_frames(parts: Sequence[Part], count: int, most: int) -> tuple[RecordedF
     found: list[RecordedFrame] = []
     texts = [text for part in parts for text in part.texts("sent")]
     for (boat_set, rows), text in zip(numbered_blocks(parts, count, most), texts, strict=True):
-        sent = {number: tuple(Message(*one) for one in several) for number, several in sent_messages(text)}
+        messages = parsed_json(Sent, "sent", text)
+        sent = {number: tuple(Message(*one) for one in several) for number, several in messages}
         found += [(boat_set, row, sent.get(number, ())) for number, row in enumerate(rows)]
     return tuple(sorted(found, key=lambda frame: float(frame[1][0])))
 

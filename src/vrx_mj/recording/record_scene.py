@@ -91,18 +91,11 @@ class RecordedPart:
 
     path: str
     """Its entity, under that of what it hangs on."""
-    position: _Vec3
-    """Position of its frame in the frame of what it hangs on [m], where its joints are at 0."""
-    quaternion: tuple[float, ...]
-    """Quaternion (w, x, y, z) of its frame in the frame of what it hangs on, where its joints are at 0."""
+    pose: tuple[float, ...]
+    """Position [m] and quaternion (w, x, y, z) in the frame of what it hangs on, where its joints are at 0."""
     joints: tuple[RecordedJoint, ...]
     """Its joints, from what it hangs on outward; without any it is fixed."""
     surfaces: tuple[Surface, ...] = ()
-
-    @property
-    def fixed_pose(self) -> tuple[float, ...] | None:
-        """Its pose where it is fixed, as that of bodies; else None."""
-        return None if self.joints else (*self.position, *self.quaternion)
 
 
 @dataclass(frozen=True, eq=False)

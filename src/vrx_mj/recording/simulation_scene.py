@@ -48,6 +48,8 @@ FINE_BOATS, MOST_FACES = 10, 1200
 """Boats up to which each is drawn as it is; most triangles of a boat in a larger fleet."""
 _JOINTS: dict[int, Literal["hinge", "slide", "ball"]] = {3: "hinge", 2: "slide", 1: "ball"}
 """Kinds of joints by `mjtJoint`."""
+_AT_BASE = (0.0, 0.0, 0.0), ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+"""Place and rotation of a sensor at its boat's `base_link`."""
 
 
 Choices = Mapping[tuple[str, str], float]
@@ -250,16 +252,8 @@ def _recorded_sensors(world: World, choices: Choices) -> Iterator[RecordedSensor
     for (boat, name), rate in choices.items():
         sensor = sensors[boat, name]
         moved = sensor.type == "pinger" and "pinger" in at_base
-        yield RecordedSensor(
-            boat=boat,
-            name=name,
-            type=sensor.type,
-            frame=sensor.frame,
-            rate=rate,
-            position=(0.0, 0.0, 0.0) if moved else sensor.position,
-            rotation=((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)) if moved else sensor.rotation,
-            config=sensor.config,
-        )
+        place = _AT_BASE if moved else (sensor.position, sensor.rotation)
+        yield RecordedSensor(boat, name, sensor.type, sensor.frame, rate, *place, sensor.config)
 
 
 def _part_paths(world: World, model: mujoco.MjModel) -> dict[str, str]:
@@ -296,8 +290,7 @@ def hanging_part(model: mujoco.MjModel, body: int, path: str, surfaces: Iterable
     )
     return RecordedPart(
         path=path,
-        position=tuple(model.body_pos[body].tolist()),
-        quaternion=tuple(model.body_quat[body].tolist()),
+        pose=(*model.body_pos[body].tolist(), *model.body_quat[body].tolist()),
         joints=tuple(joints),
         surfaces=tuple(surfaces),
     )

@@ -200,7 +200,7 @@ def _coming_chunks(scene: RecordScene, known: Collection[str] = ()) -> Iterator[
             still = body.pose if body.qpos is None else None  # rows move the others
             yield from looks_chunks(body.path, still, body.surfaces, scene.begun)
     for part in (part for part in scene.parts if part.path not in known):
-        yield from looks_chunks(part.path, part.fixed_pose, part.surfaces, scene.begun)
+        yield from looks_chunks(part.path, None if part.joints else part.pose, part.surfaces, scene.begun)
     for one in (one for one in scene.displays if one.display.name not in known):
         for name, surfaces in one.surfaces.items():  # their colours come with the rows
             if surfaces:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain, pairwise
 from typing import Any
 
@@ -217,7 +217,13 @@ def task_chunks(parameters: Parameters) -> Iterator[Chunk]:
         lines = rr.SeriesLines(names=names, colors=colors, widths=[2.0] * 2, interpolation_mode=mode)
         yield static(PLOT, lines)
         yield static(WORDS, rr.TextDocument.from_fields(media_type="text/markdown"))
-    yield from legend_chunks(parameters)
+    gates = any(parts_of(parameters.task, tasks.Gate))
+    points = parameters.task is not None and TASK_KINDS[parameters.task.type].unit == "points"
+    shown = {"contacts": True, "gates passed": gates, "gates missed": gates, "score changes": points}
+    for kind, (color, shape) in KINDS.items():
+        if shown[kind]:
+            style = rr.SeriesPoints(names=[kind], colors=[color], markers=[shape], marker_sizes=[_SIZE])
+            yield static(_path_of(kind), style)
 
 
 def frame_chunk(frames: Sequence[RecordedFrame]) -> Chunk:
@@ -234,16 +240,18 @@ class TaskChunks:
     """Turns frames into chunks; nothing where the world has no task."""
 
     def __init__(self, parameters: Parameters) -> None:
-        self._parameters = parameters
-        self._task = parameters.task
+        self._parameters, self._task = parameters, parameters.task
         self._begun: float | None = None
-        self._now = 0.0
+        self._now = self._score = 0.0
         self._last: dict[str, tuple[float, _Fields]] = {}
         self._drawn: tuple[float, list[Any], _Ends] | None = None
         self._rows: dict[str, tuple[Any, list[tuple[float, _Fields]]]] = {}
         if self._task:
-            self._referee, self._marks = make_referee(self._task), TaskMarks(self._task, self._append)
+            self._referee = make_referee(self._task)
             self._layout = FrameLayout.of(self._task, self._referee.watched)
+            self._points = TASK_KINDS[self._task.type].unit == "points"
+            self._gates = [*parts_of(self._task, tasks.Gate)]
+            self._fates = ["ahead"] * len(self._gates)
 
     def change_scene(self, parameters: Parameters) -> None:
         """Go on in a world in which boats have come or gone: the scored one can touch others."""
@@ -282,7 +290,7 @@ class TaskChunks:
         if states and states[0].time > 0.0:
             self._begun = states[0].time
             restore_referee(self._referee, states[0].blob)
-            self._marks.take_up(self._referee)
+            self._fates, self._score = self._referee.progress.get("gates", []), self._referee.status.score
             self._now = self._begun
             self._draw(self._begun, poses_of(self._parameters))
             self._write_status(self._begun, at_once=True)
@@ -291,33 +299,47 @@ class TaskChunks:
         """Have the referee look, and take note of what has changed."""
         phase = self._referee.status.phase
         self._referee.look(frame)
-        self._marks.look(time, self._referee)
+        self._mark(time)
         self._now = time
         status = self._referee.status
         self._change(f"{STEPS}/task", time, rr.StateChange, state=[status.phase])
-        if self._marks.points and has_started(status.phase):
+        if self._points and has_started(status.phase):
             self._change(f"{STEPS}/score", time, rr.StateChange, state=[f"{status.score:g} points"])
         self._draw(time, frame.poses)
-        self._write_status(time, at_once=self._referee.status.phase != phase)
+        self._write_status(time, at_once=status.phase != phase)
+
+    def _mark(self, time: float) -> None:
+        """Mark what has changed; the referee has no lines of gates missed, and of changes of a score of points."""
+        fates, score = self._referee.progress.get("gates", []), self._referee.status.score
+        for number, (before, fate) in enumerate(zip(self._fates, fates, strict=True), 1):
+            if fate != before:
+                self._append(_path_of("gates passed" if fate == "crossed" else "gates missed"), time, rr.Scalars, _MARK)
+            if fate != before and fate == "missed":
+                self._line(time, f"gate {number} of {len(fates)} missed", "WARN")
+        if self._points and score != self._score:
+            self._append(_path_of("score changes"), time, rr.Scalars, _MARK)
+            self._line(time, f"score {score:g} points, {score - self._score:+g}", "INFO")
+        self._fates, self._score = fates, score
+
+    def _line(self, time: float, text: str, level: str) -> None:
+        self._append("/events/task", time, rr.TextLog, {"text": [text], "level": [level]})
 
     def _draw(self, time: float, poses: Mapping[str, Pose]) -> None:
         """Gates, bays and circles where they have changed."""
         progress = self._referee.progress
-        if gates := [*parts_of(self._task, tasks.Gate)]:
-            self._draw_gates(time, poses, gates, progress.get("gates") or ["ahead"] * len(gates))
+        if self._gates:
+            self._draw_gates(time, poses)
         if isinstance(self._task, tasks.Dock):
             colors = [_bay_color(bay, progress) for bay in self._task.bays]
             self._change(_bays_path(self._task), time, rr.LineStrips3D, colors=colors)
         for animal in progress.get("animals", ()):
             self._change(_animal_path(animal["name"]), time, rr.LineStrips3D, colors=[_animal_color(animal)])
 
-    def _draw_gates(
-        self, time: float, poses: Mapping[str, Pose], gates: Sequence[tasks.Gate], fates: Sequence[str]
-    ) -> None:
+    def _draw_gates(self, time: float, poses: Mapping[str, Pose]) -> None:
         """All gates, if one has another colour, or has drifted."""
-        following = fates.index("ahead") if "ahead" in fates and not self._referee.is_over else -1
-        colors = [FATES["next" if number == following else fate] for number, fate in enumerate(fates)]
-        ends = [(poses[gate.left], poses[gate.right]) for gate in gates]
+        following = self._fates.index("ahead") if "ahead" in self._fates and not self._referee.is_over else -1
+        colors = [FATES["next" if number == following else fate] for number, fate in enumerate(self._fates)]
+        ends = [(poses[gate.left], poses[gate.right]) for gate in self._gates]
         drawn = self._drawn
         if drawn and drawn[1] == colors and (time - drawn[0] < _DRIFT_EVERY or _drift(drawn[2], ends) < _DRIFT):
             return
@@ -433,54 +455,7 @@ KINDS: Mapping[str, tuple[tuple[int, int, int], str]] = {
 """Colour and marker shape of each kind of mark."""
 _SIZE = 5.0
 """Size of a mark [points]."""
-
-
-class TaskMarks:
-    """Marks of a task, and the lines that its referee leaves out: gates missed, and changes of a score of points."""
-
-    def __init__(self, task: tasks.Task, append: Callable[[str, float, Any, _Fields], None]) -> None:
-        """`append`: has fields of an archetype written."""
-        self.points = TASK_KINDS[task.type].unit == "points"
-        self._gates = ["ahead"] * len(list(parts_of(task, tasks.Gate)))
-        self._score = 0.0
-        self._append = append
-
-    def take_up(self, referee: Referee) -> None:
-        """Begin in the middle of a run."""
-        self._gates = list(referee.progress.get("gates", ()))
-        self._score = referee.status.score
-
-    def look(self, time: float, referee: Referee) -> None:
-        """See what has changed at `time` [s]."""
-        now = list(referee.progress.get("gates", ()))
-        for number, (before, fate) in enumerate(zip(self._gates, now, strict=False), 1):
-            if fate != before:
-                self._mark(time, "gates passed" if fate == "crossed" else "gates missed")
-            if fate != before and fate == "missed":
-                self._line(time, f"gate {number} of {len(now)} missed", "WARN")
-        score = referee.status.score
-        if self.points and score != self._score:
-            self._mark(time, "score changes")
-            self._line(time, f"score {score:g} points, {score - self._score:+g}", "INFO")
-        self._gates, self._score = now, score
-
-    def _mark(self, time: float, kind: str) -> None:
-        self._append(_path_of(kind), time, rr.Scalars, {"scalars": [0.0]})
-
-    def _line(self, time: float, text: str, level: str) -> None:
-        self._append("/events/task", time, rr.TextLog, {"text": [text], "level": [level]})
-
-
-def legend_chunks(parameters: Parameters) -> Iterator[Chunk]:
-    """Names, colours and shapes of the marks that a world may have."""
-    task = parameters.task
-    gates = any(parts_of(task, tasks.Gate))
-    points = task is not None and TASK_KINDS[task.type].unit == "points"
-    shown = {"contacts": True, "gates passed": gates, "gates missed": gates, "score changes": points}
-    for kind, (color, shape) in KINDS.items():
-        if shown[kind]:
-            style = rr.SeriesPoints(names=[kind], colors=[color], markers=[shape], marker_sizes=[_SIZE])
-            yield static(_path_of(kind), style)
+_MARK: _Fields = {"scalars": [0.0]}
 
 
 def _path_of(kind: str) -> str:

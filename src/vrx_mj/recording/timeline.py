@@ -148,10 +148,11 @@ class Held:
         count, taken = math.prod(values.shape[1:]), np.empty(len(values), np.bool_)
         shown = np.array(values, np.float64).reshape(len(values), count)
         if len(self._last) != count:
-            keep = (self._keep + 1e-9) * self._step
-            self._limits = [np.full(count, each) for each in (self._step, keep, np.maximum(self._within, keep))]
+            off = (self._keep + 1e-9) * self._step
+            self._limits = [np.full(count, each) for each in (self._step, off, np.maximum(self._within, off))]
             self._last = np.full(count, np.nan)
-        _hold(shown, *self._limits, self._last, taken)
+        step, keep, within = self._limits
+        _hold(shown, step, keep, within, self._last, taken)
         return taken, shown.reshape(values.shape)
 
 

@@ -65,7 +65,10 @@ class Server:
                 if not self.is_running() or time.monotonic() > until:
                     raise RecordError(f"rerun's browser viewer does not start: {self._last_line()}")
                 time.sleep(0.05)
-            self._serve_pages()
+            self.page_port = free_port(_PAGE_PORT)
+            policy = _POLICY.format(data=f"http://{LOOPBACK}:{self.data_port}")
+            self._pages = ThreadingHTTPServer((LOOPBACK, self.page_port), partial(_Page, self._hidden_port, policy))
+            threading.Thread(target=self._pages.serve_forever, name="vrx_mj page", daemon=True).start()
         except BaseException:
             self.close()
             raise
@@ -100,12 +103,6 @@ class Server:
             self._process.kill()
             self._process.wait()
         self._output.close()
-
-    def _serve_pages(self) -> None:
-        self.page_port = free_port(_PAGE_PORT)
-        policy = _POLICY.format(data=f"http://{LOOPBACK}:{self.data_port}")
-        self._pages = ThreadingHTTPServer((LOOPBACK, self.page_port), partial(_Page, self._hidden_port, policy))
-        threading.Thread(target=self._pages.serve_forever, name="vrx_mj page", daemon=True).start()
 
     def _last_line(self) -> str:
         self._output.seek(0)

@@ -7,6 +7,7 @@ import struct
 import subprocess
 import sys
 import zlib
+from functools import partial
 
 import numpy as np
 import pytest
@@ -18,7 +19,7 @@ from vrx_mj.errors import RecordError, VrxError
 from vrx_mj.foreign import ask, asking
 from vrx_mj.foreign.plain import pack
 from vrx_mj.recording import rrd_file
-from vrx_mj.recording.boat_sets import boat_set_head, head_of, sent_messages
+from vrx_mj.recording.boat_sets import BoatSetHead, Sent, head_of, parsed_json
 from vrx_mj.recording.checks import compare, rescore
 from vrx_mj.recording.packing import pack_rows, unpack_rows
 from vrx_mj.recording.parts import Part, pack_files, unpack_files
@@ -196,7 +197,9 @@ def test_a_head_is_read():
     )
 
 
-@pytest.mark.parametrize("read", [head_of, boat_set_head, sent_messages])
+@pytest.mark.parametrize(
+    "read", [head_of, partial(parsed_json, BoatSetHead, "companies"), partial(parsed_json, Sent, "sent")]
+)
 @pytest.mark.parametrize("text", ["", "[" * 100_000, '{"a":' * 100_000, "NaN", "1" * 5000, "\ud800"])
 def test_a_text_that_is_no_json_is_refused(read, text):
     assert "\n" not in refusal(read, text)

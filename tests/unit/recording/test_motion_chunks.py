@@ -153,7 +153,7 @@ def test_the_wind_s_arrow_turns_with_the_wind(tmp_path):
 ANGLE = np.linspace(-1.2, 1.2, 7)
 ANCHOR, AXIS = np.array([0.5, -1.0, 0.25]), np.array([0.6, 0.0, 0.8])
 HINGE = RecordedJoint("hinge", tuple(ANCHOR), tuple(AXIS), 7)
-PART = RecordedPart("/block", (2.0, 0.5, 0.1), (1.0, 0.0, 0.0, 0.0), (HINGE,))
+PART = RecordedPart("/block", (2.0, 0.5, 0.1, 1.0, 0.0, 0.0, 0.0), (HINGE,))
 
 
 def at(angle):
@@ -172,7 +172,7 @@ def test_a_part_turns_about_its_axis_counter_clockwise():
 
 def test_the_hinge_stays_where_it_is():
     for position, turn in zip(*part_poses(PART, at(ANGLE)), strict=True):
-        assert position + rotation_matrix(turn) @ ANCHOR == pytest.approx(PART.position + ANCHOR)
+        assert position + rotation_matrix(turn) @ ANCHOR == pytest.approx(PART.pose[:3] + ANCHOR)
 
 
 def test_only_while_a_run_is_watched_the_plan_goes_with_the_fleet():

@@ -9,15 +9,16 @@ from hypothesis.extra import numpy as npst
 
 import recorded_run
 from vrx_mj.errors import RecordError
+from vrx_mj.recording.boat_sets import numbered_blocks
 from vrx_mj.recording.packing import (
     HEAD,
     HEADER,
     WIDTH_BITS,
     pack_rows,
     plain_rows,
-    unpack_all,
     unpack_rows,
 )
+from vrx_mj.recording.parts import Part
 
 ANY_ROWS = npst.arrays(np.uint64, npst.array_shapes(min_dims=2, max_dims=2, min_side=1, max_side=9))
 BODY = ((1, 8),)
@@ -120,5 +121,6 @@ def test_more_rows_than_a_file_can_hold_are_refused():
     """Before they are made."""
     packed = pack_rows(np.ones((2, 3)))
     huge = HEADER.pack(2**32 - 1, 3 | 3 << WIDTH_BITS) + packed[HEADER.size :]
+    blocks = {"block": [packed, huge], "company": [np.array([0])] * 2}
     with pytest.raises(RecordError, match=r"block: 98304 MiB of rows: at most 1$"):
-        unpack_all([packed, huge], 1 << 20)
+        numbered_blocks([Part("/record/rows", False, blocks)], 1, 1 << 20)

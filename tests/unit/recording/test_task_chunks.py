@@ -1,6 +1,5 @@
 import json
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,8 +8,7 @@ import recorded_run
 from trees import partial, task_of
 from vrx_mj.recording.reader import SavedState, read_record
 from vrx_mj.recording.session import RecordWriter
-from vrx_mj.recording.task_chunks import FATES, PLOT, WORDS, TaskChunks, TaskMarks, legend_chunks, words
-from vrx_mj.recording.timeline import changes
+from vrx_mj.recording.task_chunks import FATES, PLOT, WORDS, TaskChunks, task_chunks, words
 from vrx_mj.runtime.state import STATE_VERSION, State
 from vrx_mj.tasks import make_referee
 from vrx_mj.tasks.referee import FrameLayout
@@ -72,23 +70,24 @@ def test_gates_and_scores_are_marks_and_lines():
 
 
 def test_a_gate_that_is_passed_by_is_missed():
-    added = []
-    marks = TaskMarks(TASK, lambda *one: added.append(one))
-    status = SimpleNamespace(score=0.0)
-    for time, gates in enumerate((["ahead", "ahead"], ["missed", "crossed"], ["missed", "crossed"])):
-        marks.look(float(time), SimpleNamespace(progress={"gates": gates}, status=status))
-    lines, found = lines_and_marks(
-        changes(path, [time], kind, **{name: [values] for name, values in row.items()})
-        for path, time, kind, row in added
-    )
-    assert lines == [(1.0, "gate 1 of 2 missed")]
-    assert found == {"gates_missed": [1.0], "gates_passed": [1.0]}
+    first, last = TASK.gates
+    course = replace(TASK, gates=(first, replace(last, right="red_0"), last))
+    going = TaskChunks(partial({"task": course}))
+    going.look((), frames(0.0, 20.0))
+    lines, marks = lines_and_marks(going.chunks())
+    assert [text for _, text in lines if "gate" in text] == ["gate 2 of 3 missed"]
+    assert marks["gates_passed"] == pytest.approx([7.05, 17.05], abs=0.1)
+    assert marks["gates_missed"] == marks["gates_passed"][1:]
 
 
 def test_only_marks_that_a_world_may_have_are_in_the_legend():
-    named = {chunk.entity_path for chunk in legend_chunks(PARAMETERS)}
-    assert named == {"/marks/contacts", "/marks/gates_passed", "/marks/gates_missed", "/marks/score_changes"}
-    assert {chunk.entity_path for chunk in legend_chunks(partial({"task": None}))} == {"/marks/contacts"}
+    def named(parameters):
+        return {path for chunk in task_chunks(parameters) if (path := chunk.entity_path).startswith("/marks/")}
+
+    assert named(PARAMETERS) == {
+        "/marks/contacts", "/marks/gates_passed", "/marks/gates_missed", "/marks/score_changes",
+    }  # fmt: skip
+    assert named(partial({"task": None})) == {"/marks/contacts"}
 
 
 def judged(rows):
