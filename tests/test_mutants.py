@@ -104,6 +104,7 @@ def test_a_map_finds_the_tests_that_run_a_line_or_what_uses_it(tmp_path, monkeyp
         tests = tests_of(Mutant("any", file, "sign", text[text.index(line) :], ""))
         return {test.partition("::")[2].partition("[")[0] for test in tests}
 
+    pytest.importorskip("coverage")
     monkeypatch.setenv(FOLDER, str(tmp_path))
     write_map(tmp_path, 1, ["tests/unit/test_bar.py", "tests/unit/physics/test_sail.py"])
     printed_above = {"test_what_is_printed_meanwhile_stands_above_the_bar", "test_without_colors_lines_are_plain"}
