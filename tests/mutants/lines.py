@@ -20,9 +20,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
-import coverage
 import pytest
-from coverage.numbits import nums_to_numbits, register_sqlite_functions
 
 from mutants.catalogue import ROOT, Mutant
 from mutants.scratch import SOURCES, TESTS, fingerprint_tests, nearest_tests
@@ -41,6 +39,8 @@ BUDGET = 15.0
 @pytest.hookimpl(wrapper=True, tryfirst=True)
 def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
     """Lines are the test's, in this process and in those that it starts."""
+    import coverage
+
     tracer = coverage.Coverage.current()
     assert tracer is not None
     tracer.switch_context(item.nodeid)
@@ -59,6 +59,8 @@ def pytest_runtest_logreport(report: pytest.TestReport) -> None:
 
 def write_map(folder: Path, jobs: int, tests: Sequence[str] = ("tests",)) -> None:
     """Run the everyday tests, in so many processes at a time, and write down which lines each runs."""
+    import coverage
+
     folder.mkdir(parents=True, exist_ok=True)
     rules = folder / "coveragerc"
     rules.write_text(f"{SETTINGS}data_file = {folder / 'lines'}\n", encoding="utf-8")
@@ -190,6 +192,8 @@ def _statement(file: Path, line: int) -> range:
 
 def _tests_of(file: Path, lines: range) -> Iterator[str]:
     """The tests that run some of a file's lines."""
+    from coverage.numbits import nums_to_numbits
+
     found = _map(os.environ[FOLDER]).execute(
         "select context from line_bits join file on file.id = file_id join context on context.id = context_id"
         " where path = ? and numbits_any_intersection(numbits, ?)",
@@ -201,6 +205,8 @@ def _tests_of(file: Path, lines: range) -> Iterator[str]:
 
 @functools.cache
 def _map(folder: str) -> sqlite3.Connection:
+    from coverage.numbits import register_sqlite_functions
+
     connection = sqlite3.connect(Path(folder) / "lines", check_same_thread=False)
     register_sqlite_functions(connection)
     return connection

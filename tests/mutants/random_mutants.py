@@ -47,6 +47,12 @@ def draw(count: int, seed: int, only: Sequence[str] = ()) -> list[Mutant]:
     return [_mutant(file, texts[file], rng.choice(edits)) for file, edits in itertools.islice(places, count)]
 
 
+def all_of(file: Path) -> Iterator[Mutant]:
+    """All that can be drawn of a source."""
+    text = file.read_text(encoding="utf-8")
+    return (_mutant(file, text, edit) for node in mutable(ast.parse(text)) for edit in edits_of(node))
+
+
 def _sources(entry: Path) -> list[Path]:
     return sorted(entry.rglob("*.py")) if entry.is_dir() else [entry.with_suffix(".py")]
 

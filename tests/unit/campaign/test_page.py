@@ -3,10 +3,11 @@ from dataclasses import replace
 from html.parser import HTMLParser
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from campaigns import campaign_of, failed, scored
-from vrx_mj.campaign.page import LivePage, page
+from vrx_mj.campaign.page import _BEST, _MIDDLE, _WORST, LivePage, _color, page
 from vrx_mj.campaign.results import Result, ResultStore, sketch_file, write_json
 from vrx_mj.campaign.scores import compare
 from vrx_mj.campaign.vary import Quantity
@@ -198,3 +199,13 @@ def test_a_live_page_is_written_again_after_five_seconds_or_fifty_times_what_it_
     for clock[0] in (100.0, 105.0, 105.0625, 156.0, 156.0625):
         live.refresh()
     assert written == [(100.0, True), (105.0625, True), (156.0625, True)]
+
+
+@pytest.mark.parametrize(("better", "ends"), [("higher", (_WORST, _BEST)), ("lower", (_BEST, _WORST))])
+def test_colours_of_scores_go_from_the_worst_over_the_middle_to_the_best_in_straight_lines(better, ends):
+    scores, stops = (10.0, 12.5, 15.0, 17.5, 20.0), np.array((ends[0], _MIDDLE, ends[1]))
+    expected = [stops[0], (stops[0] + stops[1]) / 2, stops[1], (stops[1] + stops[2]) / 2, stops[2]]
+    for score, color in zip(scores, expected, strict=True):
+        found = _color(score, scores, better).removeprefix("#")
+        assert list(bytes.fromhex(found)) == pytest.approx(list(color), abs=0.5)
+    assert _color(3.0, (3.0, 3.0), better) == ""

@@ -184,3 +184,12 @@ def test_what_holds_for_others_stays_when_a_boat_leaves():
     assert of_b["sway"] != 0.0
     sim.remove("a")
     assert sim._live.arrays.drift_state == of_b
+
+
+def test_a_hull_moves_in_proportion_to_the_forces_of_waves_with_what_it_scatters():
+    hull = barge()
+    damping = np.zeros((hull.waves.size, 6, 6))
+    alone = hull._free_motions(damping)
+    hull.scattered = 1j * hull.excited
+    assert hull._free_motions(damping) == pytest.approx((1.0 + 1j) * alone, rel=1e-9, abs=1e-12)
+    barge.cache_clear()
