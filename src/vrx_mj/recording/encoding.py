@@ -45,8 +45,8 @@ from vrx_mj.recording.timeline import static, times
 
 _JOIN_SECONDS = 600.0
 """Longest that rerun may take to join files."""
-MOST_ROWS, _MOST_BYTES = 5120, 64 << 20
-"""Rows, and bytes, that become chunks at once: over four minutes, as each chunk takes 1 kB besides what is in it."""
+MOST_ROWS, _MOST_BYTES = 2560, 64 << 20
+"""Rows, and bytes, that become chunks at once: over two minutes, as each chunk takes 1 kB besides what is in it."""
 
 
 class UnwrittenError(RecordError):

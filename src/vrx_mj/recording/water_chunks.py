@@ -23,8 +23,8 @@ FASTEST = 3.0
 """Speed of the last colour of a trail [m/s]; the first is that of a boat at rest."""
 _SPEED_COLORS = (203, 70, 121), (229, 108, 91), (248, 149, 64), (253, 197, 39), (240, 249, 33)
 """Colours of a trail, evenly spaced over the speed: the light part of the map plasma (Smith and van der Walt, 2015)."""
-_SEA_FRAMES = 512
-"""Pictures of the sea in one chunk: 8 MB."""
+_SEA_FRAMES = 256
+"""Pictures of the sea in one chunk: 4 MB."""
 LEAD = 0.4
 """When a picture of the sea is right, in shares of its time: half-way from its first shown moment to its last."""
 _MOVED = 8.0
