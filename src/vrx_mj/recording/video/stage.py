@@ -360,8 +360,9 @@ class Stage:
 def _own_sky(model: mujoco.MjModel, fog: bool) -> Words | None:
     """A model's sky (6 side, side), which needs not be drawn: nothing that lets light through may be before it."""
     skies = np.flatnonzero(model.tex_type == mujoco.mjtTexture.mjTEXTURE_SKYBOX)
-    opacities = np.where(model.geom_matid < 0, model.geom_rgba[:, 3], model.mat_rgba[model.geom_matid, 3])
-    if fog or not len(skies) or np.any((opacities > 0.0) & (opacities < 1.0) & (model.geom_group < 3)):
+    painted = np.where(model.geom_matid < 0, 1.0, model.mat_rgba[model.geom_matid, 3])
+    opacities = np.stack([model.geom_rgba[:, 3], painted])[:, model.geom_group < 3]
+    if fog or not len(skies) or np.any((opacities > 0.0) & (opacities < 1.0)):
         return None
     first, side = int(model.tex_adr[skies[0]]), int(model.tex_width[skies[0]])
     sky = np.full((6 * side, side, 4), 255, np.uint8)
