@@ -246,7 +246,7 @@ def test_every_block_and_placard_moves_in_a_recording():
     mujoco.mj_kinematics(sim.model, sim.data)
     for part in scene.parts:
         if not part.joints:
-            own = matrix(part.position, part.quaternion)
+            own = matrix(part.pose[:3], part.pose[3:])
         else:
             position, turn = part_poses(part, sim.data.qpos[None])
             own = matrix(position[0], turn[0])

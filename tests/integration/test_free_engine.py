@@ -127,7 +127,7 @@ def test_a_boat_that_is_set_is_there(world):
     ("more", "fleet", "told"),
     [
         ({}, boats((0, 0, 0), engines="hinged"), "2 engines .* turn on hinges; give the fleet `engines: fixed`, or"),
-        ({"docks": [DOCK]}, TWO, "has a floating dock; make it `dynamic: false`, or take"),
+        ({"docks": [DOCK]}, TWO, "has a floating dock; make it `dynamic: false`, or use"),
     ],
 )
 def test_worlds_with_joints_are_refused_with_what_to_do(more, fleet, told):

@@ -47,7 +47,7 @@ def _is_interrupt(error: BaseException | None) -> bool:
 
 
 PACKAGES = frozenset({
-    "IPython", "PIL", "av", "capytaine", "cbor2", "collada", "foxglove", "gymnasium", "jinja2", "llvmlite", "lxml",
+    "IPython", "PIL", "av", "capytaine", "cbor2", "collada", "cupy", "foxglove", "gymnasium", "jinja2", "llvmlite", "lxml",
     "lz4", "markupsafe", "matplotlib", "mujoco", "numba", "numba_cuda", "numpy", "pettingzoo", "psutil", "pyais",
     "pyarrow", "pydantic", "pynmea2", "ray", "rerun", "rerun_notebook", "rich", "rosbags", "scipy", "shapely",
     "trimesh", "typer", "websockets", "xacro", "yaml", "yourdfpy",
@@ -57,7 +57,7 @@ EXTRAS = {
     "ros1": ("rosbags", "lz4"), "foxglove": ("rosbags", "foxglove"), "rosbridge": ("rosbags", "websockets", "cbor2"),
     "rl": ("gymnasium", "pettingzoo"), "ray": ("ray",), "notebook": ("ipykernel", "rerun_notebook"),
     "video": ("av",), "hydro": ("capytaine",), "nmea": ("rosbags", "pynmea2", "pyais"),
-    "cuda": ("numba_cuda",), "warp": ("mujoco_warp",),
+    "cuda": ("numba_cuda", "cupy"), "warp": ("mujoco_warp",),
 }  # fmt: skip
 """Modules that each extra brings."""
 

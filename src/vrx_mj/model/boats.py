@@ -166,8 +166,7 @@ class Vessel:
     restoring: Annotated[SixBySix, Unless("is_mesh")] = ((0.0,) * 6,) * 6
     """Stiffness at rest [N/m, N, N m]."""
     displacement: NonNegative = 0.0
-    """Mass of the water that the hull displaces at rest [kg]; with a matrix, the mass at which it floats at
-    `waterline`."""
+    """Mass of the water that the hull displaces at rest [kg]; with a matrix, it floats at `waterline` then."""
     waterline: Annotated[Real, Unless("is_mesh")] = 0.0
     """Height of the water at rest above the link's origin, with a matrix [m]."""
     buoyancy: Vec3

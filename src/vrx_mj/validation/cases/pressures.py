@@ -397,7 +397,8 @@ def _convergence(
 
 _REST = (0.0, 0.0, -0.0964715, 0.0, 0.0, 0.0)
 """Pose of the section afloat: its centre of gravity is that far under the water."""
-_LENGTH, _DENSITY = 0.586, 1000.0
+_SECTION_LENGTH, _TANK_DENSITY = 0.586, 1000.0
+"""Length of the section [m] and density of the water [kg/m3]."""
 _SPRINGS, _FRICTION, _STRENGTH = 59.4, 8.7, 100.0
 """Springs [N/m] and friction [N s/m] of the rig, and full thrust [N] of the engines that stand for them."""
 _SLOW, _FADES = 0.74, 0.05
@@ -440,7 +441,7 @@ def section_flume() -> Outcome:
 def _simulation(row: TableRow) -> Simulation:
     """The section in the waves of a row, which are there at once where it is fixed."""
     sea = {"model": "regular", "height": 2.0 * row["amplitude"], "period": row["period"], "direction": [0, 1]}
-    sea |= {"density": _DENSITY, "depth": 1.0, "ramp": 0.0 if row["set"] == "fixed" else 2.5 * row["period"]}
+    sea |= {"density": _TANK_DENSITY, "depth": 1.0, "ramp": 0.0 if row["set"] == "fixed" else 2.5 * row["period"]}
     robot = "held" if row["set"] == "roll_held" else "robot"
     spawn = {"robot": f"flume_section/{robot}.yaml", "pose": _REST, "sensors": "none"}
     return packaged_simulation("flume", sea=sea, spawn=spawn)
@@ -485,6 +486,6 @@ def _afloat(row: TableRow) -> dict[str, float]:
     swing = [np.exp(-_FADES * t[late]) * f(_SLOW * t[late]) for f in (np.cos, np.sin)]
     mean, _ = _fit(t[late], values[late], row["period"], *swing)
     sway, heave, roll = (sizes[:3] / sizes[3]).tolist()
-    unit = 0.5 * _DENSITY * GRAVITY * row["amplitude"] ** 2 * _LENGTH
+    unit = 0.5 * _TANK_DENSITY * GRAVITY * row["amplitude"] ** 2 * _SECTION_LENGTH
     force = _SPRINGS * float(mean[0]) / unit
     return {"sway": sway, "heave": heave, "roll": roll / row["wavenumber"], "mean force": force}
