@@ -47,10 +47,10 @@ def _is_interrupt(error: BaseException | None) -> bool:
 
 
 PACKAGES = frozenset({
-    "IPython", "PIL", "av", "capytaine", "cbor2", "collada", "cupy", "foxglove", "gymnasium", "jinja2", "llvmlite", "lxml",
-    "lz4", "markupsafe", "matplotlib", "mujoco", "numba", "numba_cuda", "numpy", "pettingzoo", "psutil", "pyais",
-    "pyarrow", "pydantic", "pynmea2", "ray", "rerun", "rerun_notebook", "rich", "rosbags", "scipy", "shapely",
-    "trimesh", "typer", "websockets", "xacro", "yaml", "yourdfpy",
+    "IPython", "PIL", "av", "capytaine", "cbor2", "collada", "cupy", "foxglove", "gymnasium", "jinja2",
+    "llvmlite", "lxml", "lz4", "markupsafe", "matplotlib", "mujoco", "numba", "numba_cuda", "numpy",
+    "pettingzoo", "psutil", "pyais", "pyarrow", "pydantic", "pynmea2", "ray", "rerun", "rerun_notebook", "rich",
+    "rosbags", "scipy", "shapely", "trimesh", "typer", "websockets", "xacro", "yaml", "yourdfpy",
 })  # fmt: skip
 """Packages that the sources import, by the names of their modules."""
 EXTRAS = {

@@ -163,7 +163,7 @@ class Batch:
             raise CommandError(f"invalid {what} of shape {given.shape}, {given.dtype}: {text}")
         return given
 
-    def advance(self, steps: int, rows: Any = None) -> None:
+    def advance(self, steps: int, rows: npt.ArrayLike | None = None) -> None:
         """Advance rows by a number of physics steps, in one launch.
 
         Args:
@@ -178,7 +178,7 @@ class Batch:
         own = at["runs"], at["time"], self._going, at["done"], at["features"], self.timestep, self._asked
         self._advance(*own, *self._rows.work)
 
-    def step(self, values: npt.ArrayLike | None = None, *, duration: float, rows: Any = None) -> None:
+    def step(self, values: npt.ArrayLike | None = None, *, duration: float, rows: npt.ArrayLike | None = None) -> None:
         """Advance rows by simulated time [s], a multiple of the timestep, under commands of all rows, (n, channels).
 
         A command holds for the whole duration. Errors are those of `command` and `advance`.
@@ -236,7 +236,7 @@ class Batch:
         self._rows.keep()
         self._asked = 0
 
-    def begin(self, rows: Any, starts: Any) -> None:
+    def begin(self, rows: npt.ArrayLike, starts: npt.ArrayLike) -> None:
         """Let rows go on from kept starts, without a copy from the host.
 
         Args:

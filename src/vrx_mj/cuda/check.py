@@ -7,6 +7,7 @@ apart than its bound, or differs from run to run.
 import importlib
 import sys
 import time
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -81,7 +82,7 @@ def _speed(world: World, n: int) -> None:
     print(f"  {n} rows: {rate / 1e6:.1f} million boat steps a second ({made:.1f} s to make and reset)", flush=True)
 
 
-def _environments(gymnasium: Any, torch: Any) -> bool:
+def _environments(gymnasium: ModuleType, torch: ModuleType) -> bool:
     """Print how far environments are from the CPU's, and how many steps they make with tensors; whether all is well."""
     here, there = (
         gymnasium.make_vec(num_envs=_FEW, **_ENVIRONMENT, **how) for how in ({"engine": "free"}, {"device": "cuda"})
@@ -106,7 +107,7 @@ def _environments(gymnasium: Any, torch: Any) -> bool:
     return error <= _OBSERVED
 
 
-def _graph(world: World, torch: Any) -> bool:
+def _graph(world: World, torch: ModuleType) -> bool:
     """Print whether steps that a CUDA graph replays are those of plain calls, to the bit."""
     stream, graph = torch.cuda.Stream(), torch.cuda.CUDAGraph()
     with torch.cuda.stream(stream):

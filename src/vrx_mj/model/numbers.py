@@ -135,7 +135,7 @@ def _rows(row: Any, path: _Path, name: str) -> Iterator[Number]:
 def _field(row: Any, own: str, path: _Path, name: str) -> Iterator[Number]:
     kind, text = _declarations(row.__class__)[own]
     unit = _UNIT.search(text)
-    meaning = _UNIT.sub("", text, count=1).split("\n")[0]
+    meaning = " ".join(_UNIT.sub("", text, count=1).partition("\n\n")[0].split())
     yield from _numbers(getattr(row, own), kind, (*path, own), name, unit[1].split(", ") if unit else [], meaning)
 
 
