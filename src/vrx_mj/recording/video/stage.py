@@ -211,11 +211,10 @@ class Footage:
         before = max(after - 1, 0)
         number = int(numbers[before])
         layout, columns = self.recorded.companies[number].layout, self._columns[number]
-        row = rows[before, columns]
+        row = first = rows[before, columns]
         if before < after < len(rows) and numbers[after] == number:
-            row = between(row, rows[after, columns], time, self._turns[number])
-        marks = rows[before, columns][layout.marks]
-        return Instant(time, number, row[layout.qpos], marks)
+            row = between(first, rows[after, columns], time, self._turns[number])
+        return Instant(time, number, row[layout.qpos], first[layout.marks])
 
     def places(self, moment: Instant) -> dict[str, FloatArray]:
         """Where the boats' origins are at a moment, (3,) [m]."""
@@ -319,10 +318,9 @@ class Stage:
         mujoco.mj_kinematics(self._model, self._data)
         places, owner = self._data.geom_xpos, self._model.body_rootid[self._model.geom_bodyid]
         reach = np.linalg.norm(places - self._data.xpos[owner], axis=1) + self._model.geom_rbound
-        roots = [self._model.body(hull.body).id for hull in parameters.hulls]
         self.radii = {
-            boat.name: float(reach[owner == root].max(initial=0.0))
-            for boat, root in zip(parameters.boats, roots, strict=True)
+            boat.name: float(reach[owner == self._model.body(hull.body).id].max(initial=0.0))
+            for boat, hull in zip(parameters.boats, parameters.hulls, strict=True)
         }
         """How far each boat reaches from its origin [m]."""
 
