@@ -23,7 +23,7 @@ from vrx_mj.mjcf.scene import add_skin, compiled_spec, drawing_spec
 from vrx_mj.physics.surface import EDGE, PLAIN, RINGS, SPOKES, draw_surface, fan_triangles, sky_distance
 from vrx_mj.recording.antialiasing import Words, antialias, fill_sky, smooth
 from vrx_mj.recording.boat_sets import HUGE, BoatSet, columns_in
-from vrx_mj.recording.checks import scored_frames
+from vrx_mj.recording.checks import looks_again
 from vrx_mj.recording.reader import Record
 from vrx_mj.recording.simulation_scene import check_columns, coarser_faces
 from vrx_mj.runtime.sensing import display_colors
@@ -234,10 +234,9 @@ class Footage:
         """Time [s], and name, status and unit of the task whenever its referee looked; empty without a task."""
         if self.recorded.companies[0].parameters.task is None:
             return ()
-        return tuple(
-            (time, one.name, replace(one.status), TASK_KINDS[one.type].unit)
-            for time, one in scored_frames(self.recorded)
-        )
+        referee, looks = looks_again(self.recorded)
+        unit = TASK_KINDS[referee.type].unit
+        return tuple((frame.time, referee.name, replace(referee.status), unit) for frame, _ in looks)
 
     def status_at(self, time: float) -> tuple[str, TaskStatus, str] | None:
         """Name, status and unit of the task at a time [s]; None without one, or before its referee first looked."""
