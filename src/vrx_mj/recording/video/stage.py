@@ -20,7 +20,7 @@ from vrx_mj.arguments import as_number, as_numbers
 from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.errors import CommandError, RecordError, quote
 from vrx_mj.mjcf.scene import add_skin, compiled_spec, drawing_spec
-from vrx_mj.physics.surface import EDGE, PLAIN, RINGS, SPOKES, draw_surface, fan_triangles, sky_distance
+from vrx_mj.physics.surface import EDGE, PLAIN, RINGS, SPOKES, draw_surface, fan_triangles
 from vrx_mj.recording.antialiasing import Words, antialias, fill_sky, smooth
 from vrx_mj.recording.boat_sets import HUGE, BoatSet, columns_in
 from vrx_mj.recording.checks import looks_again
@@ -51,8 +51,8 @@ ROOM = 12.0
 """Width of water around the boats in the view from above [m]."""
 _LEAST = 22.0
 """Half the height of what is seen from above, at least [m]."""
-_NEAR, _FAR = 0.3, 6000.0
-"""Distances that are seen [m]."""
+_REACH = (0.3, 6000.0)
+"""Nearest and farthest distance that is seen [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,18 +88,8 @@ def looking(position: Sequence[float], target: Sequence[float], up: Sequence[flo
 
 def view_of(eye: Eye, width: int, height: int) -> View:
     """What an eye sees in a picture of a size [pixels]."""
-    half, above = math.tan(eye.field / 2.0), eye.rotation[2, 0] < -_STEEP
-    return View(
-        position=eye.position,
-        rotation=eye.rotation,
-        half_width=half,
-        half_height=half * height / width,
-        near=_NEAR,
-        far=_FAR,
-        focal_length=width / (2.0 * half),
-        end=sky_distance(float(eye.position[2])),
-        smallest=_SMALLEST_ABOVE if above else SMALLEST,
-    )
+    smallest = _SMALLEST_ABOVE if eye.rotation[2, 0] < -_STEEP else SMALLEST
+    return View.of_camera(eye.position, eye.rotation, eye.field, (width, height), _REACH, smallest)
 
 
 class Chase:
