@@ -135,8 +135,7 @@ class Corner(NamedTuple):
 
     def spots(self, across: float, count: int) -> FloatArray:
         """Places (count, 3) of lines."""
-        spots: FloatArray = np.column_stack([[across] * count, self.top - self.line * np.arange(count)]) @ self.axes
-        return spots
+        return np.column_stack([[across] * count, self.top - self.line * np.arange(count)]) @ self.axes
 
 
 def _corners_of(scene: RecordScene) -> tuple[Corner, Corner]:

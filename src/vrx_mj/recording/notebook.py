@@ -111,7 +111,6 @@ def show(recording: str | Path, *, width: int | str = "auto", height: int | str 
 
 
 _Tick = Callable[[float], None]
-_Line = Callable[[str, str], None]
 REDRAWN = 0.1
 """Wall time between two drawings of a notebook's bar [s], at least."""
 
@@ -178,7 +177,7 @@ def notebook_bar(sim: "Simulation", duration: float) -> Iterator[_Tick]:
         handle.update(drawing())
 
 
-def _new_events(sim: "Simulation", write: _Line) -> Callable[[], None]:
+def _new_events(sim: "Simulation", write: Callable[[str, str], None]) -> Callable[[], None]:
     """A function that writes the lines which the referee has added since its last call, with their levels."""
     count = 0
 

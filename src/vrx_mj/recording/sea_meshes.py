@@ -134,8 +134,7 @@ class Grid(NamedTuple):
             (np.abs(line - places[..., axis, None]) < reach[:, None] + cells).astype(np.float32)
             for axis, (line, cells) in enumerate(zip((self.x, self.y), self.cells, strict=True))
         ]
-        found: BoolArray = np.swapaxes(inside[1], 1, 2) @ inside[0] > 0.0
-        return found
+        return np.swapaxes(inside[1], 1, 2) @ inside[0] > 0.0
 
     def heights_at(self, z: FloatArray, points: FloatArray) -> FloatArray:
         """Heights (n, ...) of the mesh at points (n, ..., 2 or 3) [m], by those of its vertices (n, rows, columns)."""
