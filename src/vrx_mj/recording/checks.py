@@ -107,25 +107,20 @@ def _columns(record: Record, names: Sequence[str]) -> FloatArray:
 
 def _word_differences(a: Record, b: Record) -> list[str]:
     """Differences in what the recordings are, before any row."""
-    found = [
-        f"{key}: {a.properties.get(key)!r} and {b.properties.get(key)!r}"
-        for key in sorted({*a.properties, *b.properties})
-        if key in _DECISIVE and a.properties.get(key) != b.properties.get(key)
-    ]
-    if a.physics_version != b.physics_version:
-        found.append(f"physics_version: {a.physics_version!r} and {b.physics_version!r}")
+    pairs = [(key, a.properties.get(key), b.properties.get(key)) for key in _DECISIVE]
+    pairs.append(("physics_version", a.physics_version, b.physics_version))
+    found = [f"{key}: {one!r} and {other!r}" for key, one, other in pairs if one != other]
     if a.timestep != b.timestep:
         found.append(f"timestep: {a.timestep} s and {b.timestep} s")
-    names = [set(record.layout.names()) for record in (a, b)]
-    for record, only in ((a, names[0] - names[1]), (b, names[1] - names[0])):
-        if only:
+    for record, other in ((a, b), (b, a)):
+        if only := set(record.layout.names()) - set(other.layout.names()):
             found.append(f"only '{record.path}' has {', '.join(sorted(only)[:6])}")
     if len(a.rows) != len(b.rows):
         found.append(f"rows: {len(a.rows)} and {len(b.rows)}")
     return found
 
 
-_DECISIVE = frozenset({"world", "fleet", "seed", "world_sha256"})
+_DECISIVE = ("fleet", "seed", "world", "world_sha256")
 """Properties that make two runs different ones; versions and platform may differ."""
 
 
@@ -156,22 +151,16 @@ def rescore(source: str | Path | Record) -> tuple[Referee, tuple[tuple[float, st
     Raises:
         RecordError: the file is not a recording, or its world has no task.
     """
-    referee, looks = _looks(source if isinstance(source, Record) else read_record(source))
+    referee, looks = looks_again(source if isinstance(source, Record) else read_record(source))
     return referee, tuple((frame.time, *line) for frame, lines in looks for line in lines)
 
 
-def scored_frames(recorded: Record) -> Iterator[tuple[float, Referee]]:
-    """The time [s] of every frame of a recording, and the referee, always the same, after its look at it.
+def looks_again(recorded: Record) -> tuple[Referee, Iterator[tuple[Frame, Sequence[tuple[str, str]]]]]:
+    """The referee, and every frame that it has not seen, when it looks at it, with its lines: text and level.
 
     Raises:
         RecordError: the recording is of a world without a task.
     """
-    referee, looks = _looks(recorded)
-    return ((frame.time, referee) for frame, _ in looks)
-
-
-def _looks(recorded: Record) -> tuple[Referee, Iterator[tuple[Frame, Sequence[tuple[str, str]]]]]:
-    """The referee, and every frame that it has not seen, when it looks at it, with its lines: text and level."""
     task, begun = recorded.companies[0].parameters.task, -1.0
     if task is None:
         raise RecordError(f"'{recorded.path}' has no score: its world, {recorded.properties.get('world')}, has no task")

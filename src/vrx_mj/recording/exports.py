@@ -5,10 +5,11 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from pkgutil import resolve_name
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -16,7 +17,7 @@ import numpy as np
 from vrx_mj.arguments import as_number, as_path, as_text, check_name
 from vrx_mj.arrays import BoolArray, FloatArray
 from vrx_mj.bar import Bar
-from vrx_mj.errors import CommandError, RecordError, UnknownNameError, quote
+from vrx_mj.errors import CommandError, RecordError, quote
 from vrx_mj.outputs import atomic_write, write_files
 from vrx_mj.recording.reader import Record, Track, read_record
 from vrx_mj.recording.record_scene import POSITION, VELOCITY
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
 _JPEG_QUALITY = 95
 
 
-class CocoWriter:
+class CocoWriter(AbstractContextManager["CocoWriter"]):
     """Writes a data set; as a context it is complete at its end, also at that of an exception.
 
     The same pictures give the same bytes.
@@ -51,9 +52,6 @@ class CocoWriter:
         self._description = as_text("description", description)
         self._images: list[dict[str, Any]] = []
         self._annotations: list[dict[str, Any]] = []
-
-    def __enter__(self) -> Self:
-        return self
 
     def __len__(self) -> int:
         """How many pictures there are."""
@@ -91,8 +89,7 @@ class CocoWriter:
 
 def run_lengths(mask: BoolArray) -> list[int]:
     """COCO's uncompressed run lengths of a mask (height, width): down its columns, of 0 first, then of 1, in turn."""
-    flat = np.concatenate([[False], mask.ravel(order="F")])
-    changes = np.flatnonzero(flat[1:] != flat[:-1])
+    changes = np.flatnonzero(np.diff(mask.ravel(order="F"), prepend=False))
     return [int(length) for length in np.diff([0, *changes, mask.size])]
 
 
@@ -227,10 +224,10 @@ def _motion(time: FloatArray, track: Track, kind: str, place: Georeference | Non
 
 def _thrusts(time: FloatArray, track: Track) -> Iterator[_Columns]:
     there = np.isfinite(track.position[:, 0])
+    boat = np.full(int(there.sum()), track.name, object)
     for thruster, thrust in track.thrust.items():
-        names = {"boat": track.name, "thruster": thruster}
-        texts = {key: np.full(int(there.sum()), text, object) for key, text in names.items()}
-        yield {"time": time[there], **texts, "thrust": thrust[there], "angle": track.angle[thruster][there]}
+        names = {"boat": boat, "thruster": np.full_like(boat, thruster)}
+        yield {"time": time[there], **names, "thrust": thrust[there], "angle": track.angle[thruster][there]}
 
 
 def write_table(recording: str | Path, target: Path, table: str = "motion") -> int:
@@ -243,8 +240,7 @@ def write_table(recording: str | Path, target: Path, table: str = "motion") -> i
         RecordError: the recording cannot be read, or its world has no georeference for a track.
         VrxError: the target cannot be written.
     """
-    if table not in UNITS:
-        raise UnknownNameError("table", table, UNITS)
+    check_name("table", table, UNITS)
     found = read(recording)[table]
     if target.suffix.lower() in _TRACK_SUFFIXES:
         import pyarrow.compute as pc

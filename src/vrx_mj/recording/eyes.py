@@ -135,8 +135,7 @@ class Corner(NamedTuple):
 
     def spots(self, across: float, count: int) -> FloatArray:
         """Places (count, 3) of lines."""
-        spots: FloatArray = np.column_stack([[across] * count, self.top - self.line * np.arange(count)]) @ self.axes
-        return spots
+        return np.column_stack([[across] * count, self.top - self.line * np.arange(count)]) @ self.axes
 
 
 def _corners_of(scene: RecordScene) -> tuple[Corner, Corner]:
@@ -231,8 +230,7 @@ def plan_chunks(scene: RecordScene, track: FloatArray, parts: Sequence[Places]) 
     middle, height = plan_eye(scene, track)
     yield static(PLAN, rr.Transform3D(translation=(*middle, 0.0), scale=height * PLAN_SLOPE))
     boats = list(dict.fromkeys(boat for _, own in parts for boat in own))
-    gone = [np.full((len(time), 2), np.nan) for time, _ in parts]
-    columns = [[own.get(boat, away) for (_, own), away in zip(parts, gone, strict=True)] for boat in boats]
+    columns = [[own.get(boat, np.full((len(time), 2), np.nan)) for time, own in parts] for boat in boats]
     time, places = np.concatenate([time for time, _ in parts]), np.stack([*map(np.concatenate, columns)], axis=1)
     spots = np.nan_to_num(name_spots(scene, boats, places, middle, height), nan=_HIDDEN)
     taken, spots = Held(1.0 / 512.0, within=1.0 / PLAN_LINES / 3.0)(spots)

@@ -44,8 +44,7 @@ def register() -> None:
 
 def in_notebook() -> bool:
     """Whether this process is the kernel of a notebook, which shows more than text."""
-    shell = _shell()
-    return shell is not None and getattr(shell, "kernel", None) is not None
+    return getattr(_shell(), "kernel", None) is not None
 
 
 def _shell() -> Any:
@@ -64,18 +63,16 @@ def _world_map(world: "World") -> bytes:
 
 def simulation_line(sim: "Simulation") -> str:
     """What runs, and how far it is."""
-    task = sim.task
-    status = "" if task is None else f"; {task['name']} is {task['state']}, {score_text(task['state'], task['score'])}"
-    return f"{sim.world.name} at t = {sim.time:g} s, seed {sim.seed}{status}"
+    status = _status(sim, " is")
+    return f"{sim.world.name} at t = {sim.time:g} s, seed {sim.seed}{status and f'; {status}'}"
 
 
 def simulation_table(sim: "Simulation") -> str:
     """Where the boats of a simulation are now, as HTML."""
-    seen = sim.observe()
     head = "".join(f"<th>{name}</th>" for name in _COLUMNS)
     rows = []
     compass = sim.world.parameters.compass
-    for name, boat in seen.items():
+    for name, boat in sim.observe().items():
         angles = math.degrees(boat.heading), compass(boat.heading), compass(boat.course)
         metres = [f"{value:.2f}" for value in boat.position]
         figures = *metres, *(f"{angle:.1f}" for angle in angles), f"{boat.speed:.2f}"
@@ -114,7 +111,6 @@ def show(recording: str | Path, *, width: int | str = "auto", height: int | str 
 
 
 _Tick = Callable[[float], None]
-_Line = Callable[[str, str], None]
 REDRAWN = 0.1
 """Wall time between two drawings of a notebook's bar [s], at least."""
 
@@ -181,7 +177,7 @@ def notebook_bar(sim: "Simulation", duration: float) -> Iterator[_Tick]:
         handle.update(drawing())
 
 
-def _new_events(sim: "Simulation", write: _Line) -> Callable[[], None]:
+def _new_events(sim: "Simulation", write: Callable[[str, str], None]) -> Callable[[], None]:
     """A function that writes the lines which the referee has added since its last call, with their levels."""
     count = 0
 
@@ -194,6 +190,6 @@ def _new_events(sim: "Simulation", write: _Line) -> Callable[[], None]:
     return write_new
 
 
-def _status(sim: "Simulation") -> str:
+def _status(sim: "Simulation", mark: str = ":") -> str:
     task = sim.task
-    return "" if task is None else f"{task['name']}: {task['state']}, {score_text(task['state'], task['score'])}"
+    return "" if task is None else f"{task['name']}{mark} {task['state']}, {score_text(task['state'], task['score'])}"

@@ -9,17 +9,17 @@ import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import chain
+from itertools import chain, starmap
 from pathlib import Path
-from typing import Any, Self, TypeVar, overload
+from typing import Any, Self, overload
 
 import numpy as np
 from pydantic import ValidationError
 
-from vrx_mj.arguments import as_flag, as_number, as_path, as_text
+from vrx_mj.arguments import as_flag, as_number, as_path, as_text, check_name
 from vrx_mj.arrays import ByteArray, FloatArray, IntArray
 from vrx_mj.config.sensors import CameraConfig
-from vrx_mj.errors import RecordError, UnknownNameError, VrxWarning, quote
+from vrx_mj.errors import RecordError, VrxWarning, quote
 from vrx_mj.frames import in_world_axes
 from vrx_mj.model.world import other_physics
 from vrx_mj.recording.boat_sets import (
@@ -192,8 +192,7 @@ class Record(Head):
         known = {f"{one.boat}:{one.name}": one for one in self.sensors}
         for name in (boat, sensor):
             as_text("recorded sensor", name)
-        if f"{boat}:{sensor}" not in known:
-            raise UnknownNameError("recorded sensor", f"{boat}:{sensor}", known)
+        check_name("recorded sensor", f"{boat}:{sensor}", known)
         (found,) = read_readings(self.path, [known[f"{boat}:{sensor}"]])
         return found
 
@@ -213,8 +212,11 @@ def read_record(path: str | Path, *, whole: bool = False) -> Record:
         raise RecordError(f"'{file}' is not a recording of vrx_mj: it is a rerun file of something else")
     run, most = parsed.of(RUN)[0], allowance(file.stat().st_size)
     with _damage_of(file):
-        head = head_of(_only(run.texts("head")))
-        sha256, files = str(head.properties.get("world_sha256", "")), unpack_files(_only(run.blobs("files")), most)
+        heads, blobs = run.texts("head"), run.blobs("files")
+        if not heads or not blobs:
+            raise RecordError(f"{RUN}: empty")
+        head, files = head_of(heads[0]), unpack_files(blobs[0], most)
+        sha256 = str(head.properties.get("world_sha256", ""))
         companies = read_boat_sets(BoatSet(head.layout, sha256, files), parsed.of(COMPANIES), most)
         layouts = [boat_set.layout for boat_set in companies]
         rows, numbers = all_rows(parsed.of(ROWS), layouts, most)
@@ -235,8 +237,6 @@ def read_record(path: str | Path, *, whole: bool = False) -> Record:
         )
 
 
-_Content = TypeVar("_Content", str, bytes)
-
 OURS = (RUN, ROWS, STATES, EVENTS, COMPANIES, FRAMES)
 """Entities that are read; all others are for looking at."""
 COLUMNS = (
@@ -253,17 +253,6 @@ def _damage_of(file: Path) -> Iterator[None]:
         yield
     except RecordError as error:
         raise RecordError(f"'{file}' is damaged: {error}") from error
-
-
-def _only(cells: Sequence[_Content]) -> _Content:
-    """The first of some cells.
-
-    Raises:
-        RecordError: the column is empty.
-    """
-    if not cells:
-        raise RecordError(f"{RUN}: empty")
-    return cells[0]
 
 
 def read_readings(file: Path, sensors: Sequence[RecordedSensor]) -> list[RecordedReadings]:
@@ -297,12 +286,8 @@ def _events(part: Part) -> Iterator[Event]:
 
 def all_states(parts: Sequence[Part]) -> tuple[SavedState, ...]:
     """States in the order of time."""
-    states = [
-        SavedState(time, blob)
-        for part in parts
-        for time, blob in zip(part.times("time"), part.blobs("blob"), strict=True)
-    ]
-    return tuple(sorted(states, key=lambda state: state.time))
+    pairs = chain.from_iterable(zip(part.times("time"), part.blobs("blob"), strict=True) for part in parts)
+    return tuple(sorted(starmap(SavedState, pairs), key=lambda state: state.time))
 
 
 def read_frames(parts: Sequence[Part], count: int, most: int) -> tuple[RecordedFrame, ...]:
@@ -366,9 +351,7 @@ class RecordedReadings(Sequence[Reading]):
         """
         wanted = _READING_CELLS["camera" if sensor.type == "camera" else "points" if sensor.gives_points else "numbers"]
         columns: dict[str, list[Any]] = {name: [] for name in ("time", "sequence", *wanted)}
-        for part in parts:
-            if part.static or "time" not in part.columns:
-                continue  # what is shown of the readings
+        for part in (one for one in parts if not one.static and "time" in one.columns):  # others are shown of them
             found: dict[str, list[Any]] = {"time": part.times("time"), "sequence": part.numbers("sequence", "i")}
             found |= {name: part.arrays(*cells) for name, cells in wanted.items()}
             if len(set(map(len, found.values()))) > 1:

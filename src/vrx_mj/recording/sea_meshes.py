@@ -38,7 +38,7 @@ RATES = (2.0, 2.5, 4.0)
 """Rates of pictures of the sea [Hz], which divide that of the rows."""
 _PHASES, _LATE = 8.0, 0.056
 """Pictures in a period of the waves, and how far the surface goes in half the time of one [m, rms], at most."""
-_FAST = 0.07
+FAST = 0.07
 """Vertical speed of the surface from which every row is shown [m/s, rms]: three times it is 1 cm from row to row."""
 _SAMPLES = 1000
 """Places at which motion and shape of a sea are sampled."""
@@ -65,11 +65,6 @@ class Swell(NamedTuple):
         frequency = self.speed / (2.0 * math.pi * max(self.deviation, 1e-9))
         wanted = max(_PHASES * frequency, self.speed / (2.0 * _LATE))
         return next((rate for rate in RATES if rate >= wanted), RATES[-1])
-
-    @property
-    def fast(self) -> bool:
-        """Whether every row is shown."""
-        return self.speed > _FAST
 
     @property
     def interval(self) -> float:
@@ -139,8 +134,7 @@ class Grid(NamedTuple):
             (np.abs(line - places[..., axis, None]) < reach[:, None] + cells).astype(np.float32)
             for axis, (line, cells) in enumerate(zip((self.x, self.y), self.cells, strict=True))
         ]
-        found: BoolArray = np.swapaxes(inside[1], 1, 2) @ inside[0] > 0.0
-        return found
+        return np.swapaxes(inside[1], 1, 2) @ inside[0] > 0.0
 
     def heights_at(self, z: FloatArray, points: FloatArray) -> FloatArray:
         """Heights (n, ...) of the mesh at points (n, ..., 2 or 3) [m], by those of its vertices (n, rows, columns)."""

@@ -18,14 +18,14 @@ import weakref
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
 from vrx_mj.arguments import as_flag, as_path, check_kind, check_name
 from vrx_mj.arrays import FloatArray
 from vrx_mj.draw.display import no_window
-from vrx_mj.errors import CommandError, RecordError, UnknownNameError, VrxWarning, quote
+from vrx_mj.errors import CommandError, RecordError, VrxWarning, quote
 from vrx_mj.mjcf.objects import ball_names
 from vrx_mj.model.world import tree_of
 from vrx_mj.outputs import writing
@@ -60,7 +60,7 @@ _QUALITY = 75
 """Quality of the JPEG pictures, of 100."""
 
 
-class RecordWriter:
+class RecordWriter(contextlib.AbstractContextManager["RecordWriter"]):
     """A recording being written. `close` it, or use it in a `with` statement."""
 
     def __init__(self, path: str | Path, scene: RecordScene) -> None:
@@ -68,8 +68,8 @@ class RecordWriter:
         """The file."""
         self._ended = f"the recording '{self.path}' is closed"
         self._boat_set = 0
-        self._take(scene)
         self._scenes: list[RecordScene] = []
+        self._take(scene)
         with writing("the recording", self.path, RecordError):
             self._file = RawFile(self.path)
         self._finish = weakref.finalize(self, finish, self.path, self._file, self._scenes)
@@ -85,7 +85,6 @@ class RecordWriter:
             "follow": scene.follow,
         }
         self._append(RUN, {"head": [json.dumps(head)], "files": [pack_files(scene.files)]})
-        self._scenes.append(replace(scene, files={}))
 
     def rows(self, block: FloatArray) -> None:
         """Record rows (n, columns), in the order of time. They are copied."""
@@ -105,7 +104,6 @@ class RecordWriter:
         scene = replace(scene, earlier=self.scene.roster())
         self._append(COMPANIES, {"time": [np.array([scene.begun])], "head": [head], "files": [pack_files(files)]})
         self._take(scene)
-        self._scenes.append(replace(scene, files={}))
 
     def event(self, t: float, text: str, level: str = "INFO", touch: str = "") -> None:
         """Record that something happened at simulated time `t` [s]; `touch`: the JSON of a `Touch` that it is about."""
@@ -139,6 +137,7 @@ class RecordWriter:
     def _take(self, scene: RecordScene) -> None:
         self.scene = scene
         """What is recorded now."""
+        self._scenes.append(replace(scene, files={}))
         self._width = scene.layout().width
         self._sensors = {(sensor.boat, sensor.name): sensor for sensor in scene.sensors}
 
@@ -151,9 +150,6 @@ class RecordWriter:
             self._finish.detach()
             self._ended = f"cannot write the recording '{self.path}': {error.strerror}"
             raise RecordError(self._ended) from error
-
-    def __enter__(self) -> Self:
-        return self
 
     def __exit__(self, *_: object) -> None:
         self.close()
@@ -232,11 +228,11 @@ def record(
     choices = choices_of(sensors, rates) if not isinstance(sensors, str) or sensors else {}
     if follow is not None:
         check_name("boat", follow, sim.boats)
-    with RunWriter(path, sim, choices, sea=sea, follow=follow) as writer, contextlib.ExitStack() as stack:
+    writer = RunWriter(path, sim, choices, sea=sea, follow=follow)
+    with writer, contextlib.ExitStack() as stack:
         sim.attach(writer, rate=_POSE_RATE)
         stack.callback(sim.detach, writer)
-        world = sim.world
-        sim.event(f"{world.name}, fleet {world.parameters.fleet}, seed {sim.seed}: recording starts")
+        sim.event(f"{sim.world.name}, fleet {sim.world.parameters.fleet}, seed {sim.seed}: recording starts")
         for (boat, sensor), chosen in choices.items():
             taken = sim.subscribe(boat, sensor, _reading_recorder(writer, boat), rate=chosen)
             stack.callback(sim.unsubscribe, taken)
@@ -263,10 +259,9 @@ class RunWriter(RecordWriter):
 
 def _changed_scene(before: RecordScene, sim: Simulation, choices: Choices, begun: float) -> RecordScene:
     """What is recorded from `begun` [s] on, when boats, objects or docks have come or gone."""
-    known = {body.name for body in before.bodies}
     there = sim.world.parameters
     names = {item.name for table in (there.boats, there.objects, there.docks) for item in table}
-    new = names - known - ball_names(there)
+    new = names - {body.name for body in before.bodies} - ball_names(there)
     now = scene_of(sim, choices, looks_of=[part.name for part in sim.world.pieces.parts if part.name in new])
     looks = {one.display.name: one.surfaces for one in before.displays}
     displays = tuple(replace(one, surfaces=looks.get(one.display.name, one.surfaces)) for one in now.displays)
@@ -364,25 +359,20 @@ def choices_of(words: str | Sequence[str], rates: _Rates) -> Choices:
 def _name_and_rate(word: str) -> tuple[str, float | None]:
     """A word's name, and its rate if it has one."""
     name, mark, rate = word.partition("@")
-    try:
-        value = float(rate) if mark else None
-    except ValueError:
-        value = math.nan
-    if value is not None and not 0.0 < value < math.inf:
-        raise CommandError(
-            f"invalid rate '{rate}' in '{word}': readings per second above 0 are needed, as in lidar_wamv@5"
-        )
-    return name, value
+    if not mark:
+        return name, None
+    with contextlib.suppress(ValueError):
+        if 0.0 < (value := float(rate)) < math.inf:
+            return name, value
+    raise CommandError(f"invalid rate '{rate}' in '{word}': readings per second above 0 are needed, as in lidar_wamv@5")
 
 
 def _rates(boat: str, sensor: str, most: float | None, rates: _Rates) -> dict[tuple[str, str], float]:
     """Readings per second of a sensor of a boat, or of all of them; `most`: as many as are asked for."""
-    if boat not in rates:
-        raise UnknownNameError("boat", boat, rates)
+    check_name("boat", boat, rates)
     if sensor == _ALL:
         return {(boat, name): min(own, most or own) for name, own in rates[boat].items()}
-    if sensor not in rates[boat]:
-        raise UnknownNameError(f"sensor of {boat}", sensor, rates[boat])
+    check_name(f"sensor of {boat}", sensor, rates[boat])
     own = rates[boat][sensor]
     if most is not None and most > own:
         raise CommandError(f"{sensor} of {boat} measures {own:g} times a second: it cannot be recorded at {most:g}")

@@ -147,18 +147,13 @@ def where_to_look(server: Server, reason: str) -> Iterator[str]:
 def free_port(wanted: int) -> int:
     """`wanted` where nothing on this machine has that port, else any that is free."""
     for port in (wanted, 0):
-        with socket.socket() as probe:
-            try:
-                probe.bind((LOOPBACK, port))
-            except OSError:
-                continue
+        with contextlib.suppress(OSError), socket.socket() as probe:
+            probe.bind((LOOPBACK, port))
             return int(probe.getsockname()[1])
     raise RecordError(f"no free port on {LOOPBACK}")
 
 
 def _answers(port: int) -> bool:
-    try:
-        with socket.create_connection((LOOPBACK, port), timeout=0.5):
-            return True
-    except OSError:
-        return False
+    with contextlib.suppress(OSError), socket.create_connection((LOOPBACK, port), timeout=0.5):
+        return True
+    return False

@@ -66,7 +66,7 @@ class WaterChunks:
     def fast(self) -> bool:
         """Whether the sea moves so fast that it is shown at every row."""
         self._take()
-        return self._swell is not None and self._swell.fast
+        return self._swell is not None and self._swell.speed > sea.FAST
 
     def keep(self, boats: Sequence[RecordedBody], height: SeaHeight | None) -> None:
         """Go on with these boats; forget all others. `height` None: the sea is not shown."""

@@ -15,12 +15,11 @@ from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.model.world import Parameters
 from vrx_mj.physics.kernel import kernel
 from vrx_mj.physics.noise import bits
-from vrx_mj.physics.surface import sky_distance
 from vrx_mj.physics.tables import Table
 from vrx_mj.sensors.canvas import Canvas
 from vrx_mj.sensors.readings import Image
 from vrx_mj.sensors.sea import SeaSkin
-from vrx_mj.sensors.view import View, focal_length, half_heights, intrinsics
+from vrx_mj.sensors.view import View, intrinsics
 
 LEVELS = 4096
 """Quantiles of the normal distribution that a pixel's noise is one of: 12 random bits choose it."""
@@ -144,14 +143,6 @@ class Cameras:
     @staticmethod
     def view(config: CameraConfig, position: FloatArray, rotation: FloatArray) -> View:
         """The camera's view of the world from a place [m] and with a rotation (3, 3), camera to world axes."""
-        half_width, half_height = half_heights(config)
-        return View(
-            position=np.asarray(position, np.float64),
-            rotation=np.asarray(rotation, np.float64).reshape(3, 3),
-            half_width=half_width,
-            half_height=half_height,
-            near=config.near,
-            far=config.far,
-            focal_length=focal_length(config),
-            end=sky_distance(float(position[2])),
-        )
+        place, turn = np.asarray(position, np.float64), np.asarray(rotation, np.float64).reshape(3, 3)
+        size, reach = (config.width, config.height), (config.near, config.far)
+        return View.of_camera(place, turn, config.horizontal_fov, size, reach)

@@ -28,10 +28,9 @@ _NOTHING = np.zeros((0, 7))
 
 def wave_table(sea: Sea, seed: int | None = None) -> Table:
     """Waves of a world's sea in the run of a seed, `tables.WAVE`; without one phases are 0 and no energy is drawn."""
-    slopes = [sea.gravity * wave.wavenumber * wave.amplitude for wave in sea.waves]
     orbital = [
-        slope / wave.frequency if wave.orbital is None else wave.orbital
-        for slope, wave in zip(slopes, sea.waves, strict=True)
+        sea.gravity * wave.wavenumber * wave.amplitude / wave.frequency if wave.orbital is None else wave.orbital
+        for wave in sea.waves
     ]
     waves = table_of(WAVE, sea.waves, phase=np.zeros(len(sea.waves)), orbital=orbital)
     if sea.random and seed is not None:
@@ -111,12 +110,10 @@ class SeaSkin(Skin):
         outward = np.interp(np.hypot(east, north), self._distances, np.arange(self._rings))
         count = len(self._spokes)
         across = (angle / self._half + 1.0) * 0.5 * (count - 1)
-        (ring, u), (spoke, v) = (
-            np.divmod(np.clip(place, 0.0, most - 1.001), 1.0)
-            for place, most in ((outward, self._rings), (across, count))
-        )
-        z = self.vertices[: self._rings * count, 2].reshape(-1, count)
+        ring, spoke = np.clip(outward, 0.0, self._rings - 1.001), np.clip(across, 0.0, count - 1.001)
         i, j = ring.astype(int), spoke.astype(int)
+        u, v = ring - i, spoke - j
+        z = self.vertices[: self._rings * count, 2].reshape(-1, count)
         first, last, other = z[i, j], z[i + 1, j + 1], np.where(u > v, z[i + 1, j], z[i, j + 1])
         return np.asarray(first + (other - first) * np.maximum(u, v) + (last - other) * np.minimum(u, v), np.float64)
 

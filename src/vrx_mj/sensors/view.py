@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import mujoco
 import numpy as np
@@ -17,6 +17,7 @@ import numpy as np
 from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.config.sensors import CameraConfig
 from vrx_mj.model.world import Parameters
+from vrx_mj.physics.surface import sky_distance
 from vrx_mj.sensors.readings import CameraInfo, Label, Labels
 
 SMALLEST = 0.25
@@ -49,12 +50,6 @@ def intrinsics(config: CameraConfig) -> CameraInfo:
     )
 
 
-def half_heights(config: CameraConfig) -> tuple[float, float]:
-    """Half the width and half the height of the view at distance 1."""
-    half = math.tan(config.horizontal_fov / 2.0)
-    return half, half * config.height / config.width
-
-
 @dataclass(frozen=True)
 class View:
     """A pinhole camera in the world."""
@@ -76,6 +71,21 @@ class View:
     """Where land and sea end [m]."""
     smallest: float = SMALLEST
     """Geoms of a smaller radius [pixels] are not drawn."""
+
+    @classmethod
+    def of_camera(
+        cls,
+        position: FloatArray,
+        rotation: FloatArray,
+        field: float,
+        size: tuple[int, int],
+        reach: tuple[float, float],
+        smallest: float = SMALLEST,
+    ) -> Self:
+        """The view of a horizontal field [rad], for pictures of a width and height [pixels]; `reach`: near and far."""
+        half, (width, height) = math.tan(field / 2.0), size
+        edges, end = (half, half * height / width), sky_distance(float(position[2]))
+        return cls(position, rotation, *edges, *reach, width / (2.0 * half), end, smallest)
 
     def shows(self, centers: FloatArray, radii: FloatArray) -> BoolArray:
         """Whether spheres (n, 3), (n,) [m] may be seen: neither behind, beside, too far away, nor too small.

@@ -2,40 +2,38 @@
 
 from __future__ import annotations
 
-import errno
 import math
-import os
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, lru_cache
 from importlib.metadata import distribution
-from itertools import chain, pairwise
+from importlib.util import find_spec
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vrx_mj.arguments import check_name
 from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.bar import Bar
-from vrx_mj.draw.style import boat_colors
-from vrx_mj.errors import UnknownNameError, VideoError
+from vrx_mj.draw.style import Rgb, boat_colors
+from vrx_mj.errors import VideoError
 from vrx_mj.model.boats import boat_label
 from vrx_mj.outputs import atomic_write
 from vrx_mj.packages import install_extra
 from vrx_mj.recording.antialiasing import blend, write_yuv
 from vrx_mj.recording.reader import Record, read_record
-from vrx_mj.recording.video.stage import BEHIND, Above, Chase, Eye, Footage, Stage, view_of
+from vrx_mj.recording.video.stage import BEHIND, Above, Chase, Eye, Footage, Instant, Stage, view_of
 from vrx_mj.sensors.view import View
 from vrx_mj.tasks.referee import TaskStatus, score_text
 
 if TYPE_CHECKING:
     from PIL import ImageFont
-    from PIL.Image import Image
 
-_Picture = ByteArray
 VIEWS = ("both", "chase", "above")
 """Views of a video; both: behind a boat, with the view from above in a corner."""
 _LARGEST = 4096
@@ -107,9 +105,7 @@ def write_video(
     recorded.warn_of_physics()
     film = Film(recorded, shot or Shot(), size=size, fps=fps, eye=eye)
     with atomic_write(target, "the video", VideoError) as draft, closing(film):  # where it fails, an older one stays
-        if target.is_dir():
-            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
-        draft.touch()
+        draft.write_bytes(b"")  # not where a folder is
         encoder(draft, film.pictures(progress), len(film.times), film.rate)
     return len(film.times)
 
@@ -128,8 +124,7 @@ class Film:
     ) -> None:
         """Plan what is drawn; `size` and `fps` are those of a shot that leaves them open."""
         self._footage, self._shot = Footage(recorded), shot
-        if shot.view not in VIEWS:
-            raise UnknownNameError("view", shot.view, VIEWS)
+        check_name("view", shot.view, VIEWS)
         self.size = width, height = shot.size or size
         if any(side < 16 or side > _LARGEST or side % 2 for side in self.size):
             wanted = f"two even numbers of pixels from 16 to {_LARGEST} are needed"
@@ -146,14 +141,14 @@ class Film:
         self._labels = [{boat.name: boat_label(boat.name, boat.robot) for boat in boats} for boats in sets]
         self._paths, self._colors = paths, boat_colors(recorded.boats, list(chain.from_iterable(sets)))
         self._cell = 0.0 if eye else _DETAIL * BEHIND / view_of(Eye(np.zeros(3), np.eye(3)), *self.size).focal_length
-        level, aspect = self._footage.level, self.size[0] / self.size[1]
-        self._boat, self._chase = boat, Chase(paths[boat], level)
-        eyes = {"chase": self._chase.eye, "above": Above(list(paths.values()), level, aspect).eye}
+        self._boat, self._chase = boat, Chase(paths[boat], self._footage.level)
+        above = Above(list(paths.values()), self._footage.level, width / height)
+        eyes = {"chase": self._chase.eye, "above": above.eye}
         self._eyes = [eye] if eye else [at for view, at in eyes.items() if shot.view in (view, "both")]
-        self._stage: tuple[int, Stage] | None = None
-        self._inset: tuple[float, _Picture] | None = None
+        self._stages: dict[int, Stage] = {}
+        self._inset: tuple[float, ByteArray] | None = None
 
-    def pictures(self, progress: Callable[[int, int], None] | None = None) -> Iterator[_Picture]:
+    def pictures(self, progress: Callable[[int, int], None] | None = None) -> Iterator[ByteArray]:
         """Every picture (height, width, 3), drawn when it is asked for."""
         for number, time in enumerate(self.times, 1):
             picture = self.picture(time)
@@ -161,7 +156,7 @@ class Film:
                 progress(number, len(self.times))
             yield picture
 
-    def picture(self, time: float) -> _Picture:
+    def picture(self, time: float) -> ByteArray:
         """The picture of a simulated time [s]."""
         shown = self._view_picture(time, self._eyes[0], self.size)
         if len(self._eyes) > 1:
@@ -172,45 +167,54 @@ class Film:
 
     def close(self) -> None:
         """Free the drawing context."""
-        if self._stage is not None:
-            self._stage[1].close()
-            self._stage = None
+        while self._stages:
+            self._stages.popitem()[1].close()
 
-    def _inset_at(self, time: float) -> _Picture:
+    def _inset_at(self, time: float) -> ByteArray:
         """The view from above in a thin frame: that of the last time at which it is drawn."""
         step = max(1, round(self.rate / _INSET_RATE)) * self._shot.speed / float(self.rate)
         begin = self.times[0] + math.floor((time - self.times[0]) / step + 1e-6) * step
         if self._inset is None or self._inset[0] != begin:
             width, height = self.size
-            seen = self._view_picture(begin, self._eyes[1], (_even(_INSET * width), _even(_INSET * height)))
+            small = 2 * round(_INSET * width / 2.0), 2 * round(_INSET * height / 2.0)  # even numbers
+            seen = self._view_picture(begin, self._eyes[1], small)
             line = max(1, round(height / 360))
             framed = np.full(np.add(seen.shape, (2 * line, 2 * line, 0)), _FRAME, np.uint8)
             framed[line:-line, line:-line] = seen
             self._inset = begin, framed
         return self._inset[1]
 
-    def _view_picture(self, time: float, eye_at: Callable[[float], Eye], size: tuple[int, int]) -> _Picture:
+    def _view_picture(self, time: float, eye_at: Callable[[float], Eye], size: tuple[int, int]) -> ByteArray:
         """What an eye sees at a time [s], with the boats' names."""
         moment = self._footage.at(time)
         stage, eye = self._stage_of(moment.boat_set), eye_at(time)
         shown = stage.draw(moment, eye, size)
         if self._shot.captions:
-            places = self._footage.places(moment)
-            _name_boats(shown, view_of(eye, *size), places, self._colors, self._labels[moment.boat_set])
+            self._name_boats(shown, view_of(eye, *size), moment)
         return shown
+
+    def _name_boats(self, picture: ByteArray, view: View, moment: Instant) -> None:
+        """Write the labels of boats over them, if they are in view and no farther than `_FARTHEST`."""
+        height, width = picture.shape[:2]
+        size = max(_SMALLEST, round(height * _NAME_SHARE))
+        for name, place in self._footage.places(moment).items():
+            spot = project(view, np.add(place, (0.0, 0.0, _TAG_HEIGHT)), width, height)
+            if spot is not None and spot[2] < _FARTHEST:
+                column, phase = divmod(round(PHASES * spot[0]), PHASES)
+                tile = name_tile(self._labels[moment.boat_set][name], self._colors[name], size, phase)
+                lay(picture, tile, column - tile.shape[1] // 2, round(spot[1]) - len(tile) + 2)
 
     def _stage_of(self, boat_set: int) -> Stage:
         """The world of the boats that sail together, with a context for the largest picture."""
-        if self._stage is None or self._stage[0] != boat_set:
+        if boat_set not in self._stages:
             self.close()
-            seed = self._footage.recorded.properties.get("seed", 0)
-            own = seed if isinstance(seed, int) else 0
-            boats = self._footage.recorded.companies[boat_set]
-            self._stage = boat_set, Stage(boats, self._paths, self.size, own, self._cell)
-            self._chase.radius = self._stage[1].radii.get(self._boat, self._chase.radius)
-        return self._stage[1]
+            boats, seed = self._footage.recorded.companies[boat_set], self._footage.recorded.properties.get("seed")
+            stage = Stage(boats, self._paths, self.size, seed if isinstance(seed, int) else 0, self._cell)
+            self._stages[boat_set] = stage
+            self._chase.radius = stage.radii.get(self._boat, self._chase.radius)
+        return self._stages[boat_set]
 
-    def _write(self, shown: _Picture, time: float) -> None:
+    def _write(self, shown: ByteArray, time: float) -> None:
         """Time, task and score, and what has just happened."""
         world, status = str(self._footage.recorded.properties.get("world")), self._footage.status_at(time)
         lines = [clock_line(world, time, self._shot.speed)]
@@ -242,8 +246,8 @@ def _boat_to_follow(recorded: Record, boat: str | None) -> str:
     boats = recorded.boats
     if not boats:
         raise VideoError(f"'{recorded.path}' has no boat to follow")
-    if boat is not None and boat not in boats:
-        raise UnknownNameError("boat", boat, boats)
+    if boat is not None:
+        check_name("boat", boat, boats)
     task = recorded.companies[0].parameters.task
     scored = task.boat if task else ""
     return boat or (scored if scored in boats else next(iter(boats)))
@@ -256,27 +260,19 @@ def _positive(name: str, value: float) -> float:
     return value
 
 
-def _even(number: float) -> int:
-    """The even number nearest to a number."""
-    return 2 * round(number / 2.0)
-
-
-def set_in(picture: _Picture, inset: _Picture) -> None:
+def set_in(picture: ByteArray, inset: ByteArray) -> None:
     """Set a small picture into the upper right corner of a large one, as far as it is inside."""
     edge = round(_INSET_EDGE * picture.shape[1])
     place = picture[edge : edge + len(inset), max(picture.shape[1] - edge - inset.shape[1], 0) :][:, : inset.shape[1]]
     place[:] = inset[: len(place), : place.shape[1]]
 
 
-def lay(picture: _Picture, tile: ByteArray, column: int, row: int) -> None:
+def lay(picture: ByteArray, tile: ByteArray, column: int, row: int) -> None:
     """Lay a tile (height, width, 4) of colours and opacities over a picture, its upper left corner at a pixel."""
     above, before = max(-row, 0), max(-column, 0)
     place = picture[row + above : max(row + len(tile), 0), column + before : max(column + tile.shape[1], 0)]
-    part = tile[above : above + len(place), before : before + place.shape[1]]
-    blend(place, part)
+    blend(place, tile[above : above + len(place), before : before + place.shape[1]])
 
-
-_Rgb = tuple[int, int, int]
 
 _FONT = "DejaVuSans.ttf"
 """The font that matplotlib carries."""
@@ -285,7 +281,7 @@ _TEXT_SHARE, _NAME_SHARE = 0.034, 0.026
 _SMALLEST = 9
 """Height of letters at least [pixels]."""
 _PANEL = (8, 22, 34, 150)
-_WHITE: _Rgb = (255, 255, 255)
+_WHITE: Rgb = (255, 255, 255)
 _TAG_HEIGHT = 2.3
 """Height of a name over its boat's origin [m]."""
 _FARTHEST = 250.0
@@ -319,7 +315,7 @@ def project(view: View, place: FloatArray, width: int, height: int) -> tuple[flo
     return column, row, ahead
 
 
-def _write_lines(picture: _Picture, lines: Sequence[str], *, bottom: bool = False) -> None:
+def _write_lines(picture: ByteArray, lines: Sequence[str], *, bottom: bool = False) -> None:
     """Write lines on a dark panel in the upper left corner of a picture, or in the lower one."""
     if lines:
         size = max(_SMALLEST, round(len(picture) * _TEXT_SHARE))
@@ -342,26 +338,8 @@ def _panel(lines: tuple[str, ...], size: int) -> ByteArray:
     return np.asarray(panel)
 
 
-def _name_boats(
-    picture: _Picture,
-    view: View,
-    places: Mapping[str, FloatArray],
-    colors: Mapping[str, _Rgb],
-    labels: Mapping[str, str],
-) -> None:
-    """Write the labels of boats at places (3,) [m] over them, if they are in view and no farther than `_FARTHEST`."""
-    height, width = picture.shape[:2]
-    size = max(_SMALLEST, round(height * _NAME_SHARE))
-    for name, place in places.items():
-        spot = project(view, np.add(place, (0.0, 0.0, _TAG_HEIGHT)), width, height)
-        if spot is not None and spot[2] < _FARTHEST:
-            column, phase = divmod(round(PHASES * spot[0]), PHASES)
-            tile = name_tile(labels[name], colors[name], size, phase)
-            lay(picture, tile, column - tile.shape[1] // 2, round(spot[1]) - len(tile) + 2)
-
-
 @lru_cache(maxsize=1024)
-def name_tile(text: str, color: _Rgb, size: int, phase: int) -> ByteArray:
+def name_tile(text: str, color: Rgb, size: int, phase: int) -> ByteArray:
     """A name (height, width, 4) with a dark rim, over the middle of its last row but one; `phase` moves it right."""
     from PIL import Image, ImageDraw
 
@@ -404,8 +382,8 @@ def parse_size(text: str | None) -> tuple[int, int] | None:
     return int(found[1]), int(found[2])
 
 
-_Pictures = Iterator[ByteArray]
-_Encoder = Callable[[Path, _Pictures, int, Fraction], None]
+ByteArrays = Iterator[ByteArray]
+_Encoder = Callable[[Path, ByteArrays, int, Fraction], None]
 """Writes a file of pictures (height, width, 3), so many of them, so many per second."""
 
 _X264 = {
@@ -427,17 +405,14 @@ def encoder_of(path: Path) -> tuple[_Encoder, tuple[int, int], float]:
     if path.suffix.lower() not in _ENCODERS:
         raise VideoError(f"invalid video '{path}': a name that ends in {', '.join(_ENCODERS)} is needed")
     kind = _ENCODERS[path.suffix.lower()]
-    if kind[0] is _write_mp4:
-        try:
-            import av  # noqa: F401
-        except ImportError:
-            raise VideoError(
-                f"'{path}' needs the encoder of MP4, which is not installed; write a .webp, or {install_extra('video')}"
-            ) from None
+    if kind[0] is _write_mp4 and find_spec("av") is None:
+        raise VideoError(
+            f"'{path}' needs the encoder of MP4, which is not installed; write a .webp, or {install_extra('video')}"
+        )
     return kind
 
 
-def _write_mp4(path: Path, pictures: _Pictures, count: int, rate: Fraction) -> None:
+def _write_mp4(path: Path, pictures: ByteArrays, count: int, rate: Fraction) -> None:
     """H.264 in an MP4 that plays everywhere and from its first bytes."""
     import av
 
@@ -453,18 +428,26 @@ def _write_mp4(path: Path, pictures: _Pictures, count: int, rate: Fraction) -> N
         container.mux(stream.encode())
 
 
-def _write_webp(path: Path, pictures: _Pictures, count: int, rate: Fraction) -> None:
+def _write_webp(path: Path, pictures: ByteArrays, count: int, rate: Fraction) -> None:
     """An animated WebP that loops."""
-    reel = _reel_of(pictures, count)
-    stops = [round(1000 * number / rate) for number in range(count + 1)]
-    durations = [end - begin for begin, end in pairwise(stops)]
+    from PIL.Image import fromarray
+
+    frames = map(fromarray, pictures)
+    reel: Any = next(frames)
+
+    def seek(number: int) -> None:
+        if number:
+            reel.im = next(frames).im
+
+    reel.n_frames, reel.seek, reel.tell = count, seek, lambda: 0  # frames are made in turn: pillow takes lists, of GB
+    durations = np.diff([round(1000 * number / rate) for number in range(count + 1)]).tolist()
     reel.save(  # every picture whole: differences between lossy pictures leave ghosts on moving water
         path, format="WEBP", save_all=True, duration=durations, loop=0, quality=_WEBP_QUALITY, method=_WEBP_EFFORT,
         kmin=0, kmax=1,
     )  # fmt: skip
 
 
-def _write_gif(path: Path, pictures: _Pictures, count: int, rate: Fraction) -> None:
+def _write_gif(path: Path, pictures: ByteArrays, count: int, rate: Fraction) -> None:
     """A GIF that loops; its clock counts hundredths of a second."""
     from PIL.Image import Dither, fromarray
 
@@ -472,30 +455,6 @@ def _write_gif(path: Path, pictures: _Pictures, count: int, rate: Fraction) -> N
     first = next(frames)
     duration = 10 * max(2, round(100 / rate))
     first.save(path, format="GIF", save_all=True, append_images=frames, duration=duration, loop=0)
-
-
-def _reel_of(pictures: Iterable[ByteArray], count: int) -> Image:
-    """An image of `count` frames which are made when they are asked for, in turn: pillow takes lists, of GB."""
-    from PIL.Image import Image, fromarray
-
-    class Reel(Image):
-        n_frames = count
-
-        def __init__(self) -> None:
-            super().__init__()
-            self._frames, self._number = iter(pictures), -1
-            self.seek(0)
-
-        def tell(self) -> int:
-            return self._number
-
-        def seek(self, frame: int) -> None:
-            if frame == self._number + 1:
-                shown = fromarray(next(self._frames))
-                self._number, self.im = frame, shown.im
-                self._mode, self._size = shown.mode, shown.size
-
-    return Reel()
 
 
 _ENCODERS: dict[str, tuple[_Encoder, tuple[int, int], float]] = {

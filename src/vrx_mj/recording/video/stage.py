@@ -20,10 +20,10 @@ from vrx_mj.arguments import as_number, as_numbers
 from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.errors import CommandError, RecordError, quote
 from vrx_mj.mjcf.scene import add_skin, compiled_spec, drawing_spec
-from vrx_mj.physics.surface import EDGE, PLAIN, RINGS, SPOKES, draw_surface, fan_triangles, sky_distance
+from vrx_mj.physics.surface import EDGE, PLAIN, RINGS, SPOKES, draw_surface, fan_triangles
 from vrx_mj.recording.antialiasing import Words, antialias, fill_sky, smooth
 from vrx_mj.recording.boat_sets import HUGE, BoatSet, columns_in
-from vrx_mj.recording.checks import scored_frames
+from vrx_mj.recording.checks import looks_again
 from vrx_mj.recording.reader import Record
 from vrx_mj.recording.simulation_scene import check_columns, coarser_faces
 from vrx_mj.runtime.sensing import display_colors
@@ -51,8 +51,8 @@ ROOM = 12.0
 """Width of water around the boats in the view from above [m]."""
 _LEAST = 22.0
 """Half the height of what is seen from above, at least [m]."""
-_NEAR, _FAR = 0.3, 6000.0
-"""Distances that are seen [m]."""
+_REACH = (0.3, 6000.0)
+"""Nearest and farthest distance that is seen [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,18 +88,8 @@ def looking(position: Sequence[float], target: Sequence[float], up: Sequence[flo
 
 def view_of(eye: Eye, width: int, height: int) -> View:
     """What an eye sees in a picture of a size [pixels]."""
-    half, above = math.tan(eye.field / 2.0), eye.rotation[2, 0] < -_STEEP
-    return View(
-        position=eye.position,
-        rotation=eye.rotation,
-        half_width=half,
-        half_height=half * height / width,
-        near=_NEAR,
-        far=_FAR,
-        focal_length=width / (2.0 * half),
-        end=sky_distance(float(eye.position[2])),
-        smallest=_SMALLEST_ABOVE if above else SMALLEST,
-    )
+    smallest = _SMALLEST_ABOVE if eye.rotation[2, 0] < -_STEEP else SMALLEST
+    return View.of_camera(eye.position, eye.rotation, eye.field, (width, height), _REACH, smallest)
 
 
 class Chase:
@@ -211,11 +201,10 @@ class Footage:
         before = max(after - 1, 0)
         number = int(numbers[before])
         layout, columns = self.recorded.companies[number].layout, self._columns[number]
-        row = rows[before, columns]
+        row = first = rows[before, columns]
         if before < after < len(rows) and numbers[after] == number:
-            row = between(row, rows[after, columns], time, self._turns[number])
-        marks = rows[before, columns][layout.marks]
-        return Instant(time, number, row[layout.qpos], marks)
+            row = between(first, rows[after, columns], time, self._turns[number])
+        return Instant(time, number, row[layout.qpos], first[layout.marks])
 
     def places(self, moment: Instant) -> dict[str, FloatArray]:
         """Where the boats' origins are at a moment, (3,) [m]."""
@@ -235,10 +224,9 @@ class Footage:
         """Time [s], and name, status and unit of the task whenever its referee looked; empty without a task."""
         if self.recorded.companies[0].parameters.task is None:
             return ()
-        return tuple(
-            (time, one.name, replace(one.status), TASK_KINDS[one.type].unit)
-            for time, one in scored_frames(self.recorded)
-        )
+        referee, looks = looks_again(self.recorded)
+        unit = TASK_KINDS[referee.type].unit
+        return tuple((frame.time, referee.name, replace(referee.status), unit) for frame, _ in looks)
 
     def status_at(self, time: float) -> tuple[str, TaskStatus, str] | None:
         """Name, status and unit of the task at a time [s]; None without one, or before its referee first looked."""
@@ -319,10 +307,9 @@ class Stage:
         mujoco.mj_kinematics(self._model, self._data)
         places, owner = self._data.geom_xpos, self._model.body_rootid[self._model.geom_bodyid]
         reach = np.linalg.norm(places - self._data.xpos[owner], axis=1) + self._model.geom_rbound
-        roots = [self._model.body(hull.body).id for hull in parameters.hulls]
         self.radii = {
-            boat.name: float(reach[owner == root].max(initial=0.0))
-            for boat, root in zip(parameters.boats, roots, strict=True)
+            boat.name: float(reach[owner == self._model.body(hull.body).id].max(initial=0.0))
+            for boat, hull in zip(parameters.boats, parameters.hulls, strict=True)
         }
         """How far each boat reaches from its origin [m]."""
 
