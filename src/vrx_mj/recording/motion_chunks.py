@@ -115,7 +115,7 @@ class MovingChunks:
             if body.kind != "ball":
                 yield from self._transforms(path, posed, posed[:, pose], 0.0 if body.kind == "boat" else _NEAR)
             elif len(shot := rows[rows[:, pose.start + 2] > PARKED]):
-                yield numbers(path, shot[:, 0], rr.Points3D, positions=shot[:, pose][:, :3].astype(np.float32))
+                yield numbers(path, shot[:, 0], rr.Points3D, positions=shot[:, pose][:, :3])
         for part in self._scene.parts:  # relative to what they hang on
             if part.joints:
                 poses = np.hstack(part_poses(part, posed[:, self._layout.qpos]))
@@ -182,9 +182,7 @@ class MovingChunks:
         yield from self._weather(self._scene, rows)
         if self._plan_size is not None:
             middle, size = self._followed_place(rows), np.full((len(rows), 3), self._plan_size)
-            yield numbers(
-                PLAN, rows[:, 0], rr.Transform3D, translation=middle.astype(np.float32), scale=size.astype(np.float32)
-            )
+            yield numbers(PLAN, rows[:, 0], rr.Transform3D, translation=middle, scale=size)
         for boat in self._boats:
             yield from self._thrust(boat, rows)
 
@@ -278,14 +276,13 @@ def part_chunk(parts: Sequence[Part]) -> Chunk:
 
 def transforms(path: str, time: FloatArray, position: FloatArray, quaternion: FloatArray | None = None) -> Chunk:
     """Poses of an entity: positions (n, 3) [m] and quaternions (n, 4), (w, x, y, z)."""
-    turned = {} if quaternion is None else {"quaternion": quaternion[:, [1, 2, 3, 0]].astype(np.float32)}
-    return numbers(path, time, rr.Transform3D, translation=position.astype(np.float32), **turned)
+    turned = {} if quaternion is None else {"quaternion": quaternion[:, [1, 2, 3, 0]]}
+    return numbers(path, time, rr.Transform3D, translation=position, **turned)
 
 
 def plot(name: str, rows: FloatArray, values: FloatArray) -> Chunk:
     """Series (n, k) of one quantity, rounded: they take a third of the space."""
-    values = np.round(values / _PLOT_STEP) * _PLOT_STEP
-    return numbers(f"/plots/{name}", rows[:, 0], rr.Scalars, values.shape[1], scalars=values.reshape(-1))
+    return numbers(f"/plots/{name}", rows[:, 0], rr.Scalars, scalars=np.round(values / _PLOT_STEP) * _PLOT_STEP)
 
 
 def motion(pose: FloatArray, velocity: FloatArray) -> tuple[FloatArray, ...]:
@@ -309,7 +306,7 @@ def thrust_arrows(
     turns = [_engine_turns(thruster, own) for thruster, own in zip(thrusters, angle.T, strict=True)]
     vectors = in_world_axes(np.stack(turns, axis=1), np.array([thruster.direction for thruster in thrusters]))
     vectors *= (thrust * _ARROW_PER_NEWTON)[..., None]
-    strips = arrow_strips(origins, vectors.reshape(-1, 3)).astype(np.float32)
+    strips = arrow_strips(origins, vectors.reshape(-1, 3))
     seen = np.abs(thrust) * _ARROW_PER_NEWTON > _ARROW_LEAST
     return numbers(f"{path}/thrust", time, rr.LineStrips3D, seen.sum(axis=1), strips=strips[seen.ravel()])
 
@@ -434,14 +431,13 @@ def _fixes(
     if georeference:
         places = np.array([georeference.to_enu(fix.latitude, fix.longitude, fix.altitude) for fix in fixes])
         places[:, 2] = 0.0
-        yield numbers(track_path(sensor), time, rr.Points3D, positions=places.astype(np.float32))
+        yield numbers(track_path(sensor), time, rr.Points3D, positions=places)
 
 
 def _pictures(sensor: RecordedSensor, readings: RecordedReadings) -> Iterator[Chunk]:
     """Pictures of a camera, a chunk each: they are large."""
     for time, sequence, blob in zip(readings.time, readings.sequence, readings.pictures(), strict=True):
-        stamp = rr.AnyValues.columns(time=[time], sequence=[sequence])
-        columns = [*stamp, *rr.EncodedImage.columns(blob=[blob])]
+        columns = [*rr.AnyValues.columns(time=[time], sequence=[sequence]), *rr.EncodedImage.columns(blob=[blob])]
         yield Chunk.from_columns(sensor.path, [times([time])], columns)
 
 
@@ -492,7 +488,7 @@ def sound(sensor: RecordedSensor, time: FloatArray, heard: Sequence[Any]) -> Chu
     )
     vectors = (way * np.clip(range_, 0.0, _SOUND_LENGTH)[:, None]) @ np.array(sensor.rotation).T
     origins = np.tile((*sensor.position[:2], _SOUND_HEIGHT), (len(time), 1))
-    return numbers(sensor.path, time, rr.LineStrips3D, strips=arrow_strips(origins, vectors).astype(np.float32))
+    return numbers(sensor.path, time, rr.LineStrips3D, strips=arrow_strips(origins, vectors))
 
 
 def track_path(sensor: RecordedSensor) -> str:
@@ -509,5 +505,4 @@ def _plots(sensor: RecordedSensor, time: FloatArray, data: Sequence[Any]) -> Ite
     """A sensor's series, each in the plot of its quantity."""
     for plot in SENSOR_KINDS[sensor.type].plots:
         values = np.array([np.ravel(plot.values(one)) for one in data], np.float64)
-        path = _plot_path(plot.name, sensor)
-        yield numbers(path, time, rr.Scalars, values.shape[1], scalars=values.reshape(-1))
+        yield numbers(_plot_path(plot.name, sensor), time, rr.Scalars, scalars=values)

@@ -115,8 +115,8 @@ class WaterChunks:
             strips[..., 2] = 0.0  # the mean water
             way = np.hypot(*(here - before)[:, 1:].T)
             speed = way / np.maximum(here[:, 0] - before[:, 0], 1e-9)
-            looks = {"strips": strips.astype(np.float32), "colors": sea.packed_colors(speed_colors(speed))}
-            yield numbers(f"/world/trails/{boat}", time, rr.LineStrips3D, **looks)
+            colors = sea.packed_colors(speed_colors(speed))
+            yield numbers(f"/world/trails/{boat}", time, rr.LineStrips3D, strips=strips, colors=colors)
 
     def _patch(self, boat: str, swell: Swell, time: FloatArray, pose: FloatArray) -> Iterator[Chunk]:
         """The water at a boat's hull, in its frame: for poses (n, 7), where it changes."""
@@ -124,7 +124,7 @@ class WaterChunks:
         yield from self._begin(path, y, x, rr.CoordinateFrame(f"tf#/world/boats/{boat}"))
         taken, z = self._hulls[boat].heights(sea.patch_heights(swell, (x, y), time, pose, SUNK * swell.deviation))
         if taken.any():
-            yield _mesh_chunk(path, time[taken], vertex_positions=[mesh_points(x, y, z[taken])])
+            yield numbers(path, time[taken], rr.Mesh3D, vertex_positions=mesh_points(x, y, z[taken]))
 
     def _seas(
         self, boats: Sequence[str], swell: Swell, time: FloatArray, poses: FloatArray, wakes: FloatArray, left: IntArray
@@ -156,17 +156,16 @@ class WaterChunks:
             drawn["hulls"].append((height, grid.heights_at(bright, patches[frames])))
         height, bright = map(np.concatenate, zip(*drawn.pop("hulls"), strict=True))
         for path, parts in drawn.items():
-            moments, *meshes = zip(*parts, strict=True)
-            for band in sea.bands(meshes[0][0].shape[1]):
-                positions, tints = ([mesh[:, band] for mesh in several] for several in meshes)
-                moment = np.concatenate(moments)
-                yield _mesh_chunk(f"{path}/{band.start}", moment, vertex_positions=positions, vertex_colors=tints)
+            moment, points, tints = map(np.concatenate, zip(*parts, strict=True))
+            for band in sea.bands(points.shape[1]):
+                mesh = {"vertex_positions": points[:, band], "vertex_colors": tints[:, band]}
+                yield numbers(f"{path}/{band.start}", moment, rr.Mesh3D, **mesh)
         foam = np.concatenate([wakes, height[..., None]], axis=-1)
         for i, (boat, own) in enumerate(zip(boats, np.split(bright, ends[:-1], axis=1), strict=True)):
             yield from self._wake(boat, time, foam[:, :, :, i], left)
             taken, seen = self._hulls[boat].bright(own)
             if taken.any():
-                yield _mesh_chunk(_patch_path(boat), time[taken], vertex_colors=[sea.colors(seen[taken])])
+                yield numbers(_patch_path(boat), time[taken], rr.Mesh3D, vertex_colors=sea.colors(seen[taken]))
 
     def _wake(self, boat: str, time: FloatArray, foam: FloatArray, left: IntArray) -> Iterator[Chunk]:
         """A wake through both sides (n, points, 2, 3) [m] of points: each is held in one place of a ring."""
@@ -174,8 +173,7 @@ class WaterChunks:
         frame = np.arange(len(time))[:, None]
         taken, ring = self._hulls[boat].wake(foam[frame, order])
         if taken.any():
-            sides = ring[frame, order][taken].astype(np.float32)
-            yield _mesh_chunk(wake_path(boat), time[taken], vertex_positions=[sides])
+            yield numbers(wake_path(boat), time[taken], rr.Mesh3D, vertex_positions=ring[frame, order][taken])
 
     def _begin(self, path: str, y: FloatArray, x: FloatArray, *more: rr.AsComponents) -> Iterator[Chunk]:
         """What an entity with a mesh always has, once: triangles alone, without which a viewer drops the mesh."""
@@ -219,15 +217,6 @@ def ribbons(places: FloatArray, left: FloatArray) -> FloatArray:
     across[:, 0] *= WAKE_WIDTHS[0]
     across[:, 1:] *= WAKE_WIDTHS[1]
     return np.stack([points - across, points + across], axis=2)
-
-
-def _mesh_chunk(path: str, time: FloatArray, **parts: Sequence[npt.NDArray[Any]]) -> Chunk:
-    """Frames of a mesh: of each part arrays (frames, ...), which follow each other and may differ in their vertices."""
-    name, arrays = next(iter(parts.items()))
-    width = 3 if name == "vertex_positions" else 1
-    counts = np.concatenate([np.full(len(array), array[0].size // width) for array in arrays])
-    flat = {name: np.concatenate([array.reshape(-1) for array in arrays]) for name, arrays in parts.items()}
-    return numbers(path, time, rr.Mesh3D, counts, **flat)
 
 
 def mesh_points(x: FloatArray, y: FloatArray, z: FloatArray) -> npt.NDArray[np.float32]:
