@@ -114,7 +114,6 @@ class Encoder:
         self._scenes = scenes
         self._first = self._scene = next(scenes)
         self._boat_set = 0
-        self._moving = MovingChunks(self._first)
         self._task, self._end = TaskChunks(self._first.parameters), 0.0
         self.error: Exception | None = None
         """What went wrong while chunks were made."""
@@ -129,6 +128,7 @@ class Encoder:
     def chunks(self, parts: Iterator[Part]) -> Iterator[Chunk]:
         """Every chunk of a file; its writer asks for the next when it wrote the last."""
         try:
+            self._moving = MovingChunks(self._first)
             yield part_chunk([next(parts)])
             yield from still_chunks(self._first)
             yield from sensor_chunks(self._first)

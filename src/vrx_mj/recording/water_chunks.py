@@ -55,8 +55,6 @@ class WaterChunks:
         self._left = 0
         self._hulls: dict[str, HullWater] = {}
         self._begun: set[str] = set()
-        self._bodies: Sequence[RecordedBody] = ()
-        self._height: SeaHeight | None = None
         self._swell: Swell | None = None
         self._laid = np.zeros((0, 2))
         self._heights = self._bright = Held(0.0)
@@ -65,25 +63,20 @@ class WaterChunks:
     @property
     def fast(self) -> bool:
         """Whether the sea moves so fast that it is shown at every row."""
-        self._take()
         return self._swell is not None and self._swell.fast
 
     def keep(self, boats: Sequence[RecordedBody], height: SeaHeight | None) -> None:
-        """Go on with these boats; forget all others. `height` None: the sea is not shown."""
+        """Go on with these boats, and forget all others; measure the sea, once. `height` None: it is not shown."""
         names = {boat.name for boat in boats}
         self._trail_end = {boat: end for boat, end in self._trail_end.items() if boat in names}
         self._wakes = {boat: wake for boat, wake in self._wakes.items() if boat in names}
         self._hulls = {boat: hull for boat, hull in self._hulls.items() if boat in names}
-        self._bodies, self._height = boats, height
-
-    def _take(self) -> None:
-        """Measure the sea, once, and take up the boats that are new."""
-        if self._height is None:
+        if height is None:
             return
         if self._swell is None:
-            self._swell = sea.swell_of(self._height)
+            self._swell = sea.swell_of(height)
             self._sea = Ticker(self._swell.rate)
-        for boat in (boat for boat in self._bodies if boat.name not in self._hulls):
+        for boat in (boat for boat in boats if boat.name not in self._hulls):
             lines = sea.hull_lines(boat, self._swell.cell)
             held = sea.hull_water(lines), sea.shades(), Held(_WAKE_STEPS, keep=sea.KEEP)
             self._hulls[boat.name] = HullWater(lines, *held)
@@ -92,7 +85,6 @@ class WaterChunks:
         """Chunks of boats at times (n,) [s] with poses (n, boats, 7)."""
         if (taken := self._trail(time)).any():
             yield from self._trails(boats, time[taken], poses[taken])
-        self._take()
         if self._swell is None:
             return
         for i, boat in enumerate(boats):
