@@ -36,7 +36,7 @@ from vrx_mj.recording.record_scene import (
     RecordScene,
 )
 from vrx_mj.recording.sea_meshes import packed_colors, ramp
-from vrx_mj.recording.static_chunks import UNSEEN
+from vrx_mj.recording.static_chunks import QUANTITIES, UNSEEN
 from vrx_mj.recording.timeline import Held, Ticker, arrow_strips, numbers, static, times
 from vrx_mj.recording.water_chunks import WaterChunks
 from vrx_mj.sensors import SENSOR_KINDS
@@ -191,12 +191,10 @@ class MovingChunks:
         speed, course, yaw, roll, pitch = motion(
             self._of_boats(rows, self._layout.pose), self._of_boats(rows, self._layout.velocity)
         )
-        x = self._scene.parameters.x_from_east
-        bearings = {"heading": compass(yaw + x), "course": compass(course + x)}
-        angles = {"yaw": yaw, "roll": roll, "pitch": pitch}
-        degrees = {name: np.degrees(values) for name, values in angles.items()}
-        for name, values in ({"speed": speed} | bearings | degrees).items():
-            yield from self._lines(name, rows, values, [(boat.name, "") for boat in self._boats])
+        x, boats = self._scene.parameters.x_from_east, [(boat.name, "") for boat in self._boats]
+        plotted = speed, compass(yaw + x), compass(course + x), *np.degrees([yaw, roll, pitch])
+        for name, values in zip(QUANTITIES, plotted, strict=True):
+            yield from self._lines(name, rows, values, boats)
         if "wind" in self._scene.weather():
             yield from self._plot("wind", rows, rows[:, 1:2])
         if self._layout.thrusters:

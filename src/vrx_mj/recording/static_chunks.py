@@ -23,6 +23,8 @@ WAYPOINT_COLOR = (247, 62, 193)
 SHORE_COLOR = (157, 140, 103)
 UNSEEN = (30, 70, 94, 0)
 """Colour of points of no size, which are specks all the same: that of water."""
+QUANTITIES = ("speed", "heading", "course", "yaw", "roll", "pitch")
+"""What is plotted of the motion of boats."""
 _WHITE = (1.0, 1.0, 1.0, 1.0)
 _BALL_COLOR = (40, 90, 255)
 LEGEND_PATH, NAMES, FEW_NAMES = "/boats", 7, 28
@@ -149,7 +151,7 @@ def _named_series(
 ) -> Iterator[Chunk]:
     """Names and colours of series of boats and (boat, thruster), in the plots' entities or in `own` ones under them."""
     if boats:
-        for quantity in ("speed", "heading", "course", "yaw", "roll", "pitch"):
+        for quantity in QUANTITIES:
             labels = boats if quantity in ("speed", "heading") else [f"{boat} {quantity}" for boat in boats]
             lines = rr.SeriesLines(names=labels, colors=[colors[boat] for boat in boats], widths=1.5)
             yield static(f"/plots/{quantity}{own}", lines)
