@@ -29,6 +29,7 @@ from vrx_mj.model.boats import Thruster
 from vrx_mj.model.world import Parameters, tree_of
 from vrx_mj.recording.boat_sets import BoatSet
 from vrx_mj.recording.record_scene import (
+    MovingBody,
     RecordedBody,
     RecordedDisplay,
     RecordedJoint,
@@ -115,18 +116,12 @@ def _bodies(world: World, looks: _Looks, model: mujoco.MjModel, qpos: FloatArray
     data.qpos[:] = qpos
     mujoco.mj_kinematics(model, data)
     for kind, name, body_name in _entries(world):
-        body = model.body(body_name).id
-        joint = int(model.body_jntadr[body]) if model.body_jntnum[body] else None
-        pose = (*data.xpos[body], *data.xquat[body])
-        yield RecordedBody(
-            name=name,
-            path=_path(kind, name),
-            kind=kind if joint is not None else "fixed",
-            pose=tuple(float(value) for value in pose),
-            qpos=None if joint is None else int(model.jnt_qposadr[joint]),
-            dof=None if joint is None else int(model.jnt_dofadr[joint]),
-            surfaces=tuple(looks.get(body_name, ())),
-        )
+        body, free = data.body(body_name), None
+        if model.body_jntnum[body.id]:
+            joint = model.body_jntadr[body.id]
+            free = MovingBody(name, kind, int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint]))
+        pose, surfaces = (*body.xpos.tolist(), *body.xquat.tolist()), tuple(looks.get(body_name, ()))
+        yield RecordedBody(name, _path(kind, name), kind if free else "fixed", pose, free, surfaces)
     if MARKER in looks:
         yield RecordedBody("markers", "/world/markers", "fixed", surfaces=tuple(looks[MARKER]))
     if world.parameters.terrain:

@@ -199,7 +199,7 @@ def _coming_chunks(scene: RecordScene, known: Collection[str] = ()) -> Iterator[
         elif body.kind == "ball":
             yield static(body.path, rr.Points3D.from_fields(colors=[_BALL_COLOR], radii=[rr.Radius.ui_points(4.0)]))
         else:
-            still = body.pose if body.qpos is None else None  # rows move the others
+            still = None if body.free else body.pose  # rows move the others
             yield from looks_chunks(body.path, still, body.surfaces, scene.begun)
     for part in (part for part in scene.parts if part.path not in known):
         yield from looks_chunks(part.path, None if part.joints else part.pose, part.surfaces, scene.begun)
