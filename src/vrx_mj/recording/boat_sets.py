@@ -18,7 +18,6 @@ from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.config.loading import fault_text
 from vrx_mj.errors import RecordError, StateError
 from vrx_mj.mjcf.world import World, world_of
-from vrx_mj.model.world import Parameters
 from vrx_mj.recording.packing import shape_of, unpack_rows
 from vrx_mj.recording.parts import LONGEST, ROWS, Part, unpack_files, validator
 from vrx_mj.recording.record_scene import FORMAT, MovingBody, RecordedSensor, RowLayout
@@ -49,15 +48,6 @@ class BoatSet:
             return world_of(self.files.__getitem__, "scene", "the recording's ")
         except KeyError as error:
             raise StateError(f"no saved world in the recording: {error}") from error
-
-    @property
-    def parameters(self) -> Parameters:
-        """The parameters of its world.
-
-        Raises:
-            StateError: the recording holds no world, or it is damaged or of another version.
-        """
-        return self.world.parameters
 
 
 def read_boat_sets(first: BoatSet, parts: Sequence[Part], most: int) -> tuple[BoatSet, ...]:
