@@ -37,12 +37,13 @@ from vrx_mj.recording.parts import (
     COMPANIES,
     EVENTS,
     FRAMES,
+    MAGIC,
     ROWS,
     RUN,
     STATES,
     Cell,
     RawFile,
-    is_raw,
+    begins_with,
     pack_files,
 )
 from vrx_mj.recording.reader import Record, data_fields, read_record
@@ -431,7 +432,7 @@ def viewable(record: Record, follow: str | None, folder: Path) -> Path:
     if follow is not None:
         check_name("boat", follow, record.boats)
     file, copy = record.path, folder / record.path.name
-    if is_raw(file):
+    if begins_with(MAGIC, file):
         encode(file, _recorded_scenes(replace(record, follow=follow or record.follow)), copy)
     elif follow is None and record.has_views:
         return file
