@@ -64,8 +64,7 @@ def layout(
     scene: RecordScene, *, live: bool = False, track: FloatArray | None = None, result: str = ""
 ) -> rrb.Blueprint:
     """The views and their places; `live`: at the newest moment instead of playing from the first."""
-    pictured = bool(scene.of_type("camera"))
-    left = rrb.Vertical(sea_view(scene), _under_sea(scene), row_shares=[1.7 if pictured else 3.4, 1])
+    left = rrb.Vertical(sea_view(scene), _under_sea(scene), row_shares=[1.7 if scene.of_type("camera") else 3.4, 1])
     boats = scene.roster()
     steps = rrb.StateTimelineView(
         name="Timeline",

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain
 from typing import Annotated, Any, TypeVar
 
 import numpy as np
@@ -130,9 +131,8 @@ def sound_rows(rows: FloatArray, numbers: IntArray, layouts: Sequence[RowLayout]
 def joint_layout(layouts: Sequence[RowLayout]) -> RowLayout:
     """Columns for the rows of all boat sets: those of who joined later come last."""
     widths: dict[_ColumnGroup, int] = {}
-    for layout in layouts:
-        for group, width in _column_groups(layout).items():
-            widths[group] = max(width, widths.get(group, 0))
+    for group, width in chain.from_iterable(_column_groups(layout).items() for layout in layouts):
+        widths[group] = max(width, widths.get(group, 0))
     starts: dict[_ColumnGroup, int] = {}
     ends = {table: widths.pop((table, ""), 0) for table in ("qpos", "dof")}
     for (table, name), width in widths.items():

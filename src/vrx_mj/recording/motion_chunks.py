@@ -125,7 +125,7 @@ class MovingChunks:
             self._widen_track(rows)
             yield from self._sampled_chunks(rows)
         if self._boats and len(posed):
-            yield transforms(FLEET, posed[:, 0], self._followed_place(posed))
+            yield numbers(FLEET, posed[:, 0], rr.Transform3D, translation=self._followed_place(posed))
             names = [boat.name for boat in self._boats]
             yield from self._water(names, posed[:, 0], self._of_boats(posed, self._layout.pose))
 
@@ -188,9 +188,8 @@ class MovingChunks:
 
     def _plots(self, rows: FloatArray) -> Iterator[Chunk]:
         """One entity per quantity; its series are the boats, or the thrusters."""
-        speed, course, yaw, roll, pitch = motion(
-            self._of_boats(rows, self._layout.pose), self._of_boats(rows, self._layout.velocity)
-        )
+        pose, velocity = (self._of_boats(rows, place) for place in (self._layout.pose, self._layout.velocity))
+        speed, course, yaw, roll, pitch = motion(pose, velocity)
         x, boats = self._scene.parameters.x_from_east, [(boat.name, "") for boat in self._boats]
         plotted = speed, compass(yaw + x), compass(course + x), *np.degrees([yaw, roll, pitch])
         for name, values in zip(QUANTITIES, plotted, strict=True):
@@ -272,10 +271,9 @@ def part_chunk(parts: Sequence[Part]) -> Chunk:
     return Chunk.from_columns(parts[0].entity, [times(seconds)] if seconds else [], kept_columns(parts))
 
 
-def transforms(path: str, time: FloatArray, position: FloatArray, quaternion: FloatArray | None = None) -> Chunk:
+def transforms(path: str, time: FloatArray, position: FloatArray, quaternion: FloatArray) -> Chunk:
     """Poses of an entity: positions (n, 3) [m] and quaternions (n, 4), (w, x, y, z)."""
-    turned = {} if quaternion is None else {"quaternion": quaternion[:, [1, 2, 3, 0]]}
-    return numbers(path, time, rr.Transform3D, translation=position, **turned)
+    return numbers(path, time, rr.Transform3D, translation=position, quaternion=quaternion[:, [1, 2, 3, 0]])
 
 
 def plot(name: str, rows: FloatArray, values: FloatArray) -> Chunk:
@@ -362,8 +360,8 @@ def sensor_chunks(scene: RecordScene) -> Iterator[Chunk]:
     """What of the sensors does not change: where they are on their boats, how they are drawn, their series' names."""
     colors = scene.colors()
     for sensor in scene.sensors:
-        if sensor.type == "camera":
-            yield static(sensor.path, _mount(sensor, _OPTICAL), _pinhole(sensor))
+        if isinstance(sensor.config, CameraConfig):
+            yield static(sensor.path, _mount(sensor, _OPTICAL), _pinhole(sensor.config))
             yield static(sensor.path, rr.EncodedImage.from_fields(media_type="image/jpeg"))
         elif sensor.type == "lidar":
             yield static(sensor.path, _mount(sensor), rr.Points3D.from_fields(radii=[rr.Radius.ui_points(2.0)]))
@@ -385,10 +383,8 @@ def _mount(sensor: RecordedSensor, turn: FloatArray | None = None) -> rr.Transfo
     return rr.Transform3D(translation=np.array(sensor.position, np.float32), mat3x3=rotation.astype(np.float32))
 
 
-def _pinhole(sensor: RecordedSensor) -> rr.Pinhole:
+def _pinhole(config: CameraConfig) -> rr.Pinhole:
     """A camera's view: rerun has the axis go through the middle of the picture."""
-    config = sensor.config
-    assert isinstance(config, CameraConfig), f"{sensor.name} is a {sensor.type}"
     return rr.Pinhole(
         focal_length=focal_length(config),
         width=config.width,
@@ -412,8 +408,8 @@ def sensed_chunks(scene: RecordScene, parts: Sequence[Part]) -> Iterator[Chunk]:
         yield part_chunk(parts)
         kept = ()
     yield from _plots(sensor, time, data)
-    if sensor.type == "lidar":
-        yield _points(sensor, time, data, kept)
+    if isinstance(sensor.config, LidarConfig):
+        yield _points(sensor.path, sensor.config.range, time, data, kept)
     elif sensor.type == "gps":
         yield from _fixes(sensor, scene.parameters.georeference, time, data)
     elif sensor.type == "pinger":
@@ -452,14 +448,14 @@ def _boxes(sensor: RecordedSensor, part: Part) -> Chunk:
     return Chunk.from_columns(sensor.path, [times(part.times("time"))], columns.partition([len(each) for each in seen]))
 
 
-def _points(sensor: RecordedSensor, time: FloatArray, met: Sequence[Any], kept: Iterable[rr.ComponentColumn]) -> Chunk:
-    """What a lidar met, as points in its own frame, coloured by their distance, beside what is `kept` of it."""
+def _points(
+    path: str, ends: tuple[float, float], time: FloatArray, met: Sequence[Any], kept: Iterable[rr.ComponentColumn]
+) -> Chunk:
+    """What a lidar of a range with these ends [m] met, as points in its own frame, beside what is `kept` of it."""
     clouds = [_scan_points(one) if isinstance(one, Scan) else one.points for one in met]
-    every, lidar = np.concatenate(clouds), sensor.config
-    assert isinstance(lidar, LidarConfig), f"{sensor.name} is a {sensor.type}"
-    colors = _range_colors(np.linalg.norm(every, axis=1), *lidar.range)
-    counts = [len(cloud) for cloud in clouds]
-    return numbers(sensor.path, time, rr.Points3D, counts, kept, positions=every, colors=colors)
+    every, counts = np.concatenate(clouds), [len(cloud) for cloud in clouds]
+    colors = _range_colors(np.linalg.norm(every, axis=1), *ends)
+    return numbers(path, time, rr.Points3D, counts, kept, positions=every, colors=colors)
 
 
 def _scan_points(scan: Scan) -> npt.NDArray[np.float32]:
