@@ -403,13 +403,12 @@ def sensed_chunks(scene: RecordScene, parts: Sequence[Part]) -> Iterator[Chunk]:
         yield from _pictures(sensor, readings)
         yield from (_boxes(sensor, part) for part in parts if "labels" in part.columns)
         return
-    time, data, kept = readings.time, [reading.data for reading in readings], kept_columns(parts)
-    if sensor.readings_path != sensor.path:
+    time, data = readings.time, [reading.data for reading in readings]
+    if apart := sensor.readings_path != sensor.path:
         yield part_chunk(parts)
-        kept = ()
     yield from _plots(sensor, time, data)
     if isinstance(sensor.config, LidarConfig):
-        yield _points(sensor.path, sensor.config.range, time, data, kept)
+        yield _points(sensor.path, sensor.config.range, time, data, () if apart else kept_columns(parts))
     elif sensor.type == "gps":
         yield from _fixes(sensor, scene.parameters.georeference, time, data)
     elif sensor.type == "pinger":

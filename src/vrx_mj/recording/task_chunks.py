@@ -178,12 +178,11 @@ def _ring(points: FloatArray) -> FloatArray:
 
 def _dashes(strip: FloatArray) -> list[FloatArray]:
     """Pieces of a line of points (n, 3), dashes of about 0.6 m, longer where there would be many."""
-    pieces = []
+    pieces: list[FloatArray] = []
     for start, end in pairwise(strip):
         count = min(24, max(1, round(math.dist(start, end))))
-        for share in np.arange(count) / count:
-            ends = np.array([share + 0.2 / count, share + 0.8 / count])
-            pieces.append(start + ends[:, None] * (end - start))
+        ends = np.arange(count)[:, None] / count + np.array([0.2, 0.8]) / count
+        pieces += [*(start + ends[..., None] * (end - start))]
     return pieces
 
 
