@@ -122,7 +122,7 @@ class Encoder:
         """Write the blueprint, with the trails of who joined later, to an `.rbl` file, which is returned."""
         ended = self._end if self._end > (self._first.begun or 0.0) else None
         scene = dataclasses.replace(self._first, earlier=self._scene.roster(), ended=ended)
-        save_views(file, scene, APPLICATION, track=self._moving.track, result=self._task.result)
+        save_views(file, scene, self._moving.track, self._task.result)
         return file
 
     def chunks(self, parts: Iterator[Part]) -> Iterator[Chunk]:

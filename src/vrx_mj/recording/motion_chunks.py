@@ -476,9 +476,8 @@ def _range_colors(distance: npt.NDArray[np.float32 | np.float64], near: float, f
 def sound(sensor: RecordedSensor, time: FloatArray, heard: Sequence[Any]) -> Chunk:
     """An arrow toward what a receiver hears, over the boat."""
     range_, bearing, elevation = np.array([list(vars(one).values()) for one in heard]).T
-    way = np.stack(
-        [np.cos(elevation) * np.cos(bearing), np.cos(elevation) * np.sin(bearing), np.sin(elevation)], axis=1
-    )
+    ahead, up = np.cos(elevation), np.sin(elevation)
+    way = np.stack([ahead * np.cos(bearing), ahead * np.sin(bearing), up], axis=1)
     vectors = (way * np.clip(range_, 0.0, _SOUND_LENGTH)[:, None]) @ np.array(sensor.rotation).T
     origins = np.tile((*sensor.position[:2], _SOUND_HEIGHT), (len(time), 1))
     return numbers(sensor.path, time, rr.LineStrips3D, strips=arrow_strips(origins, vectors))

@@ -12,6 +12,7 @@ import shutil
 import struct
 import sys
 import tempfile
+import uuid
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,7 +22,7 @@ from vrx_mj.config.kinds import wrong_kind
 from vrx_mj.errors import RecordError
 from vrx_mj.foreign import ReaderError, ask
 from vrx_mj.outputs import writing
-from vrx_mj.recording.parts import MAGIC, Part, PartData, begins_with, raw_parts
+from vrx_mj.recording.parts import APPLICATION, MAGIC, Part, PartData, begins_with, raw_parts
 
 PARSER = "foreign.rerun_file"
 """The module that parses."""
@@ -73,13 +74,13 @@ def parsed_file(file: Path, columns: Sequence[str], entities: Sequence[str], *, 
         raise RecordError(f"cannot read the recording '{file}': {error.strerror or error}") from error
 
 
-def copy_without_views(file: Path, target: Path, application: str, recording: str) -> None:
+def copy_without_views(file: Path, target: Path) -> None:
     """Copy a file's chunks, as a recording of another name.
 
     Raises:
         RecordError: it cannot be parsed, or the copy cannot be written.
     """
-    copy = _found_in(file, file, "copy", target.absolute(), application, recording, returns=bytes)
+    copy = _found_in(file, file, "copy", target.absolute(), APPLICATION, str(uuid.uuid4()), returns=bytes)
     if copy:
         with writing("the recording", target, RecordError):
             target.write_bytes(copy)

@@ -12,7 +12,6 @@ import json
 import math
 import subprocess
 import tempfile
-import uuid
 import warnings
 import weakref
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -33,7 +32,6 @@ from vrx_mj.recording.boat_sets import BoatSetHead
 from vrx_mj.recording.checks import rescore
 from vrx_mj.recording.packing import plain_rows
 from vrx_mj.recording.parts import (
-    APPLICATION,
     COMPANIES,
     EVENTS,
     FRAMES,
@@ -439,7 +437,7 @@ def viewable(record: Record, follow: str | None, folder: Path) -> Path:
     else:  # a viewer prefers the views in a file
         copy = copy.with_stem(f"{copy.stem}_{follow}") if follow else copy
         bare, views = folder / "bare.rrd", folder / "views.rbl"
-        copy_without_views(file, bare, APPLICATION, str(uuid.uuid4()))
+        copy_without_views(file, bare)
         _save_views_following(record, follow, views)
         join_views(bare, views, copy)
     return copy
@@ -455,4 +453,4 @@ def _save_views_following(record: Record, boat: str | None, file: Path) -> None:
     result = result_of(rescore(record)[0]) if scene.parameters.task else ""
     places = np.concatenate([track.position[:, :2] for track in record.boats.values()])
     ends = np.array([np.nanmin(places, axis=0), np.nanmax(places, axis=0)]) if len(places) else None
-    save_views(file, scene, APPLICATION, track=ends, result=result)
+    save_views(file, scene, ends, result)

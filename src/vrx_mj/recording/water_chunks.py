@@ -189,10 +189,9 @@ class WaterChunks:
 
         A new boat has left all of the m at its `first` place.
         """
-        count = WAKE_POINTS
-        before = [self._wakes.get(boat, np.repeat(first[i : i + 1], count, axis=0)) for i, boat in enumerate(boats)]
+        before = [self._wakes.get(boat, np.tile(first[i], (WAKE_POINTS, 1))) for i, boat in enumerate(boats)]
         left = np.concatenate([np.stack(before, axis=1), places])
-        self._wakes = {boat: left[-count:, i] for i, boat in enumerate(boats)}
+        self._wakes = {boat: left[-WAKE_POINTS:, i] for i, boat in enumerate(boats)}
         return left
 
 
