@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 from functools import lru_cache
 
@@ -47,7 +47,7 @@ def still_chunks(scene: RecordScene) -> Iterator[Chunk]:
         yield static(path, rr.Points3D(eyes.around(distance), colors=[UNSEEN], radii=[0.0]))
     yield _legend_chunk(scene)
     yield from _place_chunks(scene)
-    yield from _named_series([boat.name for boat in scene.boats()], scene.layout().thrusters, scene.colors())
+    yield from _named_series(scene, [boat.name for boat in scene.boats()], scene.layout().thrusters)
     if "wind" in scene.weather():
         yield static("/plots/wind", rr.SeriesLines(names=["wind"], colors=[WIND_COLOR], widths=1.5))
 
@@ -56,9 +56,8 @@ def _run_chunks(scene: RecordScene) -> Iterator[Chunk]:
     """The run, for people, as properties."""
     title = " + ".join(str(scene.properties[key]) for key in ("world", "fleet") if scene.properties.get(key))
     yield Chunk.from_property("RecordingInfo", RecordingInfo(name=title or "vrx_mj"))
-    plain = (str, int, float, bool)
-    listed = {key: each if isinstance(each, plain) else json.dumps(each) for key, each in scene.properties.items()}
-    yield Chunk.from_property("run", rr.AnyValues(**listed))
+    run = {key: one if isinstance(one, str | int | float) else json.dumps(one) for key, one in scene.properties.items()}
+    yield Chunk.from_property("run", rr.AnyValues(**run))
 
 
 def looks_chunks(
@@ -137,12 +136,10 @@ def _place_chunks(scene: RecordScene) -> Iterator[Chunk]:
 
 
 def _named_series(
-    boats: Sequence[str],
-    thrusters: Sequence[tuple[str, str]],
-    colors: Mapping[str, tuple[int, int, int]],
-    own: str = "",
+    scene: RecordScene, boats: Sequence[str], thrusters: Sequence[tuple[str, str]], own: str = ""
 ) -> Iterator[Chunk]:
     """Names and colours of series of boats and (boat, thruster), in the plots' entities or in `own` ones under them."""
+    colors = scene.colors()
     if boats:
         for quantity in QUANTITIES:
             labels = boats if quantity in ("speed", "heading") else [f"{boat} {quantity}" for boat in boats]
@@ -179,7 +176,7 @@ def change_chunks(scene: RecordScene, before: RecordScene, first: RecordScene) -
         own = [boat.name] if boat.name not in {one.name for one in first.boats()} else []
         mine = [engine for engine in scene.layout().thrusters if engine[0] == boat.name]
         new = [engine for engine in mine if engine not in first.layout().thrusters]
-        yield from _named_series(own, new, scene.colors(), own=f"/{boat.name}")
+        yield from _named_series(scene, own, new, f"/{boat.name}")
         yield _legend_chunk(scene)
 
 
