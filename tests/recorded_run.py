@@ -14,7 +14,7 @@ import trimesh
 
 from trees import partial
 from vrx_mj.constants import PHYSICS_VERSION
-from vrx_mj.recording.record_scene import RecordedBody, RecordedThruster, RecordScene, Surface
+from vrx_mj.recording.record_scene import MovingBody, RecordedBody, RecordedThruster, RecordScene, Surface
 from vrx_mj.recording.session import RecordWriter
 
 RATE = 20.0
@@ -77,7 +77,8 @@ def scene(boats=3, seed=7):
     for i, name in enumerate([*names, *BUOYS]):
         pose = tuple(float(value) for value in first[2 + 4 * boats + 7 * i :][:7])
         kind, surfaces = ("boat", boat_surfaces()) if i < boats else ("object", buoy_surfaces(COLORS[name]))
-        bodies.append(RecordedBody(name, f"/world/{kind}s/{name}", kind, pose, 7 * i, 6 * i, surfaces))
+        free = MovingBody(name, kind, 7 * i, 6 * i)
+        bodies.append(RecordedBody(name, f"/world/{kind}s/{name}", kind, pose, free, surfaces))
     place = (22.0, -10.0, 0.0, 1.0, 0.0, 0.0, 0.0)
     dock = RecordedBody("dock", "/world/docks/dock", "fixed", place, surfaces=dock_surfaces())
     thrusters = tuple(

@@ -17,6 +17,7 @@ from vrx_mj.draw.course import nice_length
 from vrx_mj.draw.style import Rgb
 from vrx_mj.recording import eyes
 from vrx_mj.recording.motion_chunks import track_path
+from vrx_mj.recording.parts import APPLICATION
 from vrx_mj.recording.record_scene import RecordScene
 from vrx_mj.recording.static_chunks import FEW_NAMES, LEGEND_PATH, NAMES, legend_spots, name_width
 from vrx_mj.recording.task_chunks import MARKS, PLOT, STEPS, TOUCH_WORDS, WORDS
@@ -48,15 +49,13 @@ _AFTER, _LEGEND_AFTER = 1.0 / 16.0, 0.35
 """Room behind the run on the axes of plots, in shares of it: the last label is whole, and a legend hides no line."""
 
 
-def save_views(
-    file: Path, scene: RecordScene, application: str, *, track: FloatArray | None = None, result: str = ""
-) -> None:
+def save_views(file: Path, scene: RecordScene, track: FloatArray | None, result: str) -> None:
     """Write a blueprint for `scene` as an `.rbl` file, which has itself used.
 
     The plan frames `track`, the least and the greatest x and y (2, 2) [m] of all boats over the run, or else follows
     the fleet; `result` of a finished task is in the title of what it says.
     """
-    layout(scene, track=track, result=result).save(application, file)
+    layout(scene, track=track, result=result).save(APPLICATION, file)
     rr.bindings.flush_and_cleanup_orphaned_recordings()  # ends the two threads of the stream that it took
 
 
@@ -64,8 +63,7 @@ def layout(
     scene: RecordScene, *, live: bool = False, track: FloatArray | None = None, result: str = ""
 ) -> rrb.Blueprint:
     """The views and their places; `live`: at the newest moment instead of playing from the first."""
-    pictured = bool(scene.of_type("camera"))
-    left = rrb.Vertical(sea_view(scene), _under_sea(scene), row_shares=[1.7 if pictured else 3.4, 1])
+    left = rrb.Vertical(sea_view(scene), _under_sea(scene), row_shares=[1.7 if scene.of_type("camera") else 3.4, 1])
     boats = scene.roster()
     steps = rrb.StateTimelineView(
         name="Timeline",

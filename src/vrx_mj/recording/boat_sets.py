@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain
 from typing import Annotated, Any, TypeVar
 
 import numpy as np
@@ -18,7 +19,6 @@ from vrx_mj.arrays import BoolArray, FloatArray, IntArray
 from vrx_mj.config.loading import fault_text
 from vrx_mj.errors import RecordError, StateError
 from vrx_mj.mjcf.world import World, world_of
-from vrx_mj.model.world import Parameters
 from vrx_mj.recording.packing import shape_of, unpack_rows
 from vrx_mj.recording.parts import LONGEST, ROWS, Part, unpack_files, validator
 from vrx_mj.recording.record_scene import FORMAT, MovingBody, RecordedSensor, RowLayout
@@ -49,15 +49,6 @@ class BoatSet:
             return world_of(self.files.__getitem__, "scene", "the recording's ")
         except KeyError as error:
             raise StateError(f"no saved world in the recording: {error}") from error
-
-    @property
-    def parameters(self) -> Parameters:
-        """The parameters of its world.
-
-        Raises:
-            StateError: the recording holds no world, or it is damaged or of another version.
-        """
-        return self.world.parameters
 
 
 def read_boat_sets(first: BoatSet, parts: Sequence[Part], most: int) -> tuple[BoatSet, ...]:
@@ -140,9 +131,8 @@ def sound_rows(rows: FloatArray, numbers: IntArray, layouts: Sequence[RowLayout]
 def joint_layout(layouts: Sequence[RowLayout]) -> RowLayout:
     """Columns for the rows of all boat sets: those of who joined later come last."""
     widths: dict[_ColumnGroup, int] = {}
-    for layout in layouts:
-        for group, width in _column_groups(layout).items():
-            widths[group] = max(width, widths.get(group, 0))
+    for group, width in chain.from_iterable(_column_groups(layout).items() for layout in layouts):
+        widths[group] = max(width, widths.get(group, 0))
     starts: dict[_ColumnGroup, int] = {}
     ends = {table: widths.pop((table, ""), 0) for table in ("qpos", "dof")}
     for (table, name), width in widths.items():

@@ -161,7 +161,7 @@ def looks_again(recorded: Record) -> tuple[Referee, Iterator[tuple[Frame, Sequen
     Raises:
         RecordError: the recording is of a world without a task.
     """
-    task, begun = recorded.companies[0].parameters.task, -1.0
+    task, begun = recorded.companies[0].world.parameters.task, -1.0
     if task is None:
         raise RecordError(f"'{recorded.path}' has no score: its world, {recorded.properties.get('world')}, has no task")
     referee = make_referee(task)
@@ -182,7 +182,7 @@ def _frames_of(recorded: Record, referee: Referee) -> Iterator[Frame]:
     Raises:
         RecordError: one is not of this task.
     """
-    layouts = [FrameLayout.of(boat_set.parameters.task, referee.watched) for boat_set in recorded.companies]
+    layouts = [FrameLayout.of(boat_set.world.parameters.task, referee.watched) for boat_set in recorded.companies]
     for boat_set, row, messages in recorded.frames:
         if len(row) != layouts[boat_set].width:
             problem = f"a frame of {len(row)} numbers instead of {layouts[boat_set].width}"

@@ -114,7 +114,6 @@ class Encoder:
         self._scenes = scenes
         self._first = self._scene = next(scenes)
         self._boat_set = 0
-        self._moving = MovingChunks(self._first)
         self._task, self._end = TaskChunks(self._first.parameters), 0.0
         self.error: Exception | None = None
         """What went wrong while chunks were made."""
@@ -123,12 +122,13 @@ class Encoder:
         """Write the blueprint, with the trails of who joined later, to an `.rbl` file, which is returned."""
         ended = self._end if self._end > (self._first.begun or 0.0) else None
         scene = dataclasses.replace(self._first, earlier=self._scene.roster(), ended=ended)
-        save_views(file, scene, APPLICATION, track=self._moving.track, result=self._task.result)
+        save_views(file, scene, self._moving.track, self._task.result)
         return file
 
     def chunks(self, parts: Iterator[Part]) -> Iterator[Chunk]:
         """Every chunk of a file; its writer asks for the next when it wrote the last."""
         try:
+            self._moving = MovingChunks(self._first)
             yield part_chunk([next(parts)])
             yield from still_chunks(self._first)
             yield from sensor_chunks(self._first)

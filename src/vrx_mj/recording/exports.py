@@ -113,7 +113,7 @@ def write_coco(
     """
     recorded = read_record(source)
     worlds = {one.world_sha256: one for one in recorded.companies}
-    carriers = {row.boat for one in worlds.values() for row in one.parameters.sensors if row.type == "camera"}
+    carriers = {row.boat for one in worlds.values() for row in one.world.parameters.sensors if row.type == "camera"}
     if not carriers:
         raise RecordError(f"'{recorded.path}' has no boat with a camera")
     if boat is not None:
@@ -185,7 +185,7 @@ def read(recording: str | Path | Record) -> dict[str, pa.Table]:
 
 
 def _tables(recorded: Record) -> Iterator[tuple[str, _Columns]]:
-    place = recorded.companies[0].parameters.georeference if recorded.files else None
+    place = recorded.companies[0].world.parameters.georeference if recorded.files else None
     kinds = {"boat": recorded.boats, "object": recorded.objects, "ball": recorded.balls}
     bodies = [(track, kind) for kind, several in kinds.items() for track in several.values()]
     yield "motion", _join("motion", (_motion(recorded.time, *body, place) for body in bodies))

@@ -193,7 +193,7 @@ class WeatherChunks:
             vectors = corner.length * along
             begins = (spots - 0.5 * vectors).reshape(-1, 3)
             strips = arrow_strips(begins, vectors.reshape(-1, 3), np.cross(*corner.axes))
-            yield numbers(corner.path, rows[news, 0], rr.LineStrips3D, len(found), strips=strips.astype(np.float32))
+            yield numbers(corner.path, rows[news, 0], rr.LineStrips3D, strips=strips)
             yield changes(f"{corner.path}/figures", rows[news, 0], rr.Points3D, labels=[texts[i] for i in news])
 
 

@@ -36,7 +36,7 @@ from vrx_mj.recording.record_scene import (
     RecordScene,
 )
 from vrx_mj.recording.sea_meshes import packed_colors, ramp
-from vrx_mj.recording.static_chunks import UNSEEN
+from vrx_mj.recording.static_chunks import QUANTITIES, UNSEEN
 from vrx_mj.recording.timeline import Held, Ticker, arrow_strips, numbers, static, times
 from vrx_mj.recording.water_chunks import WaterChunks
 from vrx_mj.sensors import SENSOR_KINDS
@@ -115,7 +115,7 @@ class MovingChunks:
             if body.kind != "ball":
                 yield from self._transforms(path, posed, posed[:, pose], 0.0 if body.kind == "boat" else _NEAR)
             elif len(shot := rows[rows[:, pose.start + 2] > PARKED]):
-                yield numbers(path, shot[:, 0], rr.Points3D, positions=shot[:, pose][:, :3].astype(np.float32))
+                yield numbers(path, shot[:, 0], rr.Points3D, positions=shot[:, pose][:, :3])
         for part in self._scene.parts:  # relative to what they hang on
             if part.joints:
                 poses = np.hstack(part_poses(part, posed[:, self._layout.qpos]))
@@ -125,7 +125,7 @@ class MovingChunks:
             self._widen_track(rows)
             yield from self._sampled_chunks(rows)
         if self._boats and len(posed):
-            yield transforms(FLEET, posed[:, 0], self._followed_place(posed))
+            yield numbers(FLEET, posed[:, 0], rr.Transform3D, translation=self._followed_place(posed))
             names = [boat.name for boat in self._boats]
             yield from self._water(names, posed[:, 0], self._of_boats(posed, self._layout.pose))
 
@@ -182,23 +182,18 @@ class MovingChunks:
         yield from self._weather(self._scene, rows)
         if self._plan_size is not None:
             middle, size = self._followed_place(rows), np.full((len(rows), 3), self._plan_size)
-            yield numbers(
-                PLAN, rows[:, 0], rr.Transform3D, translation=middle.astype(np.float32), scale=size.astype(np.float32)
-            )
+            yield numbers(PLAN, rows[:, 0], rr.Transform3D, translation=middle, scale=size)
         for boat in self._boats:
             yield from self._thrust(boat, rows)
 
     def _plots(self, rows: FloatArray) -> Iterator[Chunk]:
         """One entity per quantity; its series are the boats, or the thrusters."""
-        speed, course, yaw, roll, pitch = motion(
-            self._of_boats(rows, self._layout.pose), self._of_boats(rows, self._layout.velocity)
-        )
-        x = self._scene.parameters.x_from_east
-        bearings = {"heading": compass(yaw + x), "course": compass(course + x)}
-        angles = {"yaw": yaw, "roll": roll, "pitch": pitch}
-        degrees = {name: np.degrees(values) for name, values in angles.items()}
-        for name, values in ({"speed": speed} | bearings | degrees).items():
-            yield from self._lines(name, rows, values, [(boat.name, "") for boat in self._boats])
+        pose, velocity = (self._of_boats(rows, place) for place in (self._layout.pose, self._layout.velocity))
+        speed, course, yaw, roll, pitch = motion(pose, velocity)
+        x, boats = self._scene.parameters.x_from_east, [(boat.name, "") for boat in self._boats]
+        plotted = speed, compass(yaw + x), compass(course + x), *np.degrees([yaw, roll, pitch])
+        for name, values in zip(QUANTITIES, plotted, strict=True):
+            yield from self._lines(name, rows, values, boats)
         if "wind" in self._scene.weather():
             yield from self._plot("wind", rows, rows[:, 1:2])
         if self._layout.thrusters:
@@ -276,16 +271,14 @@ def part_chunk(parts: Sequence[Part]) -> Chunk:
     return Chunk.from_columns(parts[0].entity, [times(seconds)] if seconds else [], kept_columns(parts))
 
 
-def transforms(path: str, time: FloatArray, position: FloatArray, quaternion: FloatArray | None = None) -> Chunk:
+def transforms(path: str, time: FloatArray, position: FloatArray, quaternion: FloatArray) -> Chunk:
     """Poses of an entity: positions (n, 3) [m] and quaternions (n, 4), (w, x, y, z)."""
-    turned = {} if quaternion is None else {"quaternion": quaternion[:, [1, 2, 3, 0]].astype(np.float32)}
-    return numbers(path, time, rr.Transform3D, translation=position.astype(np.float32), **turned)
+    return numbers(path, time, rr.Transform3D, translation=position, quaternion=quaternion[:, [1, 2, 3, 0]])
 
 
 def plot(name: str, rows: FloatArray, values: FloatArray) -> Chunk:
     """Series (n, k) of one quantity, rounded: they take a third of the space."""
-    values = np.round(values / _PLOT_STEP) * _PLOT_STEP
-    return numbers(f"/plots/{name}", rows[:, 0], rr.Scalars, values.shape[1], scalars=values.reshape(-1))
+    return numbers(f"/plots/{name}", rows[:, 0], rr.Scalars, scalars=np.round(values / _PLOT_STEP) * _PLOT_STEP)
 
 
 def motion(pose: FloatArray, velocity: FloatArray) -> tuple[FloatArray, ...]:
@@ -309,7 +302,7 @@ def thrust_arrows(
     turns = [_engine_turns(thruster, own) for thruster, own in zip(thrusters, angle.T, strict=True)]
     vectors = in_world_axes(np.stack(turns, axis=1), np.array([thruster.direction for thruster in thrusters]))
     vectors *= (thrust * _ARROW_PER_NEWTON)[..., None]
-    strips = arrow_strips(origins, vectors.reshape(-1, 3)).astype(np.float32)
+    strips = arrow_strips(origins, vectors.reshape(-1, 3))
     seen = np.abs(thrust) * _ARROW_PER_NEWTON > _ARROW_LEAST
     return numbers(f"{path}/thrust", time, rr.LineStrips3D, seen.sum(axis=1), strips=strips[seen.ravel()])
 
@@ -367,8 +360,8 @@ def sensor_chunks(scene: RecordScene) -> Iterator[Chunk]:
     """What of the sensors does not change: where they are on their boats, how they are drawn, their series' names."""
     colors = scene.colors()
     for sensor in scene.sensors:
-        if sensor.type == "camera":
-            yield static(sensor.path, _mount(sensor, _OPTICAL), _pinhole(sensor))
+        if isinstance(sensor.config, CameraConfig):
+            yield static(sensor.path, _mount(sensor, _OPTICAL), _pinhole(sensor.config))
             yield static(sensor.path, rr.EncodedImage.from_fields(media_type="image/jpeg"))
         elif sensor.type == "lidar":
             yield static(sensor.path, _mount(sensor), rr.Points3D.from_fields(radii=[rr.Radius.ui_points(2.0)]))
@@ -390,10 +383,8 @@ def _mount(sensor: RecordedSensor, turn: FloatArray | None = None) -> rr.Transfo
     return rr.Transform3D(translation=np.array(sensor.position, np.float32), mat3x3=rotation.astype(np.float32))
 
 
-def _pinhole(sensor: RecordedSensor) -> rr.Pinhole:
+def _pinhole(config: CameraConfig) -> rr.Pinhole:
     """A camera's view: rerun has the axis go through the middle of the picture."""
-    config = sensor.config
-    assert isinstance(config, CameraConfig), f"{sensor.name} is a {sensor.type}"
     return rr.Pinhole(
         focal_length=focal_length(config),
         width=config.width,
@@ -412,13 +403,12 @@ def sensed_chunks(scene: RecordScene, parts: Sequence[Part]) -> Iterator[Chunk]:
         yield from _pictures(sensor, readings)
         yield from (_boxes(sensor, part) for part in parts if "labels" in part.columns)
         return
-    time, data, kept = readings.time, [reading.data for reading in readings], kept_columns(parts)
-    if sensor.readings_path != sensor.path:
+    time, data = readings.time, [reading.data for reading in readings]
+    if apart := sensor.readings_path != sensor.path:
         yield part_chunk(parts)
-        kept = ()
     yield from _plots(sensor, time, data)
-    if sensor.type == "lidar":
-        yield _points(sensor, time, data, kept)
+    if isinstance(sensor.config, LidarConfig):
+        yield _points(sensor.path, sensor.config.range, time, data, () if apart else kept_columns(parts))
     elif sensor.type == "gps":
         yield from _fixes(sensor, scene.parameters.georeference, time, data)
     elif sensor.type == "pinger":
@@ -434,14 +424,13 @@ def _fixes(
     if georeference:
         places = np.array([georeference.to_enu(fix.latitude, fix.longitude, fix.altitude) for fix in fixes])
         places[:, 2] = 0.0
-        yield numbers(track_path(sensor), time, rr.Points3D, positions=places.astype(np.float32))
+        yield numbers(track_path(sensor), time, rr.Points3D, positions=places)
 
 
 def _pictures(sensor: RecordedSensor, readings: RecordedReadings) -> Iterator[Chunk]:
     """Pictures of a camera, a chunk each: they are large."""
     for time, sequence, blob in zip(readings.time, readings.sequence, readings.pictures(), strict=True):
-        stamp = rr.AnyValues.columns(time=[time], sequence=[sequence])
-        columns = [*stamp, *rr.EncodedImage.columns(blob=[blob])]
+        columns = [*rr.AnyValues.columns(time=[time], sequence=[sequence]), *rr.EncodedImage.columns(blob=[blob])]
         yield Chunk.from_columns(sensor.path, [times([time])], columns)
 
 
@@ -458,14 +447,14 @@ def _boxes(sensor: RecordedSensor, part: Part) -> Chunk:
     return Chunk.from_columns(sensor.path, [times(part.times("time"))], columns.partition([len(each) for each in seen]))
 
 
-def _points(sensor: RecordedSensor, time: FloatArray, met: Sequence[Any], kept: Iterable[rr.ComponentColumn]) -> Chunk:
-    """What a lidar met, as points in its own frame, coloured by their distance, beside what is `kept` of it."""
+def _points(
+    path: str, ends: tuple[float, float], time: FloatArray, met: Sequence[Any], kept: Iterable[rr.ComponentColumn]
+) -> Chunk:
+    """What a lidar of a range with these ends [m] met, as points in its own frame, beside what is `kept` of it."""
     clouds = [_scan_points(one) if isinstance(one, Scan) else one.points for one in met]
-    every, lidar = np.concatenate(clouds), sensor.config
-    assert isinstance(lidar, LidarConfig), f"{sensor.name} is a {sensor.type}"
-    colors = _range_colors(np.linalg.norm(every, axis=1), *lidar.range)
-    counts = [len(cloud) for cloud in clouds]
-    return numbers(sensor.path, time, rr.Points3D, counts, kept, positions=every, colors=colors)
+    every, counts = np.concatenate(clouds), [len(cloud) for cloud in clouds]
+    colors = _range_colors(np.linalg.norm(every, axis=1), *ends)
+    return numbers(path, time, rr.Points3D, counts, kept, positions=every, colors=colors)
 
 
 def _scan_points(scan: Scan) -> npt.NDArray[np.float32]:
@@ -487,12 +476,11 @@ def _range_colors(distance: npt.NDArray[np.float32 | np.float64], near: float, f
 def sound(sensor: RecordedSensor, time: FloatArray, heard: Sequence[Any]) -> Chunk:
     """An arrow toward what a receiver hears, over the boat."""
     range_, bearing, elevation = np.array([list(vars(one).values()) for one in heard]).T
-    way = np.stack(
-        [np.cos(elevation) * np.cos(bearing), np.cos(elevation) * np.sin(bearing), np.sin(elevation)], axis=1
-    )
+    ahead, up = np.cos(elevation), np.sin(elevation)
+    way = np.stack([ahead * np.cos(bearing), ahead * np.sin(bearing), up], axis=1)
     vectors = (way * np.clip(range_, 0.0, _SOUND_LENGTH)[:, None]) @ np.array(sensor.rotation).T
     origins = np.tile((*sensor.position[:2], _SOUND_HEIGHT), (len(time), 1))
-    return numbers(sensor.path, time, rr.LineStrips3D, strips=arrow_strips(origins, vectors).astype(np.float32))
+    return numbers(sensor.path, time, rr.LineStrips3D, strips=arrow_strips(origins, vectors))
 
 
 def track_path(sensor: RecordedSensor) -> str:
@@ -509,5 +497,4 @@ def _plots(sensor: RecordedSensor, time: FloatArray, data: Sequence[Any]) -> Ite
     """A sensor's series, each in the plot of its quantity."""
     for plot in SENSOR_KINDS[sensor.type].plots:
         values = np.array([np.ravel(plot.values(one)) for one in data], np.float64)
-        path = _plot_path(plot.name, sensor)
-        yield numbers(path, time, rr.Scalars, values.shape[1], scalars=values.reshape(-1))
+        yield numbers(_plot_path(plot.name, sensor), time, rr.Scalars, scalars=values)

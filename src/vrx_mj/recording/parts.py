@@ -215,10 +215,10 @@ class RawFile:
             self._write()
 
 
-def is_raw(path: Path) -> bool:
-    """Whether a file begins as these do."""
+def begins_with(mark: bytes, path: Path) -> bool:
+    """Whether a file begins so: `MAGIC` with these files."""
     with path.open("rb") as stream:
-        return stream.read(len(MAGIC)) == MAGIC
+        return stream.read(len(mark)) == mark
 
 
 def raw_parts(path: Path) -> Iterator[Part]:

@@ -64,10 +64,8 @@ class RecordedBody:
     """`boat`, `object`, `ball`, `dock` if it floats, or `fixed`."""
     pose: tuple[float, ...] = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
     """Position [m] and quaternion (w, x, y, z) when recording starts; for a fixed body, always."""
-    qpos: int | None = None
-    """First of the free joint's 7 numbers in qpos; None for a fixed body."""
-    dof: int | None = None
-    """First of the free joint's 6 numbers in qvel; None for a fixed body."""
+    free: MovingBody | None = None
+    """Places of its free joint's numbers; None for a fixed body."""
     surfaces: tuple[Surface, ...] = ()
 
 
@@ -216,15 +214,11 @@ class RecordScene:
 
     def layout(self) -> RowLayout:
         """Names and places of the rows' columns."""
-        moving = (
-            MovingBody(body.name, body.kind, body.qpos, body.dof)
-            for body in self.bodies
-            if body.qpos is not None and body.dof is not None
-        )
+        moving = tuple(body.free for body in self.bodies if body.free)
         thrusters = tuple((thruster.boat, thruster.name) for thruster in self.thrusters)
         marks = sum(len(shown.display.start) for shown in self.displays)
         turning = int(self.parameters.air is not None)
-        return RowLayout(self.nq, self.nv, thrusters, tuple(moving), marks, turning)
+        return RowLayout(self.nq, self.nv, thrusters, moving, marks, turning)
 
 
 @dataclass(frozen=True)
@@ -234,7 +228,9 @@ class MovingBody:
     name: _Name
     kind: _Name
     qpos: _Count
+    """First of the joint's 7 numbers in qpos."""
     dof: _Count
+    """First of its 6 numbers in qvel."""
 
 
 @dataclass(frozen=True)

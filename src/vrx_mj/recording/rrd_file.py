@@ -12,6 +12,7 @@ import shutil
 import struct
 import sys
 import tempfile
+import uuid
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,7 +22,7 @@ from vrx_mj.config.kinds import wrong_kind
 from vrx_mj.errors import RecordError
 from vrx_mj.foreign import ReaderError, ask
 from vrx_mj.outputs import writing
-from vrx_mj.recording.parts import Part, PartData, is_raw, raw_parts
+from vrx_mj.recording.parts import APPLICATION, MAGIC, Part, PartData, begins_with, raw_parts
 
 PARSER = "foreign.rerun_file"
 """The module that parses."""
@@ -63,7 +64,7 @@ def parsed_file(file: Path, columns: Sequence[str], entities: Sequence[str], *, 
     """
     try:
         with _whole_file(file) as source:
-            if is_raw(source):
+            if begins_with(MAGIC, source):
                 found = (part.only(columns) for part in raw_parts(source) if part.entity in entities)
                 return Parsed(tuple(found), footer=False, views=False)
             wanted, answer = (entities, columns, whole), tuple[list[PartData], bool, bool]
@@ -73,13 +74,13 @@ def parsed_file(file: Path, columns: Sequence[str], entities: Sequence[str], *, 
         raise RecordError(f"cannot read the recording '{file}': {error.strerror or error}") from error
 
 
-def copy_without_views(file: Path, target: Path, application: str, recording: str) -> None:
+def copy_without_views(file: Path, target: Path) -> None:
     """Copy a file's chunks, as a recording of another name.
 
     Raises:
         RecordError: it cannot be parsed, or the copy cannot be written.
     """
-    copy = _found_in(file, file, "copy", target.absolute(), application, recording, returns=bytes)
+    copy = _found_in(file, file, "copy", target.absolute(), APPLICATION, str(uuid.uuid4()), returns=bytes)
     if copy:
         with writing("the recording", target, RecordError):
             target.write_bytes(copy)
@@ -91,7 +92,7 @@ def _found_in(file: Path, source: Path, function: str, *arguments: object, retur
     Raises:
         RecordError: it does not begin as rerun's files do, or the parser did not finish.
     """
-    if not _begins_as_recording(source):
+    if not begins_with(_MAGIC, source):
         raise RecordError(_unreadable(file, source))
     size = source.stat().st_size
     memory, path = allowance(size), source.absolute()
@@ -106,14 +107,9 @@ def _found_in(file: Path, source: Path, function: str, *arguments: object, retur
         raise RecordError(_unreadable(file, source)) from None
 
 
-def _begins_as_recording(source: Path) -> bool:
-    with source.open("rb") as stream:
-        return stream.read(len(_MAGIC)) == _MAGIC
-
-
 def _unreadable(file: Path, source: Path) -> str:
     """The message about a file that rerun cannot read."""
-    begins = _begins_as_recording(source)
+    begins = begins_with(_MAGIC, source)
     if not begins and file.suffix.lower() != ".rrd" and (wrong := wrong_kind(source, "a recording")):
         return f"'{file}' is {wrong}"
     what = "it is damaged, or rerun has not finished it" if begins else "it does not begin as rerun's files do"
@@ -151,7 +147,7 @@ MESSAGE_HEADER = struct.Struct("<QQ")
 def whole_bytes(file: Path) -> int:
     """Length of `file` up to the end of its last whole message; all of it if complete or no rrd file."""
     size, kind = file.stat().st_size, -1
-    if not _begins_as_recording(file):
+    if not begins_with(_MAGIC, file):
         return size
     with file.open("rb") as stream:
         end = stream.seek(FILE_HEADER)

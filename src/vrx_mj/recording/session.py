@@ -12,7 +12,6 @@ import json
 import math
 import subprocess
 import tempfile
-import uuid
 import warnings
 import weakref
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -33,16 +32,16 @@ from vrx_mj.recording.boat_sets import BoatSetHead
 from vrx_mj.recording.checks import rescore
 from vrx_mj.recording.packing import plain_rows
 from vrx_mj.recording.parts import (
-    APPLICATION,
     COMPANIES,
     EVENTS,
     FRAMES,
+    MAGIC,
     ROWS,
     RUN,
     STATES,
     Cell,
     RawFile,
-    is_raw,
+    begins_with,
     pack_files,
 )
 from vrx_mj.recording.reader import Record, data_fields, read_record
@@ -421,14 +420,14 @@ def viewable(record: Record, follow: str | None, folder: Path) -> Path:
     if follow is not None:
         check_name("boat", follow, record.boats)
     file, copy = record.path, folder / record.path.name
-    if is_raw(file):
+    if begins_with(MAGIC, file):
         encode(file, _recorded_scenes(replace(record, follow=follow or record.follow)), copy)
     elif follow is None and record.has_views:
         return file
     else:  # a viewer prefers the views in a file
         copy = copy.with_stem(f"{copy.stem}_{follow}") if follow else copy
         bare, views = folder / "bare.rrd", folder / "views.rbl"
-        copy_without_views(file, bare, APPLICATION, str(uuid.uuid4()))
+        copy_without_views(file, bare)
         _save_views_following(record, follow, views)
         join_views(bare, views, copy)
     return copy
@@ -444,4 +443,4 @@ def _save_views_following(record: Record, boat: str | None, file: Path) -> None:
     result = result_of(rescore(record)[0]) if scene.parameters.task else ""
     places = np.concatenate([track.position[:, :2] for track in record.boats.values()])
     ends = np.array([np.nanmin(places, axis=0), np.nanmax(places, axis=0)]) if len(places) else None
-    save_views(file, scene, APPLICATION, track=ends, result=result)
+    save_views(file, scene, ends, result)

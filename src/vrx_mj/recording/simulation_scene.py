@@ -29,6 +29,7 @@ from vrx_mj.model.boats import Thruster
 from vrx_mj.model.world import Parameters, tree_of
 from vrx_mj.recording.boat_sets import BoatSet
 from vrx_mj.recording.record_scene import (
+    MovingBody,
     RecordedBody,
     RecordedDisplay,
     RecordedJoint,
@@ -115,18 +116,12 @@ def _bodies(world: World, looks: _Looks, model: mujoco.MjModel, qpos: FloatArray
     data.qpos[:] = qpos
     mujoco.mj_kinematics(model, data)
     for kind, name, body_name in _entries(world):
-        body = model.body(body_name).id
-        joint = int(model.body_jntadr[body]) if model.body_jntnum[body] else None
-        pose = (*data.xpos[body], *data.xquat[body])
-        yield RecordedBody(
-            name=name,
-            path=_path(kind, name),
-            kind=kind if joint is not None else "fixed",
-            pose=tuple(float(value) for value in pose),
-            qpos=None if joint is None else int(model.jnt_qposadr[joint]),
-            dof=None if joint is None else int(model.jnt_dofadr[joint]),
-            surfaces=tuple(looks.get(body_name, ())),
-        )
+        body, free = data.body(body_name), None
+        if model.body_jntnum[body.id]:
+            joint = model.body_jntadr[body.id]
+            free = MovingBody(name, kind, int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint]))
+        pose, surfaces = (*body.xpos.tolist(), *body.xquat.tolist()), tuple(looks.get(body_name, ()))
+        yield RecordedBody(name, _path(kind, name), kind if free else "fixed", pose, free, surfaces)
     if MARKER in looks:
         yield RecordedBody("markers", "/world/markers", "fixed", surfaces=tuple(looks[MARKER]))
     if world.parameters.terrain:
@@ -164,14 +159,9 @@ def _displays(world: World, looks: _Looks, paths: Mapping[str, str]) -> Iterator
 def _thrusters(world: World, looks: _Looks) -> Iterator[RecordedThruster]:
     for engine in world.parameters.thrusters:
         boat = world.boats[engine.hull]
-        yield RecordedThruster(
-            name=engine.name,
-            boat=boat,
-            position=engine.position,
-            mount=tuple(matrix_quaternion(np.array(engine.rotation)).tolist()),
-            direction=engine.direction,
-            surfaces=tuple(looks.get(f"{boat}/{engine.name}", ())),
-        )
+        mount = tuple(matrix_quaternion(np.array(engine.rotation)).tolist())
+        surfaces = tuple(looks.get(f"{boat}/{engine.name}", ()))
+        yield RecordedThruster(engine.name, boat, engine.position, mount, engine.direction, surfaces)
 
 
 def _looks(world: World, names: Sequence[str] | None) -> _Looks:
@@ -182,8 +172,7 @@ def _looks(world: World, names: Sequence[str] | None) -> _Looks:
         add_markers(specs[0], world.parameters)
     for spec in specs:
         looks |= _model_looks(world, spec.compile())
-    many = len(world.boats) > FINE_BOATS
-    return looks | _coarser_boats(world.parameters, looks) if many else looks
+    return looks | _coarser_boats(world.parameters, looks) if len(world.boats) > FINE_BOATS else looks
 
 
 def _model_looks(world: World, model: mujoco.MjModel) -> _Looks:
@@ -195,16 +184,11 @@ def _model_looks(world: World, model: mujoco.MjModel) -> _Looks:
     named = {name: name for name in shown} | dict.fromkeys(marker_names(world.parameters), MARKER)
     engines = {f"{world.boats[engine.hull]}/{engine.name}": engine for engine in world.parameters.thrusters}
     visual = (model.geom_contype == 0) & (model.geom_conaffinity == 0)
-    keys = zip(
-        model.geom_type.tolist(),
-        model.geom_dataid.tolist(),
-        *(map(tuple, part.tolist()) for part in (model.geom_size, model.geom_pos, model.geom_quat, model.geom_rgba)),
-        strict=True,
-    )
+    tables = model.geom_type, model.geom_dataid, model.geom_size, model.geom_pos, model.geom_quat, model.geom_rgba
     surfaces: dict[Any, Surface] = {}
     seen: _Looks = {}
-    for geom, key in enumerate(keys):
-        if not visual[geom] or key[0] == mujoco.mjtGeom.mjGEOM_PLANE:
+    for geom, key in enumerate(np.column_stack(tables).tolist()):
+        if not visual[geom] or model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE:
             continue
         name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_GEOM, geom) or ""
         owner = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_BODY, model.geom_bodyid[geom])
@@ -222,11 +206,8 @@ def _model_looks(world: World, model: mujoco.MjModel) -> _Looks:
 def _at_hinge(surface: Surface, engine: Thruster) -> Surface:
     """A surface in the frame of the engine's hinge."""
     turn = np.array(engine.rotation)
-    return replace(
-        surface,
-        vertices=np.asarray((surface.vertices - engine.position) @ turn, np.float32),
-        normals=np.asarray(surface.normals @ turn, np.float32),
-    )
+    vertices, normals = (surface.vertices - engine.position) @ turn, surface.normals @ turn
+    return replace(surface, vertices=vertices.astype(np.float32), normals=normals.astype(np.float32))
 
 
 def _coarser_boats(parameters: Parameters, looks: _Looks) -> _Looks:
@@ -248,10 +229,9 @@ def _coarser_boats(parameters: Parameters, looks: _Looks) -> _Looks:
 def _recorded_sensors(world: World, choices: Choices) -> Iterator[RecordedSensor]:
     """The chosen sensors; a receiver of sound that measures at the boat's `base_link` is drawn there."""
     sensors = {(sensor.boat, sensor.name): sensor for sensor in world.parameters.sensors}
-    at_base = world.parameters.at_base_link
     for (boat, name), rate in choices.items():
         sensor = sensors[boat, name]
-        moved = sensor.type == "pinger" and "pinger" in at_base
+        moved = sensor.type == "pinger" and "pinger" in world.parameters.at_base_link
         place = _AT_BASE if moved else (sensor.position, sensor.rotation)
         yield RecordedSensor(boat, name, sensor.type, sensor.frame, rate, *place, sensor.config)
 
@@ -314,7 +294,7 @@ _COARSER = 1.1
 
 def geom_surface(model: mujoco.MjModel, geom: int) -> Surface:
     """A geom that is no plane in the frame of its body; flat faces keep their edges."""
-    kind, size = int(model.geom_type[geom]), tuple(float(edge) for edge in model.geom_size[geom])
+    kind, size = int(model.geom_type[geom]), model.geom_size[geom].tolist()
     mesh = kind == mujoco.mjtGeom.mjGEOM_MESH
     vertices, faces, normals = _mesh(model, int(model.geom_dataid[geom])) if mesh else _primitive(kind, size)
     matrix = np.zeros(9)
@@ -324,7 +304,7 @@ def geom_surface(model: mujoco.MjModel, geom: int) -> Surface:
         np.asarray(vertices @ turn + model.geom_pos[geom], np.float32),
         faces,
         np.asarray(normals @ turn, np.float32),
-        tuple(float(value) for value in model.geom_rgba[geom]),
+        tuple(model.geom_rgba[geom].tolist()),
     )
 
 
@@ -373,15 +353,10 @@ def _revolution(profile: FloatArray, normals: FloatArray, facets: int) -> _Trian
 
 def _mesh(model: mujoco.MjModel, mesh: int) -> _Triangles:
     """A mesh with MuJoCo's normals, but for corners where these lie far from the face's own: there it has an edge."""
-    points, normals, faces, index = (
-        table[start : start + count]
-        for table, start, count in (
-            (model.mesh_vert, model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]),
-            (model.mesh_normal, model.mesh_normaladr[mesh], model.mesh_normalnum[mesh]),
-            (model.mesh_face, model.mesh_faceadr[mesh], model.mesh_facenum[mesh]),
-            (model.mesh_facenormal, model.mesh_faceadr[mesh], model.mesh_facenum[mesh]),
-        )
-    )
+    points = model.mesh_vert[model.mesh_vertadr[mesh] :][: model.mesh_vertnum[mesh]]
+    normals = model.mesh_normal[model.mesh_normaladr[mesh] :][: model.mesh_normalnum[mesh]]
+    first, count = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
+    faces, index = model.mesh_face[first:][:count], model.mesh_facenormal[first:][:count]
     a, b, c = (points[faces[:, corner]].astype(np.float64) for corner in range(3))
     own = np.cross(b - a, c - a)
     own /= np.maximum(np.linalg.norm(own, axis=1, keepdims=True), 1e-12)
@@ -413,14 +388,10 @@ def coarser(surfaces: Sequence[Surface], most: int) -> tuple[Surface, ...]:
 
 def _gather(surface: Surface, cell: float) -> Surface:
     """A surface whose vertices that face one way in one cell [m] are one."""
-    faces = coarser_faces(surface.vertices, surface.normals, surface.faces, cell)
-    used, corners = np.unique(faces, return_inverse=True)
-    return replace(
-        surface,
-        vertices=surface.vertices[used],
-        faces=corners.reshape(-1, 3).astype(np.int32),
-        normals=surface.normals[used],
-    )
+    whole = coarser_faces(surface.vertices, surface.normals, surface.faces, cell)
+    used, corners = np.unique(whole, return_inverse=True)
+    faces = corners.reshape(-1, 3).astype(np.int32)
+    return replace(surface, vertices=surface.vertices[used], faces=faces, normals=surface.normals[used])
 
 
 def coarser_faces(points: _Floats, normals: _Floats, faces: npt.NDArray[np.integer], cell: float) -> IntArray:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 from functools import lru_cache
 
@@ -23,7 +23,11 @@ WAYPOINT_COLOR = (247, 62, 193)
 SHORE_COLOR = (157, 140, 103)
 UNSEEN = (30, 70, 94, 0)
 """Colour of points of no size, which are specks all the same: that of water."""
+QUANTITIES = ("speed", "heading", "course", "yaw", "roll", "pitch")
+"""What is plotted of the motion of boats."""
 _WHITE = (1.0, 1.0, 1.0, 1.0)
+_DOT = [rr.Radius.ui_points(4.0)]
+"""Radius of dots in the colours of boats."""
 _BALL_COLOR = (40, 90, 255)
 LEGEND_PATH, NAMES, FEW_NAMES = "/boats", 7, 28
 """The entity of the boats' names, how many of them are in a line, and how many are few."""
@@ -38,15 +42,12 @@ def still_chunks(scene: RecordScene) -> Iterator[Chunk]:
     yield from _run_chunks(scene)
     yield static("/world", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
     yield from _coming_chunks(scene)
-    reach, (_, height), names = eyes.fleet_circle(scene)[1], eyes.plan_eye(scene), [boat.name for boat in scene.boats()]
-    for path, distance in (
-        (eyes.FLEET, math.hypot(*eyes.sea_eye(reach))),
-        (eyes.PLANNED, height),
-    ):  # what the views follow
+    distances = math.hypot(*eyes.sea_eye(eyes.fleet_circle(scene)[1])), eyes.plan_eye(scene)[1]
+    for path, distance in zip((eyes.FLEET, eyes.PLANNED), distances, strict=True):  # what the views follow
         yield static(path, rr.Points3D(eyes.around(distance), colors=[UNSEEN], radii=[0.0]))
     yield _legend_chunk(scene)
     yield from _place_chunks(scene)
-    yield from _named_series(names, [(one.boat, one.name) for one in scene.thrusters], scene.colors())
+    yield from _named_series(scene, [boat.name for boat in scene.boats()], scene.layout().thrusters)
     if "wind" in scene.weather():
         yield static("/plots/wind", rr.SeriesLines(names=["wind"], colors=[WIND_COLOR], widths=1.5))
 
@@ -55,9 +56,8 @@ def _run_chunks(scene: RecordScene) -> Iterator[Chunk]:
     """The run, for people, as properties."""
     title = " + ".join(str(scene.properties[key]) for key in ("world", "fleet") if scene.properties.get(key))
     yield Chunk.from_property("RecordingInfo", RecordingInfo(name=title or "vrx_mj"))
-    plain = (str, int, float, bool)
-    listed = {key: each if isinstance(each, plain) else json.dumps(each) for key, each in scene.properties.items()}
-    yield Chunk.from_property("run", rr.AnyValues(**listed))
+    run = {key: one if isinstance(one, str | int | float) else json.dumps(one) for key, one in scene.properties.items()}
+    yield Chunk.from_property("run", rr.AnyValues(**run))
 
 
 def looks_chunks(
@@ -116,14 +116,8 @@ def legend_spots(names: Collection[str]) -> list[tuple[float, int]]:
 def _legend_chunk(scene: RecordScene) -> Chunk:
     """The names of all boats in their colours, as a picture."""
     colors = scene.colors()
-    points = rr.Points2D(
-        legend_spots(colors),
-        labels=list(colors),
-        colors=list(colors.values()),
-        radii=[rr.Radius.ui_points(4.0)],
-        show_labels=True,
-    )
-    return static(LEGEND_PATH, points)
+    looks = {"labels": [*colors], "colors": [*colors.values()], "radii": _DOT, "show_labels": True}
+    return static(LEGEND_PATH, rr.Points2D(legend_spots(colors), **looks))
 
 
 def _place_chunks(scene: RecordScene) -> Iterator[Chunk]:
@@ -142,14 +136,12 @@ def _place_chunks(scene: RecordScene) -> Iterator[Chunk]:
 
 
 def _named_series(
-    boats: Sequence[str],
-    thrusters: Sequence[tuple[str, str]],
-    colors: Mapping[str, tuple[int, int, int]],
-    own: str = "",
+    scene: RecordScene, boats: Sequence[str], thrusters: Sequence[tuple[str, str]], own: str = ""
 ) -> Iterator[Chunk]:
     """Names and colours of series of boats and (boat, thruster), in the plots' entities or in `own` ones under them."""
+    colors = scene.colors()
     if boats:
-        for quantity in ("speed", "heading", "course", "yaw", "roll", "pitch"):
+        for quantity in QUANTITIES:
             labels = boats if quantity in ("speed", "heading") else [f"{boat} {quantity}" for boat in boats]
             lines = rr.SeriesLines(names=labels, colors=[colors[boat] for boat in boats], widths=1.5)
             yield static(f"/plots/{quantity}{own}", lines)
@@ -182,9 +174,9 @@ def change_chunks(scene: RecordScene, before: RecordScene, first: RecordScene) -
     yield from _coming_chunks(scene, known)
     for boat in (boat for boat in scene.boats() if boat.path not in known):
         own = [boat.name] if boat.name not in {one.name for one in first.boats()} else []
-        engines = [(one.boat, one.name) for one in scene.thrusters if one.boat == boat.name]
-        new = [engine for engine in engines if engine not in {(one.boat, one.name) for one in first.thrusters}]
-        yield from _named_series(own, new, scene.colors(), own=f"/{boat.name}")
+        mine = [engine for engine in scene.layout().thrusters if engine[0] == boat.name]
+        new = [engine for engine in mine if engine not in first.layout().thrusters]
+        yield from _named_series(scene, own, new, f"/{boat.name}")
         yield _legend_chunk(scene)
 
 
@@ -195,9 +187,9 @@ def _coming_chunks(scene: RecordScene, known: Collection[str] = ()) -> Iterator[
         if body.kind == "boat":
             yield from _joining_chunks(body, scene, heights.get(body.name, eyes.TAG_HEIGHT))
         elif body.kind == "ball":
-            yield static(body.path, rr.Points3D.from_fields(colors=[_BALL_COLOR], radii=[rr.Radius.ui_points(4.0)]))
+            yield static(body.path, rr.Points3D.from_fields(colors=[_BALL_COLOR], radii=_DOT))
         else:
-            still = body.pose if body.qpos is None else None  # rows move the others
+            still = None if body.free else body.pose  # rows move the others
             yield from looks_chunks(body.path, still, body.surfaces, scene.begun)
     for part in (part for part in scene.parts if part.path not in known):
         yield from looks_chunks(part.path, None if part.joints else part.pose, part.surfaces, scene.begun)
@@ -216,8 +208,8 @@ def _joining_chunks(boat: RecordedBody, scene: RecordScene, height: float) -> It
         if thruster.boat == boat.name and thruster.surfaces:
             yield chunk_at(begun, f"{boat.path}/{thruster.name}/shape", _mesh(thruster.surfaces))
     spots = [[0.0, 0.0, eyes.TAG_HEIGHT], *eyes.around(math.hypot(*eyes.sea_eye(0.0)))]
-    radii = [rr.Radius.ui_points(4.0), 0.0, 0.0]
-    yield chunk_at(begun, f"{boat.path}/label", rr.Points3D(spots, colors=[rgb, UNSEEN, UNSEEN], radii=radii))
+    dots = rr.Points3D(spots, colors=[rgb, UNSEEN, UNSEEN], radii=[*_DOT, 0.0, 0.0])
+    yield chunk_at(begun, f"{boat.path}/label", dots)
     name = rr.Points3D.from_fields(positions=[(0.0, 0.0, height)], labels=[boat.name], **NAMED)
     yield chunk_at(begun, f"{boat.path}/label/name", name)
     yield static(f"/world/trails/{boat.name}", thin_lines(1.2))

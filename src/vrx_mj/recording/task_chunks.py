@@ -126,8 +126,7 @@ def _bay_chunks(task: tasks.Dock) -> Iterator[Chunk]:
     yield static(path, thin_lines(1.8, strips=[_ring(ring) for ring in inside]))
     pieces = [_dashes(_ring(ring)) for ring in outside]
     colors = [_bay_color(bay, {}) for bay, ring in zip(bays, pieces, strict=True) for _ in ring]
-    strips = [piece for ring in pieces for piece in ring]
-    yield static(f"{path}/external", thin_lines(1.2, strips=strips, colors=colors))
+    yield static(f"{path}/external", thin_lines(1.2, strips=[*chain(*pieces)], colors=colors))
     labels = [f"{bay.name} {bay.symbol.replace('_', ' ')}" + (" ✓" if bay.dock_allowed else "") for bay in bays]
     spots = names_apart([ring.mean(axis=0) for ring in outside])
     yield static(f"{path}/names", rr.Points3D.from_fields(positions=spots, labels=labels, **NAMED))
@@ -179,12 +178,11 @@ def _ring(points: FloatArray) -> FloatArray:
 
 def _dashes(strip: FloatArray) -> list[FloatArray]:
     """Pieces of a line of points (n, 3), dashes of about 0.6 m, longer where there would be many."""
-    pieces = []
+    pieces: list[FloatArray] = []
     for start, end in pairwise(strip):
         count = min(24, max(1, round(math.dist(start, end))))
-        for share in np.arange(count) / count:
-            ends = np.array([share + 0.2 / count, share + 0.8 / count])
-            pieces.append(start + ends[:, None] * (end - start))
+        ends = np.arange(count)[:, None] / count + np.array([0.2, 0.8]) / count
+        pieces += [*(start + ends[..., None] * (end - start))]
     return pieces
 
 
@@ -208,18 +206,15 @@ SCORE_COLOR, HITS_COLOR = (167, 140, 39), (252, 83, 47)
 
 def task_chunks(parameters: Parameters) -> Iterator[Chunk]:
     """Every static chunk of the task of a world: its course, its plot's series, and the marks that it may have."""
+    unit = TASK_KINDS[parameters.task.type].unit if parameters.task else ""
     if parameters.task:
         yield from _course_chunks(parameters)
-        meaning = TASK_KINDS[parameters.task.type]
-        names = [f"score [{meaning.unit}]", "collisions"]
+        names, colors = [f"score [{unit}]", "collisions"], [SCORE_COLOR, HITS_COLOR]
         mode = rr.components.InterpolationMode.StepAfter
-        colors = [SCORE_COLOR, HITS_COLOR]
-        lines = rr.SeriesLines(names=names, colors=colors, widths=[2.0] * 2, interpolation_mode=mode)
-        yield static(PLOT, lines)
+        yield static(PLOT, rr.SeriesLines(names=names, colors=colors, widths=[2.0] * 2, interpolation_mode=mode))
         yield static(WORDS, rr.TextDocument.from_fields(media_type="text/markdown"))
     gates = any(parts_of(parameters.task, tasks.Gate))
-    points = parameters.task is not None and TASK_KINDS[parameters.task.type].unit == "points"
-    shown = {"contacts": True, "gates passed": gates, "gates missed": gates, "score changes": points}
+    shown = {"contacts": True, "gates passed": gates, "gates missed": gates, "score changes": unit == "points"}
     for kind, (color, shape) in KINDS.items():
         if shown[kind]:
             style = rr.SeriesPoints(names=[kind], colors=[color], markers=[shape], marker_sizes=[_SIZE])
@@ -243,7 +238,6 @@ class TaskChunks:
         self._parameters, self._task = parameters, parameters.task
         self._begun: float | None = None
         self._now = self._score = 0.0
-        self._last: dict[str, tuple[float, _Fields]] = {}
         self._drawn: tuple[float, list[Any], _Ends] | None = None
         self._rows: dict[str, tuple[Any, list[tuple[float, _Fields]]]] = {}
         if self._task:
@@ -272,7 +266,7 @@ class TaskChunks:
         """Chunks of all that was seen in a run that ended at `end` [s]: many small ones would cost more than these."""
         if self._rows:
             self._write_status(self._now, at_once=True)
-            since, score = self._last[PLOT]
+            since, score = self._last(PLOT)
             if since < (now := max(self._now, end)):  # a line that does not change goes on
                 self._add(PLOT, now, rr.Scalars, score)
         for path, (kind, rows) in self._rows.items():
@@ -288,10 +282,9 @@ class TaskChunks:
         """Go on from the first state, if that is not the beginning of the run."""
         self._begun = -1.0
         if states and states[0].time > 0.0:
-            self._begun = states[0].time
+            self._begun = self._now = states[0].time
             restore_referee(self._referee, states[0].blob)
             self._fates, self._score = self._referee.progress.get("gates", []), self._referee.status.score
-            self._now = self._begun
             self._draw(self._begun, poses_of(self._parameters))
             self._write_status(self._begun, at_once=True)
 
@@ -352,26 +345,25 @@ class TaskChunks:
     def _write_status(self, time: float, *, at_once: bool) -> None:
         """Score and collisions, and words, unless that was a moment ago."""
         status = self._referee.status
-        if at_once or self._due(PLOT, time, _PLOT_EVERY):
+        if at_once or time - self._last(PLOT)[0] > _PLOT_EVERY - 1e-6:
             score = status.score if has_started(status.phase) else math.nan
             self._change(PLOT, time, rr.Scalars, scalars=[score, float(status.collisions)])
-        if at_once or self._due(WORDS, time, _WORDS_EVERY):
+        if at_once or time - self._last(WORDS)[0] > _WORDS_EVERY - 1e-6:
             self._change(WORDS, time, rr.TextDocument, text=[words(self._referee)])
 
-    def _due(self, path: str, time: float, every: float) -> bool:
-        return path not in self._last or time - self._last[path][0] > every - 1e-6
+    def _last(self, path: str) -> tuple[float, _Fields]:
+        """Time [s] and fields of an entity's last row."""
+        return self._rows[path][1][-1] if path in self._rows else (-math.inf, {})
 
     def _change(self, path: str, time: float, kind: Any, **fields: Sequence[Any]) -> None:
         """Have fields of an archetype written, if they are others than before."""
-        if path not in self._last or self._last[path][1] != fields:
-            self._last[path] = (time, fields)
+        if self._last(path)[1] != fields:
             self._add(path, time, kind, fields)
 
     def _add(self, path: str, time: float, kind: Any, fields: _Fields) -> None:
         """Have fields of an archetype written; of two rows at one time the later counts."""
-        rows = self._rows.setdefault(path, (kind, []))[1]
-        if rows and rows[-1][0] == time:
-            rows.pop()
+        if self._last(path)[0] == time:
+            self._rows[path][1].pop()
         self._append(path, time, kind, fields)
 
     def _append(self, path: str, time: float, kind: Any, fields: _Fields) -> None:

@@ -55,8 +55,6 @@ class WaterChunks:
         self._left = 0
         self._hulls: dict[str, HullWater] = {}
         self._begun: set[str] = set()
-        self._bodies: Sequence[RecordedBody] = ()
-        self._height: SeaHeight | None = None
         self._swell: Swell | None = None
         self._laid = np.zeros((0, 2))
         self._heights = self._bright = Held(0.0)
@@ -65,25 +63,20 @@ class WaterChunks:
     @property
     def fast(self) -> bool:
         """Whether the sea moves so fast that it is shown at every row."""
-        self._take()
         return self._swell is not None and self._swell.speed > sea.FAST
 
     def keep(self, boats: Sequence[RecordedBody], height: SeaHeight | None) -> None:
-        """Go on with these boats; forget all others. `height` None: the sea is not shown."""
+        """Go on with these boats, and forget all others; measure the sea, once. `height` None: it is not shown."""
         names = {boat.name for boat in boats}
         self._trail_end = {boat: end for boat, end in self._trail_end.items() if boat in names}
         self._wakes = {boat: wake for boat, wake in self._wakes.items() if boat in names}
         self._hulls = {boat: hull for boat, hull in self._hulls.items() if boat in names}
-        self._bodies, self._height = boats, height
-
-    def _take(self) -> None:
-        """Measure the sea, once, and take up the boats that are new."""
-        if self._height is None:
+        if height is None:
             return
         if self._swell is None:
-            self._swell = sea.swell_of(self._height)
+            self._swell = sea.swell_of(height)
             self._sea = Ticker(self._swell.rate)
-        for boat in (boat for boat in self._bodies if boat.name not in self._hulls):
+        for boat in (boat for boat in boats if boat.name not in self._hulls):
             lines = sea.hull_lines(boat, self._swell.cell)
             held = sea.hull_water(lines), sea.shades(), Held(_WAKE_STEPS, keep=sea.KEEP)
             self._hulls[boat.name] = HullWater(lines, *held)
@@ -92,7 +85,6 @@ class WaterChunks:
         """Chunks of boats at times (n,) [s] with poses (n, boats, 7)."""
         if (taken := self._trail(time)).any():
             yield from self._trails(boats, time[taken], poses[taken])
-        self._take()
         if self._swell is None:
             return
         for i, boat in enumerate(boats):
@@ -115,8 +107,8 @@ class WaterChunks:
             strips[..., 2] = 0.0  # the mean water
             way = np.hypot(*(here - before)[:, 1:].T)
             speed = way / np.maximum(here[:, 0] - before[:, 0], 1e-9)
-            looks = {"strips": strips.astype(np.float32), "colors": sea.packed_colors(speed_colors(speed))}
-            yield numbers(f"/world/trails/{boat}", time, rr.LineStrips3D, **looks)
+            colors = sea.packed_colors(speed_colors(speed))
+            yield numbers(f"/world/trails/{boat}", time, rr.LineStrips3D, strips=strips, colors=colors)
 
     def _patch(self, boat: str, swell: Swell, time: FloatArray, pose: FloatArray) -> Iterator[Chunk]:
         """The water at a boat's hull, in its frame: for poses (n, 7), where it changes."""
@@ -124,7 +116,7 @@ class WaterChunks:
         yield from self._begin(path, y, x, rr.CoordinateFrame(f"tf#/world/boats/{boat}"))
         taken, z = self._hulls[boat].heights(sea.patch_heights(swell, (x, y), time, pose, SUNK * swell.deviation))
         if taken.any():
-            yield _mesh_chunk(path, time[taken], vertex_positions=[mesh_points(x, y, z[taken])])
+            yield numbers(path, time[taken], rr.Mesh3D, vertex_positions=mesh_points(x, y, z[taken]))
 
     def _seas(
         self, boats: Sequence[str], swell: Swell, time: FloatArray, poses: FloatArray, wakes: FloatArray, left: IntArray
@@ -156,17 +148,16 @@ class WaterChunks:
             drawn["hulls"].append((height, grid.heights_at(bright, patches[frames])))
         height, bright = map(np.concatenate, zip(*drawn.pop("hulls"), strict=True))
         for path, parts in drawn.items():
-            moments, *meshes = zip(*parts, strict=True)
-            for band in sea.bands(meshes[0][0].shape[1]):
-                positions, tints = ([mesh[:, band] for mesh in several] for several in meshes)
-                moment = np.concatenate(moments)
-                yield _mesh_chunk(f"{path}/{band.start}", moment, vertex_positions=positions, vertex_colors=tints)
+            moment, points, tints = map(np.concatenate, zip(*parts, strict=True))
+            for band in sea.bands(points.shape[1]):
+                mesh = {"vertex_positions": points[:, band], "vertex_colors": tints[:, band]}
+                yield numbers(f"{path}/{band.start}", moment, rr.Mesh3D, **mesh)
         foam = np.concatenate([wakes, height[..., None]], axis=-1)
         for i, (boat, own) in enumerate(zip(boats, np.split(bright, ends[:-1], axis=1), strict=True)):
             yield from self._wake(boat, time, foam[:, :, :, i], left)
             taken, seen = self._hulls[boat].bright(own)
             if taken.any():
-                yield _mesh_chunk(_patch_path(boat), time[taken], vertex_colors=[sea.colors(seen[taken])])
+                yield numbers(_patch_path(boat), time[taken], rr.Mesh3D, vertex_colors=sea.colors(seen[taken]))
 
     def _wake(self, boat: str, time: FloatArray, foam: FloatArray, left: IntArray) -> Iterator[Chunk]:
         """A wake through both sides (n, points, 2, 3) [m] of points: each is held in one place of a ring."""
@@ -174,8 +165,7 @@ class WaterChunks:
         frame = np.arange(len(time))[:, None]
         taken, ring = self._hulls[boat].wake(foam[frame, order])
         if taken.any():
-            sides = ring[frame, order][taken].astype(np.float32)
-            yield _mesh_chunk(wake_path(boat), time[taken], vertex_positions=[sides])
+            yield numbers(wake_path(boat), time[taken], rr.Mesh3D, vertex_positions=ring[frame, order][taken])
 
     def _begin(self, path: str, y: FloatArray, x: FloatArray, *more: rr.AsComponents) -> Iterator[Chunk]:
         """What an entity with a mesh always has, once: triangles alone, without which a viewer drops the mesh."""
@@ -199,10 +189,9 @@ class WaterChunks:
 
         A new boat has left all of the m at its `first` place.
         """
-        count = WAKE_POINTS
-        before = [self._wakes.get(boat, np.repeat(first[i : i + 1], count, axis=0)) for i, boat in enumerate(boats)]
+        before = [self._wakes.get(boat, np.tile(first[i], (WAKE_POINTS, 1))) for i, boat in enumerate(boats)]
         left = np.concatenate([np.stack(before, axis=1), places])
-        self._wakes = {boat: left[-count:, i] for i, boat in enumerate(boats)}
+        self._wakes = {boat: left[-WAKE_POINTS:, i] for i, boat in enumerate(boats)}
         return left
 
 
@@ -219,15 +208,6 @@ def ribbons(places: FloatArray, left: FloatArray) -> FloatArray:
     across[:, 0] *= WAKE_WIDTHS[0]
     across[:, 1:] *= WAKE_WIDTHS[1]
     return np.stack([points - across, points + across], axis=2)
-
-
-def _mesh_chunk(path: str, time: FloatArray, **parts: Sequence[npt.NDArray[Any]]) -> Chunk:
-    """Frames of a mesh: of each part arrays (frames, ...), which follow each other and may differ in their vertices."""
-    name, arrays = next(iter(parts.items()))
-    width = 3 if name == "vertex_positions" else 1
-    counts = np.concatenate([np.full(len(array), array[0].size // width) for array in arrays])
-    flat = {name: np.concatenate([array.reshape(-1) for array in arrays]) for name, arrays in parts.items()}
-    return numbers(path, time, rr.Mesh3D, counts, **flat)
 
 
 def mesh_points(x: FloatArray, y: FloatArray, z: FloatArray) -> npt.NDArray[np.float32]:

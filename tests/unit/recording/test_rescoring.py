@@ -3,6 +3,7 @@
 import dataclasses
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -23,7 +24,7 @@ TIMES = [0.05 * number for number in range(60)]
 class Boats:
     """The boats that sailed together: what a rescoring reads of them."""
 
-    parameters = partial({"task": TASK})
+    world = SimpleNamespace(parameters=partial({"task": TASK}))
 
 
 def row(time):

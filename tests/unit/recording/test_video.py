@@ -404,9 +404,8 @@ def made_up(tmp_path):
     """A recording that is read, but never drawn."""
     recorded = read_record(tmp_path / "run.rrd")
     files = {**recorded.files, "scene.json": b'{"sea": {"level": 0.0}, "task": null}'}
-    boat_set = SimpleNamespace(
-        files=files, parameters=partial({"sea": {"level": 0.0}, "task": None, "boats": []}), layout=recorded.layout
-    )
+    world = SimpleNamespace(parameters=partial({"sea": {"level": 0.0}, "task": None, "boats": []}))
+    boat_set = SimpleNamespace(files=files, world=world, layout=recorded.layout)
     return dataclasses.replace(recorded, companies=(boat_set,))
 
 

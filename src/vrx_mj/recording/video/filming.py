@@ -137,7 +137,7 @@ class Film:
         if not len(found[boat]):
             raise VideoError(f"invalid boat '{boat}': it is in no row of the recording")
         paths = {name: path for name, path in found.items() if len(path)}
-        sets = [boat_set.parameters.boats for boat_set in recorded.companies]
+        sets = [boat_set.world.parameters.boats for boat_set in recorded.companies]
         self._labels = [{boat.name: boat_label(boat.name, boat.robot) for boat in boats} for boats in sets]
         self._paths, self._colors = paths, boat_colors(recorded.boats, list(chain.from_iterable(sets)))
         self._cell = 0.0 if eye else _DETAIL * BEHIND / view_of(Eye(np.zeros(3), np.eye(3)), *self.size).focal_length
@@ -248,7 +248,7 @@ def _boat_to_follow(recorded: Record, boat: str | None) -> str:
         raise VideoError(f"'{recorded.path}' has no boat to follow")
     if boat is not None:
         check_name("boat", boat, boats)
-    task = recorded.companies[0].parameters.task
+    task = recorded.companies[0].world.parameters.task
     scored = task.boat if task else ""
     return boat or (scored if scored in boats else next(iter(boats)))
 

@@ -188,7 +188,7 @@ class Footage:
         self.recorded = recorded
         self.start, self.end = map(float, recorded.time[[0, -1]])
         """Times of the first and the last row [s]."""
-        self.level = recorded.companies[0].parameters.sea.level
+        self.level = recorded.companies[0].world.parameters.sea.level
         """Mean height of the water [m]."""
         self._columns = [columns_in(recorded.layout, boat_set.layout) for boat_set in recorded.companies]
         layouts = [boat_set.layout for boat_set in recorded.companies]
@@ -222,7 +222,7 @@ class Footage:
     @cached_property
     def _statuses(self) -> tuple[tuple[float, str, TaskStatus, str], ...]:
         """Time [s], and name, status and unit of the task whenever its referee looked; empty without a task."""
-        if self.recorded.companies[0].parameters.task is None:
+        if self.recorded.companies[0].world.parameters.task is None:
             return ()
         referee, looks = looks_again(self.recorded)
         unit = TASK_KINDS[referee.type].unit
