@@ -285,7 +285,7 @@ def test_every_link_moves_in_a_recording(tmp_path):
     mujoco.mj_kinematics(sim.model, sim.data)
     place = {}
     for body in scene.bodies:
-        numbers = body.pose if body.qpos is None else sim.data.qpos[body.qpos : body.qpos + 7]
+        numbers = sim.data.qpos[body.free.qpos : body.free.qpos + 7] if body.free else body.pose
         place[body.path] = np.array(numbers[:3]), np.array(numbers[3:])
     for part in scene.parts:
         (position,), (turn,) = part_poses(part, sim.data.qpos[None])

@@ -105,7 +105,7 @@ def write_video(
     recorded.warn_of_physics()
     film = Film(recorded, shot or Shot(), size=size, fps=fps, eye=eye)
     with atomic_write(target, "the video", VideoError) as draft, closing(film):  # where it fails, an older one stays
-        draft.write_bytes(b"")  # not where a folder is
+        draft.open("wb").close()  # not where a folder is
         encoder(draft, film.pictures(progress), len(film.times), film.rate)
     return len(film.times)
 
