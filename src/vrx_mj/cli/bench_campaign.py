@@ -26,41 +26,37 @@ def steady(obs, t):
 """
 """Its 300 calls cost next to nothing; the first and the last tell the processor time."""
 _WARM_UP = 10
-"""Trials of each controller that do not count."""
+"""Trials that do not count."""
 
 
 def campaign_times(world: Mapping[str, object], controllers: int = 1, trials: int = 100) -> tuple[float, float]:
     """Processor time [s] in which trials of 30 s step, observe, and keep the score, and what the campaign takes in all.
 
     The first is what a trial takes from the first call of its controller to the last, and a 299th more; the second what
-    all processes take, with the database and the page. Of each controller `trials` count; the first few, in which it is
-    loaded and checked, do not.
+    all processes take, with the database and the page. Of each controller there are `trials`, and some of a warm-up,
+    which do not count.
     """
     with tempfile.TemporaryDirectory() as folder, chdir(folder):
         names = [f"hold_{number}" for number in range(controllers)]
         files = {f"{name}.py": _CONTROLLER for name in names}
         write_files(Path(), {**files, "world.yaml": json.dumps(world)}, "the campaign")
-        each = _WARM_UP + trials
-        seeds = tuple(range(4 * each))  # the worker gets a quarter of the trials at first, controller by controller
+        seeds, last = tuple(range(4 * trials)), _WARM_UP + trials * controllers
         plan = Plan(tuple(f"{name}:steady" for name in names), ("world.yaml",), seeds, duration=30.0)
-        begun = begin(Path("results"), plan)
+        begun = begin(Path("results"), plan)  # workers get many at a time until there are few
         planned = [plan.trial(cell) for cell in plan.cells]
-        page, simulated, taken = LivePage(begun), 0.0, 0.0
+        page, simulated, marks = LivePage(begun), 0.0, list[float]()
         sailed = run_trials(planned, begun.folder, ProcessPool(1))
-        by_controller = itertools.groupby(sailed, lambda result: result.cell.controller)
         with ResultStore(begun.folder, writes=True) as store, closing(sailed):
-            for _, own in itertools.islice(by_controller, controllers):
-                for number, result in enumerate(itertools.islice(own, each), start=1):
-                    store.add(result)
-                    page.refresh()
-                    if number == _WARM_UP:
-                        taken -= _spent()
-                    elif number > _WARM_UP:
-                        log = begun.folder / result.cell.folder / LOG
-                        first, final = map(float, log.read_text(encoding="utf-8").split())
-                        simulated += (final - first) * 300 / 299
-                taken += _spent()
-        return simulated, taken
+            for number, result in enumerate(itertools.islice(sailed, last), start=1):
+                store.add(result)
+                page.refresh()
+                if number in (_WARM_UP, last):
+                    marks.append(_spent())
+                if number > _WARM_UP:
+                    log = begun.folder / result.cell.folder / LOG
+                    first, final = map(float, log.read_text(encoding="utf-8").split())
+                    simulated += (final - first) * 300 / 299
+        return simulated, marks[1] - marks[0]
 
 
 def _spent() -> float:
