@@ -151,7 +151,7 @@ class PhysicsConfig(Config):
     they do not have."""
     at_base_link: tuple[Literal["gps", "imu", "pinger"], ...] = ("gps", "imu", "pinger")
     """Sensors that measure at the origin of `base_link`, wherever they are mounted; all others measure where they are
-    mounted. The default depends on the profile; in marine it is none. `[pinger]`, the default of vrx3, is what VRX's
+    mounted. The default depends on the profile; in marine it is empty. `[pinger]`, the default of vrx3, is what VRX's
     plugins do if GPS and IMU links are not merged into `base_link`, like those of the WAM-V's own macros."""
 
 
