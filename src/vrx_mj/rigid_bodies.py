@@ -43,7 +43,8 @@ def rigid(mass: float, center: Sequence[float], inertia: Sequence[float]) -> Mas
 def with_pose(part: MassProperties, pose: Pose) -> MassProperties:
     """The part in a frame in which its own is at `pose`."""
     turn = np.array(rotation(*pose[3:]))
-    return MassProperties(part.mass, turn @ part.center + np.array(pose[:3]), turn @ part.inertia @ turn.T)
+    center = (turn * part.center).sum(axis=1) + np.array(pose[:3])  # sums in order: @ rounds as each processor's BLAS
+    return MassProperties(part.mass, center, np.einsum("ij,jk,lk", turn, part.inertia, turn))
 
 
 def combine(parts: Iterable[MassProperties]) -> MassProperties:
@@ -57,5 +58,5 @@ def combine(parts: Iterable[MassProperties]) -> MassProperties:
     inertia = np.zeros((3, 3))
     for part in members:
         arm = part.center - center
-        inertia += part.inertia + part.mass * (float(arm @ arm) * np.eye(3) - np.outer(arm, arm))
+        inertia += part.inertia + part.mass * (np.square(arm).sum() * np.eye(3) - np.outer(arm, arm))
     return MassProperties(mass, center, inertia)

@@ -23,6 +23,8 @@ BY_NIGHT |= {
 }
 FLEETS = [*catalogue("fleets")]
 ROBOTS = [*catalogue("robots")]
+DIFFERENCES = 1e-5
+"""As `fingerprints.ROUNDING`, of mean forces: their differences of two speeds magnify what another BLAS rounds."""
 SEA = {"model": "jonswap", "significant_height": 0.4, "peak_period": 4.5, "components": 12, "spreading": 10.0}
 
 
@@ -41,6 +43,10 @@ def model_numbers(model):
 
 def check_run(file, key, world, seconds=1.0):
     """What a world compiles to, and a run of it in which each boat has a course and speed of its own."""
+    tree = tree_of(world.parameters)
+    mean = [hull["vessel"].pop("drift") for hull in tree["hulls"] if hull.get("vessel", {}).get("drift")]
+    if mean:
+        check(file, f"{key}: mean forces", rounding=DIFFERENCES, mean=mean)
     sim = vrx_mj.Simulation(world, seed=3)
     given = {
         boat: {
@@ -57,7 +63,7 @@ def check_run(file, key, world, seconds=1.0):
     read = {one.name for boat in sim.boats for one in sim.mounted(boat) if one.kind.type not in without}
     check(
         file, key,
-        compiled=[numbers_in(world.mjcf), tree_of(world.parameters)],
+        compiled=[numbers_in(world.mjcf), tree],
         model=model_numbers(sim.model),
         motion=[sim.data.qpos, sim.data.qvel, sim.data.qacc],
         boats=[[one.position, one.velocity, one.roll, one.pitch, one.heading, one.speed, one.course] for one in boats],

@@ -1,6 +1,7 @@
 """Masses of what turns with engines, about an axis, and the stations of a hull."""
 
 import math
+import operator
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -11,11 +12,12 @@ from urdf_boats import assemble, joint, link, thruster
 from vrx_mj.config.dynamics import ThrusterConfig
 from vrx_mj.config.fleet import Order
 from vrx_mj.errors import CompileError
+from vrx_mj.frames import rotation
 from vrx_mj.mjcf.boats import axis_inertia, body_mass
 from vrx_mj.mjcf.build import build_boat
 from vrx_mj.mjcf.compile import compile_world
 from vrx_mj.mjcf.robots import station_rows, thruster_rows
-from vrx_mj.rigid_bodies import combine, rigid
+from vrx_mj.rigid_bodies import combine, rigid, with_pose
 
 
 def test_a_body_turns_about_an_axis_as_its_points_do():
@@ -23,6 +25,19 @@ def test_a_body_turns_about_an_axis_as_its_points_do():
     places, masses = np.array([[1.0, 2.0, 3.0], [-2.0, 0.5, 1.0], [0.0, -1.0, 4.0]]), np.array([1.0, 2.0, 5.0])
     whole = combine(rigid(m, place, (0.0, 0.0, 0.0)) for m, place in zip(masses, places, strict=True))
     assert axis_inertia(whole) == pytest.approx(sum(masses * (places[:, 0] ** 2 + places[:, 1] ** 2)))
+
+
+def test_a_posed_part_has_the_same_bits_on_every_processor():
+    """Sums of products one after the other: neither BLAS nor fused multiply-adds."""
+    rng = np.random.default_rng(1)
+    for _ in range(20):
+        part, pose = rigid(2.0, rng.normal(size=3).tolist(), rng.normal(size=6).tolist()), rng.normal(size=6).tolist()
+        turn, inertia = rotation(*pose[3:]), part.inertia.tolist()
+        center = [sum(map(operator.mul, row, part.center.tolist())) + x for row, x in zip(turn, pose, strict=False)]
+        pairs = [(j, k) for j in range(3) for k in range(3)]
+        turned = [[sum(a[j] * inertia[j][k] * b[k] for j, k in pairs) for b in turn] for a in turn]
+        posed = with_pose(part, pose)
+        assert (posed.center.tolist(), posed.inertia.tolist()) == (center, turned)
 
 
 def test_what_turns_with_a_hinged_engine_has_the_inertia_of_a_body():
