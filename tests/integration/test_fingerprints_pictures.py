@@ -1,4 +1,4 @@
-"""What maps of worlds and pages of campaigns show: the numbers that they showed before."""
+"""What maps of worlds, skies, charts and pages of campaigns show: the numbers that they showed before."""
 
 import re
 from dataclasses import replace
@@ -12,7 +12,10 @@ from integration.test_fingerprints_worlds import compiled
 from vrx_mj.campaign.page import page, sketch_of
 from vrx_mj.campaign.scores import compare
 from vrx_mj.campaign.vary import Quantity
+from vrx_mj.config.world import SkyConfig
 from vrx_mj.draw.course import map_of
+from vrx_mj.draw.map import chart
+from vrx_mj.mjcf.scene import daylight, sea_palette, sky_cube
 
 EVERYDAY = {"gymkhana": None}
 BY_NIGHT = {
@@ -22,9 +25,21 @@ BY_NIGHT = {
 }  # fmt: skip
 
 
+LOOKS = ("alpha", "color", "edgecolor", "facecolor", "fontsize", "linestyle", "linewidth", "marker", "markeredgecolor",
+         "markeredgewidth", "markersize", "radius", "text", "visible", "xydata", "xy", "zorder")  # fmt: skip
+"""Properties of what is drawn that do not depend on the fonts of a machine."""
+
+
 def check_map(name, fleet):
     world = compiled(name, fleet=fleet)
-    check("pictures", name, scene=map_of(world), sketch=sketch_of(world))
+    scene = map_of(world)
+    check("pictures", name, scene=scene, sketch=sketch_of(world), drawn=drawn(chart(scene, (1600, 1100))))
+
+
+def drawn(figure):
+    """Kinds and looks of all that a figure has, in its order."""
+    for one in figure.findobj():
+        yield [type(one).__name__, *(getattr(one, f"get_{name}")() for name in LOOKS if hasattr(one, f"get_{name}"))]
 
 
 @pytest.mark.parametrize("name", EVERYDAY)
@@ -37,6 +52,14 @@ def test_a_map_shows_what_it_showed(name):
 def test_so_do_those_of_other_worlds():
     for name, fleet in BY_NIGHT.items():
         check_map(name, fleet)
+
+
+def test_skies_and_seas_have_the_colours_that_they_had():
+    for hour in range(0, 24, 3):
+        light = daylight(SkyConfig(time=float(hour), sunrise=5.5, sunset=19.0), 21.3)
+        zenith, horizon, sun, color = map(np.array, (light.zenith, light.horizon, light.sun, light.light))
+        sea = sea_palette(32, 8, zenith, horizon, color)
+        check("pictures", f"hour {hour}", light=light, sky=sky_cube(16, zenith, horizon, sun, color), sea=sea)
 
 
 GUSTS = Quantity("wind.mean", 0.0, 8.0, "m/s")

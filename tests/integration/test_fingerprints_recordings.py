@@ -10,6 +10,12 @@ import vrx_mj
 from fingerprints import check
 from integration.test_fingerprints_worlds import compiled
 
+WINDY = {
+    "sea": {"model": "jonswap", "significant_height": 0.4, "peak_period": 4.5, "components": 12, "spreading": 10.0},
+    "wind": {"direction": 200, "mean_velocity": 6, "var_gain": 2, "var_direction": 8.0},
+    "current": {"speed": 0.3, "direction": 80, "tide": {"speed": 0.4, "minor": 0.1, "direction": 20, "phase": 50}},
+}
+"""Weather of which a recording has arrows and figures."""
 EVERYDAY = {"wildlife_task": None}
 BY_NIGHT = {
     "gymkhana": None,
@@ -47,8 +53,8 @@ def leaves(array):
     return [array.to_numpy(zero_copy_only=False) if plain else array.to_pylist()]
 
 
-def check_recording(name, fleet, folder, seconds=1.5):
-    sim = vrx_mj.Simulation(compiled(name, fleet=fleet), seed=3)
+def check_recording(name, world, folder, seconds=1.5):
+    sim = vrx_mj.Simulation(world, seed=3)
     path = folder / f"{name.replace('/', '_')}.rrd"
     with vrx_mj.record(sim, path):
         for part in range(3):
@@ -71,11 +77,17 @@ def by_root(columns):
 
 @pytest.mark.parametrize("name", EVERYDAY)
 def test_a_recording_holds_what_it_held(name, tmp_path):
-    check_recording(name, EVERYDAY[name], tmp_path)
+    check_recording(name, compiled(name, fleet=EVERYDAY[name]), tmp_path)
+
+
+def test_so_does_one_of_a_boat_in_wind_waves_and_tide(tmp_path):
+    check_recording(
+        "windy", compiled(WINDY, fleet={"boats": [{"robot": "wamv", "pose": [1, 2, 0, 0, 0, 0.4]}]}), tmp_path
+    )
 
 
 @pytest.mark.slow
 @pytest.mark.nightly
 def test_so_do_those_of_other_worlds(tmp_path):
     for name, fleet in BY_NIGHT.items():
-        check_recording(name, fleet, tmp_path)
+        check_recording(name, compiled(name, fleet=fleet), tmp_path)
