@@ -68,6 +68,7 @@ def test_lower_errors_and_more_points_are_gains(tmp_path):
     assert (dock.better, dock.worse, dock.gain) == (0, 8, pytest.approx(-1.35))
     assert (hold.p, hold.adjusted) == (pytest.approx(2.0 / 256.0), pytest.approx(4.0 / 256.0))  # Holm: times two
     assert (hold.verdict, dock.verdict) == ("significantly better", "significantly worse")
+    assert replace(hold, gain=0.0).verdict == "changed"
 
 
 def test_cells_that_changed_are_told_and_others_counted(tmp_path):

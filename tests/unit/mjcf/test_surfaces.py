@@ -110,6 +110,12 @@ def test_one_in_another_lifts_twice_and_a_cavity_less():
     assert checked_surface(np.concatenate([outer, inner[:, ::-1]])) == ()
 
 
+@pytest.mark.parametrize(("radius", "is_told"), [(0.3, False), (0.8, True)])
+def test_what_overlaps_is_told_by_its_share_of_a_large_hull(radius, is_told):
+    text = " ".join(checked_surface(np.concatenate([box((10.0, 4.0, 2.0)), ball(3, radius)])))
+    assert ("count twice" in text) == is_told
+
+
 def test_the_two_parts_that_overlap_most_are_named():
     parts = [box((1.0, 1.0, 1.0), (at, 0.0, 0.0)) for at in (0.0, 0.9, 1.4)]
     (note,) = checked_surface(np.concatenate(parts), ("bow", "middle", "stern"), (0, 12, 24))

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from vrx_mj.cli import nodes as programs
-from vrx_mj.config.search import package_name
+from vrx_mj.config.search import package_name, root
 from vrx_mj.errors import VrxError
 from vrx_mj.formats.gazebo.launch import launch_of
 from vrx_mj.formats.gazebo.launched import PACKAGES, named_world, stock_launch, stock_launches
@@ -44,6 +44,14 @@ def test_a_package_has_its_name_and_its_programs_can_be_run(written, name):
         script = written / name / place
         assert script.read_text(encoding="utf-8").splitlines()[1].endswith(f'-m vrx_mj.cli.nodes {node} "$@"')
         assert os.access(script, os.X_OK)
+
+
+def test_our_files_in_the_place_of_others_packages_are_there(written):
+    """Launch files of teams include these of `vrx_gazebo`, `wamv_gazebo` and others."""
+    own = root() / "assets/ros"
+    files = {file.relative_to(own) for file in own.rglob("*") if file.is_file()}
+    assert {file.parts[0] for file in files} >= {"vrx_gazebo", "wamv_gazebo"}
+    assert files <= {file.relative_to(written) for file in written.rglob("*") if file.is_file()}
 
 
 def test_nodes_of_packages_are_those_that_there_are():

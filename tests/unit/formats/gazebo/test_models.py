@@ -1,6 +1,7 @@
 """Models of Gazebo as objects: masses and inertias by closed form, poses in degrees, shapes, composites, docks."""
 
 import math
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -300,6 +301,15 @@ def test_a_layout_in_a_comment_of_a_template_is_none():
     Path("dock/model.sdf.erb").write_text(text, encoding="utf-8")
     (dock,) = model_section(Path("dock/model.sdf.erb"))["docks"]
     assert list(dock["layout"]) == ["X X", "XXX"]
+
+
+@pytest.mark.parametrize("count", [200, 201])
+def test_a_template_has_at_most_200_rows(count):
+    Path("dock").mkdir()
+    rows = ", ".join(["'X'"] * count)
+    Path("dock/model.sdf.erb").write_text(f"<%\nlayout = [{rows}]\n%>\n", encoding="utf-8")
+    with nullcontext() if count == 200 else pytest.raises(ConfigError, match="expected rows in quotes"):
+        assert len(model_section(Path("dock/model.sdf.erb"))["docks"][0]["layout"]) == count
 
 
 @pytest.mark.parametrize(("last", "dynamic"), [("true", None), ("false", True), (None, None)])

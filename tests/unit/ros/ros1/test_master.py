@@ -156,6 +156,11 @@ def test_parameters_are_relative_to_the_caller_and_others_are_told(master):
             ("/a", "/x", "a/B", "ftp://x"),
             "ERROR: \"'ftp://x'\" is not a URI like http://host:port",
         ),
+        (
+            "registerPublisher",
+            ("/a", "/x", "a/B", "std_msgs/String"),
+            "ERROR: \"'std_msgs/String'\" is not a URI like http://host:port",
+        ),
         ("registerService", ("/a", "/x", A, A), f"ERROR: \"'{A}'\" is not a URI like rosrpc://host:port"),
         ("getParam", ("/a", ""), "ERROR: \"''\" is not a name of a parameter"),
         ("setParam", ("/a", "/x", None), "a NoneType is not a value of a parameter"),
