@@ -14,6 +14,7 @@ import os
 import sqlite3
 import subprocess
 import sys
+import threading
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -194,7 +195,7 @@ def _tests_of(file: Path, lines: range) -> Iterator[str]:
     """The tests that run some of a file's lines."""
     from coverage.numbits import nums_to_numbits
 
-    found = _map(os.environ[FOLDER]).execute(
+    found = _map(os.environ[FOLDER], threading.get_ident()).execute(
         "select context from line_bits join file on file.id = file_id join context on context.id = context_id"
         " where path = ? and numbits_any_intersection(numbits, ?)",
         (file.relative_to(ROOT).as_posix(), nums_to_numbits(lines)),
@@ -204,10 +205,11 @@ def _tests_of(file: Path, lines: range) -> Iterator[str]:
 
 
 @functools.cache
-def _map(folder: str) -> sqlite3.Connection:
+def _map(folder: str, _thread: int) -> sqlite3.Connection:
+    """A connection of a thread's own: two that share one wait for each other for ever, as they call Python."""
     from coverage.numbits import register_sqlite_functions
 
-    connection = sqlite3.connect(Path(folder) / "lines", check_same_thread=False)
+    connection = sqlite3.connect(Path(folder) / "lines")
     register_sqlite_functions(connection)
     return connection
 
