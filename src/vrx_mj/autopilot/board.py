@@ -21,7 +21,7 @@ from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Thruster
 from vrx_mj.physics.tables import BLADES
 from vrx_mj.runtime.battery import Charge
-from vrx_mj.runtime.commands import ANGLE
+from vrx_mj.runtime.commands import ANGLE_SUFFIX
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.sensors.instruments import Draw, apparent_wind, inertia
 from vrx_mj.sensors.readings import Mount, Place, place_of_mount
@@ -190,8 +190,8 @@ def _usual_channels(world: World, boat: str) -> dict[int, Channel]:
     known, pushing = _commands(own), [one.name for one in own if one.mapping not in BLADES]
     if {"left", "right"} <= set(pushing):
         return {1: known["left"], 3: known["right"]}
-    sails = [one.name + ANGLE for one in own if one.sail]
-    steering = [name for name in known if name.endswith(ANGLE) and name not in sails]
+    sails = [one.name + ANGLE_SUFFIX for one in own if one.sail]
+    steering = [name for name in known if name.endswith(ANGLE_SUFFIX) and name not in sails]
     if len(steering) != 1 or len(pushing) > 1 or len(sails) > 1 or not (pushing or sails):
         raise CommandError(
             f"it is not clear which channels command {boat}: set `autopilot:` in its robot's YAML, as in "
@@ -208,5 +208,5 @@ def _commands(own: Sequence[Thruster]) -> dict[str, Channel]:
             found[one.name] = Channel(one.name, *one.command_limits)
         if one.max_angle:
             pulses = (_SAIL_TRIM, _SAIL_SPAN) if one.sail else (_TRIM, _SPAN)
-            found[one.name + ANGLE] = Channel(one.name + ANGLE, -one.max_angle, one.max_angle, *pulses)
+            found[one.name + ANGLE_SUFFIX] = Channel(one.name + ANGLE_SUFFIX, -one.max_angle, one.max_angle, *pulses)
     return found

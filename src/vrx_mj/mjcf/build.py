@@ -27,7 +27,7 @@ from vrx_mj.mjcf.flotation import DENSITY, LINES, Derived, derived_floats, deriv
 from vrx_mj.packages import root
 
 _SHOWN_NOTES = 12
-"""Greatest number of faults of a robot that a warning lists."""
+"""Number of faults of a robot that a warning lists."""
 _XACRO_MARKS = ("<xacro:", "${", "$(")
 """Text by which a URDF with something to expand is recognized."""
 _VRX, _NONE = "vrx", "none"

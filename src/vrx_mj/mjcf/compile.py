@@ -103,7 +103,7 @@ class Assembly:
         return self.rows.hulls[-1]
 
 
-_STIFF = 2.0
+_STIFF_DRAG = 2.0
 """Share of a boat's velocity that drag may take in a step."""
 
 Source = str | Path | Mapping[str, Any]
@@ -325,9 +325,9 @@ class _Compilation(Assembly):
 
 def _warn_if_stiff(boat: boats.Boat, timestep: float) -> None:
     share = stiffness(boat, timestep)
-    if share > _STIFF:
+    if share > _STIFF_DRAG:
         text = f"robot {boat.name}: its linear drag removes {share:.3g} times its velocity in a step of {timestep:g} s"
-        text += f"; beyond {_STIFF:g} it diverges: check `drag_linear`, or use a shorter timestep"
+        text += f"; beyond {_STIFF_DRAG:g} it diverges: check `drag_linear`, or use a shorter timestep"
         warnings.warn(text, VrxWarning, stacklevel=5)
 
 

@@ -170,9 +170,9 @@ BLOCK_MODELS = {0.5: "dock_block", 1.0: "dock_block_2x2", 1.5: "dock_block_3x3",
 """Floating objects by the edge of the block [m] whose mass and buoyancy they give."""
 _BLOCK_HEIGHT = 0.25
 """Height of the blocks' middles over the dock's origin, where they start [m]. VRX: dock_generator.erb."""
-_BEND = 0.1
-"""Farthest angle of a hinge between two blocks [rad]. VRX: dock_generator.erb."""
-_NEAR = 2
+_MAX_BEND = 0.1
+"""Largest angle of a hinge between two blocks [rad]. VRX: dock_generator.erb."""
+_CONTACT_FREE_BLOCKS = 2
 """Blocks up to this many rows and columns away are never tested for contact with a placard's own block."""
 
 
@@ -187,7 +187,7 @@ def dock_piece(dock: PlacedDock) -> Piece:
         bodies = dict(zip(tree.cells, _bodies(dock, tree), strict=True))
         values |= {
             "root": _nodes(dock, tree, boards),
-            "bend": _BEND,
+            "bend": _MAX_BEND,
             "inertia": (_block(edge).inertia or ())[:3],
             "excluded": [(bodies[a], bodies[b]) for a, b in _beside(cells)] + list(_around(dock, boards, bodies)),
             "closures": [_closure(bodies, pair, tree.cells[0], edge) for pair in tree.closures],
@@ -378,7 +378,7 @@ def _around(dock: PlacedDock, boards: Sequence[_Row], bodies: Mapping[Cell, str]
     for board in boards:
         row, column = board["block"]
         for (i, j), body in bodies.items():
-            if max(abs(i - row), abs(j - column)) <= _NEAR and (i, j) != (row, column):
+            if max(abs(i - row), abs(j - column)) <= _CONTACT_FREE_BLOCKS and (i, j) != (row, column):
                 yield board["body"], body
 
 

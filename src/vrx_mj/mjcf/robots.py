@@ -30,8 +30,8 @@ from vrx_mj.formats.urdf.links import ENDLESS
 from vrx_mj.formats.urdf.model import ZERO, Joint, Urdf
 from vrx_mj.frames import quaternion, rotation
 from vrx_mj.mjcf.boats import (
-    LIGHTEST,
-    NOTHING,
+    NO_INERTIA,
+    SERVO_INERTIA,
     AssembledThruster,
     Boat,
     Engines,
@@ -97,7 +97,7 @@ def robot_piece(
             "body": thruster.link,
             "joint": thruster.joint,
             "pose": thruster.pose,
-            "mass": turning_mass(thruster) or NOTHING,
+            "mass": turning_mass(thruster) or NO_INERTIA,
             # recordings turn what is seen of an engine with the steering angle
             "frames": _frames(thruster.parts, double, yields, seen=f"{thruster.name}_engine"),
         }
@@ -242,7 +242,7 @@ def thruster_rows(boat: Boat, engines: Engines, prefix: str) -> list[Thruster]:
     whole = boat_mass(boat)
     rows = []
     for item in boat.thrusters:
-        turning = turning_mass(item) or NOTHING
+        turning = turning_mass(item) or NO_INERTIA
         hinged = engines == "hinged" and item.joint is not None
         drive = item.drive
         strongest = max(drive.max_force_forward, -drive.max_force_reverse)
@@ -260,7 +260,7 @@ def thruster_rows(boat: Boat, engines: Engines, prefix: str) -> list[Thruster]:
                 propeller=item.center,
                 direction=item.direction,
                 body_com=nested_tuples((turning if hinged else whole).center),
-                inertia=max(axis_inertia(turning), LIGHTEST),
+                inertia=max(axis_inertia(turning), SERVO_INERTIA),
                 max_command=strongest if drive.mapping == "newtons" else drive.max_command,
                 max_forward=drive.max_force_forward,
                 max_reverse=drive.max_force_reverse,

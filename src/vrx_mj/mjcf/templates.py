@@ -16,12 +16,12 @@ from vrx_mj.errors import CompileError
 from vrx_mj.formats.urdf.reader import is_binary_stl, mesh_bytes, obj_text, read_mesh
 from vrx_mj.packages import root
 
-_MESH = "vrx_mj/mesh"
+_TRIAL_MESH = "vrx_mj/mesh"
 """Name of a mesh that is tried alone."""
 _MUJOCO_SUFFIXES = (".obj", ".stl")
 """Suffixes of meshes that MuJoCo reads as they are."""
-_SIDES = 64
-"""Sides of the prism that a cylinder is where it collides."""
+_PRISM_SIDES = 64
+"""Number of sides of the prism that a cylinder collides as."""
 
 
 @dataclass(frozen=True)
@@ -116,13 +116,13 @@ def _scaled(content: bytes, suffix: str, scale: tuple[float, ...]) -> Mesh:
 @cache
 def _prism() -> bytes:
     """OBJ of a prism inside of a cylinder of radius and half length 1: it lacks 0.12 % of the radius at most."""
-    angles = [2.0 * math.pi * side / _SIDES for side in range(_SIDES)]
+    angles = [2.0 * math.pi * side / _PRISM_SIDES for side in range(_PRISM_SIDES)]
     lines = [f"v {math.cos(angle):.9f} {math.sin(angle):.9f} {z}" for z in (-1, 1) for angle in angles]
-    for side in range(1, _SIDES + 1):
-        after = side % _SIDES + 1
-        lines += [f"f {side} {after} {after + _SIDES}", f"f {side} {after + _SIDES} {side + _SIDES}"]
-    for side in range(2, _SIDES):
-        lines += [f"f 1 {side + 1} {side}", f"f {_SIDES + 1} {_SIDES + side} {_SIDES + side + 1}"]
+    for side in range(1, _PRISM_SIDES + 1):
+        after = side % _PRISM_SIDES + 1
+        lines += [f"f {side} {after} {after + _PRISM_SIDES}", f"f {side} {after + _PRISM_SIDES} {side + _PRISM_SIDES}"]
+    for side in range(2, _PRISM_SIDES):
+        lines += [f"f 1 {side + 1} {side}", f"f {_PRISM_SIDES + 1} {_PRISM_SIDES + side} {_PRISM_SIDES + side + 1}"]
     return "\n".join([*lines, ""]).encode()
 
 
@@ -136,13 +136,13 @@ def _check(path: Path, scale: tuple[float, ...], collides: bool, _changed: int, 
     try:
         spec = mujoco.MjSpec()
         spec.assets = {made.file: made.content}
-        spec.add_mesh(name=_MESH, file=made.file, scale=scale, inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL)
+        spec.add_mesh(name=_TRIAL_MESH, file=made.file, scale=scale, inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL)
         solid = int(collides)
-        spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=_MESH, contype=solid, conaffinity=solid)
+        spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=_TRIAL_MESH, contype=solid, conaffinity=solid)
         spec.compile()
     except ValueError as error:
-        words = str(error).splitlines()[0].removeprefix("Error: ").replace(f"'{_MESH}'", _MESH)
-        words = words.removesuffix(f": {_MESH}").removeprefix(f"mesh {_MESH} ")
+        words = str(error).splitlines()[0].removeprefix("Error: ").replace(f"'{_TRIAL_MESH}'", _TRIAL_MESH)
+        words = words.removesuffix(f": {_TRIAL_MESH}").removeprefix(f"mesh {_TRIAL_MESH} ")
         words = re.sub(rf"'?(assets/)?{re.escape(made.file)}'?", "it", words)
         raise CompileError(f"MuJoCo cannot use the mesh {display(path)}: {words}") from error
 

@@ -225,7 +225,9 @@ SIMULATORS: Mapping[str, Simulator] = {
 }
 """By the names that `World.save` takes; omissions are those that MuJoCo Warp 4.0.0 and MJX 3.17.0 with JAX need."""
 _HEADER = re.compile(r"(<mujoco [^<>]*>\s*<!-- [^\n]*compiled by vrx_mj)\.\n.*?-->", re.DOTALL)
+"""First comment of a saved MJCF."""
 _ABOUT = re.compile(r'\s*<text name="vrx_mj/about"[^<>]*/>')
+"""Text element that names the program."""
 
 
 def mjcf_for(mjcf: str, simulator: str) -> str:

@@ -16,7 +16,7 @@ from vrx_mj.mjcf.world import World
 from vrx_mj.model.boats import Thruster
 from vrx_mj.physics.tables import Table
 from vrx_mj.runtime.batch import Batch
-from vrx_mj.runtime.commands import ANGLE
+from vrx_mj.runtime.commands import ANGLE_SUFFIX
 from vrx_mj.runtime.simulation import Simulation
 from vrx_mj.sensors.sea import wave_table
 
@@ -36,7 +36,7 @@ class RefereedRow:
         given = [(boat, name) for boat in self.boats for name in self.sim.command_names(boat)]
         limits = {channel: _limits(known, *channel) for channel in given}
         useful = [channel for channel in given if any(limits[channel])]  # a fixed thruster's angle changes nothing
-        self.channels = tuple(sorted(useful, key=lambda channel: channel[1].endswith(ANGLE)))
+        self.channels = tuple(sorted(useful, key=lambda channel: channel[1].endswith(ANGLE_SUFFIX)))
         self.largest = np.array([limits[channel] for channel in self.channels])
 
     @property
@@ -112,7 +112,7 @@ def _limits(known: dict[tuple[str, str], Thruster], boat: str, name: str) -> tup
     """The least and the greatest command that changes anything."""
     thruster = known.get((boat, name))
     if thruster is None:
-        greatest = known[boat, name.removesuffix(ANGLE)].max_angle
+        greatest = known[boat, name.removesuffix(ANGLE_SUFFIX)].max_angle
         return -greatest, greatest
     return thruster.command_limits
 

@@ -138,9 +138,9 @@ def _rudder(name: str, row: Record) -> Rudder:
 
 
 _SAMPLES = 401
-"""Commands at which the mapping is tabulated."""
+"""Number of commands at which the mapping is tabulated."""
 _Mapping = tuple[FloatArray, FloatArray, FloatArray]
-_DRIVE = ("mapping", "max_command", "max_forward", "max_reverse")
+_MAPPING_FIELDS = ("mapping", "max_command", "max_forward", "max_reverse")
 """Fields of a thruster's row that its mapping depends on."""
 
 
@@ -220,7 +220,7 @@ def energy_of(arrays: LoopArrays, boat: str, index: int, states: Table) -> Float
 def _thruster(name: str, arrays: LoopArrays, number: int) -> Propeller:
     row, water = arrays.thrusters[number], None
     if row["measured"] < 0:
-        commands, forces, rising = _mapping_table(**{field: row[field].item() for field in _DRIVE})
+        commands, forces, rising = _mapping_table(**{field: row[field].item() for field in _MAPPING_FIELDS})
     else:
         own = arrays.propellers[row["measured"]]
         if own["quadrant_count"] or own["vanishing_speed"] < np.inf:

@@ -37,8 +37,8 @@ _DATA_ARRAYS = ("qacc_warmstart", "qfrc_applied", "xfrc_applied", "eq_active")
 """Arrays of MuJoCo's data that are kept beside positions and velocities."""
 _STATE_TABLES = tuple(name for name, array in ARRAYS.items() if array.use == STATE)
 """The tables that change."""
-_WHOLE = ("body_subtreemass",)
-"""Arrays of the model in which a newcomer counts for the others, too: for the world."""
+_WORLD_SUMS = ("body_subtreemass",)
+"""Arrays of the model in which a new part also counts for the world."""
 
 
 class Spawning:
@@ -111,7 +111,7 @@ def _carry(old: LoopArrays, new: LoopArrays, stay: Mapping[str, BoolArray]) -> N
     for name in OPTIONS:
         setattr(new.model.opt, name, getattr(old.model.opt, name))
     for name in MODEL_ARRAYS:
-        if name not in _WHOLE:
+        if name not in _WORLD_SUMS:
             _fill(getattr(new.model, name), getattr(old.model, name), stay.get(_MODEL_ROWS.get(name.split("_")[0], "")))
     for name in _DATA_ARRAYS:
         _fill(getattr(new.data, name), getattr(old.data, name), stay.get(_ROWS.get(name, "")))

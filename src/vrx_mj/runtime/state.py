@@ -29,7 +29,8 @@ from vrx_mj.model.world import other_physics
 from vrx_mj.outputs import atomic_write
 
 STATE_VERSION = 3
-_LONGEST = 1e9
+"""Version of the format of saved states."""
+_MAX_TIME = 1e9
 """Latest time of a state [s]."""
 _Size = Annotated[int, Field(ge=0, lt=1 << 48)]
 _Finite = Annotated[float, Field(allow_inf_nan=False)]
@@ -202,6 +203,7 @@ class State:
 
 
 SIGNATURE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
+"""Parts of MuJoCo's state that are saved."""
 
 
 def integration_state(model: mujoco.MjModel, data: mujoco.MjData) -> FloatArray:
@@ -223,8 +225,8 @@ _KINDS = {"world": str, "seed": int, "time": float, "mujoco": np.ndarray, "ours"
 
 def _check_time(time: float) -> None:
     """Raise a StateError unless a state can be of this time [s]."""
-    if not (math.isfinite(time) and 0.0 <= time <= _LONGEST):
-        raise StateError(f"invalid time {time:g} s of a state: from 0 to {_LONGEST:g} s is needed")
+    if not (math.isfinite(time) and 0.0 <= time <= _MAX_TIME):
+        raise StateError(f"invalid time {time:g} s of a state: from 0 to {_MAX_TIME:g} s is needed")
 
 
 def _check_version(version: int) -> None:
@@ -234,11 +236,14 @@ def _check_version(version: int) -> None:
 
 
 _PREFIX = "vrx_mj-diverged-"
+"""Prefix of the names of folders with states of diverged runs."""
 _FILE = "last_good.state"
-KEPT = 10
-"""Folders with states of diverged runs that one user keeps in the temporary folder; the oldest go first."""
-KEPT_BYTES = 100_000_000
-"""What these may hold together [bytes]; the newest is kept whatever its size."""
+"""Name of the file with the last state before a run diverged."""
+MAX_KEPT = 10
+"""Largest number of folders with states of diverged runs of one user in the temporary folder; the oldest are removed
+first."""
+MAX_KEPT_BYTES = 100_000_000
+"""Largest size of these folders together [bytes]; the newest is kept whatever its size."""
 
 
 def divergence_message(body: str, time: float, timestep: float, good: State, kept: str) -> str:
@@ -265,14 +270,14 @@ def save_last_good_state(good: State) -> str:
     except (OSError, VrxError) as error:
         return f"could not be saved: {getattr(error, 'strerror', None) or error}"
     others = sorted(_folders(file.parent), reverse=True)
-    room, kept = KEPT_BYTES - file.stat().st_size, 1
+    room, kept = MAX_KEPT_BYTES - file.stat().st_size, 1
     for _, size, folder in others:
         room -= size
-        if kept < KEPT and room >= 0:
+        if kept < MAX_KEPT and room >= 0:
             kept += 1
         else:
             shutil.rmtree(folder, ignore_errors=True)
-    return f"is in {file}: State.load reads it; the last {KEPT} such states are kept"
+    return f"is in {file}: State.load reads it; the last {MAX_KEPT} such states are kept"
 
 
 def _folders(newest: Path) -> Iterator[tuple[float, int, Path]]:
