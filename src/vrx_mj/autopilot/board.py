@@ -31,8 +31,9 @@ _FORWARD_RIGHT_DOWN = ((1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, -1.0))
 _FROM_EAST_NORTH_UP = np.array([0.0, math.sqrt(0.5), math.sqrt(0.5), 0.0])
 """(4,) quaternion that turns axes east, north, up into north, east, down."""
 _RANGE_FINDERS = 6
-"""Range finders that an answer has room for, `rng_1` to `rng_6`."""
+"""Number of range finders that an answer has room for, `rng_1` to `rng_6`."""
 _EXACT, _NO_DRAW = ImuConfig(name="board", link="base_link"), Draw(0, "", "board", 0, 1.0)
+"""An IMU without errors, and its draw without noise."""
 
 
 class Board:
@@ -119,7 +120,7 @@ _TRIM, _SPAN = 1500.0, (400.0, 400.0)
 """Width of a pulse that commands nothing, and how much less and more commands all [us]."""
 _SAIL_TRIM, _SAIL_SPAN = 1000.0, (1000.0, 1000.0)
 """Trim and span of a sail's winch, which is hauled in at its trim [us]."""
-SHORTEST, LONGEST = 500, 2500
+MIN_PULSE, MAX_PULSE = 500, 2500
 """Pulses that a servo can get [us]; a channel without output has 0."""
 
 
@@ -153,7 +154,7 @@ Channels = Mapping[int, Channel]
 
 def is_servo_pulse(pulse: int) -> bool:
     """Whether a servo can get a pulse [us]."""
-    return pulse == 0 or SHORTEST <= pulse <= LONGEST
+    return pulse == 0 or MIN_PULSE <= pulse <= MAX_PULSE
 
 
 def channels_of(world: World, boat: str) -> dict[int, Channel]:

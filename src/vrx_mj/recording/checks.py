@@ -107,7 +107,7 @@ def _columns(record: Record, names: Sequence[str]) -> FloatArray:
 
 def _word_differences(a: Record, b: Record) -> list[str]:
     """Differences in what the recordings are, before any row."""
-    pairs = [(key, a.properties.get(key), b.properties.get(key)) for key in _DECISIVE]
+    pairs = [(key, a.properties.get(key), b.properties.get(key)) for key in _IDENTITY]
     pairs.append(("physics_version", a.physics_version, b.physics_version))
     found = [f"{key}: {one!r} and {other!r}" for key, one, other in pairs if one != other]
     if a.timestep != b.timestep:
@@ -120,7 +120,7 @@ def _word_differences(a: Record, b: Record) -> list[str]:
     return found
 
 
-_DECISIVE = ("fleet", "seed", "world", "world_sha256")
+_IDENTITY = ("fleet", "seed", "world", "world_sha256")
 """Properties that make two runs different ones; versions and platform may differ."""
 
 

@@ -111,8 +111,8 @@ def show(recording: str | Path, *, width: int | str = "auto", height: int | str 
 
 
 _Tick = Callable[[float], None]
-REDRAWN = 0.1
-"""Wall time between two drawings of a notebook's bar [s], at least."""
+REDRAW_PERIOD = 0.1
+"""Least wall time between two drawings of a notebook's bar [s]."""
 
 
 def progress(sim: "Simulation", duration: float | None = None) -> AbstractContextManager[_Tick]:
@@ -166,7 +166,7 @@ def notebook_bar(sim: "Simulation", duration: float) -> Iterator[_Tick]:
         nonlocal reached, drawn
         reached = time
         write_events()
-        if clock.perf_counter() - drawn > REDRAWN:
+        if clock.perf_counter() - drawn > REDRAW_PERIOD:
             handle.update(drawing())
             drawn = clock.perf_counter()
 

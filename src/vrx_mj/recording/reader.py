@@ -23,7 +23,7 @@ from vrx_mj.errors import RecordError, VrxWarning, quote
 from vrx_mj.frames import in_world_axes
 from vrx_mj.model.world import other_physics
 from vrx_mj.recording.boat_sets import (
-    HUGE,
+    MAX_NUMBER,
     BoatSet,
     Head,
     Sent,
@@ -207,7 +207,7 @@ def read_record(path: str | Path, *, whole: bool = False) -> Record:
         CommandError: `path` is not a path.
     """
     file = as_path("path", path)
-    parsed = parsed_file(file, COLUMNS, OURS, whole=as_flag("whole", whole))
+    parsed = parsed_file(file, READ_COLUMNS, READ_ENTITIES, whole=as_flag("whole", whole))
     if not parsed.of(RUN):
         raise RecordError(f"'{file}' is not a recording of vrx_mj: it is a rerun file of something else")
     run, most = parsed.of(RUN)[0], allowance(file.stat().st_size)
@@ -221,7 +221,7 @@ def read_record(path: str | Path, *, whole: bool = False) -> Record:
         layouts = [boat_set.layout for boat_set in companies]
         rows, numbers = all_rows(parsed.of(ROWS), layouts, most)
         frames = read_frames(parsed.of(FRAMES), len(companies), most)
-        if not all((np.abs(row) < HUGE).all() for _, row, _ in frames):
+        if not all((np.abs(row) < MAX_NUMBER).all() for _, row, _ in frames):
             raise RecordError(f"{FRAMES}: block: a number is not finite, or huge")
         return Record(
             **{**vars(head), "layout": joint_layout(layouts)},
@@ -237,13 +237,13 @@ def read_record(path: str | Path, *, whole: bool = False) -> Record:
         )
 
 
-OURS = (RUN, ROWS, STATES, EVENTS, COMPANIES, FRAMES)
+READ_ENTITIES = (RUN, ROWS, STATES, EVENTS, COMPANIES, FRAMES)
 """Entities that are read; all others are for looking at."""
-COLUMNS = (
+READ_COLUMNS = (
     "head", "files", "block", "company", "time", "blob", "sent", "sim_time", "TextLog:text", "TextLog:level",
     "touch",
 )  # fmt: skip
-"""Their columns."""
+"""Columns of these entities that are read."""
 
 
 @contextlib.contextmanager

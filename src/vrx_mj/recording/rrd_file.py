@@ -27,11 +27,11 @@ from vrx_mj.recording.parts import APPLICATION, MAGIC, Part, PartData, begins_wi
 PARSER = "foreign.rerun_file"
 """The module that parses."""
 _MAGIC = b"RRF2"
-"""How a recording begins."""
-_LEAST, _RATIO = 64 << 20, 16
-"""What a recording may become in memory [bytes]: this, and so many times its size."""
+"""First bytes of a recording."""
+_MIN_MEMORY, _MEMORY_RATIO = 64 << 20, 16
+"""Memory that parsing a recording may take [bytes]: this, or this many times its size."""
 _SECONDS, _BYTES_PER_SECOND = 5, 1 << 20
-"""Processor time of the parser: this [s], and a second for so many bytes."""
+"""Processor time that the parser may take: this [s], and one second for this many bytes."""
 _Found = TypeVar("_Found")
 
 
@@ -53,7 +53,7 @@ class Parsed:
 
 def allowance(size: int) -> int:
     """What a recording of `size` [bytes] may become in memory [bytes]."""
-    return _LEAST + _RATIO * size
+    return _MIN_MEMORY + _MEMORY_RATIO * size
 
 
 def parsed_file(file: Path, columns: Sequence[str], entities: Sequence[str], *, whole: bool = False) -> Parsed:

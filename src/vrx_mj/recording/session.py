@@ -55,7 +55,7 @@ from vrx_mj.sensors.readings import Reading
 from vrx_mj.tasks.referee import Message
 from vrx_mj.unix import release_memory
 
-_QUALITY = 75
+_JPEG_QUALITY = 75
 """Quality of the JPEG pictures, of 100."""
 
 
@@ -179,7 +179,7 @@ def _reading_columns(sensor: RecordedSensor, reading: Reading) -> dict[str, list
         if reading.data.labels is not None:
             seen = [(one.category_id, *one.box) for one in reading.data.labels.objects]
             columns["labels"] = [np.ravel(seen).astype("<i4")]
-        return columns | {"EncodedImage:blob": [reading.data.jpeg(_QUALITY)]}
+        return columns | {"EncodedImage:blob": [reading.data.jpeg(_JPEG_QUALITY)]}
     if sensor.gives_points:
         cloud = reading.data  # as bytes: rerun takes numbers one by one
         numbers = {"intensity": [cloud.intensity.astype("<f4").tobytes()], "ring": [cloud.ring.astype("<u2").tobytes()]}
@@ -189,7 +189,7 @@ def _reading_columns(sensor: RecordedSensor, reading: Reading) -> dict[str, list
 
 
 _POSE_RATE = 20.0
-"""Rows per simulated second [Hz]."""
+"""Rate of rows [Hz, simulated time]."""
 
 
 @contextlib.contextmanager

@@ -14,7 +14,7 @@ from functools import partial
 from typing import Protocol
 from urllib.parse import urlsplit
 
-from vrx_mj.drive.session import LONGEST, Pacer
+from vrx_mj.drive.session import MAX_LAG, Pacer
 from vrx_mj.errors import CommandError, NetworkError
 from vrx_mj.nmea import PERIOD, RATE, Instruments, Sentence
 from vrx_mj.ros.graph import Graph, Server, Wires
@@ -443,11 +443,11 @@ class _Loop:
     def _keep_pace(self, report: Report) -> None:
         begun = time.perf_counter()
         due = self._pacer.due(begun)
-        self._owed = min(self._owed + due, LONGEST * self._per_second)
+        self._owed = min(self._owed + due, MAX_LAG * self._per_second)
         self._allowed = min(self._allowed + CATCHING_UP * due * self._clock_rate / self._per_second, self._burst)
         if self._owed > _BEHIND * self._per_second and not self._is_behind:
             self._is_behind = True
-            way = f"catching up at {CATCHING_UP:g} times the pace; lag beyond {LONGEST:g} s is dropped"
+            way = f"catching up at {CATCHING_UP:g} times the pace; lag beyond {MAX_LAG:g} s is dropped"
             report("WARN", f"behind the pace by {self._owed / self._per_second:.1f} s: {way}")
         while (
             self._owed > 0.0 and self._allowed >= 1.0 and time.perf_counter() - begun < _BUDGET and not self._is_over()

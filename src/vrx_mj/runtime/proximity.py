@@ -149,7 +149,7 @@ def _middle(mover: Record, qpos: FloatArray) -> tuple[float, float, float]:
 
 @kernel
 def _from_each_other(movers: Table) -> float:
-    """Return the least distance [m] between the movers' spheres, at most `MAX_DISTANCE`; rows come from west to east."""
+    """Return the least distance [m] between the movers' spheres, at most `MAX_DISTANCE`; rows go from west to east."""
     least = MAX_DISTANCE
     for i in range(1, movers.size):
         at = i

@@ -24,7 +24,7 @@ from vrx_mj.runtime.loop_arrays import MODEL_ARRAYS, OPTIONS, LoopArrays, memori
 from vrx_mj.runtime.stepping_models import fitting
 from vrx_mj.runtime.turns import Turn, in_turn
 from vrx_mj.runtime.views import ARRAYS, STATE
-from vrx_mj.sensors.displays import MARKS
+from vrx_mj.sensors.displays import MARK_COUNTS
 
 _MODEL_ROWS = {"body": "bodies", "jnt": "joints", "dof": "dofs", "qpos0": "qpos", "eq": "equalities"}
 """What the rows of the model's arrays are of, by the first word of their names."""
@@ -101,8 +101,8 @@ def _rows_staying(world: World, arrays: LoopArrays, left: str) -> dict[str, Bool
         "drifts": stay["hulls"][arrays.hulls["drift_state"] >= 0],
         "propellers": stay["thrusters"][arrays.thrusters["measured"] >= 0],
         "sensed": sensed,
-        "light_marks": np.repeat(stay["lights"], MARKS["light"]),
-        "placard_marks": np.repeat(stay["placards"], MARKS["placard"]),
+        "light_marks": np.repeat(stay["lights"], MARK_COUNTS["light"]),
+        "placard_marks": np.repeat(stay["placards"], MARK_COUNTS["placard"]),
     }
 
 

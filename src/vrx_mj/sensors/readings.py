@@ -76,8 +76,8 @@ def _cross(one: FloatArray, other: FloatArray) -> FloatArray:
     return np.array([b * z - c * y, c * x - a * z, a * y - b * x])
 
 
-_EXACT = (0.0,) * 9
-"""Covariance of what has no errors."""
+_NO_COVARIANCE = (0.0,) * 9
+"""Covariance of a reading without errors."""
 
 
 @dataclass(frozen=True)
@@ -204,11 +204,11 @@ class Inertia:
     """Angular velocity, (3,) [rad/s], sensor axes."""
     linear_acceleration: FloatArray
     """Linear acceleration, (3,) [m/s2], sensor axes; at rest 9.8 upward."""
-    orientation_covariance: tuple[float, ...] = _EXACT
+    orientation_covariance: tuple[float, ...] = _NO_COVARIANCE
     """Covariance of the orientation, (9,) row by row [rad2]: roll, pitch and yaw; zeros: no errors."""
-    angular_velocity_covariance: tuple[float, ...] = _EXACT
+    angular_velocity_covariance: tuple[float, ...] = _NO_COVARIANCE
     """Covariance of the angular velocity, (9,) row by row [rad2/s2]."""
-    linear_acceleration_covariance: tuple[float, ...] = _EXACT
+    linear_acceleration_covariance: tuple[float, ...] = _NO_COVARIANCE
     """Covariance of the linear acceleration, (9,) row by row [m2/s4]."""
 
 

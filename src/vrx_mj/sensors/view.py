@@ -20,8 +20,8 @@ from vrx_mj.model.world import Parameters
 from vrx_mj.physics.surface import sky_distance
 from vrx_mj.sensors.readings import CameraInfo, Label, Labels
 
-SMALLEST = 0.25
-"""Radius of geoms in the picture that are drawn at least [pixels]."""
+MIN_RADIUS = 0.25
+"""Least radius in the picture of the geoms that are drawn [pixels]."""
 _MARGIN = 0.03
 """Margin by which the sea is drawn wider than the view [rad]."""
 
@@ -69,7 +69,7 @@ class View:
     """Focal length [pixels]."""
     end: float = 6000.0
     """Where land and sea end [m]."""
-    smallest: float = SMALLEST
+    smallest: float = MIN_RADIUS
     """Geoms of a smaller radius [pixels] are not drawn."""
 
     @classmethod
@@ -80,7 +80,7 @@ class View:
         field: float,
         size: tuple[int, int],
         reach: tuple[float, float],
-        smallest: float = SMALLEST,
+        smallest: float = MIN_RADIUS,
     ) -> Self:
         """The view of a horizontal field [rad], for pictures of a width and height [pixels]; `reach`: near and far."""
         half, (width, height) = math.tan(field / 2.0), size

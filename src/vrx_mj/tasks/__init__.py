@@ -39,7 +39,9 @@ class TaskKind:
 
 
 _ERRORS: Mapping[str, Form] = {"pose_error": "number", "mean_pose_error": "number"}
+"""Outputs of tasks that score an error of the pose."""
 _DOCKING: Mapping[str, None] = {"color_sequence_open": None, "symbol": None}
+"""Outputs of docking tasks."""
 TASK_KINDS: Mapping[str, TaskKind] = {
     "stationkeeping": TaskKind(Stationkeeping, "mean error of the pose", "m", "lower", {"goal": "place", **_ERRORS}),
     "wayfinding": TaskKind(

@@ -160,7 +160,7 @@ def passage(gate: tasks.Gate, before: str, boat: str, frame: Frame) -> tuple[Sid
     return now, "backwards" if now == "before" and before == "after" else None
 
 
-FAILURE = 200.0
+FAILURE_SCORE = 200.0
 """The score of a run that failed or whose time was up, though no run of 300 s scores as much."""
 
 
@@ -199,7 +199,7 @@ class NavigationCourse(_GateRules):
         referee.set_score(min(status.duration, spent) / len(gates))
         for index, gate in enumerate(gates):
             if gate == "ahead" and self._fails(index, frame, referee):
-                referee.set_score(FAILURE)
+                referee.set_score(FAILURE_SCORE)
                 referee.finish()
                 return
         if "ahead" not in gates:
@@ -207,7 +207,7 @@ class NavigationCourse(_GateRules):
 
     def timeout_score(self, status: TaskStatus) -> float | None:
         """A failure."""
-        return FAILURE
+        return FAILURE_SCORE
 
     def _fails(self, index: int, frame: Frame, referee: Referee) -> bool:
         """See whether the boat passes a gate now, and whether it should not have."""
@@ -294,7 +294,7 @@ class GymkhanaState(RunningMean):
 
 
 class Gymkhana(Rules):
-    """The score is `FAILURE` until the channel is finished, then the mean distance to the beacon [m]."""
+    """The score is `FAILURE_SCORE` until the channel is finished, then the mean distance to the beacon [m]."""
 
     title = "the gymkhana"
     watches_early = True
@@ -335,15 +335,15 @@ class Gymkhana(Rules):
         if referee.status.phase != "running":
             return
         channel, mean = self._channel, self._sums.add(distance(frame.poses[self._boat], self._pinger))
-        referee.set_score(mean if channel.is_over else FAILURE)
-        if self._may_fail and channel.is_over and channel.status.score == FAILURE:
-            referee.set_score(FAILURE)
+        referee.set_score(mean if channel.is_over else FAILURE_SCORE)
+        if self._may_fail and channel.is_over and channel.status.score == FAILURE_SCORE:
+            referee.set_score(FAILURE_SCORE)
             referee.finish()
 
     def timeout_score(self, status: TaskStatus) -> float | None:
         """The mean with penalties, which are added only here; a channel that ran out of time has failed without."""
         if self._may_fail and not self._channel.is_over:
-            return FAILURE
+            return FAILURE_SCORE
         return status.score + status.collisions * self._penalty
 
     def check(self, state: GymkhanaState) -> None:
