@@ -418,7 +418,7 @@ def master_row(uri: str, timeout: float = _MASTER_TIMEOUT) -> tuple[Row, Publish
     from xmlrpc.client import Fault
 
     from vrx_mj.ros.network import is_local
-    from vrx_mj.ros.ros1.xmlrpc import BROKEN, Proxy, address
+    from vrx_mj.ros.ros1.xmlrpc import CALL_ERRORS, Proxy, address
 
     async def asked() -> Any:
         proxy = Proxy(uri)
@@ -438,7 +438,7 @@ def master_row(uri: str, timeout: float = _MASTER_TIMEOUT) -> tuple[Row, Publish
         if is_local(host):
             return Row(what, f"none at {uri}", "not needed", "vrx-mj serve --ros1 starts one"), ()
         return Row(what, f"none at {uri}", "no", "start roscore there, or unset ROS_MASTER_URI"), ()
-    except (*BROKEN, Fault, TypeError, ValueError) as error:
+    except (*CALL_ERRORS, Fault, TypeError, ValueError) as error:
         why = str(error) or "no answer"
         return Row(what, f"no ROS master at {uri}: {why}", "no", "correct ROS_MASTER_URI, or unset it"), ()
     return Row(what, f"answers at {uri}"), publishers

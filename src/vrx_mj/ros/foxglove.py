@@ -17,12 +17,13 @@ from vrx_mj.ros.messages import Message, definition, encode, full_name, is_known
 from vrx_mj.ros.table.viewers import CUBE, CYLINDER, SPHERE, START, TRIANGLES
 
 BACKLOG = 256
-"""Messages that wait for a client that does not keep up, at most: the oldest go first."""
-_RAW = "sensor_msgs/Image"
-"""Left out: the same pictures are there compressed."""
-_STILL = "/tf_static"
-"""Repeated every simulated second: panels of a layout that is opened later miss the first one."""
+"""Largest number of messages that wait for a slow client: the oldest are dropped first."""
+_RAW_IMAGE = "sensor_msgs/Image"
+"""Type that is left out: the same pictures are published compressed."""
+_STATIC_FRAMES = "/tf_static"
+"""Topic that is repeated every simulated second: panels of a layout that is opened later miss the first message."""
 _LEVELS = {"INFO": StatusLevel.Info, "WARN": StatusLevel.Warning}
+"""Levels of status messages."""
 
 
 class Foxglove(ServerListener):
@@ -55,7 +56,7 @@ class Foxglove(ServerListener):
 
     def offer(self, table: RosInterface) -> None:
         """Offer this table from now on, and nothing else."""
-        types = {name: one.type for name, one in table.outputs.items() if one.type != _RAW and is_known(one.type)}
+        types = {name: one.type for name, one in table.outputs.items() if one.type != _RAW_IMAGE and is_known(one.type)}
         for name in self._channels.keys() - types.keys():
             self._latched.pop(name, None)
             self._channels.pop(name).close()
@@ -80,8 +81,8 @@ class Foxglove(ServerListener):
             return
         now = batch[-1].time
         self._server.broadcast_time(round(now * 1e9))
-        if _STILL in wanted & self._latched.keys() and int(now) != self._repeated:
-            self._log(self._latched[_STILL])
+        if _STATIC_FRAMES in wanted & self._latched.keys() and int(now) != self._repeated:
+            self._log(self._latched[_STATIC_FRAMES])
             self._repeated = int(now)
 
     def log(self, level: str, text: str) -> None:

@@ -23,8 +23,11 @@ from vrx_mj.sensors.view import CATEGORY_NAMES
 Dialect = Literal["vrx", "vrx3"]
 """Names and types of topics: VRX's on ROS 1, or VRX 3's on ROS 2."""
 VRX: tuple[Dialect, ...] = ("vrx",)
+"""Dialect of VRX, on ROS 1."""
 VRX3: tuple[Dialect, ...] = ("vrx3",)
+"""Dialect of VRX 3, on ROS 2."""
 BOTH = VRX + VRX3
+"""Both dialects."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,8 +178,9 @@ def publishers_of(transport: Transport, topic: str) -> Sequence[str]:
 
 
 MOST_CALLS = 256
-"""Calls of services that wait, at most; more are refused."""
+"""Largest number of calls of services that wait; more are refused."""
 MOST_UNKNOWN_PUBLISHERS = 256
+"""Largest number of publishers of unknown topics that are kept."""
 
 Answer = Callable[[Message | None, str], None]
 """Takes the response, or None and the reason. It is called by the simulation's thread."""

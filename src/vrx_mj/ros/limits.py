@@ -13,7 +13,7 @@ from vrx_mj.ros.network import is_loopback
 from vrx_mj.unix import resource
 
 SMALL = 1 << 16
-"""Bytes that a connection may hold while others hold more."""
+"""Bytes that a connection may always hold, even if others hold more."""
 
 
 class Place:
@@ -69,10 +69,11 @@ class Intake:
 
 
 _MOST_CONNECTIONS = 4096
-_IN_USE = 7 / 8
-"""Share of the places that connections in use may have, at most."""
+"""Largest number of connections."""
+_MAX_USED_SHARE = 7 / 8
+"""Largest share of the places that connections in use may have."""
 _SPARE_FILES = 600
-"""Open files that are left to everything else, rosbridge's clients among it, where a process may have so many."""
+"""Number of open files left for everything else, among it rosbridge's clients, where a process may have so many."""
 
 
 class ConnectionLimit:
@@ -115,7 +116,7 @@ class ConnectionLimit:
 
     def has_room(self, place: Place) -> bool:
         """Whether one more may be in use."""
-        return self._crowd(place.host, self._in_use, _IN_USE) is None
+        return self._crowd(place.host, self._in_use, _MAX_USED_SHARE) is None
 
     def leave(self, place: Place) -> None:
         """One has gone; nothing happens where it has gone already."""
@@ -189,13 +190,13 @@ class Pace:
 
 
 MOST_WAITING = 64
-"""Messages of a topic, and of a topic and sender, that wait for another thread, at most."""
+"""Largest number of messages of a topic, and of a topic and sender, that wait for another thread."""
 _MOST_KEYS = 4096
-"""Topics, or pairs of topic and sender, of which messages wait, at most."""
+"""Largest number of topics, or pairs of topic and sender, whose messages wait."""
 MOST_BYTES = 16 << 20
-"""Bytes that wait in an outbox, but for one message that is larger."""
+"""Largest size of what waits in an outbox, except for one message that is larger [bytes]."""
 MOST_BYTES_OF_ALL = 128 << 20
-"""Bytes that wait in all outboxes of a wire."""
+"""Largest size of what waits in all outboxes of a wire [bytes]."""
 
 _Item = TypeVar("_Item")
 

@@ -44,8 +44,8 @@ from vrx_mj.recording.video.stage import (
     LARGE_RADIUS,
     LASTS,
     MAX_PIECES,
-    OPACITY,
     SPREAD,
+    WHITE,
     WIDTH,
     Above,
     Chase,
@@ -173,7 +173,7 @@ def test_foam_lies_on_the_sea_behind_the_stern_and_fades():
     assert x.max() == pytest.approx(FULL_SPEED * 20.0 - 2.0)
     assert x.min() == pytest.approx(FULL_SPEED * (20.0 - LASTS) - 2.0, abs=1e-9)  # where it was `LASTS` ago
     assert np.abs(y[:-2] - 1.0).min() == pytest.approx(WIDTH / 2, rel=1e-3)  # the last piece has no length
-    assert shades[0] == shades.max() == pytest.approx(OPACITY, rel=0.05)
+    assert shades[0] == shades.max() == pytest.approx(WHITE, rel=0.05)
 
 
 STORM = {
@@ -302,7 +302,7 @@ def test_foam_is_a_skin_that_faces_up_with_a_strip_for_each_wake():
     assert up.min() >= 0.0
     widths = WIDTH + SPREAD * np.arange(0.0, LASTS, 0.2)
     assert up.sum() / 2 == pytest.approx(2 * widths.mean() * FULL_SPEED * LASTS, rel=0.02)
-    assert skin.palette[:, 0].max() == pytest.approx(OPACITY, rel=0.05)
+    assert skin.palette[:, 0].max() == pytest.approx(WHITE, rel=0.05)
 
 
 def test_twelve_boats_have_twelve_colours():

@@ -16,14 +16,15 @@ from vrx_mj.ros.parameters import value_size
 from vrx_mj.ros.ros1.xmlrpc import LARGEST_HEAD, address, answer_bytes, checked_size, fault_bytes, read, read_head
 
 LARGEST_HEADER = 1 << 18
-"""Bytes of a header, at most: definitions of messages have up to some 10,000."""
+"""Largest header [bytes]: definitions of messages have up to some 10,000."""
 LARGEST_CALL = 1 << 24
-"""Bytes of a request to a service, or of its response, at most: a robot's description has up to some MB."""
-STALL = 10.0
-"""Wall time in which each portion of what has begun to come or to go must be through [s]."""
+"""Largest request to a service, or response [bytes]: a robot's description has up to some MB."""
+STALL_TIMEOUT = 10.0
+"""Longest wall time of the transfer of one portion of a message [s]."""
 _PORTION = 1 << 16
-"""[bytes]"""
+"""Size of such a portion [bytes]."""
 _LENGTH = struct.Struct("<I")
+"""Length of what follows."""
 
 
 def with_length(body: bytes) -> bytes:
@@ -123,7 +124,7 @@ class Peer:
 async def in_time() -> AsyncIterator[None]:
     """Hold what is done inside to the time of a portion; ConnectionAbortedError: it takes longer."""
     try:
-        async with asyncio.timeout(STALL):
+        async with asyncio.timeout(STALL_TIMEOUT):
             yield
     except TimeoutError:
         raise ConnectionAbortedError("the connection stalls") from None
@@ -215,20 +216,20 @@ class Listener:
 _Answerer = Callable[[str, Sequence[Any], str], object]
 """Takes a method, its values and the caller's address; gives a value, or raises CommandError or Fault."""
 
-_HANDSHAKE = 10.0
-"""Wall time in which a first request must begin to come [s]."""
-_IDLE = 60.0
-"""Wall time that a connection is kept for another request [s]."""
-_ALL_BODIES = 1 << 27
-"""Bytes of all bodies and answers that have come, or wait to be taken, at one time."""
+_FIRST_TIMEOUT = 10.0
+"""Wall time in which a first request must begin [s]."""
+_IDLE_TIMEOUT = 60.0
+"""Wall time for which a connection is kept open for another request [s]."""
+_MAX_BODIES = 1 << 27
+"""Largest size of all bodies and answers that are held at one time [bytes]."""
 _MOST_CALLS = 1000
-"""Calls in one system.multicall."""
+"""Largest number of calls in one system.multicall."""
 CALLS_SHARE = 0.25
 """Share of the wall time that answers may take in the long run."""
 CALLS_BURST = 0.5
-"""Wall time of answers that are given at once: a launch file or a recorder calls hundreds of times [s]."""
+"""Wall time of answers that are given at once [s]: a launch file or a recorder calls hundreds of times."""
 _LARGEST_ANSWER = 1 << 26
-"""Bytes of the values that a system.multicall gives, about."""
+"""Approximate limit of the size of the values that a system.multicall returns [bytes]."""
 
 
 class Lane:
@@ -265,12 +266,12 @@ class HttpServer(Listener):
         self, title: str, answer: _Answerer, connection_limit: ConnectionLimit, notices: Notices,
         names: Names | None = None,
     ) -> None:  # fmt: skip
-        super().__init__(title, self._requests, connection_limit, Intake(_ALL_BODIES), notices)
+        super().__init__(title, self._requests, connection_limit, Intake(_MAX_BODIES), notices)
         self._answer, self._names = answer, names or Names()
         self._lane, self._lane_of_large = Lane(), Lane()
 
     async def _requests(self, peer: Peer) -> None:
-        timeout, goes_on, place = _HANDSHAKE, True, peer.place
+        timeout, goes_on, place = _FIRST_TIMEOUT, True, peer.place
         while goes_on:
             words, fields = await self._head(peer, timeout)
             try:
@@ -286,7 +287,7 @@ class HttpServer(Listener):
             self.connection_limit.wait(place)
             answer = await self._answered(await peer.receive(size), peer)
             await self._send(peer, "200 OK", answer, keep=goes_on)
-            timeout = _IDLE
+            timeout = _IDLE_TIMEOUT
 
     async def _head(self, peer: Peer, timeout: float) -> tuple[list[str], dict[str, str]]:
         self.connection_limit.wait(peer.place)

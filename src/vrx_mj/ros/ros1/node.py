@@ -15,19 +15,19 @@ from vrx_mj.ros.interface import Traffic
 from vrx_mj.ros.limits import ConnectionLimit, Intake
 from vrx_mj.ros.messages import Message
 from vrx_mj.ros.network import Notices, addresses, announced_address, is_local, listening_addresses, own_names
-from vrx_mj.ros.parameters import LONGEST, resolve
+from vrx_mj.ros.parameters import MAX_NAME, resolve
 from vrx_mj.ros.ros1.connection import LARGEST_HEADER, HttpServer, Listener, Peer, decode_header, encode_header
 from vrx_mj.ros.ros1.master import Api, Reply
 from vrx_mj.ros.ros1.registrar import Link, MasterAccess, Registrar, SystemState, is_ours, open_master
 from vrx_mj.ros.ros1.tcpros import MOST_PUBLISHERS, Provided, Publication, Reader, Stream, Subscription, call_service
-from vrx_mj.ros.ros1.xmlrpc import BROKEN, address, ask
+from vrx_mj.ros.ros1.xmlrpc import CALL_ERRORS, address, ask
 
 HEADER_TIMEOUT = 10.0
-"""Wall time in which a header must come [s]."""
+"""Wall time in which a header must arrive [s]."""
 _RESTRICTED = {"shutdown", "publisherUpdate", "paramUpdate"}
-"""Only for programs on this machine and the master's."""
+"""Methods that only programs on this machine and the master's may call."""
 _MASTER = "/master"
-"""The caller that masters say they are."""
+"""Name of the caller that masters give."""
 
 
 @dataclass
@@ -143,10 +143,11 @@ def _topic_list(topics: Mapping[str, Publication] | Mapping[str, Subscription]) 
 
 
 _PUBLIC = {"/rosout", "/rosout_agg", "/clock", "/tf", "/tf_static", "/statistics", "/diagnostics"}
-"""Topics on which anybody publishes."""
+"""Topics on which many nodes publish."""
 _CONNECT_TIMEOUT = 10.0
 """Wall time in which a subscriber should have connected [s]."""
 _MOST_WAITING = 1000
+"""Largest number of unfinished connections of subscribers that are watched."""
 
 
 class Watch:
@@ -206,7 +207,7 @@ class Watch:
     async def _report_unreachable(self, silent: list[tuple[str, str]]) -> None:
         try:
             uris = await self._link.many([("lookupNode", (self._graph.node, node)) for _, node in silent])
-        except (*BROKEN, Fault):
+        except (*CALL_ERRORS, Fault):
             return
         for (_, node), uri in zip(silent, map(str, uris), strict=True):
             try:
@@ -227,21 +228,23 @@ async def _answers(uri: str) -> bool:
     """Whether a node is alive."""
     try:
         await ask(uri, "getPid", "/vrx_mj", timeout=2.0)
-    except (*BROKEN, Fault):
+    except (*CALL_ERRORS, Fault):
         return False
     return True
 
 
 _INCOMING_BYTES = 1 << 27
-"""Bytes of messages and requests that have begun to come, of all together."""
+"""Largest size of all messages and requests that are being received [bytes]."""
 _MOST_SOURCES = 1024
-"""Connections to publishers of other processes, at most."""
+"""Largest number of connections to publishers of other processes."""
 _MOST_LATCHED = 64
-"""Latched messages of other processes that are kept, at most."""
+"""Largest number of latched messages of other processes that are kept."""
 _DEFAULT_MASTER = "http://localhost:11311"
+"""Address of roscore on this machine."""
 _OPEN_TIMEOUT = 15.0
 """Wall time to find the master and to register [s]."""
 _CLOSE_TIMEOUT = 2.0
+"""Wall time to withdraw everything and to close [s]."""
 
 
 class Node(Wire):
@@ -434,7 +437,7 @@ class Node(Wire):
             await peer.send(encode_header({"error": str(error)[:1000]}))
             raise
         await peer.send(encode_header(met.reply()))
-        node = header["callerid"][:LONGEST]
+        node = header["callerid"][:MAX_NAME]
         if isinstance(met, Publication):
             reader = Reader(met, peer, node)
             met.join(reader)

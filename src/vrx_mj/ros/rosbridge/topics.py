@@ -104,12 +104,13 @@ class Subscription:
         self._waiting = deque(self._waiting, maxlen=self._options.queue)
 
 
-_NODES = "/rosbridge/client_"
+_NODE_PREFIX = "/rosbridge/client_"
+"""Prefix of the names of clients as nodes."""
 
 
 def node_name(number: int) -> str:
     """The node that a client is to the others."""
-    return f"{_NODES}{number}"
+    return f"{_NODE_PREFIX}{number}"
 
 
 class Topics(Wire):
@@ -170,9 +171,9 @@ class Topics(Wire):
 
 
 _LONGEST_CALL = 600.0
-"""Wall time after which a call has failed, unless it gives another time, and at most [s]."""
+"""Wall time after which a call has failed, unless it gives another, and longest time that it may give [s]."""
 _MOST_ELSEWHERE = 64
-"""Calls of services of other processes at one time, at most: each has a connection."""
+"""Largest number of simultaneous calls of services of other processes: each has a connection."""
 _Answer = TypeVar("_Answer")
 
 

@@ -28,9 +28,10 @@ from vrx_mj.ros.table.viewers import with_meshes_inside
 from vrx_mj.runtime.hull import Propeller
 from vrx_mj.runtime.observation import Observation
 
-_ORDERED = ("name", "robot", "arguments", "thrusters", "components", "sensors", "pose")
-"""What of a boat's entry its URDF depends on."""
+_URDF_FIELDS = ("name", "robot", "arguments", "thrusters", "components", "sensors", "pose")
+"""Fields of a boat's entry that its URDF depends on."""
 _ANGLE = "_angle"
+"""Suffix of the command of an engine's angle."""
 _SIDES = (("left", "right"), ("left_rear", "right_rear"))
 """Engines that VRX's twist2thrust drives: of layouts H and T, and of X."""
 
@@ -114,7 +115,7 @@ def description(world: World, boat: str) -> str:
     own = next(own for own in world.parameters.boats if own.name == boat)
     if own.description:
         return in_namespace(own.description, boat)
-    config = BoatConfig(**{key: getattr(own, key) for key in _ORDERED})
+    config = BoatConfig(**{key: getattr(own, key) for key in _URDF_FIELDS})
     return _urdf(boat, config.order)
 
 
@@ -124,9 +125,11 @@ def _urdf(boat: str, order: Order) -> str:
 
 
 WORLD_FRAME = "map"
+"""Name of the world's frame."""
 BASE = "base_link"
-"""What the frame of a boat's root link is called, whatever the link's own name."""
+"""Name of the frame of a boat's root link, whatever the link's own name."""
 _FIXED = "fixed"
+"""Type of fixed joints."""
 
 
 class BoatJoint(NamedTuple):
@@ -180,11 +183,11 @@ def _joints_of_links(robot: Urdf, boat: str) -> Iterator[BoatJoint]:
 
 
 _JOINT_RATE = 100.0
-"""[Hz], as VRX's."""
+"""Rate of the states of joints [Hz]: VRX's."""
 _FRAME_RATE = 50.0
-"""[Hz], as VRX 3's."""
-_NEAR = 1e-6
-"""Places that are this near are one [m]."""
+"""Rate of frames [Hz]: VRX 3's."""
+_SAME_PLACE = 1e-6
+"""Distance within which two places are one [m]."""
 
 
 class Spin(NamedTuple):
@@ -365,7 +368,7 @@ def _joints_of(row: Thruster, moving: Sequence[BoatJoint]) -> ThrusterJoints:
 
 
 def _at(place: FloatArray, moving: Sequence[BoatJoint]) -> BoatJoint | None:
-    return next((joint for joint in moving if np.abs(joint.place - place).max() < _NEAR), None)
+    return next((joint for joint in moving if np.abs(joint.place - place).max() < _SAME_PLACE), None)
 
 
 def _propeller(row: Thruster) -> FloatArray:
@@ -411,11 +414,13 @@ def transform(
 Source = Literal["truth", "navigator"]
 """What a boat is localized by: as it is, or its GPS and inertial unit."""
 _ODOMETRY = "nav_msgs/Odometry"
+"""Type of odometry."""
 _UNTURNED = np.eye(4)[0]
-_RATE = 30.0
-"""[Hz], as robot_localization's."""
-_HIGHEST = 1e5
-"""Altitude of a place that is asked about [m]."""
+"""Quaternion of no rotation."""
+_ODOMETRY_RATE = 30.0
+"""Rate of odometry [Hz]: robot_localization's."""
+_MAX_ALTITUDE = 1e5
+"""Largest altitude of a place in a request [m]."""
 _KNOWN, _AUGMENTED = 3, 2
 """COVARIANCE_TYPE_KNOWN of sensor_msgs/NavSatFix, and STATUS_GBAS_FIX of NavSatStatus, as robot_localization's."""
 
@@ -461,7 +466,7 @@ class Localization:
 
     def outputs(self) -> Iterator[Output]:
         """Where it is, by all and by the fix alone, and the first as a fix."""
-        output = partial(Output, rate=_RATE, dialects=BOTH, recorded="nowhere")
+        output = partial(Output, rate=_ODOMETRY_RATE, dialects=BOTH, recorded="nowhere")
         yield output(f"{self._stem}/odometry/filtered", _ODOMETRY, self._filtered_odometry)
         if self._earth is not None:
             yield output(f"{self._stem}/odometry/gps", _ODOMETRY, self._by_gps)
@@ -542,8 +547,8 @@ class Localization:
         """(3,) of a geographic_msgs/GeoPoint in `map` [m]."""
         latitude, longitude = point.latitude, point.longitude
         altitude = None if math.isnan(point.altitude) else point.altitude  # geographic_msgs: it is not specified
-        if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0 and abs(altitude or 0.0) <= _HIGHEST):
-            allowed = f"latitudes to 90 degrees, longitudes to 180 degrees, altitudes to {_HIGHEST:g} m"
+        if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0 and abs(altitude or 0.0) <= _MAX_ALTITUDE):
+            allowed = f"latitudes to 90 degrees, longitudes to 180 degrees, altitudes to {_MAX_ALTITUDE:g} m"
             raise CommandError(f"invalid place {latitude}, {longitude}, {altitude}; allowed: {allowed}, either way")
         assert self._earth is not None, "services are offered where there is one"
         return np.array(self._earth.to_enu(latitude, longitude, altitude))

@@ -18,10 +18,10 @@ from vrx_mj.runtime.applied import AppliedForces
 from vrx_mj.runtime.observation import BoatObservation, Observation
 from vrx_mj.runtime.simulation import Simulation
 
-_AXES = frozenset({"axis", "axis2", "ball"})
-"""What the names of MuJoCo's joints of an object have after that of the joint."""
+_JOINT_SUFFIXES = frozenset({"axis", "axis2", "ball"})
+"""Suffixes of the names of MuJoCo's joints of an object."""
 _WORLD_FRAMES = frozenset({"", "world", "map", "/map"})
-"""What Gazebo takes for the world's frame."""
+"""Names that Gazebo takes for the world's frame."""
 
 
 class Placed(NamedTuple):
@@ -53,7 +53,7 @@ class JointAxis(NamedTuple):
 
 
 _CARRIER = "carrier/"
-"""How the name of a body begins that holds a boat for its task: it is no link, as in Gazebo."""
+"""Prefix of the name of a body that holds a boat for its task: as in Gazebo, it is no link."""
 
 
 class Bodies:
@@ -205,9 +205,10 @@ class Bodies:
         mujoco.mj_comVel(model, data)
 
 
-_STILL = (0.0,) * 6
-_CLOSE = 1e-9
-"""A body that moved less [m] is left alone: one that sleeps goes on sleeping."""
+_NO_VELOCITY = (0.0,) * 6
+"""Velocity at rest."""
+_MIN_MOVE = 1e-9
+"""A body moved by less than this [m] is left alone: a sleeping one goes on sleeping."""
 
 
 class InitialPoses:
@@ -233,11 +234,11 @@ class InitialPoses:
         held = {task["boat"]} if task is not None and task["state"] == "initial" else set()
         for name, pose in self._boats.items():
             if name not in held:
-                self._sim.set_boat(name, pose=pose.tolist(), velocity=_STILL)
+                self._sim.set_boat(name, pose=pose.tolist(), velocity=_NO_VELOCITY)
         for name, pose in self._objects.items():
             now = self._object(name)
-            if now is not None and np.abs(now - pose).max() > _CLOSE:
-                self._sim.set_object(name, pose=pose.tolist(), velocity=_STILL)
+            if now is not None and np.abs(now - pose).max() > _MIN_MOVE:
+                self._sim.set_object(name, pose=pose.tolist(), velocity=_NO_VELOCITY)
 
     def _object(self, name: str) -> FloatArray | None:
         try:
@@ -253,7 +254,7 @@ def _pose(seen: BoatObservation) -> FloatArray:
 def _joint_name(name: str, boats: Collection[str]) -> str:
     """Gazebo's name of a joint: `raft::hinge` for its axis `raft/hinge/axis` in the MJCF."""
     whole, _, last = name.rpartition("/")
-    return _link_name(whole if last in _AXES else name, boats)
+    return _link_name(whole if last in _JOINT_SUFFIXES else name, boats)
 
 
 def _gazebo(name: str) -> str:
@@ -311,7 +312,7 @@ def header(time: float, frame: str = "") -> Message:
     return new("std_msgs/Header", stamp=stamp(time), frame_id=frame)
 
 
-_ROUND = 10.0
+_START_STEP = 10.0
 """Coordinates of the frame `start` are multiples of this [m]."""
 
 
@@ -321,7 +322,7 @@ class Scenery:
     def __init__(self, first: Parameters, boats: Collection[str] = ()) -> None:
         """Begin in a world; `boats`: those that are known already, in the order in which they came."""
         places = [(*boat.pose[:2], 0.0) for boat in first.boats] or [(0.0, 0.0, 0.0)]
-        self.start: FloatArray = _ROUND * np.round(np.mean(places, axis=0) / _ROUND)
+        self.start: FloatArray = _START_STEP * np.round(np.mean(places, axis=0) / _START_STEP)
         """Position (3,) of the frame `start` in `map` [m]: amid the boats that there were at first."""
         self.markers: tuple[Sequence[str], Message] | None = None
         """Names of the objects and docks that were drawn, and what of them."""

@@ -36,11 +36,12 @@ _DATATYPES = {"float32": 7, "uint16": 4}
 _KNOWN_DIAGONAL = 2
 """COVARIANCE_TYPE_DIAGONAL_KNOWN of sensor_msgs/NavSatFix."""
 _SCAN, _VECTOR = "sensor_msgs/LaserScan", "geometry_msgs/Vector3Stamped"
+"""Types of scans and of vectors."""
 _UNKNOWN_VARIANCE, _NOT_MEASURED = 1000.0, -1.0
 """Variance [rad2, rad2/s2] of an angle that is not measured, as u-blox's driver has it; element 0 of a covariance of
 sensor_msgs/Imu that says that there is no such measurement."""
 _MARKER_PERIOD = 10.0
-"""Between two markers of where a beacon really is [s]."""
+"""Time between two markers of a beacon's true position [s]."""
 
 _POINT = np.dtype(
     {
@@ -50,7 +51,7 @@ _POINT = np.dtype(
         "itemsize": 18,
     }
 )
-"""velodyne's layout."""
+"""Layout of a point: that of velodyne's driver."""
 
 
 @dataclass(frozen=True)
