@@ -30,6 +30,15 @@ FORMATS = {18458: struct.Struct("<HHI16H"), 29569: struct.Struct("<HHI32H")}
 """Packets of 16 and of 32 channels, by their magic numbers."""
 MAX_SIZE = 256
 """Number of bytes of a packet that are read: more than any packet has."""
+PORT, MAVLINK_PORT, PORT_STEP = 9002, 5760, 10
+"""UDP port that a SITL sends to and TCP port of its MAVLink, and how much each further `--instance` adds."""
+TIMEOUT = 5.0
+"""Wall time [s] without a packet after which an autopilot counts as gone: another may take its place."""
+_SETTLING_FRAMES = 3
+"""Consecutive frames with an unsuitable rate before a warning: SITL starts at 1200 Hz and adopts the rate of the
+answers."""
+_LONGEST_WAIT = 0.02
+"""Longest wall time to wait before others have their turn [s]."""
 
 
 class Servos(NamedTuple):
@@ -61,15 +70,6 @@ def answer(state: dict[str, Any]) -> bytes:
     return f"\n{json.dumps(state, allow_nan=False, separators=(',', ':'))}\n".encode()
 
 
-PORT, MAVLINK_PORT, PORT_STEP = 9002, 5760, 10
-"""UDP port that a SITL sends to and TCP port of its MAVLink, and how much each further `--instance` adds."""
-TIMEOUT = 5.0
-"""Wall time [s] without a packet after which an autopilot counts as gone: another may take its place."""
-_SETTLING_FRAMES = 3
-"""Consecutive frames with an unsuitable rate before a warning: SITL starts at 1200 Hz and adopts the rate of the
-answers."""
-_LONGEST_WAIT = 0.02
-"""Longest wall time to wait before others have their turn [s]."""
 _Address = tuple[str, int]
 _Report = Callable[[str, str], None]
 """Takes a level, INFO or WARN, and a line for people."""

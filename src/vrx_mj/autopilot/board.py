@@ -34,6 +34,12 @@ _RANGE_FINDERS = 6
 """Number of range finders that an answer has room for, `rng_1` to `rng_6`."""
 _EXACT, _NO_DRAW = ImuConfig(name="board", link="base_link"), Draw(0, "", "board", 0, 1.0)
 """An IMU without errors, and its draw without noise."""
+_TRIM, _SPAN = 1500.0, (400.0, 400.0)
+"""Width of a pulse that commands nothing, and how much less and more commands all [us]."""
+_SAIL_TRIM, _SAIL_SPAN = 1000.0, (1000.0, 1000.0)
+"""Trim and span of a sail's winch, which is hauled in at its trim [us]."""
+MIN_PULSE, MAX_PULSE = 500, 2500
+"""Pulses that a servo can get [us]; a channel without output has 0."""
 
 
 class Board:
@@ -114,14 +120,6 @@ class Board:
 
 def _numbers(values: FloatArray) -> list[float]:
     return [float(value) for value in values]
-
-
-_TRIM, _SPAN = 1500.0, (400.0, 400.0)
-"""Width of a pulse that commands nothing, and how much less and more commands all [us]."""
-_SAIL_TRIM, _SAIL_SPAN = 1000.0, (1000.0, 1000.0)
-"""Trim and span of a sail's winch, which is hauled in at its trim [us]."""
-MIN_PULSE, MAX_PULSE = 500, 2500
-"""Pulses that a servo can get [us]; a channel without output has 0."""
 
 
 @dataclass(frozen=True)

@@ -44,6 +44,15 @@ _MODULES = {
 _OLDEST_PYTHON = (3, 11)
 _DRAWS = {"egl": "cameras, by GPU or CPU (egl)", "osmesa": "cameras, by CPU (osmesa)", "glfw": "window (glfw)"}
 _GB = 1e9
+_MASTER, _MASTER_PORT, _ROSBRIDGE_PORT = "http://localhost:11311", 11311, 9090
+_LOOPBACK = "127.0.0.1"
+_MASTER_TIMEOUT = 3.0
+"""Wall time that a master may take to answer [s]."""
+_SHOWN = 8
+"""Names of boats that are shown, at most."""
+_HALF = 0.25
+"""Half the edge of a square in the middle of a boat that must not be on land [m]."""
+_WORLD, _OVERLAPS, _FRAMES, _LAND, _COMMANDS = "world", "overlaps", "sensor frames", "boats on land", "command topics"
 
 
 @dataclass(frozen=True)
@@ -313,17 +322,8 @@ def cores_row(cores: tuple[int, float]) -> Row:
     return Row("cores", f"{count}{limit}")
 
 
-_MASTER, _MASTER_PORT, _ROSBRIDGE_PORT = "http://localhost:11311", 11311, 9090
-_LOOPBACK = "127.0.0.1"
-_MASTER_TIMEOUT = 3.0
-"""Wall time that a master may take to answer [s]."""
-_SHOWN = 8
-"""Names of boats that are shown, at most."""
-_HALF = 0.25
-"""Half the edge of a square in the middle of a boat that must not be on land [m]."""
 Publishers = Sequence[tuple[str, Sequence[str]]]
 """Topics on a master, each with the nodes that publish it."""
-_WORLD, _OVERLAPS, _FRAMES, _LAND, _COMMANDS = "world", "overlaps", "sensor frames", "boats on land", "command topics"
 
 
 def examine_world(world: str, fleet: str | None) -> list[Row]:

@@ -52,6 +52,11 @@ _ComplexRow = tuple[_Complex, _Complex, _Complex, _Complex, _Complex, _Complex]
 _ComplexMatrix = tuple[_ComplexRow, _ComplexRow, _ComplexRow, _ComplexRow, _ComplexRow, _ComplexRow]
 
 _DriftRow = tuple[_Complex, _Complex, _Complex, _Complex, _Complex, _Complex, _Complex]
+_SERIES = "wageningen_b4_70"
+_STEP = 2
+"""Step between the rows of a series [degrees]: a sixth of its fastest harmonic's period."""
+_WIDEST = 30.0
+"""Widest step between the rows of a four-quadrant table [degrees]."""
 
 
 class Hydro(BaseModel):
@@ -235,12 +240,6 @@ class HydrodynamicsConfig(Config):
 
 
 _Point = Annotated[tuple[Command, Number], numbers("command thrust")]
-
-_SERIES = "wageningen_b4_70"
-_STEP = 2
-"""Step between the rows of a series [degrees]: a sixth of its fastest harmonic's period."""
-_WIDEST = 30.0
-"""Widest step between the rows of a four-quadrant table [degrees]."""
 
 
 def _of_series(value: object) -> object:

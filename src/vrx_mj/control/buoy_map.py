@@ -65,6 +65,14 @@ _WINDOW_SIZE = (1.4, 2.4)
 """Width and height [m] of the part of a picture that is examined: a marker fits in wherever the lidar hit it."""
 _HALF_FIELD = 0.62
 """Half the angle [rad] in which a buoy is well inside the picture: VRX's camera sees 0.7 to either side."""
+_MIN_CONTRAST = 40.0
+"""Least difference from the background of a pixel of a thing: sum over red, green and blue, of 0 to 255 each."""
+_MIN_SATURATION = 0.22
+"""Least difference between the brightest and the darkest channel of a coloured pixel, as a share of the brightest."""
+_MIN_BLUE_SATURATION = 0.45
+"""Least saturation of a blue pixel: that of water is 0.1 to 0.3."""
+_ORANGE_RATIO = 0.13
+"""Orange is red with at least this (green - blue) / (red - blue): VRX's red buoys have 0, its orange ones 0.19."""
 
 
 class Cluster(NamedTuple):
@@ -304,16 +312,6 @@ class Lookout:
         settled = bool(buoy.kind) and max(buoy.votes.values()) >= _KIND_VOTES
         ahead = abs(math.remainder(bearing - seen.heading, math.tau)) < _HALF_FIELD
         return not settled and ahead and _MIN_LOOK_DISTANCE < distance < _MAX_LOOK_DISTANCE
-
-
-_MIN_CONTRAST = 40.0
-"""Least difference from the background of a pixel of a thing: sum over red, green and blue, of 0 to 255 each."""
-_MIN_SATURATION = 0.22
-"""Least difference between the brightest and the darkest channel of a coloured pixel, as a share of the brightest."""
-_MIN_BLUE_SATURATION = 0.45
-"""Least saturation of a blue pixel: that of water is 0.1 to 0.3."""
-_ORANGE_RATIO = 0.13
-"""Orange is red with at least this (green - blue) / (red - blue): VRX's red buoys have 0, its orange ones 0.19."""
 
 
 def camera_ahead(boat: "BoatObservation") -> str | None:

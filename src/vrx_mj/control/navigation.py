@@ -37,6 +37,16 @@ _ANTENNA_FIX_HEIGHT = 0.7
 
 Point = tuple[float, float]
 """East and north [m], or a vector."""
+_FIRST_ACCELERATIONS = np.full(6, 0.3)
+"""Standard deviations of a boat's accelerations along and about three axes before any are measured [m/s2, rad/s2]."""
+_ACCELERATION_WEIGHT = 0.05
+"""Weight of a new square in the mean square of the accelerations."""
+_NO_COVARIANCE = 1e-9 * np.eye(6)
+"""Covariance of something without errors, as robot_localization's: filters need one above 0."""
+_GATE_DISTANCE2 = 25.0
+"""Squared Mahalanobis distance of a fix beyond which the boat was moved: the filter starts again there."""
+_MAX_FIX_GAP = 1.0
+"""Time without a fix after which the filter starts again [s]."""
 
 
 @dataclass(frozen=True)
@@ -278,18 +288,6 @@ def true_estimate(boat: "BoatObservation") -> Estimate:
     x, y, z = (float(value) for value in boat.position)
     turn = float((turned @ boat.angular_velocity)[2])
     return Estimate(x, y, z, _heading(turned), vx, vy, turn, turned)
-
-
-_FIRST_ACCELERATIONS = np.full(6, 0.3)
-"""Standard deviations of a boat's accelerations along and about three axes before any are measured [m/s2, rad/s2]."""
-_ACCELERATION_WEIGHT = 0.05
-"""Weight of a new square in the mean square of the accelerations."""
-_NO_COVARIANCE = 1e-9 * np.eye(6)
-"""Covariance of something without errors, as robot_localization's: filters need one above 0."""
-_GATE_DISTANCE2 = 25.0
-"""Squared Mahalanobis distance of a fix beyond which the boat was moved: the filter starts again there."""
-_MAX_FIX_GAP = 1.0
-"""Time without a fix after which the filter starts again [s]."""
 
 
 class Located(NamedTuple):

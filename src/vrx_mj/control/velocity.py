@@ -34,6 +34,25 @@ _ROUNDING = 1e-9
 """Tolerance for rounding of forces [N] and angles [rad]."""
 _SHARE_HALVINGS = 12
 """Halvings of the interval in which a share of the force is sought: to 1/4096."""
+_MIN_RUDDER_SLOPE = 1e-9
+"""A rudder with less moment per radian than this [N m] is left amidships."""
+_MASS_TOLERANCE = 0.2
+"""Share by which the mass of a boat with a WAM-V's drag may differ from the WAM-V's of the gains: its layouts differ by
+14 %, and its payloads by as much."""
+_SURGE_RATE = 1.2
+"""Rate at which errors of surge speed decay [1/s]: a sixth of what calls at 10 Hz would allow."""
+_SWAY_RATE = 1.2
+"""Rate at which errors of sway decay [1/s]: that of surge."""
+_TURN_RATE = 2.5
+"""Rate at which errors of yaw rate decay [1/s]: twice that of surge, as guidance steers through this loop."""
+_SATURATION = 1.0
+"""Thrusters that miss the commanded force or moment by more than this [N, N m] are at their limits."""
+_SWAY_HALVINGS = 6
+"""Halvings of the interval in which the share of the force to port is sought: to 1/64."""
+_MAX_TOP_SPEED, _SPEED_HALVINGS = 1024.0, 40
+"""Largest top speed of a boat [m/s], and halvings of the interval in which it is sought."""
+_INTEGRAL_SHARE = 0.2
+"""Gain of the integral as a share of the rate [1/s]: it takes over wind and unknown drag in some 5 s."""
 
 
 @dataclass(frozen=True)
@@ -156,28 +175,6 @@ def _angle_and_force(along: float, across: float, reach: float) -> tuple[float, 
     if abs(angle) <= min(reach, math.pi / 2):
         return angle, force
     return angle - math.copysign(math.pi, angle), -force
-
-
-_MIN_RUDDER_SLOPE = 1e-9
-"""A rudder with less moment per radian than this [N m] is left amidships."""
-_MASS_TOLERANCE = 0.2
-"""Share by which the mass of a boat with a WAM-V's drag may differ from the WAM-V's of the gains: its layouts differ by
-14 %, and its payloads by as much."""
-
-_SURGE_RATE = 1.2
-"""Rate at which errors of surge speed decay [1/s]: a sixth of what calls at 10 Hz would allow."""
-_SWAY_RATE = 1.2
-"""Rate at which errors of sway decay [1/s]: that of surge."""
-_TURN_RATE = 2.5
-"""Rate at which errors of yaw rate decay [1/s]: twice that of surge, as guidance steers through this loop."""
-_SATURATION = 1.0
-"""Thrusters that miss the commanded force or moment by more than this [N, N m] are at their limits."""
-_SWAY_HALVINGS = 6
-"""Halvings of the interval in which the share of the force to port is sought: to 1/64."""
-_MAX_TOP_SPEED, _SPEED_HALVINGS = 1024.0, 40
-"""Largest top speed of a boat [m/s], and halvings of the interval in which it is sought."""
-_INTEGRAL_SHARE = 0.2
-"""Gain of the integral as a share of the rate [1/s]: it takes over wind and unknown drag in some 5 s."""
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,36 @@ _TURNING_DISTANCE = 6.0
 takes the WAM-V 7 s at most and the rest of the way as long; at 6 m the heading weighs 0.18 in the score."""
 _TURNING_LENGTHS = 1.0
 """The same distance, in lengths, for a boat that cannot push sideways."""
+_GOOD_ERROR = 0.08
+"""Error [m] below which the boat goes on to the next waypoint: 5 cm and 2 degrees."""
+_FAIR_ERROR = 0.25
+"""Error [m] below which a waypoint is not visited again."""
+_WAYPOINT_TIME = 12.0
+"""Longest time spent near one waypoint [s]: a half turn takes 7 s."""
+_WAYPOINT_RADIUS = 4.0
+"""Distance from a waypoint within which that time counts [m]."""
+_SENSES = {"platypus": -1.0, "turtle": 1.0}
+"""Sense of the circle around each kind of animal: clockwise -1, counter-clockwise 1."""
+_CIRCLE_RADIUS = 5.5
+"""Radius of the circles [m]: half of what engages, so that neither a gust nor the boat's length spoils it."""
+_MIN_RADIUS = 4.0
+"""Least radius of a circle beside a crocodile [m]: the boat's length allows no less without touching the animal."""
+_ENGAGED_DISTANCE = 9.0
+"""Distance from an animal within which circling surely counts [m]; the task demands 10 m, in space."""
+_CROCODILE_CLEARANCE = 13.0
+"""Distance to keep from a crocodile [m]: what engages it, and 3 m for what it swims between two messages."""
+_CLEARANCE = 5.0
+"""Distance to keep from other animals on the way [m]: a boat's length."""
+_FIELD_WIDTH = 3.0
+"""Distance from a circle at which the course is 45 degrees toward it [m]."""
+_MIN_CLEARANCE = 3.0
+"""Least distance to keep from any animal [m]."""
+_MAX_CENTRIPETAL = 0.55
+"""Largest acceleration in a circle [m/s2]: 160 N for the WAM-V."""
+_FULL_CIRCLE = math.tau + math.radians(30.0)
+"""Angle around an animal that completes a circle [rad]: all eight gates, and a margin for where the first was."""
+_MAX_CRAB_ANGLE = math.radians(50.0)
+"""Largest angle by which the bow points into the circle [rad]."""
 
 
 class Berth:
@@ -53,16 +83,6 @@ class StationKeeper(Skipper):
             self._goal = now.seen.place, now.seen.heading
         place, heading = self._goal
         return self._berth.hold(self.pilot, now, place, wrap_angle(heading))
-
-
-_GOOD_ERROR = 0.08
-"""Error [m] below which the boat goes on to the next waypoint: 5 cm and 2 degrees."""
-_FAIR_ERROR = 0.25
-"""Error [m] below which a waypoint is not visited again."""
-_WAYPOINT_TIME = 12.0
-"""Longest time spent near one waypoint [s]: a half turn takes 7 s."""
-_WAYPOINT_RADIUS = 4.0
-"""Distance from a waypoint within which that time counts [m]."""
 
 
 def waypoint_error(seen: Estimate, place: Point, heading: float) -> float:
@@ -125,30 +145,6 @@ class WaypointFollower(Skipper):
             worst = max(range(len(self._poses)), key=lambda number: self._least[number])
             self._order = [worst if self._least[worst] > _FAIR_ERROR else here]
         self._since, self._berth = math.inf, Berth()
-
-
-_SENSES = {"platypus": -1.0, "turtle": 1.0}
-"""Sense of the circle around each kind of animal: clockwise -1, counter-clockwise 1."""
-_CIRCLE_RADIUS = 5.5
-"""Radius of the circles [m]: half of what engages, so that neither a gust nor the boat's length spoils it."""
-_MIN_RADIUS = 4.0
-"""Least radius of a circle beside a crocodile [m]: the boat's length allows no less without touching the animal."""
-_ENGAGED_DISTANCE = 9.0
-"""Distance from an animal within which circling surely counts [m]; the task demands 10 m, in space."""
-_CROCODILE_CLEARANCE = 13.0
-"""Distance to keep from a crocodile [m]: what engages it, and 3 m for what it swims between two messages."""
-_CLEARANCE = 5.0
-"""Distance to keep from other animals on the way [m]: a boat's length."""
-_FIELD_WIDTH = 3.0
-"""Distance from a circle at which the course is 45 degrees toward it [m]."""
-_MIN_CLEARANCE = 3.0
-"""Least distance to keep from any animal [m]."""
-_MAX_CENTRIPETAL = 0.55
-"""Largest acceleration in a circle [m/s2]: 160 N for the WAM-V."""
-_FULL_CIRCLE = math.tau + math.radians(30.0)
-"""Angle around an animal that completes a circle [rad]: all eight gates, and a margin for where the first was."""
-_MAX_CRAB_ANGLE = math.radians(50.0)
-"""Largest angle by which the bow points into the circle [rad]."""
 
 
 class WildlifeCircler(Skipper):

@@ -47,6 +47,42 @@ _SCALES = {
     "r": ("angle", "angle", _TEN_PERCENT[0]), "v": ("angle", "angle", _TEN_PERCENT[1]),
 }  # fmt: skip
 """Sizes that a key changes, and the factor, as in VRX."""
+_FRAME_TIME = 1.0 / 30.0
+"""Wall time of a frame [s], where the machine draws that fast."""
+_MIN_FORWARD_SHARE = 0.2
+"""Engines whose thrust points forward by less than this share are not driven: VRX's lateral one."""
+_MIN_ARM = 0.1
+"""Arm of the engines' thrusts about the centre of mass below which a boat is steered by turning its engines [m]."""
+_FULL_RUDDER = 0.5
+"""Angle [rad] of a full turn where engines are turned to steer."""
+_STATUS_PERIOD = 0.2
+"""Wall time between two renewals of the status [s]."""
+_END_LINE, _END_SCREEN = "\x1b[K", "\x1b[J"
+"""Erase to the end of the line, and of the screen (ECMA-48)."""
+HELP = (
+    ("drive", "arrow keys: more or less power, turn left or right; space or k: stop"),
+    ("as in VRX", "i j l , u o m .  power and turn at once; h ;  engine angle"),
+    ("steps", "q z  power and turn, w x  power, e c  turn, r v  angle: 10 % more, 10 % less"),
+    ("boat", "1 ... 9: that boat, n (in a terminal also Tab): the next boat"),
+    ("time", "p: pause, + -: twice or half the pace, backspace: reset"),
+)
+"""Help about the keys."""
+KEYS = frozenset("ijl,uom.kh;qzwxecrvnp+=-0123456789") | {"up", "down", "left", "right", "space", "backspace", "tab"}
+"""Keys that do something here."""
+_WINDOW_KEYS = {
+    32: "space", 258: "tab", 259: "backspace", 262: "right", 263: "left", 264: "down", 265: "up", 333: "-", 334: "+",
+}  # fmt: skip
+"""GLFW's numbers of keys that give no character; the others are numbered by ASCII, letters by capitals."""
+_DIGIT_PAD = 320
+"""GLFW's number of the zero of the number pad."""
+_TERMINAL_KEYS = {
+    "\x1b[A": "up", "\x1b[B": "down", "\x1b[C": "right", "\x1b[D": "left",
+    "\x1bOA": "up", "\x1bOB": "down", "\x1bOC": "right", "\x1bOD": "left",
+    " ": "space", "\t": "tab", "\x7f": "backspace", "\b": "backspace",
+}  # fmt: skip
+"""Names of keys by the characters that terminals send (ECMA-48, and VT100's application mode)."""
+_SEQUENCE = re.compile(r"\x1b\[[0-?]*[ -/]*[@-~]|\x1bO.|.", re.DOTALL)
+"""A control sequence or a character of a terminal's input."""
 
 
 class Pilot:
@@ -207,10 +243,6 @@ class Console(Protocol[_Driver_contra]):
         """Show the present moment."""
 
 
-_FRAME_TIME = 1.0 / 30.0
-"""Wall time of a frame [s], where the machine draws that fast."""
-
-
 def drive(
     driver: _Driver_contra,
     consoles: Sequence[Console[_Driver_contra]],
@@ -234,14 +266,6 @@ def drive(
 def _share(value: float) -> float:
     """A share within [-1, 1], rounded after adding tenths."""
     return round(_within(value, 1.0), 6)
-
-
-_MIN_FORWARD_SHARE = 0.2
-"""Engines whose thrust points forward by less than this share are not driven: VRX's lateral one."""
-_MIN_ARM = 0.1
-"""Arm of the engines' thrusts about the centre of mass below which a boat is steered by turning its engines [m]."""
-_FULL_RUDDER = 0.5
-"""Angle [rad] of a full turn where engines are turned to steer."""
 
 
 @dataclass(frozen=True)
@@ -316,12 +340,6 @@ def engine_commands(engines: Sequence[Engine], wheel: Wheel) -> dict[str, float]
 
 def _within(value: float, limit: float) -> float:
     return min(max(value, -limit), limit) + 0.0
-
-
-_STATUS_PERIOD = 0.2
-"""Wall time between two renewals of the status [s]."""
-_END_LINE, _END_SCREEN = "\x1b[K", "\x1b[J"
-"""Erase to the end of the line, and of the screen (ECMA-48)."""
 
 
 class Terminal:
@@ -425,35 +443,6 @@ def _foreground(stream: TextIO | None) -> bool:
         return False
     except OSError as error:
         return error.errno == errno.ENOTTY  # the terminal of another session
-
-
-HELP = (
-    ("drive", "arrow keys: more or less power, turn left or right; space or k: stop"),
-    ("as in VRX", "i j l , u o m .  power and turn at once; h ;  engine angle"),
-    ("steps", "q z  power and turn, w x  power, e c  turn, r v  angle: 10 % more, 10 % less"),
-    ("boat", "1 ... 9: that boat, n (in a terminal also Tab): the next boat"),
-    ("time", "p: pause, + -: twice or half the pace, backspace: reset"),
-)
-"""Help about the keys."""
-
-KEYS = frozenset("ijl,uom.kh;qzwxecrvnp+=-0123456789") | {"up", "down", "left", "right", "space", "backspace", "tab"}
-"""Keys that do something here."""
-
-_WINDOW_KEYS = {
-    32: "space", 258: "tab", 259: "backspace", 262: "right", 263: "left", 264: "down", 265: "up", 333: "-", 334: "+",
-}  # fmt: skip
-"""GLFW's numbers of keys that give no character; the others are numbered by ASCII, letters by capitals."""
-_DIGIT_PAD = 320
-"""GLFW's number of the zero of the number pad."""
-
-_TERMINAL_KEYS = {
-    "\x1b[A": "up", "\x1b[B": "down", "\x1b[C": "right", "\x1b[D": "left",
-    "\x1bOA": "up", "\x1bOB": "down", "\x1bOC": "right", "\x1bOD": "left",
-    " ": "space", "\t": "tab", "\x7f": "backspace", "\b": "backspace",
-}  # fmt: skip
-"""Names of keys by the characters that terminals send (ECMA-48, and VT100's application mode)."""
-_SEQUENCE = re.compile(r"\x1b\[[0-?]*[ -/]*[@-~]|\x1bO.|.", re.DOTALL)
-"""A control sequence or a character of a terminal's input."""
 
 
 def window_key(code: int) -> str | None:

@@ -19,6 +19,12 @@ _BUDGET = 0.1
 
 _Clock = Callable[[], float]
 """Wall time [s] from any start."""
+PACES = (1.0 / 64.0, 64.0)
+"""Slowest and fastest pace, as a multiple of real time."""
+MAX_LAG = 1.0
+"""Largest lag that is made up for [s of wall time]: after a longer halt, time goes on from where it was."""
+_PACE_WINDOW = 1.0
+"""Wall time over which the actual pace is measured [s]."""
 
 
 class Session(Driver):
@@ -123,14 +129,6 @@ class Session(Driver):
         """Time and pace."""
         kept = "paused" if self.pacer.paused else f"{self.pacer.real_pace:.2f}"
         return ("time", f"{self.sim.time:.1f} s"), ("pace", f"{kept} of {self.pacer.pace:g}")
-
-
-PACES = (1.0 / 64.0, 64.0)
-"""Slowest and fastest pace, as a multiple of real time."""
-MAX_LAG = 1.0
-"""Largest lag that is made up for [s of wall time]: after a longer halt, time goes on from where it was."""
-_PACE_WINDOW = 1.0
-"""Wall time over which the actual pace is measured [s]."""
 
 
 class Pacer:

@@ -29,6 +29,24 @@ _DISTANCE, _ELEVATION = 16.0, -18.0
 """Distance [m] and elevation [deg] of the camera at the start."""
 _CLOSE_TIMEOUT = 2.0
 """Wall time [s] that the window may take to close."""
+SIDE = 129
+"""Number of vertices along one side: odd, so that the horizon's rings are alike on both sides."""
+CELL = 0.6
+"""Size of the cells at the boat [m]."""
+HORIZON = 2500.0
+"""Distance of the outermost vertices [m]."""
+_CALM = (60.0, 160.0)
+"""Distances [m] between which waves fade: beyond, cells are too long to draw them."""
+_RELIEF = 5.0
+"""How much steeper than it is a slight sea is lit, so that it shows; its heights are the true ones."""
+_NAME = "vrx_mj/sea"
+"""Name of the drawn sea in the model."""
+_WATER = "water"
+"""The geom of flat water, and its material, as worlds have them."""
+_PICTURE_PERIOD = 1 / 60
+"""Wall time between two pictures [s]."""
+_ROBOT_AZIMUTH, _ROBOT_ELEVATION = 140.0, -20.0
+"""Azimuth and elevation of the camera at the start [deg]."""
 
 
 class Upload:
@@ -154,22 +172,6 @@ def _texts(session: Session) -> list[tuple[int, int, str, str]]:
     ]
 
 
-SIDE = 129
-"""Number of vertices along one side: odd, so that the horizon's rings are alike on both sides."""
-CELL = 0.6
-"""Size of the cells at the boat [m]."""
-HORIZON = 2500.0
-"""Distance of the outermost vertices [m]."""
-_CALM = (60.0, 160.0)
-"""Distances [m] between which waves fade: beyond, cells are too long to draw them."""
-_RELIEF = 5.0
-"""How much steeper than it is a slight sea is lit, so that it shows; its heights are the true ones."""
-_NAME = "vrx_mj/sea"
-"""Name of the drawn sea in the model."""
-_WATER = "water"
-"""The geom of flat water, and its material, as worlds have them."""
-
-
 def window_model(world: World) -> mujoco.MjModel:
     """The model that MuJoCo's window draws: everything visible, and a sea that can move in the place of flat water."""
     spec = mujoco.MjSpec.from_string(world.mjcf, assets=dict(world.assets))
@@ -263,12 +265,6 @@ def normals(points: FloatArray) -> FloatArray:
     out = np.stack([-along_x, -along_y, np.ones_like(along_x)], axis=-1).reshape(-1, 3)
     unit: FloatArray = out / np.linalg.norm(out, axis=1, keepdims=True)
     return unit
-
-
-_PICTURE_PERIOD = 1 / 60
-"""Wall time between two pictures [s]."""
-_ROBOT_AZIMUTH, _ROBOT_ELEVATION = 140.0, -20.0
-"""Azimuth and elevation of the camera at the start [deg]."""
 
 
 def show_joints(model: mujoco.MjModel) -> None:

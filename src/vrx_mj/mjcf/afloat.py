@@ -44,6 +44,24 @@ _ORIGIN_CHUNK = 500
 """Number of places tried in one call of shapely."""
 _RANGE = 2000.0
 """Half the side of the square of water that is searched [m]."""
+_MIN_SIZE = 0.5
+"""Least length and beam that a boat counts with [m]: two boats then never share an origin."""
+_MARGIN = 0.5
+"""Width of the free water around a boat that is moved [m]."""
+_PLACE_STEP = 0.5
+"""Distance between the places tried for it [m]."""
+_MAX_DIRECTIONS = 120
+"""Largest number of directions tried at one distance."""
+_PLACE_CHUNK = 250
+"""Number of places tried in one call of shapely: most boats need no more."""
+_MAX_SHIFT = 200.0
+"""Largest distance by which a boat is moved [m]."""
+_CLEARANCE = 1.0
+"""Distance from an object's origin to keep in addition to the margin [m]."""
+_ADVICE = "move it, or let `--nudge` (in Python `nudge=True`) move it to the nearest free place"
+"""What to do about a boat that is not afloat, in messages."""
+_LAND = "land"
+"""What messages call the ground."""
 
 
 def free_origin(
@@ -106,28 +124,6 @@ def _places(near: FloatArray) -> Iterator[FloatArray]:
     order = np.argsort(distance, kind="stable")
     grid = grid[order[: int(np.count_nonzero(distance <= FARTHEST_ORIGIN))]]
     return iter(np.array_split(grid, math.ceil(len(grid) / _ORIGIN_CHUNK)))
-
-
-_MIN_SIZE = 0.5
-"""Least length and beam that a boat counts with [m]: two boats then never share an origin."""
-_MARGIN = 0.5
-"""Width of the free water around a boat that is moved [m]."""
-_PLACE_STEP = 0.5
-"""Distance between the places tried for it [m]."""
-_MAX_DIRECTIONS = 120
-"""Largest number of directions tried at one distance."""
-_PLACE_CHUNK = 250
-"""Number of places tried in one call of shapely: most boats need no more."""
-_MAX_SHIFT = 200.0
-"""Largest distance by which a boat is moved [m]."""
-_CLEARANCE = 1.0
-"""Distance from an object's origin to keep in addition to the margin [m]."""
-_ADVICE = "move it, or let `--nudge` (in Python `nudge=True`) move it to the nearest free place"
-"""What to do about a boat that is not afloat, in messages."""
-
-
-_LAND = "land"
-"""What messages call the ground."""
 
 
 class _Thing(NamedTuple):

@@ -36,6 +36,16 @@ _TURNING = ("revolute", "continuous")
 """Types of joints that can steer."""
 _FREE = "free"
 """Name of the joint on which a boat floats."""
+_DEFAULT_CONTACT = ContactConfig()
+"""Contact parameters of a robot whose file gives none."""
+_NO_THRUSTER = "no thruster, so the boat drifts; add `thrusters` to the YAML beside it"
+"""Warning about a robot without thrusters."""
+_MIN_INERTIA = 1e-12
+"""Mass [kg] and moment of inertia [kg m2] below which MuJoCo takes no body; its own limits are 1e-15 and 1e-14."""
+SERVO_INERTIA = 1e-6
+"""Least inertia that a servo turns [kg m2]: a URDF may leave out that of its engine."""
+NO_INERTIA = rigid(SERVO_INERTIA, (0.0, 0.0, 0.0), (SERVO_INERTIA,) * 3)
+"""Mass and inertia [kg, kg m2] of a turning body whose links have none: MuJoCo needs some."""
 
 
 @dataclass(frozen=True)
@@ -182,8 +192,6 @@ def _limit_notes(name: str, joint: Joint) -> Iterator[str]:
 
 
 _Vector = tuple[float, float, float]
-_DEFAULT_CONTACT = ContactConfig()
-"""Contact parameters of a robot whose file gives none."""
 
 
 @dataclass(frozen=True)
@@ -254,10 +262,6 @@ class Boat:
     battery: BatteryEntry | None = None
     description: str = ""
     """Its URDF, with the places of its meshes; empty if it is made of the package's own files alone."""
-
-
-_NO_THRUSTER = "no thruster, so the boat drifts; add `thrusters` to the YAML beside it"
-"""Warning about a robot without thrusters."""
 
 
 def assemble_boat(urdf: Urdf, config: RobotConfig, drive: Mapping[str, object] = MappingProxyType({})) -> Boat:
@@ -458,14 +462,6 @@ def axis_inertia(part: MassProperties) -> float:
     """Inertia [kg m2] of the part about the z axis of its frame."""
     x, y, _ = part.center
     return float(part.inertia[2, 2] + part.mass * (x * x + y * y))
-
-
-_MIN_INERTIA = 1e-12
-"""Mass [kg] and moment of inertia [kg m2] below which MuJoCo takes no body; its own limits are 1e-15 and 1e-14."""
-SERVO_INERTIA = 1e-6
-"""Least inertia that a servo turns [kg m2]: a URDF may leave out that of its engine."""
-NO_INERTIA = rigid(SERVO_INERTIA, (0.0, 0.0, 0.0), (SERVO_INERTIA,) * 3)
-"""Mass and inertia [kg, kg m2] of a turning body whose links have none: MuJoCo needs some."""
 
 
 def push_center(boat: Boat) -> FloatArray:

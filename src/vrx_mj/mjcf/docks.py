@@ -25,6 +25,15 @@ from vrx_mj.mjcf.templates import Geom, Mesh, geoms, meshes
 from vrx_mj.model.kinds import record_from
 from vrx_mj.model.things import Block, Dock, Element, Mooring, Placard
 
+BLOCK_MODELS = {0.5: "dock_block", 1.0: "dock_block_2x2", 1.5: "dock_block_3x3", 2.0: "dock_block_4x4_dynamic"}
+"""Floating objects by the edge of the block [m] whose mass and buoyancy they give."""
+_BLOCK_HEIGHT = 0.25
+"""Height of the blocks' middles over the dock's origin, where they start [m]. VRX: dock_generator.erb."""
+_MAX_BEND = 0.1
+"""Largest angle of a hinge between two blocks [rad]. VRX: dock_generator.erb."""
+_CONTACT_FREE_BLOCKS = 2
+"""Blocks up to this many rows and columns away are never tested for contact with a placard's own block."""
+
 
 class Blocks(Protocol):
     """A dock in the making, or of a compiled world."""
@@ -165,15 +174,6 @@ def _tree_from(root: Cell, blocks: frozenset[Cell]) -> BlockTree:
 
 _Row = dict[str, Any]
 _Vector = tuple[float, float, float]
-
-BLOCK_MODELS = {0.5: "dock_block", 1.0: "dock_block_2x2", 1.5: "dock_block_3x3", 2.0: "dock_block_4x4_dynamic"}
-"""Floating objects by the edge of the block [m] whose mass and buoyancy they give."""
-_BLOCK_HEIGHT = 0.25
-"""Height of the blocks' middles over the dock's origin, where they start [m]. VRX: dock_generator.erb."""
-_MAX_BEND = 0.1
-"""Largest angle of a hinge between two blocks [rad]. VRX: dock_generator.erb."""
-_CONTACT_FREE_BLOCKS = 2
-"""Blocks up to this many rows and columns away are never tested for contact with a placard's own block."""
 
 
 def dock_piece(dock: PlacedDock) -> Piece:

@@ -24,6 +24,31 @@ _MOST_LIFT = 1000.0
 """Lift of the whole hull over the boat's weight: a light inflatable one has 20."""
 _ODD_ANGLE = math.radians(5.0)
 """Heel or trim at rest above which a boat's masses are probably wrong [rad]."""
+_HEELS = tuple(range(0, 181, 10))
+"""Angles of heel of the righting arms [degrees]."""
+DENSITY = 997.8
+"""Density of VRX's water [kg/m3]."""
+_MAX_LINE_LIFT = 2.5
+"""Largest lift over weight of floats in lines: 2.7 for the bare WAM-V."""
+_VOLUME_LIFTS = (1.1, 10.0)
+"""Least and largest lift over weight of floats that have a volume."""
+_LINE_SPREAD = 1.0 / math.sqrt(3.0)
+"""Two lines of stations this share of the beam apart roll as stiffly as a solid rectangular waterplane."""
+_MODEL_LENGTH = 4.9
+"""Length of the WAM-V [m]. Froude's law scales its drag: forces per speed with the length to 2.5, moments to 4.5."""
+_MODEL_LINEAR = (51.3, 40.0, 500.0, 50.0, 50.0, 400.0)
+"""Linear drag of the WAM-V: three forces [N s/m] and three moments [N m s]."""
+_MODEL_SURGE_QUADRATIC = 72.4
+"""Quadratic drag of the WAM-V in surge [N s2/m2]."""
+LINES = frozenset({"hull_radius", "boat_width", "boat_length", "hulls"})
+"""Fields that place floats: a file that gives one of them means lines of floats at z = 0, as VRX has them."""
+_MAX_LIFT_HEIGHT = 0.1
+"""Largest height of the buoyancy over the point of the drag, as a share of the length: drag then still damps all
+motion."""
+_MIN_HULL_SHARE = 0.1
+"""Share of a boat's displacement below which its shapes are no hull, and give no more than its length and beam."""
+_AWASH_SHARE = 0.95
+"""Share of its height at which a boat floats that is heavier than what its shapes displace."""
 
 
 @dataclass(frozen=True)
@@ -165,10 +190,6 @@ def _crossing(wet: FloatArray, dry: FloatArray, level: float) -> FloatArray:
     return wet + share[:, None] * (dry - wet)
 
 
-_HEELS = tuple(range(0, 181, 10))
-"""Angles of heel of the righting arms [degrees]."""
-
-
 @dataclass(frozen=True)
 class HullSheet:
     """A hull afloat upright, without trim."""
@@ -268,30 +289,6 @@ def hull_sheet(
         righting_arms=tuple((float(heel), _arm(own, mass / density, math.radians(heel))) for heel in _HEELS),
     )
 
-
-DENSITY = 997.8
-"""Density of VRX's water [kg/m3]."""
-_MAX_LINE_LIFT = 2.5
-"""Largest lift over weight of floats in lines: 2.7 for the bare WAM-V."""
-_VOLUME_LIFTS = (1.1, 10.0)
-"""Least and largest lift over weight of floats that have a volume."""
-_LINE_SPREAD = 1.0 / math.sqrt(3.0)
-"""Two lines of stations this share of the beam apart roll as stiffly as a solid rectangular waterplane."""
-_MODEL_LENGTH = 4.9
-"""Length of the WAM-V [m]. Froude's law scales its drag: forces per speed with the length to 2.5, moments to 4.5."""
-_MODEL_LINEAR = (51.3, 40.0, 500.0, 50.0, 50.0, 400.0)
-"""Linear drag of the WAM-V: three forces [N s/m] and three moments [N m s]."""
-_MODEL_SURGE_QUADRATIC = 72.4
-"""Quadratic drag of the WAM-V in surge [N s2/m2]."""
-LINES = frozenset({"hull_radius", "boat_width", "boat_length", "hulls"})
-"""Fields that place floats: a file that gives one of them means lines of floats at z = 0, as VRX has them."""
-_MAX_LIFT_HEIGHT = 0.1
-"""Largest height of the buoyancy over the point of the drag, as a share of the length: drag then still damps all
-motion."""
-_MIN_HULL_SHARE = 0.1
-"""Share of a boat's displacement below which its shapes are no hull, and give no more than its length and beam."""
-_AWASH_SHARE = 0.95
-"""Share of its height at which a boat floats that is heavier than what its shapes displace."""
 
 _Corner = tuple[float, float, float]
 

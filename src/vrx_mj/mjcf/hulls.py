@@ -35,6 +35,28 @@ _MIN_FREQUENCIES = 48
 """Least number of frequencies of a hull's table of waves; the next multiple of those in its file is taken."""
 _MIN_RESIDUE = 1e-9
 """Share of the largest residue [SI] below which all of a motion's at a pole are left out."""
+_GRAVITY = 9.81
+"""Gravity in the stiffness at rest [m/s2]; a world's own is within 1 %."""
+_MAX_RATE = 1000.0
+"""Fastest motion about rest [rad/s]: that of a boat with a draft of 0.01 mm."""
+_DECAY_TIMES = math.log(20.0)
+"""Time constants after which an oscillation has decayed to 5 %."""
+_MAX_GROWTH = 1e-3
+"""Rate [1/s] up to which a motion that grows may be rounding."""
+_MOST_LOST = 0.05
+"""Share of a sea's energy beyond the last frequency of a hull's file above which there is a warning."""
+_MAX_SHORT_SHARE = 0.1
+"""Share of a sea's energy in waves shorter than a hull without a file above which there is a warning."""
+_MAX_TRANSIENT = 60.0
+"""Time [s] for a transient to decay to 5 %, in a sea without a ramp, above which there is a warning."""
+_MAX_ENERGY_GAIN = 0.01
+"""Share of its energy that a motion gains in a minute through the time step above which there is a warning."""
+_MAX_FROUDE = 0.4
+"""Froude number up to which boats are carried by their displacement (Faltinsen, 2005, 1.1)."""
+_VERTICAL = np.ix_((2, 3, 4), (2, 3, 4))
+"""Rows and columns of heave, roll and pitch in a (6, 6) matrix."""
+_MOTIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+"""Names of the six motions."""
 
 
 def about_origin(matrix: FloatArray, point: Sequence[float] | FloatArray) -> FloatArray:
@@ -89,30 +111,6 @@ def diffraction_of(hydro: Hydro, density: float) -> Diffraction | None:
     even = np.linspace(0.0, frequencies[-1], count + 1)
     smooth = CubicSpline(frequencies, forces)(even)
     return Diffraction(step=float(even[1]), forces=nested_tuples(smooth.reshape(count + 1, angles, 12)))
-
-
-_GRAVITY = 9.81
-"""Gravity in the stiffness at rest [m/s2]; a world's own is within 1 %."""
-_MAX_RATE = 1000.0
-"""Fastest motion about rest [rad/s]: that of a boat with a draft of 0.01 mm."""
-_DECAY_TIMES = math.log(20.0)
-"""Time constants after which an oscillation has decayed to 5 %."""
-_MAX_GROWTH = 1e-3
-"""Rate [1/s] up to which a motion that grows may be rounding."""
-_MOST_LOST = 0.05
-"""Share of a sea's energy beyond the last frequency of a hull's file above which there is a warning."""
-_MAX_SHORT_SHARE = 0.1
-"""Share of a sea's energy in waves shorter than a hull without a file above which there is a warning."""
-_MAX_TRANSIENT = 60.0
-"""Time [s] for a transient to decay to 5 %, in a sea without a ramp, above which there is a warning."""
-_MAX_ENERGY_GAIN = 0.01
-"""Share of its energy that a motion gains in a minute through the time step above which there is a warning."""
-_MAX_FROUDE = 0.4
-"""Froude number up to which boats are carried by their displacement (Faltinsen, 2005, 1.1)."""
-_VERTICAL = np.ix_((2, 3, 4), (2, 3, 4))
-"""Rows and columns of heave, roll and pitch in a (6, 6) matrix."""
-_MOTIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
-"""Names of the six motions."""
 
 
 def check_mass(name: str, added: FloatArray, body: MassProperties, key: str) -> None:

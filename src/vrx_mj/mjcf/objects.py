@@ -53,6 +53,24 @@ _ORIGIN: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 """Pose of an object whose file gives none."""
 _DEFAULT_ROPE = RopeConfig()
 """Rope of an object in a world with current, unless it gives another, or swims."""
+_TRIES = 1000
+"""Number of places tried for an object before the field counts as full."""
+BALL = "blue_projectile"
+"""The object that shooters shoot; VRX's."""
+DEPTH = 200.0
+"""Depth of a parked ball under the mean surface [m]: below any ground, and out of sight of cameras and lidars."""
+SPACING = 25.0
+"""Distance between parked balls [m]: more than the distance at which the stepping loop looks for contacts."""
+_COLUMNS = 32
+"""Number of columns of the grid of parked balls."""
+_SHAPE_CODES = {"box": 0, "sphere": 1, "cylinder": 2}
+"""Codes of shapes in the runtime's tables."""
+DENSITY = 997.0
+"""Density of the water [kg/m3] in profile vrx3, where an object's file gives none. VRX 3's PolyhedraBuoyancyDrag.cc."""
+_ROPE_STIFFNESS = 10.0
+"""Default stiffness of ropes for each kg of what they hold [N/m]: its period is 2 s."""
+_TRAJECTORY_PROFILE = NEWER
+"""The profile whose worlds use Gazebo's TrajectoryFollower."""
 
 
 @dataclass(frozen=True)
@@ -140,10 +158,6 @@ def _with_symbols(docks: Sequence[DockPlacement], symbols: Sequence[str]) -> lis
     return shown
 
 
-_TRIES = 1000
-"""Number of places tried for an object before the field counts as full."""
-
-
 def place_fields(
     config: WorldConfig,
     boats: Sequence[tuple[float, float]],
@@ -212,16 +226,6 @@ def _middles(dock: PlacedDock) -> FloatArray:
     return np.array([compose(dock.pose, pose)[:2] for pose in local], np.float64).reshape(-1, 2)
 
 
-BALL = "blue_projectile"
-"""The object that shooters shoot; VRX's."""
-DEPTH = 200.0
-"""Depth of a parked ball under the mean surface [m]: below any ground, and out of sight of cameras and lidars."""
-SPACING = 25.0
-"""Distance between parked balls [m]: more than the distance at which the stepping loop looks for contacts."""
-_COLUMNS = 32
-"""Number of columns of the grid of parked balls."""
-
-
 def ball_name(boat: str, shooter: str) -> str:
     """Name of a shooter's ball among the objects of a world."""
     return f"{boat}/{shooter}"
@@ -254,16 +258,6 @@ def spare_ball(boat: str, shooter: str, taken: AbstractSet[tuple[float, ...]]) -
     while (place := (SPACING * (index % _COLUMNS), -SPACING * (1 + index // _COLUMNS), -DEPTH)) in taken:
         index += 1
     return PlacedObject(ball_name(boat, shooter), BALL, load_object(BALL), (*place, 0.0, 0.0, 0.0))
-
-
-_SHAPE_CODES = {"box": 0, "sphere": 1, "cylinder": 2}
-"""Codes of shapes in the runtime's tables."""
-DENSITY = 997.0
-"""Density of the water [kg/m3] in profile vrx3, where an object's file gives none. VRX 3's PolyhedraBuoyancyDrag.cc."""
-_ROPE_STIFFNESS = 10.0
-"""Default stiffness of ropes for each kg of what they hold [N/m]: its period is 2 s."""
-_TRAJECTORY_PROFILE = NEWER
-"""The profile whose worlds use Gazebo's TrajectoryFollower."""
 
 
 def object_piece(config: ObjectConfig, *, asleep: bool = False) -> Piece:

@@ -44,6 +44,16 @@ _MIN_AMPLITUDE = 1e-9
 """Waves lower than this [m] are left out: with VRX's scale 2.5 the longest one has 1e-11 m."""
 PROFILES: Mapping[str, ProfileCode] = {"vrx": tables.VRX, "vrx3": tables.VRX3, "marine": tables.MARINE}
 """Codes of the profiles in the runtime's tables."""
+NO_WIND = (0.0, 0.0, 0.0)
+"""Mean wind of a calm [m/s]."""
+_NPD_HEIGHT = 10.0
+"""Height of the mean speed on which the NPD spectrum depends [m]."""
+_STALE_LINK = "wind_stale_link"
+"""VRX's defect by which the wind pushes no boat."""
+_FIRST_GUST = {"vrx": 0.0, "vrx3": 0.001, "marine": 0.0}
+"""Length of the first step that the gusts assume [s]; 0: its own. VRX 3's USVWind.cc."""
+_SHOWN_NAMES = 3
+"""Number of boats that a warning names."""
 
 
 def sea_parameters(sea: SeaConfig, physics: PhysicsConfig) -> Sea:
@@ -178,18 +188,6 @@ class Rows:
         """The ball shooters among the sensors, each as (boat, sensor)."""
         return [(sensor.boat, sensor.name) for sensor in self.sensors if sensor.type == "ball_shooter"]
 
-
-NO_WIND = (0.0, 0.0, 0.0)
-"""Mean wind of a calm [m/s]."""
-_NPD_HEIGHT = 10.0
-"""Height of the mean speed on which the NPD spectrum depends [m]."""
-_STALE_LINK = "wind_stale_link"
-"""VRX's defect by which the wind pushes no boat."""
-_FIRST_GUST = {"vrx": 0.0, "vrx3": 0.001, "marine": 0.0}
-"""Length of the first step that the gusts assume [s]; 0: its own. VRX 3's USVWind.cc."""
-
-_SHOWN_NAMES = 3
-"""Number of boats that a warning names."""
 
 _Coefficients = tuple[float, float, float]
 

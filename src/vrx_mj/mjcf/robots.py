@@ -76,6 +76,10 @@ _WORLD = "world"
 """Name of a root link that stays where the boat is put, by Gazebo's convention."""
 _MAPPINGS = {"linear": LINEAR, "glf": GLF, "newtons": NEWTONS}
 """Codes of the thrust mappings in the runtime's table."""
+_MOVING = ("revolute", "continuous", "prismatic")
+"""Types of joints that move here."""
+_GREY = (0.6, 0.6, 0.6, 1.0)
+"""Colour of a shape that collides, drawn where a link has none that is seen."""
 
 
 def robot_piece(
@@ -427,12 +431,6 @@ def _with_names(row: _Named, boat: str) -> _Named:
     texts = ((key, value) for key, value in vars(row).items() if isinstance(value, str))
     named: dict[str, Any] = {key: value.replace(PREFIX, f"{boat}/") for key, value in texts}
     return replace(row, **named)
-
-
-_MOVING = ("revolute", "continuous", "prismatic")
-"""Types of joints that move here."""
-_GREY = (0.6, 0.6, 0.6, 1.0)
-"""Colour of a shape that collides, drawn where a link has none that is seen."""
 
 
 def jointed_model(robot: Urdf) -> mujoco.MjModel:

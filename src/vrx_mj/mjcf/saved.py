@@ -45,20 +45,6 @@ _NUMBER = re.compile(r"[-+]?\d{1,40}(?:\.\d{0,40})?(?:[eE][-+]?\d{1,4})?")
 """A number as we write it."""
 
 _Check = Callable[[str], object]
-
-
-def _numbers(value: str) -> bool:
-    return all(_NUMBER.fullmatch(part) and abs(float(part)) <= _MAX_NUMBER for part in value.split())
-
-
-def _pixels(value: str) -> bool:
-    return all(re.fullmatch(r"[0-9]{1,5}", part) and int(part) <= _MOST_PIXELS for part in value.split())
-
-
-def _at_most(length: int) -> _Check:
-    return lambda value: len(value) <= length
-
-
 ATTRIBUTES: Mapping[str, Sequence[str]] = {
     tag: attributes.split()
     for tag, attributes in {
@@ -107,6 +93,30 @@ _WORDS = {
     "geom.type": "plane sphere capsule ellipsoid cylinder box mesh", "contact.data": "found", "contact.num": "1",
 }  # fmt: skip
 """Words that an attribute may have."""
+_MOST_ASSETS, _MOST_TRIANGLES = 10_000, 200_000
+"""Largest number of files that an MJCF names, and of triangles in one."""
+_LARGEST_ASSETS = 500_000_000
+"""Largest size of these files together [bytes]."""
+_CORNERS = re.compile(rb"^[ \t]*f([^\n]*)", re.MULTILINE)
+"""Line of an OBJ file that lists the corners of a face."""
+_HASH = re.compile(r"_([0-9a-f]{12,16})\.(?:obj|stl|xml)$")
+"""End of a file's name: the first digits of its content's SHA-256."""
+_TOUCH = "touch"
+"""First word of the names of contact sensors; the name of the other body follows."""
+
+
+def _numbers(value: str) -> bool:
+    return all(_NUMBER.fullmatch(part) and abs(float(part)) <= _MAX_NUMBER for part in value.split())
+
+
+def _pixels(value: str) -> bool:
+    return all(re.fullmatch(r"[0-9]{1,5}", part) and int(part) <= _MOST_PIXELS for part in value.split())
+
+
+def _at_most(length: int) -> _Check:
+    return lambda value: len(value) <= length
+
+
 _CHECKS: Mapping[str, _Check] = {
     **dict.fromkeys(("name", "mesh", "material", "body1", "body2", "subtree2"), _at_most(_MAX_NAME)),
     **dict.fromkeys(("mujoco.model", "text.data"), _at_most(100_000)),
@@ -200,18 +210,6 @@ def _check_element(element: ET.Element) -> None:
         if not check(value):
             shown = value if len(value) <= _SHOWN else value[:_SHOWN] + "..."
             raise ValueError(f"invalid {key} '{shown}' of <{element.tag}>")
-
-
-_MOST_ASSETS, _MOST_TRIANGLES = 10_000, 200_000
-"""Largest number of files that an MJCF names, and of triangles in one."""
-_LARGEST_ASSETS = 500_000_000
-"""Largest size of these files together [bytes]."""
-_CORNERS = re.compile(rb"^[ \t]*f([^\n]*)", re.MULTILINE)
-"""Line of an OBJ file that lists the corners of a face."""
-_HASH = re.compile(r"_([0-9a-f]{12,16})\.(?:obj|stl|xml)$")
-"""End of a file's name: the first digits of its content's SHA-256."""
-_TOUCH = "touch"
-"""First word of the names of contact sensors; the name of the other body follows."""
 
 
 _PieceFile = Annotated[str, StringConstraints(pattern=r"^piece_[0-9a-f]{16}\.xml$")]

@@ -40,6 +40,44 @@ _SKIES = (
 )
 """Elevation of the sun [degrees], colours of zenith, horizon and light, share of ambient light; mixed in between."""
 _HEIGHTS, _ZENITH, _HORIZON, _LIGHT, _AMBIENT = zip(*_SKIES, strict=True)
+_EXTENT = 20.0
+"""`statistic extent` [m] of every world: the unit of MuJoCo's fog and clipping distances."""
+_NO_FOG_DISTANCE = 2000.0
+"""Start of the fog in a world without fog [m]: beyond everything that is drawn."""
+AMBIENT = (0.4, 0.4, 0.4)
+"""Ambient light by day, red, green and blue [of full scale]."""
+_HEADLIGHT = 0.35
+"""Light from the eye by day [of full scale], so that shaded surfaces keep their colour."""
+_FOG_START_DEPTH, _FOG_END_DEPTH = -math.log(0.95), -math.log(0.05)
+"""Optical depths at which fog hides 5 % and 95 %."""
+MARKER = "vrx_mj/marker"
+"""Prefix of the names of their geoms."""
+AHEAD = 1.0
+"""Distance from the upright cylinder to the middle of the other [m]. VRX: waypoint_markers.cc."""
+_GROUP = 1
+"""Group of their geoms and of the water: cameras see it, lidars do not."""
+SEA = "vrx_mj/sea"
+"""Name of the skin that is the sea's surface, of its material and of the material's texture."""
+_LAMP = "vrx_mj/lamp"
+"""Name of the material of light buoys' panels."""
+_WATER, _SKY, _SUN = "water", "sky", "sun"
+"""Names of the world's plane of water, of its skybox and of its light."""
+SKY_SIDE = 512
+"""Pixels along an edge of the sky's cube: 0.2 degrees at the middle of a face."""
+_PALETTE = (512, 256)
+"""Columns and rows of the sea's palette."""
+_EYE_HEIGHT = 2.0
+"""Height of the eye [m] for which the sea is shaded until its mover gives another."""
+_SLICES, _STACKS, _QUADS = 20, 8, 1
+"""Facets around and along round shapes, and on a box's edge: MuJoCo's 28, 16 and 4 take longer to draw."""
+_DEEP_COLOR = (0.035, 0.165, 0.215)
+"""Colour of deep water by day."""
+FOAM_BRIGHTNESS = 0.85
+"""Brightness of foam by day."""
+_DAY_BRIGHTNESS = 0.85
+"""Brightness of a clear day's horizon: the water is darker in proportion where the horizon is."""
+_LUMA = np.array([0.2126, 0.7152, 0.0722])
+"""Weights of red, green and blue in a colour's brightness (ITU-R BT.709)."""
 
 
 @dataclass(frozen=True)
@@ -94,18 +132,6 @@ def _sun(sky: SkyConfig, latitude: float) -> tuple[float, float]:
 def _mix(degrees: float, colors: tuple[_RGB, ...]) -> _RGB:
     red, green, blue = (float(np.interp(degrees, _HEIGHTS, channel)) for channel in zip(*colors, strict=True))
     return red, green, blue
-
-
-_EXTENT = 20.0
-"""`statistic extent` [m] of every world: the unit of MuJoCo's fog and clipping distances."""
-_NO_FOG_DISTANCE = 2000.0
-"""Start of the fog in a world without fog [m]: beyond everything that is drawn."""
-AMBIENT = (0.4, 0.4, 0.4)
-"""Ambient light by day, red, green and blue [of full scale]."""
-_HEADLIGHT = 0.35
-"""Light from the eye by day [of full scale], so that shaded surfaces keep their colour."""
-_FOG_START_DEPTH, _FOG_END_DEPTH = -math.log(0.95), -math.log(0.05)
-"""Optical depths at which fog hides 5 % and 95 %."""
 
 
 def scene_values(config: WorldConfig) -> dict[str, object]:
@@ -175,14 +201,6 @@ def _warn(name: str, missing: list[str]) -> None:
         warnings.warn(f"world {name}: MuJoCo cannot draw {', '.join(missing)}", VrxWarning, stacklevel=4)
 
 
-MARKER = "vrx_mj/marker"
-"""Prefix of the names of their geoms."""
-AHEAD = 1.0
-"""Distance from the upright cylinder to the middle of the other [m]. VRX: waypoint_markers.cc."""
-_GROUP = 1
-"""Group of their geoms and of the water: cameras see it, lidars do not."""
-
-
 def marker_rows(config: MarkersConfig, goals: Iterable[Sequence[float]]) -> tuple[Marker, ...]:
     """The cylinders of a world's markers, two for each place: those of `goals` [x, y, yaw] come first."""
     diameter, _, length = config.scaling
@@ -217,22 +235,6 @@ def add_markers(spec: mujoco.MjSpec, world: Parameters) -> None:
             contype=0,
             conaffinity=0,
         )
-
-
-SEA = "vrx_mj/sea"
-"""Name of the skin that is the sea's surface, of its material and of the material's texture."""
-_LAMP = "vrx_mj/lamp"
-"""Name of the material of light buoys' panels."""
-_WATER, _SKY, _SUN = "water", "sky", "sun"
-"""Names of the world's plane of water, of its skybox and of its light."""
-SKY_SIDE = 512
-"""Pixels along an edge of the sky's cube: 0.2 degrees at the middle of a face."""
-_PALETTE = (512, 256)
-"""Columns and rows of the sea's palette."""
-_EYE_HEIGHT = 2.0
-"""Height of the eye [m] for which the sea is shaded until its mover gives another."""
-_SLICES, _STACKS, _QUADS = 20, 8, 1
-"""Facets around and along round shapes, and on a box's edge: MuJoCo's 28, 16 and 4 take longer to draw."""
 
 
 def drawing_model(world: World) -> mujoco.MjModel:
@@ -338,16 +340,6 @@ def add_skin(
         vertweight=[[1.0] * len(points)],
         group=1,
     )
-
-
-_DEEP_COLOR = (0.035, 0.165, 0.215)
-"""Colour of deep water by day."""
-FOAM_BRIGHTNESS = 0.85
-"""Brightness of foam by day."""
-_DAY_BRIGHTNESS = 0.85
-"""Brightness of a clear day's horizon: the water is darker in proportion where the horizon is."""
-_LUMA = np.array([0.2126, 0.7152, 0.0722])
-"""Weights of red, green and blue in a colour's brightness (ITU-R BT.709)."""
 
 
 @lru_cache(maxsize=4)

@@ -32,6 +32,18 @@ _REPAIR = "repair it, for example with Blender's 3D-Print Toolbox"
 """What to do about a broken mesh, in messages."""
 _JOIN = "join them to one, for example with Blender's Boolean union"
 """What to do about overlapping parts, in messages."""
+_SEAM = 1e-9
+"""Distance [m] within which two corners are one point."""
+_MOMENT_TOLERANCE = 1e-7
+"""Relative difference of the moments of two surfaces up to which they are one."""
+_EDGE_TOLERANCE = 1e-6
+"""Relative difference of two edges up to which they are equally long."""
+MIN_PANELS = 200
+"""Least number of panels of a compact hull, all of about the same size."""
+_MAX_PANELS = 1000
+"""Largest number of panels to which halving equal edges alike may bring a hull."""
+_PARTS = 8
+"""Number of parts into which a slender hull is divided along its length."""
 
 
 @dataclass(frozen=True)
@@ -229,20 +241,6 @@ def _span(triangles: FloatArray, heights: FloatArray, along: FloatArray) -> tupl
         points.append(a + (ha / (ha - hb))[:, None] * (b - a))
     s, t = (np.einsum("ij,ij->i", point, along) for point in points)
     return np.minimum(s, t), np.maximum(s, t), points[0]
-
-
-_SEAM = 1e-9
-"""Distance [m] within which two corners are one point."""
-_MOMENT_TOLERANCE = 1e-7
-"""Relative difference of the moments of two surfaces up to which they are one."""
-_EDGE_TOLERANCE = 1e-6
-"""Relative difference of two edges up to which they are equally long."""
-MIN_PANELS = 200
-"""Least number of panels of a compact hull, all of about the same size."""
-_MAX_PANELS = 1000
-"""Largest number of panels to which halving equal edges alike may bring a hull."""
-_PARTS = 8
-"""Number of parts into which a slender hull is divided along its length."""
 
 
 def panels_of(corners: FloatArray) -> tuple[FloatArray, IntArray]:

@@ -32,6 +32,14 @@ _Row = dict[str, Any]
 _Loc = tuple[str | int, ...]
 _Shooter = tuple[str, str]
 """Names of a boat and of one of its ball shooters."""
+_WORLD_BODY = "world"
+"""The body of all that is fixed without one of its own, as MuJoCo calls it."""
+_POINTS = {"big": 5.0, "small": 10.0}
+"""Points of a ball in a hole, VRX's."""
+_LEFT_BUOY = re.compile(r"red_bound_(\d+)")
+"""Name of the left buoy of a gate."""
+_PARTNERS = ("green", "white", "blue", "black")
+"""First words of the right buoys of gates; a gate has one of them."""
 
 
 class Site:
@@ -133,10 +141,6 @@ class Site:
             self.fault(loc, f"on land: x {x:.2f} m, y {y:.2f} m is inside the shore of {terrain}")
 
 
-_WORLD_BODY = "world"
-"""The body of all that is fixed without one of its own, as MuJoCo calls it."""
-
-
 @dataclass(frozen=True)
 class Touch:
     """Something that the scored boat may touch: its name among the task's rivals, and its body."""
@@ -183,12 +187,6 @@ _ANIMALS: Mapping[str, _Habit] = {
     "turtle": "circumnavigate_counterclockwise",
 }
 """VRX's goals of animals, by the first word of their model."""
-_POINTS = {"big": 5.0, "small": 10.0}
-"""Points of a ball in a hole, VRX's."""
-_LEFT_BUOY = re.compile(r"red_bound_(\d+)")
-"""Name of the left buoy of a gate."""
-_PARTNERS = ("green", "white", "blue", "black")
-"""First words of the right buoys of gates; a gate has one of them."""
 
 
 def task_parameters(

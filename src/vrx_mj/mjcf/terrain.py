@@ -33,6 +33,26 @@ _Rings = list[FloatArray]
 """A polygon of land: its exterior and its holes, rings of points (n, 2) [m]."""
 _FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 """One triangle of a binary STL file."""
+_MAX_BYTES = 4_000_000
+"""Largest file that is read [bytes]."""
+_MAX_POINTS = 5000
+"""Largest number of points of a shoreline: each edge is compared with every other."""
+_SHORTEST_EDGE = 1e-6
+"""Points that are nearer to the next one [m] are left out."""
+_SLOPE = 0.25
+"""Rise of the bank over the distance inland: VRX's posts, tents and antenna fit such a slope within 0.3 m."""
+_WIDTH = 6.0
+"""Distance inland over which the bank rises [m]; it is flat beyond, 1.5 m over the water."""
+_FOOT = (-1.0, -0.6)
+"""Distance inland and height of the foot of the bank [m], under water."""
+_BLOCK_BOTTOM = -1.6
+"""Height of the blocks' underside [m]."""
+_MITRE_LIMIT = 3.0
+"""A corner lies at most this many times the offset away from its vertex, so that sharp ones stay short."""
+_MIN_CREST = 0.6
+"""Least height of a block's crest [m]: on narrow land the bank is steeper, so that no boat slips over it."""
+_DEPTH_STEP = 0.75
+"""Step in which a block's width is fitted to a narrow piece of land [m]."""
 
 
 def area_of(rings: Sequence[Sequence[Sequence[float]] | FloatArray]) -> object:
@@ -91,28 +111,6 @@ def _stl(triangles: FloatArray) -> bytes:
     facet["normal"] = normal[keep] / length[keep, None]
     facet["corners"] = corners[keep]
     return b"vrx_mj land".ljust(80) + np.array(len(facet), "<u4").tobytes() + facet.tobytes()
-
-
-_MAX_BYTES = 4_000_000
-"""Largest file that is read [bytes]."""
-_MAX_POINTS = 5000
-"""Largest number of points of a shoreline: each edge is compared with every other."""
-_SHORTEST_EDGE = 1e-6
-"""Points that are nearer to the next one [m] are left out."""
-_SLOPE = 0.25
-"""Rise of the bank over the distance inland: VRX's posts, tents and antenna fit such a slope within 0.3 m."""
-_WIDTH = 6.0
-"""Distance inland over which the bank rises [m]; it is flat beyond, 1.5 m over the water."""
-_FOOT = (-1.0, -0.6)
-"""Distance inland and height of the foot of the bank [m], under water."""
-_BLOCK_BOTTOM = -1.6
-"""Height of the blocks' underside [m]."""
-_MITRE_LIMIT = 3.0
-"""A corner lies at most this many times the offset away from its vertex, so that sharp ones stay short."""
-_MIN_CREST = 0.6
-"""Least height of a block's crest [m]: on narrow land the bank is steeper, so that no boat slips over it."""
-_DEPTH_STEP = 0.75
-"""Step in which a block's width is fitted to a narrow piece of land [m]."""
 
 
 def terrain_piece(name: str, near: Path | None = None) -> Piece:

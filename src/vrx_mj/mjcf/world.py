@@ -31,6 +31,11 @@ from vrx_mj.model.world import (
 from vrx_mj.outputs import write_files
 from vrx_mj.signals import delays_exit
 
+_HEADER = re.compile(r"(<mujoco [^<>]*>\s*<!-- [^\n]*compiled by vrx_mj)\.\n.*?-->", re.DOTALL)
+"""First comment of a saved MJCF."""
+_ABOUT = re.compile(r'\s*<text name="vrx_mj/about"[^<>]*/>')
+"""Text element that names the program."""
+
 
 @dataclass(frozen=True, repr=False)
 class World:
@@ -224,10 +229,6 @@ SIMULATORS: Mapping[str, Simulator] = {
     "mjx": Simulator("MJX", (_SLEEP, _AUTORESET, _TOUCHES)),
 }
 """By the names that `World.save` takes; omissions are those that MuJoCo Warp 4.0.0 and MJX 3.17.0 with JAX need."""
-_HEADER = re.compile(r"(<mujoco [^<>]*>\s*<!-- [^\n]*compiled by vrx_mj)\.\n.*?-->", re.DOTALL)
-"""First comment of a saved MJCF."""
-_ABOUT = re.compile(r'\s*<text name="vrx_mj/about"[^<>]*/>')
-"""Text element that names the program."""
 
 
 def mjcf_for(mjcf: str, simulator: str) -> str:

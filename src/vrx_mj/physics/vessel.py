@@ -68,6 +68,10 @@ from vrx_mj.physics.waves import (
 )
 
 _FIRST = 12  # of the six velocities among the fields of a `Motion`
+_PHASES = 4
+"""Phases of a period over which means are taken: they tell the mean and the first harmonic from second ones."""
+_AWASH = 0.25
+"""Share of its weight that the water carries of a hull about to leave it."""
 
 
 @kernel
@@ -152,12 +156,6 @@ def diffraction_load(
     store(place, 0, total)
     force = Wrench(place[0], place[1], place[2], place[3], place[4], place[5])
     return scale_wrench(rotated_wrench(body, force), ramp(sea, t))
-
-
-_PHASES = 4
-"""Phases of a period over which means are taken: they tell the mean and the first harmonic from second ones."""
-_AWASH = 0.25
-"""Share of its weight that the water carries of a hull about to leave it."""
 
 
 class VesselWork(NamedTuple):

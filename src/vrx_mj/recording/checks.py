@@ -16,6 +16,9 @@ from vrx_mj.runtime.state import State
 from vrx_mj.tasks import make_referee
 from vrx_mj.tasks.referee import Frame, FrameLayout, Referee, parsed_dump
 
+_IDENTITY = ("fleet", "seed", "world", "world_sha256")
+"""Properties that make two runs different ones; versions and platform may differ."""
+
 
 @dataclass(frozen=True)
 class Difference:
@@ -118,10 +121,6 @@ def _word_differences(a: Record, b: Record) -> list[str]:
     if len(a.rows) != len(b.rows):
         found.append(f"rows: {len(a.rows)} and {len(b.rows)}")
     return found
-
-
-_IDENTITY = ("fleet", "seed", "world", "world_sha256")
-"""Properties that make two runs different ones; versions and platform may differ."""
 
 
 def _first_parting(first: FloatArray, second: FloatArray, names: Sequence[str]) -> Difference | None:

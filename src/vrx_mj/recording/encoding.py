@@ -47,6 +47,10 @@ _JOIN_SECONDS = 600.0
 """Longest time that rerun may take to join files [s]."""
 MOST_ROWS, _MOST_BYTES = 2560, 64 << 20
 """Rows, and bytes, that become chunks at once: over two minutes, as each chunk takes 1 kB besides what is in it."""
+_APPLICATION = "vrx_mj robot"
+_ROOT = "/robot"
+_SWEEP_TIME, _SWEEP_ROWS = 2.0, 40
+"""Time [s] in which a joint goes to its upper limit, to its lower one and back, and the rows in it."""
 
 
 class UnwrittenError(RecordError):
@@ -194,12 +198,6 @@ def _exact_rows(rows: FloatArray, scene: RecordScene, boat_set: int) -> Chunk:
     bodies = [(layout.pose(body).start, layout.velocity(body).start) for body in layout.bodies]
     columns = rr.AnyValues.columns(block=[pack_rows(rows, bodies, scene.timestep)], company=[boat_set])
     return Chunk.from_columns(ROWS, [times(rows[:1, 0])], columns)
-
-
-_APPLICATION = "vrx_mj robot"
-_ROOT = "/robot"
-_SWEEP_TIME, _SWEEP_ROWS = 2.0, 40
-"""Time [s] in which a joint goes to its upper limit, to its lower one and back, and the rows in it."""
 
 
 def save_joints(model: mujoco.MjModel, name: str, path: Path) -> None:

@@ -33,6 +33,18 @@ if TYPE_CHECKING:
 
 
 _JPEG_QUALITY = 95
+UNITS: Mapping[str, Mapping[str, str]] = {
+    "motion": {
+        "time": "s", "name": "", "kind": "", "x": "m", "y": "m", "z": "m", "qw": "1", "qx": "1", "qy": "1", "qz": "1",
+        "roll": "rad", "pitch": "rad", "yaw": "rad", "vx": "m/s", "vy": "m/s", "vz": "m/s",
+        "wx": "rad/s", "wy": "rad/s", "wz": "rad/s", "latitude": "deg", "longitude": "deg",
+    },
+    "thrust": {"time": "s", "boat": "", "thruster": "", "thrust": "N", "angle": "rad"},
+    "wind": {"time": "s", "speed": "m/s", "direction": "rad"},
+    "contacts": {"time": "s", "boat": "", "other": "", "force": "N"},
+    "events": {"time": "s", "level": "", "text": ""},
+}  # fmt: skip
+"""Tables, their columns, and the units of those; a text has none."""
 
 
 class CocoWriter(AbstractContextManager["CocoWriter"]):
@@ -142,19 +154,6 @@ def write_coco(
 
 _Columns = Mapping[str, Any]
 """Values of each column of a table."""
-
-UNITS: Mapping[str, Mapping[str, str]] = {
-    "motion": {
-        "time": "s", "name": "", "kind": "", "x": "m", "y": "m", "z": "m", "qw": "1", "qx": "1", "qy": "1", "qz": "1",
-        "roll": "rad", "pitch": "rad", "yaw": "rad", "vx": "m/s", "vy": "m/s", "vz": "m/s",
-        "wx": "rad/s", "wy": "rad/s", "wz": "rad/s", "latitude": "deg", "longitude": "deg",
-    },
-    "thrust": {"time": "s", "boat": "", "thruster": "", "thrust": "N", "angle": "rad"},
-    "wind": {"time": "s", "speed": "m/s", "direction": "rad"},
-    "contacts": {"time": "s", "boat": "", "other": "", "force": "N"},
-    "events": {"time": "s", "level": "", "text": ""},
-}  # fmt: skip
-"""Tables, their columns, and the units of those; a text has none."""
 
 
 def read(recording: str | Path | Record) -> dict[str, pa.Table]:

@@ -30,6 +30,28 @@ PLAN_ASPECT = 1.3
 """Width of the plan's view, in its heights, about."""
 PLAN_LINE = 0.09
 """Height of a line of figures at the upper edge of the plan, in heights of the plan."""
+TEXT_RATE = 2.0
+"""Rate of arrows, figures, and names in the plan [Hz]."""
+_ARROW_TEXTS = {
+    "wind": (WIND_COLOR, "wind {0:.1f} m/s from {1:.0f} deg"),
+    "waves": (WAVE_COLOR, "waves Hs {0:.2g} m, Tp {2:.2g} s from {1:.0f} deg"),
+    "current": (CURRENT_COLOR, "current {0:.2g} m/s toward {1:.0f} deg"),
+}
+"""Colours, and texts of speed or significant height, compass direction and period."""
+PLAN_LINES, LETTER_WIDTH = 18.0, 0.62
+"""Lines of text as high as the plan in a window of 1280 pixels, and the width of a letter in lines."""
+_SEA_LINES = 33.0
+"""Lines of text in the sea's view there as high as what is as high as it is away."""
+PLATE_HEIGHT = 1.5
+"""Height of a name with what a viewer writes it on, in lines."""
+_NAME_RISES = PLATE_HEIGHT * np.array([0.0, 1.05, -1.0, 2.05, -2.0])
+"""How far a name may be over its place just under the boat, in lines, the best first."""
+_HIDDEN_PLACE = 1e4
+"""Where a name is that is not shown, in halves of the plan's height."""
+TAG_HEIGHT, _TAG_STEP = 2.9, 1.9
+"""Height of a boat's name over its origin, and how much higher every other one is: boats may touch [m]."""
+_TAG_LIFTS = np.array([[0, 1, 2], [1, 0, 2]])
+"""How many times higher names of even and of odd boats may be, the best first."""
 
 
 def around(distance: float) -> list[list[float]]:
@@ -102,16 +124,6 @@ def fleet_circle(scene: RecordScene) -> tuple[FloatArray, float]:
         return np.zeros(2), 10.0
     middle = places.mean(axis=0)
     return middle, math.sqrt(float(((places - middle) ** 2).sum(axis=1).max()))
-
-
-TEXT_RATE = 2.0
-"""Rate of arrows, figures, and names in the plan [Hz]."""
-_ARROW_TEXTS = {
-    "wind": (WIND_COLOR, "wind {0:.1f} m/s from {1:.0f} deg"),
-    "waves": (WAVE_COLOR, "waves Hs {0:.2g} m, Tp {2:.2g} s from {1:.0f} deg"),
-    "current": (CURRENT_COLOR, "current {0:.2g} m/s toward {1:.0f} deg"),
-}
-"""Colours, and texts of speed or significant height, compass direction and period."""
 
 
 class Corner(NamedTuple):
@@ -209,18 +221,6 @@ def _still_weather(scene: RecordScene) -> Iterator[Chunk]:
     yield static(f"{FLEET}/weather", rr.Transform3D(scale=distance))
 
 
-PLAN_LINES, LETTER_WIDTH = 18.0, 0.62
-"""Lines of text as high as the plan in a window of 1280 pixels, and the width of a letter in lines."""
-_SEA_LINES = 33.0
-"""Lines of text in the sea's view there as high as what is as high as it is away."""
-PLATE_HEIGHT = 1.5
-"""Height of a name with what a viewer writes it on, in lines."""
-_NAME_RISES = PLATE_HEIGHT * np.array([0.0, 1.05, -1.0, 2.05, -2.0])
-"""How far a name may be over its place just under the boat, in lines, the best first."""
-_HIDDEN_PLACE = 1e4
-"""Where a name is that is not shown, in halves of the plan's height."""
-
-
 Places = tuple[FloatArray, Mapping[str, FloatArray]]
 """Simulated times (n,) [s], and by boat where it was then (n, 2) [m]."""
 
@@ -267,12 +267,6 @@ def name_spots(
             free = np.isnan(taken[:, own, 0]) & inside & ~covered.any(axis=1) & ~boated.any(axis=1)
             taken[free, own] = spot[free]
     return taken[:, len(texts) :] @ axes
-
-
-TAG_HEIGHT, _TAG_STEP = 2.9, 1.9
-"""Height of a boat's name over its origin, and how much higher every other one is: boats may touch [m]."""
-_TAG_LIFTS = np.array([[0, 1, 2], [1, 0, 2]])
-"""How many times higher names of even and of odd boats may be, the best first."""
 
 
 def tag_heights(scene: RecordScene) -> dict[str, float]:

@@ -69,6 +69,24 @@ _TOLERANCE = (*[0.005] * 3, *[0.002] * 4)
 quaternion."""
 _MAX_NUMBER = 1e6
 """Largest number that is shown: a run may diverge, a picture of it should not."""
+_KEPT_COLUMNS = ("time", "head", "files", "blob", "sequence", "numbers", "intensity", "ring")
+"""Columns of parts that are recorded as they are."""
+_PICTURE_DISTANCE = 1.2
+"""Distance of a picture in front of its camera in the sea view [m]."""
+_FRUSTUM_COLOR = (157, 140, 103)
+_RANGE_COLORS = (255, 236, 110), (255, 96, 80), (150, 60, 200)
+"""Colours of a lidar's points near the boat, halfway on a scale of logarithms, and at the end of the range."""
+_SHADES = 64
+"""Number of colours of a lidar's points."""
+AXIS_COLORS = ((240, 93, 83), (89, 158, 81), (80, 143, 229))
+"""Colours of x, y and z in plots."""
+SOUND_COLOR = (159, 125, 214)
+_SOUND_LENGTH = 8.0
+"""Longest arrow to a beacon [m]: it shows the direction, and the plot the distance."""
+_SOUND_HEIGHT = 2.2
+"""Height of the arrow to a beacon over the boat's origin [m]."""
+_OPTICAL_AXES = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
+"""Axes of a picture (x right, y down, z forward), in those of its camera (x forward, y left, z up)."""
 
 
 def event_chunk(events: Sequence[Event]) -> Chunk:
@@ -252,10 +270,6 @@ class MovingChunks:
                 yield engine(path, time[turned], thruster, shown[turned])
 
 
-_KEPT_COLUMNS = ("time", "head", "files", "blob", "sequence", "numbers", "intensity", "ring")
-"""Columns of parts that are recorded as they are."""
-
-
 def kept_columns(parts: Sequence[Part]) -> Iterable[rr.ComponentColumn]:
     """Columns of the parts of one entity as they are."""
     columns: dict[str, Any] = {}
@@ -338,24 +352,6 @@ def engine(path: str, time: FloatArray, thruster: RecordedThruster, angle: Float
     """An engine turning about its mount."""
     position = np.tile(thruster.position, (len(time), 1))
     return transforms(f"{path}/{thruster.name}", time, position, _engine_turns(thruster, angle))
-
-
-_PICTURE_DISTANCE = 1.2
-"""Distance of a picture in front of its camera in the sea view [m]."""
-_FRUSTUM_COLOR = (157, 140, 103)
-_RANGE_COLORS = (255, 236, 110), (255, 96, 80), (150, 60, 200)
-"""Colours of a lidar's points near the boat, halfway on a scale of logarithms, and at the end of the range."""
-_SHADES = 64
-"""Number of colours of a lidar's points."""
-AXIS_COLORS = ((240, 93, 83), (89, 158, 81), (80, 143, 229))
-"""Colours of x, y and z in plots."""
-SOUND_COLOR = (159, 125, 214)
-_SOUND_LENGTH = 8.0
-"""Longest arrow to a beacon [m]: it shows the direction, and the plot the distance."""
-_SOUND_HEIGHT = 2.2
-"""Height of the arrow to a beacon over the boat's origin [m]."""
-_OPTICAL_AXES = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
-"""Axes of a picture (x right, y down, z forward), in those of its camera (x forward, y left, z up)."""
 
 
 def sensor_chunks(scene: RecordScene) -> Iterator[Chunk]:

@@ -39,6 +39,12 @@ _LEVEL = 1
 
 Bodies = Sequence[tuple[int, int]]
 """Columns of each body: the first of 7 of its pose, and of 6 of its velocity, as MuJoCo has them."""
+HEADER = struct.Struct("<II")
+"""Number of rows; number of columns, with the form of what follows in its upper two bits."""
+_PLAIN, _CODED = 1, 3
+"""Forms: unchanged numbers, and those of `_coded_rows`."""
+WIDTH_BITS = 30
+"""Bits of the header that hold the number of columns."""
 
 
 def _coded_rows(rows: FloatArray, bodies: Bodies, timestep: float) -> bytes:
@@ -260,14 +266,6 @@ def _sortable(value: float) -> int:
     bits: Any = np.float64(value).view(np.int64)
     found: int = bits ^ _FLIP if bits < 0 else bits
     return found
-
-
-HEADER = struct.Struct("<II")
-"""Number of rows; number of columns, with the form of what follows in its upper two bits."""
-_PLAIN, _CODED = 1, 3
-"""Forms: unchanged numbers, and those of `_coded_rows`."""
-WIDTH_BITS = 30
-"""Bits of the header that hold the number of columns."""
 
 
 def plain_rows(rows: FloatArray) -> bytes:

@@ -36,6 +36,20 @@ Cell = str | bytes | npt.NDArray[Any] | None
 """A text, bytes, or numbers; None where there is nothing."""
 PartData = tuple[str, bool, dict[str, list[Cell]]]
 """The fields of a part."""
+_LEVEL = 4
+"""Level of compression of files: a higher one takes twice the time for a twentieth of the bytes."""
+_MAX_NAMES = 4 << 20
+"""Largest size of the names of files together [bytes]."""
+MAGIC = b"VRXMJRAW"
+"""First bytes of such a file; the version follows."""
+VERSION = 2
+"""Version of the raw file."""
+HEAD, FRAME = struct.Struct("<8sI"), struct.Struct("<QI")
+"""Beginning of the file: mark and version. Before each block: its length [bytes] and its CRC-32."""
+FLUSH = 1.0
+"""Wall time between flushes [s]."""
+_JOINED_ENTITIES = (STATES, FRAMES)
+"""Entities of small parts, which cost as much as their headers."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,12 +138,6 @@ def validator(kind: Any) -> TypeAdapter[Any]:
     return TypeAdapter(kind)
 
 
-_LEVEL = 4
-"""Level of compression of files: a higher one takes twice the time for a twentieth of the bytes."""
-_MAX_NAMES = 4 << 20
-"""Largest size of the names of files together [bytes]."""
-
-
 def pack_files(files: Mapping[str, bytes]) -> bytes:
     """Compressed bytes of files, the same for the same files."""
     return zlib.compress(pack(dict(sorted(files.items()))), _LEVEL)
@@ -149,18 +157,6 @@ def unpack_files(blob: bytes, most: int) -> dict[str, bytes]:
         return validate(unpack(content), dict[str, bytes])
     except (zlib.error, struct.error, ValueError) as error:
         raise RecordError(f"files: damaged: {str(error).splitlines()[0].removeprefix('damaged: ')}") from None
-
-
-MAGIC = b"VRXMJRAW"
-"""First bytes of such a file; the version follows."""
-VERSION = 2
-"""Version of the raw file."""
-HEAD, FRAME = struct.Struct("<8sI"), struct.Struct("<QI")
-"""Beginning of the file: mark and version. Before each block: its length [bytes] and its CRC-32."""
-FLUSH = 1.0
-"""Wall time between flushes [s]."""
-_JOINED_ENTITIES = (STATES, FRAMES)
-"""Entities of small parts, which cost as much as their headers."""
 
 
 class RawFile:

@@ -46,6 +46,21 @@ from vrx_mj.tasks.referee import Message
 
 RecordedFrame = tuple[int, FloatArray, tuple[Message, ...]]
 """Number of the boat set, the frame's row, and its messages."""
+READ_ENTITIES = (RUN, ROWS, STATES, EVENTS, COMPANIES, FRAMES)
+"""Entities that are read; all others are for looking at."""
+READ_COLUMNS = (
+    "head", "files", "block", "company", "time", "blob", "sent", "sim_time", "TextLog:text", "TextLog:level",
+    "touch",
+)  # fmt: skip
+"""Columns of these entities that are read."""
+_READING_CELLS: Mapping[str, Mapping[str, tuple[str, str]]] = {
+    "camera": {"blob": ("EncodedImage:blob", "|u1")},
+    "points": {"points": ("Points3D:positions", "<f4"), "intensity": ("intensity", "|u1"), "ring": ("ring", "|u1")},
+    "numbers": {"numbers": ("numbers", "|u1")},
+}
+"""What gives back the data of readings, by their form: name, column and kind of numbers."""
+READING_COLUMNS = ("time", "sequence", *{name for cells in _READING_CELLS.values() for name, _ in cells.values()})
+"""Columns of a recording that give readings back."""
 
 
 @dataclass(frozen=True)
@@ -237,15 +252,6 @@ def read_record(path: str | Path, *, whole: bool = False) -> Record:
         )
 
 
-READ_ENTITIES = (RUN, ROWS, STATES, EVENTS, COMPANIES, FRAMES)
-"""Entities that are read; all others are for looking at."""
-READ_COLUMNS = (
-    "head", "files", "block", "company", "time", "blob", "sent", "sim_time", "TextLog:text", "TextLog:level",
-    "touch",
-)  # fmt: skip
-"""Columns of these entities that are read."""
-
-
 @contextlib.contextmanager
 def _damage_of(file: Path) -> Iterator[None]:
     """Around the reading of what is in a file: an error names the file."""
@@ -391,16 +397,6 @@ class RecordedReadings(Sequence[Reading]):
         if "points" in row:
             return PointCloud(row["points"].reshape(-1, 3), row["intensity"].view("<f4"), row["ring"].view("<u2"))
         return numbers.data(row["numbers"].view("<f8"), self.sensor.config)
-
-
-_READING_CELLS: Mapping[str, Mapping[str, tuple[str, str]]] = {
-    "camera": {"blob": ("EncodedImage:blob", "|u1")},
-    "points": {"points": ("Points3D:positions", "<f4"), "intensity": ("intensity", "|u1"), "ring": ("ring", "|u1")},
-    "numbers": {"numbers": ("numbers", "|u1")},
-}
-"""What gives back the data of readings, by their form: name, column and kind of numbers."""
-READING_COLUMNS = ("time", "sequence", *{name for cells in _READING_CELLS.values() for name, _ in cells.values()})
-"""Columns of a recording that give readings back."""
 
 
 def _check_readings(sensor: RecordedSensor, columns: Mapping[str, Sequence[Any]]) -> None:

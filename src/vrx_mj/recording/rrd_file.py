@@ -33,6 +33,10 @@ _MIN_MEMORY, _MEMORY_RATIO = 64 << 20, 16
 _SECONDS, _BYTES_PER_SECOND = 5, 1 << 20
 """Processor time that the parser may take: this [s], and one second for this many bytes."""
 _Found = TypeVar("_Found")
+FILE_HEADER = 12
+"""Bytes before the first message of an rrd file: its mark, version and options."""
+MESSAGE_HEADER = struct.Struct("<QQ")
+"""Kind and length of a message; kind 0 ends a file."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,12 +140,6 @@ def _whole_file(file: Path) -> Iterator[Path]:
         shutil.copyfile(file, copy)
         os.truncate(copy, whole)
         yield copy
-
-
-FILE_HEADER = 12
-"""Bytes before the first message of an rrd file: its mark, version and options."""
-MESSAGE_HEADER = struct.Struct("<QQ")
-"""Kind and length of a message; kind 0 ends a file."""
 
 
 def whole_bytes(file: Path) -> int:

@@ -43,6 +43,34 @@ FAST_SURFACE = 0.07
 """Vertical speed of the surface from which every row is shown [m/s, rms]: three times it is 1 cm from row to row."""
 _SAMPLES = 1000
 """Number of places at which motion and shape of a sea are sampled."""
+_INSTANT, _SPAN = 0.05, 0.3
+"""Time [s] and distance [m] over which speed, acceleration and curvature are taken."""
+_BAND_ROWS = 10
+"""Rows of cells in one entity: of so few vertices rerun's LZ4 finds each in the frame before."""
+_HULL_CELL = 0.6
+"""Least size of a patch's cells [m]; there are up to `_HULL_CELLS` of them along a side."""
+_HULL_CELLS = 24
+"""Largest number of cells along a side of a patch."""
+_FLATNESS, CHORD = 0.006, 0.0025
+"""Largest distance from the surface [m] of the planes of cells, and of heights between evaluated ones."""
+STILL_ERROR = 0.0195
+"""Largest distance of the shown heights of a patch from the surface for which the patch is kept [m]."""
+_HULL_MARGIN, RIM = 0.25, 1.2
+"""Water around a hull's bounding box, and around that a rim that goes down under the fleet's mesh [m]."""
+_RIM_STEP = 1.0 / 16.0
+"""Step to which heights of the rim are rounded [m]."""
+_DEFAULT_HULL = np.array([[-2.5, -1.25], [2.5, 1.25]])
+"""Corners of a hull without a mesh [m]."""
+_LIGHT_DIRECTION = (0.55, 0.35)
+"""Direction from which the light comes, east and north."""
+DEEP, CREST, _HAZE = np.array([[5.0, 30.0, 52.0], [84.0, 146.0, 168.0], [150.0, 182.0, 204.0]])
+"""Colours of deep water, of crests and of haze."""
+CALM_LIGHT = 0.38
+"""Light of a calm sea, dark enough for white names on a viewer's light plates."""
+_SHADES, _HAZES = 32, 16
+"""Numbers of shades and of hazes in the palette."""
+_HAZE_SHARES = np.linspace(0.0, 1.0, _HAZES)[:, None, None]
+"""Share of haze in each row of the palette."""
 
 
 class Swell(NamedTuple):
@@ -90,10 +118,6 @@ def swell_of(height: SeaHeight) -> Swell:
     curvature = max(_rms(low + high - 2.0 * z) for low, high in sides) / _SPAN**2
     speed, acceleration = _rms(after - before) / (2.0 * _INSTANT), _rms(after + before - 2.0 * z) / _INSTANT**2
     return Swell(height, float(sample.mean()), float(sample.std()), speed, acceleration, curvature)
-
-
-_INSTANT, _SPAN = 0.05, 0.3
-"""Time [s] and distance [m] over which speed, acceleration and curvature are taken."""
 
 
 def _rms(values: FloatArray) -> float:
@@ -191,10 +215,6 @@ def _lines(places: FloatArray) -> FloatArray:
     return np.concatenate([[way[0] - HORIZON], inner, [way[-1] + HORIZON]])
 
 
-_BAND_ROWS = 10
-"""Rows of cells in one entity: of so few vertices rerun's LZ4 finds each in the frame before."""
-
-
 def bands(rows: int) -> list[slice]:
     """The rows of a grid by bands, of which each begins with the last row of the one before."""
     return [slice(first, first + _BAND_ROWS + 1) for first in range(0, rows - 1, _BAND_ROWS)]
@@ -206,22 +226,6 @@ def triangles(rows: int, columns: int) -> npt.NDArray[np.uint32]:
     first = corner + np.array([0, 1, columns + 1])
     second = corner + np.array([0, columns + 1, columns])
     return np.concatenate([first, second]).astype(np.uint32)
-
-
-_HULL_CELL = 0.6
-"""Least size of a patch's cells [m]; there are up to `_HULL_CELLS` of them along a side."""
-_HULL_CELLS = 24
-"""Largest number of cells along a side of a patch."""
-_FLATNESS, CHORD = 0.006, 0.0025
-"""Largest distance from the surface [m] of the planes of cells, and of heights between evaluated ones."""
-STILL_ERROR = 0.0195
-"""Largest distance of the shown heights of a patch from the surface for which the patch is kept [m]."""
-_HULL_MARGIN, RIM = 0.25, 1.2
-"""Water around a hull's bounding box, and around that a rim that goes down under the fleet's mesh [m]."""
-_RIM_STEP = 1.0 / 16.0
-"""Step to which heights of the rim are rounded [m]."""
-_DEFAULT_HULL = np.array([[-2.5, -1.25], [2.5, 1.25]])
-"""Corners of a hull without a mesh [m]."""
 
 
 Lines = tuple[FloatArray, FloatArray]
@@ -279,16 +283,6 @@ def _axes(pose: FloatArray) -> FloatArray:
     return in_world_axes(pose[:, None, 3:], np.broadcast_to(np.eye(3), (len(pose), 3, 3)))
 
 
-_LIGHT_DIRECTION = (0.55, 0.35)
-"""Direction from which the light comes, east and north."""
-DEEP, CREST, _HAZE = np.array([[5.0, 30.0, 52.0], [84.0, 146.0, 168.0], [150.0, 182.0, 204.0]])
-"""Colours of deep water, of crests and of haze."""
-CALM_LIGHT = 0.38
-"""Light of a calm sea, dark enough for white names on a viewer's light plates."""
-_SHADES, _HAZES = 32, 16
-"""Numbers of shades and of hazes in the palette."""
-
-
 def light(z: FloatArray, toward: FloatArray) -> FloatArray:
     """Light, 0 to 1, of heights over the mean [m] with slopes toward the sun: crests and what faces it are bright.
 
@@ -322,8 +316,6 @@ def ramp(colors: npt.ArrayLike, share: FloatArray) -> FloatArray:
     return np.column_stack([np.interp(share, place, part) for part in parts])
 
 
-_HAZE_SHARES = np.linspace(0.0, 1.0, _HAZES)[:, None, None]
-"""Share of haze in each row of the palette."""
 _PALETTE = packed_colors(
     (DEEP + (CREST - DEEP) * np.linspace(0.0, 1.0, _SHADES)[:, None]) * (1.0 - _HAZE_SHARES) + _HAZE * _HAZE_SHARES
 )

@@ -57,6 +57,10 @@ from vrx_mj.unix import release_memory
 
 _JPEG_QUALITY = 75
 """Quality of the JPEG pictures, of 100."""
+_POSE_RATE = 20.0
+"""Rate of rows [Hz, simulated time]."""
+_ALL = "all"
+"""The word for every sensor: of a boat, or of all boats."""
 
 
 class RecordWriter(contextlib.AbstractContextManager["RecordWriter"]):
@@ -188,10 +192,6 @@ def _reading_columns(sensor: RecordedSensor, reading: Reading) -> dict[str, list
     return columns | {"numbers": [values.astype("<f8").tobytes()]}
 
 
-_POSE_RATE = 20.0
-"""Rate of rows [Hz, simulated time]."""
-
-
 @contextlib.contextmanager
 def record(
     sim: Simulation,
@@ -319,9 +319,6 @@ def _reading_recorder(writer: RecordWriter, boat: str) -> Callable[[Reading], No
 
     return take
 
-
-_ALL = "all"
-"""The word for every sensor: of a boat, or of all boats."""
 
 _Rates = Mapping[str, Mapping[str, float]]
 """Measurements per second by boat and sensor."""

@@ -56,6 +56,14 @@ _BASE_MOUNT = (0.0, 0.0, 0.0), ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0
 
 Choices = Mapping[tuple[str, str], float]
 """Readings per simulated second of sensors to record, by boat and sensor."""
+_SHARP_COSINE = math.cos(math.radians(40.0))
+"""Cosine between a face and MuJoCo's normal at its corner below which the face has an edge there."""
+_CYLINDER_SIDES, _SPHERE_SIDES, _SPHERE_RINGS = 24, 16, 9
+"""Facets around cylinders, around spheres and capsules, and rings of vertices from pole to pole."""
+_LATITUDES = np.linspace(-0.5 * np.pi, 0.5 * np.pi, _SPHERE_RINGS)
+_ARC = np.stack([np.cos(_LATITUDES), np.sin(_LATITUDES)], axis=-1)
+_COARSENING = 1.1
+"""Factor by which cells grow until a surface has few enough triangles."""
 
 
 def scene_of(
@@ -281,16 +289,8 @@ _Floats = npt.NDArray[np.floating]
 _Triangles = tuple[FloatArray, npt.NDArray[np.int32], FloatArray]
 """Vertices (n, 3) [m], faces (m, 3) as indices of them, counter-clockwise from outside, and the vertices' normals."""
 
-_SHARP_COSINE = math.cos(math.radians(40.0))
-"""Cosine between a face and MuJoCo's normal at its corner below which the face has an edge there."""
-_CYLINDER_SIDES, _SPHERE_SIDES, _SPHERE_RINGS = 24, 16, 9
-"""Facets around cylinders, around spheres and capsules, and rings of vertices from pole to pole."""
-_LATITUDES = np.linspace(-0.5 * np.pi, 0.5 * np.pi, _SPHERE_RINGS)
-_ARC = np.stack([np.cos(_LATITUDES), np.sin(_LATITUDES)], axis=-1)
 _ARC[[0, -1], 0] = 0.0
 """From pole to pole of a sphere of radius 1: radius and height (rings, 2)."""
-_COARSENING = 1.1
-"""Factor by which cells grow until a surface has few enough triangles."""
 
 
 def geom_surface(model: mujoco.MjModel, geom: int) -> Surface:

@@ -35,6 +35,9 @@ _SHORT_NAME = 6
 """Number of characters of a name when all names are short."""
 _SHORE_HEIGHT = 0.15
 """Height of the shoreline [m], so that the sea does not hide it."""
+THRUST_COLOR = (252, 83, 47)
+_GONE_PLACE = (0.0, 0.0, -1e4)
+"""Where the frames of cameras go with a boat that leaves [m]: a camera without one is a mistake to the viewer."""
 
 
 def still_chunks(scene: RecordScene) -> Iterator[Chunk]:
@@ -155,11 +158,6 @@ def series_shades(colors: Sequence[Rgb]) -> list[Rgb]:
     """Of the series of one boat each in another shade."""
     tones = [(0.27, 0.12, 0.18)[colors[:number].count(rgb) % 3] for number, rgb in enumerate(colors)]
     return [shade([share / 255.0 for share in rgb], tone) for rgb, tone in zip(colors, tones, strict=True)]
-
-
-THRUST_COLOR = (252, 83, 47)
-_GONE_PLACE = (0.0, 0.0, -1e4)
-"""Where the frames of cameras go with a boat that leaves [m]: a camera without one is a mistake to the viewer."""
 
 
 def change_chunks(scene: RecordScene, before: RecordScene, first: RecordScene) -> Iterator[Chunk]:

@@ -62,6 +62,37 @@ _ARROW_SHARE = 0.35
 """Length of a gate's arrow, as a share of the gate's width."""
 _CORNERS = 48
 """Number of corners of a drawn circle."""
+STEPS = "/timeline"
+"""Phases, scores and touches as states."""
+PLOT = "/plots/task"
+"""Score and collisions."""
+WORDS = "/task"
+"""The entity of the task's status in words."""
+_PLOT_EVERY, _WORDS_EVERY, _DRIFT_EVERY = 0.5, 1.0, 5.0
+"""Least time between two points of the plot, two texts, and two places of gates whose buoys drift [s]."""
+_MIN_DRIFT = 0.5
+"""Least drift of a buoy for which its gate is drawn again [m]."""
+SCORE_COLOR, HITS_COLOR = (167, 140, 39), (252, 83, 47)
+_GATE_SIGNS = {"ahead": "·", "crossed": "✓", "missed": "–", "backwards": "✗"}
+"""Signs of gates in the text, by what became of them."""
+MARKS_PATH = "/marks"
+"""Entity of the marks."""
+MARK_KINDS: Mapping[str, tuple[tuple[int, int, int], str]] = {
+    "contacts": ((255, 70, 60), "cross"),
+    "gates passed": ((49, 162, 79), "up"),
+    "gates missed": ((98, 98, 106), "down"),
+    "score changes": ((167, 140, 39), "diamond"),
+}
+"""Colour and marker shape of each kind of mark."""
+_MARK_SIZE = 5.0
+"""Size of a mark [points]."""
+TOUCH_WORDS = "/world/forces"
+"""Entities of names and forces."""
+TOUCH_COLOR = shade((1.0, 0.0, 0.45))
+_MAX_ARROW, _HALF_FORCE = 5.0, 1000.0
+"""Length of an arrow that no force reaches [m], and the force whose arrow has half of it [N]."""
+_MIN_ARROW_TIME = 1.0
+"""Least simulated time for which an arrow is shown [s]."""
 
 
 def _animal_path(name: str) -> str:
@@ -190,18 +221,6 @@ _Ends = Sequence[tuple[Pose, Pose]]
 """Buoys of gates, left and right."""
 _Fields = dict[str, Sequence[Any]]
 """Values of fields of an archetype."""
-
-STEPS = "/timeline"
-"""Phases, scores and touches as states."""
-PLOT = "/plots/task"
-"""Score and collisions."""
-WORDS = "/task"
-"""The entity of the task's status in words."""
-_PLOT_EVERY, _WORDS_EVERY, _DRIFT_EVERY = 0.5, 1.0, 5.0
-"""Least time between two points of the plot, two texts, and two places of gates whose buoys drift [s]."""
-_MIN_DRIFT = 0.5
-"""Least drift of a buoy for which its gate is drawn again [m]."""
-SCORE_COLOR, HITS_COLOR = (167, 140, 39), (252, 83, 47)
 
 
 def task_chunks(parameters: Parameters) -> Iterator[Chunk]:
@@ -384,10 +403,6 @@ def _drift(before: _Ends, now: _Ends) -> float:
     return max((math.dist((a.x, a.y), (b.x, b.y)) for a, b in pairs), default=0.0)
 
 
-_GATE_SIGNS = {"ahead": "·", "crossed": "✓", "missed": "–", "backwards": "✗"}
-"""Signs of gates in the text, by what became of them."""
-
-
 def words(referee: Referee) -> str:
     """Phase, score, collisions and parts of a task, in Markdown."""
     status, meaning = referee.status, TASK_KINDS[referee.type]
@@ -437,32 +452,12 @@ def _in_dock(progress: Mapping[str, Any]) -> Iterator[str]:
         yield "colours sent " + " ".join(progress["colors"])
 
 
-MARKS_PATH = "/marks"
-"""Entity of the marks."""
-MARK_KINDS: Mapping[str, tuple[tuple[int, int, int], str]] = {
-    "contacts": ((255, 70, 60), "cross"),
-    "gates passed": ((49, 162, 79), "up"),
-    "gates missed": ((98, 98, 106), "down"),
-    "score changes": ((167, 140, 39), "diamond"),
-}
-"""Colour and marker shape of each kind of mark."""
-_MARK_SIZE = 5.0
-"""Size of a mark [points]."""
 _MARK: _Fields = {"scalars": [0.0]}
 
 
 def _path_of(kind: str) -> str:
     """The entity of marks of a kind."""
     return f"{MARKS_PATH}/{kind.replace(' ', '_')}"
-
-
-TOUCH_WORDS = "/world/forces"
-"""Entities of names and forces."""
-TOUCH_COLOR = shade((1.0, 0.0, 0.45))
-_MAX_ARROW, _HALF_FORCE = 5.0, 1000.0
-"""Length of an arrow that no force reaches [m], and the force whose arrow has half of it [N]."""
-_MIN_ARROW_TIME = 1.0
-"""Least simulated time for which an arrow is shown [s]."""
 
 
 def touch_chunks(touches: Sequence[Touch]) -> Iterator[Chunk]:

@@ -33,6 +33,20 @@ _ROW_SHIFT = 1e-3
 """Shift along x of each row of vertices from the one before [m]."""
 SUNK = 1.0
 """Depth of the fleet's mesh under hulls, in standard deviations of the sea."""
+_WAKE_RATE = 1.5
+"""Rate of the points that a boat leaves [Hz]."""
+WAKE_POINTS = 20
+"""Number of points of a wake, the boat's place included."""
+_WAKE_STEPS = np.tile([1.0 / 128.0, 1.0 / 128.0, sea.STEP], 2 * WAKE_POINTS)
+"""Steps to which both sides of points are rounded [m]."""
+WAKE_WIDTHS = (0.7, 1.3)
+"""Width of a wake at the boat and behind it [m]."""
+_MIN_WAY = 1.0
+"""Distance between two points below which a wake is narrower [m]: a boat that hardly moves makes no foam."""
+_FOAM = sea.packed_colors(sea.ramp([(214, 232, 240), (94, 134, 156), (36, 76, 99)], np.linspace(0.0, 1.0, WAKE_POINTS)))
+"""Colours of a wake from the boat to its end, where it is nearly that of the sea."""
+HEIGHTS = (0.04, 0.15)
+"""Height of a wake over the drawn sea [m], and more in standard deviations of the sea: cells are flat."""
 
 
 class HullWater(NamedTuple):
@@ -239,19 +253,3 @@ def wake_path(boat: str) -> str:
 def wake_looks() -> rr.Mesh3D:
     """Triangles and colours of a wake, through both sides of its points from the boat on."""
     return rr.Mesh3D.from_fields(triangle_indices=sea.triangles(WAKE_POINTS, 2), vertex_colors=_FOAM.repeat(2))
-
-
-_WAKE_RATE = 1.5
-"""Rate of the points that a boat leaves [Hz]."""
-WAKE_POINTS = 20
-"""Number of points of a wake, the boat's place included."""
-_WAKE_STEPS = np.tile([1.0 / 128.0, 1.0 / 128.0, sea.STEP], 2 * WAKE_POINTS)
-"""Steps to which both sides of points are rounded [m]."""
-WAKE_WIDTHS = (0.7, 1.3)
-"""Width of a wake at the boat and behind it [m]."""
-_MIN_WAY = 1.0
-"""Distance between two points below which a wake is narrower [m]: a boat that hardly moves makes no foam."""
-_FOAM = sea.packed_colors(sea.ramp([(214, 232, 240), (94, 134, 156), (36, 76, 99)], np.linspace(0.0, 1.0, WAKE_POINTS)))
-"""Colours of a wake from the boat to its end, where it is nearly that of the sea."""
-HEIGHTS = (0.04, 0.15)
-"""Height of a wake over the drawn sea [m], and more in standard deviations of the sea: cells are flat."""

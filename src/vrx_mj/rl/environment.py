@@ -44,6 +44,12 @@ _TRIES = 20
 """Places that are tried in a step; a boat that finds none waits for the next."""
 _NEVER = 1 << 62
 """Step in which a boat leaves that does not."""
+BOUND = 5.0
+"""Observations are clipped to this either way, in their units."""
+LEAST_LEFT = 100
+"""Steps, at least, that a lost boat is taken to have left: 10 s."""
+_SPACING = 12.0
+"""Distance between boats where a fleet is compiled [m]; problems but `Score` put them elsewhere."""
 
 
 class LostBoats:
@@ -163,12 +169,6 @@ class Roster:
 Floats32 = npt.NDArray[np.float32]
 Info = dict[str, Any]
 """Facts about a step or an episode, as Gymnasium's `info`."""
-BOUND = 5.0
-"""Observations are clipped to this either way, in their units."""
-LEAST_LEFT = 100
-"""Steps, at least, that a lost boat is taken to have left: 10 s."""
-_SPACING = 12.0
-"""Distance between boats where a fleet is compiled [m]; problems but `Score` put them elsewhere."""
 
 
 class TeamOptions(NamedTuple):

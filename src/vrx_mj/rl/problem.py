@@ -22,6 +22,10 @@ from vrx_mj.sensors.sea import wave_table
 
 _HEIGHT = 0.1
 """Height of a boat's origin over the water where it joins [m]."""
+CLEAR = 6.0
+"""Distance between two boats' origins below which they are too near [m]; a WAM-V is 4.9 m long."""
+LOSS = 20.0
+"""Reward that a boat forfeits by sinking or capsizing, at least."""
 
 
 class RefereedRow:
@@ -123,10 +127,6 @@ Rows = Batch | RefereedRow
 
 Spot = tuple[float, float, float, float]
 """Where a boat starts: x, y [m], heading [rad], and surge velocity [m/s]."""
-CLEAR = 6.0
-"""Distance between two boats' origins below which they are too near [m]; a WAM-V is 4.9 m long."""
-LOSS = 20.0
-"""Reward that a boat forfeits by sinking or capsizing, at least."""
 
 
 class Entry(NamedTuple):

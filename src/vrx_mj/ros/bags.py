@@ -52,6 +52,20 @@ _VERSION: Final = 9
 """Version of rosbag2's metadata."""
 KINDS = "a .bag file (ROS 1), an .mcap file, or a folder with no extension (rosbag2)"
 """Kinds of bags, in messages."""
+HEAVY_TYPES = frozenset(
+    {"sensor_msgs/CompressedImage", "sensor_msgs/Image", "sensor_msgs/PointCloud2", "vision_msgs/Detection2DArray"}
+)
+"""Types that are recorded only by name: measuring them takes most of a run's time, and most of a file."""
+FLUSH_PERIOD = 1.0
+"""Longest wall time until what was published is on the disk [s]."""
+FIRST = 1
+"""Earliest time that ROS's tools play [ns]: they take 0 for no time at all."""
+_LOG, _LOG_TOPIC = "rosgraph_msgs/Log", "/rosout"
+"""Type and topic of log messages."""
+_LEVELS = {"INFO": 2, "WARN": 4, "ERROR": 8}
+"""Levels of rosgraph_msgs/Log."""
+COMMAND_TYPE = "std_msgs/Float32"
+"""Type of the commands of thrusters."""
 
 
 class BagFile(ABC):
@@ -258,20 +272,6 @@ def _ros2_message(message: Message, type_name: str) -> Message:
     return convert(message) if convert and its_type == type_name else message
 
 
-HEAVY_TYPES = frozenset(
-    {"sensor_msgs/CompressedImage", "sensor_msgs/Image", "sensor_msgs/PointCloud2", "vision_msgs/Detection2DArray"}
-)
-"""Types that are recorded only by name: measuring them takes most of a run's time, and most of a file."""
-FLUSH_PERIOD = 1.0
-"""Longest wall time until what was published is on the disk [s]."""
-FIRST = 1
-"""Earliest time that ROS's tools play [ns]: they take 0 for no time at all."""
-_LOG, _LOG_TOPIC = "rosgraph_msgs/Log", "/rosout"
-"""Type and topic of log messages."""
-_LEVELS = {"INFO": 2, "WARN": 4, "ERROR": 8}
-"""Levels of rosgraph_msgs/Log."""
-
-
 class Bag:
     """Writes what is published to a ROS 1 bag, an MCAP file or a folder of rosbag2, by the moments of simulated time.
 
@@ -396,8 +396,6 @@ class Bag:
             raise RecordError(f"cannot write the bag '{self.path}': {reason}") from error
 
 
-COMMAND_TYPE = "std_msgs/Float32"
-"""Type of the commands of thrusters."""
 _Advance = Callable[[int], None]
 
 

@@ -42,6 +42,24 @@ _MAX_COMPARED = 200
 """Longest topic that is compared [characters]."""
 _UNKNOWN_TYPE = "*"
 """Type of a publisher that does not say it."""
+_MIN_OVERLAP = 0.05
+"""Overlap above which two models are reported [m]."""
+_RATE_COMMANDS = 4
+"""Number of commands in a row by which their rate is measured."""
+_LOOK_RATE = 1.0
+"""Rate at which boats are checked [Hz, simulated time]."""
+_AGROUND_CHECKS = 2
+"""Consecutive checks with contact to land after which a boat is aground."""
+_AFLOAT_CHECKS = 10
+"""Consecutive checks without contact after which it is afloat again: waves free a boat ashore now and then."""
+_THRUST = "_thrust_cmd"
+"""End of the topics of thrust commands."""
+_TURN_TIME = 1.0
+"""Longest time between two messages of one sender, with others' in between, for which senders take turns [s]."""
+_MOST_SENDERS = 64
+"""Largest number of senders that are watched."""
+_SHOWN_BOATS = 8
+"""Number of boats that a message names."""
 
 
 class TopicHints:
@@ -113,26 +131,6 @@ def _alike(given: str, meant: str) -> float:
 @lru_cache(maxsize=8192)
 def _words(name: str) -> frozenset[str]:
     return frozenset(name.replace("/", "_").split("_")) - {""}
-
-
-_MIN_OVERLAP = 0.05
-"""Overlap above which two models are reported [m]."""
-_RATE_COMMANDS = 4
-"""Number of commands in a row by which their rate is measured."""
-_LOOK_RATE = 1.0
-"""Rate at which boats are checked [Hz, simulated time]."""
-_AGROUND_CHECKS = 2
-"""Consecutive checks with contact to land after which a boat is aground."""
-_AFLOAT_CHECKS = 10
-"""Consecutive checks without contact after which it is afloat again: waves free a boat ashore now and then."""
-_THRUST = "_thrust_cmd"
-"""End of the topics of thrust commands."""
-_TURN_TIME = 1.0
-"""Longest time between two messages of one sender, with others' in between, for which senders take turns [s]."""
-_MOST_SENDERS = 64
-"""Largest number of senders that are watched."""
-_SHOWN_BOATS = 8
-"""Number of boats that a message names."""
 
 
 class Diagnosis:

@@ -24,6 +24,13 @@ _STATIC_FRAMES = "/tf_static"
 """Topic that is repeated every simulated second: panels of a layout that is opened later miss the first message."""
 _LEVELS = {"INFO": StatusLevel.Info, "WARN": StatusLevel.Warning}
 """Levels of status messages."""
+_PRIMITIVES: Mapping[int, tuple[str, str, Mapping[str, Any]]] = {
+    CUBE: ("cubes", "CubePrimitive", {}),
+    SPHERE: ("spheres", "SpherePrimitive", {}),
+    CYLINDER: ("cylinders", "CylinderPrimitive", {"bottom_scale": 1.0, "top_scale": 1.0}),
+    TRIANGLES: ("triangles", "TriangleListPrimitive", {}),
+}
+"""Primitives by the type of a marker: the field of an entity, the primitive's type, and further fields."""
 
 
 class Foxglove(ServerListener):
@@ -164,15 +171,6 @@ def _transform(one: Message) -> Any:
 def _poses(states: Message, time: float) -> Any:
     poses = [_pose(pose) for pose in states.pose]
     return fox.PosesInFrame(timestamp=fox.Timestamp.from_epoch_secs(time), frame_id="map", poses=poses)
-
-
-_PRIMITIVES: Mapping[int, tuple[str, str, Mapping[str, Any]]] = {
-    CUBE: ("cubes", "CubePrimitive", {}),
-    SPHERE: ("spheres", "SpherePrimitive", {}),
-    CYLINDER: ("cylinders", "CylinderPrimitive", {"bottom_scale": 1.0, "top_scale": 1.0}),
-    TRIANGLES: ("triangles", "TriangleListPrimitive", {}),
-}
-"""Primitives by the type of a marker: the field of an entity, the primitive's type, and further fields."""
 
 
 def _scene(markers: Message, _time: float) -> Any:

@@ -28,6 +28,25 @@ VRX3: tuple[Dialect, ...] = ("vrx3",)
 """Dialect of VRX 3, on ROS 2."""
 BOTH = VRX + VRX3
 """Both dialects."""
+MOST_CALLS = 256
+"""Largest number of calls of services that wait; more are refused."""
+MOST_UNKNOWN_PUBLISHERS = 256
+"""Largest number of publishers of unknown topics that are kept."""
+PACKAGES = (
+    "geometry_msgs",
+    "nav_msgs",
+    "rcl_interfaces",
+    "ros_gz_interfaces",
+    "rosgraph_msgs",
+    "sensor_msgs",
+    "std_msgs",
+    "tf2_msgs",
+    "vision_msgs",
+    "visualization_msgs",
+)
+"""Packages of the types that VRX 3's topics have."""
+_KINDS = {bool: (1, "bool_value"), int: (2, "integer_value"), float: (3, "double_value"), str: (4, "string_value")}
+"""Numbers of rcl_interfaces/ParameterType, and the fields that hold the values."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,11 +196,6 @@ def publishers_of(transport: Transport, topic: str) -> Sequence[str]:
     return ask(topic) if ask else ()
 
 
-MOST_CALLS = 256
-"""Largest number of calls of services that wait; more are refused."""
-MOST_UNKNOWN_PUBLISHERS = 256
-"""Largest number of publishers of unknown topics that are kept."""
-
 Answer = Callable[[Message | None, str], None]
 """Takes the response, or None and the reason. It is called by the simulation's thread."""
 
@@ -262,23 +276,6 @@ class Inbox:
             calls, self._calls = self._calls, []
             unknown_publishers, self._unknown_publishers = self._unknown_publishers, {}
         return self._commands.take(), calls, list(unknown_publishers.values())
-
-
-PACKAGES = (
-    "geometry_msgs",
-    "nav_msgs",
-    "rcl_interfaces",
-    "ros_gz_interfaces",
-    "rosgraph_msgs",
-    "sensor_msgs",
-    "std_msgs",
-    "tf2_msgs",
-    "vision_msgs",
-    "visualization_msgs",
-)
-"""Packages of the types that VRX 3's topics have."""
-_KINDS = {bool: (1, "bool_value"), int: (2, "integer_value"), float: (3, "double_value"), str: (4, "string_value")}
-"""Numbers of rcl_interfaces/ParameterType, and the fields that hold the values."""
 
 
 def parameters(header: Message, values: Mapping[str, str | bool | int | float]) -> Message:

@@ -14,6 +14,20 @@ from vrx_mj.unix import resource
 
 SMALL = 1 << 16
 """Bytes that a connection may always hold, even if others hold more."""
+_MOST_CONNECTIONS = 4096
+"""Largest number of connections."""
+_MAX_USED_SHARE = 7 / 8
+"""Largest share of the places that connections in use may have."""
+_SPARE_FILES = 600
+"""Number of open files left for everything else, among it rosbridge's clients, where a process may have so many."""
+MOST_WAITING = 64
+"""Largest number of messages of a topic, and of a topic and sender, that wait for another thread."""
+_MOST_KEYS = 4096
+"""Largest number of topics, or pairs of topic and sender, whose messages wait."""
+MOST_BYTES = 16 << 20
+"""Largest size of what waits in an outbox, except for one message that is larger [bytes]."""
+MOST_BYTES_OF_ALL = 128 << 20
+"""Largest size of what waits in all outboxes of a wire [bytes]."""
 
 
 class Place:
@@ -66,14 +80,6 @@ class Intake:
         ((host, _),) = totals.most_common(1)
         held = {place: size for place, size in self._held.items() if place.host == host}
         return next((place for place, size in held.items() if size > SMALL), next(iter(held)))
-
-
-_MOST_CONNECTIONS = 4096
-"""Largest number of connections."""
-_MAX_USED_SHARE = 7 / 8
-"""Largest share of the places that connections in use may have."""
-_SPARE_FILES = 600
-"""Number of open files left for everything else, among it rosbridge's clients, where a process may have so many."""
 
 
 class ConnectionLimit:
@@ -188,15 +194,6 @@ class Pace:
         """It has gone."""
         self._flooding.discard(self)
 
-
-MOST_WAITING = 64
-"""Largest number of messages of a topic, and of a topic and sender, that wait for another thread."""
-_MOST_KEYS = 4096
-"""Largest number of topics, or pairs of topic and sender, whose messages wait."""
-MOST_BYTES = 16 << 20
-"""Largest size of what waits in an outbox, except for one message that is larger [bytes]."""
-MOST_BYTES_OF_ALL = 128 << 20
-"""Largest size of what waits in all outboxes of a wire [bytes]."""
 
 _Item = TypeVar("_Item")
 

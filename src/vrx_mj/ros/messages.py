@@ -45,6 +45,12 @@ _AXES = {
 """Fields of messages that sequences of numbers stand for, in their order."""
 _MAX_ARRAY = 1 << 26
 """Largest number of elements of an array in a message that is read."""
+MOMENT, SPAN = "time", "duration"
+"""ROS 1's built-in types that are messages to rosbags."""
+_BUILT_IN = {"builtin_interfaces/Time": MOMENT, "builtin_interfaces/Duration": SPAN}
+"""ROS 2's names of ROS 1's built-in types."""
+_INTEGER_TYPES = ("byte", "char", *(f"{sign}int{bits}" for bits in (8, 16, 32, 64) for sign in ("u", "")))
+"""Types of whole numbers."""
 
 
 @cache
@@ -225,12 +231,6 @@ def _md5_line(line: str) -> str:
     return f"{md5sum(base)} {name}" if "/" in base else line
 
 
-MOMENT, SPAN = "time", "duration"
-"""ROS 1's built-in types that are messages to rosbags."""
-_BUILT_IN = {"builtin_interfaces/Time": MOMENT, "builtin_interfaces/Duration": SPAN}
-"""ROS 2's names of ROS 1's built-in types."""
-_INTEGER_TYPES = ("byte", "char", *(f"{sign}int{bits}" for bits in (8, 16, 32, 64) for sign in ("u", "")))
-"""Types of whole numbers."""
 INTEGERS = {name: (int(np.iinfo(layout(name)).min), int(np.iinfo(layout(name)).max)) for name in _INTEGER_TYPES}
 """Least and largest value of each integer type."""
 

@@ -23,6 +23,22 @@ from vrx_mj.errors import LONGEST_LINE, CommandError, shorten
 _Result = TypeVar("_Result")
 _CLOSE_TIMEOUT = 2.0
 """Wall time that a task which still runs has to end [s]."""
+_SHOWN = 120
+"""Largest number of characters of a command that is shown."""
+_MOST_NOTICES = 1000
+"""Largest number of different notices that are remembered; after that no new ones are written."""
+_ANY_ORIGIN = "*"
+"""Stands for every origin."""
+_NULL, _FILE = "null", "file://"
+"""Origins of pages that have none: a frame in a sandbox of any site, or a file, in Firefox and in others."""
+_DEFAULT_PORTS = {"http": ":80", "https": ":443"}
+"""Ports that an origin may leave out."""
+_ORIGIN = re.compile(r"[a-z][a-z0-9+.-]*://(\[[0-9a-f:.]+\]|[a-z0-9_.-]*)(:[0-9]{1,5})?")
+"""An origin as browsers send it."""
+NOWHERE = "192.0.2.1"
+"""An unused address (RFC 5737) by which the route to the world is found; nothing is sent there."""
+_VIRTUAL_PREFIXES = ("docker", "br-", "bridge", "veth", "vEthernet", "virbr", "lxc", "cni")
+"""Beginnings of the names of interfaces to containers and virtual machines on this machine."""
 
 
 class Network:
@@ -69,10 +85,6 @@ async def _end() -> None:
     await asyncio.gather(*tasks, return_exceptions=True)
 
 
-_SHOWN = 120
-"""Largest number of characters of a command that is shown."""
-
-
 def who_listens(port: int) -> str | None:
     """Who listens on a TCP port, since when, and how to stop it; None where nobody does, or nobody can be found."""
     try:
@@ -112,9 +124,6 @@ def shown_process(pid: int) -> str:
     return f"process {pid} ({shown}), since {started}; {stop}"
 
 
-_MOST_NOTICES = 1000
-"""Largest number of different notices that are remembered; after that no new ones are written."""
-
 _logger = logging.getLogger("vrx_mj.ros")
 
 
@@ -139,16 +148,6 @@ class Notices:
     def forget(self, kind: str, who: str) -> None:
         """Let a line of this kind be written again."""
         self._written.discard((kind, who))
-
-
-_ANY_ORIGIN = "*"
-"""Stands for every origin."""
-_NULL, _FILE = "null", "file://"
-"""Origins of pages that have none: a frame in a sandbox of any site, or a file, in Firefox and in others."""
-_DEFAULT_PORTS = {"http": ":80", "https": ":443"}
-"""Ports that an origin may leave out."""
-_ORIGIN = re.compile(r"[a-z][a-z0-9+.-]*://(\[[0-9a-f:.]+\]|[a-z0-9_.-]*)(:[0-9]{1,5})?")
-"""An origin as browsers send it."""
 
 
 def host_of(field: str) -> str:
@@ -252,12 +251,6 @@ def _address(host: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
     except ValueError:
         return None
     return getattr(address, "ipv4_mapped", None) or address
-
-
-NOWHERE = "192.0.2.1"
-"""An unused address (RFC 5737) by which the route to the world is found; nothing is sent there."""
-_VIRTUAL_PREFIXES = ("docker", "br-", "bridge", "veth", "vEthernet", "virbr", "lxc", "cni")
-"""Beginnings of the names of interfaces to containers and virtual machines on this machine."""
 
 
 def is_wildcard(host: str) -> bool:

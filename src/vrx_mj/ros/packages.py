@@ -67,6 +67,31 @@ for name in os.listdir(share):
             sys.exit(1)
         write_modules(folder)
 """
+PACKAGE_LIST = "vrx_mj_packages.json"
+"""File that lists what was written to the folder, each file with its sha256."""
+NODES = {
+    "vrx_gazebo": {
+        name: f"scripts/{name}"
+        for name in (
+            SERVING,
+            "generate_wamv.py",
+            "generate_worlds.py",
+            "keydrive",
+            "joydrive",
+            "playback",
+            "missing",
+            "key2thrust_angle.py",
+            "pinger_visualization.py",
+            "spawn_wamv.bash",
+        )
+    },
+    "gazebo_ros": {name: f"scripts/{name}" for name in ("gzserver", "spawn_model")},
+    "teleop_twist_keyboard": {"teleop_twist_keyboard.py": "scripts/teleop_twist_keyboard.py"},
+    "xacro": {"xacro": "xacro", "xacro.py": "xacro.py"},
+}
+"""Programs of each package, by the type of a node, and where they are."""
+PACKAGE_NAMES = (*PACKAGES, "wamv_gazebo", "wamv_description", "gazebo_ros", "teleop_twist_keyboard", "xacro")
+"""Packages that are written."""
 
 
 class Written(NamedTuple):
@@ -325,33 +350,6 @@ def _sha256(file: Path) -> str:
     """Digest of a file."""
     with file.open("rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()
-
-
-PACKAGE_LIST = "vrx_mj_packages.json"
-"""File that lists what was written to the folder, each file with its sha256."""
-NODES = {
-    "vrx_gazebo": {
-        name: f"scripts/{name}"
-        for name in (
-            SERVING,
-            "generate_wamv.py",
-            "generate_worlds.py",
-            "keydrive",
-            "joydrive",
-            "playback",
-            "missing",
-            "key2thrust_angle.py",
-            "pinger_visualization.py",
-            "spawn_wamv.bash",
-        )
-    },
-    "gazebo_ros": {name: f"scripts/{name}" for name in ("gzserver", "spawn_model")},
-    "teleop_twist_keyboard": {"teleop_twist_keyboard.py": "scripts/teleop_twist_keyboard.py"},
-    "xacro": {"xacro": "xacro", "xacro.py": "xacro.py"},
-}
-"""Programs of each package, by the type of a node, and where they are."""
-PACKAGE_NAMES = (*PACKAGES, "wamv_gazebo", "wamv_description", "gazebo_ros", "teleop_twist_keyboard", "xacro")
-"""Packages that are written."""
 
 
 def write_launch_packages(folder: str | Path, over: Path | None = None) -> tuple[str, ...]:

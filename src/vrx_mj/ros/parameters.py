@@ -24,6 +24,10 @@ _TYPE = re.compile(r"(\*|[A-Za-z][A-Za-z0-9_]*/[A-Za-z][A-Za-z0-9_]*)\Z")
 
 _NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 """Characters that XML 1.0 does not allow."""
+MOST_BYTES = 1 << 26
+"""Approximate limit of the size of all names and values together [bytes]."""
+_MAX_DEPTH = 32
+"""Largest depth of names in a key."""
 
 
 def is_legal(name: object) -> bool:
@@ -54,12 +58,6 @@ def command_topic(boat: str, command: str) -> str:
     """VRX's topic of a command of a boat, `/wamv/thrusters/left_thrust_cmd` for `left`."""
     thruster = command.removesuffix(_ANGLE)
     return f"/{boat}/thrusters/{thruster}{'_thrust_cmd' if thruster == command else '_thrust_angle'}"
-
-
-MOST_BYTES = 1 << 26
-"""Approximate limit of the size of all names and values together [bytes]."""
-_MAX_DEPTH = 32
-"""Largest depth of names in a key."""
 
 
 class Update(NamedTuple):

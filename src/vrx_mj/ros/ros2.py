@@ -24,6 +24,41 @@ from vrx_mj.ros.network import Notices, is_loopback
 
 _WHEELS = ("ros-jazzy-rclpy", "ros-jazzy-rmw-fastrtps-cpp", "ros-jazzy-common-interfaces")
 """Wheels of rclpy."""
+_HALVES = ("Request", "Response")
+"""Suffixes of the types of the two messages of a service."""
+_QUEUE_DEPTH = 10
+"""Number of messages that publishers and subscriptions keep, as Gazebo's bridge, and that are taken at once."""
+_ROSOUT_DEPTH = 1000
+"""Number of log messages that are kept."""
+_MAX_INCOMING = 1 << 20
+"""Largest incoming message [bytes]."""
+_WANTED_PERIOD = 0.1
+"""Wall time between two checks which topics are wanted [s]."""
+_GRAPH_PERIOD = 1.0
+"""Wall time between two checks of the other nodes [s]."""
+_LEVELS = {"INFO": 20, "WARN": 30, "ERROR": 40}
+"""Levels of rcl_interfaces/Log."""
+_OURS = ("/rosout", "/parameter_events")
+"""Topics that every node has."""
+_CLOCK = "/clock"
+"""Topic of the clock."""
+_SOMEBODY, _NAMELESS = "ROS 2", "_NODE_NAME_UNKNOWN_"
+"""Name of a sender that is not known, and what ROS 2 calls a node without a name."""
+RANGE_VARIABLE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
+"""Environment variable of the range of discovery."""
+_POLL_PERIOD = 0.01
+"""Longest wall time between two reads of subscriptions [s]."""
+_MOST_LINES = 64
+"""Largest number of log lines that wait."""
+_CLOSE_TIMEOUT = 2.0
+"""Wall time for closing [s]."""
+_EXAMPLES = {
+    "ros_gz_interfaces": "/vrx/task/info and range_bearing",
+    "tf2_msgs": "/tf and /tf_static",
+    "vision_msgs": "labels of cameras",
+    "visualization_msgs": "/vrx_mj/markers",
+}
+"""What lacks without a package, in messages."""
 
 
 def load_rclpy() -> Any:
@@ -91,28 +126,6 @@ def _has_fields(found: Any | None, type_name: str) -> bool:
     if found is None or list(found.get_fields_and_field_types()) != [field for field, _ in known if field != PADDING]:
         return False
     return all(inner is None or message_class(inner) for _, inner in known)
-
-
-_HALVES = ("Request", "Response")
-"""Suffixes of the types of the two messages of a service."""
-_QUEUE_DEPTH = 10
-"""Number of messages that publishers and subscriptions keep, as Gazebo's bridge, and that are taken at once."""
-_ROSOUT_DEPTH = 1000
-"""Number of log messages that are kept."""
-_MAX_INCOMING = 1 << 20
-"""Largest incoming message [bytes]."""
-_WANTED_PERIOD = 0.1
-"""Wall time between two checks which topics are wanted [s]."""
-_GRAPH_PERIOD = 1.0
-"""Wall time between two checks of the other nodes [s]."""
-_LEVELS = {"INFO": 20, "WARN": 30, "ERROR": 40}
-"""Levels of rcl_interfaces/Log."""
-_OURS = ("/rosout", "/parameter_events")
-"""Topics that every node has."""
-_CLOCK = "/clock"
-"""Topic of the clock."""
-_SOMEBODY, _NAMELESS = "ROS 2", "_NODE_NAME_UNKNOWN_"
-"""Name of a sender that is not known, and what ROS 2 calls a node without a name."""
 
 
 Handle = Any
@@ -322,22 +335,6 @@ def _match(
 def _nothing(_raw: bytes) -> None:
     """What an executor would call."""
 
-
-RANGE_VARIABLE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
-"""Environment variable of the range of discovery."""
-_POLL_PERIOD = 0.01
-"""Longest wall time between two reads of subscriptions [s]."""
-_MOST_LINES = 64
-"""Largest number of log lines that wait."""
-_CLOSE_TIMEOUT = 2.0
-"""Wall time for closing [s]."""
-_EXAMPLES = {
-    "ros_gz_interfaces": "/vrx/task/info and range_bearing",
-    "tf2_msgs": "/tf and /tf_static",
-    "vision_msgs": "labels of cameras",
-    "visualization_msgs": "/vrx_mj/markers",
-}
-"""What lacks without a package, in messages."""
 
 _logger = logging.getLogger(__name__)
 

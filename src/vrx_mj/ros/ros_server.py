@@ -47,6 +47,18 @@ from vrx_mj.sensors.readings import Reading
 
 _NEWS_RATE = 10.0
 """Rate at which outputs without a rate are checked [Hz, simulated time]."""
+_STEP_SERVICE = "/vrx_mj/step"
+"""Service that advances time where no topics are listed."""
+MOST_ANSWERS = 1024
+"""Largest number of answers of one topic that wait for their clock."""
+CLOCK_RATE = 100.0
+"""Rate at which the clock is published and commands are taken [Hz, simulated time]."""
+_ALL_STEPS = 1 << 62
+"""Number of steps of a step without end."""
+_LONGEST_STEP = 3600.0
+"""Longest step of the service `/vrx_mj/step` [s]."""
+_LARGEST_TEXT = 1 << 24
+"""Longest URDF or SDF of a boat that joins [characters]."""
 
 
 class Publisher:
@@ -151,13 +163,6 @@ class Publisher:
                 self._batch.append(Sent(output, message, time))
 
 
-_STEP_SERVICE = "/vrx_mj/step"
-"""Service that advances time where no topics are listed."""
-
-MOST_ANSWERS = 1024
-"""Largest number of answers of one topic that wait for their clock."""
-
-
 class Lockstep:
     """Answers by topic; each clock takes one of each, in the order in which they came."""
 
@@ -194,14 +199,6 @@ class Lockstep:
 
 Report = Callable[[str, str], None]
 """Takes a level and a line for people."""
-CLOCK_RATE = 100.0
-"""Rate at which the clock is published and commands are taken [Hz, simulated time]."""
-_ALL_STEPS = 1 << 62
-"""Number of steps of a step without end."""
-_LONGEST_STEP = 3600.0
-"""Longest step of the service `/vrx_mj/step` [s]."""
-_LARGEST_TEXT = 1 << 24
-"""Longest URDF or SDF of a boat that joins [characters]."""
 
 
 class Newcomer(NamedTuple):

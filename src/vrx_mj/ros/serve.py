@@ -47,6 +47,28 @@ _SEND_BUFFER = 1 << 14
 """Approximate size of the send buffer of a connection [bytes]."""
 _BROADCAST = "255.255.255.255"
 """Address to which UDP is sent if all networks are listened on."""
+_KB, _MB = 1e3, 1e6
+"""Units of data rates [bytes]."""
+_BUDGET = 0.05
+"""Wall time of physics after which incoming messages are handled again [s]."""
+_LONGEST_WAIT = 0.02
+"""Longest wait until the wall clock is checked again [s of wall time]."""
+BURST = 2
+"""Largest number of ticks of the clock that follow each other at once, or ..."""
+_LATENCY = 0.005
+"""... the wall time of these ticks [s], where ticks are shorter than it takes to wake up."""
+CATCHING_UP = 1.2
+"""Factor of the pace at which lost time is made up."""
+_REPORTED_LAG = 0.2
+"""Lost wall time above which it is reported [s]."""
+STATUS_PERIOD = 1.0
+"""Wall time between two lines of status [s]."""
+_CMD_VEL_NOTES: Mapping[CmdVel, str] = {
+    "thrust": "cmd_vel sets thrust, as VRX's twist2thrust; with --cmd-vel velocity it sets a velocity to hold",
+    "velocity": "cmd_vel sets a velocity [m/s, rad/s] to hold; with --cmd-vel thrust it is VRX's twist2thrust",
+    "off": "cmd_vel is not subscribed to; with --cmd-vel thrust it is VRX's twist2thrust",
+}
+"""What velocity commands do, by mode, in messages."""
 
 
 def nmea_topics(boat: str) -> tuple[str, str]:
@@ -153,10 +175,6 @@ class Nmea:
             client.close()
 
 
-_KB, _MB = 1e3, 1e6
-"""Units of data rates [bytes]."""
-
-
 class Autopilots(Protocol):
     """What takes time on by itself: autopilots in lock-step, as `vrx_mj.autopilot.ArduPilot`."""
 
@@ -232,22 +250,6 @@ class Meter:
     def _now(self) -> tuple[float, float, float, int]:
         sent = sum(transport.traffic.sent for transport in self._transports)
         return time.perf_counter(), self._server.sim.time, time.process_time(), sent
-
-
-_BUDGET = 0.05
-"""Wall time of physics after which incoming messages are handled again [s]."""
-_LONGEST_WAIT = 0.02
-"""Longest wait until the wall clock is checked again [s of wall time]."""
-BURST = 2
-"""Largest number of ticks of the clock that follow each other at once, or ..."""
-_LATENCY = 0.005
-"""... the wall time of these ticks [s], where ticks are shorter than it takes to wake up."""
-CATCHING_UP = 1.2
-"""Factor of the pace at which lost time is made up."""
-_REPORTED_LAG = 0.2
-"""Lost wall time above which it is reported [s]."""
-STATUS_PERIOD = 1.0
-"""Wall time between two lines of status [s]."""
 
 
 @dataclass(frozen=True)
@@ -509,14 +511,6 @@ def _open(transports: Sequence[Transport]) -> Iterator[list[str]]:
             stack.callback(transport.close)
             lines += transport.start()
         yield lines
-
-
-_CMD_VEL_NOTES: Mapping[CmdVel, str] = {
-    "thrust": "cmd_vel sets thrust, as VRX's twist2thrust; with --cmd-vel velocity it sets a velocity to hold",
-    "velocity": "cmd_vel sets a velocity [m/s, rad/s] to hold; with --cmd-vel thrust it is VRX's twist2thrust",
-    "off": "cmd_vel is not subscribed to; with --cmd-vel thrust it is VRX's twist2thrust",
-}
-"""What velocity commands do, by mode, in messages."""
 
 
 def _greet(server: RosServer, wanted: Wanted, report: Report) -> None:

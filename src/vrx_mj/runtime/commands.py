@@ -16,6 +16,8 @@ Commands = Mapping[str, Mapping[str, float]]
 
 ANGLE_SUFFIX = "_angle"
 """Suffix of a thruster's name in the command of its angle."""
+_EXAMPLE = 'as in {"wamv1": {"left": 0.5, "left_angle": 0.1}}'
+"""Example of commands, in messages."""
 
 
 class Channel(NamedTuple):
@@ -152,7 +154,3 @@ class CommandNames:
                 channel = self._channels[boat][name]
                 checked.append((channel, channel.number(value)))
         return checked
-
-
-_EXAMPLE = 'as in {"wamv1": {"left": 0.5, "left_angle": 0.1}}'
-"""Example of commands, in messages."""

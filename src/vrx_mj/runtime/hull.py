@@ -16,6 +16,10 @@ from vrx_mj.physics.thrust import advance_thrust, force_point, measured_thrust, 
 from vrx_mj.runtime.loop_arrays import LoopArrays
 
 _Six = tuple[float, float, float, float, float, float]
+_SAMPLES = 401
+"""Number of commands at which the mapping is tabulated."""
+_MAPPING_FIELDS = ("mapping", "max_command", "max_forward", "max_reverse")
+"""Fields of a thruster's row that its mapping depends on."""
 
 
 @dataclass(frozen=True)
@@ -137,11 +141,7 @@ def _rudder(name: str, row: Record) -> Rudder:
     return Rudder(name, (float(x), float(y), float(z)), float(row["max_angle"]), pressure, share, inertia)
 
 
-_SAMPLES = 401
-"""Number of commands at which the mapping is tabulated."""
 _Mapping = tuple[FloatArray, FloatArray, FloatArray]
-_MAPPING_FIELDS = ("mapping", "max_command", "max_forward", "max_reverse")
-"""Fields of a thruster's row that its mapping depends on."""
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,12 @@ import psutil
 
 _CGROUP_ROOT = Path("/")
 """Folder of `sys/fs/cgroup`; Linux has it."""
+_PIECES_PER_THREAD = 4
+"""Number of pieces per thread: rows take different times, and a thread that is done takes the next piece."""
+_MIN_PIECE_ROWS, _MIN_PIECE_TIME = 8, 1e-3
+"""Least number of rows of a piece, or least time [s]: each piece costs some 50 microseconds."""
+_MAX_TURNS = 8
+"""Largest number of turns in which few rows are taken: three rows use two threads so."""
 
 
 def process_memory() -> float:
@@ -82,13 +88,6 @@ def _first(file: Path, index: int = 0) -> float | None:
     except (OSError, ValueError, IndexError):
         return None
 
-
-_PIECES_PER_THREAD = 4
-"""Number of pieces per thread: rows take different times, and a thread that is done takes the next piece."""
-_MIN_PIECE_ROWS, _MIN_PIECE_TIME = 8, 1e-3
-"""Least number of rows of a piece, or least time [s]: each piece costs some 50 microseconds."""
-_MAX_TURNS = 8
-"""Largest number of turns in which few rows are taken: three rows use two threads so."""
 
 _Work = Callable[[int, int], None]
 _Piece = tuple[int, int, int]

@@ -48,6 +48,13 @@ from vrx_mj.runtime.weather import Sea, Wind
 from vrx_mj.signals import check_exit
 from vrx_mj.tasks.referee import Action, LightUp, PlaceObject, Release, SetPinger, ShowSymbol
 
+_CALL_TIME = 0.05
+"""Wall time of one call of the compiled loop [s], so that Ctrl-C works."""
+_DRAIN_PERIOD = 0.5
+"""Wall time [s] after which sampled rows go to the recorders."""
+_AT_REST = (0.0,) * 6
+"""Velocity of an object that a task has placed."""
+
 
 class FreeBodies:
     """Everything in a world that has a free joint."""
@@ -144,13 +151,6 @@ def write_pose(qpos: FloatArray, at: int, pose: Sequence[float]) -> None:
     qpos[at : at + 3] = pose[:3]
     qpos[at + 3 : at + 7] = quaternion(*pose[3:])
 
-
-_CALL_TIME = 0.05
-"""Wall time of one call of the compiled loop [s], so that Ctrl-C works."""
-_DRAIN_PERIOD = 0.5
-"""Wall time [s] after which sampled rows go to the recorders."""
-_AT_REST = (0.0,) * 6
-"""Velocity of an object that a task has placed."""
 
 _Six = Sequence[float] | None
 

@@ -33,6 +33,37 @@ from vrx_mj.runtime.state import integration_state, set_integration_state
 from vrx_mj.runtime.views import ARRAYS, OWN, PARAMETER, RUN, STATE, point, point_rows
 from vrx_mj.sensors.sea import wave_table
 
+_ROW_MEMORY = 455_000
+"""Memory of any row [bytes]: MuJoCo's `mjData` itself, mostly statistics of its solver; measured with MuJoCo 4.0."""
+_OUT_OF_MEMORY = "Caught an unknown exception!"
+"""Words of the RuntimeError by which MuJoCo's bindings of MuJoCo 4.0 may report a failed allocation."""
+SEPARATE = tuple(name for name, array in ARRAYS.items() if array.use in {STATE, OWN})
+"""Tables of which every row has its own part."""
+_KEPT: Mapping[str, tuple[str, ...]] = {
+    "wind": ("key", "direction", "mean", "gain"), "current": ("key",), "air": ("key",), "gust_bands": ("phase",),
+    "hulls": ("mass",), "thrusters": ("gain",), "sea": (),
+}  # fmt: skip
+"""Tables of the same size in all rows, and their columns that a row's run and its factors set, not its numbers."""
+_STACKED = (*SEPARATE, *_KEPT, "waves")
+"""Tables of which rows may have a part in a stack."""
+_DT = 1e-3
+"""Time between two moments from which a boat's motion with the water is found [s]."""
+_MAX_TILT = 0.5
+"""Largest roll and pitch of a boat at rest on waves [rad]; on steeper waves it starts as in calm water."""
+_MASS_HALVINGS = 20
+"""Halvings of the interval in which the largest mass is sought."""
+_ARGUMENT_COLUMNS: Mapping[str, tuple[str, str]] = {
+    "wind_speed": ("wind", "mean"), "wind_direction": ("wind", "direction"), "gusts": ("wind", "gain"),
+    "waves": ("waves", "amplitude"), "wave_period": ("waves", "frequency"), "wave_band": ("waves", "frequency"),
+    "wave_direction": ("waves", "direction"), "wave_spread": ("waves", "direction"), "wave_phases": ("waves", "phase"),
+    "mass": ("hulls", "mass"), "thrust": ("thrusters", "gain"),
+}  # fmt: skip
+"""Arguments of `Batch.vary`: table and column in which each is, or the product with a factor."""
+_SHARED_ARGUMENTS = {"waves", "wave_period", "wave_band", "wave_direction", "wave_spread"}
+"""Arguments whose column also follows from another argument, or from a number."""
+_NUMBER_ARGUMENTS = {"wind.mean": "wind_speed", "wind.direction": "wind_direction", "wind.gain": "gusts"}
+"""Numbers that are arguments, too, by name."""
+
 
 def check_free(arrays: LoopArrays, name: str) -> None:
     """Check that all that moves in a world are single free bodies.
@@ -91,22 +122,6 @@ def _added(hull: Record, vessels: Table) -> FloatArray:
     if has_added_moment(hull):
         added[3:, :3] = np.cross(hull["link_com"], added[:3, :3], axisb=0, axisc=0)
     return added
-
-
-_ROW_MEMORY = 455_000
-"""Memory of any row [bytes]: MuJoCo's `mjData` itself, mostly statistics of its solver; measured with MuJoCo 4.0."""
-_OUT_OF_MEMORY = "Caught an unknown exception!"
-"""Words of the RuntimeError by which MuJoCo's bindings of MuJoCo 4.0 may report a failed allocation."""
-SEPARATE = tuple(name for name, array in ARRAYS.items() if array.use in {STATE, OWN})
-"""Tables of which every row has its own part."""
-_KEPT: Mapping[str, tuple[str, ...]] = {
-    "wind": ("key", "direction", "mean", "gain"), "current": ("key",), "air": ("key",), "gust_bands": ("phase",),
-    "hulls": ("mass",), "thrusters": ("gain",), "sea": (),
-}  # fmt: skip
-"""Tables of the same size in all rows, and their columns that a row's run and its factors set, not its numbers."""
-
-_STACKED = (*SEPARATE, *_KEPT, "waves")
-"""Tables of which rows may have a part in a stack."""
 
 
 def row_bytes(arrays: LoopArrays) -> int:
@@ -324,14 +339,6 @@ class RowTables:
         return self._models.get(row, (self.arrays.model,))[0]
 
 
-_DT = 1e-3
-"""Time between two moments from which a boat's motion with the water is found [s]."""
-_MAX_TILT = 0.5
-"""Largest roll and pitch of a boat at rest on waves [rad]; on steeper waves it starts as in calm water."""
-_MASS_HALVINGS = 20
-"""Halvings of the interval in which the largest mass is sought."""
-
-
 class Equilibrium:
     """Boats of the rows of a batch at rest in the water: with engines, without wind and thrust."""
 
@@ -391,19 +398,6 @@ class Equilibrium:
         if settles(waves, later, time + _DT):
             velocity[2:5] = (later[2:5] - now[2:5]) / _DT  # tilted by a few degrees, body and world axes are alike
         return now, velocity
-
-
-_ARGUMENT_COLUMNS: Mapping[str, tuple[str, str]] = {
-    "wind_speed": ("wind", "mean"), "wind_direction": ("wind", "direction"), "gusts": ("wind", "gain"),
-    "waves": ("waves", "amplitude"), "wave_period": ("waves", "frequency"), "wave_band": ("waves", "frequency"),
-    "wave_direction": ("waves", "direction"), "wave_spread": ("waves", "direction"), "wave_phases": ("waves", "phase"),
-    "mass": ("hulls", "mass"), "thrust": ("thrusters", "gain"),
-}  # fmt: skip
-"""Arguments of `Batch.vary`: table and column in which each is, or the product with a factor."""
-_SHARED_ARGUMENTS = {"waves", "wave_period", "wave_band", "wave_direction", "wave_spread"}
-"""Arguments whose column also follows from another argument, or from a number."""
-_NUMBER_ARGUMENTS = {"wind.mean": "wind_speed", "wind.direction": "wind_direction", "wind.gain": "gusts"}
-"""Numbers that are arguments, too, by name."""
 
 
 class Variation:

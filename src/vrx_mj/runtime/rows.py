@@ -37,6 +37,13 @@ _MIN_VALUES = dict.fromkeys(("wind_direction", "wave_direction", "wind_speed"), 
     ("mass", "wave_period"), float(np.nextafter(0.0, 1.0))
 )
 """Least values of the arguments of `Batch.vary`; of all others 0."""
+FEATURES = 13
+"""Number of values of a boat: position (3) [m, ENU], quaternion (4), velocity [m/s] and angular velocity [rad/s], body
+axes."""
+_CHANGE_FIELDS = {"waves": "amplitude", "wave_period": "period", "wave_band": "band", "wave_spread": "spread"}
+"""Columns of `_CHANGE` by what `Batch.vary` calls them."""
+_LENGTH_ARGUMENTS = ("wave_period", "wave_band")
+"""Arguments that change wavelengths, by the dispersion of deep water."""
 
 
 def which_rows(n: int, rows: Rows) -> IntArray:
@@ -132,10 +139,6 @@ def varied_values(count: int, **values: npt.ArrayLike | None) -> dict[str, Float
     return {name: row_values(name, value, count, _MIN_VALUES.get(name, 0.0)) for name, value in values.items()
             if value is not None}  # fmt: skip
 
-
-FEATURES = 13
-"""Number of values of a boat: position (3) [m, ENU], quaternion (4), velocity [m/s] and angular velocity [rad/s], body
-axes."""
 
 _mj_reset_data = c_function("mj_resetData", types.void, types.uintp, types.uintp)
 _mj_forward = c_function("mj_forward", types.void, types.uintp, types.uintp)
@@ -288,10 +291,6 @@ NOMINAL = np.dtype([("peak", _f), ("direction", _f, (2,)), ("gravity", _f)], ali
 """The world's sea: angular frequency of its period [rad/s], its direction, and the gravity of its waves [m/s2]."""
 _CHANGE = np.dtype([("amplitude", _f), ("period", _f), ("band", _f), ("spread", _f), ("turn", _f)], align=True)
 """The sea of a row: factors of amplitudes, periods, the band's width and the spread of directions, and a turn [rad]."""
-_CHANGE_FIELDS = {"waves": "amplitude", "wave_period": "period", "wave_band": "band", "wave_spread": "spread"}
-"""Columns of `_CHANGE` by what `Batch.vary` calls them."""
-_LENGTH_ARGUMENTS = ("wave_period", "wave_band")
-"""Arguments that change wavelengths, by the dispersion of deep water."""
 
 
 class RowSeas:

@@ -31,6 +31,16 @@ from vrx_mj.tasks.referee import frame_stride, has_started
 
 FASTEST_SPIN = 12.0
 """Rate of turn [rad/s] that no boat reaches by itself: two turns a second."""
+_PLANING_FN = 1.0
+"""Froude number from which a boat planes (Faltinsen, Hydrodynamics of High-Speed Marine Vehicles, 2005, 1.1)."""
+_DEFAULT_DURATION = 60.0
+"""Duration of a run of a world without a task [s]."""
+_PHASES = 3
+"""Phases of a task, each of which begins at a frame: it may end that many frames late."""
+CONTROL_RATE = 10.0
+"""Calls of a controller per simulated second [Hz]."""
+_FIRE = "fire"
+"""Key of a boat's commands that shoots: its value is true, or the ball shooter's name."""
 
 
 def tilt(boat: BoatObservation) -> float:
@@ -119,15 +129,6 @@ def _too_fast(world: Parameters, vessel: Vessel, boat: BoatObservation) -> str:
 Controller = Callable[[Observation, float], Mapping[str, Any] | None]
 """`controller(obs, t) -> {boat: {thruster: command}}`; `"fire": True` among them shoots, and what is under `"task"`
 goes to the task, `{topic: content}`."""
-
-_PLANING_FN = 1.0
-"""Froude number from which a boat planes (Faltinsen, Hydrodynamics of High-Speed Marine Vehicles, 2005, 1.1)."""
-_DEFAULT_DURATION = 60.0
-"""Duration of a run of a world without a task [s]."""
-_PHASES = 3
-"""Phases of a task, each of which begins at a frame: it may end that many frames late."""
-CONTROL_RATE = 10.0
-"""Calls of a controller per simulated second [Hz]."""
 
 
 @dataclass(frozen=True)
@@ -434,10 +435,6 @@ def _send(sim: Simulation, messages: object) -> None:
         several = isinstance(content, list) and content and all(isinstance(item, Mapping | list) for item in content)
         for item in content if several else [content]:
             sim.send(topic, item)
-
-
-_FIRE = "fire"
-"""Key of a boat's commands that shoots: its value is true, or the ball shooter's name."""
 
 
 def summarize(

@@ -42,6 +42,10 @@ from vrx_mj.sensors.view import Labeller
 
 _SEA_COMPILING = ("the sea's pictures", 8)
 """What cameras compile, and for about how long [s]."""
+_STILL_SHOT_PROFILES = ("vrx", "vrx3")
+"""Profiles of physics in which a ball leaves the shooter without the boat's velocity."""
+_BASE_MOUNT = Mount.of((0.0, 0.0, 0.0), ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
+"""Mount at `base_link` itself."""
 
 
 class Sights:
@@ -137,11 +141,6 @@ def display_colors(
 
 
 _Floats = npt.NDArray[np.float64]
-
-_STILL_SHOT_PROFILES = ("vrx", "vrx3")
-"""Profiles of physics in which a ball leaves the shooter without the boat's velocity."""
-_BASE_MOUNT = Mount.of((0.0, 0.0, 0.0), ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
-"""Mount at `base_link` itself."""
 
 
 class Readings(Mapping[str, Reading]):

@@ -36,6 +36,20 @@ _Size = Annotated[int, Field(ge=0, lt=1 << 48)]
 _Finite = Annotated[float, Field(allow_inf_nan=False)]
 _Parameter = Annotated[str, Field(pattern="^[ -~]{1,600}$")]
 """Name of something that `Batch.vary` changes."""
+SIGNATURE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
+"""Parts of MuJoCo's state that are saved."""
+_KINDS = {"world": str, "seed": int, "time": float, "mujoco": np.ndarray, "ours": bytes, "moving": int, "task": str,
+         "varied": Mapping}  # fmt: skip
+"""Types of the fields of a state."""
+_PREFIX = "vrx_mj-diverged-"
+"""Prefix of the names of folders with states of diverged runs."""
+_FILE = "last_good.state"
+"""Name of the file with the last state before a run diverged."""
+MAX_KEPT = 10
+"""Largest number of folders with states of diverged runs of one user in the temporary folder; the oldest are removed
+first."""
+MAX_KEPT_BYTES = 100_000_000
+"""Largest size of these folders together [bytes]; the newest is kept whatever its size."""
 
 
 @dataclass(frozen=True)
@@ -202,10 +216,6 @@ class State:
         return State.from_bytes(block)
 
 
-SIGNATURE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
-"""Parts of MuJoCo's state that are saved."""
-
-
 def integration_state(model: mujoco.MjModel, data: mujoco.MjData) -> FloatArray:
     """MuJoCo's integration state (`mjSTATE_INTEGRATION`), a flat array."""
     flat = np.empty(mujoco.mj_stateSize(model, SIGNATURE))
@@ -218,11 +228,6 @@ def set_integration_state(model: mujoco.MjModel, data: mujoco.MjData, flat: Floa
     mujoco.mj_setState(model, data, flat, SIGNATURE)
 
 
-_KINDS = {"world": str, "seed": int, "time": float, "mujoco": np.ndarray, "ours": bytes, "moving": int, "task": str,
-         "varied": Mapping}  # fmt: skip
-"""Types of the fields of a state."""
-
-
 def _check_time(time: float) -> None:
     """Raise a StateError unless a state can be of this time [s]."""
     if not (math.isfinite(time) and 0.0 <= time <= _MAX_TIME):
@@ -233,17 +238,6 @@ def _check_version(version: int) -> None:
     """Raise a StateError unless this is the version that we write."""
     if version != STATE_VERSION:
         raise StateError(f"the state has version {version}; this version of vrx_mj reads {STATE_VERSION}")
-
-
-_PREFIX = "vrx_mj-diverged-"
-"""Prefix of the names of folders with states of diverged runs."""
-_FILE = "last_good.state"
-"""Name of the file with the last state before a run diverged."""
-MAX_KEPT = 10
-"""Largest number of folders with states of diverged runs of one user in the temporary folder; the oldest are removed
-first."""
-MAX_KEPT_BYTES = 100_000_000
-"""Largest size of these folders together [bytes]; the newest is kept whatever its size."""
 
 
 def divergence_message(body: str, time: float, timestep: float, good: State, kept: str) -> str:

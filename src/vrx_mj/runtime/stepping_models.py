@@ -44,6 +44,10 @@ _COUNTED_SHAPES = [
 _CLOSE_DISTANCE, FEW_BOATS = 10.0, 4
 """Where more boats than this number are within this distance of each other [m], their contacts are counted when one is
 placed."""
+_DETAILS = (Detail.WITHOUT_VISUALS, Detail.CONTACT_FREE)
+"""Details of the two models of a run."""
+_MAX_CACHED = 4 << 20
+"""Size of a model [bytes] above which it is not kept for the next run of its world."""
 
 
 def arena_bytes(things: int) -> int:
@@ -127,12 +131,6 @@ def check_room(model: mujoco.MjModel, qpos: FloatArray, starts: IntArray) -> Non
             mujoco.mj_fwdPosition(model, scratch)
         if scratch.ncon > most_contacts(model):
             raise CommandError(crowding_message(scratch.ncon))
-
-
-_DETAILS = (Detail.WITHOUT_VISUALS, Detail.CONTACT_FREE)
-"""Details of the two models of a run."""
-_MAX_CACHED = 4 << 20
-"""Size of a model [bytes] above which it is not kept for the next run of its world."""
 
 
 @lru_cache(maxsize=16)

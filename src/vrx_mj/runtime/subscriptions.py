@@ -39,6 +39,18 @@ _PARTING_TIME = 1.0
 """Time without contact after which the next contact of a pair is a new touch [s]."""
 
 _Pair = tuple[str, str]
+_RATIO_TOLERANCE = 1e-9
+"""Distance by which a ratio of rates may fall short of a whole number."""
+_ROUNDING_SHARE = 1e-3
+"""Share of a step by which to stop too early rather than too late, where times are rounded."""
+_NEVER = 1 << 62
+"""Number of steps to the next reading where there are no subscriptions and no watches."""
+STRIDE, COUNTDOWN, FILLED = 0, 1, 2
+"""Columns of the sampling table: steps per row, steps until the next row, rows in the buffer."""
+_BUFFER_BYTES = 1_000_000
+"""Approximate size of a buffer [bytes]: larger blocks of memory are not reused, which takes four times as long."""
+_METHODS = ("rows", "state", "event")
+"""Methods of every listener; `frame` is called in worlds with a task, `boats_changed` when boats come and go."""
 
 
 @dataclass
@@ -180,14 +192,6 @@ def forces_of_pairs(arrays: LoopArrays, boats: frozenset[str]) -> Mapping[_Pair,
             part = np.array([*(-force if one == pair[0] else force), *(size * contact.pos), size])
             sums[known] = sums.get(known, 0.0) + part
     return {pair: (tuple(row[:3].tolist()), tuple((row[3:6] / row[6]).tolist())) for pair, row in sums.items()}
-
-
-_RATIO_TOLERANCE = 1e-9
-"""Distance by which a ratio of rates may fall short of a whole number."""
-_ROUNDING_SHARE = 1e-3
-"""Share of a step by which to stop too early rather than too late, where times are rounded."""
-_NEVER = 1 << 62
-"""Number of steps to the next reading where there are no subscriptions and no watches."""
 
 
 @dataclass(eq=False)
@@ -344,13 +348,6 @@ class Subscriptions:
             self.busy = before
 
 
-STRIDE, COUNTDOWN, FILLED = 0, 1, 2
-"""Columns of the sampling table: steps per row, steps until the next row, rows in the buffer."""
-
-_BUFFER_BYTES = 1_000_000
-"""Approximate size of a buffer [bytes]: larger blocks of memory are not reused, which takes four times as long."""
-
-
 class Listener(Protocol):
     """What a recorder offers to a simulation."""
 
@@ -368,10 +365,6 @@ class Listener(Protocol):
 
     def boats_changed(self) -> None:
         """Boats have come or gone: later rows, states and frames are of the world as it is now."""
-
-
-_METHODS = ("rows", "state", "event")
-"""Methods of every listener; `frame` is called in worlds with a task, `boats_changed` when boats come and go."""
 
 
 def check_listener(listener: object) -> None:

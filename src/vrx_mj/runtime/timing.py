@@ -22,6 +22,19 @@ _MAX_DURATION = 1e9
 """Longest duration of a run [s]: 30 years."""
 MOST_STEPS = 10**13
 """Largest number of physics steps of a run."""
+_MAX_RATE = 1e6
+"""Largest rate of a clock in a saved state [1/s]."""
+CLOCK = np.dtype(
+    [
+        ("rate", np.float64),  # [1/s]
+        ("index", np.int64),  # of the last moment that was latched
+        ("slot", np.int64),  # where that is: 0 or 1; the one before it is in the other
+        ("time", np.float64),  # of the last moment [s]
+        ("before", np.float64),  # of the one before it [s]; NaN: this is the first
+    ],
+    align=True,
+)
+"""A clock that ticks at a rate."""
 
 
 def whole_steps(duration: float, timestep: float) -> int:
@@ -110,22 +123,6 @@ class Pause:
     def end(self) -> None:
         """It is time to look."""
         self._until = -math.inf
-
-
-_MAX_RATE = 1e6
-"""Largest rate of a clock in a saved state [1/s]."""
-
-CLOCK = np.dtype(
-    [
-        ("rate", np.float64),  # [1/s]
-        ("index", np.int64),  # of the last moment that was latched
-        ("slot", np.int64),  # where that is: 0 or 1; the one before it is in the other
-        ("time", np.float64),  # of the last moment [s]
-        ("before", np.float64),  # of the one before it [s]; NaN: this is the first
-    ],
-    align=True,
-)
-"""A clock that ticks at a rate."""
 
 
 @dataclass(frozen=True)

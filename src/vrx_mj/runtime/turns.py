@@ -21,6 +21,8 @@ _R = TypeVar("_R")
 
 HOLDER = "holder"
 """Key of `Turn.claim`."""
+_ALL_TURNS: "weakref.WeakSet[Turn]" = weakref.WeakSet()
+"""All turns of the process."""
 
 
 class Turn:
@@ -85,9 +87,6 @@ class Turn:
 
 def _within(call: str) -> CommandError:
     return CommandError(f"{call} cannot be called while the run advances, as from a recorder: call it afterwards")
-
-
-_ALL_TURNS: "weakref.WeakSet[Turn]" = weakref.WeakSet()
 
 
 def _forget_all() -> None:

@@ -33,6 +33,12 @@ from vrx_mj.frames import Geodetic, compass, conjugate, quaternion_product, rota
 from vrx_mj.physics.noise import axis_error, stream_key
 from vrx_mj.sensors.readings import ApparentWind, Echo, Fix, Heading, Image, Inertia, Place, PointCloud, Scan
 
+_POSITION, _VELOCITY = 0, 3
+"""First axes of the errors."""
+_ACCELERATION, _ANGULAR_VELOCITY, _HEADING, _TILT = 0, 3, 6, 9
+"""First axes of the errors."""
+_NO_ERRORS = ErrorModel()
+
 
 class Draw:
     """The random numbers of one measurement of one sensor."""
@@ -290,10 +296,6 @@ GNSS_COMPASS = SensorKind(
 )
 
 
-_POSITION, _VELOCITY = 0, 3
-"""First axes of the errors."""
-
-
 def fix(config: GpsConfig, place: Place, earth: Geodetic, draw: Draw) -> Fix:
     """What a receiver at `place` measures.
 
@@ -324,10 +326,6 @@ GPS = SensorKind(
 
 _Covariances = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
 """(9,) each: of the orientation, the angular velocity and the linear acceleration."""
-
-_ACCELERATION, _ANGULAR_VELOCITY, _HEADING, _TILT = 0, 3, 6, 9
-"""First axes of the errors."""
-_NO_ERRORS = ErrorModel()
 
 
 def inertia(

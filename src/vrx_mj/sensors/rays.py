@@ -33,6 +33,30 @@ _GRID = np.dtype(
 
 _WINDOW_MARGIN = 1e-6
 """How much wider windows are than what is seen [rad]: far more than their rounding, far less than a ray's step."""
+_STACK_SIZE = 128
+"""Room for the nodes that wait in a descent through a mesh's tree; MuJoCo's trees have at most 50 levels."""
+_FEW_RAYS = 16.0
+"""Up to this number of rays go down a mesh's tree one by one; more of them go by their window."""
+_BOX_MARGIN = 1e-9
+"""How much larger boxes are than what is in them [m]: far more than rounding."""
+VIEW = np.dtype(
+    [
+        ("model", np.uint64),  # address of the mjModel
+        ("data", np.uint64),  # address of the mjData
+        ("origin", np.float64, (3,)),  # of the sensor, world [m]
+        ("rotation", np.float64, (3, 3)),  # sensor to world axes
+        ("turned", np.float64, (3, 3)),  # the present geom's axes to the sensor's
+        ("moved", np.float64, (3,)),  # the present geom's origin in the sensor's frame [m]
+        ("eye", np.float64, (3,)),  # the sensor in the present geom's frame [m]
+        ("corners", np.float64, (8, 3)),  # of the present box or face, in the sensor's frame [m]
+        ("start", np.float64, (3,)),  # where the present ray begins, world [m]
+        ("along", np.float64, (3,)),  # where it goes, world axes or the geom's
+        ("waiting", np.int32, (_STACK_SIZE,)),  # nodes of a tree to look at
+    ],
+    align=True,
+)
+_SEEN, _COLLIDES = 2, 3
+"""Groups of geoms: what is looked at, and what collides."""
 
 
 def grid(
@@ -149,34 +173,8 @@ def sample_window(rays: Record, azimuth: float, half: float, turn: int) -> tuple
     return _interval(rays.azimuth, rays.samples, centre - half, centre + half)
 
 
-_STACK_SIZE = 128
-"""Room for the nodes that wait in a descent through a mesh's tree; MuJoCo's trees have at most 50 levels."""
-_FEW_RAYS = 16.0
-"""Up to this number of rays go down a mesh's tree one by one; more of them go by their window."""
-_BOX_MARGIN = 1e-9
-"""How much larger boxes are than what is in them [m]: far more than rounding."""
-
-VIEW = np.dtype(
-    [
-        ("model", np.uint64),  # address of the mjModel
-        ("data", np.uint64),  # address of the mjData
-        ("origin", np.float64, (3,)),  # of the sensor, world [m]
-        ("rotation", np.float64, (3, 3)),  # sensor to world axes
-        ("turned", np.float64, (3, 3)),  # the present geom's axes to the sensor's
-        ("moved", np.float64, (3,)),  # the present geom's origin in the sensor's frame [m]
-        ("eye", np.float64, (3,)),  # the sensor in the present geom's frame [m]
-        ("corners", np.float64, (8, 3)),  # of the present box or face, in the sensor's frame [m]
-        ("start", np.float64, (3,)),  # where the present ray begins, world [m]
-        ("along", np.float64, (3,)),  # where it goes, world axes or the geom's
-        ("waiting", np.int32, (_STACK_SIZE,)),  # nodes of a tree to look at
-    ],
-    align=True,
-)
-
 _Geom = mujoco.mjtGeom
 _PLANE, _HFIELD, _MESH = (int(kind) for kind in (_Geom.mjGEOM_PLANE, _Geom.mjGEOM_HFIELD, _Geom.mjGEOM_MESH))
-_SEEN, _COLLIDES = 2, 3
-"""Groups of geoms: what is looked at, and what collides."""
 
 _at = types.uintp
 _ray_geom = c_function("mju_rayGeom", types.float64, _at, _at, _at, _at, _at, types.int32, _at)

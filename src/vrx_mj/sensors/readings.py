@@ -12,6 +12,9 @@ import numpy.typing as npt
 from vrx_mj.arrays import ByteArray, FloatArray
 from vrx_mj.frames import matrix_quaternion, quaternion_product, rotation_matrix
 
+_NO_COVARIANCE = (0.0,) * 9
+"""Covariance of a reading without errors."""
+
 
 @dataclass(frozen=True)
 class Mount:
@@ -74,10 +77,6 @@ def _cross(one: FloatArray, other: FloatArray) -> FloatArray:
     """(3,) vector product; numpy's own takes 50 times as long."""
     (a, b, c), (x, y, z) = one.tolist(), other.tolist()
     return np.array([b * z - c * y, c * x - a * z, a * y - b * x])
-
-
-_NO_COVARIANCE = (0.0,) * 9
-"""Covariance of a reading without errors."""
 
 
 @dataclass(frozen=True)

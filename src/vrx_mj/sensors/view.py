@@ -24,6 +24,15 @@ MIN_RADIUS = 0.25
 """Least radius in the picture of the geoms that are drawn [pixels]."""
 _MARGIN = 0.03
 """Margin by which the sea is drawn wider than the view [rad]."""
+CATEGORIES: Mapping[str, Mapping[str, Any]] = {
+    row["name"]: row for row in json.loads((Path(__file__).parent / "labels.json").read_bytes())
+}
+"""Categories by name: number, supercategory, and the models of objects that are of it, the first that matches."""
+CATEGORY_NAMES: Mapping[int, str] = {row["id"]: name for name, row in CATEGORIES.items()}
+"""Names of categories by their numbers."""
+_OWN_BOAT, _BOAT, _SHORE, _DOCK, _PLACARD = tuple(CATEGORIES)[:5]
+_TERRAIN = "terrain"
+"""Name of the shore, and what names of its geoms begin with."""
 
 
 def focal_length(config: CameraConfig) -> float:
@@ -123,17 +132,6 @@ class View:
         sines = rays / np.sqrt(1.0 + (across**2)[:, None] + up**2).reshape(-1)
         low, high = math.asin(max(float(sines.min()), -1.0)), math.asin(min(float(sines.max()), 1.0))
         return max(low - _MARGIN, -0.5 * math.pi), high + _MARGIN
-
-
-CATEGORIES: Mapping[str, Mapping[str, Any]] = {
-    row["name"]: row for row in json.loads((Path(__file__).parent / "labels.json").read_bytes())
-}
-"""Categories by name: number, supercategory, and the models of objects that are of it, the first that matches."""
-CATEGORY_NAMES: Mapping[int, str] = {row["id"]: name for name, row in CATEGORIES.items()}
-"""Names of categories by their numbers."""
-_OWN_BOAT, _BOAT, _SHORE, _DOCK, _PLACARD = tuple(CATEGORIES)[:5]
-_TERRAIN = "terrain"
-"""Name of the shore, and what names of its geoms begin with."""
 
 
 class Labeller:

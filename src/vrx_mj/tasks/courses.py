@@ -19,6 +19,9 @@ from vrx_mj.model import tasks
 from vrx_mj.model.world import tree_of
 from vrx_mj.tasks.referee import Frame, Outputs, Phase, Pose, Referee, Rules, RunningMean, SetPinger, TaskStatus
 
+FAILURE_SCORE = 200.0
+"""The score of a run that failed or whose time was up, though no run of 300 s scores as much."""
+
 
 def pose_error(pose: Pose, goal: tasks.Goal, *, heading: bool = True) -> float:
     """Error of a pose [m]: e = d + 0.75^d h, with d the horizontal distance [m] and h that of the headings [rad].
@@ -158,10 +161,6 @@ def passage(gate: tasks.Gate, before: str, boat: str, frame: Frame) -> tuple[Sid
     if now == "after" and before == "before":
         return now, "forwards"
     return now, "backwards" if now == "before" and before == "after" else None
-
-
-FAILURE_SCORE = 200.0
-"""The score of a run that failed or whose time was up, though no run of 300 s scores as much."""
 
 
 @dataclass

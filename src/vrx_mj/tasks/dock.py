@@ -18,6 +18,10 @@ from vrx_mj.tasks.referee import Frame, LightUp, Outputs, Phase, Place, Pose, Re
 _TOPIC = "color_sequence"
 """Name of the message that reports the colours."""
 _Point = tuple[float, float, float]
+MAX_BALL_SPEED = 30.0
+"""Speed of a ball [m/s] beyond which it did not fly but was put somewhere: it is shot anew. VRX's leaves at 7.5 m/s."""
+_HIT_KEYS: Mapping[str, Any] = {"time": int | float, "ball": str, "bay": str, "size": str, "points": int | float}
+"""Keys of a hit, as teams see it."""
 
 
 def is_in(box: tasks.Box, point: Sequence[float]) -> bool:
@@ -55,14 +59,6 @@ def relative(anchor: Pose, pose: Pose) -> _Point:
     x, y, z = pose.x - anchor.x, pose.y - anchor.y, pose.z - anchor.z
     u, v, s = 2.0 * (y * c - z * b), 2.0 * (z * a - x * c), 2.0 * (x * b - y * a)
     return x + w * u + v * c - s * b, y + w * v + s * a - u * c, z + w * s + u * b - v * a
-
-
-MAX_BALL_SPEED = 30.0
-"""Speed of a ball [m/s] beyond which it did not fly but was put somewhere: it is shot anew. VRX's leaves at 7.5 m/s."""
-
-
-_HIT_KEYS: Mapping[str, Any] = {"time": int | float, "ball": str, "bay": str, "size": str, "points": int | float}
-"""Keys of a hit, as teams see it."""
 
 
 @dataclass

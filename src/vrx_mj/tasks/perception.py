@@ -31,6 +31,8 @@ _MAX_ERROR = 2.0
 """Largest error of a reported object [m]."""
 _LANDMARK_KEYS = frozenset({"type", "x", "y"})
 """Keys of a report."""
+_PINGER_PERIOD = 0.1
+"""Least time between two messages of where the moving beacon is [s]; VRX's."""
 
 
 def ahead_of(boat: Pose, pose: Sequence[float]) -> tuple[float, float, float, float, float, float]:
@@ -161,10 +163,6 @@ def _metres(key: str, value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         raise CommandError(f"invalid {key} {quote(value)} of a landmark: a number of metres is needed")
     return float(value)
-
-
-_PINGER_PERIOD = 0.1
-"""Least time between two messages of where the moving beacon is [s]; VRX's."""
 
 
 @dataclass

@@ -26,6 +26,8 @@ _KIND_BY_GOAL = {
     "circumnavigate_counterclockwise": "turtle",
 }
 """What kind of animal teams see: VRX goes by the goal, not by the model."""
+_ANIMAL_KEYS = frozenset({"name", "x", "y", "z", "latitude", "longitude"})
+"""Keys of an animal, as teams see it."""
 
 
 def gate_side(dx: float, dy: float, axis: tuple[float, float], radius: float) -> Side:
@@ -42,8 +44,6 @@ def gate_side(dx: float, dy: float, axis: tuple[float, float], radius: float) ->
 
 _Gate = Annotated[int, Field(ge=0, lt=GATES)]
 """Number of a gate around an animal."""
-_ANIMAL_KEYS = frozenset({"name", "x", "y", "z", "latitude", "longitude"})
-"""Keys of an animal, as teams see it."""
 
 
 @dataclass

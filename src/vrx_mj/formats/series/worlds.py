@@ -41,6 +41,19 @@ Line = tuple[str, Place]
 """A line of a xacro file, and where the axes file says it."""
 _PARAMETER = re.compile(r"(\*\*)?(\w+)(?::=('[^']*'|\S+))?")
 _DOLLARS = re.compile(r"\$+(?=[{(])")
+_MARK = "#"
+"""Mark between the name of an axes file and the number of a world."""
+_HEAD_OF_XACRO = '<sdf xmlns:xacro="http://ros.org/wiki/xacro">'
+HEAD = "# World "
+"""Beginning of the text of a world of a series."""
+_WIDTH = 120
+_STALE = """# VRX's wind acts on the link base_link, which boats no longer have; here it acts on the boat
+# (`physics: {quirks: [wind_stale_link]}` for VRX's).
+"""
+_SHORT = 100
+"""Characters of what is still written on one line."""
+_PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_/-]*")
+_WORDS = {"true", "false", "yes", "no", "on", "off", "null", "y", "n"}
 
 
 @dataclass(frozen=True)
@@ -165,9 +178,6 @@ def _odd_elements(block: str, element: Element) -> Iterator[str]:
                 yield str(UnknownNameError(f"element of <{name}>", inner.tag, known))
 
 
-_MARK = "#"
-"""Mark between the name of an axes file and the number of a world."""
-_HEAD_OF_XACRO = '<sdf xmlns:xacro="http://ros.org/wiki/xacro">'
 _Made = tuple[tuple[str | int, ...], int]
 """A call: its path in the file, and the step of its axis."""
 
@@ -321,18 +331,6 @@ def _side(series: Series, coordinate: dict[str, int]) -> object:
     """The last of the trees that axes have for a file beside the world: VRX writes all of them to one file."""
     found = [axis.sides[coordinate[axis.name]] for axis in series.axes if coordinate[axis.name] in axis.sides]
     return found[-1] if found else None
-
-
-HEAD = "# World "
-"""Beginning of the text of a world of a series."""
-_WIDTH = 120
-_STALE = """# VRX's wind acts on the link base_link, which boats no longer have; here it acts on the boat
-# (`physics: {quirks: [wind_stale_link]}` for VRX's).
-"""
-_SHORT = 100
-"""Characters of what is still written on one line."""
-_PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_/-]*")
-_WORDS = {"true", "false", "yes", "no", "on", "off", "null", "y", "n"}
 
 
 def world_text(series: Series, world: SeriesWorld) -> str:

@@ -40,6 +40,14 @@ _ANY_MESH = "mesh.obj"
 ShapeT = TypeVar("ShapeT", bound=Shape)
 
 _GAZEBO_NAME = re.compile(r"(?<=[a-z])(?=[A-Z])")
+TYPES = ("fixed", "revolute", "continuous", "prismatic", "floating", "planar")
+BOUNDED = ("revolute", "prismatic")
+ENDLESS = 1e10
+"""Limit of a joint [rad or m] from which it has none; files write 1e16, as Gazebo does, or inf."""
+_LIGHT = 0.01
+"""Share of a robot's mass below which a link's impossible inertia does not matter."""
+_SLENDER = 0.1
+"""Share of the largest moments of all links up to which it does not matter either."""
 
 
 @dataclass
@@ -237,12 +245,6 @@ def _scale(mesh: Node) -> tuple[float, ...]:
     return scale
 
 
-TYPES = ("fixed", "revolute", "continuous", "prismatic", "floating", "planar")
-BOUNDED = ("revolute", "prismatic")
-ENDLESS = 1e10
-"""Limit of a joint [rad or m] from which it has none; files write 1e16, as Gazebo does, or inf."""
-
-
 def read_joint(node: Node, links: Collection[str]) -> Joint:
     """A `<joint>` between two of these links. Problems and suspicious values are noted, not raised."""
     name, kind = node.required_attribute("name"), node.attribute("type") or ""
@@ -306,10 +308,6 @@ def freed(kind: str, limits: Limits | None) -> tuple[str, Limits | None]:
 Row = tuple[str, str, str, str, Pose, tuple[float, float, float], float]
 """Name of a joint, type, parent, child, pose in the parent at 0 [m, rad], axis, and value at rest."""
 _Turns = Callable[[Sequence[str], Sequence[Row]], dict[str, FloatArray]]
-_LIGHT = 0.01
-"""Share of a robot's mass below which a link's impossible inertia does not matter."""
-_SLENDER = 0.1
-"""Share of the largest moments of all links up to which it does not matter either."""
 
 
 def robot_of(

@@ -51,6 +51,28 @@ _MOST_EVENTS = 3
 _MIN_RATE, _MAX_RATE = 0.001, 1000.0
 """Least and largest number of pictures per second, and of simulated seconds per second."""
 _FRAME_COLOR = (235, 245, 255)
+_FONT = "DejaVuSans.ttf"
+"""The font that matplotlib carries."""
+_TEXT_SHARE, _NAME_SHARE = 0.034, 0.026
+"""Heights of letters of texts and of names, as shares of the picture's height."""
+_MIN_LETTER = 9
+"""Least height of letters [pixels]."""
+_PANEL = (8, 22, 34, 150)
+_WHITE: Rgb = (255, 255, 255)
+_TAG_HEIGHT = 2.3
+"""Height of a name over its boat's origin [m]."""
+_NAME_RANGE = 250.0
+"""Distance up to which boats are named [m]."""
+PHASES = 4
+"""Number of steps per pixel in which names move sideways."""
+_X264 = {
+    "qp": "26", "preset": "superfast", "threads": "1",
+    "x264-params": "subme=0:partitions=none:8x8dct=0:bframes=0:weightp=0:psy=0:scenecut=0:rc-lookahead=0",
+}  # fmt: skip
+"""Encoding of MP4: less `qp` is better; it, the parameters and one thread save two thirds of the time."""
+_WEBP_QUALITY, _WEBP_EFFORT = 72, 4
+_GIF_COLORS = 128
+"""Number of colours of a GIF."""
 
 
 @dataclass(frozen=True)
@@ -275,22 +297,6 @@ def lay(picture: ByteArray, tile: ByteArray, column: int, row: int) -> None:
     blend(place, tile[above : above + len(place), before : before + place.shape[1]])
 
 
-_FONT = "DejaVuSans.ttf"
-"""The font that matplotlib carries."""
-_TEXT_SHARE, _NAME_SHARE = 0.034, 0.026
-"""Heights of letters of texts and of names, as shares of the picture's height."""
-_MIN_LETTER = 9
-"""Least height of letters [pixels]."""
-_PANEL = (8, 22, 34, 150)
-_WHITE: Rgb = (255, 255, 255)
-_TAG_HEIGHT = 2.3
-"""Height of a name over its boat's origin [m]."""
-_NAME_RANGE = 250.0
-"""Distance up to which boats are named [m]."""
-PHASES = 4
-"""Number of steps per pixel in which names move sideways."""
-
-
 def clock_line(world: str, time: float, speed: float) -> str:
     """The world and the time, and how much faster than real it goes."""
     faster = "" if speed == 1.0 else f"  ×{speed:g}"
@@ -386,15 +392,6 @@ def parse_size(text: str | None) -> tuple[int, int] | None:
 ByteArrays = Iterator[ByteArray]
 _Encoder = Callable[[Path, ByteArrays, int, Fraction], None]
 """Writes a file of pictures (height, width, 3), so many of them, so many per second."""
-
-_X264 = {
-    "qp": "26", "preset": "superfast", "threads": "1",
-    "x264-params": "subme=0:partitions=none:8x8dct=0:bframes=0:weightp=0:psy=0:scenecut=0:rc-lookahead=0",
-}  # fmt: skip
-"""Encoding of MP4: less `qp` is better; it, the parameters and one thread save two thirds of the time."""
-_WEBP_QUALITY, _WEBP_EFFORT = 72, 4
-_GIF_COLORS = 128
-"""Number of colours of a GIF."""
 
 
 def encoder_of(path: Path) -> tuple[_Encoder, tuple[int, int], float]:

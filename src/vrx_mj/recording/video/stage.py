@@ -53,6 +53,34 @@ _MIN_ABOVE = 22.0
 """Least half height of the view from above [m]."""
 _CLIPPING = (0.3, 6000.0)
 """Nearest and farthest distance that is drawn [m]."""
+_ABOVE_AXIS = 0.5
+"""Height of the view's axis [unit vector], negative, below which a picture is one from above."""
+_MIN_RADIUS_ABOVE = 1.0
+"""Least radius of a geom that is drawn in a picture from above, which has many [pixels]."""
+_RELIEF_ABOVE = 5.0
+"""Factor of the shading of waves seen from above, where little of the sky mirrors in the sea."""
+_FLAT_SLOPE = 0.025
+"""Slope of all waves together below which fewer points of the sea are drawn."""
+_SKY_SHARE = 0.14
+"""Share of the sky's colour that is added to a sea seen from above."""
+LASTS = 14.0
+"""Time for which foam is visible [s]."""
+_PIECES_PER_SECOND = 5.0
+"""Number of pieces of a wake per second."""
+MAX_PIECES = math.floor(LASTS * _PIECES_PER_SECOND) + 2
+"""Largest number of pieces of a wake."""
+_FOAM = "vrx_mj/foam"
+"""Name of the skin that is the foam, and of its material and texture."""
+FULL_SPEED = 2.0
+"""Speed from which foam is as white as it gets [m/s]."""
+_SLOWEST = 0.25
+"""Speed below which a hull leaves no foam [m/s]."""
+WHITE = 0.38
+"""Opacity of fresh foam."""
+WIDTH, SPREAD = 0.28, 0.09
+"""Width of fresh foam [m], and its growth [m/s]."""
+FOAM_HEIGHT = 0.05
+"""Height of foam over the facets of the drawn sea [m], whose edges it does not follow."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -247,18 +275,6 @@ def between(first: FloatArray, second: FloatArray, time: float, turns: list[int]
     return row
 
 
-_ABOVE_AXIS = 0.5
-"""Height of the view's axis [unit vector], negative, below which a picture is one from above."""
-_MIN_RADIUS_ABOVE = 1.0
-"""Least radius of a geom that is drawn in a picture from above, which has many [pixels]."""
-_RELIEF_ABOVE = 5.0
-"""Factor of the shading of waves seen from above, where little of the sky mirrors in the sea."""
-_FLAT_SLOPE = 0.025
-"""Slope of all waves together below which fewer points of the sea are drawn."""
-_SKY_SHARE = 0.14
-"""Share of the sky's colour that is added to a sea seen from above."""
-
-
 class Stage:
     """The world of boats that sail together, with a drawing context."""
 
@@ -380,25 +396,6 @@ def coarsen(model: mujoco.MjModel, bodies: Iterable[str], cell: float) -> None:
 
 
 _Height = Callable[[FloatArray, FloatArray], npt.ArrayLike]
-
-LASTS = 14.0
-"""Time for which foam is visible [s]."""
-_PIECES_PER_SECOND = 5.0
-"""Number of pieces of a wake per second."""
-MAX_PIECES = math.floor(LASTS * _PIECES_PER_SECOND) + 2
-"""Largest number of pieces of a wake."""
-_FOAM = "vrx_mj/foam"
-"""Name of the skin that is the foam, and of its material and texture."""
-FULL_SPEED = 2.0
-"""Speed from which foam is as white as it gets [m/s]."""
-_SLOWEST = 0.25
-"""Speed below which a hull leaves no foam [m/s]."""
-WHITE = 0.38
-"""Opacity of fresh foam."""
-WIDTH, SPREAD = 0.28, 0.09
-"""Width of fresh foam [m], and its growth [m/s]."""
-FOAM_HEIGHT = 0.05
-"""Height of foam over the facets of the drawn sea [m], whose edges it does not follow."""
 
 
 class Foam(Skin):

@@ -25,6 +25,20 @@ _PORTION = 1 << 16
 """Size of such a portion [bytes]."""
 _LENGTH = struct.Struct("<I")
 """Length of what follows."""
+_FIRST_TIMEOUT = 10.0
+"""Wall time in which a first request must begin [s]."""
+_IDLE_TIMEOUT = 60.0
+"""Wall time for which a connection is kept open for another request [s]."""
+_MAX_BODIES = 1 << 27
+"""Largest size of all bodies and answers that are held at one time [bytes]."""
+_MOST_CALLS = 1000
+"""Largest number of calls in one system.multicall."""
+CALLS_SHARE = 0.25
+"""Share of the wall time that answers may take in the long run."""
+CALLS_BURST = 0.5
+"""Wall time of answers that are given at once [s]: a launch file or a recorder calls hundreds of times."""
+_LARGEST_ANSWER = 1 << 26
+"""Approximate limit of the size of the values that a system.multicall returns [bytes]."""
 
 
 def with_length(body: bytes) -> bytes:
@@ -215,21 +229,6 @@ class Listener:
 
 _Answerer = Callable[[str, Sequence[Any], str], object]
 """Takes a method, its values and the caller's address; gives a value, or raises CommandError or Fault."""
-
-_FIRST_TIMEOUT = 10.0
-"""Wall time in which a first request must begin [s]."""
-_IDLE_TIMEOUT = 60.0
-"""Wall time for which a connection is kept open for another request [s]."""
-_MAX_BODIES = 1 << 27
-"""Largest size of all bodies and answers that are held at one time [bytes]."""
-_MOST_CALLS = 1000
-"""Largest number of calls in one system.multicall."""
-CALLS_SHARE = 0.25
-"""Share of the wall time that answers may take in the long run."""
-CALLS_BURST = 0.5
-"""Wall time of answers that are given at once [s]: a launch file or a recorder calls hundreds of times."""
-_LARGEST_ANSWER = 1 << 26
-"""Approximate limit of the size of the values that a system.multicall returns [bytes]."""
 
 
 class Lane:

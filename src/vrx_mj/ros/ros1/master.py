@@ -21,6 +21,14 @@ MOST_NODES = 512
 
 _MOST_CALLS = 2000
 """Largest number of calls to one node that wait."""
+_REGISTERING = frozenset(
+    f"{verb}{what}"
+    for verb in ("register", "unregister", "subscribe", "unsubscribe")
+    for what in ("Publisher", "Subscriber", "Service", "Param")
+)
+"""Methods by which a node registers itself."""
+SWEEP_PERIOD = 10.0
+"""About the wall time of a check of all nodes [s]."""
 
 
 class Notifier:
@@ -68,14 +76,6 @@ class Notifier:
 
 
 Reply = tuple[int, str, Any]
-_REGISTERING = frozenset(
-    f"{verb}{what}"
-    for verb in ("register", "unregister", "subscribe", "unsubscribe")
-    for what in ("Publisher", "Subscriber", "Service", "Param")
-)
-"""Methods by which a node registers itself."""
-SWEEP_PERIOD = 10.0
-"""About the wall time of a check of all nodes [s]."""
 
 
 class Api:

@@ -28,6 +28,24 @@ _RESTRICTED = {"shutdown", "publisherUpdate", "paramUpdate"}
 """Methods that only programs on this machine and the master's may call."""
 _MASTER = "/master"
 """Name of the caller that masters give."""
+_PUBLIC = {"/rosout", "/rosout_agg", "/clock", "/tf", "/tf_static", "/statistics", "/diagnostics"}
+"""Topics on which many nodes publish."""
+_CONNECT_TIMEOUT = 10.0
+"""Wall time in which a subscriber should have connected [s]."""
+_MOST_WAITING = 1000
+"""Largest number of unfinished connections of subscribers that are watched."""
+_INCOMING_BYTES = 1 << 27
+"""Largest size of all messages and requests that are being received [bytes]."""
+_MOST_SOURCES = 1024
+"""Largest number of connections to publishers of other processes."""
+_MOST_LATCHED = 64
+"""Largest number of latched messages of other processes that are kept."""
+_DEFAULT_MASTER = "http://localhost:11311"
+"""Address of roscore on this machine."""
+_OPEN_TIMEOUT = 15.0
+"""Wall time to find the master and to register [s]."""
+_CLOSE_TIMEOUT = 2.0
+"""Wall time to withdraw everything and to close [s]."""
 
 
 @dataclass
@@ -142,14 +160,6 @@ def _topic_list(topics: Mapping[str, Publication] | Mapping[str, Subscription]) 
     return [[topic.name, topic.type] for topic in topics.values()]
 
 
-_PUBLIC = {"/rosout", "/rosout_agg", "/clock", "/tf", "/tf_static", "/statistics", "/diagnostics"}
-"""Topics on which many nodes publish."""
-_CONNECT_TIMEOUT = 10.0
-"""Wall time in which a subscriber should have connected [s]."""
-_MOST_WAITING = 1000
-"""Largest number of unfinished connections of subscribers that are watched."""
-
-
 class Watch:
     """Looks at one state after the other."""
 
@@ -231,20 +241,6 @@ async def _answers(uri: str) -> bool:
     except (*CALL_ERRORS, Fault):
         return False
     return True
-
-
-_INCOMING_BYTES = 1 << 27
-"""Largest size of all messages and requests that are being received [bytes]."""
-_MOST_SOURCES = 1024
-"""Largest number of connections to publishers of other processes."""
-_MOST_LATCHED = 64
-"""Largest number of latched messages of other processes that are kept."""
-_DEFAULT_MASTER = "http://localhost:11311"
-"""Address of roscore on this machine."""
-_OPEN_TIMEOUT = 15.0
-"""Wall time to find the master and to register [s]."""
-_CLOSE_TIMEOUT = 2.0
-"""Wall time to withdraw everything and to close [s]."""
 
 
 class Node(Wire):

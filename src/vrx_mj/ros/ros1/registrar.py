@@ -30,6 +30,22 @@ _MOST_AT_ONCE = 100
 """Largest number of calls that are sent together."""
 _Request = tuple[str, Sequence[object]]
 """Method and values."""
+MASTER_TIMEOUT = 3.0
+"""Longest wall time that a master may take to answer [s]."""
+_PARAMETERS = {"/rosdistro": "noetic\n", "/rosversion": "1.16.0\n"}
+"""Parameters that roscore sets and tools read."""
+_CHECK_PERIOD = 2.0
+"""Wall time between two checks of what the master knows [s]."""
+_MIN_CHECK_PERIOD = 0.25
+"""Least wall time between two such checks [s]."""
+_WITHDRAW_TIMEOUT = 1.0
+"""Wall time to withdraw everything at the end [s]."""
+_PORTION_TIMEOUT = 30.0
+"""Wall time for a portion of the parameters [s]: roscore takes a second for some MB of a robot's description."""
+PORTION = 1 << 17
+"""Approximate size of the parameters that are sent together [bytes]."""
+_METHODS = {"publisher": "Publisher", "subscriber": "Subscriber", "service": "Service"}
+"""Ends of the names of the master's methods, by kind."""
 
 
 class Link:
@@ -75,12 +91,6 @@ class Link:
 def _value(reply: object) -> object:
     """The value of a reply of code, text and value; None if the code is another than success."""
     return reply[2] if isinstance(reply, list) and len(reply) == 3 and reply[0] == 1 else None
-
-
-MASTER_TIMEOUT = 3.0
-"""Longest wall time that a master may take to answer [s]."""
-_PARAMETERS = {"/rosdistro": "noetic\n", "/rosversion": "1.16.0\n"}
-"""Parameters that roscore sets and tools read."""
 
 
 @dataclass
@@ -186,18 +196,6 @@ def _who(where: str, port: int) -> str:
     return "" if holder is None else f"; port {port} is held by {holder}"
 
 
-_CHECK_PERIOD = 2.0
-"""Wall time between two checks of what the master knows [s]."""
-_MIN_CHECK_PERIOD = 0.25
-"""Least wall time between two such checks [s]."""
-_WITHDRAW_TIMEOUT = 1.0
-"""Wall time to withdraw everything at the end [s]."""
-_PORTION_TIMEOUT = 30.0
-"""Wall time for a portion of the parameters [s]: roscore takes a second for some MB of a robot's description."""
-PORTION = 1 << 17
-"""Approximate size of the parameters that are sent together [bytes]."""
-_METHODS = {"publisher": "Publisher", "subscriber": "Subscriber", "service": "Service"}
-"""Ends of the names of the master's methods, by kind."""
 SystemState = list[dict[str, list[str]]]
 """Nodes by name: of publishers, of subscribers, of services."""
 _Key = tuple[str, str, str]

@@ -54,6 +54,30 @@ _MOST_MET = 1000
 """Largest number of names of subscribers that are remembered."""
 _LENGTH = struct.Struct("<I")
 """Length of what follows."""
+_REQUEST_TIMEOUT = 10.0
+"""Wall time in which the request of a one-time caller must begin [s]."""
+MOST_PUBLISHERS = 64
+"""Largest number of publishers of a topic that a subscription connects to."""
+_LARGEST_MESSAGE = 1 << 22
+"""Largest incoming message [bytes]: commands are small."""
+_LARGEST_LATCHED = 1 << 20
+"""Largest latched message that is kept for later subscribers [bytes]."""
+_LONGEST_CALL = 600.0
+"""Longest wall time of a call of a service [s]."""
+_READ_SIZE, _MOST_IN_A_BITE = 1 << 16, 1000
+"""Bytes, and messages, that are taken from a stream at one time."""
+_MOST_AT_ONCE = 64
+"""Largest number of these messages that are read: only the newest."""
+_MOST_PER_SECOND = 5000
+"""Largest rate of the messages of one publisher [Hz]; a faster one has to wait."""
+_HANDSHAKE_TIMEOUT = 10.0
+"""Wall time in which a connection must be made [s]."""
+FIRST_PAUSE, LONGEST_PAUSE = 0.5, 8.0
+"""First and longest wall time until a connection is tried again [s]."""
+_MASTER = "http://localhost:11311"
+"""Address of roscore on this machine."""
+_LOOKUP_PERIOD = 0.2
+"""Wall time between two requests for the address of a service [s]."""
 
 
 class Stream:
@@ -205,10 +229,6 @@ class Reader:
             transport.write(piece)
 
 
-_REQUEST_TIMEOUT = 10.0
-"""Wall time in which the request of a one-time caller must begin [s]."""
-
-
 @dataclass(eq=False)
 class Provided:
     """A service of a node of this process, and its callers."""
@@ -268,26 +288,6 @@ class Provided:
         except Exception as error:  # whatever rosbags raises of an invalid response
             why = str(CommandError(f"{self.name}: the response cannot be written: {error}"))
         return b"\x00" + with_length(why.encode("utf-8", "replace"))
-
-
-MOST_PUBLISHERS = 64
-"""Largest number of publishers of a topic that a subscription connects to."""
-_LARGEST_MESSAGE = 1 << 22
-"""Largest incoming message [bytes]: commands are small."""
-_LARGEST_LATCHED = 1 << 20
-"""Largest latched message that is kept for later subscribers [bytes]."""
-_LONGEST_CALL = 600.0
-"""Longest wall time of a call of a service [s]."""
-_READ_SIZE, _MOST_IN_A_BITE = 1 << 16, 1000
-"""Bytes, and messages, that are taken from a stream at one time."""
-_MOST_AT_ONCE = 64
-"""Largest number of these messages that are read: only the newest."""
-_MOST_PER_SECOND = 5000
-"""Largest rate of the messages of one publisher [Hz]; a faster one has to wait."""
-_HANDSHAKE_TIMEOUT = 10.0
-"""Wall time in which a connection must be made [s]."""
-FIRST_PAUSE, LONGEST_PAUSE = 0.5, 8.0
-"""First and longest wall time until a connection is tried again [s]."""
 
 
 @dataclass(eq=False)
@@ -454,12 +454,6 @@ async def call_service(
         return type_name, decode(body, f"{type_name}Response")
     finally:
         peer.close()
-
-
-_MASTER = "http://localhost:11311"
-"""Address of roscore on this machine."""
-_LOOKUP_PERIOD = 0.2
-"""Wall time between two requests for the address of a service [s]."""
 
 
 class Client:

@@ -19,6 +19,22 @@ _MOST_ELEMENTS = 400_000
 """Largest number of elements."""
 _READ_SIZE = 1 << 15
 """Bytes that are read before others get their turn."""
+LARGEST_HEAD = 1 << 14
+"""Largest head of a request or of an answer [bytes]."""
+_LARGEST_BODY = 1 << 24
+"""Largest body of a call or an answer [bytes]: descriptions of robots have some MB."""
+LARGEST_REPLY = 1 << 16
+"""Largest answer of a node to a call from here [bytes]."""
+ANSWER_TIMEOUT = 5.0
+"""Longest wall time that an answer may take [s]."""
+CALL_ERRORS = (OSError, EOFError, TimeoutError, CommandError)
+"""Errors of a call that cannot reach the other end, or gets no proper answer."""
+_HOST = re.compile(r"[A-Za-z0-9_:%-][A-Za-z0-9_.:%-]{0,252}\Z")
+"""A host's name or address."""
+_BROWSER_FIELDS = ("origin", "sec-fetch-", "access-control-request-")
+"""Prefixes of header fields that only browsers add."""
+_CONTENT_TYPE = "text/xml"
+"""Content type of XML-RPC."""
 
 
 class _Unmarshaller(xmlrpc.client.Unmarshaller):
@@ -85,21 +101,6 @@ def fault_bytes(text: str) -> bytes:
 
 def _refuse(*_: object) -> NoReturn:
     raise CommandError("a document type is not allowed in XML-RPC")
-
-
-LARGEST_HEAD = 1 << 14
-"""Largest head of a request or of an answer [bytes]."""
-_LARGEST_BODY = 1 << 24
-"""Largest body of a call or an answer [bytes]: descriptions of robots have some MB."""
-LARGEST_REPLY = 1 << 16
-"""Largest answer of a node to a call from here [bytes]."""
-ANSWER_TIMEOUT = 5.0
-"""Longest wall time that an answer may take [s]."""
-CALL_ERRORS = (OSError, EOFError, TimeoutError, CommandError)
-"""Errors of a call that cannot reach the other end, or gets no proper answer."""
-
-_HOST = re.compile(r"[A-Za-z0-9_:%-][A-Za-z0-9_.:%-]{0,252}\Z")
-"""A host's name or address."""
 
 
 async def read_head(reader: asyncio.StreamReader, first: bytes = b"") -> tuple[list[str], dict[str, str]]:
@@ -242,12 +243,6 @@ async def _all(reader: asyncio.StreamReader, most: int) -> bytes:
         if len(body) > most:
             raise CommandError(f"an answer of more than {most} bytes")
     return bytes(body)
-
-
-_BROWSER_FIELDS = ("origin", "sec-fetch-", "access-control-request-")
-"""Prefixes of header fields that only browsers add."""
-_CONTENT_TYPE = "text/xml"
-"""Content type of XML-RPC."""
 
 
 class RequestError(CommandError):

@@ -26,6 +26,45 @@ from vrx_mj.ros.messages import INTEGERS, MOMENT, SPAN, Field, Message, fields, 
 _Numbers = npt.NDArray[Any]
 _EFFORT = 1
 """zlib's level: a loop that serves everybody has no time for a higher one."""
+MOST_INCOMING = 4 << 20
+"""Largest message from a client [bytes], also after it was put together from fragments."""
+_MOST_TEXT = 256
+"""Longest name, type or id [characters]."""
+_MOST_QUEUE = 1000
+"""Longest queue that a client may ask for."""
+_COMPRESSIONS = ("none", "png", "cbor", "cbor-raw")
+"""Compressions that a client may ask for."""
+_NAME = re.compile(r"/?[A-Za-z][A-Za-z0-9_/]*")
+"""A legal name."""
+_FLOAT32_MAX = float(np.finfo(np.float32).max)
+"""Largest number of type float32."""
+_FLOATS = frozenset({"float32", "float64"})
+"""Types of floating-point numbers."""
+_TIME_FIELDS = {"secs": "sec", "nsecs": "nanosec", "sec": "sec", "nanosec": "nanosec"}
+"""Names of a time's fields, in ROS 1 and in ROS 2."""
+_SHOWN = 60
+"""Largest number of characters of a wrong value that is shown."""
+_BYTES = frozenset({"uint8", "char"})
+"""Types of arrays that are sent as base64."""
+_MIN_MESSAGE = 500
+"""Approximate least size of a message [bytes]."""
+_TYPED_ARRAYS = {
+    "byte": (72, "int8"),
+    "int8": (72, "int8"),
+    "uint16": (69, "<u2"),
+    "uint32": (70, "<u4"),
+    "uint64": (71, "<u8"),
+    "int16": (77, "<i2"),
+    "int32": (78, "<i4"),
+    "int64": (79, "<i8"),
+    "float32": (85, "<f4"),
+    "float64": (86, "<f8"),
+}
+"""Tag (RFC 8746) and layout of an array of each type."""
+_MOST_FRAGMENTS = 1000
+"""Largest number of fragments of a message: a smaller fragment_size is raised."""
+_PLACEHOLDER = secrets.token_hex(16)
+"""Placeholder of bytes in JSON until they are filled in: no client can send it."""
 
 
 def png(text: bytes) -> str:
@@ -57,17 +96,6 @@ def from_png(data: str, largest: int) -> str:
     except Exception as error:  # Pillow raises what each of its parts does
         raise CommandError("data is not a base64 PNG that holds text") from error
 
-
-MOST_INCOMING = 4 << 20
-"""Largest message from a client [bytes], also after it was put together from fragments."""
-_MOST_TEXT = 256
-"""Longest name, type or id [characters]."""
-_MOST_QUEUE = 1000
-"""Longest queue that a client may ask for."""
-_COMPRESSIONS = ("none", "png", "cbor", "cbor-raw")
-"""Compressions that a client may ask for."""
-_NAME = re.compile(r"/?[A-Za-z][A-Za-z0-9_/]*")
-"""A legal name."""
 
 Operation = Mapping[str, Any]
 """A client's message."""
@@ -159,14 +187,6 @@ def absolute(name: str) -> str:
     return "/" + "/".join(part for part in name.split("/") if part)
 
 
-_FLOAT32_MAX = float(np.finfo(np.float32).max)
-"""Largest number of type float32."""
-_FLOATS = frozenset({"float32", "float64"})
-"""Types of floating-point numbers."""
-_TIME_FIELDS = {"secs": "sec", "nsecs": "nanosec", "sec": "sec", "nanosec": "nanosec"}
-"""Names of a time's fields, in ROS 1 and in ROS 2."""
-_SHOWN = 60
-"""Largest number of characters of a wrong value that is shown."""
 _short = reprlib.Repr()
 _short.maxstring = _short.maxlong = _short.maxother = _SHOWN
 
@@ -341,27 +361,6 @@ def _known_names(name: str, known: Mapping[str, Field]) -> str:
 
 
 _Writer = Callable[[Any], Any]
-_BYTES = frozenset({"uint8", "char"})
-"""Types of arrays that are sent as base64."""
-_MIN_MESSAGE = 500
-"""Approximate least size of a message [bytes]."""
-_TYPED_ARRAYS = {
-    "byte": (72, "int8"),
-    "int8": (72, "int8"),
-    "uint16": (69, "<u2"),
-    "uint32": (70, "<u4"),
-    "uint64": (71, "<u8"),
-    "int16": (77, "<i2"),
-    "int32": (78, "<i4"),
-    "int64": (79, "<i8"),
-    "float32": (85, "<f4"),
-    "float64": (86, "<f8"),
-}
-"""Tag (RFC 8746) and layout of an array of each type."""
-_MOST_FRAGMENTS = 1000
-"""Largest number of fragments of a message: a smaller fragment_size is raised."""
-_PLACEHOLDER = secrets.token_hex(16)
-"""Placeholder of bytes in JSON until they are filled in: no client can send it."""
 _names = itertools.count()
 
 

@@ -47,6 +47,31 @@ _TIME_DETAILS = {
     "constvalues": [],
 }
 """What rosapi answers about time and duration."""
+_ACTION_TOPICS = frozenset({"cancel", "feedback", "goal", "result", "status"})
+"""Topics of an action."""
+_CONVERSIONS: Mapping[str, Callable[[str], str]] = {
+    "type": ros1_name,
+    "topic": absolute,
+    "service": absolute,
+    "node": absolute,
+    "name": lambda name: "/" if name == "/" else absolute(name),
+}
+"""Conversions of arguments, by name."""
+_PACKAGE = "tf2_web_republisher"
+"""Package of the republisher of frames."""
+_ARRAY, _PROGRESS = f"{_PACKAGE}/TFArray", f"{_PACKAGE}/TFSubscriptionActionFeedback"
+_GOAL, _CANCEL, _FEEDBACK = (f"/{_PACKAGE}/{name}" for name in ("goal", "cancel", "feedback"))
+_STATIC_TOPIC, _MOVING_TOPIC, _FRAMES_TYPE = "/tf_static", "/tf", "tf2_msgs/TFMessage"
+"""Topics of static and of moving frames, and their type."""
+_RATES = 0.1, 100.0
+"""Least and largest rate of messages for one page [Hz of wall time]."""
+_MOST_ASKED, _MOST_SOURCES, _MOST_FRAMES, _MAX_DEPTH = 64, 256, 10_000, 100
+"""Largest numbers of requests that are served, of which the oldest is dropped; of frames of each; of known frames; and
+of frames in each other."""
+_LEAST_TIMEOUT = 1.0
+"""Least wall time without a listener after which a request ends [s]."""
+_ACTIVE = 1
+"""Status ACTIVE of actionlib_msgs/GoalStatus."""
 
 
 def _typedefs(type_name: str) -> list[dict[str, object]]:
@@ -75,9 +100,6 @@ def _typedef(name: str) -> dict[str, object]:
         "constvalues": [str(value) for _, _, value in constants],
     }
 
-
-_ACTION_TOPICS = frozenset({"cancel", "feedback", "goal", "result", "status"})
-"""Topics of an action."""
 
 _Values = dict[str, Any]
 
@@ -263,38 +285,11 @@ def _result(answer: Coroutine[object, None, _Values]) -> _Values:
     raise AssertionError("it waits for something")
 
 
-_CONVERSIONS: Mapping[str, Callable[[str], str]] = {
-    "type": ros1_name,
-    "topic": absolute,
-    "service": absolute,
-    "node": absolute,
-    "name": lambda name: "/" if name == "/" else absolute(name),
-}
-"""Conversions of arguments, by name."""
-
-
 def _argument(asked: object, name: str, default: object) -> str:
     value = asked.get(name, default) if isinstance(asked, Mapping) else default
     if not isinstance(value, str):
         raise CommandError(f"{name} is missing, or not a string: the request is {{'{name}': '...'}}")
     return _CONVERSIONS.get(name, str)(value)
-
-
-_PACKAGE = "tf2_web_republisher"
-"""Package of the republisher of frames."""
-_ARRAY, _PROGRESS = f"{_PACKAGE}/TFArray", f"{_PACKAGE}/TFSubscriptionActionFeedback"
-_GOAL, _CANCEL, _FEEDBACK = (f"/{_PACKAGE}/{name}" for name in ("goal", "cancel", "feedback"))
-_STATIC_TOPIC, _MOVING_TOPIC, _FRAMES_TYPE = "/tf_static", "/tf", "tf2_msgs/TFMessage"
-"""Topics of static and of moving frames, and their type."""
-_RATES = 0.1, 100.0
-"""Least and largest rate of messages for one page [Hz of wall time]."""
-_MOST_ASKED, _MOST_SOURCES, _MOST_FRAMES, _MAX_DEPTH = 64, 256, 10_000, 100
-"""Largest numbers of requests that are served, of which the oldest is dropped; of frames of each; of known frames; and
-of frames in each other."""
-_LEAST_TIMEOUT = 1.0
-"""Least wall time without a listener after which a request ends [s]."""
-_ACTIVE = 1
-"""Status ACTIVE of actionlib_msgs/GoalStatus."""
 
 
 @dataclass

@@ -45,6 +45,30 @@ MOST_CONNECTIONS = 512
 """Largest number of clients."""
 _MOST_FRAGMENTS = 1 << 25
 """Largest size of all clients' fragments that wait for the rest of their messages [characters]."""
+_FRAGMENT_OVERHEAD = 100
+"""Size that a fragment counts for in addition to its own [characters]."""
+CLIENTS_SHARE = 0.5
+"""Share of the time that messages of all clients may take in the long run."""
+CLIENT_BURST = 0.2
+"""Time that the messages of one client may take at once [s]."""
+MOST_ANSWERS, MOST_MESSAGES = 2000, 1000
+"""Largest numbers of answers and of messages that wait for a client; one with more unread answers is disconnected."""
+_LEVELS = ("none", "error", "warning", "info")
+"""Levels of status messages."""
+_MAX_DEPTH = 2
+"""Largest depth of operations within operations: a PNG in fragments."""
+MOST_HELD = 4096
+"""Largest number of topics, services and calls of one client."""
+PIECE = 1 << 17
+"""Bytes of a frame that are sent at once."""
+_HANDSHAKE_TIMEOUT = 10.0
+"""Longest wall time of a handshake [s]."""
+_ALIVE_TIMEOUT = 60.0
+"""Wall time after which a client that does not answer is disconnected [s]."""
+_CLOSE_TIMEOUT = 1.0
+"""Longest wall time of closing [s]."""
+_OPEN_TIMEOUT = 10.0
+"""Longest wall time of opening [s]."""
 
 
 class Hub:
@@ -72,10 +96,6 @@ class Hub:
     def report_once(self, peer: str, kind: str, text: str) -> None:
         """Log a warning, once for a peer and kind of mistake."""
         self._notices.write("WARN", kind, peer, f"rosbridge: {peer}: {text}")
-
-
-_FRAGMENT_OVERHEAD = 100
-"""Size that a fragment counts for in addition to its own [characters]."""
 
 
 class Fragments:
@@ -137,24 +157,6 @@ class Advertised:
     """Whether it was reported that nothing subscribes to it."""
     kept: int = 0
     """Characters of the message that is kept."""
-
-
-CLIENTS_SHARE = 0.5
-"""Share of the time that messages of all clients may take in the long run."""
-CLIENT_BURST = 0.2
-"""Time that the messages of one client may take at once [s]."""
-MOST_ANSWERS, MOST_MESSAGES = 2000, 1000
-"""Largest numbers of answers and of messages that wait for a client; one with more unread answers is disconnected."""
-_LEVELS = ("none", "error", "warning", "info")
-"""Levels of status messages."""
-_MAX_DEPTH = 2
-"""Largest depth of operations within operations: a PNG in fragments."""
-MOST_HELD = 4096
-"""Largest number of topics, services and calls of one client."""
-
-
-PIECE = 1 << 17
-"""Bytes of a frame that are sent at once."""
 
 
 class Client:
@@ -423,14 +425,6 @@ def _data(message: Operation) -> str:
     return data
 
 
-_HANDSHAKE_TIMEOUT = 10.0
-"""Longest wall time of a handshake [s]."""
-_ALIVE_TIMEOUT = 60.0
-"""Wall time after which a client that does not answer is disconnected [s]."""
-_CLOSE_TIMEOUT = 1.0
-"""Longest wall time of closing [s]."""
-_OPEN_TIMEOUT = 10.0
-"""Longest wall time of opening [s]."""
 _websockets_logger = logging.getLogger(f"{__name__}.websockets")
 _websockets_logger.setLevel(logging.CRITICAL)  # it would print a traceback for each peer that speaks something else
 

@@ -34,6 +34,28 @@ _ANGLE = "_angle"
 """Suffix of the command of an engine's angle."""
 _SIDES = (("left", "right"), ("left_rear", "right_rear"))
 """Engines that VRX's twist2thrust drives: of layouts H and T, and of X."""
+WORLD_FRAME = "map"
+"""Name of the world's frame."""
+BASE = "base_link"
+"""Name of the frame of a boat's root link, whatever the link's own name."""
+_FIXED = "fixed"
+"""Type of fixed joints."""
+_JOINT_RATE = 100.0
+"""Rate of the states of joints [Hz]: VRX's."""
+_FRAME_RATE = 50.0
+"""Rate of frames [Hz]: VRX 3's."""
+_SAME_PLACE = 1e-6
+"""Distance within which two places are one [m]."""
+_ODOMETRY = "nav_msgs/Odometry"
+"""Type of odometry."""
+_UNTURNED = np.eye(4)[0]
+"""Quaternion of no rotation."""
+_ODOMETRY_RATE = 30.0
+"""Rate of odometry [Hz]: robot_localization's."""
+_MAX_ALTITUDE = 1e5
+"""Largest altitude of a place in a request [m]."""
+_KNOWN, _AUGMENTED = 3, 2
+"""COVARIANCE_TYPE_KNOWN of sensor_msgs/NavSatFix, and STATUS_GBAS_FIX of NavSatStatus, as robot_localization's."""
 
 
 def boat_inputs(host: Host, boat: str) -> Iterator[Input]:
@@ -124,14 +146,6 @@ def _urdf(boat: str, order: Order) -> str:
     return boat_urdf(order, boat)
 
 
-WORLD_FRAME = "map"
-"""Name of the world's frame."""
-BASE = "base_link"
-"""Name of the frame of a boat's root link, whatever the link's own name."""
-_FIXED = "fixed"
-"""Type of fixed joints."""
-
-
 class BoatJoint(NamedTuple):
     """A joint, and the link that it carries; frames have the boat's name before theirs, as `wamv/base_link`."""
 
@@ -180,14 +194,6 @@ def _joints_of_links(robot: Urdf, boat: str) -> Iterator[BoatJoint]:
             joint.type != _FIXED and not joint.is_locked,
             np.array(robot.places[link][:3]),
         )
-
-
-_JOINT_RATE = 100.0
-"""Rate of the states of joints [Hz]: VRX's."""
-_FRAME_RATE = 50.0
-"""Rate of frames [Hz]: VRX 3's."""
-_SAME_PLACE = 1e-6
-"""Distance within which two places are one [m]."""
 
 
 class Spin(NamedTuple):
@@ -413,16 +419,6 @@ def transform(
 
 Source = Literal["truth", "navigator"]
 """What a boat is localized by: as it is, or its GPS and inertial unit."""
-_ODOMETRY = "nav_msgs/Odometry"
-"""Type of odometry."""
-_UNTURNED = np.eye(4)[0]
-"""Quaternion of no rotation."""
-_ODOMETRY_RATE = 30.0
-"""Rate of odometry [Hz]: robot_localization's."""
-_MAX_ALTITUDE = 1e5
-"""Largest altitude of a place in a request [m]."""
-_KNOWN, _AUGMENTED = 3, 2
-"""COVARIANCE_TYPE_KNOWN of sensor_msgs/NavSatFix, and STATUS_GBAS_FIX of NavSatStatus, as robot_localization's."""
 
 
 class Localization:

@@ -22,6 +22,14 @@ _JOINT_SUFFIXES = frozenset({"axis", "axis2", "ball"})
 """Suffixes of the names of MuJoCo's joints of an object."""
 _WORLD_FRAMES = frozenset({"", "world", "map", "/map"})
 """Names that Gazebo takes for the world's frame."""
+_CARRIER = "carrier/"
+"""Prefix of the name of a body that holds a boat for its task: as in Gazebo, it is no link."""
+_NO_VELOCITY = (0.0,) * 6
+"""Velocity at rest."""
+_MIN_MOVE = 1e-9
+"""A body moved by less than this [m] is left alone: a sleeping one goes on sleeping."""
+_START_STEP = 10.0
+"""Coordinates of the frame `start` are multiples of this [m]."""
 
 
 class Placed(NamedTuple):
@@ -50,10 +58,6 @@ class JointAxis(NamedTuple):
     """[rad/s], of a slide [m/s]."""
     damping: float
     """[N m s/rad], of a slide [N s/m]."""
-
-
-_CARRIER = "carrier/"
-"""Prefix of the name of a body that holds a boat for its task: as in Gazebo, it is no link."""
 
 
 class Bodies:
@@ -205,12 +209,6 @@ class Bodies:
         mujoco.mj_comVel(model, data)
 
 
-_NO_VELOCITY = (0.0,) * 6
-"""Velocity at rest."""
-_MIN_MOVE = 1e-9
-"""A body moved by less than this [m] is left alone: a sleeping one goes on sleeping."""
-
-
 class InitialPoses:
     """Poses by name, each from when its body was first seen."""
 
@@ -310,10 +308,6 @@ def odometry(
 def header(time: float, frame: str = "") -> Message:
     """std_msgs/Header of a moment [s]."""
     return new("std_msgs/Header", stamp=stamp(time), frame_id=frame)
-
-
-_START_STEP = 10.0
-"""Coordinates of the frame `start` are multiples of this [m]."""
 
 
 class Scenery:

@@ -28,6 +28,28 @@ _WORLD = "/vrx_mj/world"
 """Topic of the world's description."""
 _Row = dict[str, Any]
 _Place = tuple[float, float, float]
+CLOCK = "/clock"
+"""Topic of the clock."""
+_TF_RATE = 50.0
+"""Rate of frames [Hz]: robot_state_publisher's."""
+_WIND_RATE = 10.0
+"""Rate of the wind [Hz]."""
+_CONTACT_RATE = 10.0
+"""Rate of contacts [Hz]."""
+_COLLISION = 5
+"""Type COLLISION of ros_gz_interfaces/Entity."""
+_TASK_RATE = 1.0
+"""Rate of a task's info and numbers [Hz]."""
+_ANIMAL_RATE = 1.0
+"""Rate of animals' poses [Hz]: VRX 3's default."""
+_COLOR_COUNT = 3
+"""Number of colours of a sequence."""
+TASK_INFO = "/vrx/task/info"
+"""Topic of the task's info."""
+_COLOR_SEQUENCE = "/vrx/scan_dock_deliver/color_sequence"
+"""Topic of the reported colours."""
+_INFO_TYPE = "vrx_gazebo/Task"
+"""Type of the task's info."""
 
 
 def chart_output(host: Host) -> Output:
@@ -76,18 +98,6 @@ def _ground(host: Host) -> _Row:
             ],
         }
     return {"cmd_vel": host.cmd_vel, **host.scenery.ground}
-
-
-CLOCK = "/clock"
-"""Topic of the clock."""
-_TF_RATE = 50.0
-"""Rate of frames [Hz]: robot_state_publisher's."""
-_WIND_RATE = 10.0
-"""Rate of the wind [Hz]."""
-_CONTACT_RATE = 10.0
-"""Rate of contacts [Hz]."""
-_COLLISION = 5
-"""Type COLLISION of ros_gz_interfaces/Entity."""
 
 
 def world_outputs(host: Host, boat_frames: Sequence[BoatFrames], clock_rate: float, *, waits: bool) -> Iterator[Output]:
@@ -172,21 +182,6 @@ def world_services(host: Host) -> Iterator[Service]:
         return {"sim_time": host.sim.time, "success": True}
 
     yield Service("/vrx_mj/step", "vrx_mj_msgs/Step", step)
-
-
-_TASK_RATE = 1.0
-"""Rate of a task's info and numbers [Hz]."""
-
-_ANIMAL_RATE = 1.0
-"""Rate of animals' poses [Hz]: VRX 3's default."""
-_COLOR_COUNT = 3
-"""Number of colours of a sequence."""
-TASK_INFO = "/vrx/task/info"
-"""Topic of the task's info."""
-_COLOR_SEQUENCE = "/vrx/scan_dock_deliver/color_sequence"
-"""Topic of the reported colours."""
-_INFO_TYPE = "vrx_gazebo/Task"
-"""Type of the task's info."""
 
 
 def task_outputs(host: Host) -> Iterator[Output]:

@@ -27,6 +27,32 @@ _MOST_WAITING = 64
 """Largest number of calls that wait for an answer."""
 _OPEN_TIMEOUT = 5.0
 """Longest wall time of opening a connection [s]."""
+_WORLD = "/vrx_mj/world"
+"""Topic of the world's description."""
+_TWIST = "geometry_msgs/Twist"
+"""Type of velocity commands."""
+_COMMAND_TOPIC = re.compile(r"/(.+)/cmd_vel")
+"""Topic of a boat's velocity commands."""
+_SEEN_PERIOD = 0.2
+"""Wall time between two checks of where boats are [s]."""
+_ASKED_PERIOD = 1.0
+"""Wall time between two requests for the list of boats [s]."""
+_PAUSE_TIME = 0.6
+"""Wall time without `/clock` after which time counts as paused [s]."""
+_SETTLING_TIME = 1.0
+"""Wall time after which the clock shows a pause, or its end [s]."""
+_COMMAND_PERIOD = 0.1
+"""Wall time between two commands of a boat [s]: VRX forgets them after a second."""
+_KEY_PERIOD = 0.03
+"""Wall time between two checks of the keys [s]."""
+RETRY_PERIOD = 1.0
+"""Wall time between two attempts to connect again [s]."""
+GREETING_TIMEOUT = 5.0
+"""Wall time in which a world's chart must arrive [s]."""
+_REST = Wheel()
+"""Wheel at rest."""
+_TIME_HELP = ("time", "p: pause or resume; backspace: reset")
+"""Help about the keys of time."""
 
 
 class Bridge:
@@ -128,21 +154,6 @@ def _connection(url: str) -> ClientConnection:
         raise NetworkError(f"the server at {url} is not a rosbridge: {error}") from None
 
 
-_WORLD = "/vrx_mj/world"
-"""Topic of the world's description."""
-_TWIST = "geometry_msgs/Twist"
-"""Type of velocity commands."""
-_COMMAND_TOPIC = re.compile(r"/(.+)/cmd_vel")
-"""Topic of a boat's velocity commands."""
-_SEEN_PERIOD = 0.2
-"""Wall time between two checks of where boats are [s]."""
-_ASKED_PERIOD = 1.0
-"""Wall time between two requests for the list of boats [s]."""
-_PAUSE_TIME = 0.6
-"""Wall time without `/clock` after which time counts as paused [s]."""
-_SETTLING_TIME = 1.0
-"""Wall time after which the clock shows a pause, or its end [s]."""
-
 _Clock = Callable[[], float]
 
 
@@ -243,18 +254,6 @@ def _by_number(name: str) -> tuple[str, int]:
 
 
 _Say = Callable[[str], None]
-_COMMAND_PERIOD = 0.1
-"""Wall time between two commands of a boat [s]: VRX forgets them after a second."""
-_KEY_PERIOD = 0.03
-"""Wall time between two checks of the keys [s]."""
-RETRY_PERIOD = 1.0
-"""Wall time between two attempts to connect again [s]."""
-GREETING_TIMEOUT = 5.0
-"""Wall time in which a world's chart must arrive [s]."""
-_REST = Wheel()
-"""Wheel at rest."""
-_TIME_HELP = ("time", "p: pause or resume; backspace: reset")
-"""Help about the keys of time."""
 
 
 def drive_served_world(url: str, *, boat: str | None = None) -> None:
