@@ -63,7 +63,7 @@ def text_of(file: Path) -> str:
 
 
 @cache
-def parsed(file: Path) -> ast.Module:
+def tree_of(file: Path) -> ast.Module:
     return ast.parse(text_of(file), filename=str(file))
 
 
@@ -85,7 +85,7 @@ def statements(node: ast.AST) -> Iterator[ast.AST]:
 
 
 def functions(file: Path) -> Iterator[ast.FunctionDef | ast.AsyncFunctionDef]:
-    return (node for node in statements(parsed(file)) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef))
+    return (node for node in statements(tree_of(file)) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef))
 
 
 def code_lines(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
@@ -101,7 +101,7 @@ def imported(file: Path, wanted: Callable[[str], object]) -> set[str]:
     if not any(wanted(name) for found in IMPORT.finditer(text_of(file)) for name in NAME.findall(found[1] or found[2])):
         return set()
     names = set()
-    for node in statements(parsed(file)):
+    for node in statements(tree_of(file)):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
@@ -129,7 +129,7 @@ def low_constants(file: Path) -> list[str]:
     """Constants below a class or a function whose values need no class or function of the module."""
     own: set[str] = set()
     found: list[str] = []
-    for node in parsed(file).body:
+    for node in tree_of(file).body:
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
             own.add(node.name)
         elif own and isinstance(node, ast.Assign | ast.AnnAssign):

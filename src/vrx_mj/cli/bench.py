@@ -520,7 +520,7 @@ def recording_seconds(seconds: int) -> float:
     """
     from vrx_mj.cli.sailing import recording
 
-    def spent(call: Callable[[], object]) -> float:
+    def cpu_time(call: Callable[[], object]) -> float:
         begun = time.process_time() + sum(os.times()[2:4])
         call()
         return time.process_time() + sum(os.times()[2:4]) - begun
@@ -532,8 +532,8 @@ def recording_seconds(seconds: int) -> float:
     recorded(), plain()
     with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
         run = recording(sims[0], Path(folder) / "run.rrd", ())
-        opening = spent(lambda: stack.enter_context(run))
-        return opening + sum(spent(recorded) - spent(plain) for _ in range(seconds)) + spent(stack.close)
+        opening = cpu_time(lambda: stack.enter_context(run))
+        return opening + sum(cpu_time(recorded) - cpu_time(plain) for _ in range(seconds)) + cpu_time(stack.close)
 
 
 def rows_of(costs: Mapping[str, Sequence[float]]) -> list[Row]:

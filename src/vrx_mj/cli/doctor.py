@@ -420,7 +420,7 @@ def master_row(uri: str, timeout: float = _MASTER_TIMEOUT) -> tuple[Row, Publish
     from vrx_mj.ros.network import is_local
     from vrx_mj.ros.ros1.xmlrpc import CALL_ERRORS, Proxy, address
 
-    async def asked() -> Any:
+    async def system_state() -> Any:
         proxy = Proxy(uri)
         try:
             return await proxy.ros("getSystemState", "/vrx_mj_doctor", timeout=timeout)
@@ -433,7 +433,7 @@ def master_row(uri: str, timeout: float = _MASTER_TIMEOUT) -> tuple[Row, Publish
     except VrxError as error:
         return Row(what, uri, "no", f"ROS_MASTER_URI: {error}"), ()
     try:
-        publishers = [(str(topic), [str(node) for node in nodes]) for topic, nodes in asyncio.run(asked())[0]]
+        publishers = [(str(topic), [str(node) for node in nodes]) for topic, nodes in asyncio.run(system_state())[0]]
     except ConnectionRefusedError:
         if is_local(host):
             return Row(what, f"none at {uri}", "not needed", "vrx-mj serve --ros1 starts one"), ()

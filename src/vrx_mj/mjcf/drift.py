@@ -136,7 +136,7 @@ class HullInWaves:
         still = np.zeros((self.waves.size, 6), np.complex128)
         _, self.excited, slip = self._loads(still)
         if not self.scattered.size:
-            self.scattered = self._scattered(slip)
+            self.scattered = self._diffraction(slip)
         self.excited += self.scattered
         if not self.vessel.diffraction:
             self.excited -= np.einsum("nij,nj->ni", self._memory, slip)
@@ -144,7 +144,7 @@ class HullInWaves:
         system = system + damping @ (self._tilted - 1j * omega * np.eye(6))
         return np.asarray(np.linalg.solve(system, self.excited[..., None])[..., 0], np.complex128)
 
-    def _scattered(self, slip: ComplexArray) -> ComplexArray:
+    def _diffraction(self, slip: ComplexArray) -> ComplexArray:
         """Force of diffraction per amplitude (n m, 6), with what the loop lacks of short waves on a mesh."""
         if not self.vessel.diffraction:
             return np.zeros((self.waves.size, 6), np.complex128)
@@ -258,7 +258,7 @@ class HullInWaves:
             rows = np.fft.irfft(harmonics, more, axis=1) * (more / self.angles)
         return nested_tuples(rows)
 
-    def radiated(self) -> FloatArray:
+    def radiation_drift(self) -> FloatArray:
         """Mean surge and sway force and yaw moment (n m, 3) of the waves that its motions against the water make.
 
         Maruo (1960): k / omega times the power that they take from the waves, less what they carry on. What goes toward
@@ -273,7 +273,7 @@ class HullInWaves:
         lost = toward.sum(axis=2)[..., None] * way.T - np.einsum("nbt,ct->nbc", toward, way)
         return np.asarray((share[..., None] * lost).reshape(-1, 3), np.float64)
 
-    def reflected(self) -> FloatArray:
+    def reflection_drift(self) -> FloatArray:
         """Mean surge and sway force and yaw moment (n m, 3) of the waves that the sides throw back.
 
         Faltinsen et al. (1980): rho g / 2 sin^2 of the angle between waves and waterline, per metre of that, on the
@@ -327,7 +327,7 @@ def with_drift(hull: HullInWaves, hydro: Hydro | None, transform: FloatArray) ->
             return vessel
         whole, most = hull.far_field(hydro, transform), np.full(3, np.inf)
     else:
-        whole = hull.radiated() + hull.reflected()
+        whole = hull.radiation_drift() + hull.reflection_drift()
     at_rest = np.clip(whole - hull.own_mean(), -most, most)
     parts, still = [at_rest], hull.every(at_rest)
     for axis in _TAU * np.eye(2):

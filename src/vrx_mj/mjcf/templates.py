@@ -91,7 +91,7 @@ def mesh(shape: Shape) -> Mesh:
     """The mesh of a shape of type `mesh`, read from its file, or a cylinder's; what MuJoCo cannot read becomes OBJ."""
     if shape.type == "cylinder":
         radius, half = _size(shape)
-        return _scaled(_prism(), ".obj", (radius, radius, half))
+        return _scale_mesh(_prism(), ".obj", (radius, radius, half))
     path = contained_file(str(shape.file), shape.folder)
     if not path.resolve().is_relative_to(root() / "assets"):
         stat = path.stat()
@@ -104,10 +104,10 @@ def mesh_of_file(path: Path, scale: tuple[float, ...] = (1.0, 1.0, 1.0)) -> Mesh
     content, suffix = mesh_bytes(path), path.suffix.lower()
     if suffix not in _MUJOCO_SUFFIXES or (suffix == ".stl" and not is_binary_stl(content)):
         content, suffix = obj_text(read_mesh(path)).encode(), ".obj"
-    return _scaled(content, suffix, scale)
+    return _scale_mesh(content, suffix, scale)
 
 
-def _scaled(content: bytes, suffix: str, scale: tuple[float, ...]) -> Mesh:
+def _scale_mesh(content: bytes, suffix: str, scale: tuple[float, ...]) -> Mesh:
     stem = f"mesh_{hashlib.sha256(content).hexdigest()[:16]}"
     scaled = "" if scale == (1.0, 1.0, 1.0) else "_" + "_".join(map(repr, scale))
     return Mesh(stem + scaled, stem + suffix, scale, content)

@@ -23,7 +23,7 @@ import numpy as np
 from vrx_mj.arrays import ByteArray, FloatArray, IntArray
 from vrx_mj.physics.conditions import Conditions
 from vrx_mj.physics.drag import added_mass_bias, crossflow_drag, matrix_times, resistance_at
-from vrx_mj.physics.drift import ENTRY, place_waves, weighted, weights_of
+from vrx_mj.physics.drift import ENTRY, place_waves, weighted_sum, weights_of
 from vrx_mj.physics.elementary import cosine_and_sine, exponential, near_cosine_and_sine
 from vrx_mj.physics.kernel import allocating_kernel, inlined_kernel, kernel
 from vrx_mj.physics.kinematics import orbital_motion, orbital_turning, reach_of, surface_plane, turned_with
@@ -151,8 +151,8 @@ def diffraction_load(
         if place[i] < last:
             low, near = int(place[i]), int(turn[i])
             start, weights = ENTRY * (low * row + near), weights_of(place[i] - low, turn[i] - near)
-            total = product_and(weighted(numbers, start, row, weights), height[i], total)
-            total = product_and(weighted(numbers, start + WIDTH, row, weights), -later[i], total)
+            total = product_and(weighted_sum(numbers, start, row, weights), height[i], total)
+            total = product_and(weighted_sum(numbers, start + WIDTH, row, weights), -later[i], total)
     store(place, 0, total)
     force = Wrench(place[0], place[1], place[2], place[3], place[4], place[5])
     return scale_wrench(rotated_wrench(body, force), ramp(sea, t))

@@ -107,14 +107,14 @@ def free_bodies(arrays: LoopArrays, model: mujoco.MjModel, hulls: Table, vessels
     for number, item in enumerate([*hulls, *arrays.floats]):
         body, dof, row = int(item["body"]), int(item["dof"]), number - len(hulls)
         rigid = whole[dof : dof + 6, dof : dof + 6]
-        added = _added(item, vessels) if row < 0 else np.zeros((6, 6))
+        added = _water_mass(item, vessels) if row < 0 else np.zeros((6, 6))
         columns = {"body": body, "qpos": item["qpos"], "dof": dof, "float": max(row, -1)}
         weight, pushed = gravity * rigid[0, 0], model.body_ipos[body]
         rows.append(free_body_row(rigid, added, weight=weight, pushed=pushed, **columns))
     return np.concatenate([np.zeros(0, FREE_BODY), *rows])
 
 
-def _added(hull: Record, vessels: Table) -> FloatArray:
+def _water_mass(hull: Record, vessels: Table) -> FloatArray:
     """What water adds to the mass of a hull, (6, 6), with the moment -c x A a of VRX's."""
     if hull["vessel"] >= 0:
         return np.array(vessels[hull["vessel"]]["added_mass"])

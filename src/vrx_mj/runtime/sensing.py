@@ -250,7 +250,7 @@ class Sensing:
         Raises:
             UnknownNameError: no boat has that name.
         """
-        return Readings(self.names(boat), partial(self.sense, boat), partial(self._made, boat))
+        return Readings(self.names(boat), partial(self.sense, boat), partial(self._readings_of, boat))
 
     @in_turn
     def sense(self, boat: str, name: str) -> Reading:
@@ -269,7 +269,7 @@ class Sensing:
             UnknownNameError: no such boat, or no such sensor on it.
         """
         sensor = self._find(boat, name)
-        now, before = self._caught(sensor.config.rate)
+        now, before = self._last_moments(sensor.config.rate)
         kept = self._kept.get((boat, name))
         if kept is not None and kept.time == now.time:
             return kept
@@ -284,7 +284,7 @@ class Sensing:
         """
         sensor = self._find(boat, name, "camera")
         sensor = replace(sensor, config=sensor.config.model_copy(update={"labels": True}))
-        return self._reading(sensor, *self._caught(sensor.config.rate))
+        return self._reading(sensor, *self._last_moments(sensor.config.rate))
 
     def of_kind(self, boat: str, kind: str) -> dict[str, Mounted]:
         """A boat's sensors of a kind, by name.
@@ -318,7 +318,7 @@ class Sensing:
 
     # Inside
 
-    def _made(self, boat: str) -> dict[str, Reading]:
+    def _readings_of(self, boat: str) -> dict[str, Reading]:
         """The readings of a boat that there are."""
         return {name: reading for (own, name), reading in self._kept.items() if own == boat}
 
@@ -331,7 +331,7 @@ class Sensing:
         check_name(f"{kind} of {boat}", name, known)
         return known[name]
 
-    def _caught(self, rate: float) -> tuple[Moment, Moment | None]:
+    def _last_moments(self, rate: float) -> tuple[Moment, Moment | None]:
         """The last moment of a clock, and the one before it."""
         moments, data = self.arrays.sample_clocks, self.arrays.data
         if moments.runs(rate):

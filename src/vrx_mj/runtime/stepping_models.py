@@ -134,7 +134,7 @@ def check_room(model: mujoco.MjModel, qpos: FloatArray, starts: IntArray) -> Non
 
 
 @lru_cache(maxsize=16)
-def _compiled(digest: str, roomy: bool) -> list[mujoco.MjModel]:
+def _shared_models(digest: str, roomy: bool) -> list[mujoco.MjModel]:
     """A place for the stepping models of a world, by its pieces' digest."""
     return []
 
@@ -168,7 +168,7 @@ class PhysicsModels:
         Raises:
             CompileError: MuJoCo cannot compile the saved world.
         """
-        known, first = _compiled(world.pieces.digest, self._roomy), self._kept is None
+        known, first = _shared_models(world.pieces.digest, self._roomy), self._kept is None
         if known and first:
             return copy.copy(known[0]), copy.copy(known[1])
         try:

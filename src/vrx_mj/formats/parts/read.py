@@ -156,7 +156,7 @@ def part_types() -> Mapping[str, PartType]:
     return catalogue().types
 
 
-def _meant(parameter: Parameter, value: object) -> str | float | bool:
+def _own_form(parameter: Parameter, value: object) -> str | float | bool:
     """Value of a parameter in its own form.
 
     Raises:
@@ -436,7 +436,7 @@ def _read_instance(reading: _Reading, part: PartType, section: Section, loc: Loc
             continue
         place = reading.places[*loc, key] = section.entries[key].value
         try:
-            parameters[key] = _meant(parameter, value)
+            parameters[key] = _own_form(parameter, value)
         except ValueError as error:
             reading.wrong(place, (*loc, key), str(error))
         _check_generator(reading, parameter, value, (*loc, key))

@@ -254,7 +254,7 @@ def read_joint(node: Node, links: Collection[str]) -> Joint:
     if parent and parent == child:
         node.fault(f"joins the link '{parent}' to itself")
     axis = _axis(node, kind)
-    kind, limits = freed(kind, _limits(node, kind))
+    kind, limits = free_type(kind, _limits(node, kind))
     rest = min(max(0.0, limits.lower), limits.upper) if limits and kind in BOUNDED else 0.0
     pose, place = _read_pose(node), node.place
     return Joint(name, kind, parent, child, pose, axis=axis, limits=limits, place=place, rest=rest)
@@ -299,7 +299,7 @@ def _limits(node: Node, kind: str) -> Limits | None:
     return Limits(max(lower, -LARGEST), min(upper, LARGEST), min(effort, LARGEST), min(velocity, LARGEST))
 
 
-def freed(kind: str, limits: Limits | None) -> tuple[str, Limits | None]:
+def free_type(kind: str, limits: Limits | None) -> tuple[str, Limits | None]:
     """The type of a joint and its limits; a revolute one turns freely between limits that have no end."""
     endless = limits is not None and limits.lower <= -ENDLESS and limits.upper >= ENDLESS
     return "continuous" if kind == "revolute" and endless else kind, limits

@@ -185,7 +185,7 @@ class Listener:
     async def start(self, hosts: Sequence[str], port: int = 0) -> int:
         """Listen; returns the port, a free one where 0 is given. OSError: that cannot be done."""
         for host in hosts:
-            server = await asyncio.start_server(self._connected, host, port, limit=LARGEST_HEAD, backlog=256)
+            server = await asyncio.start_server(self._serve_client, host, port, limit=LARGEST_HEAD, backlog=256)
             self._servers.append(server)
             port = server.sockets[0].getsockname()[1]
         return port
@@ -203,7 +203,7 @@ class Listener:
         await asyncio.gather(*tasks, return_exceptions=True)
         self._servers.clear()
 
-    async def _connected(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    async def _serve_client(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         peer, task = Peer(reader, writer, self.intake), asyncio.current_task()
         host = peer.place.host
         assert task is not None
@@ -284,7 +284,7 @@ class HttpServer(Listener):
             if fields.get("expect", "").lower() == "100-continue":
                 peer.writer.write(b"HTTP/1.1 100 Continue\r\n\r\n")
             self.connection_limit.wait(place)
-            answer = await self._answered(await peer.receive(size), peer)
+            answer = await self._answer_body(await peer.receive(size), peer)
             await self._send(peer, "200 OK", answer, keep=goes_on)
             timeout = _IDLE_TIMEOUT
 
@@ -295,7 +295,7 @@ class HttpServer(Listener):
         async with in_time():
             return await read_head(peer.reader, first)
 
-    async def _answered(self, body: bytearray, peer: Peer) -> bytes:
+    async def _answer_body(self, body: bytearray, peer: Peer) -> bytes:
         """The answer to a call, when it is its turn; ConnectionError: the caller has left."""
 
         def is_gone() -> bool:
@@ -305,7 +305,7 @@ class HttpServer(Listener):
         try:
             async with lane.turn(is_gone):
                 values, method = await read(body)
-                value = await self._called(method, values, host)
+                value = await self._call_method(method, values, host)
                 if lane is self._lane_of_large or value_size(value) <= SMALL:
                     return answer_bytes(value)
             async with self._lane_of_large.turn(is_gone):
@@ -316,7 +316,7 @@ class HttpServer(Listener):
         except Fault as fault:
             return fault_bytes(fault.faultString)
 
-    async def _called(self, method: str | None, values: Sequence[object], host: str) -> object:
+    async def _call_method(self, method: str | None, values: Sequence[object], host: str) -> object:
         if method is None:
             raise CommandError("an answer instead of a call")
         if method != "system.multicall":

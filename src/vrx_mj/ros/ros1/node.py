@@ -425,7 +425,7 @@ class Node(Wire):
         async with asyncio.timeout(HEADER_TIMEOUT):
             header = decode_header(await peer.frame(LARGEST_HEADER))
         try:
-            met = self._met(header)
+            met = self._destination(header)
             lasts = isinstance(met, Publication) or header.get("persistent", "").lower() in {"1", "true"}
             if lasts and not self._connection_limit.settle(peer.place):
                 raise CommandError("too many connections")
@@ -445,7 +445,7 @@ class Node(Wire):
         elif header.get("probe") != "1":
             await met.answer(peer, node, persistent=lasts)
 
-    def _met(self, header: Mapping[str, str]) -> Publication | Provided:
+    def _destination(self, header: Mapping[str, str]) -> Publication | Provided:
         """The topic or service that a header asks for; CommandError: it is not for who sent it."""
         what, name = ("publisher", header["topic"]) if "topic" in header else ("provider", header.get("service", ""))
         met = self.publications.get(name) if what == "publisher" else self.provided.get(name)

@@ -417,7 +417,7 @@ def section_flume() -> Outcome:
     conditions = groupby(table_rows("flume"), lambda row: (row["set"], row["period"], 1e3 * row["height"]))
     for (kind, period, height), group in conditions:
         own = list(group)
-        ours = _fixed(own[0]) if kind == "fixed" else _afloat(own[0])
+        ours = _fixed_forces(own[0]) if kind == "fixed" else _afloat(own[0])
         for row in (row for row in own if row["quantity"] in ours):
             name, unit = _FORCES[row["quantity"]] if kind == "fixed" else (row["quantity"], "")
             found = row["measured"], ours[row["quantity"]]
@@ -447,7 +447,7 @@ def _fit(times: FloatArray, values: FloatArray, period: float, *others: FloatArr
     return found[0], np.hypot(found[1], found[2])
 
 
-def _fixed(row: TableRow) -> dict[str, float]:
+def _fixed_forces(row: TableRow) -> dict[str, float]:
     """Forces on the section, put back before each sample of a period, over the wave's amplitude."""
     sim, times, found = _simulation(row), [], []
     (boat,) = sim.boats
