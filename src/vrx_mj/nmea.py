@@ -31,7 +31,7 @@ from vrx_mj.sensors.readings import Fix, Reading
 START = datetime(2026, 1, 1, tzinfo=UTC)
 """The moment that a run's time 0 is in sentences."""
 KNOT = 1852.0 / 3600.0
-"""[m/s]"""
+"""A knot [m/s]."""
 _SATELLITES, _DILUTION = 12, 0.8
 """Satellites in use and horizontal dilution of precision of every fix: errors are those of the sensor."""
 

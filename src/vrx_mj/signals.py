@@ -18,7 +18,7 @@ from types import FrameType
 
 _ENDING = ("SIGINT", "SIGTERM", "SIGHUP")
 _came: list[list[int]] = []
-"""Of each `ended_by_signals` that goes on, the signals that have come."""
+"""Signals that have come, for each `ended_by_signals` that goes on."""
 _EXIT_WAIT = 30.0
 """The longest time [s] for which an exit waits for other threads' calls."""
 

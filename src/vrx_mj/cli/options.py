@@ -79,7 +79,7 @@ _LEFT_OUT = {
 }
 """Options whose value may be left out, with that which they then have, and the form of their values."""
 _LEFT_OUT_BY_CAMPAIGN = {"--ray": ("", r"auto|local|[^-]\S*:\d+")}
-"""The same for `vrx-mj campaign`, where others of these options are flags."""
+"""Short options left out of `vrx-mj campaign`, where others of these options are flags."""
 _T = TypeVar("_T")
 
 

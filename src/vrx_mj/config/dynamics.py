@@ -79,15 +79,15 @@ class Hydro(BaseModel):
     frequencies: Annotated[tuple[kinds.Positive, ...], Field(min_length=2)]
     """n rising angular frequencies [rad/s]."""
     added_mass: tuple[kinds.SixBySix, ...]
-    """(n, 6, 6) [kg, kg m, kg m2]."""
+    """(n, 6, 6) added mass at each frequency [kg, kg m, kg m2]."""
     damping: tuple[kinds.SixBySix, ...]
-    """(n, 6, 6) [kg/s, kg m/s, kg m2/s]."""
+    """(n, 6, 6) damping at each frequency [kg/s, kg m/s, kg m2/s]."""
     added_mass_infinite: kinds.SixBySix
     """Added mass at infinite frequency."""
     poles: Annotated[tuple[_Complex, ...], Field(max_length=_MOST_POLES)] = ()
     """k poles of the memory [1/s]."""
     residues: tuple[_ComplexMatrix, ...] = ()
-    """(k, 6, 6) their residues, force i per memory of motion j."""
+    """(k, 6, 6) residues at the poles: force i per memory of motion j."""
     fit_error: kinds.NonNegative
     """Error of the poles over all frequencies, as a share."""
     displacement: kinds.Positive | None = None

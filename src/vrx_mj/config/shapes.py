@@ -112,7 +112,7 @@ class Solid:
     """Closed surfaces as triangles, counter-clockwise seen from outside."""
 
     corners: FloatArray
-    """(n, 3, 3): corners of the triangles [m]"""
+    """Corners of the triangles, (n, 3, 3) [m]."""
     notes: tuple[str, ...] = ()
     """Notes about repairs."""
 

@@ -157,7 +157,7 @@ class Estimate(Place):
     turn: float
     """Turning rate [rad/s], positive to port."""
     rotation: FloatArray = field(repr=False)
-    """(3, 3): body to east-north-up."""
+    """Rotation (3, 3), body to east-north-up."""
 
     @property
     def surge(self) -> float:
@@ -294,17 +294,17 @@ class Located(NamedTuple):
     """Where a boat's `base_link` is and how it moves."""
 
     position: FloatArray
-    """(3,) [m], along the world's axes."""
+    """Position of `base_link`, (3,) [m], along the world's axes."""
     rotation: FloatArray
-    """(3, 3): body to world."""
+    """Rotation (3, 3), body to world."""
     velocity: FloatArray
-    """(3,) [m/s], along the body's axes."""
+    """Velocity, (3,) [m/s], along the body's axes."""
     spin: FloatArray
     """(3,) angular velocity [rad/s], about the body's axes."""
     pose_covariance: FloatArray = _NO_COVARIANCE
-    """(6, 6): of position and orientation, along and about the world's axes."""
+    """Covariance (6, 6) of position and orientation, along and about the world's axes."""
     twist_covariance: FloatArray = _NO_COVARIANCE
-    """(6, 6): of velocity and spin, along and about the body's axes."""
+    """Covariance (6, 6) of velocity and spin, along and about the body's axes."""
 
 
 def truly_located(boat: "BoatObservation") -> Located:

@@ -231,15 +231,15 @@ class View:
     """A camera at the moment of a picture."""
 
     position: FloatArray
-    """(3,) [m], body frame."""
+    """Position of the camera, (3,) [m], body frame."""
     turned: FloatArray
-    """(3, 3): camera's link, x forward and z up, to body."""
+    """Rotation (3, 3) from the camera's link, x forward and z up, to the body."""
     matrix: FloatArray
-    """(3, 3): intrinsic [pixels]."""
+    """Intrinsic matrix (3, 3) [pixels]."""
     seen: Estimate
 
     def ray(self, column: float, row: float) -> FloatArray:
-        """(3,): through a pixel, of depth 1 m, in east-north-up."""
+        """Ray through a pixel, (3,) in east-north-up, of depth 1 m."""
         focal = self.matrix[0, 0]
         own = np.array([1.0, (self.matrix[0, 2] - column) / focal, (self.matrix[1, 2] - row) / focal])
         return np.asarray(self.seen.rotation @ self.turned @ own)

@@ -14,7 +14,7 @@ _TURNING_DISTANCE = 6.0
 """Within this distance of its place [m] a boat turns to the wanted heading; beyond, it goes there bow first. The turn
 takes the WAM-V 7 s at most and the rest of the way as long; at 6 m the heading weighs 0.18 in the score."""
 _TURNING_LENGTHS = 1.0
-"""The same distance, in lengths, for a boat that cannot push sideways."""
+"""Turning distance, in lengths, of a boat that cannot push sideways."""
 _GOOD_ERROR = 0.08
 """Error [m] below which the boat goes on to the next waypoint: 5 cm and 2 degrees."""
 _FAIR_ERROR = 0.25

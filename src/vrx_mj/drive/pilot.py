@@ -165,7 +165,7 @@ class Motion(NamedTuple):
     """How a boat moves over ground."""
 
     speed: float
-    """[m/s]"""
+    """Speed over ground [m/s]."""
     heading: float
     """Heading of the bow [compass degrees]."""
     course: float

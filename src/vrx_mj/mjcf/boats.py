@@ -465,7 +465,7 @@ def axis_inertia(part: MassProperties) -> float:
 
 
 def push_center(boat: Boat) -> FloatArray:
-    """(3,): where water and wind push the hull [m], in its base link."""
+    """Place where water and wind push the hull, (3,) [m], in its base link."""
     if boat.pushed is not None:
         return np.array(boat.pushed)
     lumped = list(_masses(part for part in boat.parts if part.lumped))

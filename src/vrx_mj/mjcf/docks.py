@@ -78,21 +78,21 @@ def docks_overlap(a: Blocks, b: Blocks) -> bool:
 
 
 def block_corners(dock: PlacedDock) -> FloatArray:
-    """(n, 4, 2): corners of the blocks in the world [m], seen from above."""
+    """Corners of the blocks in the world, (n, 4, 2) [m], seen from above."""
     around = dock.block / 2.0 * np.array([(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)])
     corners: FloatArray = _squares(dock)[:, None] + around @ _axes(dock)
     return corners
 
 
 def _squares(dock: Blocks) -> FloatArray:
-    """(n, 2): centres of the blocks in the world [m]."""
+    """Centres of the blocks in the world, (n, 2) [m]."""
     local = dock.block * np.asarray(dock.cells, np.float64)
     centers: FloatArray = local @ _axes(dock) + np.array(dock.pose[:2])
     return centers
 
 
 def _axes(dock: Blocks) -> FloatArray:
-    """(2, 2): the dock's x and y axes in the world, a row each, as they lie on the water."""
+    """The dock's x and y axes in the world, (2, 2), a row each, as they lie on the water."""
     turn = rotation(*dock.pose[3:])
     return np.array([apply(turn, (1.0, 0.0, 0.0))[:2], apply(turn, (0.0, 1.0, 0.0))[:2]])
 

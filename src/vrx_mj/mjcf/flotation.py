@@ -60,11 +60,11 @@ class Flotation:
     volume: float
     """Displaced volume [m3]."""
     center: FloatArray
-    """(3,): centre of buoyancy [m]"""
+    """Centre of buoyancy, (3,) [m]."""
     area: float
     """Area of the waterplane [m2]."""
     spread: FloatArray
-    """(2,): second moments of the waterplane along x and along y, about its centroid [m4]"""
+    """Second moments of the waterplane along x and along y, about its centroid, (2,) [m4]."""
     middle: float
     """x of the waterplane's centroid [m]."""
 

@@ -53,7 +53,7 @@ class HullEstimate:
     """Closed triangles (n, 3, 3) of the hull [m]."""
     sheet: HullSheet
     origin: FloatArray
-    """(3,) where the base link is in the axes of the mesh [m]."""
+    """Place of the base link in the axes of the mesh, (3,) [m]."""
     hulls: int
     """Hulls side by side."""
     length: float

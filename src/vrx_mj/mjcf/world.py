@@ -228,7 +228,7 @@ SIMULATORS: Mapping[str, Simulator] = {
     "warp": Simulator("MuJoCo Warp", (_SLEEP, _AUTORESET)),
     "mjx": Simulator("MJX", (_SLEEP, _AUTORESET, _TOUCHES)),
 }
-"""By the names that `World.save` takes; omissions are those that MuJoCo Warp 4.0.0 and MJX 3.17.0 with JAX need."""
+"""Simulators, by the names that `World.save` takes; the omissions are for MuJoCo Warp 4.0.0 and MJX 3.17.0 with JAX."""
 
 
 def mjcf_for(mjcf: str, simulator: str) -> str:

@@ -162,9 +162,9 @@ class VesselWork(NamedTuple):
     """The waves, and memory for the pressures on a mesh of at most n points and k pairs of triangles."""
 
     pressures: FloatArray
-    """(n,)"""
+    """Pressure at each point, (n,)."""
     wet: ByteArray
-    """(n,)"""
+    """Whether each point is wet, (n,)."""
     found: IntArray
     """(k,)"""
     cut: FloatArray

@@ -119,7 +119,7 @@ def numbered_blocks(parts: Sequence[Part], count: int, most: int) -> list[tuple[
 
 
 def sound_rows(rows: FloatArray, numbers: IntArray, layouts: Sequence[RowLayout]) -> BoolArray:
-    """Of which rows (n,) every number of their boat set is one that a state can have."""
+    """Whether every number of a row's boat set is one that a state can have, (n,)."""
     fine = np.zeros(len(rows), np.bool_)
     joint = joint_layout(layouts)
     for number, layout in enumerate(layouts):

@@ -124,7 +124,7 @@ class Record(Head):
     rows: FloatArray
     """Rows (n, columns) as they were; `layout.names()` names the columns. NaN while a body was not there."""
     row_companies: IntArray
-    """(n,) numbers of the boat sets that the rows are of."""
+    """Numbers of the boat sets that the rows are of, (n,)."""
     complete: bool
     """Whether the recording was closed; a killed run leaves one that was not."""
     has_views: bool
@@ -350,7 +350,7 @@ class RecordedReadings(Sequence[Reading]):
 
     @classmethod
     def of(cls, sensor: RecordedSensor, parts: Sequence[Part]) -> Self:
-        """Of the chunks of a sensor's entity.
+        """The readings in the chunks of a sensor's entity.
 
         Raises:
             RecordError: they do not hold readings of such a sensor.

@@ -155,7 +155,7 @@ def _named_series(
 
 
 def series_shades(colors: Sequence[Rgb]) -> list[Rgb]:
-    """Of the series of one boat each in another shade."""
+    """Shades of the series of one boat, each another."""
     tones = [(0.27, 0.12, 0.18)[colors[:number].count(rgb) % 3] for number, rgb in enumerate(colors)]
     return [shade([share / 255.0 for share in rgb], tone) for rgb, tone in zip(colors, tones, strict=True)]
 

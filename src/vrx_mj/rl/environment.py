@@ -186,11 +186,11 @@ class Outcome(NamedTuple):
     """What a step returned, (n, boats) each unless another shape is given."""
 
     observation: Floats32
-    """(n, boats, features)."""
+    """Observations, (n, boats, features)."""
     own: FloatArray
     """Reward of each boat."""
     shared: FloatArray
-    """(n,): reward of the team."""
+    """Reward of the team, (n,)."""
     ended: BoolArray
     """Which boats have solved or lost the problem, or are lost."""
     cut: BoolArray
@@ -198,7 +198,7 @@ class Outcome(NamedTuple):
     acted: BoolArray
     """Which boats these numbers belong to."""
     idle: BoolArray
-    """(n,): which rows began an episode instead."""
+    """Rows that began an episode instead, (n,)."""
     losses: dict[str, BoolArray]
     """`sunk` and `capsized`, which boats are lost, and `diverged`, (n,), rows with a state that is not finite."""
     facts: dict[str, npt.NDArray[Any]]

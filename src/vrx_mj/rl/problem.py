@@ -50,7 +50,7 @@ class RefereedRow:
 
     @property
     def features(self) -> FloatArray:
-        """(1, boats, 13): position, quaternion, velocity and angular velocity of every boat."""
+        """Position, quaternion, velocity and angular velocity of every boat, (1, boats, 13)."""
         seen = self.sim.observe()
         parts = (
             (seen[boat].position, seen[boat].quaternion, seen[boat].velocity, seen[boat].angular_velocity)
@@ -60,17 +60,17 @@ class RefereedRow:
 
     @property
     def wind(self) -> FloatArray:
-        """(1, 2): the wind's velocity [m/s], along x and y."""
+        """The wind's velocity along x and y, (1, 2) [m/s]."""
         return np.asarray(self.sim.wind.velocity(self.sim.time))[None, :2]
 
     @property
     def time(self) -> FloatArray:
-        """(1,) [s]."""
+        """Simulated time, (1,) [s]."""
         return np.array([self.sim.time])
 
     @property
     def qpos(self) -> FloatArray:
-        """(1, nq): the positions of MuJoCo's model."""
+        """Positions of MuJoCo's model, (1, nq)."""
         return np.asarray(self.sim.data.qpos)[None]
 
     def waves(self, row: int) -> Table:
@@ -170,9 +170,9 @@ class Team(NamedTuple):
     yaw: FloatArray
     """Heading, counter-clockwise from x [rad]."""
     motion: FloatArray
-    """(n, boats, 7): quaternion (w, x, y, z), and velocity in the boat's axes [m/s]."""
+    """Quaternion (w, x, y, z), and velocity in the boat's axes [m/s], (n, boats, 7)."""
     own: FloatArray
-    """(n, boats, 9): the entries `OWN`, in SI units."""
+    """The entries `OWN`, (n, boats, 9), in SI units."""
     present: BoolArray
     """Which boats are in the water; the others' numbers mean nothing."""
 
@@ -201,11 +201,11 @@ class Judged(NamedTuple):
     """What a step was worth."""
 
     own: FloatArray
-    """(n, boats): the reward of each boat."""
+    """Reward of each boat, (n, boats)."""
     ended: BoolArray
-    """(n, boats): which boats have solved, or lost, the problem."""
+    """Boats that have solved, or lost, the problem, (n, boats)."""
     team: FloatArray | None = None
-    """(n,): the reward of the team; None: the mean of the boats' rewards."""
+    """Reward of the team, (n,); None is the mean of the boats' rewards."""
 
     def team_reward(self, who: BoolArray) -> FloatArray:
         """The reward of the team, (n,), of which these boats, (n, boats), are present."""
@@ -318,7 +318,7 @@ def mean_of(values: FloatArray, who: BoolArray) -> FloatArray:
 
 
 def boats_too_near(team: Team, distance: float = CLEAR) -> BoolArray:
-    """(n, boats): which boats are nearer than `distance` [m] to another one."""
+    """Boats that are nearer than `distance` [m] to another one, (n, boats)."""
     gaps = np.hypot(team.x[:, :, None] - team.x[:, None], team.y[:, :, None] - team.y[:, None])
     both = team.present[:, :, None] & team.present[:, None] & ~np.eye(team.x.shape[1], dtype=np.bool_)
     return np.asarray(((gaps < distance) & both).any(axis=2))

@@ -146,7 +146,7 @@ class Traffic(NamedTuple):
     clients: int
     """Connected now."""
     sent: int
-    """[bytes]"""
+    """Bytes sent."""
     dropped: int
     """Messages that were thrown away because a client did not keep up."""
 

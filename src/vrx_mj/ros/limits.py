@@ -236,11 +236,11 @@ class Counts:
     """What has gone on a wire, and what is to go."""
 
     sent: int = 0
-    """[bytes]"""
+    """Bytes sent."""
     dropped: int = 0
     """Messages thrown away because a client did not keep up."""
     waiting: int = 0
-    """[bytes]"""
+    """Bytes that wait."""
 
 
 class Outbox(Generic[_Item]):

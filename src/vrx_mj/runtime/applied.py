@@ -121,7 +121,7 @@ class AppliedForces:
         mujoco.mj_comPos(self._sim.model, self._scratch)
 
     def _accelerations(self, forces: Sequence[AppliedForce]) -> FloatArray:
-        """(n, nv) what each of them would do alone."""
+        """Accelerations by each of them alone, (n, nv)."""
         pushes = np.array([self._generalized_force(one) for one in forces])
         asked = np.empty_like(pushes)
         mujoco.mj_makeM(self._sim.model, self._scratch)
@@ -130,7 +130,7 @@ class AppliedForces:
         return asked
 
     def _generalized_force(self, force: AppliedForce) -> FloatArray:
-        """(nv,) what MuJoCo's degrees of freedom get of it."""
+        """Its force on MuJoCo's degrees of freedom, (nv,)."""
         model, push = self._sim.model, np.zeros(self._sim.model.nv)
         if force.joint:
             push[model.jnt_dofadr[model.joint(force.joint).id]] = force.values[0]

@@ -32,7 +32,7 @@ class Forces(dict[str, FloatArray]):
 
     @property
     def total(self) -> FloatArray:
-        """(6,): the sum of all that acts from outside."""
+        """Sum of all that acts from outside, (6,)."""
         total: FloatArray = np.sum(list(self.values()), axis=0)
         return total
 

@@ -80,7 +80,7 @@ class FreeBodies:
         self._fixed = {name: np.array([*pose[:3], *quaternion(*pose[3:])]) for name, pose in fixed.items()}
 
     def pose(self, name: str) -> FloatArray:
-        """(7,): position [m] and quaternion (w, x, y, z) of a link's origin, or of a dock's frame."""
+        """Position [m] and quaternion (w, x, y, z), (7,), of a link's origin, or of a dock's frame."""
         if name in self._fixed:
             return self._fixed[name]
         qpos, _ = self._address[name]

@@ -21,11 +21,11 @@ class Mount:
     """A frame on a body."""
 
     position: FloatArray
-    """(3,) of its origin [m], body axes from the body's origin."""
+    """Position of its origin, (3,) [m], body axes from the body's origin."""
     rotation: FloatArray
-    """(3, 3), frame to body."""
+    """Rotation (3, 3), frame to body."""
     orientation: FloatArray
-    """(4,) the same as a unit quaternion (w, x, y, z)."""
+    """Rotation as a unit quaternion (w, x, y, z)."""
 
     @staticmethod
     def of(position: Sequence[float], rotation: Sequence[Sequence[float]]) -> "Mount":
@@ -42,15 +42,15 @@ class Place(NamedTuple):
     """Pose and velocity of a frame in the world."""
 
     position: FloatArray
-    """(3,) of its origin [m], ENU."""
+    """Position of its origin, (3,) [m], ENU."""
     rotation: FloatArray
-    """(3, 3), frame to world."""
+    """Rotation (3, 3), frame to world."""
     orientation: FloatArray
-    """(4,) the same as a unit quaternion (w, x, y, z)."""
+    """Rotation as a unit quaternion (w, x, y, z)."""
     velocity: FloatArray
-    """(3,) of its origin [m/s], world axes."""
+    """Velocity of its origin, (3,) [m/s], world axes."""
     spin: FloatArray
-    """(3,) angular velocity [rad/s], world axes."""
+    """Angular velocity, (3,) [rad/s], world axes."""
 
 
 def place_of_mount(pose: FloatArray, velocity: FloatArray, mount: Mount) -> Place:

@@ -64,9 +64,9 @@ class View:
     """A pinhole camera in the world."""
 
     position: FloatArray
-    """(3,) [m]"""
+    """Position, (3,) [m]."""
     rotation: FloatArray
-    """(3, 3), camera to world axes; x forward, y left, z up."""
+    """Rotation (3, 3), camera to world axes; x forward, y left, z up."""
     half_width: float
     """Half width of the picture at distance 1."""
     half_height: float

@@ -73,7 +73,7 @@ class Given(NamedTuple):
     """A pose as a file gives it."""
 
     pose: Pose
-    """[m, rad]"""
+    """Pose of the model [m, rad]."""
     relative_to: str
     """Name of the frame that it is in; empty: the usual one."""
     node: Node

@@ -43,7 +43,7 @@ class Box(Config):
     name: Name
     """Name of the box, as messages give it."""
     center: Vec3
-    """[m]"""
+    """Centre of the box [m]."""
     size: Annotated[tuple[Positive, Positive, Positive], numbers("x y z")]
     """Edges [m]."""
     capacity: Annotated[int, Field(ge=0)] | None = None

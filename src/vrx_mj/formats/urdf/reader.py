@@ -140,9 +140,9 @@ class MeshData:
     """A mesh in its own frame [m]."""
 
     points: FloatArray
-    """(n, 3)"""
+    """Corners of the mesh, (n, 3) [m]."""
     triangles: IntArray
-    """(m, 3), rows of `points`, counter-clockwise seen from outside"""
+    """Triangles, (m, 3) rows of `points`, counter-clockwise seen from outside."""
     color: Color | None
     """The colour of most of its area, if the file has colours."""
 

@@ -460,4 +460,4 @@ _ENCODERS: dict[str, tuple[_Encoder, tuple[int, int], float]] = {
     ".webp": (_write_webp, (800, 450), 12.5),
     ".gif": (_write_gif, (640, 360), 12.5),
 }
-"""By suffix: encoder, width and height [pixels], and pictures per second."""
+"""Encoder, width and height [pixels] and pictures per second, by suffix."""

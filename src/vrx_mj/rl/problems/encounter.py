@@ -252,19 +252,19 @@ class Encounter(Problem):
         return scores
 
     def _distances(self, team: Team) -> FloatArray:
-        """(n, 2): to the goals [m]."""
+        """Distances to the goals, (n, 2) [m]."""
         x, y = np.moveaxis(self._goals, -1, 0)
         far: FloatArray = np.hypot(x - team.x, y - team.y)
         return far
 
 
 def _gap(team: Team) -> FloatArray:
-    """(n,): between both boats [m]."""
+    """Distance between both boats, (n,) [m]."""
     gap: FloatArray = np.hypot(team.x[:, 1] - team.x[:, 0], team.y[:, 1] - team.y[:, 0])
     return gap
 
 
 def _speeds(team: Team) -> FloatArray:
-    """(n, 2): over ground [m/s]."""
+    """Speeds over ground, (n, 2) [m/s]."""
     speed: FloatArray = np.hypot(*team.velocity())
     return speed

@@ -156,12 +156,12 @@ class BoatJoint(NamedTuple):
     """Frames."""
     position: FloatArray
     quaternion: FloatArray
-    """(3,) [m] and (w, x, y, z): the child in the parent, the joint at zero."""
+    """Position (3,) [m] and quaternion (w, x, y, z) of the child in the parent, the joint at zero."""
     axis: FloatArray
-    """(3,) unit vector about which it turns, or along which it slides, in the child's frame."""
+    """Unit vector about which it turns, or along which it slides, in the child's frame, (3,)."""
     moves: bool
     place: FloatArray
-    """(3,) of the child in the root's frame, all joints at zero [m]."""
+    """Place of the child in the root's frame, all joints at zero, (3,) [m]."""
 
 
 @lru_cache(maxsize=256)
@@ -200,11 +200,11 @@ class Spin(NamedTuple):
     """How a propeller turns."""
 
     angle: float = 0.0
-    """[rad], within +-pi."""
+    """Angle [rad], within +-pi."""
     rate: float = 0.0
-    """[rad/s]."""
+    """Rate [rad/s]."""
     torque: float = 0.0
-    """[N m]."""
+    """Torque [N m]."""
 
     def after(self, time: float, command: float) -> "Spin":
         """After some time [s] under a share of full power.
@@ -378,7 +378,7 @@ def _at(place: FloatArray, moving: Sequence[BoatJoint]) -> BoatJoint | None:
 
 
 def _propeller(row: Thruster) -> FloatArray:
-    """(3,): where a thruster pushes at zero steering [m], in the boat's frame."""
+    """Place where a thruster pushes at zero steering, (3,) [m], in the boat's frame."""
     hinge, turn, propeller = (np.array(part, np.float64) for part in (row.position, row.rotation, row.propeller))
     return hinge + turn @ propeller
 
@@ -540,7 +540,7 @@ class Localization:
             self._host.warn_once(f"datum of {self._boat}", f"{what}: everything in that frame jumps")
 
     def _place(self, point: Message) -> FloatArray:
-        """(3,) of a geographic_msgs/GeoPoint in `map` [m]."""
+        """Place of a geographic_msgs/GeoPoint in `map`, (3,) [m]."""
         latitude, longitude = point.latitude, point.longitude
         altitude = None if math.isnan(point.altitude) else point.altitude  # geographic_msgs: it is not specified
         if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0 and abs(altitude or 0.0) <= _MAX_ALTITUDE):

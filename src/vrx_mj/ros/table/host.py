@@ -36,13 +36,13 @@ class Placed(NamedTuple):
     """Where a body's frame is and how it moves, in the world's axes."""
 
     position: FloatArray
-    """(3,) [m]."""
+    """Position, (3,) [m]."""
     quaternion: FloatArray
-    """(4,): (w, x, y, z), body to world."""
+    """Quaternion (w, x, y, z), body to world."""
     velocity: FloatArray
-    """(3,) of the frame's origin [m/s]."""
+    """Velocity of the frame's origin, (3,) [m/s]."""
     spin: FloatArray
-    """(3,) angular velocity [rad/s]."""
+    """Angular velocity, (3,) [rad/s]."""
 
 
 class JointAxis(NamedTuple):
@@ -53,11 +53,11 @@ class JointAxis(NamedTuple):
     limited: bool
     """Whether it has limits."""
     position: float
-    """[rad], of a slide [m]."""
+    """Position [rad], of a slide [m]."""
     rate: float
-    """[rad/s], of a slide [m/s]."""
+    """Rate [rad/s], of a slide [m/s]."""
     damping: float
-    """[N m s/rad], of a slide [N s/m]."""
+    """Damping [N m s/rad], of a slide [N s/m]."""
 
 
 class Bodies:
