@@ -108,6 +108,7 @@ def mesh_of_file(path: Path, scale: tuple[float, ...] = (1.0, 1.0, 1.0)) -> Mesh
 
 
 def _scale_mesh(content: bytes, suffix: str, scale: tuple[float, ...]) -> Mesh:
+    """A mesh at a scale, named after its content and the scale."""
     stem = f"mesh_{hashlib.sha256(content).hexdigest()[:16]}"
     scaled = "" if scale == (1.0, 1.0, 1.0) else "_" + "_".join(map(repr, scale))
     return Mesh(stem + scaled, stem + suffix, scale, content)
@@ -115,7 +116,7 @@ def _scale_mesh(content: bytes, suffix: str, scale: tuple[float, ...]) -> Mesh:
 
 @cache
 def _prism() -> bytes:
-    """OBJ of a prism inside of a cylinder of radius and half length 1: it lacks 0.12 % of the radius at most."""
+    """OBJ file of a prism inside a cylinder of radius and half length 1: 0.12 % of the radius smaller at most."""
     angles = [2.0 * math.pi * side / _PRISM_SIDES for side in range(_PRISM_SIDES)]
     lines = [f"v {math.cos(angle):.9f} {math.sin(angle):.9f} {z}" for z in (-1, 1) for angle in angles]
     for side in range(1, _PRISM_SIDES + 1):
@@ -127,8 +128,8 @@ def _prism() -> bytes:
 
 
 @lru_cache(maxsize=256)
-def _check(path: Path, scale: tuple[float, ...], collides: bool, _changed: int, _size: int) -> None:
-    """Try a mesh of a user's alone in MuJoCo, whose errors name ours in its place."""
+def _check(path: Path, scale: tuple[float, ...], collides: bool, _modified: int, _bytes: int) -> None:
+    """Compile a user's mesh alone in MuJoCo, whose errors would name our file; once for each state of the user's."""
     import mujoco
 
     read_mesh(path)
